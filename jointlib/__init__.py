@@ -1,0 +1,1 @@
+"""Nonlinear machine joints: laws, identification, describing functions, closing the loop."""

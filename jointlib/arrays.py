@@ -1,0 +1,13 @@
+"""The two array types of the numerical heart."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array: TypeAlias = NDArray[np.float64]
+ComplexArray: TypeAlias = NDArray[np.complex128]
+
+__all__ = ["Array", "ArrayLike", "ComplexArray"]

@@ -1,0 +1,42 @@
+"""What jointlib raises on misuse, and how a computation says how it ended."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from enum import Enum
+
+
+class InputError(ValueError):
+    """Input that cannot be used; the text says where, what was found and what was expected.
+
+    The command line prints it as one sentence and exits with status 2.
+    """
+
+
+class FrequencyMismatch(InputError):
+    """Two receptances stand on different frequency lines; nothing is interpolated in silence."""
+
+
+class CheckFailed(RuntimeError):
+    """A verification compared two independent results and they differ (exit status 1)."""
+
+
+class Outcome(Enum):
+    """How a computation ended; the value says what to do next and is empty where nothing is to be done."""
+
+    CONVERGED = ""
+    OUT_OF_RANGE = "A joint left the amplitude range it was identified on. Lower the force or identify it further up."
+    PAST_FORCE_PEAK = "The joint force falls with displacement there, an artefact of the fit. Lower the force."
+    NEGATIVE_DAMPING = "The joint feeds energy in at this amplitude, an artefact of the fit. Lower the force."
+    HARMONICS_SIGNIFICANT = "Higher harmonics matter there. Lower the force or use more harmonics."
+    FRF_TOO_SHORT = "A receptance ends below the harmonics that are needed. Extend its frequency range."
+    STALLED = "The joint amplitudes did not settle. Raise the force in smaller steps."
+    PEAK_AT_EDGE = "The largest response lies at the edge of the frequency range. Widen the range."
+
+
+def nearest(word: str, valid: Iterable[str]) -> str:
+    """Half a sentence that names the valid word nearest to ``word``, or all of them."""
+    words = sorted(valid)
+    close = difflib.get_close_matches(word, words, n=1, cutoff=0.5)
+    return f"did you mean {close[0]!r}?" if close else "expected one of " + ", ".join(words)

@@ -1,0 +1,90 @@
+"""Frequency response functions: receptance between named degrees of freedom."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import Enum
+
+import numpy as np
+
+from jointlib.arrays import Array, ArrayLike, ComplexArray
+from jointlib.errors import FrequencyMismatch, InputError, nearest
+
+
+class ReceptanceKind(Enum):
+    """What a receptance of a machine with nonlinear joints stands for; never pass one off as another."""
+
+    LINEAR = "linear"
+    """No nonlinear joint is involved."""
+    OPERATING = "operating"
+    """Secant: response over force at the converged amplitude; only the forced column is self-consistent."""
+    FROZEN = "frozen"
+    """Every joint held at the describing-function gain of a stated amplitude."""
+    TANGENT = "tangent"
+    """Small motion on top of a state: joints held at their incremental stiffness and damping."""
+
+
+@dataclass(frozen=True)
+class FRF:
+    """Receptance H = X/F, displacement per force, time factor e^(+jωt), peak amplitudes.
+
+    Parameters
+    ----------
+    frequency
+        Lines in Hz, ascending, shape (nf,).
+    receptance
+        m/N, shape (nf, outputs, inputs).
+    outputs, inputs
+        Names of the degrees of freedom, ``component.dof``.
+    kind
+        What the receptance stands for.
+    variance
+        E|error|² per entry in (m/N)², same shape as ``receptance``; None where it is not known.
+    """
+
+    frequency: Array
+    receptance: ComplexArray
+    outputs: tuple[str, ...]
+    inputs: tuple[str, ...]
+    kind: ReceptanceKind = ReceptanceKind.LINEAR
+    variance: Array | None = None
+
+    def __post_init__(self) -> None:
+        expected = (len(self.frequency), len(self.outputs), len(self.inputs))
+        if self.receptance.shape != expected:
+            raise InputError(f"FRF: receptance has shape {self.receptance.shape}, expected {expected}")
+        if len(self.frequency) == 0 or np.any(np.diff(self.frequency) <= 0) or not np.all(np.isfinite(self.frequency)):
+            raise InputError("FRF: frequencies must be finite, ascending and not empty")
+
+    @property
+    def omega(self) -> Array:
+        """Angular frequency in rad/s."""
+        return 2 * np.pi * self.frequency
+
+    def between(self, output: str, input: str) -> ComplexArray:
+        """Receptance from a force on ``input`` to the displacement of ``output`` in m/N, shape (nf,)."""
+        for name, known in ((output, self.outputs), (input, self.inputs)):
+            if name not in known:
+                raise InputError(f"FRF: no degree of freedom {name!r}, {nearest(name, known)}")
+        return self.receptance[:, self.outputs.index(output), self.inputs.index(input)]
+
+    def on(self, frequency: ArrayLike) -> FRF:
+        """The same receptance on other lines (Hz), by linear interpolation of its inverse.
+
+        Near a resonance 1/H is nearly a straight line where H is not. Lines outside the range are refused.
+        Entries are interpolated one by one; an entry that vanishes somewhere is interpolated directly.
+        """
+        lines = np.atleast_1d(np.asarray(frequency, dtype=float))
+        if lines[0] < self.frequency[0] or lines[-1] > self.frequency[-1]:
+            raise FrequencyMismatch(
+                f"FRF: asked for {lines[0]:g} to {lines[-1]:g} Hz, "
+                f"have {self.frequency[0]:g} to {self.frequency[-1]:g} Hz"
+            )
+        out = np.empty((len(lines), *self.receptance.shape[1:]), dtype=complex)
+        for index in np.ndindex(*self.receptance.shape[1:]):
+            entry = self.receptance[(slice(None), *index)]
+            inverse = bool(np.all(np.abs(entry) > 0))
+            source = 1 / entry if inverse else entry
+            value = np.interp(lines, self.frequency, source)
+            out[(slice(None), *index)] = 1 / value if inverse else value
+        return replace(self, frequency=lines, receptance=out, variance=None)

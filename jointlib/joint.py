@@ -1,0 +1,156 @@
+"""A joint: a flat sum of laws with its validity range, covariance and provenance."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from jointlib.arrays import Array, ArrayLike
+from jointlib.errors import InputError, nearest
+from jointlib.harmonic import FirstHarmonic, broadcast, closed_form
+from jointlib.law import JointLaw, Motion
+from jointlib.parameter import Parameter, parameters_of
+
+
+@dataclass(frozen=True)
+class Covariance:
+    """Covariance of estimated parameters; ``names`` are joint parameter names, SI units."""
+
+    names: tuple[str, ...]
+    matrix: Array
+
+    def standard_error(self, name: str) -> float:
+        """Standard error of one parameter, nan where it was not estimated."""
+        if name not in self.names:
+            return float("nan")
+        i = self.names.index(name)
+        return float(np.sqrt(self.matrix[i, i]))
+
+
+@dataclass(frozen=True)
+class Joint:
+    """Σ f_k(z, ż, state) along one relative displacement; ``+`` adds a law or another joint's laws.
+
+    Parts are named after their kinds (``hertz_guide``, ``viscous``, a second one ``viscous_2``), so a parameter
+    is ``viscous.damping`` and an entry of a table ``polynomial.coefficients[1][0]``.
+    """
+
+    laws: tuple[JointLaw, ...] = ()
+    name: str = "joint"
+    fixed: frozenset[str] = frozenset()
+    """Parameters that a refit must not move."""
+    validity: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    """Ranges [low, high] of amplitude (m), velocity (m/s), frequency (Hz), preload (N), where known."""
+    covariance: Covariance | None = None
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+
+    def __add__(self, other: JointLaw | Joint) -> Joint:
+        added = other.laws if isinstance(other, Joint) else (other,)
+        return replace(self, laws=(*self.laws, *added), covariance=None)
+
+    @property
+    def part_names(self) -> tuple[str, ...]:
+        """One name per law, in order."""
+        names: list[str] = []
+        for law in self.laws:
+            base = law.kind.replace("-", "_")
+            count = sum(n == base or n.rsplit("_", 1)[0] == base for n in names)
+            names.append(base if not count else f"{base}_{count + 1}")
+        return tuple(names)
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Every scalar parameter in SI by its joint name; tables entry by entry."""
+        return {name: value for name, (value, _) in self._flat().items()}
+
+    @property
+    def units(self) -> dict[str, str]:
+        """SI unit of every parameter."""
+        return {name: p.unit for name, (_, p) in self._flat().items()}
+
+    def _flat(self) -> dict[str, tuple[float, Parameter]]:
+        flat: dict[str, tuple[float, Parameter]] = {}
+        for part, law in zip(self.part_names, self.laws, strict=True):
+            for p in parameters_of(law):
+                value = getattr(law, p.name)
+                if p.table:
+                    for i, row in enumerate(value):
+                        for j, entry in enumerate(row):
+                            flat[f"{part}.{p.name}[{i}][{j}]"] = float(entry), p
+                else:
+                    flat[f"{part}.{p.name}"] = float(value), p
+        return flat
+
+    def with_parameters(self, values: Mapping[str, float]) -> Joint:
+        """The joint with some parameters replaced; what was estimated of the old values is dropped."""
+        known = self.parameters
+        for name in values:
+            if name not in known:
+                raise InputError(f"joint {self.name!r}: no parameter {name!r}, {nearest(name, known)}")
+        merged = {**known, **values}
+        laws = []
+        for part, law in zip(self.part_names, self.laws, strict=True):
+            new: dict[str, Any] = {}
+            for p in parameters_of(law):
+                key = f"{part}.{p.name}"
+                if p.table:
+                    shape = np.shape(getattr(law, p.name))
+                    rows = range(shape[0])
+                    new[p.name] = tuple(tuple(merged[f"{key}[{i}][{j}]"] for j in range(shape[1])) for i in rows)
+                else:
+                    new[p.name] = merged[key]
+            laws.append(replace(law, **new))  # type: ignore[type-var]
+        return replace(self, laws=tuple(laws), covariance=None)
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Names of all internal states."""
+        return tuple(f"{n}.{s}" for n, law in zip(self.part_names, self.laws, strict=True) for s in law.states)
+
+    def _parts(self, state: Array) -> list[Array]:
+        cuts = np.cumsum([len(law.states) for law in self.laws])[:-1]
+        return np.split(state, cuts, axis=-1) if self.laws else []
+
+    def initial_state(self, displacement: ArrayLike) -> Array:
+        """Virgin state of all parts at a displacement in m, shape (*z.shape, number of states)."""
+        z = np.asarray(displacement, dtype=float)
+        return np.concatenate([np.empty((*z.shape, 0)), *(law.initial_state(z) for law in self.laws)], axis=-1)
+
+    def step(self, motion: Motion, state: Array) -> tuple[Array, Array]:
+        """Force in N at the end of the step, and the new state."""
+        force = np.zeros(np.broadcast_shapes(np.shape(motion.displacement), np.shape(motion.velocity)))
+        after = [state[..., :0]]
+        for law, part in zip(self.laws, self._parts(state), strict=True):
+            f, new = law.step(motion, part)
+            force = force + f
+            after.append(new)
+        return force, np.concatenate(after, axis=-1)
+
+    def jacobian(self, motion: Motion, state: Array) -> tuple[Array, Array]:
+        """Tangent stiffness ∂f/∂z in N/m and damping ∂f/∂ż in N s/m."""
+        stiffness = damping = np.zeros(np.broadcast_shapes(np.shape(motion.displacement), np.shape(motion.velocity)))
+        for law, part in zip(self.laws, self._parts(state), strict=True):
+            k, c = law.jacobian(motion, part)
+            stiffness, damping = stiffness + k, damping + c
+        return stiffness, damping
+
+    def force_along(self, displacement: ArrayLike, velocity: ArrayLike, time_step: float = 0.0) -> Array:
+        """Force in N along a path sampled every ``time_step`` s (time on the first axis), from the virgin state."""
+        z, v = np.broadcast_arrays(np.asarray(displacement, dtype=float), np.asarray(velocity, dtype=float))
+        if not self.states:
+            return self.step(Motion(z, v), self.initial_state(z))[0]
+        state, force = self.initial_state(z[0]), np.empty(z.shape)
+        for i in range(len(z)):
+            force[i], state = self.step(Motion(z[i], v[i], time_step), state)
+        return force
+
+    def first_harmonic(self, amplitude: ArrayLike, omega: ArrayLike = 1.0, bias: ArrayLike = 0.0) -> FirstHarmonic:
+        """Sum of the parts' describing functions, with derivatives (A in m, ω in rad/s, bias in m)."""
+        shape = broadcast(amplitude, omega, bias)[0].shape
+        total = closed_form(0.0, 0.0, 0.0, 0.0, shape)
+        for law in self.laws:
+            total = total + law.first_harmonic(amplitude, omega, bias)
+        return total

@@ -1,0 +1,116 @@
+"""The contract of a joint law: restoring force along one relative displacement."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from jointlib import parameter
+from jointlib.arrays import Array, ArrayLike
+from jointlib.harmonic import FirstHarmonic, numerical_first_harmonic
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Relative motion across the joint at one instant; arrays of any common shape."""
+
+    displacement: Array
+    """z in m."""
+    velocity: Array
+    """ż in m/s."""
+    duration: float | Array = 0.0
+    """Time since the instant of the state that goes in, s."""
+
+
+class JointLaw(ABC):
+    """Restoring force f(z, ż, state) in N; a law remembers nothing, state goes in and comes out.
+
+    The force pulls with −f on side p and +f on side q of z = x_p − x_q. Implementations are frozen dataclasses
+    whose fields are declared with :func:`jointlib.parameter.parameter`; parameters may be arrays that broadcast
+    against the motion.
+    """
+
+    kind: ClassVar[str]
+    """The word for the law in files."""
+    in_time: ClassVar[bool] = True
+    """False for a law that exists in the frequency domain only."""
+    passive: ClassVar[bool] = True
+    """True if no closed cycle yields energy, whatever the admissible parameters."""
+    states: ClassVar[tuple[str, ...]] = ()
+    """Names of the internal states; empty for a law without memory."""
+
+    def __post_init__(self) -> None:
+        parameter.check(self, self.kind)
+
+    @abstractmethod
+    def initial_state(self, displacement: Array) -> Array:
+        """Virgin state at a displacement z in m: shape (*z.shape, number of states)."""
+
+    @abstractmethod
+    def step(self, motion: Motion, state: Array) -> tuple[Array, Array]:
+        """Force in N at the end of the step and the new state."""
+
+    @abstractmethod
+    def jacobian(self, motion: Motion, state: Array) -> tuple[Array, Array]:
+        """Tangent stiffness ∂f/∂z (N/m) and damping ∂f/∂ż (N s/m) at the end of the step from ``state``."""
+
+    def kink_angles(self, amplitude: Array, omega: Array, bias: Array) -> Array:
+        """Angles θ of z = bias + A cos θ at which the steady force is not smooth, shape (*A.shape, n).
+
+        Entries may repeat; none means smooth. Quadrature splits the cycle there.
+        """
+        return np.empty((*np.broadcast_shapes(amplitude.shape, omega.shape, bias.shape), 0))
+
+    def first_harmonic(self, amplitude: ArrayLike, omega: ArrayLike = 1.0, bias: ArrayLike = 0.0) -> FirstHarmonic:
+        """Describing function G and its derivatives; numerical unless the law has a closed form.
+
+        G = (1/(πA)) ∫₀^2π f(z0 + A cos θ, −ωA sin θ) e^(−jθ) dθ (Dhupia et al. 2008, eq. 22, with the sign that
+        makes a viscous law +jωc). Amplitudes in m, angular frequencies in rad/s, bias z0 in m; they broadcast.
+        """
+        return numerical_first_harmonic(self, amplitude, omega, bias)
+
+    def describing_function(self, amplitude: ArrayLike, omega: ArrayLike = 1.0, bias: ArrayLike = 0.0) -> complex:
+        """The gain G(A, ω) in N/m alone (complex, of the broadcast shape)."""
+        gain: complex = self.first_harmonic(amplitude, omega, bias).gain  # type: ignore[assignment]
+        return gain
+
+
+class MemorylessLaw(JointLaw):
+    """A law whose force is a function f(z, ż) alone."""
+
+    @abstractmethod
+    def force(self, displacement: Array, velocity: Array) -> Array:
+        """Restoring force in N for z in m and ż in m/s (arrays that broadcast)."""
+
+    @abstractmethod
+    def slopes(self, displacement: Array, velocity: Array) -> tuple[Array, Array]:
+        """∂f/∂z in N/m and ∂f/∂ż in N s/m."""
+
+    def kinks(self) -> tuple[Sequence[float], Sequence[float]]:
+        """Displacements (m) and velocities (m/s) at which the force is not smooth, or bends sharply."""
+        return (), ()
+
+    def initial_state(self, displacement: Array) -> Array:
+        return np.empty((*np.shape(displacement), 0))
+
+    def step(self, motion: Motion, state: Array) -> tuple[Array, Array]:
+        return self.force(motion.displacement, motion.velocity), state
+
+    def jacobian(self, motion: Motion, state: Array) -> tuple[Array, Array]:
+        return self.slopes(motion.displacement, motion.velocity)
+
+    def kink_angles(self, amplitude: Array, omega: Array, bias: Array) -> Array:
+        amplitude, omega, bias = np.broadcast_arrays(amplitude, omega, bias)
+        positions, speeds = self.kinks()
+        angles = []
+        for z in positions:
+            theta = np.arccos(np.clip((z - bias) / np.maximum(amplitude, 1e-300), -1, 1))
+            angles += [theta, 2 * np.pi - theta]
+        for v in speeds:
+            theta = np.arcsin(np.clip(-v / np.maximum(amplitude * omega, 1e-300), -1, 1))
+            angles += [theta % (2 * np.pi), np.pi - theta]
+        return np.stack(angles, axis=-1) if angles else np.empty((*amplitude.shape, 0))

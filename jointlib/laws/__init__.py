@@ -1,0 +1,1 @@
+"""The built-in joint laws, one to a module; they are found through the entry points ``jointlib.laws``."""

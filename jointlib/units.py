@@ -1,0 +1,77 @@
+"""Values with units, at the doors only: a bare number is SI, a string carries its unit."""
+
+from __future__ import annotations
+
+import math
+import re
+from functools import cache
+from typing import Any
+
+from jointlib.errors import InputError
+
+# Frequencies and speeds are read by rule: a units package would turn rpm and Hz into rad/s.
+_BY_RULE = {
+    "Hz": {"Hz": 1.0, "kHz": 1e3, "MHz": 1e6, "mHz": 1e-3, "1/s": 1.0},
+    "rpm": {"rpm": 1.0, "krpm": 1e3, "Hz": 60.0},
+}
+_NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*$")
+
+
+@cache
+def _registry() -> Any:
+    import pint
+
+    return pint.UnitRegistry()
+
+
+def scale(unit: str, expected: str, where: str) -> float:
+    """SI value of one ``unit``, which must have the dimension of the SI unit ``expected``."""
+    if expected in _BY_RULE:
+        if unit in _BY_RULE[expected]:
+            return _BY_RULE[expected][unit]
+        raise InputError(f"{where}: unit {unit!r}, expected {' or '.join(_BY_RULE[expected])}")
+    if unit == expected:
+        return 1.0
+    import pint
+
+    registry = _registry()
+    try:
+        found = registry.parse_units(_power(unit))
+        target = registry.parse_units("" if expected == "1" else _power(expected))
+    except (pint.errors.PintError, AttributeError, ValueError, TypeError, AssertionError):
+        raise InputError(f"{where}: unit {unit!r} is not known, expected one like {expected!r}") from None
+    if found.dimensionality != target.dimensionality:
+        raise InputError(f"{where}: unit {unit!r} does not fit, expected one like {expected!r}")
+    if found == target:
+        return 1.0
+    return _clean(float(registry.Quantity(1.0, found).to(target).magnitude))
+
+
+def quantity(value: Any, expected: str, where: str) -> float:
+    """A number (SI, or Hz or rpm where those are expected) or a string with a unit, as a finite float."""
+    if isinstance(value, str):
+        match = _NUMBER.match(value)
+        if match is None:
+            raise InputError(f"{where}: {value!r}, expected a number with a unit like {expected!r}")
+        number, unit = float(match[1]), match[2]
+        factor = scale(unit, expected, where) if unit else 1.0
+        # Dividing by a whole reciprocal keeps "25 um" the float that 25e-6 is.
+        out = number / round(1 / factor) if 0 < factor < 1 and (1 / factor).is_integer() else number * factor
+    elif isinstance(value, int | float) and not isinstance(value, bool):
+        out = float(value)
+    else:
+        raise InputError(f"{where}: {value!r}, expected a number or a string with a unit like {expected!r}")
+    if not math.isfinite(out):
+        raise InputError(f"{where}: {value!r}, expected a finite value in {expected}")
+    return out
+
+
+def _power(unit: str) -> str:
+    """'m/s2' is read as m/s², and blanks multiply, as engineers write."""
+    return re.sub(r"(?<=[A-Za-z])([23])\b", r"^\1", unit.replace("²", "^2").replace("³", "^3").replace("µ", "u"))
+
+
+def _clean(factor: float) -> float:
+    """Remove the rounding noise of a decimal conversion: 9.999999999999999e-07 is 1e-6."""
+    decimal = float(f"{factor:.12g}")
+    return decimal if abs(decimal - factor) <= 4e-16 * abs(factor) else factor

@@ -1,0 +1,20 @@
+"""Stability lobes: how deep a machine can cut before it chatters."""
+
+from .chart import LobeBranch, StabilityLobes
+from .cutting import Cutting
+from .solve import METHODS, stability_lobes
+from .tool_point import Receptance, ToolPoint, tool_point
+from .turning import minimum_depth_of_mode, notch_delays
+
+__all__ = [
+    "METHODS",
+    "Cutting",
+    "LobeBranch",
+    "Receptance",
+    "StabilityLobes",
+    "ToolPoint",
+    "minimum_depth_of_mode",
+    "notch_delays",
+    "stability_lobes",
+    "tool_point",
+]

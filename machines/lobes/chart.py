@@ -1,0 +1,106 @@
+"""The stability chart: the limiting depth of cut over spindle speed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jointlib.arrays import Array, ArrayLike
+from jointlib.errors import Outcome
+
+Words: TypeAlias = NDArray[np.str_]
+Integers: TypeAlias = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class LobeBranch:
+    """One stretch of the stability boundary with the chatter frequency as its parameter.
+
+    Every lobe number k maps the same stretch to spindle speeds rpm_k = 60·f/(N·(phase + k)).
+
+    Parameters
+    ----------
+    frequency
+        Chatter frequency in Hz, ascending.
+    depth
+        Limiting depth in m.
+    phase
+        Fraction of a wave, in (0, 1), that is left on the surface beside the k whole ones.
+    cuts_per_revolution
+        N.
+    """
+
+    frequency: Array
+    depth: Array
+    phase: Array
+    cuts_per_revolution: int
+
+    def speed(self, lobe: int) -> Array:
+        """Spindle speed in rpm at which the stretch is met in lobe k = 0, 1, 2, …"""
+        return 60 * self.frequency / (self.cuts_per_revolution * (self.phase + lobe))
+
+
+@dataclass(frozen=True)
+class StabilityLobes:
+    """Limiting depth of cut at given spindle speeds: the first crossing from zero depth.
+
+    Arrays have the shape of ``speed``.
+
+    Parameters
+    ----------
+    method
+        The method that made the chart.
+    speed
+        Spindle speed in rpm.
+    depth
+        Limiting depth in m; inf where the cut is stable at any depth.
+    chatter_frequency
+        Hz; nan where the depth is inf.
+    kind
+        ``"hopf"`` or ``"flip"``; empty where the depth is inf.
+    lobe
+        Whole waves between two cuts; −1 where the depth is inf.
+    minimum_depth
+        Depth in m below which every speed is stable (at least inside the band); inf if there is none.
+    minimum_frequency
+        Chatter frequency in Hz at the minimum depth; nan if there is none.
+    minimum_phase
+        Fraction of a wave at the minimum depth, see `LobeBranch`.
+    cuts_per_revolution
+        N: teeth in milling, 1 in turning.
+    branches
+        The boundary by chatter frequency, for drawing the lobes whole.
+    outcome
+        How the computation ended.
+    notes
+        What the method does not cover, a sentence each.
+    warnings
+        What was met in this computation and bears on the result, a sentence each.
+    """
+
+    method: str
+    speed: Array
+    depth: Array
+    chatter_frequency: Array
+    kind: Words
+    lobe: Integers
+    minimum_depth: float
+    minimum_frequency: float
+    minimum_phase: float
+    cuts_per_revolution: int
+    branches: tuple[LobeBranch, ...]
+    outcome: Outcome
+    notes: tuple[str, ...]
+    warnings: tuple[str, ...]
+
+    def minimum_speed(self, lobe: ArrayLike) -> Array:
+        """Spindle speeds in rpm at which lobes k touch the minimum depth."""
+        waves = self.minimum_phase + np.asarray(lobe, dtype=float)
+        return np.asarray(60 * self.minimum_frequency / (self.cuts_per_revolution * waves))
+
+    def curves(self, lobe: int) -> tuple[tuple[Array, Array], ...]:
+        """Lobe k drawn whole: (speed in rpm, depth in m) of each stretch of the boundary."""
+        return tuple((branch.speed(lobe), branch.depth) for branch in self.branches)

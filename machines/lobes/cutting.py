@@ -1,0 +1,186 @@
+"""The cutting process: what the ``[cutting]`` table of a machine file says, and the mean stiffness of the cut."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from numbers import Integral, Real
+
+import numpy as np
+
+from jointlib.arrays import Array
+from jointlib.errors import InputError, nearest
+
+PROCESSES = ("milling", "turning")
+MODES = ("up", "down", "slot")
+_MILLING_ONLY = ("teeth", "tangential", "normal", "mode", "immersion")
+
+
+@dataclass(frozen=True)
+class Cutting:
+    """A cutting operation; the fields are the keys of the ``[cutting]`` table.
+
+    Tooth angles φ run clockwise from +y (the normal to the feed x). A tooth in the cut feels
+    F_t = K_t·b·h and F_n = K_n·b·h at axial depth b and chip thickness h.
+
+    Parameters
+    ----------
+    process
+        ``"milling"`` or ``"turning"``.
+    teeth
+        Number of teeth, evenly spaced (milling).
+    tangential, normal
+        K_t and K_n in N/m², both as pressures; a ratio K_r stands for K_n = K_r·K_t (milling).
+    mode, immersion
+        ``"up"``, ``"down"`` or ``"slot"``, and radial immersion a/D in (0, 1] (milling; a slot needs none).
+    specific
+        K_s in N/m² along the chip thickness, the tool's x axis (turning).
+    feed
+        m per tooth (milling) or per revolution (turning); only loss of contact needs it.
+    speed
+        Lowest and highest spindle speed of interest in rpm.
+    exponent
+        q of a force ∝ h^q; the pressures above are then the tangent values at the nominal feed.
+    """
+
+    process: str
+    teeth: int | None = None
+    tangential: float | None = None
+    normal: float | None = None
+    mode: str | None = None
+    immersion: float | None = None
+    specific: float | None = None
+    feed: float | None = None
+    speed: tuple[float, float] | None = None
+    exponent: float = 1.0
+
+    def __post_init__(self) -> None:
+        _word("process", self.process, PROCESSES)
+        if self.process == "milling":
+            self._check_milling()
+        else:
+            self._check_turning()
+        if self.feed is not None:
+            _positive("feed", self.feed)
+        _positive("exponent", self.exponent)
+        if self.speed is not None:
+            object.__setattr__(self, "speed", _speed_range(self.speed))
+
+    def _check_milling(self) -> None:
+        needed = ("teeth", "tangential", "normal", "mode") + (() if self.mode == "slot" else ("immersion",))
+        for key in needed:
+            if getattr(self, key) is None:
+                raise InputError(f"[cutting]: milling needs {key!r}, which is missing")
+        if self.specific is not None:
+            raise InputError("[cutting]: 'specific' belongs to turning; milling takes 'tangential' and 'normal'")
+        if not isinstance(self.teeth, Integral) or isinstance(self.teeth, bool) or self.teeth < 1:
+            raise InputError(f"[cutting]: teeth is {self.teeth!r}, expected a whole number from 1")
+        _positive("tangential", self.tangential)
+        _finite("normal", self.normal)
+        _word("mode", self.mode, MODES)
+        if self.immersion is not None:
+            _positive("immersion", self.immersion)
+            if self.immersion > 1:
+                raise InputError(f"[cutting]: immersion is {self.immersion!r}, expected a/D of at most 1")
+            if self.mode == "slot" and self.immersion != 1:
+                raise InputError(f"[cutting]: immersion is {self.immersion!r}, but a slot is cut at 1; leave it out")
+
+    def _check_turning(self) -> None:
+        for key in _MILLING_ONLY:
+            if getattr(self, key) is not None:
+                raise InputError(f"[cutting]: {key!r} belongs to milling; turning takes 'specific'")
+        if self.specific is None:
+            raise InputError("[cutting]: turning needs 'specific', which is missing")
+        _positive("specific", self.specific)
+
+    @property
+    def cuts_per_revolution(self) -> int:
+        """How often a cut surface is met again in one revolution: the teeth, or 1 in turning."""
+        return 1 if self.teeth is None else int(self.teeth)
+
+    @property
+    def entry_angle(self) -> float:
+        """φ_st in rad: 0 in up-milling and slots, arccos(2a/D − 1) in down-milling."""
+        self._require_milling("an entry angle")
+        return math.acos(2 * self.immersion - 1) if self.mode == "down" and self.immersion is not None else 0.0
+
+    @property
+    def exit_angle(self) -> float:
+        """φ_ex in rad: arccos(1 − 2a/D) in up-milling, π in down-milling and slots."""
+        self._require_milling("an exit angle")
+        return math.acos(1 - 2 * self.immersion) if self.mode == "up" and self.immersion is not None else math.pi
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether there are moments without any tooth in the cut."""
+        if self.process == "turning":
+            return False
+        pitch = 2 * math.pi / self.cuts_per_revolution
+        return self.exit_angle - self.entry_angle < pitch * (1 - 1e-12)
+
+    @property
+    def directional_factors(self) -> Array:
+        """Average directional factors [[α_xx, α_xy], [α_yx, α_yy]] of one tooth, dimensionless.
+
+        Altintas & Budak 1995, with K_r = K_n/K_t; α = −(2/K_t)·∫H₁dφ over the arc of cut, where −b·H₁·Δq is the
+        force of one tooth on the tool.
+        """
+        self._require_milling("directional factors")
+        assert self.tangential is not None
+        assert self.normal is not None
+        ratio = self.normal / self.tangential
+        ends = np.array([self.entry_angle, self.exit_angle])
+        s, c = np.sin(2 * ends), np.cos(2 * ends)
+        primitive = 0.5 * np.array(
+            [
+                [c - 2 * ratio * ends + ratio * s, -s - 2 * ends + ratio * c],
+                [-s + 2 * ends + ratio * c, -c - 2 * ratio * ends - ratio * s],
+            ]
+        )
+        return np.asarray(primitive[..., 1] - primitive[..., 0])
+
+    @property
+    def mean_stiffness(self) -> Array:
+        """Time-averaged stiffness D of the cut per depth in N/m², so that F = −b·D·[q(t) − q(t−τ)].
+
+        Milling: (N/2π)∫H₁dφ = −(N·K_t/4π)·α, shape (2, 2); turning: K_s, shape (1, 1).
+        """
+        if self.specific is not None:
+            return np.array([[self.specific]], dtype=float)
+        assert self.tangential is not None
+        return -self.cuts_per_revolution * self.tangential / (4 * np.pi) * self.directional_factors
+
+    def speeds(self, count: int = 400) -> Array:
+        """Evenly spaced spindle speeds in rpm over the range of the table."""
+        if self.speed is None:
+            raise InputError("[cutting]: no range of spindle speeds is given, expected speed = [low, high] in rpm")
+        return np.linspace(*self.speed, count)
+
+    def _require_milling(self, what: str) -> None:
+        if self.process != "milling":
+            raise InputError(f"[cutting]: {what} was asked of {self.process}, only milling has one")
+
+
+def _finite(key: str, value: object) -> float:
+    if not isinstance(value, Real) or isinstance(value, bool) or not math.isfinite(value):
+        raise InputError(f"[cutting]: {key} is {value!r}, expected a finite number in SI units")
+    return float(value)
+
+
+def _positive(key: str, value: object) -> None:
+    if _finite(key, value) <= 0:
+        raise InputError(f"[cutting]: {key} is {value!r}, expected more than 0")
+
+
+def _word(key: str, value: object, valid: tuple[str, ...]) -> None:
+    if value not in valid:
+        raise InputError(f"[cutting]: {key} is {value!r}, {nearest(str(value), valid)}")
+
+
+def _speed_range(speed: object) -> tuple[float, float]:
+    if not isinstance(speed, (tuple, list)) or len(speed) != 2:
+        raise InputError(f"[cutting]: speed is {speed!r}, expected [low, high] in rpm")
+    low, high = (_finite("speed", value) for value in speed)
+    if not 0 < low < high:
+        raise InputError(f"[cutting]: speed is [{low:g}, {high:g}] rpm, expected 0 < low < high")
+    return low, high
