@@ -75,7 +75,6 @@ def check(law: Any, kind: str) -> None:
         if not np.all(np.isfinite(value)):
             raise InputError(f"{kind}: {p.name} is {getattr(law, p.name)!r}, expected a finite number in {p.unit}")
         if np.any(value < p.lower) or np.any(value > p.upper) or np.any(value <= p.above):
-            bounds = [f"above {p.above:g}"] * np.isfinite(p.above)
-            bounds += [f"at least {p.lower:g}"] * np.isfinite(p.lower)
-            bounds += [f"at most {p.upper:g}"] * np.isfinite(p.upper)
+            words = (("above", p.above), ("at least", p.lower), ("at most", p.upper))
+            bounds = [f"{word} {limit:g}" for word, limit in words if np.isfinite(limit)]
             raise InputError(f"{kind}: {p.name} is {value} {p.unit}, expected {' and '.join(bounds)} {p.unit}")

@@ -1,0 +1,42 @@
+"""Viscous friction that differs between the two directions of motion."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+from jointlib.arrays import Array
+from jointlib.effect import JointEffect, Path, forces
+from jointlib.joint import Joint
+from jointlib.laws.viscous import Viscous
+from jointlib.laws.viscous_by_direction import ViscousByDirection
+
+
+class DirectionalDamping(JointEffect):
+    """Viscous damping with two constants; beside a viscous law it takes that law's place."""
+
+    family: ClassVar[str] = "viscous-by-direction"
+    member: ClassVar[str] = "viscous-by-direction"
+    look_alikes: ClassVar[Mapping[str, str]] = {
+        "drift": "Repeat both directions in turn: a drift of the offset averages out."
+    }
+
+    def columns(self, path: Path, shape: Mapping[str, float], joint: Joint) -> Array:
+        """The part of the force that the sign of the velocity adds to a viscous baseline."""
+        return forces(path, ViscousByDirection(1.0, 0.0))
+
+    def apply(self, coefficients: Array, shape: Mapping[str, float], joint: Joint) -> Joint | None:
+        """A joint with viscous damping c becomes (c + coefficient, c); both must be positive."""
+        base = sum(law.damping for law in joint.laws if isinstance(law, Viscous))
+        positive, negative = base + float(coefficients[0]), base
+        if positive <= 0 or negative <= 0:
+            return None
+        others = tuple(law for law in joint.laws if not isinstance(law, Viscous))
+        return Joint(
+            (*others, ViscousByDirection(positive, negative)),
+            joint.name,
+            joint.fixed,
+            joint.validity,
+            None,
+            joint.provenance,
+        )

@@ -1,0 +1,229 @@
+"""Measurement files: ``schema = "jointlib/measurement/1"``, and the records they point to."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+
+from jointlib.arrays import Array
+from jointlib.errors import InputError, nearest
+from jointlib.io.atomic import sha256
+from jointlib.io.readers import read_columns
+from jointlib.io.toml import Section, read_toml
+from jointlib.measurement import KINDS, QUANTITIES, ROLES, Channel, Correction, Mass, Measurement, Record, RecordSource
+from jointlib.units import scale
+
+CORRECTIONS = {"gain": ("gain",), "offset": ("offset",), "missing-mass": ("mass",)}
+"""Families that can be undone on reading, with their parameters."""
+
+
+def read_measurement(path: Path) -> Measurement:
+    """The declaration alone; no record is opened."""
+    section = read_toml(Path(path), "measurement")
+    kind = section.text("kind", choices=KINDS)
+    rate = section.number("sample_rate", "Hz", None)
+    if rate is not None and rate <= 0:
+        raise InputError(f"{section.where}: sample_rate is {rate:g} Hz, expected a positive one")
+    if rate is None and kind in ("rig", "path"):
+        raise InputError(f"{section.where}: sample_rate is missing, expected one for a {kind} measurement")
+    band = section.numbers("band", "Hz", None, length=2)
+    if band is not None and not 0 <= band[0] < band[1]:
+        raise InputError(f"{section.where}: band runs from {band[0]:g} to {band[1]:g} Hz, expected low before high")
+    masses = section.section("bodies")
+    bodies = {name: _mass(masses, name) for name in masses.keys()}  # noqa: SIM118
+    corrections = tuple(_correction(c) for c in section.sections("correction"))
+    for correction in corrections:
+        _add_missing_mass(correction, bodies, section.where)
+    measurement = Measurement(
+        source=Path(path),
+        kind=kind,
+        sample_rate=rate,
+        period=section.integer("period", None, lower=2),
+        settle=section.integer("settle", 0),
+        band=None if band is None else (band[0], band[1]),
+        driven=section.text("driven", None),
+        bodies=bodies,
+        carriage=_mass(section, "carriage") if section.has("carriage") else None,
+        simulated=section.flag("simulated"),
+        channels=tuple(_channel(c, kind) for c in section.sections("channel")),
+        records=tuple(_record(r) for r in section.sections("record")),
+        corrections=corrections,
+    )
+    section.take("provenance", None)
+    section.done()
+    _check(measurement)
+    return measurement
+
+
+def _mass(section: Section, name: str) -> Mass:
+    value = section.take(name)
+    if value == "unknown":
+        return Mass(None)
+    if isinstance(value, dict):
+        inner = Section(value, f"{section.where}: {name}", section.folder)
+        mass = Mass(inner.number("mass", "kg"), inner.number("u", "kg", 0.0))
+        inner.done()
+    else:
+        mass = Mass(Section({name: value}, section.where, section.folder).number(name, "kg"))
+    if mass.value is not None and mass.value <= 0:
+        raise InputError(f"{section.where}: {name} is {mass.value:g} kg, expected a positive mass")
+    return mass
+
+
+def _channel(section: Section, kind: str) -> Channel:
+    name = section.text("name")
+    quantity = section.text("quantity", choices=tuple(QUANTITIES))
+    si = QUANTITIES[quantity]
+    unit = section.text("unit", si)
+    try:
+        factor = scale(unit, si, f"{section.where}: unit")
+    except InputError:
+        # A circuit in volts stands for displacement and force: consistent units are enough there.
+        if kind != "path" or unit != "V":
+            raise
+        si, factor = unit, 1.0
+    full_scale = section.number("range", "1", None)
+    channel = Channel(
+        name=name,
+        quantity=quantity,
+        unit=unit,
+        si_unit=si,
+        factor=factor * section.number("gain", "1", 1.0),
+        body=section.text("body", None),
+        full_scale=None if full_scale is None else full_scale * factor,
+        remove_mean=section.flag("remove_mean"),
+        is_input=section.flag("input"),
+    )
+    section.done()
+    return channel
+
+
+def _record(section: Section) -> RecordSource:
+    rows = section.take("rows", None)
+    whole = isinstance(rows, list) and len(rows) == 2 and all(type(r) is int for r in rows)
+    if rows is not None and not (whole and 0 <= rows[0] < rows[1]):
+        raise InputError(f"{section.where}: rows is {rows!r}, expected [first, end) with 0 <= first < end")
+    record = RecordSource(
+        file=section.path("file"),
+        role=section.text("role", "fit", choices=ROLES),
+        rows=None if rows is None else (rows[0], rows[1]),
+        condition=section.text("condition", None),
+        start=section.number("start", "s", None),
+        period=section.integer("period", None, lower=2),
+        sample_rate=section.number("sample_rate", "Hz", None),
+    )
+    section.done()
+    return record
+
+
+def _correction(section: Section) -> Correction:
+    family = section.text("family", choices=tuple(CORRECTIONS))
+    values = {key: section.number(key, "1") for key in CORRECTIONS[family]}
+    correction = Correction(family, section.text("channel", None), section.text("body", None), values)
+    section.done()
+    return correction
+
+
+def _add_missing_mass(correction: Correction, bodies: dict[str, Mass], where: str) -> None:
+    """A mass that was found to be missing is added to its body before anything uses it."""
+    if correction.family != "missing-mass":
+        return
+    body = correction.body or ""
+    if body not in bodies:
+        raise InputError(f"{where}: [[correction]] names body {correction.body!r}, {nearest(body, bodies)}")
+    old = bodies[body]
+    if old.value is not None:
+        bodies[body] = Mass(old.value + correction.parameters["mass"], old.uncertainty)
+
+
+def _check(m: Measurement) -> None:
+    """What the declaration must hold for its kind."""
+    names = [c.name for c in m.channels]
+    if len(set(names)) < len(names):
+        raise InputError(f"{m.source}: a channel name stands twice among {', '.join(names)}")
+    if not m.records:
+        raise InputError(f"{m.source}: no [[record]], expected at least one")
+    if not m.with_role("fit"):
+        raise InputError(f'{m.source}: no record has role = "fit", expected at least one')
+    rates = {r.sample_rate for r in m.records if r.sample_rate is not None} | ({m.sample_rate} - {None})
+    if len(rates) > 1:
+        listed = " and ".join(f"{r:g} Hz" for r in sorted(r for r in rates if r))
+        raise InputError(f"{m.source}: records of different sample rates ({listed}), expected one rate")
+    if m.kind == "rig":
+        for name in ("a1", "a2"):
+            if name not in names:
+                raise InputError(f"{m.source}: channel {name!r} is missing, a rig needs accelerations a1 and a2")
+        if m.driven is None or m.driven not in m.bodies:
+            raise InputError(f"{m.source}: driven is {m.driven!r}, {nearest(str(m.driven), m.bodies)}")
+        for channel in m.of("acceleration"):
+            if channel.body not in m.bodies:
+                word = f"{channel.name}: body is {channel.body!r}"
+                raise InputError(f"{m.source}: channel {word}, {nearest(str(channel.body), m.bodies)}")
+    wanted = {"path": ("force", "displacement"), "static": ("force", "displacement")}.get(m.kind, ())
+    for quantity in wanted:
+        if not m.of(quantity) and not (quantity == "displacement" and m.of("position")):
+            raise InputError(f"{m.source}: no {quantity} channel, a {m.kind} measurement needs one")
+    for correction in m.corrections:
+        if correction.channel is not None:
+            m.channel(correction.channel)
+
+
+def read_records(m: Measurement, sources: Iterable[RecordSource]) -> tuple[Record, ...]:
+    """Read records, convert to SI, and refuse samples that are missing or not finite."""
+    cache: dict[Path, tuple[dict[str, Array], str]] = {}
+    out = []
+    for source in sources:
+        if source.file not in cache:
+            cache[source.file] = read_columns(source.file), sha256(source.file)
+        out.append(_read(m, source, *cache[source.file]))
+    return tuple(out)
+
+
+def _read(m: Measurement, source: RecordSource, columns: dict[str, Array], digest: str) -> Record:
+    data: dict[str, Array] = {}
+    for channel in m.channels:
+        if channel.name not in columns:
+            raise InputError(f"{source.file}: no column {channel.name!r}, {nearest(channel.name, columns)}")
+        column = columns[channel.name]
+        if source.rows is not None:
+            if source.rows[1] > len(column):
+                raise InputError(f"{source.file}: rows {list(source.rows)}, the file has {len(column)}")
+            column = column[slice(*source.rows)]
+        bad = np.flatnonzero(~np.isfinite(column))
+        if bad.size:
+            row = int(bad[0]) + (source.rows[0] if source.rows else 0)
+            raise InputError(f"{source.file}: column {channel.name!r} row {row} is {column[bad[0]]}, expected a number")
+        value = column * channel.factor
+        data[channel.name] = value - value.mean() if channel.remove_mean else value
+    lengths = {name: len(value) for name, value in data.items()}
+    if len(set(lengths.values())) > 1:
+        listed = ", ".join(f"{name} {n}" for name, n in lengths.items())
+        raise InputError(f"{source.file}: channels of different length ({listed}), expected one length")
+    rate = m.sample_rate or 0.0
+    for channel in m.of("time"):
+        _check_clock(source, data[channel.name], rate)
+    for correction in m.corrections:
+        _undo(correction, data)
+    ignored = tuple(name for name in columns if name not in data)
+    return Record(source, data, rate, source.period or m.period, digest, ignored)
+
+
+def _check_clock(source: RecordSource, time: Array, rate: float) -> None:
+    steps = np.diff(time)
+    if len(steps) and np.any(steps <= 0):
+        raise InputError(f"{source.file}: time goes backwards at row {int(np.argmax(steps <= 0)) + 1}")
+    if rate and len(steps) and abs(float(np.mean(steps)) * rate - 1) > 1e-3:
+        found = 1 / float(np.mean(steps))
+        raise InputError(f"{source.file}: the time column runs at {found:.6g} Hz, sample_rate says {rate:g} Hz")
+
+
+def _undo(correction: Correction, data: dict[str, Array]) -> None:
+    if correction.channel is None:
+        return
+    value = data[correction.channel]
+    if correction.family == "gain":
+        data[correction.channel] = value / (1 + correction.parameters["gain"])
+    elif correction.family == "offset":
+        data[correction.channel] = value - correction.parameters["offset"]

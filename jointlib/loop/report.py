@@ -1,0 +1,160 @@
+"""What a trace found: the report, its words and its JSON."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Any
+
+import numpy as np
+
+from jointlib.arrays import Array
+from jointlib.joint import Joint
+
+
+class Verdict(Enum):
+    """How far the evidence carries; the value is the word in files."""
+
+    IDENTIFIED = "identified"
+    AMBIGUOUS = "ambiguous"
+    PARTIAL = "partial"
+    UNEXPLAINED = "unexplained"
+    NOTHING_MISSING = "nothing_missing"
+
+
+class Status(Enum):
+    """What became of a candidate."""
+
+    ACCEPTED = "accepted"
+    TIED = "tied"
+    REJECTED = "rejected"
+    UNPHYSICAL = "unphysical"
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A parameter of an effect with its 95 % interval."""
+
+    value: float
+    unit: str
+    standard_error: float
+    ci95: tuple[float, float]
+    ci_kind: str = "noise"
+    """"noise" where the interval is statistical, "model_form" where the shape of the law is the larger doubt."""
+    biased: bool = False
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One family as it fared; the best of its members and shapes."""
+
+    family: str
+    member: str
+    parameters: Mapping[str, Estimate]
+    gain_heldout: float
+    """Drop of the held-out loss."""
+    per_fold: tuple[float, ...]
+    significance: Mapping[str, float]
+    """z (periodic route) or p_signflip (path route), and bic where it exists."""
+    share_of_current: float
+    """Share of the current held-out excess that the candidate removes."""
+    explained: float | None
+    rank: int
+    status: Status
+    reason: str
+
+
+@dataclass(frozen=True)
+class Rival:
+    """A family that these data cannot separate from the chosen one."""
+
+    family: str
+    gain_ratio: float
+    declared_pair: bool
+    separating_experiment: str
+
+
+@dataclass(frozen=True)
+class TraceReport:
+    """The whole answer of a trace; :meth:`as_json` gives the promised keys.
+
+    ``mended`` is the joint with the named effect, refitted, or the joint that went in where nothing is named.
+    ``plots`` holds arrays for the pictures and is no part of the JSON.
+    """
+
+    route: str
+    verdict: Verdict
+    sentence: str
+    """The finding in plain words, and what to do next."""
+    baseline: Joint
+    mended: Joint
+    chosen: Candidate | None
+    candidates: tuple[Candidate, ...]
+    rivals: tuple[Rival, ...]
+    chain: tuple[Mapping[str, Any], ...]
+    """Further terms: {family, share, status: hypothesis}."""
+    secondary: tuple[Mapping[str, Any], ...]
+    error_before: Mapping[str, Any]
+    error_after: Mapping[str, Any]
+    data: Mapping[str, Any]
+    noise_floor: Mapping[str, Any]
+    localisation: Mapping[str, Any]
+    reduction: Mapping[str, Any]
+    resimulation: Mapping[str, Any]
+    unexplained: Mapping[str, Any]
+    not_decidable: tuple[Mapping[str, str], ...]
+    next_experiment: str
+    warnings: tuple[str, ...]
+    repro: Mapping[str, Any]
+    extra_baseline: Mapping[str, Estimate] = field(default_factory=dict)
+    """Baseline parameters that are no part of the joint: moving mass, force offset."""
+    plots: Mapping[str, Array] = field(default_factory=dict)
+
+    def as_json(self) -> dict[str, Any]:
+        """The report as JSON values (no NaN, no arrays)."""
+        chosen: dict[str, Any] | None = None
+        if self.chosen is not None:
+            chosen = {
+                "family": self.chosen.family,
+                "member": self.chosen.member,
+                "params": self.chosen.parameters,
+                "explained_first": self.chosen.explained,
+            }
+        model = [law.kind for law in self.baseline.laws]
+        units = self.baseline.units
+        baseline = {
+            "model": model,
+            "params": {k: {"value": v, "unit": units[k]} for k, v in self.baseline.parameters.items()}
+            | {k: plain(v) for k, v in self.extra_baseline.items()},
+        }
+        named = {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}
+        for key in ("baseline", "mended", "chosen", "plots", "extra_baseline", "candidates"):
+            del named[key]
+        rows = [plain(c) for c in self.candidates]
+        for row in rows:
+            row["params"] = row.pop("parameters")
+            row.update(row.pop("significance"))
+        out: dict[str, Any] = plain({**named, "baseline": baseline, "chosen": chosen})
+        return {**out, "candidates": rows}
+
+
+def plain(value: Any) -> Any:
+    """Dataclasses, enums, arrays and numpy numbers as JSON values; what is not finite becomes null."""
+    if isinstance(value, Enum):
+        return value.value
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
+    if isinstance(value, Mapping):
+        return {str(k): plain(v) for k, v in value.items()}
+    if isinstance(value, np.ndarray):
+        return plain(value.tolist())
+    if isinstance(value, list | tuple | frozenset | set):
+        return [plain(v) for v in value]
+    if isinstance(value, float | np.floating):
+        return float(value) if math.isfinite(value) else None
+    if isinstance(value, np.integer):
+        return int(value)
+    return value

@@ -1,0 +1,139 @@
+"""One test and its records: what was measured, on which bodies, in which units."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from jointlib.arrays import Array
+from jointlib.errors import InputError, nearest
+
+QUANTITIES = {
+    "acceleration": "m/s^2",
+    "velocity": "m/s",
+    "displacement": "m",
+    "position": "m",
+    "force": "N",
+    "voltage": "V",
+    "temperature": "K",
+    "time": "s",
+}
+"""What a channel can measure, and the SI unit it is converted to."""
+
+KINDS = ("rig", "path", "static", "frf")
+ROLES = ("fit", "sealed", "quiet")
+
+
+@dataclass(frozen=True)
+class Mass:
+    """Mass of a body in kg with its standard uncertainty; ``value`` is None where it is to be identified."""
+
+    value: float | None
+    uncertainty: float = 0.0
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One column of the record files; value in ``si_unit`` = factor · column."""
+
+    name: str
+    quantity: str
+    unit: str
+    si_unit: str
+    factor: float
+    body: str | None = None
+    full_scale: float | None = None
+    """Largest value the sensor shows, in ``si_unit``; makes clipping decidable."""
+    remove_mean: bool = False
+    is_input: bool = False
+    """A control voltage or temperature that may modulate parameters."""
+
+
+@dataclass(frozen=True)
+class Correction:
+    """A fault of rig or sensor found earlier, undone on reading."""
+
+    family: str
+    channel: str | None
+    body: str | None
+    parameters: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class RecordSource:
+    """Where a record lies; nothing is read from it before it is asked for, so that a sealed record stays sealed."""
+
+    file: Path
+    role: str
+    rows: tuple[int, int] | None = None
+    condition: str | None = None
+    start: float | None = None
+    period: int | None = None
+    sample_rate: float | None = None
+
+    @property
+    def name(self) -> str:
+        """File name, with its rows where only a part is used."""
+        return self.file.name + (f"[{self.rows[0]}:{self.rows[1]}]" if self.rows else "")
+
+
+@dataclass(frozen=True)
+class Record:
+    """Samples of one record in SI, one array per channel, all of one length."""
+
+    source: RecordSource
+    channels: Mapping[str, Array]
+    sample_rate: float
+    """Hz; 0 for a static test."""
+    period: int | None
+    """Samples per excitation period; None if not periodic."""
+    sha256: str
+    ignored: tuple[str, ...] = ()
+    """Columns of the file that no channel names."""
+
+    @property
+    def name(self) -> str:
+        return self.source.name
+
+    def __len__(self) -> int:
+        return len(next(iter(self.channels.values())))
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """A measurement file as declared; ``jointlib.io.measurement_file.read_records`` opens its records."""
+
+    source: Path
+    kind: str
+    channels: tuple[Channel, ...]
+    records: tuple[RecordSource, ...]
+    sample_rate: float | None = None
+    period: int | None = None
+    settle: int = 0
+    """Periods dropped at the start of each record."""
+    band: tuple[float, float] | None = None
+    """Hz; where the joint equation is used."""
+    driven: str | None = None
+    """Rig: body 1, which the force drives."""
+    bodies: Mapping[str, Mass] = field(default_factory=dict)
+    carriage: Mass | None = None
+    """Path: the moving mass that rides with the measured displacement; None means it is not part of the force."""
+    corrections: tuple[Correction, ...] = ()
+    simulated: bool = False
+    """True where the records come from a simulation; said wherever they appear."""
+
+    def channel(self, name: str) -> Channel:
+        """The channel of that name."""
+        for channel in self.channels:
+            if channel.name == name:
+                return channel
+        raise InputError(f"{self.source}: no channel {name!r}, {nearest(name, [c.name for c in self.channels])}")
+
+    def of(self, quantity: str) -> tuple[Channel, ...]:
+        """The channels that measure a quantity, in file order; modulating inputs left out."""
+        return tuple(c for c in self.channels if c.quantity == quantity and not c.is_input)
+
+    def with_role(self, role: str) -> tuple[RecordSource, ...]:
+        """The records of a role, in file order."""
+        return tuple(r for r in self.records if r.role == role)

@@ -1,0 +1,130 @@
+"""What holds for every law: closed form, derivatives, energy, purity, Jacobian."""
+
+from __future__ import annotations
+
+import copy
+
+import numpy as np
+import pytest
+from samples import LAWS, label
+
+from jointlib.harmonic import numerical_first_harmonic
+from jointlib.joint import Joint
+from jointlib.law import JointLaw, Motion
+from jointlib.parameter import parameters_of
+from jointlib.registry import laws
+
+without_memory = pytest.mark.parametrize("law", [law for law in LAWS if not law.states], ids=label)
+passive_law = pytest.mark.parametrize("law", [law for law in LAWS if law.passive], ids=label)
+every_law = pytest.mark.parametrize("law", LAWS, ids=label)
+OMEGA = 2 * np.pi * 500.0
+AMPLITUDE = np.array([0.3e-6, 1.4e-6, 2.7e-6, 6.0e-6, 20e-6])
+
+
+def test_every_installed_law_is_held_to_the_contract() -> None:
+    assert {law.kind for law in LAWS} == set(laws())
+    assert all(cls.kind == word for word, cls in laws().items())
+
+
+@every_law
+def test_describing_function_equals_the_first_harmonic_of_the_cycle(law: JointLaw) -> None:
+    given = law.first_harmonic(AMPLITUDE, OMEGA)
+    found = numerical_first_harmonic(law, AMPLITUDE, OMEGA)
+    joint = Joint((law,))
+    z, v = (x[:, None] for x in (AMPLITUDE, AMPLITUDE * OMEGA))
+    peak = np.max(np.abs([joint.force_along(s * z, t * v) for s in (-1, 0, 1) for t in (-1, 0, 1)])) + 1e-300
+    size = peak / np.min(AMPLITUDE)
+    loose = law.kind == "jenkins" and getattr(law, "clearance", 0.0) > 0
+    np.testing.assert_allclose(given.gain, found.gain, rtol=1e-9, atol=1e-12 * size)
+    # A stuck element with play is loaded one-sidedly from its virgin state: its kinks are not those of the steady loop.
+    assert np.all(found.error <= (1e-3 if loose else 1e-9) * size)
+
+
+@without_memory
+def test_describing_function_with_a_bias_equals_the_first_harmonic(law: JointLaw) -> None:
+    bias = np.array([0.2e-6, -1.0e-6, 3.0e-6])[:, None]
+    given, found = law.first_harmonic(AMPLITUDE, OMEGA, bias), numerical_first_harmonic(law, AMPLITUDE, OMEGA, bias)
+    np.testing.assert_allclose(given.gain, found.gain, rtol=1e-9, atol=1e-12 * np.max(np.abs(found.gain)))
+    peak = np.max(np.abs(law.first_harmonic(AMPLITUDE, OMEGA, bias).gain * AMPLITUDE)) + 1.0
+    np.testing.assert_allclose(given.mean, found.mean, rtol=1e-9, atol=1e-12 * peak)
+
+
+@every_law
+def test_derivatives_of_the_gain_are_its_differences(law: JointLaw) -> None:
+    harmonic = law.first_harmonic(AMPLITUDE, OMEGA)
+    h = 1e-5
+    by_amplitude = (
+        law.first_harmonic(AMPLITUDE * (1 + h), OMEGA).gain - law.first_harmonic(AMPLITUDE * (1 - h), OMEGA).gain
+    )
+    by_omega = law.first_harmonic(AMPLITUDE, OMEGA * (1 + h)).gain - law.first_harmonic(AMPLITUDE, OMEGA * (1 - h)).gain
+    size = np.max(np.abs(harmonic.gain))
+    # A second-order difference: truncation h² and rounding 1e-16/h, both below 1e-9 of the gain over its argument.
+    np.testing.assert_allclose(harmonic.d_amplitude * AMPLITUDE, by_amplitude / (2 * h), rtol=1e-6, atol=1e-8 * size)
+    np.testing.assert_allclose(harmonic.d_omega * OMEGA, by_omega / (2 * h), rtol=1e-6, atol=1e-8 * size)
+
+
+@passive_law
+def test_no_closed_cycle_yields_energy(law: JointLaw) -> None:
+    t = np.linspace(0, 2 * np.pi, 40001)
+    z = 4e-6 * (np.cos(t) + 0.5 * np.cos(3 * t + 1) + 0.3 * np.sin(7 * t))
+    omega = 2 * np.pi * 300.0
+    v = -4e-6 * omega * (np.sin(t) + 1.5 * np.sin(3 * t + 1) - 2.1 * np.cos(7 * t))
+    joint = Joint((law,))
+    path = np.tile(z[:-1], 3), np.tile(v[:-1], 3)
+    force = joint.force_along(*path, time_step=t[1] / omega)[-40000:]
+    work = np.sum(force * v[:-1]) * t[1] / omega
+    stored = np.max(np.abs(force)) * np.max(np.abs(z))
+    # Trapezoidal work over a whole period of a piecewise smooth force: error of second order in the step.
+    assert work >= -1e-6 * stored
+
+
+@every_law
+def test_a_step_is_pure(law: JointLaw) -> None:
+    motion, state = Motion(np.array(1.3e-6), np.array(0.02), 1e-5), law.initial_state(np.array(0.0))
+    kept = copy.deepcopy((motion, state, law))
+    first, second = law.step(motion, state), law.step(motion, state)
+    np.testing.assert_array_equal(first[0], second[0])
+    np.testing.assert_array_equal(first[1], second[1])
+    np.testing.assert_array_equal(state, kept[1])
+    assert law == kept[2]
+
+
+@every_law
+def test_jacobian_is_the_difference_of_the_force(law: JointLaw) -> None:
+    rng = np.random.default_rng(5)
+    z, v = rng.uniform(-7e-6, 7e-6, 200), rng.uniform(-0.2, 0.2, 200)
+    state = law.initial_state(np.zeros(200))
+    dz, dv = 1e-13, 1e-8
+    kinks = law.kinks() if not law.states else ((), ())  # type: ignore[attr-defined]
+    clear = np.ones(200, dtype=bool)
+    for kink in kinks[0]:
+        clear &= np.abs(z - kink) > 1e-9
+    for kink in kinks[1]:
+        clear &= np.abs(v - kink) > 1e-7
+
+    def force(dz: float, dv: float) -> np.ndarray:
+        return law.step(Motion(z + dz, v + dv), state)[0]
+
+    stiffness, damping = law.jacobian(Motion(z, v), state)
+    scale = np.max(np.abs(force(0, 0)))
+    # Rounding of a difference of forces over the step dominates: 1e-15 · scale / dz.
+    np.testing.assert_allclose(
+        stiffness[clear], ((force(dz, 0) - force(-dz, 0)) / (2 * dz))[clear], rtol=1e-5, atol=1e-15 * scale / dz
+    )
+    np.testing.assert_allclose(
+        damping[clear], ((force(0, dv) - force(0, -dv)) / (2 * dv))[clear], rtol=1e-5, atol=1e-15 * scale / dv
+    )
+
+
+@every_law
+def test_every_parameter_declares_unit_and_role(law: JointLaw) -> None:
+    assert parameters_of(law)
+    assert all(p.unit and p.name for p in parameters_of(law))
+
+
+@every_law
+def test_arrays_of_motions_give_what_single_motions_give(law: JointLaw) -> None:
+    z, v = np.meshgrid(np.linspace(-5e-6, 5e-6, 5), np.linspace(-0.1, 0.1, 3))
+    together = law.step(Motion(z, v), law.initial_state(np.zeros_like(z)))[0]
+    alone = [law.step(Motion(a, b), law.initial_state(np.zeros(())))[0] for a, b in zip(z.flat, v.flat, strict=True)]
+    np.testing.assert_allclose(together.ravel(), np.array(alone), rtol=1e-14)

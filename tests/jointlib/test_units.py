@@ -1,0 +1,52 @@
+"""Units at the door: what is read, what is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from jointlib.errors import InputError
+from jointlib.units import quantity
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [
+        ("25 N/um", "N/m", 25e6),
+        ("1um", "m", 1e-6),
+        ("654.164 N/µm", "N/m", 654.164e6),
+        ("45 deg", "rad", np.pi / 4),
+        ("3.9e-8 m/N^(2/3)", "m/N^(2/3)", 3.9e-8),
+        ("503 N s/m", "N s/m", 503.0),
+        ("9.81 m/s2", "m/s^2", 9.81),
+        ("4000 rpm", "rpm", 4000.0),
+        ("2 kHz", "Hz", 2000.0),
+        (0.942, "kg", 0.942),
+        ("50", "N", 50.0),
+    ],
+)
+def test_a_value_is_read_in_si(text: object, unit: str, value: float) -> None:
+    assert quantity(text, unit, "here") == value
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "said"),
+    [
+        ("1 N/mm", "kg", "file: key: unit 'N/mm' does not fit, expected one like 'kg'"),
+        ("3 parsecs/fortnight^", "m", "is not known"),
+        ("1 foo", "kg", "unit 'foo' is not known"),
+        ("abc", "kg", "expected a number with a unit"),
+        (float("nan"), "kg", "expected a finite value"),
+        ("nan kg", "kg", "expected a number"),
+        ("1e999 kg", "kg", "expected a finite value"),
+        (True, "kg", "expected a number"),
+        ([1], "kg", "expected a number"),
+        ("5 rpm", "Hz", "expected Hz"),
+        ("5 rad/s", "rpm", "expected rpm"),
+    ],
+)
+def test_what_does_not_fit_is_refused_in_one_sentence(text: object, unit: str, said: str) -> None:
+    with pytest.raises(InputError) as refusal:
+        quantity(text, unit, "file: key")
+    assert said in str(refusal.value)
+    assert "\n" not in str(refusal.value)
