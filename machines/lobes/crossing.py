@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from jointlib.arrays import Array, ComplexArray
 
@@ -115,7 +116,7 @@ def _promising(traced: Trace, brackets: _Brackets, speeds: int) -> _Brackets:
 
 def _closed(
     point: ToolPoint, stiffness: Array, traced: Trace, brackets: _Brackets, period: Array
-) -> tuple[Array, ComplexArray, np.ndarray[tuple[int], np.dtype[np.bool_]]]:
+) -> tuple[Array, ComplexArray, NDArray[np.bool_]]:
     """Frequency (Hz), eigenvalue (1/m) and success of every root, by the Illinois variant of false position."""
     left, right = traced.frequency[brackets.row].copy(), traced.frequency[brackets.row + 1].copy()
     at_left = traced.eigenvalue[brackets.row, brackets.branch]

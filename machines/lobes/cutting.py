@@ -43,7 +43,7 @@ class Cutting:
         q of a force ∝ h^q; the pressures above are then the tangent values at the nominal feed.
     """
 
-    process: str
+    process: str = ""
     teeth: int | None = None
     tangential: float | None = None
     normal: float | None = None
@@ -55,6 +55,8 @@ class Cutting:
     exponent: float = 1.0
 
     def __post_init__(self) -> None:
+        if self.process == "":
+            raise InputError(f"[cutting]: 'process' is missing, expected one of {', '.join(PROCESSES)}")
         _word("process", self.process, PROCESSES)
         if self.process == "milling":
             self._check_milling()

@@ -65,8 +65,8 @@ def tool_point(
     """Tool point from a sampled FRF or from a function G(f).
 
     An FRF must be square and collocated; between its lines the inverse of the receptance is interpolated.
-    Without ``axes`` its names must end in ``.x`` or ``.y``. A function needs ``frequency``, the lines in Hz where
-    the search starts; its axes are x, or x and y, unless ``axes`` says otherwise.
+    Without ``axes`` its names must end in ``.x`` or ``.y``; ``frequency`` (Hz) narrows its band. A function needs
+    ``frequency``, the lines in Hz where the search starts; its axes are x, or x and y, unless ``axes`` says otherwise.
     """
     if isinstance(receptance, FRF):
         if receptance.outputs != receptance.inputs:
@@ -75,7 +75,10 @@ def tool_point(
                 f"{', '.join(receptance.inputs)}, expected the same ones in the same order"
             )
         named = _checked_axes(axes if axes is not None else _axes_from_names(receptance.outputs))
-        lines = receptance.frequency if frequency is None else np.asarray(frequency, dtype=float)
+        lines = receptance.frequency
+        if frequency is not None:
+            band = _checked_lines(np.asarray(frequency, dtype=float))[[0, -1]]
+            lines = np.union1d(lines[(lines >= band[0]) & (lines <= band[1])], band)
         return ToolPoint(_interpolant(receptance), _checked_lines(lines), named, sampled=True)
     if not callable(receptance):
         raise InputError(f"tool point: found {type(receptance).__name__}, expected an FRF or a function of frequency")
@@ -90,18 +93,20 @@ def tool_point(
 def sign_warnings(point: ToolPoint) -> tuple[str, ...]:
     """What the sign of Im G says; with e^(+jωt) a passive structure has Im G ≤ 0 at the driven point.
 
-    A receptance whose imaginary part is positive throughout is conjugate data and is refused.
+    A receptance whose imaginary part is positive nearly throughout, weighed by its size, is conjugate data and is
+    refused.
     """
     direct = np.einsum("fii->fi", point(point.lines))
-    wrong = direct.imag > 1e-3 * np.abs(direct)
-    if np.any(np.all(wrong, axis=0)):
+    size = np.sum(np.abs(direct.imag), axis=0)
+    if np.any((np.sum(direct.imag, axis=0) > 0.9 * size) & (size > 0)):
         raise InputError(
             "tool point: Im G is positive throughout, so the data use e^(-jωt); expected their complex conjugate"
         )
+    wrong = direct.imag > 1e-3 * np.abs(direct)
     count = int(np.count_nonzero(wrong.any(axis=1)))
     if count == 0:
         return ()
-    return (f"Im G is positive on {count} of {len(direct)} lines, which no passive structure shows; look at the test.",)
+    return (f"Im G is positive on {count} of {len(direct)} lines, so there is noise or a wrong sign in it.",)
 
 
 def _interpolant(frf: FRF) -> Receptance:
