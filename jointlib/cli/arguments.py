@@ -1,0 +1,108 @@
+"""Arguments that carry units, and options that take several values in a row."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+
+from jointlib.arrays import Array
+from jointlib.errors import InputError
+from jointlib.units import quantity
+
+_VALUE = re.compile(r"[+-]?(\d|\.\d)")
+
+
+class Quantity(click.ParamType[float]):
+    """A number in SI (Hz, rpm) or with its unit: ``1e-6``, ``1um``, ``50N``."""
+
+    def __init__(self, unit: str) -> None:
+        self.unit = unit
+        self.name = unit
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        where = param.opts[0] if param is not None else "value"
+        return quantity(value.strip() if isinstance(value, str) else value, self.unit, where)
+
+
+class FrequencyRange(click.ParamType[tuple[float, float, int | None]]):
+    """``lo:hi`` or ``lo:hi:n`` in Hz or with units."""
+
+    name = "lo:hi:n"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[float, float, int | None]:
+        where = param.opts[0] if param is not None else "frequency"
+        parts = str(value).split(":")
+        if len(parts) not in (2, 3) or (len(parts) == 3 and not parts[2].isdigit()):
+            raise InputError(f"{where}: {value!r}, expected lo:hi or lo:hi:n")
+        low, high = (quantity(p, "Hz", where) for p in parts[:2])
+        if not 0 < low < high:
+            raise InputError(f"{where}: runs from {low:g} to {high:g} Hz, expected 0 < low < high")
+        count = int(parts[2]) if len(parts) == 3 else None
+        if count is not None and count < 2:
+            raise InputError(f"{where}: {count} lines, expected at least 2")
+        return low, high, count
+
+
+class Verb(click.Command):
+    """A verb whose options with ``multiple=True`` also take several values in a row, or joined by commas."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        listed = {
+            name: option.type
+            for option in self.params
+            if isinstance(option, click.Option) and option.multiple
+            for name in option.opts
+        }
+        out: list[str] = []
+        rest = list(args)
+        while rest:
+            token = rest.pop(0)
+            name, equals, first = token.partition("=")
+            if name not in listed:
+                out.append(token)
+                continue
+            taken = [first] if equals else rest[:1]
+            rest = rest if equals else rest[1:]
+            belongs = _belongs(listed[name])
+            while rest and belongs(rest[0]):
+                taken.append(rest.pop(0))
+            for value in (v for item in taken for v in item.split(",")):
+                out += [name, value]
+            if not taken:
+                out.append(name)
+        return super().parse_args(ctx, out)
+
+
+def _belongs(kind: click.ParamType[Any]) -> Callable[[str], bool]:
+    """Whether a further word is one more value of the option before it."""
+    if isinstance(kind, Quantity):
+        return lambda word: bool(_VALUE.match(word)) and not Path(word).exists()
+    if isinstance(kind, click.Choice):
+        return lambda word: word in kind.choices
+    from jointlib.registry import laws
+
+    return lambda word: word in laws()
+
+
+def frequencies(spec: tuple[float, float, int | None] | None, default: tuple[float, float] | None, count: int) -> Array:
+    """Lines in Hz for a range, or for the machine file's default."""
+    if spec is None:
+        if default is None:
+            raise InputError("--frequency is missing, and the machine file gives no [response] frequency")
+        spec = (*default, None)
+    return np.linspace(spec[0], spec[1], spec[2] or count)
+
+
+json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON and nothing else.")
+
+
+def input_file(name: str, **keywords: Any) -> Callable[[Any], Any]:
+    """A positional file name; the door that reads it says what is wrong with it."""
+    return click.argument(name, type=click.Path(path_type=Path), **keywords)

@@ -1,0 +1,78 @@
+"""``jointlib VERB …``: finds the verb, runs it, turns misuse into one sentence and an exit status."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from typing import Any
+
+import click
+
+VERBS = {
+    "run": "The whole road for a machine: identify, trace, mend, couple, check, cut, export.",
+    "inspect": "Say what a file holds, in plain words, with units.",
+    "identify": "Fit a joint to measurements.",
+    "trace": "Find what a joint model leaves unexplained, name it, mend the joint.",
+    "df": "Describing function of a joint.",
+    "frf": "Nonlinear forced response of a machine, all branches.",
+    "check": "Compare the coupled machine, joints linearised, with python-control.",
+    "lobes": "Stability lobes of a machine.",
+    "fmu": "Export a joint as an FMU and verify it, or verify one.",
+    "laws": "The joint laws that are installed, with their fields and units.",
+    "doctor": "What this computer can do.",
+}
+
+
+class _Verbs(click.Group):
+    """Verbs are imported when they are called, so that ``--help`` answers at once."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(VERBS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name not in VERBS:
+            return None
+        command: click.Command = importlib.import_module(f"jointlib.cli.{cmd_name}").command
+        return command
+
+    def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
+        if args and args[0] not in VERBS:
+            from jointlib.errors import nearest
+
+            raise click.UsageError(f"no verb {args[0]!r}, {nearest(args[0], VERBS)}")
+        return super().resolve_command(ctx, args)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Verbs"):
+            formatter.write_dl(list(VERBS.items()))
+
+
+@click.group(cls=_Verbs, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(package_name="jointlib", message="jointlib %(version)s")
+def cli() -> None:
+    """From a measured machine joint to its model, to frequency responses, stability lobes and an FMU.
+
+    Exit status: 0 done, 1 a check failed, 2 bad input.
+    """
+
+
+def main() -> None:
+    """Entry point of the ``jointlib`` command."""
+    try:
+        status = cli.main(prog_name="jointlib", standalone_mode=False)
+        sys.exit(status if isinstance(status, int) else 0)
+    except click.exceptions.Exit as stop:
+        sys.exit(stop.exit_code)
+    except (click.Abort, KeyboardInterrupt):
+        click.echo("jointlib: stopped; nothing half-written is left", err=True)
+        sys.exit(130)
+    except click.ClickException as error:
+        click.echo(f"jointlib: {error.format_message()}", err=True)
+        sys.exit(2)
+    except Exception as error:
+        from jointlib.errors import CheckFailed, InputError
+
+        if not isinstance(error, CheckFailed | InputError):
+            raise
+        click.echo(f"jointlib: {error}", err=True)
+        sys.exit(2 if isinstance(error, InputError) else 1)

@@ -1,0 +1,72 @@
+"""Results to standard output, progress to standard error."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import click
+
+from jointlib.loop.report import plain
+
+
+def emit(as_json: bool, data: Mapping[str, Any], lines: Sequence[str]) -> None:
+    """Print the promised keys as JSON, or the same in words."""
+    click.echo(json.dumps(plain(data), allow_nan=False, indent=1) if as_json else "\n".join(lines))
+
+
+def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    """Columns padded to their width."""
+    widths = [max(len(str(r[i])) for r in (header, *rows)) for i in range(len(header))]
+    return ["  ".join(str(cell).ljust(w) for cell, w in zip(r, widths, strict=True)).rstrip() for r in (header, *rows)]
+
+
+def wrote(path: Any) -> str:
+    """The line every verb prints for a file it made."""
+    return f"wrote {path}"
+
+
+_SHOW_AFTER = 2.0
+
+
+@contextmanager
+def working(what: str) -> Iterator[None]:
+    """Say on standard error what is being done: a spinner on a terminal, a line once it took two seconds elsewhere."""
+    if sys.stderr.isatty():
+        from rich.console import Console
+
+        with Console(stderr=True).status(what):
+            yield
+        return
+    import threading
+
+    timer = threading.Timer(_SHOW_AFTER, lambda: click.echo(f"{what} …", err=True))
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
+
+
+class Steps:
+    """Numbered steps of a long job; each is announced on standard error and timed."""
+
+    def __init__(self, quiet: bool = False) -> None:
+        self._begun = time.perf_counter()
+        self._quiet = quiet
+
+    @contextmanager
+    def step(self, what: str) -> Iterator[None]:
+        """Announce a step, and say how long it took if that was more than two seconds."""
+        begun = time.perf_counter()
+        if not self._quiet:
+            click.echo(f"{what} …", err=True)
+        yield
+        spent = time.perf_counter() - begun
+        if spent > _SHOW_AFTER and not self._quiet:
+            click.echo(f"  {spent:.0f} s", err=True)
