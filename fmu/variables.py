@@ -1,0 +1,119 @@
+"""The variables of an FMU, the one source of its description, its code and its value references."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from jointlib.errors import InputError
+from jointlib.joint import Joint
+from jointlib.parameter import Parameter, parameters_of
+
+from .kernels import Kernel, kernel_of
+from .si_unit import table_unit
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One scalar variable; its value reference is its position in :func:`variables_of`."""
+
+    name: str
+    causality: str
+    """``input``, ``output``, ``parameter`` or ``local`` (an internal state)."""
+    unit: str
+    description: str
+    start: float | None = None
+    """None where the value is calculated."""
+    declared: Parameter | None = None
+    """Bounds of a parameter."""
+
+    @property
+    def variability(self) -> str:
+        """``tunable`` for parameters, else ``continuous``."""
+        return "tunable" if self.causality == "parameter" else "continuous"
+
+    @property
+    def initial(self) -> str | None:
+        """FMI's ``initial``; inputs have none."""
+        return {"parameter": "exact", "input": None}.get(self.causality, "calculated")
+
+    @property
+    def minimum(self) -> float | None:
+        """Lower bound, None if there is none; a bound that must be exceeded is given as it is."""
+        if self.declared is None:
+            return None
+        bound = max(self.declared.lower, self.declared.above)
+        return bound if np.isfinite(bound) else None
+
+    @property
+    def maximum(self) -> float | None:
+        """Upper bound, None if there is none."""
+        return self.declared.upper if self.declared and np.isfinite(self.declared.upper) else None
+
+
+@dataclass(frozen=True)
+class Part:
+    """One law of the joint as it stands in the FMU."""
+
+    name: str
+    kernel: Kernel
+    fields: dict[str, int | list[list[int]]]
+    """For each field of the law the positions of its values among the parameters."""
+    states: tuple[int, int]
+    """First and last-but-one position of its states among the states."""
+
+
+def parts_of(joint: Joint) -> tuple[Part, ...]:
+    """The laws in order, each with its kernel and the places of its parameters and states."""
+    if not joint.laws:
+        raise InputError(f"joint {joint.name!r}: no laws, expected at least one for an FMU")
+    parts: list[Part] = []
+    position = state = 0
+    for name, law in zip(joint.part_names, joint.laws, strict=True):
+        fields: dict[str, int | list[list[int]]] = {}
+        for p in parameters_of(law):
+            shape = np.shape(getattr(law, p.name))
+            if shape and not p.table:
+                raise InputError(f"joint {joint.name!r}: {name}.{p.name} is an array, expected one number for an FMU")
+            if p.table:
+                rows, columns = shape
+                fields[p.name] = [[position + i * columns + j for j in range(columns)] for i in range(rows)]
+            else:
+                fields[p.name] = position
+            position += int(np.prod(shape))
+        parts.append(Part(name, kernel_of(law), fields, (state, state + len(law.states))))
+        state += len(law.states)
+    return tuple(parts)
+
+
+def variables_of(joint: Joint) -> tuple[Variable, ...]:
+    """Inputs, output, parameters and internal states, in the order of their value references."""
+    parts = parts_of(joint)
+    out = [
+        Variable("displacement", "input", "m", "relative displacement across the joint", 0.0),
+        Variable("velocity", "input", "m/s", "relative velocity across the joint", 0.0),
+        Variable("force", "output", "N", "restoring force of the joint"),
+    ]
+    for part, law in zip(parts, joint.laws, strict=True):
+        for p in parameters_of(law):
+            told = f"{p.name.replace('_', ' ')} of the law {law.kind}"
+            value = getattr(law, p.name)
+            if not p.table:
+                out.append(Variable(f"{part.name}.{p.name}", "parameter", p.unit, told, float(value), p))
+                continue
+            for i, row in enumerate(value):
+                for j, entry in enumerate(row):
+                    unit, name = table_unit(p.unit, i, j), f"{part.name}.{p.name}[{i}][{j}]"
+                    out.append(Variable(name, "parameter", unit, told, float(entry), p))
+    for part, law in zip(parts, joint.laws, strict=True):
+        for s in law.states:
+            unit = part.kernel.state_units[s]
+            out.append(Variable(f"{part.name}.{s}", "local", unit, f"internal state of the law {law.kind}"))
+    return tuple(out)
+
+
+def direct_inputs(joint: Joint) -> tuple[str, ...]:
+    """The inputs that the force depends on at the same instant."""
+    used = frozenset[str]().union(*(part.kernel.inputs for part in parts_of(joint)))
+    return tuple(name for letter, name in (("z", "displacement"), ("v", "velocity")) if letter in used)

@@ -1,0 +1,204 @@
+"""Verification of an FMU: a valid description, and the reference run it carries repeated in FMPy."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from xml.etree import ElementTree
+from xml.parsers import expat
+
+import numpy as np
+
+from jointlib.arrays import Array
+from jointlib.errors import CheckFailed, InputError
+
+from .archive import read_archive, unpack
+from .description import TOOL, fingerprint
+from .python_slave import NAMELESS
+from .reference import CSV, FOLDER, MANIFEST, ReferenceRun, read_csv
+
+TOLERANCE = 1e-12
+"""Largest difference allowed, relative to the largest force of the run."""
+_TIME_LIMIT = 120.0
+
+
+@dataclass(frozen=True)
+class Verification:
+    """What was checked, and how well the FMU repeats its reference run."""
+
+    file: Path
+    platforms: tuple[str, ...]
+    max_step: float | None
+    """Admissible co-simulation step in s as the FMU states it; None if it states none."""
+    verified_with: tuple[str, ...]
+    samples: int
+    difference: float
+    """Largest difference of an output from the reference, relative to its largest absolute value."""
+
+
+def verify_fmu(path: Path | str, data: bytes | None = None) -> Verification:
+    """Validate an FMI 2.0 co-simulation FMU and replay its reference run in FMPy.
+
+    With ``data`` those bytes are verified, before they become the file ``path``. Raises InputError for a file that
+    cannot be used, CheckFailed for an FMU that contradicts itself.
+    """
+    path = Path(path)
+    members = read_archive(path, data)
+    description = _xml(path, members, "modelDescription.xml")
+    identifier = _identifier(path, description)
+    platforms = _platforms(members, identifier)
+    run = _reference(path, members)
+    if description.get("generationTool") == TOOL:
+        _check_fingerprint(path, members, identifier, description.get("guid", ""))
+    _check_binary(path, platforms)
+    with tempfile.TemporaryDirectory(prefix="jointlib-") as folder:
+        unpack(path, members, Path(folder))
+        _validate(path, Path(folder))
+        difference = _replay(path, Path(folder), description, identifier, run)
+    annotation = description.find(f"VendorAnnotations/Tool[@name='{TOOL}']/Joint")
+    stated = annotation.get("maxStep") if annotation is not None else None
+    return Verification(
+        path, platforms, float(stated) if stated else None, (f"FMPy {version('fmpy')}",), len(run.rows), difference
+    )
+
+
+def _xml(path: Path, members: dict[str, bytes], name: str) -> ElementTree.Element:
+    """A document without a DOCTYPE: entities can neither expand without bound nor read other files."""
+    if name not in members:
+        raise InputError(f"{path}: no {name} in it, expected an FMU with a reference run")
+
+    def refuse(*_: object) -> None:
+        raise InputError(f"{path}: {name} declares a document type, expected plain XML without entities")
+
+    try:
+        scanner = expat.ParserCreate()
+        scanner.StartDoctypeDeclHandler = refuse
+        scanner.Parse(members[name], True)
+        return ElementTree.fromstring(members[name])
+    except (expat.ExpatError, ElementTree.ParseError, LookupError) as error:
+        raise InputError(f"{path}: {name} is not well-formed XML ({error})") from None
+
+
+def _identifier(path: Path, description: ElementTree.Element) -> str:
+    if description.get("fmiVersion") != "2.0":
+        found = description.get("fmiVersion", "none")
+        raise InputError(f"{path}: FMI version {found}, expected 2.0 (others cannot be verified in this version)")
+    simulation = description.find("CoSimulation")
+    if simulation is None:
+        raise InputError(f"{path}: no co-simulation in it, expected an FMU for co-simulation")
+    identifier = simulation.get("modelIdentifier", "")
+    if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", identifier):
+        raise InputError(f"{path}: modelIdentifier is {identifier!r}, expected a C identifier")
+    return identifier
+
+
+def _platforms(members: dict[str, bytes], identifier: str) -> tuple[str, ...]:
+    found = (re.fullmatch(rf"binaries/([^/]+)/{identifier}\.(?:so|dll|dylib)", name) for name in members)
+    return tuple(sorted({match[1] for match in found if match}))
+
+
+def _check_binary(path: Path, platforms: tuple[str, ...]) -> None:
+    from fmpy import platform
+
+    if platform not in platforms:
+        raise InputError(f"{path}: no binary for {platform}, expected one ({', '.join(platforms) or 'none'} in it)")
+
+
+def _reference(path: Path, members: dict[str, bytes]) -> ReferenceRun:
+    manifest = _xml(path, members, MANIFEST)
+    for related in manifest.iter("Related"):
+        if related.get("type") == "text/csv" and related.get("role") == "result":
+            name = f"{FOLDER}/{related.get('source', '')}"
+            if name not in members:
+                raise InputError(f"{path}: the manifest names {name}, which is not in the FMU")
+            return read_csv(members[name].decode("utf-8", "replace"), f"{path}: {name}")
+    raise InputError(f"{path}: the manifest names no CSV with role 'result', expected a reference run")
+
+
+def _check_fingerprint(path: Path, members: dict[str, bytes], identifier: str, token: str) -> None:
+    """The guid of our own FMUs is the hash of description, slave and reference run."""
+    description, source, reference = (
+        members.get(name, b"").decode("utf-8", "replace")
+        for name in ("modelDescription.xml", f"resources/{identifier}.py", f"{FOLDER}/{CSV}")
+    )
+    blank = description.replace(f'guid="{token}"', 'guid=""').replace(identifier, NAMELESS)
+    if fingerprint(blank, source.replace(identifier, NAMELESS), reference) != token:
+        raise CheckFailed(f"{path}: the guid does not belong to this content, the FMU was changed after its export")
+
+
+def _validate(path: Path, folder: Path) -> None:
+    from fmpy.validation import validate_fmu
+
+    problems = validate_fmu(str(folder))
+    if problems:
+        more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
+        raise CheckFailed(f"{path}: FMPy finds the description invalid: {' '.join(problems[0].split())}{more}")
+
+
+def _replay(path: Path, folder: Path, description: ElementTree.Element, identifier: str, run: ReferenceRun) -> float:
+    """Largest relative difference of the outputs; more than :data:`TOLERANCE` fails the check."""
+    scalars = {s.get("name"): s for s in description.iter("ScalarVariable")}
+    for name in run.names[1:]:
+        if name not in scalars:
+            raise InputError(f"{path}: the reference run has a column {name!r}, which is no variable of the FMU")
+    column = {name: i for i, name in enumerate(run.names) if i}
+    inputs = [name for name in column if scalars[name].get("causality") == "input"]
+    outputs = [name for name in column if scalars[name].get("causality") != "input"]
+    if not outputs:
+        raise InputError(f"{path}: the reference run has no output, expected at least one")
+    request = {
+        "guid": description.get("guid", ""),
+        "identifier": identifier,
+        "folder": str(folder),
+        "inputs": [int(scalars[name].get("valueReference", "0")) for name in inputs],
+        "outputs": [int(scalars[name].get("valueReference", "0")) for name in outputs],
+        "time": run.rows[:, 0].tolist(),
+        "values": run.rows[:, [column[name] for name in inputs]].tolist(),
+    }
+    first, second = _run(path, request)
+    if not np.array_equal(first, second):
+        raise CheckFailed(f"{path}: after a reset the FMU does not repeat itself")
+    expected = run.rows[:, [column[name] for name in outputs]]
+    size = np.maximum(np.max(np.abs(expected), axis=0), np.finfo(float).tiny)
+    difference = np.abs(first - expected) / size
+    if not np.all(difference <= TOLERANCE):
+        row, place = np.unravel_index(np.argmax(np.nan_to_num(difference, nan=np.inf)), difference.shape)
+        raise CheckFailed(
+            f"{path}: {outputs[place]} at t = {run.rows[row, 0]:g} s is {float(first[row, place])!r}, the reference "
+            f"has {float(expected[row, place])!r}, a difference of {difference[row, place]:.1e} of its largest value"
+        )
+    return float(np.max(difference))
+
+
+def _run(path: Path, request: dict[str, object]) -> Array:
+    """Outputs of two runs in a fresh process, shape (2, samples, outputs)."""
+    with tempfile.TemporaryDirectory(prefix="jointlib-") as scratch:
+        answer = Path(scratch) / "answer.json"
+        command = [sys.executable, "-P", str(Path(__file__).with_name("replay.py"))]
+        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
+        try:
+            done = subprocess.run(
+                command,
+                input=json.dumps({**request, "answer": str(answer)}),
+                capture_output=True,
+                text=True,
+                errors="replace",
+                timeout=_TIME_LIMIT,
+                cwd=scratch,
+                env=environment,
+            )
+        except subprocess.TimeoutExpired:
+            raise CheckFailed(f"{path}: the FMU did not finish its reference run in {_TIME_LIMIT:g} s") from None
+        if done.returncode < 0:
+            raise CheckFailed(f"{path}: the FMU ended the process that ran it (signal {-done.returncode})")
+        if done.returncode or not answer.is_file():
+            said = [text.strip().splitlines()[-1] for text in (done.stdout, done.stderr) if text.strip()]
+            raise CheckFailed(f"{path}: the FMU does not run in FMPy ({'; '.join(said) or 'no message'})")
+        return np.array(json.loads(answer.read_text(encoding="utf-8")))
