@@ -52,12 +52,14 @@ def closed_form(
 ) -> FirstHarmonic:
     """Bring the parts of a closed form to one shape."""
 
-    def full(value: ArrayLike, dtype: type) -> ComplexArray:
-        return np.array(np.broadcast_to(np.asarray(value, dtype=dtype), shape))
+    def full(value: ArrayLike) -> ComplexArray:
+        out = np.empty(shape, dtype=complex)
+        out[...] = value
+        return out
 
-    return FirstHarmonic(
-        full(gain, complex), full(d_amplitude, complex), full(d_omega, complex), full(mean, float).real, np.zeros(shape)
-    )
+    N0 = np.empty(shape)
+    N0[...] = mean
+    return FirstHarmonic(full(gain), full(d_amplitude), full(d_omega), N0, np.zeros(shape))
 
 
 def broadcast(amplitude: ArrayLike, omega: ArrayLike, bias: ArrayLike) -> tuple[Array, Array, Array]:

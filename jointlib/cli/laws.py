@@ -31,8 +31,8 @@ def command(as_json: bool) -> None:
         table.append({"kind": kind, "fields": fields, "states": law.states, "in_time": law.in_time, "force": summary})
     lines = []
     for row in table:
-        fields = ", ".join(f"{name} [{unit}]" for name, unit in row["fields"].items())
-        lines += [f"{row['kind']}", f"    {row['force']}", f"    {fields}"]
+        listed = ", ".join(f"{name} [{unit}]" for name, unit in row["fields"].items())
+        lines += [f"{row['kind']}", f"    {row['force']}", f"    {listed}"]
     failed = {}
     others = {}
     for group in GROUPS:

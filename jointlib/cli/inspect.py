@@ -1,0 +1,129 @@
+"""``jointlib inspect``: any file it reads, in plain words, with units."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from jointlib.cli.arguments import Verb, input_file, json_option
+from jointlib.cli.output import emit, shown, table
+from jointlib.errors import InputError
+
+
+@click.command("inspect", cls=Verb)
+@input_file("file")
+@json_option
+def command(file: Path, as_json: bool) -> None:
+    """Say what FILE holds: a measurement, joint or machine file, a record (csv, npz, mat, uff), or an FMU.
+
+    \b
+    Example:
+      jointlib inspect machines/library/guide.joint.toml
+    """
+    if not file.is_file():
+        raise InputError(f"{file}: no such file")
+    lines = _lines(file)
+    emit(as_json, {"file": str(file), "lines": lines}, lines)
+
+
+def _lines(file: Path) -> list[str]:
+    if file.suffix == ".fmu":
+        return _fmu(file)
+    if file.suffix != ".toml":
+        return _record(file)
+    import tomllib
+
+    try:
+        schema = tomllib.loads(file.read_text("utf-8")).get("schema")
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{file}: not valid TOML: {error}") from None
+    readers = {"jointlib/joint/1": _joint, "jointlib/measurement/1": _measurement, "jointlib/machine/1": _machine}
+    if schema not in readers:
+        raise InputError(f"{file}: schema is {schema!r}, expected one of {', '.join(readers)}")
+    return readers[schema](file)
+
+
+def _joint(file: Path) -> list[str]:
+    from jointlib.io.joint_file import read_joint
+
+    joint = read_joint(file)
+    rows = []
+    units = joint.units
+    for name, value in joint.parameters.items():
+        error = joint.covariance.standard_error(name) if joint.covariance else float("nan")
+        factor, unit = shown(units[name])
+        spread = f"± {error * factor:.2g}" if error == error else ""
+        rows.append((name, f"{value * factor:.6g}", spread, unit, "fixed" if name in joint.fixed else ""))
+    lines = [f"joint {joint.name!r}: {' + '.join(law.kind for law in joint.laws)}"]
+    lines += table(("parameter", "value", "std. error", "unit", ""), rows)
+    lines += [f"valid for {key} from {low:g} to {high:g}" for key, (low, high) in joint.validity.items()]
+    lines += [f"provenance: {key} = {value}" for key, value in joint.provenance.items()]
+    return lines
+
+
+def _measurement(file: Path) -> list[str]:
+    from jointlib.io.measurement_file import read_measurement, read_records
+
+    m = read_measurement(file)
+    rate = f", {m.sample_rate:g} Hz" if m.sample_rate else ""
+    lines = [f"{'simulated ' * m.simulated}{m.kind} measurement{rate}, {len(m.records)} records"]
+    lines += [
+        f"body {name}: {'unknown' if mass.value is None else f'{mass.value:g} kg ± {mass.uncertainty:g} kg'}"
+        for name, mass in m.bodies.items()
+    ]
+    if m.carriage is not None:
+        lines.append(f"moving mass: {'to be identified' if m.carriage.value is None else f'{m.carriage.value:g} kg'}")
+    lines += [
+        f"channel {c.name}: {c.quantity}{f' of {c.body}' if c.body else ''} in {c.unit}, "
+        f"times {c.factor:g} gives {c.si_unit}"
+        for c in m.channels
+    ]
+    opened = [r for r in m.records if r.role != "sealed"]
+    rows = []
+    for source, record in zip(opened, read_records(m, opened), strict=True):
+        spans = ", ".join(f"{name} rms {float((x**2).mean() ** 0.5):.4g}" for name, x in record.channels.items())
+        rows.append((source.name, source.role, str(len(record)), spans))
+    rows += [(r.name, "sealed", "", "not opened") for r in m.records if r.role == "sealed"]
+    return lines + table(("record", "role", "samples", "SI values"), rows)
+
+
+def _machine(file: Path) -> list[str]:
+    from machines.files import read_machine
+
+    machine = read_machine(file)
+    lines = [f"machine {machine.name!r}: {len(machine.components)} components, {len(machine.connections)} connections"]
+    lines += [f"component {c.name}: {type(c).__name__.lower()}, {', '.join(c.dofs)}" for c in machine.components]
+    for c in machine.connections:
+        joint = " + ".join(law.kind for law in c.joint.laws) if c.joint else ""
+        what = joint or ("rigid" if c.rigid else "to be identified from its records")
+        lines.append(f"connection {c.name}: {' – '.join(c.between)}, {what}")
+    lines += [f"tool {axis}: {dof}" for axis, dof in machine.tool.items()]
+    if machine.cutting:
+        lines.append("cutting: " + ", ".join(f"{key} = {value}" for key, value in machine.cutting.items()))
+    return lines
+
+
+def _record(file: Path) -> list[str]:
+    from jointlib.io.readers import read_columns
+
+    columns = read_columns(file)
+    rows = [(n, str(len(c)), f"{c.min():.6g}", f"{c.max():.6g}", f"{c.std():.4g}") for n, c in columns.items()]
+    header = ("column", "samples", "lowest", "highest", "std. deviation")
+    return [f"{len(columns)} columns, units as the measurement file declares", *table(header, rows)]
+
+
+def _fmu(file: Path) -> list[str]:
+    import zipfile
+
+    from fmpy import read_model_description
+
+    try:
+        model = read_model_description(str(file))
+    except Exception as error:  # FMPy raises plain exceptions of many kinds on broken archives
+        raise InputError(f"{file}: not a readable FMU ({str(error).splitlines()[0]})") from None
+    with zipfile.ZipFile(file) as archive:
+        platforms = sorted({name.split("/")[1] for name in archive.namelist() if name.startswith("binaries/")})
+    rows = [(v.name, v.causality, v.variability or "", v.unit or "", v.start or "") for v in model.modelVariables]
+    head = f"FMU {model.modelName!r}, FMI {model.fmiVersion}, platforms {', '.join(p for p in platforms if p)}"
+    return [head, *table(("variable", "causality", "variability", "unit", "start"), rows)]

@@ -1,0 +1,73 @@
+"""How pictures look: one style, SVG text that is the same for the same data."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+
+from jointlib.arrays import Array
+
+BEFORE, AFTER, MEASURED, FLOOR = "#c2410c", "#0b5394", "#6b7280", "#9ca3af"
+"""Colours with one meaning on every picture."""
+
+_STYLE: Any = {
+    "font.size": 10.0,
+    "font.family": "DejaVu Sans",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "#e5e7eb",
+    "grid.linewidth": 0.8,
+    "axes.edgecolor": "#57606a",
+    "axes.labelcolor": "#1b1f24",
+    "lines.linewidth": 1.6,
+    "legend.frameon": False,
+    "svg.fonttype": "path",
+    "svg.hashsalt": "jointlib",
+}
+
+
+class Sheet:
+    """Axes to draw on; ``svg`` is filled when the sheet is finished."""
+
+    def __init__(self, axes: Any) -> None:
+        self.axes = axes
+        self.svg = ""
+
+
+@contextmanager
+def sheet(
+    columns: int = 1, rows: int = 1, *, width: float = 9.0, height: float = 3.6, **layout: Any
+) -> Iterator[Sheet]:
+    """A figure of ``rows`` × ``columns`` axes, size in inches."""
+    import matplotlib
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+    from matplotlib.figure import Figure
+
+    with matplotlib.rc_context(_STYLE):
+        figure = Figure(figsize=(width, height), layout="constrained")
+        FigureCanvasSVG(figure)
+        paper = Sheet(figure.subplots(rows, columns, **layout))
+        yield paper
+        buffer = io.StringIO()
+        figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
+    # The XML prologue has no place inside HTML.
+    paper.svg = re.sub(r"^.*?(?=<svg)", "", buffer.getvalue(), flags=re.S)
+
+
+def shades(count: int) -> list[Any]:
+    """Colours from light to dark for levels in ascending order, distinct in grey as well."""
+    import matplotlib
+
+    return [matplotlib.colormaps["viridis"](x) for x in np.linspace(0.82, 0.08, max(count, 1))[:count]]
+
+
+def thin(*columns: Array, most: int = 2000) -> Sequence[Array]:
+    """Every n-th point, so that a picture stays small."""
+    step = max(1, -(-len(columns[0]) // most))
+    return [c[::step] for c in columns]

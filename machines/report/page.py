@@ -1,0 +1,73 @@
+"""A page: a first sentence, sections with pictures and tables, what it stands on, and how to make it again."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from jointlib.io.atomic import write_text
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A picture as SVG text with its caption."""
+
+    svg: str
+    caption: str
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of text under a header."""
+
+    header: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    caption: str = ""
+
+
+@dataclass(frozen=True)
+class Section:
+    """A heading, a few sentences, and what shows it."""
+
+    title: str
+    text: Sequence[str] = ()
+    figures: Sequence[Figure] = ()
+    tables: Sequence[Table] = ()
+
+
+@dataclass(frozen=True)
+class Page:
+    """The whole report; :meth:`write` renders it into one file that needs no network."""
+
+    title: str
+    finding: str
+    """First sentence: what was found and what to do."""
+    numbers: Sequence[tuple[str, str]]
+    """The few figures a reader looks for first."""
+    sections: Sequence[Section]
+    inputs: Sequence[tuple[str, str]]
+    """Files read with their SHA-256."""
+    assumptions: Sequence[str]
+    warnings: Sequence[str]
+    command: str
+    """The command line that makes this report again."""
+    version: str
+
+    def html(self) -> str:
+        """The page as HTML text."""
+        from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+        folder = Path(__file__).parent
+        environment = Environment(
+            loader=FileSystemLoader(folder),
+            autoescape=True,
+            undefined=StrictUndefined,
+            trim_blocks=True,
+            lstrip_blocks=True,
+        )
+        return environment.get_template("page.html").render(page=self)
+
+    def write(self, path: Path) -> None:
+        """Write the page whole or not at all."""
+        write_text(path, self.html())
