@@ -1,1 +1,76 @@
-"""Nonlinear machine joints: laws, identification, describing functions, closing the loop."""
+"""Nonlinear machine joints: laws, identification, describing functions, closing the loop.
+
+The names of the verbs are here; they are imported when first used, so that ``jointlib --help`` need not wait.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from jointlib.describing import DescribingFunction
+    from jointlib.errors import CheckFailed, FrequencyMismatch, InputError, Outcome
+    from jointlib.frf import FRF, ReceptanceKind
+    from jointlib.identification import Identification, identify, restoring_force
+    from jointlib.io.joint_file import read_joint, write_joint
+    from jointlib.io.measurement_file import read_measurement, read_records
+    from jointlib.joint import Joint
+    from jointlib.law import JointLaw, Motion
+    from jointlib.loop.report import TraceReport, Verdict
+    from jointlib.loop.trace import trace
+    from jointlib.measurement import Measurement
+
+_HOME = {
+    "DescribingFunction": "describing",
+    "CheckFailed": "errors",
+    "FrequencyMismatch": "errors",
+    "InputError": "errors",
+    "Outcome": "errors",
+    "FRF": "frf",
+    "ReceptanceKind": "frf",
+    "Identification": "identification",
+    "identify": "identification",
+    "restoring_force": "identification",
+    "read_joint": "io.joint_file",
+    "write_joint": "io.joint_file",
+    "read_measurement": "io.measurement_file",
+    "read_records": "io.measurement_file",
+    "Joint": "joint",
+    "JointLaw": "law",
+    "Motion": "law",
+    "TraceReport": "loop.report",
+    "Verdict": "loop.report",
+    "trace": "loop.trace",
+    "Measurement": "measurement",
+}
+
+__all__ = [
+    "FRF",
+    "CheckFailed",
+    "DescribingFunction",
+    "FrequencyMismatch",
+    "Identification",
+    "InputError",
+    "Joint",
+    "JointLaw",
+    "Measurement",
+    "Motion",
+    "Outcome",
+    "ReceptanceKind",
+    "TraceReport",
+    "Verdict",
+    "identify",
+    "read_joint",
+    "read_measurement",
+    "read_records",
+    "restoring_force",
+    "trace",
+    "write_joint",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module 'jointlib' has no attribute {name!r}")
+    return getattr(import_module(f"jointlib.{_HOME[name]}"), name)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from jointlib.arrays import Array
+from jointlib.arrays import Array, ComplexArray
 
 from ..branches import Stability
 from ..lobes import StabilityLobes
@@ -44,7 +44,7 @@ def response_figure(result: Response, output: str) -> Figure:
     )
 
 
-def check_figure(frequency: Array, ours: Array, theirs: Array) -> Figure:
+def check_figure(frequency: Array, ours: ComplexArray, theirs: ComplexArray) -> Figure:
     """Receptance by coupling and by the state-space model, and their relative difference."""
     with sheet(2, width=10.0, height=3.2) as paper:
         left, right = paper.axes

@@ -1,0 +1,73 @@
+"""``jointlib fmu``: export a joint as an FMU and verify it, or verify one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from jointlib.cli.arguments import Verb, input_file, json_option
+from jointlib.cli.output import emit, working, wrote
+from jointlib.errors import InputError
+
+
+@click.command("fmu", cls=Verb)
+@input_file("joint", required=False)
+@click.option("-o", "output", type=click.Path(path_type=Path), help="The .fmu file to write.")
+@click.option("--fmi", type=click.Choice(["2", "3"]), default="2", help="Version of the standard.")
+@click.option("--runtime", type=click.Choice(["c", "python"]), default="python", help="What computes inside.")
+@click.option("--verify", type=click.Path(path_type=Path), help="Verify this FMU instead.")
+@json_option
+def command(
+    joint: Path | None, output: Path | None, fmi: str, runtime: str, verify: Path | None, as_json: bool
+) -> None:
+    """Write JOINT as an FMU for co-simulation; it is validated and replays its reference run before it appears.
+
+    \b
+    Example:
+      jointlib fmu machines/library/guide.joint.toml -o guide.fmu --runtime python
+      jointlib fmu --verify guide.fmu
+    """
+    if verify is not None:
+        if joint is not None or output is not None:
+            raise InputError("--verify: takes the FMU alone, leave out the joint and -o")
+        _verify(verify, as_json)
+        return
+    if joint is None or output is None:
+        raise InputError("fmu: expected a joint file and -o X.fmu, or --verify X.fmu")
+    from fmu.export import export_fmu
+    from jointlib.io.joint_file import read_joint
+
+    with working("exporting and verifying"):
+        done = export_fmu(read_joint(joint), output, fmi=int(fmi), runtime=runtime)
+    data = {
+        "file": str(done.file),
+        "platforms": list(done.platforms),
+        "max_step": done.max_step,
+        "verified_with": list(done.verified_with),
+        "runtime": done.runtime,
+        "messages": list(done.messages),
+    }
+    lines = [wrote(done.file), f"platforms: {', '.join(done.platforms)}, {done.runtime} runtime"]
+    lines += [f"verified with {', '.join(done.verified_with)}", *done.messages]
+    emit(as_json, data, lines)
+
+
+def _verify(path: Path, as_json: bool) -> None:
+    from fmu.verify import verify_fmu
+
+    with working("verifying"):
+        done = verify_fmu(path)
+    data = {
+        "file": str(done.file),
+        "platforms": list(done.platforms),
+        "max_step": done.max_step,
+        "verified_with": list(done.verified_with),
+        "samples": done.samples,
+        "difference": done.difference,
+    }
+    lines = [
+        f"{path}: verified with {', '.join(done.verified_with)}",
+        f"replayed {done.samples} samples, largest difference {done.difference:.2g} of the largest force",
+    ]
+    emit(as_json, data, lines)

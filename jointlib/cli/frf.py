@@ -1,0 +1,99 @@
+"""``jointlib frf``: nonlinear forced response of a machine, all branches."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from jointlib.cli.arguments import FrequencyRange, Quantity, Verb, input_file, json_option
+from jointlib.cli.output import emit, table, working, wrote
+from jointlib.errors import InputError
+
+
+@click.command("frf", cls=Verb)
+@input_file("machine")
+@click.option("--force", type=Quantity("N"), multiple=True, help="Peak force; default: those of the file.")
+@click.option("--frequency", type=FrequencyRange(), help="lo:hi:n; default: the range of the file.")
+@click.option("--drive", help="Degree of freedom the force acts on; default: that of the file, else the tool.")
+@click.option("--harmonics", default="1", help="1 is what this version knows.")
+@click.option("-o", "output", type=click.Path(path_type=Path), required=True, help="Where the curves go, an .npz file.")
+@json_option
+def command(
+    machine: Path,
+    force: tuple[float, ...],
+    frequency: tuple[float, float, int | None] | None,
+    drive: str | None,
+    harmonics: str,
+    output: Path,
+    as_json: bool,
+) -> None:
+    """Forced response of MACHINE at each force: every branch, with refined peaks of each joint.
+
+    \b
+    Example:
+      jointlib frf machines/library/two_mass.toml --force 10 50N --frequency 1kHz:7kHz -o two_mass.npz
+    """
+    from jointlib.cli.joints import with_joints
+    from machines import read_machine, response
+
+    if harmonics != "1":
+        raise InputError(f"--harmonics: {harmonics!r}, expected 1 (several harmonics are not in this version)")
+    if output.suffix != ".npz":
+        raise InputError(f"-o: {output} ends in {output.suffix!r}, expected .npz")
+    with working("coupling the machine"):
+        model = with_joints(read_machine(machine))
+        band = None if frequency is None else (frequency[0], frequency[1])
+        points = 600 if frequency is None or frequency[2] is None else frequency[2]
+        result = response(model, force or None, band, drive, points=points)
+    write_response(output, result)
+    peaks = peak_rows(result)
+    rows = [
+        (f"{p['force']:g}", p["connection"], f"{p['amplitude'] * 1e6:.5g}", f"{p['frequency']:.6g}", p["outcome"])
+        for p in peaks
+    ]
+    lines = table(("force [N]", "connection", "amplitude [um]", "frequency [Hz]", "outcome"), rows)
+    lines += [f"{f:g} N: {o.value}" for f, o in zip(result.force, result.outcomes, strict=True) if o.value]
+    emit(as_json, {"peaks": peaks, "file": str(output)}, [*lines, wrote(output)])
+
+
+def peak_rows(result: Any) -> list[dict[str, Any]]:
+    """The refined peaks as the contract names them."""
+    return [
+        {
+            "force": p.force,
+            "connection": p.connection,
+            "amplitude": p.amplitude,
+            "frequency": p.frequency,
+            "harmonics": p.harmonics,
+            "outcome": p.outcome.name.lower(),
+        }
+        for p in result.peaks
+    ]
+
+
+def write_response(path: Path, result: Any) -> None:
+    """Receptances per force, and every branch: ``frequency_0`` … (Hz), ``receptance_0`` … (m/N), ``branch_0_0_…``."""
+    import io
+
+    import numpy as np
+
+    from jointlib.io import atomic
+
+    arrays: dict[str, Any] = {
+        "force": np.array(result.force),
+        "drive": np.array(result.drive),
+        "outputs": np.array(result.outputs),
+        "connections": np.array(result.connections),
+    }
+    for i, (frf, branches) in enumerate(zip(result.frfs, result.branches, strict=True)):
+        arrays[f"frequency_{i}"], arrays[f"receptance_{i}"] = frf.frequency, frf.receptance[:, :, 0]
+        for k, branch in enumerate(branches):
+            arrays[f"branch_{i}_{k}_frequency"] = branch.frequency
+            arrays[f"branch_{i}_{k}_joint"] = branch.joint
+            arrays[f"branch_{i}_{k}_output"] = branch.output
+            arrays[f"branch_{i}_{k}_stability"] = np.array(branch.stability.value)
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, **arrays)
+    atomic.write(path, lambda file: file.write(buffer.getvalue()))

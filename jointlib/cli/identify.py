@@ -1,0 +1,90 @@
+"""``jointlib identify``: fit a joint to measurements."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from jointlib.cli.arguments import Verb, input_file, json_option
+from jointlib.cli.output import emit, shown, table, working, wrote
+from jointlib.errors import InputError
+
+if TYPE_CHECKING:
+    from jointlib.identification import Identification
+
+
+@click.command("identify", cls=Verb)
+@input_file("measurements", nargs=-1, required=True)
+@click.option("--law", "laws", multiple=True, help="Kinds of the laws to fit, for example hertz-guide viscous.")
+@click.option("--start", type=click.Path(path_type=Path), help="Joint file with laws, first values and what is fixed.")
+@click.option("--order", help="Orders i,j of a chebyshev surface; default: chosen on held-out data.")
+@click.option("-o", "output", type=click.Path(path_type=Path), required=True, help="The joint file to write.")
+@json_option
+def command(
+    measurements: tuple[Path, ...],
+    laws: tuple[str, ...],
+    start: Path | None,
+    order: str | None,
+    output: Path,
+    as_json: bool,
+) -> None:
+    """Fit a joint to MEASUREMENTS, with standard errors; sealed records stay closed.
+
+    \b
+    Example:
+      jointlib identify machines/library/guide_mill/static.measurement.toml machines/library/guide_mill/rig.measurement.toml --start machines/library/guide_mill/start.joint.toml -o guide.joint.toml
+    """  # noqa: E501
+    from jointlib import identify, read_joint, read_measurement, write_joint
+
+    if bool(laws) == (start is not None):
+        raise InputError("identify: expected either --law or --start")
+    orders = _orders(order)
+    tests = [read_measurement(path) for path in measurements]
+    first = None if start is None else read_joint(start)
+    with working("fitting"):
+        found = identify(tests, laws=laws or None, start=first, order=orders)
+    write_joint(output, found.joint)
+    data = {
+        "parameters": {name: _row(p) for name, p in found.parameters.items()},
+        "rms": found.rms,
+        "rms_unit": found.rms_unit,
+        "errors": found.errors,
+        "messages": found.messages,
+        "file": str(output),
+    }
+    emit(as_json, data, [*words(found), wrote(output)])
+
+
+def _row(found: Any) -> dict[str, Any]:
+    return {
+        "value": found.value,
+        "unit": found.unit,
+        "standard_error": found.standard_error,
+        "status": found.status,
+    }
+
+
+def words(found: Identification) -> list[str]:
+    """The fit as lines of text: parameters with their standard errors, misfit, remarks."""
+    rows = []
+    for name, p in found.parameters.items():
+        factor, unit = shown(p.unit)
+        error = "" if p.standard_error is None else f"± {p.standard_error * factor:.2g}"
+        rows.append((name, f"{p.value * factor:.6g}", error, unit, p.status))
+    lines = table(("parameter", "value", "std. error", "unit", ""), rows)
+    lines += [
+        f"{e.measurement}: rms {e.rms:.4g} {e.unit}, {100 * e.relative:.2f} % of the largest force"
+        for e in found.errors
+    ]
+    return [*lines, *found.messages]
+
+
+def _orders(text: str | None) -> tuple[int, int] | None:
+    if text is None:
+        return None
+    parts = text.split(",")
+    if len(parts) != 2 or not all(p.strip().isdigit() for p in parts):
+        raise InputError(f"--order: {text!r}, expected two whole numbers i,j")
+    return int(parts[0]), int(parts[1])

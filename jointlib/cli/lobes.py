@@ -1,0 +1,125 @@
+"""``jointlib lobes``: stability lobes of a machine."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+
+from jointlib.cli.arguments import Quantity, Verb, input_file, json_option
+from jointlib.cli.output import emit, table, working, wrote
+from jointlib.errors import InputError
+
+
+@click.command("lobes", cls=Verb)
+@input_file("machine")
+@click.option("--method", help="turning or zero-order; default: what suits the process.")
+@click.option("--amplitude", type=Quantity("m"), multiple=True, help="Tool-point amplitude; default: vanishing.")
+@click.option("--speed", type=Quantity("rpm"), multiple=True, help="Spindle speed; default: 400 over the file's range.")
+@click.option("--depth", type=Quantity("m"), multiple=True, help="Not in this version: needs the collocation method.")
+@click.option("--witness", is_flag=True, help="Not in this version: check by time simulation.")
+@click.option("-o", "output", type=click.Path(path_type=Path), help="Also write the charts to this .npz file.")
+@json_option
+def command(
+    machine: Path,
+    method: str | None,
+    amplitude: tuple[float, ...],
+    speed: tuple[float, ...],
+    depth: tuple[float, ...],
+    witness: bool,
+    output: Path | None,
+    as_json: bool,
+) -> None:
+    """Depth of cut at which MACHINE starts to chatter, over spindle speed, with chatter frequency and lobe.
+
+    \b
+    Example:
+      jointlib lobes machines/library/two_mode_tool.toml --speed 6000 9000 12000
+    """
+    from jointlib.cli.joints import with_joints
+    from machines import lobes_at_amplitude, read_machine
+
+    if depth or witness:
+        word = "--depth" if depth else "--witness"
+        raise InputError(f"{word}: not in this version, expected --speed alone for the critical depth")
+    if output is not None and output.suffix != ".npz":
+        raise InputError(f"-o: {output} ends in {output.suffix!r}, expected .npz")
+    model = read_machine(machine)
+    speeds = np.array(speed) if speed else default_speeds(model)
+    with working("computing lobes"):
+        model = with_joints(model)
+        charts = [lobes_at_amplitude(model, speeds, A, method) for A in amplitude or (0.0,)]
+    data = chart_data(charts, speeds, amplitude, listed=bool(speed))
+    lines: list[str] = []
+    for A, chart in zip(amplitude or (0.0,), charts, strict=True):
+        at = f" at a tool-point amplitude of {A * 1e6:g} um" if A else ""
+        lines.append(
+            f"stable at every speed below {chart.minimum_depth * 1e3:.5g} mm{at} "
+            f"(chatter at {chart.minimum_frequency:.5g} Hz), {chart.method}"
+        )
+        if speed:
+            rows = [
+                (f"{n:g}", f"{b * 1e3:.6g}" if np.isfinite(b) else "unbounded", f"{f:.6g}", str(k))
+                for n, b, f, k in zip(speeds, chart.depth, chart.chatter_frequency, chart.lobe, strict=True)
+            ]
+            lines += table(("speed [rpm]", "depth [mm]", "chatter [Hz]", "lobe"), rows)
+        lines += chart.warnings
+    if output is not None:
+        write_lobes(output, charts, speeds, amplitude or (0.0,))
+        lines.append(wrote(output))
+    emit(as_json, data, lines)
+
+
+def default_speeds(machine: Any) -> Any:
+    """400 speeds over the range of the machine file."""
+    if machine.cutting is None:
+        raise InputError(f"{machine.where}: no [cutting], lobes need a cutting operation")
+    if machine.cutting.get("speed") is None:
+        raise InputError(f"{machine.where}: [cutting] has no speed, expected one or --speed")
+    low, high = machine.cutting["speed"]
+    return np.linspace(low, high, 400)
+
+
+def chart_data(charts: Sequence[Any], speeds: Any, amplitude: Sequence[float], listed: bool) -> dict[str, Any]:
+    """The promised keys; the axis of an option that was not given is left out."""
+
+    def shaped(values: Sequence[Any]) -> Any:
+        return list(values) if amplitude else values[0]
+
+    kinds = [[str(k) or None for k in c.kind] for c in charts]
+    lobes = [[int(k) if k >= 0 else None for k in c.lobe] for c in charts]
+    return {
+        "speed": speeds,
+        "depth": shaped([c.depth for c in charts]),
+        "chatter_frequency": shaped([c.chatter_frequency for c in charts]),
+        "kind": shaped(kinds),
+        "lobe": shaped(lobes),
+        "minimum_depth": shaped([c.minimum_depth for c in charts]),
+        "method": charts[0].method,
+        "notes": list(charts[0].notes),
+        "warnings": sorted({w for c in charts for w in c.warnings}),
+        **({"amplitude": list(amplitude)} if amplitude else {}),
+    }
+
+
+def write_lobes(path: Path, charts: Sequence[Any], speeds: Any, amplitude: Sequence[float]) -> None:
+    """``speed`` (rpm), ``amplitude`` (m), and depth (m), chatter_frequency (Hz), lobe as [amplitude, speed]."""
+    import io
+
+    from jointlib.io import atomic
+
+    buffer = io.BytesIO()
+    np.savez_compressed(
+        buffer,
+        speed=speeds,
+        amplitude=np.array(amplitude),
+        depth=np.array([c.depth for c in charts]),
+        chatter_frequency=np.array([c.chatter_frequency for c in charts]),
+        lobe=np.array([c.lobe for c in charts]),
+        kind=np.array([c.kind for c in charts]),
+        minimum_depth=np.array([c.minimum_depth for c in charts]),
+    )
+    atomic.write(path, lambda file: file.write(buffer.getvalue()))

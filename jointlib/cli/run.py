@@ -1,0 +1,272 @@
+"""``jointlib run``: the whole road for a machine."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+import numpy as np
+
+from jointlib.cli.arguments import Quantity, Verb, input_file, json_option
+from jointlib.cli.output import Steps, emit, wrote
+from jointlib.errors import CheckFailed, InputError
+
+if TYPE_CHECKING:
+    from jointlib.joint import Joint
+    from jointlib.loop.report import TraceReport
+    from jointlib.measurement import Measurement
+    from machines import Machine
+    from machines.report import Section
+
+_AMPLITUDES = (0.0, 2e-6, 5e-6, 10e-6)
+"""Tool-point amplitudes of the lobes, m; onset first."""
+
+
+@click.command("run", cls=Verb)
+@input_file("machine")
+@click.option("-o", "output", type=click.Path(path_type=Path), required=True, help="Folder for everything written.")
+@click.option("--amplitude", type=Quantity("m"), multiple=True, help="Tool-point amplitudes of the lobes.")
+@json_option
+def command(machine: Path, output: Path, amplitude: tuple[float, ...], as_json: bool) -> None:
+    """Identify the joints of MACHINE, doubt and mend them, couple, check, cut, export, and write one report.
+
+    \b
+    Example:
+      jointlib run machines/library/guide_mill.toml -o out
+    """
+    from machines import read_machine
+
+    model = read_machine(machine)
+    if output.exists() and not output.is_dir():
+        raise InputError(f"-o: {output} is a file, expected a folder")
+    road = Road(model, output, Steps(), shlex.join(["jointlib", "run", str(machine), "-o", str(output)]))
+    road.joints()
+    road.couple()
+    if model.cutting is not None:
+        road.cut(amplitude or _AMPLITUDES)
+    road.export()
+    data = road.close()
+    emit(as_json, data, [*road.said, *(wrote(path) for path in road.written)])
+    if road.failed:
+        raise CheckFailed("; ".join(road.failed))
+
+
+@dataclass
+class Road:
+    """The steps of a run and what they have left so far."""
+
+    machine: Machine
+    folder: Path
+    progress: Steps
+    command: str
+    steps: list[dict[str, Any]] = field(default_factory=list)
+    sections: list[Section] = field(default_factory=list)
+    said: list[str] = field(default_factory=list)
+    written: list[Path] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+    failed: list[str] = field(default_factory=list)
+    tests: list[Measurement] = field(default_factory=list)
+    traces: dict[str, TraceReport] = field(default_factory=dict)
+    numbers: list[tuple[str, str]] = field(default_factory=list)
+    advice: list[str] = field(default_factory=list)
+
+    def joints(self) -> None:
+        """Identify every joint that the machine file leaves open, and close the loop on it."""
+        for connection in self.machine.connections:
+            if connection.identify is not None:
+                self._joint(connection.name, connection.identify)
+
+    def _joint(self, name: str, identify_from: Any) -> None:
+        from jointlib import identify, read_joint, read_measurement, trace, write_joint
+        from jointlib.cli.trace import words
+        from jointlib.loop.close import write_trace
+        from machines.report.sections import identification_section, trace_section
+
+        tests = [read_measurement(path) for path in identify_from.records]
+        self.tests += tests
+        with self.progress.step(f"identifying {name} from {', '.join(t.source.name for t in tests)}"):
+            start = None if identify_from.start is None else read_joint(identify_from.start)
+            found = identify(tests, start=start)
+            write_joint(self._path(f"{name}.identified.joint.toml"), found.joint)
+        errors = {e.measurement: e.rms for e in found.errors}
+        self.steps.append({"step": "identify", "joint": name, "rms": errors, "messages": list(found.messages)})
+        self.sections.append(identification_section(found, any(t.simulated for t in tests)))
+        joint = found.joint
+        for test in tests:
+            if test.kind not in ("rig", "path"):
+                continue
+            with self.progress.step(f"tracing what {name} leaves unexplained of {test.source.name}"):
+                report = trace(test, joint)
+            self.written += write_trace(report, self.folder / f"{name}.trace")
+            self.traces[name] = report
+            self.said += words(report)
+            self.warnings += report.warnings
+            self.steps.append({"step": "trace", "joint": name, "verdict": report.verdict.value})
+            self.sections.append(trace_section(report))
+            joint = report.mended
+        write_joint(self._path(f"{name}.joint.toml"), joint)
+        self._gains(name, found.joint, joint)
+        self.machine = self.machine.with_joint(name, joint)
+
+    def _gains(self, name: str, before: Joint, after: Joint) -> None:
+        from jointlib.describing import DescribingFunction
+        from machines.report.sections import gain_section
+
+        low, high = self.machine.frequency or (100.0, 1000.0)
+        frequency = np.array([low, (low * high) ** 0.5, high])
+        A = np.geomspace(0.01, 1.0, 40) * after.validity.get("amplitude", (0.0, 5e-6))[1]
+        data: dict[str, Any] = {"amplitude": A, "frequency": frequency}
+        for word, joint in (("", after), ("_as_identified", before)):
+            G = DescribingFunction(joint)(A[:, None], 2 * np.pi * frequency)
+            data |= {f"gain_real{word}": G.real, f"gain_imag{word}": G.imag}
+        self._json(f"{name}.df.json", data)
+        self.steps.append({"step": "df", "joint": name})
+        self.sections.append(gain_section(before, after, float(frequency[1])))
+
+    def couple(self) -> None:
+        """Check the linearised machine against python-control, then force it at every level."""
+        from jointlib.cli.frf import peak_rows, write_response
+        from machines import linear_check, response
+        from machines.report.sections import check_section, response_section
+
+        with self.progress.step("checking the coupled machine against python-control"):
+            check = linear_check(self.machine)
+        excluded = [{"connection": e.connection, "law": e.law, "reason": e.reason} for e in check.excluded]
+        data = {
+            "max_relative_difference": check.max_relative_difference,
+            "passed": check.passed,
+            "excluded": excluded,
+        }
+        self._json("check.json", data)
+        self.steps.append({"step": "check", **data})
+        self.sections.append(check_section(check))
+        self.said.append(
+            f"check against python-control: {check.max_relative_difference:.2g} in norm, "
+            + ("passed" if check.passed else "FAILED")
+        )
+        self.numbers.append(("coupling against control", f"{check.max_relative_difference:.1e}"))
+        if not check.passed:
+            self.failed.append("receptance coupling and python-control differ")
+        with self.progress.step("forced response at each force"):
+            result = response(self.machine)
+        write_response(self._path("frf.npz"), result)
+        self._json("frf.json", {"peaks": peak_rows(result), "file": "frf.npz"})
+        outcomes = {f"{f:g} N": o.name.lower() for f, o in zip(result.force, result.outcomes, strict=True)}
+        self.steps.append({"step": "frf", "outcomes": outcomes})
+        self.warnings += [
+            f"Forced response at {f:g} N: {o.value}"
+            for f, o in zip(result.force, result.outcomes, strict=True)
+            if o.value
+        ]
+        self.sections.append(response_section(result))
+
+    def cut(self, amplitudes: tuple[float, ...]) -> None:
+        """Stability lobes at each tool-point amplitude."""
+        from jointlib.cli.lobes import chart_data, default_speeds, write_lobes
+        from machines import lobes_at_amplitude
+        from machines.report.sections import lobes_section
+
+        speeds = default_speeds(self.machine)
+        charts = []
+        for A in amplitudes:
+            size = f"a tool-point amplitude of {A * 1e6:g} um" if A else "vanishing vibration"
+            with self.progress.step(f"stability lobes at {size}"):
+                charts.append(lobes_at_amplitude(self.machine, speeds, A))
+        write_lobes(self._path("lobes.npz"), charts, speeds, amplitudes)
+        self._json("lobes.json", chart_data(charts, speeds, amplitudes, listed=True))
+        lowest = {A: c.minimum_depth for A, c in zip(amplitudes, charts, strict=True)}
+        self.steps.append({"step": "lobes", "minimum_depth": list(lowest.values()), "amplitude": list(amplitudes)})
+        self.sections.append(lobes_section(list(zip(amplitudes, charts, strict=True))))
+        self.warnings += sorted({w for c in charts for w in c.warnings})
+        safe = min(lowest.values())
+        where = charts[list(lowest.values()).index(safe)]
+        self.numbers.append(("safe depth at every speed", f"{safe * 1e3:.3g} mm"))
+        best = int(np.argmax(np.min([c.depth for c in charts], axis=0)))
+        depth = float(np.min([c.depth[best] for c in charts]))
+        self.advice.append(
+            f"Below {safe * 1e3:.3g} mm every speed is stable (chatter would come at {where.minimum_frequency:.0f} Hz); "
+            f"the best speed in the range is {speeds[best]:.0f} rpm with {depth * 1e3:.3g} mm."
+        )
+        self.said.append(self.advice[-1])
+
+    def export(self) -> None:
+        """Every joint that was identified as a verified FMU."""
+        from fmu.export import export_fmu
+        from machines.report import Section, Table
+
+        rows = []
+        for connection in self.machine.connections:
+            if connection.joint is None or connection.name not in self.traces:
+                continue
+            path = self._path(f"{connection.name}.fmu")
+            with self.progress.step(f"exporting {connection.name} as an FMU and verifying it"):
+                done = export_fmu(connection.joint, path)
+            step = "none is safe" if done.max_step is None else f"{done.max_step * 1e6:.3g} µs"
+            rows += [
+                ("file", path.name),
+                ("runtime", done.runtime),
+                ("platforms", ", ".join(done.platforms)),
+                ("verified with", ", ".join(done.verified_with)),
+                ("largest co-simulation step", step),
+            ]
+            self.steps.append({"step": "fmu", "joint": connection.name, "max_step": done.max_step, "file": path.name})
+            text = ["It was validated and replayed its reference run before it was written.", *done.messages]
+            self.sections.append(Section("The joint as an FMU", text, (), [Table(("", ""), rows)]))
+            self.said.append(f"{path.name}: verified with {', '.join(done.verified_with)}")
+
+    def close(self) -> dict[str, Any]:
+        """Write the report and the summary, and return the promised keys."""
+        from importlib.metadata import version
+
+        from jointlib.cli.trace import assumptions_of, inputs_of, trace_numbers
+        from machines.report import Page
+
+        main = next(iter(self.traces.values()), None)
+        finding = " ".join([*(r.sentence for r in self.traces.values()), *self.advice])
+        source = self.machine.source
+        inputs = [(source.name, _hash(source))] if source is not None else []
+        Page(
+            title=f"{self.machine.name}: joints, response and stability",
+            finding=finding or "Every joint was given; nothing was identified.",
+            numbers=[*(trace_numbers(main) if main else []), *self.numbers],
+            sections=self.sections,
+            inputs=[*inputs, *inputs_of(self.tests)],
+            assumptions=[
+                *assumptions_of(self.tests),
+                "Joints are replaced by their describing functions: one harmonic, zero mean.",
+                "Bodies and modes are linear; the tool point is reached along the axes named in the machine file.",
+            ],
+            warnings=list(dict.fromkeys(self.warnings)),
+            command=self.command,
+            version=version("jointlib"),
+        ).write(self._path("report.html"))
+        data = {
+            "steps": self.steps,
+            "report": str(self.folder / "report.html"),
+            "verdict": main.verdict.value if main else None,
+            "error_before": main.error_before["relative"] if main else None,
+            "error_after": main.error_after["relative"] if main else None,
+        }
+        self._json("run.json", data)
+        return data
+
+    def _path(self, name: str) -> Path:
+        path = self.folder / name
+        self.written.append(path)
+        return path
+
+    def _json(self, name: str, data: dict[str, Any]) -> None:
+        from jointlib.io.atomic import write_text
+        from jointlib.loop.report import plain
+
+        write_text(self._path(name), json.dumps(plain(data), indent=1, allow_nan=False) + "\n")
+
+
+def _hash(path: Path) -> str:
+    from jointlib.io.atomic import sha256
+
+    return sha256(path)

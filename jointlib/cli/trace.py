@@ -1,0 +1,108 @@
+"""``jointlib trace``: close the loop on one measurement."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from jointlib.cli.arguments import Verb, input_file, json_option
+from jointlib.cli.output import emit, working, wrote
+from jointlib.errors import InputError
+
+if TYPE_CHECKING:
+    from jointlib.loop.report import TraceReport
+    from jointlib.measurement import Measurement
+
+
+@click.command("trace", cls=Verb)
+@input_file("measurement")
+@click.option("--joint", type=click.Path(path_type=Path), help="The joint model to doubt.")
+@click.option("--machine", type=click.Path(path_type=Path), help="Not in this version: for measured FRFs.")
+@click.option("--seed", type=int, default=0, help="Seed of the permutation tests.")
+@click.option("-o", "output", type=click.Path(path_type=Path), required=True, help="Folder for what is written.")
+@json_option
+def command(
+    measurement: Path, joint: Path | None, machine: Path | None, seed: int, output: Path, as_json: bool
+) -> None:
+    """Say what JOINT leaves unexplained of MEASUREMENT, name the effect it lacks, mend it, show before and after.
+
+    \b
+    Example:
+      jointlib trace machines/library/guide_mill/rig.measurement.toml --joint machines/library/guide_mill/start.joint.toml -o traced
+    """  # noqa: E501
+    from jointlib import read_joint, read_measurement, trace
+    from jointlib.loop.close import write_trace
+
+    if machine is not None:
+        raise InputError("--machine: tracing measured FRFs is not in this version, expected --joint")
+    if joint is None:
+        raise InputError("trace: expected --joint, the model that is to be doubted")
+    test = read_measurement(measurement)
+    with working("tracing the residual"):
+        report = trace(test, read_joint(joint), seed=seed)
+        written = [*write_trace(report, output), output / "report.html"]
+        _write_page(report, test, f"jointlib trace {measurement} --joint {joint} -o {output}", written[-1])
+    emit(as_json, report.as_json(), [*words(report), *(wrote(path) for path in written)])
+
+
+def words(report: TraceReport) -> list[str]:
+    """The finding and the errors as lines of text."""
+    lines = [f"{report.verdict.value}: {report.sentence}"]
+    before, after = report.error_before, report.error_after
+    lines.append(
+        f"error before {100 * before['relative']:.3g} %, after {100 * after['relative']:.3g} % "
+        f"(on {before.get('where', 'the records')}); in sample {100 * before['in_sample']:.3g} %, "
+        f"{100 * after['in_sample']:.3g} %"
+    )
+    lines += [f"rival: {r.family}. {r.separating_experiment}" for r in report.rivals]
+    return [*lines, *(f"warning: {w}" for w in report.warnings)]
+
+
+def _write_page(report: TraceReport, test: Measurement, command_line: str, path: Path) -> None:
+    from importlib.metadata import version
+
+    from machines.report import Page
+    from machines.report.sections import trace_section
+
+    Page(
+        title=f"Trace of {test.source.name}",
+        finding=report.sentence,
+        numbers=trace_numbers(report),
+        sections=[trace_section(report)],
+        inputs=inputs_of([test]),
+        assumptions=assumptions_of([test]),
+        warnings=report.warnings,
+        command=command_line,
+        version=version("jointlib"),
+    ).write(path)
+
+
+def trace_numbers(report: TraceReport) -> list[tuple[str, str]]:
+    """Verdict and errors for the head of a report."""
+    chosen = report.chosen
+    return [
+        ("verdict", report.verdict.value.replace("_", " ")),
+        ("missing effect", "–" if chosen is None else chosen.family),
+        ("error before", f"{100 * report.error_before['relative']:.3g} %"),
+        ("error after", f"{100 * report.error_after['relative']:.3g} %"),
+    ]
+
+
+def inputs_of(tests: list[Measurement]) -> list[tuple[str, str]]:
+    """Every file that a report stands on, with its hash."""
+    from jointlib.io.atomic import sha256
+
+    files = dict.fromkeys(f for test in tests for f in (test.source, *(r.file for r in test.records)))
+    return [(file.name, sha256(file)) for file in files]
+
+
+def assumptions_of(tests: list[Measurement]) -> list[str]:
+    """What the tests take for granted."""
+    said = [f"{t.source.name}: the records are simulated, not measured." for t in tests if t.simulated]
+    for test in tests:
+        for name, mass in test.bodies.items():
+            if mass.value is not None:
+                said.append(f"{test.source.name}: {name} weighs {mass.value:g} kg ± {mass.uncertainty:g} kg.")
+    return said or ["None beyond the files."]

@@ -1,0 +1,146 @@
+"""The machine as its nonlinear joints see it: everything linear coupled, one receptance between ports."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from jointlib.arrays import Array, ComplexArray
+from jointlib.errors import InputError
+from jointlib.joint import Joint
+
+from .coupling import couple
+from .indices import Index, Mask
+from .limits import Limit, amplitude_limit
+from .machine import Machine
+
+_PROBE = np.geomspace(1e-10, 1e-1, 46)
+_SINGULAR = 1e13
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """Receptances in m/N at some lines: motions are all joints (in order) and then the outputs, forces the inputs.
+
+    z + Hzz g(z) = Hzf F and x = Hof F − Hoz g hold for the nonlinear joints' motions z and forces g.
+    """
+
+    omega: Array
+    """Angular frequency in rad/s, (nf,)."""
+    Hzz: ComplexArray
+    """(nf, nj, nj) over the nonlinear joints."""
+    Hzf: ComplexArray
+    """(nf, nj, inputs)."""
+    Hoz: ComplexArray
+    """(nf, motions, nj); motions are every joint and then the outputs."""
+    Hof: ComplexArray
+    """(nf, motions, inputs)."""
+
+    def at(self, lines: Index | Mask) -> View:
+        """The same view on lines picked by index (which may repeat)."""
+        return View(self.omega[lines], self.Hzz[lines], self.Hzf[lines], self.Hoz[lines], self.Hof[lines])
+
+    def directed(self, direction: ComplexArray) -> View:
+        """One input instead of several: the forces act together with these complex weights, (nf, inputs)."""
+        weight = direction[:, :, None]
+        return View(self.omega, self.Hzz, self.Hzf @ weight, self.Hoz, self.Hof @ weight)
+
+
+@dataclass(frozen=True, eq=False)
+class Assembly:
+    """What is needed to view a machine from its nonlinear joints, between given outputs and inputs.
+
+    Rigid connections are locked and joints whose gain depends on no amplitude are coupled before anything
+    nonlinear begins.
+    """
+
+    machine: Machine
+    outputs: tuple[str, ...]
+    inputs: tuple[str, ...]
+
+    @cached_property
+    def joints(self) -> tuple[Joint, ...]:
+        """All joints, linear or not, in the order of `Machine.flexible`."""
+        return self.machine.joints()
+
+    @cached_property
+    def nonlinear(self) -> tuple[int, ...]:
+        """Indices of the joints whose gain depends on amplitude."""
+        return tuple(i for i, joint in enumerate(self.joints) if not is_linear(joint))
+
+    @cached_property
+    def limits(self) -> tuple[Limit, ...]:
+        """Up to where each nonlinear joint may be used."""
+        return tuple(amplitude_limit(self.joints[i]) for i in self.nonlinear)
+
+    @cached_property
+    def _ports(self) -> Array:
+        machine = self.machine
+        rigid = machine.rows([c for c in machine.connections if c.rigid])
+        flexible = machine.rows(machine.flexible)
+        outputs, inputs = (machine.dof_rows(dofs, "receptance") for dofs in (self.outputs, self.inputs))
+        return np.concatenate([rigid, flexible, outputs, inputs])
+
+    def free(self, omega: Array) -> ComplexArray:
+        """Receptance between all ports with rigid connections locked and every joint open.
+
+        The ports are the joints, then the outputs, then the inputs.
+        """
+        P = self._ports
+        H = np.zeros((len(omega), len(P), len(P)), dtype=complex)
+        start = 0
+        for component in self.machine.components:
+            part = P[:, start : start + len(component.dofs)]
+            touched = np.flatnonzero(np.any(part, axis=1))
+            if len(touched):
+                H[:, touched[:, None], touched] += component.receptance(omega, part[touched])
+            start += len(component.dofs)
+        locked = len(self.machine.connections) - len(self.joints)
+        if locked:
+            self._check_lock(H[len(omega) // 2, :locked, :locked])
+            H = couple(H, np.eye(locked, len(P)), np.inf)
+        return H[:, locked:, locked:]
+
+    def _check_lock(self, Hzz: ComplexArray) -> None:
+        own = np.sqrt(np.abs(np.diag(Hzz)))
+        if not np.all(own > 0) or np.linalg.cond(Hzz / own[:, None] / own) > _SINGULAR:
+            names = ", ".join(repr(c.name) for c in self.machine.connections if c.rigid)
+            raise InputError(
+                f"{self.machine.where}: the rigid connections {names} ask for motions that the components cannot make; "
+                "give the modal ones more modes, or hold less"
+            )
+
+    def at(self, omega: Array) -> View:
+        """The view at angular frequencies in rad/s."""
+        H, joints, n = self.free(omega), self.joints, len(self.joints)
+        linear = [i for i in range(n) if i not in self.nonlinear]
+        if linear:
+            gain = np.stack([joints[i].first_harmonic(0.0, omega).gain for i in linear], axis=-1)
+            H = couple(H, np.eye(H.shape[1])[linear], gain)
+        z = list(self.nonlinear)
+        motions = list(range(n + len(self.outputs)))
+        forces = list(range(n + len(self.outputs), H.shape[1]))
+        lines = slice(None)
+        return View(
+            omega,
+            H[np.ix_(range(len(omega)), z, z)] if z else H[:, :0, :0],
+            H[lines][:, z][:, :, forces],
+            H[lines][:, motions][:, :, z],
+            H[lines][:, motions][:, :, forces],
+        )
+
+    def coupled(self, omega: Array, gains: ComplexArray) -> ComplexArray:
+        """Receptance outputs × inputs with all joints held at these gains, (nf, number of joints)."""
+        H, n = self.free(omega), len(self.joints)
+        if n:
+            H = couple(H, np.eye(n, H.shape[1]), gains)
+        outputs = n + len(self.outputs)
+        return H[:, n:outputs, outputs:]
+
+
+def is_linear(joint: Joint) -> bool:
+    """Whether the gain is the same at every amplitude from 0.1 nm to 0.1 m."""
+    found = joint.first_harmonic(_PROBE[:, None], np.array([1.0, 1e3, 1e5]))
+    return bool(np.all(found.d_amplitude == 0) and np.all(found.gain == found.gain[0]))

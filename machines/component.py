@@ -1,0 +1,94 @@
+"""The contract of a component: named degrees of freedom and their receptance."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from jointlib.arrays import Array, ArrayLike, ComplexArray
+from jointlib.errors import InputError
+from jointlib.io.toml import Section
+
+
+@dataclass(frozen=True, eq=False)
+class SecondOrder:
+    """M q̈ + C q̇ + K q = Φᵀ f, x = Φ q: the equations of motion behind a receptance.
+
+    Mass (kg), damping (N s/m) and stiffness (N/m) have shape (n, n) in the generalised coordinates q; ``shapes`` Φ
+    has one row per degree of freedom of the component.
+    """
+
+    mass: Array
+    damping: Array
+    stiffness: Array
+    shapes: Array
+
+
+class Component(ABC):
+    """A linear part of a machine, known at its degrees of freedom; nothing holds it but its own stiffness."""
+
+    kind: ClassVar[str]
+    """The word for the component in machine files."""
+    name: str
+    dofs: tuple[str, ...]
+
+    @classmethod
+    @abstractmethod
+    def from_section(cls, section: Section) -> Component:
+        """Build from a ``[[component]]`` table whose ``kind`` has been read."""
+
+    @abstractmethod
+    def receptance(self, omega: Array, ports: Array | None = None) -> ComplexArray:
+        """P H Pᵀ in m/N at angular frequencies (rad/s, above 0), shape (nf, p, p).
+
+        ``ports`` P has shape (p, number of dofs), one row per force or motion that is of interest; without it
+        P is the unit matrix.
+        """
+
+    @abstractmethod
+    def second_order(self) -> SecondOrder | None:
+        """The equations of motion, or None where only a receptance is known."""
+
+    def motion_at(self, point: Array, direction: Array) -> Array | None:
+        """Row over the dofs that gives the motion of a point (m, machine axes) along a unit direction.
+
+        None where a component has no shape in space.
+        """
+        return None
+
+
+def checked_dofs(where: str, dofs: Sequence[str]) -> tuple[str, ...]:
+    """Names of degrees of freedom, which must differ and hold no dot."""
+    names = tuple(dofs)
+    if not names:
+        raise InputError(f"{where}: dofs is empty, expected at least one name")
+    for name in names:
+        if not isinstance(name, str) or not name or "." in name:
+            raise InputError(f"{where}: dof {name!r}, expected a name without a dot")
+        if names.count(name) > 1:
+            raise InputError(f"{where}: dof {name!r} is named twice, expected different names")
+    return names
+
+
+def checked_square(where: str, key: str, value: ArrayLike, size: int) -> Array:
+    """A finite symmetric matrix of ``size`` rows that stores or dissipates energy, never yields it."""
+    matrix = np.array(value, dtype=float)
+    if matrix.shape != (size, size):
+        raise InputError(f"{where}: {key} has shape {matrix.shape}, expected {(size, size)} for {size} dofs")
+    if not np.all(np.isfinite(matrix)):
+        raise InputError(f"{where}: {key} holds values that are not finite")
+    largest = np.max(np.abs(matrix), initial=0.0)
+    i, j = np.unravel_index(np.argmax(np.abs(matrix - matrix.T)), matrix.shape)
+    if abs(matrix[i, j] - matrix[j, i]) > 1e-9 * largest:
+        raise InputError(
+            f"{where}: {key}[{i}][{j}] is {matrix[i, j]:g} and {key}[{j}][{i}] is {matrix[j, i]:g}, "
+            "expected a symmetric matrix"
+        )
+    matrix = (matrix + matrix.T) / 2
+    if np.linalg.eigvalsh(matrix)[0] < -1e-9 * largest:
+        raise InputError(f"{where}: {key} has a negative eigenvalue, expected one that yields no energy")
+    return np.asarray(matrix, dtype=float)

@@ -1,0 +1,102 @@
+"""A connection: one scalar relative displacement between two sides of a machine, and the joint that acts along it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from jointlib.arrays import Array
+from jointlib.errors import InputError, nearest
+from jointlib.joint import Joint
+
+from .component import Component
+
+GROUND = "ground"
+
+
+@dataclass(frozen=True)
+class Identify:
+    """The joint is still to be identified, from these measurement files and from this starting joint."""
+
+    records: tuple[Path, ...]
+    start: Path | None = None
+
+
+@dataclass(frozen=True)
+class Connection:
+    """z = x_p − x_q along one line; the joint pulls with −f on the first side and +f on the second.
+
+    Parameters
+    ----------
+    between
+        Two sides, each ``component.dof``, ``"ground"`` or the name of a rigid body.
+    joint
+        Restoring force along z; None where ``rigid`` holds z at zero, or where ``identify`` says how to get it.
+    at, direction
+        Point (m, machine axes) and direction on which a rigid body is held; the direction is made a unit vector.
+    """
+
+    name: str
+    between: tuple[str, str]
+    joint: Joint | None = None
+    rigid: bool = False
+    identify: Identify | None = None
+    at: tuple[float, float, float] | None = None
+    direction: tuple[float, float, float] | None = None
+
+    def __post_init__(self) -> None:
+        where = f"connection {self.name!r}"
+        if len(self.between) != 2 or not all(isinstance(side, str) for side in self.between):
+            raise InputError(f"{where}: between is {self.between!r}, expected two sides")
+        if self.between[0] == self.between[1]:
+            raise InputError(f"{where}: both sides are {self.between[0]!r}, expected two different ones")
+        given = [self.joint is not None or self.identify is not None, self.rigid]
+        if sum(given) != 1:
+            found = "neither" if not any(given) else "both"
+            raise InputError(f"{where}: {found} a joint and rigid = true, expected one of joint, identify or rigid")
+        if (self.at is None) != (self.direction is None):
+            raise InputError(f"{where}: expected at and direction together, or neither")
+        if self.direction is not None and not np.linalg.norm(self.direction) > 0:
+            raise InputError(f"{where}: direction is {list(self.direction)}, expected a vector that is not zero")
+
+    def row(self, components: Sequence[Component]) -> Array:
+        """Row of B: z = B x over the dofs of all components in their order; a lever arm adds ρ × n."""
+        where = f"connection {self.name!r}"
+        rows = [self._side(side, components, where) for side in self.between]
+        bodies = any(side != GROUND and "." not in side for side in self.between)
+        if self.at is not None and not bodies:
+            raise InputError(f"{where}: at and direction are given, but neither side is a rigid body")
+        return rows[0] - rows[1]
+
+    def _side(self, side: str, components: Sequence[Component], where: str) -> Array:
+        if side == GROUND:
+            return np.zeros(sum(len(c.dofs) for c in components))
+        if "." in side:
+            return unit_row(side, components, where)
+        known: Mapping[str, Component] = {c.name: c for c in components}
+        if side not in known:
+            raise InputError(f"{where}: no component {side!r}, {nearest(side, [*known, GROUND])}")
+        if self.at is None or self.direction is None:
+            dofs = ", ".join(f"{side}.{dof}" for dof in known[side].dofs)
+            raise InputError(f"{where}: side {side!r} needs a dof ({dofs}) or, for a rigid body, at and direction")
+        direction = np.array(self.direction, dtype=float)
+        held = known[side].motion_at(np.array(self.at, dtype=float), direction / np.linalg.norm(direction))
+        if held is None:
+            raise InputError(f"{where}: component {side!r} is no rigid body, so its side must name a dof")
+        before = [c is known[side] for c in components].index(True)
+        pieces = [np.zeros(len(c.dofs)) for c in components]
+        pieces[before] = held
+        return np.concatenate(pieces)
+
+
+def unit_row(dof: str, components: Sequence[Component], where: str) -> Array:
+    """The row that picks one ``component.dof``; an unknown name is refused with the nearest one."""
+    names = [f"{c.name}.{d}" for c in components for d in c.dofs]
+    if dof not in names:
+        raise InputError(f"{where}: no degree of freedom {dof!r}, {nearest(dof, names)}")
+    row = np.zeros(len(names))
+    row[names.index(dof)] = 1.0
+    return row

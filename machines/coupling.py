@@ -1,0 +1,43 @@
+"""Receptance coupling of components through joints, exact from an open joint to a rigid one."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from jointlib.arrays import Array, ArrayLike, ComplexArray
+from jointlib.errors import InputError
+
+
+def couple(H: ComplexArray, B: Array, Z: ArrayLike) -> ComplexArray:
+    """Receptance of parts ``H`` joined through joints of dynamic stiffness ``Z``.
+
+    H_C = H − H Bᵀ (I + Z Hzz)⁻¹ Z B H with Hzz = B H Bᵀ, which equals H − H Bᵀ (Hzz + Z⁻¹)⁻¹ B H (Dhupia et al.
+    2008, eqs 19, 20) without inverting Z. Both ends are exact: with Z written as b/a the joint forces g obey
+    (a + b Hzz) g = b z_lin, where an open joint has b = 0 and a rigid one a = 0.
+
+    Parameters
+    ----------
+    H
+        m/N, shape (nf, n, n), or any leading shape.
+    B
+        Relative displacements z = B x, shape (nj, n).
+    Z
+        N/m, one gain per joint, broadcast against shape (..., nj); an infinite one is a rigid joint.
+    """
+    rows: ComplexArray = B @ H
+    Hzz = rows @ B.T
+    gain = np.broadcast_to(np.asarray(Z, dtype=complex), Hzz.shape[:-1])
+    rigid = ~np.isfinite(gain)
+    # Each row is scaled to be of order one, whatever the stiffness.
+    own = np.abs(np.einsum("...ii->...i", Hzz))
+    finite = np.where(rigid, 0.0, gain)
+    scale = 1 / (1 + np.abs(finite) * own)
+    a = np.where(rigid, 0.0, scale)
+    b = np.where(rigid, 1 / np.where(own > 0, own, 1.0), finite * scale)
+    system = b[..., None] * Hzz
+    system[..., np.arange(len(B)), np.arange(len(B))] += a
+    try:
+        force = np.linalg.solve(system, b[..., None] * rows)
+    except np.linalg.LinAlgError:
+        raise InputError("coupling: a rigid connection asks for a motion that its parts cannot make") from None
+    return H - (H @ B.T) @ force

@@ -1,0 +1,140 @@
+"""Machine files: ``schema = "jointlib/machine/1"``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from jointlib.errors import InputError
+from jointlib.io.joint_file import joint_from, read_joint
+from jointlib.io.toml import Section, read_toml
+from jointlib.joint import Joint
+from jointlib.registry import plugin
+
+from .component import Component
+from .connection import Connection, Identify
+from .lobes.cutting import Cutting
+from .machine import Machine
+
+_CUTTING_UNITS = {
+    "tangential": "N/m^2",
+    "normal": "N/m^2",
+    "specific": "N/m^2",
+    "immersion": "1",
+    "feed": "m",
+    "exponent": "1",
+}
+
+
+def read_machine(path: Path | str) -> Machine:
+    """The machine in a file; joint files it names are read, records to identify from are only noted."""
+    path = Path(path)
+    document = read_toml(path, "machine")
+    name = document.text("name", path.name.removesuffix(".toml").removesuffix(".machine"))
+    components = tuple(_component(section) for section in document.sections("component"))
+    connections = tuple(_connection(section) for section in document.sections("connection"))
+    tool_section = document.section("tool")
+    tool = {axis: tool_section.text(axis) for axis in ("x", "y") if tool_section.has(axis)}
+    tool_section.done()
+    response = document.section("response")
+    drive = response.text("drive", None)
+    force = response.numbers("force", "N", ())
+    frequency = response.numbers("frequency", "Hz", None, length=2)
+    response.done()
+    cutting = _cutting(document.section("cutting")) if document.has("cutting") else None
+    document.done()
+    return Machine(
+        components=components,
+        connections=connections,
+        name=name,
+        tool=tool,
+        drive=drive,
+        force=force,
+        frequency=None if frequency is None else (frequency[0], frequency[1]),
+        cutting=cutting,
+        source=path,
+    )
+
+
+def _component(section: Section) -> Component:
+    cls: type[Component] = plugin("jointlib.components", section.text("kind"), section.where)
+    try:
+        component = cls.from_section(section)
+    except InputError as error:
+        raise InputError(_placed(section, error)) from None
+    section.done()
+    return component
+
+
+def _connection(section: Section) -> Connection:
+    name = section.text("name")
+    between = section.words("between")
+    if len(between) != 2:
+        raise InputError(f"{section.where}: between names {len(between)} sides, expected two")
+    at, direction = (section.numbers(key, unit, None, length=3) for key, unit in (("at", "m"), ("direction", "1")))
+    joint = _joint(section, name) if section.has("joint") else None
+    identify = _identify(section.section("identify")) if section.has("identify") else None
+    if joint is not None and identify is not None:
+        raise InputError(f"{section.where}: both joint and identify, expected one of joint, identify or rigid")
+    rigid = section.flag("rigid")
+    section.done()
+    try:
+        return Connection(
+            name,
+            (between[0], between[1]),
+            joint,
+            rigid,
+            identify,
+            None if at is None else (at[0], at[1], at[2]),
+            None if direction is None else (direction[0], direction[1], direction[2]),
+        )
+    except InputError as error:
+        raise InputError(_placed(section, error)) from None
+
+
+def _joint(section: Section, name: str) -> Joint:
+    value = section.take("joint")
+    if isinstance(value, dict):
+        inline = Section(value, f"{section.where}: joint", section.folder)
+        return joint_from(inline, inline.text("name", name))
+    if not isinstance(value, str):
+        raise InputError(f"{section.where}: joint is {value!r}, expected a file name or a table {{ law = [...] }}")
+    path = section.folder / value
+    if not path.is_file():
+        raise InputError(f"{section.where}: joint refers to {path}, which does not exist")
+    return read_joint(path)
+
+
+def _identify(section: Section) -> Identify:
+    records = section.words("from")
+    if not records:
+        raise InputError(f"{section.where}: from is empty, expected at least one measurement file")
+    start = section.path("start", None)
+    section.done()
+    return Identify(tuple(section.folder / record for record in records), start)
+
+
+def _cutting(section: Section) -> dict[str, Any]:
+    fields: dict[str, Any] = {"process": section.text("process")}
+    if section.has("teeth"):
+        fields["teeth"] = section.integer("teeth", lower=1)
+    if section.has("mode"):
+        fields["mode"] = section.text("mode")
+    for key, unit in _CUTTING_UNITS.items():
+        if section.has(key):
+            fields[key] = section.number(key, unit)
+    if section.has("speed"):
+        fields["speed"] = section.numbers("speed", "rpm", length=2)
+    section.done()
+    try:
+        Cutting(**fields)
+    except InputError as error:
+        text = str(error).removeprefix("[cutting]: ")
+        raise InputError(f"{section.where}: {text}") from None
+    return fields
+
+
+def _placed(section: Section, error: InputError) -> str:
+    """The message with its place in the file, once."""
+    text = str(error)
+    return text if text.startswith(section.where) else f"{section.where}: {text.partition(': ')[2] or text}"

@@ -1,0 +1,171 @@
+"""Lobes of a machine whose joints depend on amplitude: the depth at which a vibration of given size just persists."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+
+from jointlib.arrays import Array, ArrayLike, ComplexArray
+from jointlib.errors import InputError, Outcome
+
+from ..machine import AXES, Machine
+from ..operating import OperatingPoint, operating_point
+from .chart import StabilityLobes
+from .cutting import Cutting
+from .solve import stability_lobes
+from .tool_point import ToolPoint
+from .zero_order import loop_stiffness
+
+_LINES = 600
+_HALVINGS = 4
+_STRAIGHT = 1e-4
+_ROUNDS = 3
+_ALIGNED = 1e-6
+
+
+def lobes_at_amplitude(
+    machine: Machine, speed: ArrayLike, amplitude: float = 0.0, method: str | None = None, points: int = _LINES
+) -> StabilityLobes:
+    """Stability lobes of a machine while its tool point vibrates with ``amplitude`` (m, the larger of x and y).
+
+    Every joint is frozen at the describing-function gain it has at that amplitude, G(ω; A) is the receptance that
+    follows, and b_lim(rpm, A) is computed from it: the depth at which a chatter line of that size neither grows nor
+    dies. Amplitude 0 is the onset from rest. In milling the direction of the vibration is that of the eigenvector
+    that chatters first at each frequency.
+
+    Parameters
+    ----------
+    machine
+        With a tool point, a cutting operation and a frequency range; every connection must have its joint.
+    speed
+        Spindle speeds in rpm, any shape.
+    amplitude
+        m, peak.
+    points
+        Lines to begin with; more are added where the receptance bends.
+    """
+    if machine.cutting is None:
+        raise InputError(f"{machine.where}: no [cutting], lobes need a cutting operation")
+    axes = tuple(axis for axis in AXES if axis in machine.tool)
+    cutting = Cutting(**machine.cutting)
+    if cutting.process == "turning" and "x" not in axes:
+        raise InputError(f"{machine.where}: [tool] has no x, the direction of the chip thickness in turning")
+    if amplitude == 0 and machine.frequency is not None:
+        lines = np.linspace(*machine.frequency, points)
+        tip = ToolPoint(lambda f: _at_rest(machine, cutting, f), lines, axes, sampled=False)
+        return stability_lobes(tip, cutting, speed, method)
+    point = operating_receptance(machine, amplitude, points)
+    chart = stability_lobes(point.frf, cutting, speed, method, axes=axes)
+    return replace(chart, warnings=chart.warnings + _limits(point, chart))
+
+
+def operating_receptance(machine: Machine, amplitude: float, points: int = _LINES) -> OperatingPoint:
+    """Tool-point receptance at an amplitude in m, on lines over the machine's band that are close enough.
+
+    Lines are halved where the inverse receptance, which the lobe solver interpolates, is not nearly straight between
+    them. Where the joint jumps from one state to another no spacing is close enough; there the halving ends.
+    """
+    if machine.frequency is None:
+        raise InputError(f"{machine.where}: no frequency in [response], lobes need the band to search for chatter")
+    if machine.cutting is None:
+        raise InputError(f"{machine.where}: no [cutting], lobes need a cutting operation")
+    cutting = Cutting(**machine.cutting)
+    point = _point(machine, cutting, np.linspace(*machine.frequency, points), amplitude)
+    ends = np.arange(points - 1)
+    for _ in range(_HALVINGS):
+        lines = point.frf.frequency
+        middle = (lines[ends] + lines[ends + 1]) / 2
+        found = _point(machine, cutting, middle, amplitude)
+        inverse = np.linalg.inv(point.frf.receptance)
+        straight = np.linalg.inv((inverse[ends] + inverse[ends + 1]) / 2)
+        error = np.linalg.norm(straight - found.frf.receptance, axis=(1, 2))
+        coarse = error > _STRAIGHT * np.linalg.norm(found.frf.receptance, axis=(1, 2))
+        point = _merged(point, found)
+        # Both halves of an interval that was too coarse are looked at again.
+        after = np.searchsorted(point.frf.frequency, middle[coarse])
+        ends = np.unique(np.concatenate([after - 1, after]))
+        if not len(ends):
+            break
+    return point
+
+
+def _point(machine: Machine, cutting: Cutting, lines: Array, amplitude: float) -> OperatingPoint:
+    """The tool point at ascending lines, vibrating along the direction that chatters first."""
+    axes = tuple(axis for axis in AXES if axis in machine.tool)
+    direction: ComplexArray = np.zeros((len(lines), len(axes)), dtype=complex)
+    direction[:, 0] = 1.0
+    point = operating_point(machine, lines, amplitude, direction)
+    if not np.all(np.isfinite(point.frf.receptance)):
+        raise InputError(
+            f"{machine.where}: a joint has no finite stiffness at amplitude {amplitude:g} m (ideal friction at rest), "
+            "expected an amplitude above 0"
+        )
+    if amplitude == 0 or cutting.process == "turning" or len(axes) == 1:
+        return point
+    D = loop_stiffness(cutting, axes)
+    turning = np.arange(len(lines))
+    for _ in range(_ROUNDS):
+        new = _chattering(D @ point.frf.receptance[turning])
+        old = direction[turning]
+        turned = 1 - np.abs(np.sum(new.conj() * old, axis=1)) / np.linalg.norm(old, axis=1)
+        direction[turning] = new
+        turning = turning[turned > _ALIGNED]
+        if not len(turning):
+            break
+        again = operating_point(machine, lines[turning], amplitude, direction[turning])
+        point = _replaced(point, turning, again)
+    return point
+
+
+def _at_rest(machine: Machine, cutting: Cutting, frequency: Array) -> ComplexArray:
+    """The tangent receptance at frequencies in any order, which needs no lines between which to interpolate."""
+    ascending, place = np.unique(frequency, return_inverse=True)
+    return _point(machine, cutting, ascending, 0.0).frf.receptance[place]
+
+
+def _replaced(point: OperatingPoint, at: Array, new: OperatingPoint) -> OperatingPoint:
+    """The operating point with some of its lines computed anew."""
+    receptance, amplitude, force = point.frf.receptance.copy(), point.joint_amplitude.copy(), point.force.copy()
+    receptance[at], amplitude[at], force[at] = new.frf.receptance, new.joint_amplitude, new.force
+    outcomes = list(point.outcomes)
+    for i, outcome in zip(at, new.outcomes, strict=True):
+        outcomes[i] = outcome
+    return OperatingPoint(replace(point.frf, receptance=receptance), amplitude, force, tuple(outcomes))
+
+
+def _merged(first: OperatingPoint, second: OperatingPoint) -> OperatingPoint:
+    frequency = np.concatenate([first.frf.frequency, second.frf.frequency])
+    order = np.argsort(frequency)
+    receptance = np.concatenate([first.frf.receptance, second.frf.receptance])[order]
+    outcomes = (*first.outcomes, *second.outcomes)
+    return OperatingPoint(
+        replace(first.frf, frequency=frequency[order], receptance=receptance),
+        np.concatenate([first.joint_amplitude, second.joint_amplitude])[order],
+        np.concatenate([first.force, second.force])[order],
+        tuple(outcomes[i] for i in order),
+    )
+
+
+def _limits(point: OperatingPoint, chart: StabilityLobes) -> tuple[str, ...]:
+    """A sentence for every limit that a joint met, with how much of the chart it touches."""
+    said = []
+    lines = point.frf.frequency
+    for outcome, count in Counter(o for o in point.outcomes if o is not Outcome.CONVERGED).items():
+        limited = np.array([o is outcome for o in point.outcomes])
+        chatter = chart.chatter_frequency[np.isfinite(chart.chatter_frequency)]
+        touched = int(np.count_nonzero(limited[np.clip(np.searchsorted(lines, chatter), 0, len(lines) - 1)]))
+        said.append(
+            f"On {count} of {len(lines)} lines, {lines[limited][0]:.0f} to {lines[limited][-1]:.0f} Hz, a joint "
+            f"is held at its limit ({outcome.value}); {touched} of {chart.depth.size} speeds chatter there."
+        )
+    return tuple(said)
+
+
+def _chattering(loop: ComplexArray) -> ComplexArray:
+    """Unit force direction, per line, of the eigenvector of D·G that reaches its limit at the smallest depth."""
+    values, vectors = np.linalg.eig(loop)
+    first = np.argmin(values.real, axis=1)
+    chosen: ComplexArray = np.take_along_axis(vectors, first[:, None, None], axis=2)[:, :, 0]
+    return chosen

@@ -1,0 +1,74 @@
+"""Lumped component: mass, damping and stiffness matrices."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from jointlib.arrays import Array, ComplexArray
+from jointlib.errors import InputError
+from jointlib.io.toml import Section
+
+from .component import Component, SecondOrder, checked_dofs, checked_square
+
+_BLOCK = 2**22
+"""Matrix entries that are solved at a time; bounds the memory to about 64 MB."""
+
+
+@dataclass(frozen=True, eq=False)
+class Lumped(Component):
+    """H = (K − ω²M + jωC)⁻¹; without stiffness a free body, H = −M⁻¹/ω².
+
+    Mass in kg, damping in N s/m, stiffness in N/m, each symmetric with one row per degree of freedom; damping and
+    stiffness left out are zero. What they tie to the ground is grounded.
+    """
+
+    name: str
+    dofs: tuple[str, ...]
+    mass: Array
+    damping: Array | None = None
+    stiffness: Array | None = None
+
+    kind: ClassVar[str] = "lumped"
+
+    def __post_init__(self) -> None:
+        where = f"component {self.name!r}"
+        dofs = checked_dofs(where, self.dofs)
+        object.__setattr__(self, "dofs", dofs)
+        for key in ("mass", "damping", "stiffness"):
+            value = getattr(self, key)
+            if value is not None:
+                object.__setattr__(self, key, checked_square(where, key, value, len(dofs)))
+        values = np.linalg.eigvalsh(self.mass)
+        if not values[0] > 1e-14 * values[-1]:
+            raise InputError(f"{where}: mass is singular, expected every dof to carry a mass")
+
+    @classmethod
+    def from_section(cls, section: Section) -> Lumped:
+        name, dofs = section.text("name"), section.words("dofs")
+        mass = np.array(section.matrix("mass", "kg"))
+        damping, stiffness = (
+            None if rows is None else np.array(rows)
+            for rows in (section.matrix("damping", "N s/m", None), section.matrix("stiffness", "N/m", None))
+        )
+        return cls(name, dofs, mass, damping, stiffness)
+
+    def receptance(self, omega: Array, ports: Array | None = None) -> ComplexArray:
+        n = len(self.dofs)
+        P = np.eye(n) if ports is None else ports
+        model, out = self.second_order(), np.empty((len(omega), len(P), len(P)), dtype=complex)
+        step = max(1, _BLOCK // n**2)
+        for start in range(0, len(omega), step):
+            w = omega[start : start + step, None, None]
+            dynamic = model.stiffness - w**2 * model.mass + 1j * w * model.damping
+            out[start : start + step] = P @ np.linalg.solve(dynamic, P.T.astype(complex))
+        return out
+
+    def second_order(self) -> SecondOrder:
+        n = len(self.dofs)
+        zero = np.zeros((n, n))
+        damping = zero if self.damping is None else self.damping
+        stiffness = zero if self.stiffness is None else self.stiffness
+        return SecondOrder(self.mass, damping, stiffness, np.eye(n))

@@ -1,0 +1,164 @@
+"""A machine: components, connections, the tool point and defaults; a declaration that computes nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from jointlib.arrays import Array
+from jointlib.errors import InputError, nearest
+from jointlib.joint import Joint
+
+from .component import Component
+from .connection import Connection, unit_row
+
+AXES = ("x", "y")
+
+
+@dataclass(frozen=True, eq=False)
+class Machine:
+    """Components joined at scalar connections.
+
+    Parameters
+    ----------
+    tool
+        Degrees of freedom of the tool point by axis: the feed x, the normal y; one that is left out is rigid.
+    drive
+        Degree of freedom a force acts on; the tool's x, else y, where it is not given.
+    force
+        Peak forces in N.
+    frequency
+        Lowest and highest frequency of interest in Hz.
+    cutting
+        Fields of `machines.lobes.Cutting` in SI, or None.
+    source
+        The file it came from.
+    """
+
+    components: tuple[Component, ...]
+    connections: tuple[Connection, ...] = ()
+    name: str = "machine"
+    tool: Mapping[str, str] = field(default_factory=dict)
+    drive: str | None = None
+    force: tuple[float, ...] = ()
+    frequency: tuple[float, float] | None = None
+    cutting: Mapping[str, Any] | None = None
+    source: Path | None = None
+
+    def __post_init__(self) -> None:
+        where = self.where
+        if not self.components:
+            raise InputError(f"{where}: no component, expected at least one")
+        for what, names in (
+            ("component", [c.name for c in self.components]),
+            ("connection", [c.name for c in self.connections]),
+        ):
+            for name in names:
+                if names.count(name) > 1:
+                    raise InputError(f"{where}: {what} {name!r} is declared twice, expected different names")
+        for component in self.components:
+            if "." in component.name or component.name in ("", "ground"):
+                raise InputError(f"{where}: component {component.name!r}, expected a name without a dot, not 'ground'")
+        for connection in self.connections:
+            self._place(connection)
+        self._check_constraints()
+        for axis, dof in self.tool.items():
+            if axis not in AXES:
+                raise InputError(f"{where}: [tool]: unknown axis {axis!r}, {nearest(axis, AXES)}")
+            unit_row(dof, self.components, f"{where}: [tool]: {axis}")
+        if self.drive is not None:
+            unit_row(self.drive, self.components, f"{where}: [response]: drive")
+        checked_forces(self.force, f"{where}: [response]")
+        if self.frequency is not None:
+            checked_range(self.frequency, f"{where}: [response]")
+
+    def _place(self, connection: Connection) -> None:
+        try:
+            row = connection.row(self.components)
+        except InputError as error:
+            raise InputError(f"{self.where}: {error}") from None
+        if not np.any(row):
+            raise InputError(f"{self.where}: connection {connection.name!r} holds nothing, expected a side that moves")
+
+    def _check_constraints(self) -> None:
+        rows = self.rows([c for c in self.connections if c.rigid])
+        for count, connection in enumerate((c for c in self.connections if c.rigid), start=1):
+            scaled = rows[:count] / np.linalg.norm(rows[:count], axis=1, keepdims=True)
+            if np.linalg.matrix_rank(scaled, tol=1e-9) < count:
+                raise InputError(
+                    f"{self.where}: connection {connection.name!r} is rigid but repeats what rigid ones before it hold"
+                )
+
+    @property
+    def where(self) -> str:
+        """How messages begin: the file, else the name."""
+        return str(self.source) if self.source is not None else f"machine {self.name!r}"
+
+    @property
+    def dofs(self) -> tuple[str, ...]:
+        """All degrees of freedom as ``component.dof``, in order."""
+        return tuple(f"{c.name}.{dof}" for c in self.components for dof in c.dofs)
+
+    @property
+    def flexible(self) -> tuple[Connection, ...]:
+        """The connections that carry a joint."""
+        return tuple(c for c in self.connections if not c.rigid)
+
+    def rows(self, connections: Sequence[Connection]) -> Array:
+        """B of these connections, shape (number of connections, number of dofs)."""
+        rows = [c.row(self.components) for c in connections]
+        return np.array(rows).reshape(len(rows), len(self.dofs))
+
+    def dof_rows(self, dofs: Sequence[str], what: str) -> Array:
+        """Unit rows of these dofs, shape (number of names, number of dofs)."""
+        rows = [unit_row(dof, self.components, f"{self.where}: {what}") for dof in dofs]
+        return np.array(rows).reshape(len(rows), len(self.dofs))
+
+    def joints(self) -> tuple[Joint, ...]:
+        """The joints of the flexible connections; one that is still to be identified is refused by name."""
+        found = []
+        for connection in self.flexible:
+            if connection.joint is None:
+                raise InputError(
+                    f"{self.where}: connection {connection.name!r} has no joint yet; identify it and hand it over with "
+                    f"machine.with_joint({connection.name!r}, joint), or use `jointlib run`"
+                )
+            found.append(connection.joint)
+        return tuple(found)
+
+    def with_joint(self, connection: str, joint: Joint) -> Machine:
+        """The same machine with this joint in the named connection."""
+        names = [c.name for c in self.flexible]
+        if connection not in names:
+            raise InputError(f"{self.where}: no flexible connection {connection!r}, {nearest(connection, names)}")
+        changed = tuple(replace(c, joint=joint) if c.name == connection else c for c in self.connections)
+        return replace(self, connections=changed)
+
+    def driven_dof(self, drive: str | None = None) -> str:
+        """Where a force acts: ``drive``, else the default of the file, else the tool."""
+        for dof in (drive, self.drive, *(self.tool.get(axis) for axis in AXES)):
+            if dof is not None:
+                self.dof_rows([dof], "drive")
+                return dof
+        raise InputError(f"{self.where}: no drive is given and the machine has no tool, expected a dof to drive")
+
+
+def checked_range(frequency: Sequence[float], where: str) -> tuple[float, float]:
+    """Lowest and highest frequency in Hz, finite, positive and in this order."""
+    low, high = (float(f) for f in frequency)
+    if not (np.isfinite(low) and np.isfinite(high) and 0 < low < high):
+        raise InputError(f"{where}: frequency runs from {low:g} to {high:g} Hz, expected 0 < low < high")
+    return low, high
+
+
+def checked_forces(force: Sequence[float], where: str) -> tuple[float, ...]:
+    """Peak forces in N, finite and positive."""
+    forces = tuple(float(f) for f in force)
+    for value in forces:
+        if not (np.isfinite(value) and value > 0):
+            raise InputError(f"{where}: force is {value:g} N, expected more than 0")
+    return forces

@@ -1,0 +1,95 @@
+"""Modal component: natural frequencies, damping ratios and mode shapes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from jointlib.arrays import Array, ComplexArray
+from jointlib.errors import InputError
+from jointlib.io.toml import Section
+
+from .component import Component, SecondOrder, checked_dofs
+
+
+@dataclass(frozen=True, eq=False)
+class Modal(Component):
+    """H = Σ_r φ_r φ_rᵀ / (m_r (ω_r² − ω² + 2jζ_r ω_r ω)); a mode at 0 Hz is a free motion.
+
+    Parameters
+    ----------
+    frequency
+        Natural frequencies in Hz, shape (modes,).
+    damping_ratio
+        ζ, shape (modes,).
+    shapes
+        One column per mode, one row per degree of freedom.
+    modal_mass
+        kg, shape (modes,); 1 where the shapes are normalised to unit modal mass.
+    """
+
+    name: str
+    dofs: tuple[str, ...]
+    frequency: Array
+    damping_ratio: Array
+    shapes: Array
+    modal_mass: Array | None = None
+
+    kind: ClassVar[str] = "modal"
+
+    def __post_init__(self) -> None:
+        where = f"component {self.name!r}"
+        dofs = checked_dofs(where, self.dofs)
+        frequency = np.array(self.frequency, dtype=float)
+        modes = frequency.size
+        mass = np.ones(modes) if self.modal_mass is None else np.array(self.modal_mass, dtype=float)
+        values = {
+            "frequency": frequency,
+            "damping_ratio": np.array(self.damping_ratio, dtype=float),
+            "modal_mass": mass,
+        }
+        for key, value in values.items():
+            if value.shape != (modes,) or modes == 0:
+                raise InputError(f"{where}: {key} has {value.size} values, expected one per mode ({modes})")
+            low = np.min(value)
+            if not np.all(np.isfinite(value)) or low < 0 or (key == "modal_mass" and low == 0):
+                raise InputError(f"{where}: {key} is {value.tolist()}, expected finite and positive values")
+        shapes = np.array(self.shapes, dtype=float)
+        if shapes.shape != (len(dofs), modes) or not np.all(np.isfinite(shapes)):
+            raise InputError(
+                f"{where}: shapes has shape {shapes.shape}, expected finite values of shape {(len(dofs), modes)}: "
+                "a row per dof, a column per mode"
+            )
+        for key, value in {**values, "shapes": shapes}.items():
+            object.__setattr__(self, key, value)
+        object.__setattr__(self, "dofs", dofs)
+
+    @classmethod
+    def from_section(cls, section: Section) -> Modal:
+        mass = section.numbers("modal_mass", "kg", None)
+        return cls(
+            section.text("name"),
+            section.words("dofs"),
+            np.array(section.numbers("frequency", "Hz")),
+            np.array(section.numbers("damping_ratio", "1")),
+            np.array(section.matrix("shapes", "1")),
+            None if mass is None else np.array(mass),
+        )
+
+    def receptance(self, omega: Array, ports: Array | None = None) -> ComplexArray:
+        natural = 2 * np.pi * self.frequency
+        w = omega[:, None]
+        assert self.modal_mass is not None
+        modal = 1 / (self.modal_mass * (natural**2 - w**2 + 2j * self.damping_ratio * natural * w))
+        S = self.shapes if ports is None else ports @ self.shapes
+        return np.asarray((S * modal[:, None, :]) @ S.T)
+
+    def second_order(self) -> SecondOrder:
+        natural = 2 * np.pi * self.frequency
+        mass = self.modal_mass
+        assert mass is not None
+        return SecondOrder(
+            np.diag(mass), np.diag(2 * self.damping_ratio * natural * mass), np.diag(natural**2 * mass), self.shapes
+        )

@@ -1,0 +1,173 @@
+"""Several joints: Newton's method on the joint motions, all frequencies and forces at once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from jointlib.arrays import Array, ComplexArray
+from jointlib.joint import Joint
+
+from .assembly import View
+from .indices import Index, Mask
+
+_ITERATIONS = 60
+_SETTLED = 1e-12
+_SHORTEST = 2.0**-6
+_RISE = 10.0
+_RAMP = 12
+_BARELY_MOVING = 1e-10
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """Joint motions at each point (a line with a force)."""
+
+    z: ComplexArray
+    """Relative displacements in m, shape (points, nj)."""
+    gain: ComplexArray
+    """Describing-function gains there in N/m, shape (points, nj)."""
+    converged: Mask
+    """True where the residual and the step fell below the tolerance."""
+    turning: Mask
+    """True where the determinant of the Jacobian has changed sign: a fold was passed, the solution is unstable."""
+
+    @property
+    def force(self) -> ComplexArray:
+        """Joint forces g = G z in N."""
+        return self.gain * self.z
+
+
+def solve(
+    view: View,
+    joints: Sequence[Joint],
+    force: Array,
+    cap: Array | None = None,
+    start: ComplexArray | None = None,
+    ramp: bool = True,
+) -> Solution:
+    """Balance z + Hzz g(z) = Hzf F at every point; one line of ``view`` and one force per point.
+
+    g = G(abs z, ω) z is not holomorphic: both Wirtinger derivatives enter, g_Z = G + A G'/2 and
+    g_Z* = (z²/A) G'/2, as a real system of 2 nj unknowns per point. The gain at rest is first coupled into Hzz, so
+    that free parts stay well conditioned and the start is the linear response. A point that does not settle is tried
+    again with the force raised in steps. ``cap`` is the longest step of each joint in m.
+    """
+    problem = Problem.of(view, joints, force, np.full(len(joints), np.inf) if cap is None else cap)
+    first = problem.driven if start is None else start
+    z, gain, converged, turning = problem.newton(first, problem.driven)
+    lost = np.flatnonzero(~converged)
+    if ramp and len(lost):
+        part = problem.at(lost)
+        s, climbing = part.driven / _RAMP, np.ones(len(lost), dtype=bool)
+        for k in range(1, _RAMP + 1):
+            s, g, done, turned = part.newton(s, part.driven * k / _RAMP)
+            climbing &= done
+            if k < _RAMP:
+                s = s * (k + 1) / k
+        z[lost], gain[lost], converged[lost], turning[lost] = s, g, climbing, turned
+    return Solution(z, gain, converged, turning)
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """z + H (G − G0) z = driven at all points, with the gain at rest G0 coupled into H and into the driving."""
+
+    omega: Array
+    joints: tuple[Joint, ...]
+    base: ComplexArray
+    Hzz: ComplexArray
+    driven: ComplexArray
+    cap: Array
+
+    @classmethod
+    def of(cls, view: View, joints: Sequence[Joint], force: Array, cap: Array) -> Problem:
+        nj = len(joints)
+        base = gains(joints, np.zeros((len(view.omega), nj)), view.omega)[0]
+        tiny = gains(joints, np.full((len(view.omega), nj), _BARELY_MOVING), view.omega)[0]
+        base = np.where(np.isfinite(base), base, tiny)
+        system = np.eye(nj) + view.Hzz * base[:, None, :]
+        both = np.concatenate([view.Hzz, view.Hzf[:, :, :1] * force[:, None, None]], axis=2)
+        both = np.asarray(np.linalg.solve(system, both), dtype=complex)
+        return cls(view.omega, tuple(joints), base, both[:, :, :nj], both[:, :, nj], cap)
+
+    def at(self, points: Index | Mask) -> Problem:
+        return Problem(
+            self.omega[points], self.joints, self.base[points], self.Hzz[points], self.driven[points], self.cap
+        )
+
+    def residual(self, z: ComplexArray, driven: ComplexArray) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+        gain, slope = gains(self.joints, np.abs(z), self.omega)
+        force = (gain - self.base) * z
+        return z + (self.Hzz @ force[:, :, None])[:, :, 0] - driven, gain, slope
+
+    def jacobian(self, z: ComplexArray, gain: ComplexArray, slope: ComplexArray) -> Array:
+        """Real Jacobian over [Re z, Im z], shape (points, 2nj, 2nj)."""
+        A = np.abs(z)
+        half = slope * A / 2
+        turn = np.where(A > 0, z / np.where(A > 0, A, 1.0), 0.0) ** 2
+        by_z = np.eye(z.shape[1]) + self.Hzz * (gain - self.base + half)[:, None, :]
+        by_conjugate = self.Hzz * (turn * half)[:, None, :]
+        plus, minus = by_z + by_conjugate, by_z - by_conjugate
+        return np.concatenate(
+            [np.concatenate([plus.real, -minus.imag], axis=2), np.concatenate([plus.imag, minus.real], axis=2)], axis=1
+        )
+
+    def newton(self, start: ComplexArray, driven: ComplexArray) -> tuple[ComplexArray, ComplexArray, Mask, Mask]:
+        """z, gain, converged and turning from one start per point; points drop out as they settle."""
+        points, nj = start.shape
+        z, gain = start.astype(complex), np.zeros((points, nj), dtype=complex)
+        converged, turning = np.zeros(points, dtype=bool), np.zeros(points, dtype=bool)
+        left = np.arange(points)
+        part, target, x = self, driven, z
+        r, G, slope = part.residual(x, target)
+        for _ in range(_ITERATIONS):
+            J = part.jacobian(x, G, slope)
+            size = np.max(np.abs(x), axis=1)
+            try:
+                step = -np.linalg.solve(J, np.concatenate([r.real, r.imag], axis=1)[:, :, None])[:, :, 0]
+            except np.linalg.LinAlgError:
+                break
+            delta = step[:, :nj] + 1j * step[:, nj:]
+            small = np.max(np.abs(delta), axis=1) <= _SETTLED * np.maximum(size, 1e-300)
+            sign = np.linalg.slogdet(J)[0]
+            gain[left], z[left] = G, x
+            converged[left[small]], turning[left[small]] = True, sign[small] < 0
+            go = ~small & np.all(np.isfinite(delta), axis=1)
+            if not np.any(go):
+                break
+            left, part, target = left[go], part.at(go), target[go]
+            x, r, G, slope = part._step(x[go], delta[go], r[go], target)
+        return z, gain, converged, turning
+
+    def _step(
+        self, x: ComplexArray, delta: ComplexArray, r: ComplexArray, target: ComplexArray
+    ) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray]:
+        """A step no longer than the cap, halved where it does not reduce the residual."""
+        share = 1 / np.maximum(1.0, np.max(np.abs(delta) / self.cap, axis=1))
+        before = np.linalg.norm(r, axis=1)
+        rounding = 1e-13 * np.linalg.norm(target, axis=1)
+        new = x + share[:, None] * delta
+        r_new, G, slope = self.residual(new, target)
+        while True:
+            worse = (np.linalg.norm(r_new, axis=1) > _RISE * before + rounding) & (share > _SHORTEST)
+            if not np.any(worse):
+                return new, r_new, G, slope
+            share = np.where(worse, share / 2, share)
+            new[worse] = x[worse] + share[worse, None] * delta[worse]
+            r_new[worse], G[worse], slope[worse] = self.at(worse).residual(new[worse], target[worse])
+
+
+def gains(joints: Sequence[Joint], amplitude: Array, omega: Array) -> tuple[ComplexArray, ComplexArray]:
+    """G and dG/dA of every joint at every point, shape (points, nj); equal joints are asked together."""
+    gain = np.empty(amplitude.shape, dtype=complex)
+    slope = np.empty_like(gain)
+    together: dict[int, list[int]] = {}
+    for j, joint in enumerate(joints):
+        together.setdefault(id(joint), []).append(j)
+    for columns in together.values():
+        found = joints[columns[0]].first_harmonic(amplitude[:, columns], omega[:, None])
+        gain[:, columns], slope[:, columns] = found.gain, found.d_amplitude
+    return gain, slope
