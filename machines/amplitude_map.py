@@ -12,7 +12,7 @@ from jointlib.joint import Joint
 
 from .assembly import View
 from .indices import Index, Mask
-from .limits import Limit, feeds_energy, outside_frequency
+from .limits import Limit, feeds_energy
 
 _DECADES = 6.0
 _FURTHEST = 1.0
@@ -181,7 +181,7 @@ def admissible(
 ) -> tuple[Array, tuple[Outcome, ...]]:
     """Per line the largest admissible amplitude in m: the joint's own limit, or where its Im G turns negative.
 
-    ``gain`` is the table on lines and amplitudes ``A``; outside the range of frequencies nothing is admissible.
+    ``gain`` is the table on lines and amplitudes ``A``.
     """
     ends = np.full(len(omega), min(limit.amplitude, A[-1]))
     reasons = np.full(len(omega), limit.outcome if np.isfinite(limit.amplitude) else Outcome.STALLED, dtype=object)
@@ -196,8 +196,6 @@ def admissible(
             bad = feeds_energy(joint.first_harmonic(middle, omega[rows]).gain)
             low, high = np.where(bad, low, middle), np.where(bad, middle, high)
         ends[rows], reasons[rows] = low, Outcome.NEGATIVE_DAMPING
-    outside = outside_frequency(joint, omega)
-    ends[outside], reasons[outside] = 0.0, Outcome.OUT_OF_RANGE
     return ends, tuple(reasons)
 
 

@@ -12,6 +12,7 @@ from jointlib.joint import Joint
 from jointlib.law import Motion
 
 from .indices import Mask
+from .machine import Machine
 
 _REACH = 1.0
 """m; no machine joint moves further."""
@@ -70,8 +71,18 @@ def feeds_energy(gain: ComplexArray) -> Mask:
     return np.asarray(gain.imag < -_FEEDING * np.abs(gain))
 
 
-def outside_frequency(joint: Joint, omega: Array) -> Mask:
-    """Where an angular frequency lies outside the range the joint was identified on."""
-    low, high = joint.validity.get("frequency", (0.0, np.inf))
-    frequency = omega / (2 * np.pi)
-    return np.asarray((frequency < low * (1 - 1e-12)) | (frequency > high * (1 + 1e-12)))
+def beyond_frequency(machine: Machine, low: float, high: float) -> tuple[str, ...]:
+    """A sentence for every joint that is used at frequencies (Hz) other than those it was identified on.
+
+    That is said and not refused: a law in time holds at any frequency as far as its form is right, whereas past the
+    identified amplitude the form itself is unknown.
+    """
+    said = []
+    for connection, joint in zip(machine.flexible, machine.joints(), strict=True):
+        first, last = joint.validity.get("frequency", (0.0, np.inf))
+        if low < first * (1 - 1e-12) or high > last * (1 + 1e-12):
+            said.append(
+                f"{connection.name}: used from {low:g} to {high:g} Hz, identified from {first:g} to {last:g} Hz; "
+                "its laws are carried over to the other frequencies."
+            )
+    return tuple(said)

@@ -16,7 +16,7 @@ from jointlib.joint import Joint
 from .amplitude_map import admissible, gain_table
 from .assembly import Assembly, View
 from .indices import Index, Reasons
-from .limits import feeds_energy, outside_frequency
+from .limits import feeds_energy
 from .machine import AXES, Machine
 from .prescribed import Prescribed, solve_prescribed
 
@@ -234,11 +234,10 @@ def _joints(assembly: Assembly, view: View, axes: int, amplitude: float) -> _Sta
     caps = np.array([limit.amplitude / 4 for limit in assembly.limits])
     found = solve_prescribed(view, joints, caps, direct, through, amplitude)
     outcomes = np.array([Outcome.CONVERGED if c else Outcome.STALLED for c in found.converged], dtype=object)
-    for j, (joint, limit) in enumerate(zip(joints, assembly.limits, strict=True)):
+    for j, limit in enumerate(assembly.limits):
         for wrong, outcome in (
             (np.abs(found.z[:, j]) > limit.amplitude, limit.outcome),
             (feeds_energy(found.gain[:, j]), Outcome.NEGATIVE_DAMPING),
-            (outside_frequency(joint, view.omega), Outcome.OUT_OF_RANGE),
         ):
             outcomes[found.converged & wrong] = outcome
     return _State(_held(assembly, found, outcomes, view.omega), found.force, tuple(outcomes))

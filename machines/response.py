@@ -15,6 +15,7 @@ from jointlib.frf import FRF, ReceptanceKind
 from .assembly import Assembly
 from .branches import Branch, Chain, Stability, chains
 from .folds import fold_lines
+from .limits import beyond_frequency
 from .machine import Machine, checked_forces, checked_range
 from .peaks import Peak
 from .resonances import resonances
@@ -57,6 +58,8 @@ class Response:
     """CONVERGED, or what kept the solution at some line from being used."""
     peaks: tuple[Peak, ...]
     """One per force, connection and resonance."""
+    warnings: tuple[str, ...] = ()
+    """What bears on the result, a sentence each."""
 
     def peaks_of(self, connection: str, force: float) -> tuple[Peak, ...]:
         """Peaks of one connection at one force in N, ascending in frequency."""
@@ -137,6 +140,7 @@ def response(
         tuple(_frf(assembly, found, f, float(forces[f])) for f in every),
         tuple(_outcome(found, f, [p for p in peaks if p.force == forces[f]]) for f in every),
         tuple(peaks),
+        beyond_frequency(machine, float(lines[0]), float(lines[-1])),
     )
 
 

@@ -12,7 +12,7 @@ from jointlib.errors import Outcome
 from . import amplitude_map, nonlinear
 from .assembly import Assembly, View
 from .indices import Index, Mask, Reasons
-from .limits import feeds_energy, outside_frequency
+from .limits import feeds_energy
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,12 +132,10 @@ def balance(
     motion = view.Hof[:, :, 0] * force[:, None] - (view.Hoz @ found.force[:, :, None])[:, :, 0]
     motion[:, list(assembly.nonlinear)] = found.z
     fine = found.converged.copy()
-    for j, joint in enumerate(joints):
-        limit = assembly.limits[j]
+    for j, limit in enumerate(assembly.limits):
         for wrong, outcome in (
             (np.abs(found.z[:, j]) > limit.amplitude, limit.outcome),
             (feeds_energy(found.gain[:, j]), Outcome.NEGATIVE_DAMPING),
-            (outside_frequency(joint, view.omega), Outcome.OUT_OF_RANGE),
         ):
             why[wrong & fine] = outcome
             fine &= ~wrong

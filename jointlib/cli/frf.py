@@ -55,7 +55,9 @@ def command(
     ]
     lines = table(("force [N]", "connection", "amplitude [um]", "frequency [Hz]", "outcome"), rows)
     lines += [f"{f:g} N: {o.value}" for f, o in zip(result.force, result.outcomes, strict=True) if o.value]
-    emit(as_json, {"peaks": peaks, "file": str(output)}, [*lines, wrote(output)])
+    lines += result.warnings
+    data = {"peaks": peaks, "file": str(output), "warnings": result.warnings}
+    emit(as_json, data, [*lines, wrote(output)])
 
 
 def peak_rows(result: Any) -> list[dict[str, Any]]:

@@ -157,6 +157,7 @@ class Road:
         self._json("frf.json", {"peaks": peak_rows(result), "file": "frf.npz"})
         outcomes = {f"{f:g} N": o.name.lower() for f, o in zip(result.force, result.outcomes, strict=True)}
         self.steps.append({"step": "frf", "outcomes": outcomes})
+        self.warnings += result.warnings
         self.warnings += [
             f"Forced response at {f:g} N: {o.value}"
             for f, o in zip(result.force, result.outcomes, strict=True)
@@ -188,8 +189,8 @@ class Road:
         best = int(np.argmax(np.min([c.depth for c in charts], axis=0)))
         depth = float(np.min([c.depth[best] for c in charts]))
         self.advice.append(
-            f"Below {safe * 1e3:.3g} mm every speed is stable (chatter would come at {where.minimum_frequency:.0f} Hz); "
-            f"the best speed in the range is {speeds[best]:.0f} rpm with {depth * 1e3:.3g} mm."
+            f"Below {safe * 1e3:.3g} mm every speed is stable (chatter would come at {where.minimum_frequency:.0f} Hz);"
+            f" the best speed in the range is {speeds[best]:.0f} rpm with {depth * 1e3:.3g} mm."
         )
         self.said.append(self.advice[-1])
 

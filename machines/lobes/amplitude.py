@@ -10,6 +10,7 @@ import numpy as np
 from jointlib.arrays import Array, ArrayLike, ComplexArray
 from jointlib.errors import InputError, Outcome
 
+from ..limits import beyond_frequency
 from ..machine import AXES, Machine
 from ..operating import OperatingPoint, operating_point
 from .chart import StabilityLobes
@@ -55,10 +56,12 @@ def lobes_at_amplitude(
     if amplitude == 0 and machine.frequency is not None:
         lines = np.linspace(*machine.frequency, points)
         tip = ToolPoint(lambda f: _at_rest(machine, cutting, f), lines, axes, sampled=False)
-        return stability_lobes(tip, cutting, speed, method)
+        chart = stability_lobes(tip, cutting, speed, method)
+        return replace(chart, warnings=chart.warnings + beyond_frequency(machine, *machine.frequency))
     point = operating_receptance(machine, amplitude, points)
     chart = stability_lobes(point.frf, cutting, speed, method, axes=axes)
-    return replace(chart, warnings=chart.warnings + _limits(point, chart))
+    beyond = beyond_frequency(machine, point.frf.frequency[0], point.frf.frequency[-1])
+    return replace(chart, warnings=chart.warnings + _limits(point, chart) + beyond)
 
 
 def operating_receptance(machine: Machine, amplitude: float, points: int = _LINES) -> OperatingPoint:

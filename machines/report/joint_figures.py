@@ -27,7 +27,7 @@ def static_fit(joint: Joint, displacement: Array, load: Array, preloads: Array, 
         error = load - joint.force_along(displacement, 0 * displacement)
         misfit.plot(displacement * 1e6, error, ".", color=MEASURED, markersize=4)
         misfit.set(xlabel="deflection [µm]", ylabel="load − fit [N]", title="What the fit leaves")
-        sweep.plot(preloads, rms, color=AFTER)
+        sweep.loglog(preloads, rms, color=AFTER)
         sweep.plot([best], [np.interp(best, preloads, rms)], "o", color=BEFORE)
         sweep.set(xlabel="preload of the sweep [N]", ylabel="rms [N]", title="Misfit over preload")
     return Figure(

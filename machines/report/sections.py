@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from jointlib.identification import Identification
-from jointlib.identification.restoring_force import RestoringForce
+from jointlib.identification.force_samples import RestoringForce
 from jointlib.joint import Joint
 from jointlib.loop.report import TraceReport
 

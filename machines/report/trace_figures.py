@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from jointlib.arrays import Array
-from jointlib.loop.report import Status, TraceReport
+from jointlib.loop.report import Estimate, Status, TraceReport
 
 from .drawing import AFTER, BEFORE, FLOOR, MEASURED, sheet, thin
 from .page import Figure, Table
@@ -94,11 +94,12 @@ def _candidates(report: TraceReport) -> Figure:
     colours = {Status.ACCEPTED: AFTER, Status.TIED: "#6ea3d0", Status.UNPHYSICAL: FLOOR, Status.REJECTED: FLOOR}
     with sheet(width=8.0, height=0.9 + 0.32 * len(rows)) as paper:
         axes = paper.axes
-        share = np.array([100 * c.share_of_current for c in rows])
+        share = np.clip([100 * c.share_of_current for c in rows], -100, 100)
         names = [c.family if c.member == c.family else f"{c.family} ({c.member})" for c in rows]
         axes.barh(names, np.maximum(share, 0), color=[colours[c.status] for c in rows])
         for i, c in enumerate(rows):
-            axes.text(max(share[i], 0) + 1, i, f"{share[i]:.1f} %  {c.status.value}", va="center", fontsize=8)
+            removed = f"{share[i]:.1f} %" if share[i] > 0 else "nothing"
+            axes.text(max(share[i], 0) + 1, i, f"{removed}, {c.status.value}", va="center", fontsize=8)
         axes.set(xlabel="share of the held-out excess that it removes [%]", xlim=(0, 125))
         axes.grid(axis="y", visible=False)
     return Figure(paper.svg, "How the candidates fared on records they were not fitted to.")
@@ -108,7 +109,12 @@ def candidate_table(report: TraceReport) -> Table:
     """The candidates with their parameters and why they were kept or not."""
     rows = []
     for c in sorted(report.candidates, key=lambda c: c.rank):
-        parameters = ", ".join(f"{n} {e.value:.4g} ± {e.standard_error:.2g} {e.unit}" for n, e in c.parameters.items())
+        parameters = ", ".join(_estimate(name, e) for name, e in c.parameters.items())
         rows.append((str(c.rank), c.family, c.member, parameters, f"{c.gain_heldout:.4g}", c.status.value, c.reason))
-    header = ("rank", "family", "law", "parameters ± standard error", "held-out gain", "status", "why")
+    header = ("rank", "family", "law", "parameters", "held-out gain", "status", "why")
     return Table(header, rows, "Candidates")
+
+
+def _estimate(name: str, e: Estimate) -> str:
+    spread = f" ± {e.standard_error:.2g}" if np.isfinite(e.standard_error) else ""
+    return f"{name} {e.value:.4g}{spread} {e.unit}".strip()

@@ -1,0 +1,65 @@
+"""Force along a measured path: a drive or a test rig with a carriage."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.signal import butter, sosfiltfilt
+
+from jointlib.arrays import Array
+from jointlib.errors import InputError
+from jointlib.identification.force_balance import ForceBalance, blocks
+from jointlib.measurement import Measurement, Record
+
+_FEWEST = 200
+"""Samples below which a path is not filtered and differentiated."""
+
+
+def path_unknowns(measurement: Measurement) -> tuple[str, ...]:
+    """What a path identifies besides the joint: the offset F0, and the carriage mass where it is unknown."""
+    unknown = measurement.carriage is not None and measurement.carriage.value is None
+    return ("carriage", "offset") if unknown else ("offset",)
+
+
+def path_balance(measurement: Measurement, record: Record) -> ForceBalance:
+    """F = m·a + f(z, ż) + F0 on filtered samples.
+
+    Force and displacement go through one zero-phase low-pass (Butterworth of order 4, forward and backward, up to
+    the band or a twentieth of the sample rate); velocity and acceleration are measured or central differences after
+    it. All terms then go through it once more: the force of a law along a smooth path has corners, and the measured
+    one shows them as round as the filter leaves them. The ends are dropped and the rest is thinned to the filter's
+    own rate.
+    """
+    rate = record.sample_rate
+    n = len(record)
+    if n < _FEWEST:
+        raise InputError(f"{record.source.file}: {n} samples, expected at least {_FEWEST} along a path")
+    cutoff = min(measurement.band[1] if measurement.band else rate / 20, 0.45 * rate)
+    low_pass = butter(4, cutoff, fs=rate, output="sos")
+
+    def smooth(x: Array) -> Array:
+        return np.asarray(sosfiltfilt(low_pass, x))
+
+    position = (measurement.of("displacement") or measurement.of("position"))[0]
+    force_channel = measurement.of("force")[0]
+    for channel in (position, force_channel):
+        if np.ptp(record.channels[channel.name]) == 0:
+            where = f"{record.source.file}: channel {channel.name!r}"
+            raise InputError(f"{where} never changes, expected a signal")
+    z, force = smooth(record.channels[position.name]), smooth(record.channels[force_channel.name])
+    speeds, rates = measurement.of("velocity"), measurement.of("acceleration")
+    v = smooth(record.channels[speeds[0].name]) if speeds else np.gradient(z, 1 / rate)
+    a = smooth(record.channels[rates[0].name]) if rates else np.gradient(v, 1 / rate)
+    trim = min(int(25 * rate / cutoff), n // 10)
+    kept = slice(trim, n - trim, max(1, int(rate / cutoff)))
+
+    def thinned(x: Array) -> Array:
+        return np.asarray(smooth(x)[kept])
+
+    target = thinned(force)
+    extra = np.ones((len(target), 1))
+    if measurement.carriage is not None and measurement.carriage.value is None:
+        extra = np.column_stack([thinned(a), extra])
+    elif measurement.carriage is not None and measurement.carriage.value is not None:
+        target = target - measurement.carriage.value * thinned(a)
+    peak = float(np.max(np.abs(force)))
+    return ForceBalance(record.name, z, v, 1 / rate, target, thinned, blocks(len(target)), peak, extra=extra)

@@ -1,0 +1,1 @@
+"""The test rigs a record can come from, simulated."""
