@@ -77,11 +77,9 @@ def peak_rows(result: Any) -> list[dict[str, Any]]:
 
 def write_response(path: Path, result: Any) -> None:
     """Receptances per force, and every branch: ``frequency_0`` … (Hz), ``receptance_0`` … (m/N), ``branch_0_0_…``."""
-    import io
-
     import numpy as np
 
-    from jointlib.io import atomic
+    from jointlib.io.atomic import write_npz
 
     arrays: dict[str, Any] = {
         "force": np.array(result.force),
@@ -96,6 +94,4 @@ def write_response(path: Path, result: Any) -> None:
             arrays[f"branch_{i}_{k}_joint"] = branch.joint
             arrays[f"branch_{i}_{k}_output"] = branch.output
             arrays[f"branch_{i}_{k}_stability"] = np.array(branch.stability.value)
-    buffer = io.BytesIO()
-    np.savez_compressed(buffer, **arrays)
-    atomic.write(path, lambda file: file.write(buffer.getvalue()))
+    write_npz(path, arrays)

@@ -46,24 +46,24 @@ def command(
     with working("fitting"):
         found = identify(tests, laws=laws or None, start=first, order=orders)
     write_joint(output, found.joint)
-    data = {
-        "parameters": {name: _row(p) for name, p in found.parameters.items()},
+    emit(as_json, {**identified(found), "file": str(output)}, [*words(found), wrote(output)])
+
+
+def identified(found: Identification) -> dict[str, Any]:
+    """The promised keys, and the preload sweep where there is one."""
+    data: dict[str, Any] = {
+        "parameters": found.parameters,
         "rms": found.rms,
         "rms_unit": found.rms_unit,
         "errors": found.errors,
         "messages": found.messages,
-        "file": str(output),
     }
-    emit(as_json, data, [*words(found), wrote(output)])
-
-
-def _row(found: Any) -> dict[str, Any]:
-    return {
-        "value": found.value,
-        "unit": found.unit,
-        "standard_error": found.standard_error,
-        "status": found.status,
-    }
+    if found.static is not None:
+        s = found.static
+        data["sweep"] = {"preload": s.preloads, "kappa": s.kappas, "rms": s.rms_by_preload}
+    if found.orders:
+        data["orders"] = found.orders
+    return data
 
 
 def words(found: Identification) -> list[str]:

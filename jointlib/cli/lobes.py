@@ -107,19 +107,8 @@ def chart_data(charts: Sequence[Any], speeds: Any, amplitude: Sequence[float], l
 
 def write_lobes(path: Path, charts: Sequence[Any], speeds: Any, amplitude: Sequence[float]) -> None:
     """``speed`` (rpm), ``amplitude`` (m), and depth (m), chatter_frequency (Hz), lobe as [amplitude, speed]."""
-    import io
+    from jointlib.io.atomic import write_npz
 
-    from jointlib.io import atomic
-
-    buffer = io.BytesIO()
-    np.savez_compressed(
-        buffer,
-        speed=speeds,
-        amplitude=np.array(amplitude),
-        depth=np.array([c.depth for c in charts]),
-        chatter_frequency=np.array([c.chatter_frequency for c in charts]),
-        lobe=np.array([c.lobe for c in charts]),
-        kind=np.array([c.kind for c in charts]),
-        minimum_depth=np.array([c.minimum_depth for c in charts]),
-    )
-    atomic.write(path, lambda file: file.write(buffer.getvalue()))
+    fields = ("depth", "chatter_frequency", "lobe", "kind", "minimum_depth")
+    arrays = {name: np.array([getattr(c, name) for c in charts]) for name in fields}
+    write_npz(path, {"speed": speeds, "amplitude": np.array(amplitude), **arrays})

@@ -82,6 +82,7 @@ class Road:
 
     def _joint(self, name: str, identify_from: Any) -> None:
         from jointlib import identify, read_joint, read_measurement, trace, write_joint
+        from jointlib.cli.identify import identified
         from jointlib.cli.trace import words
         from jointlib.loop.close import write_trace
         from machines.report.sections import identification_section, trace_section
@@ -92,6 +93,7 @@ class Road:
             start = None if identify_from.start is None else read_joint(identify_from.start)
             found = identify(tests, start=start)
             write_joint(self._path(f"{name}.identified.joint.toml"), found.joint)
+            self._json(f"{name}.identified.json", identified(found))
         errors = {e.measurement: e.rms for e in found.errors}
         self.steps.append({"step": "identify", "joint": name, "rms": errors, "messages": list(found.messages)})
         self.sections.append(identification_section(found, any(t.simulated for t in tests)))
@@ -130,6 +132,7 @@ class Road:
     def couple(self) -> None:
         """Check the linearised machine against python-control, then force it at every level."""
         from jointlib.cli.frf import peak_rows, write_response
+        from jointlib.io.atomic import write_npz
         from machines import linear_check, response
         from machines.report.sections import check_section, response_section
 
@@ -142,6 +145,8 @@ class Road:
             "excluded": excluded,
         }
         self._json("check.json", data)
+        ours, theirs = check.coupled.receptance, check.control.receptance
+        write_npz(self._path("check.npz"), {"frequency": check.frequency, "coupled": ours, "control": theirs})
         self.steps.append({"step": "check", **data})
         self.sections.append(check_section(check))
         self.said.append(
@@ -169,6 +174,7 @@ class Road:
         """Stability lobes at each tool-point amplitude."""
         from jointlib.cli.lobes import chart_data, default_speeds, write_lobes
         from machines import lobes_at_amplitude
+        from machines.lobes.advice import advice
         from machines.report.sections import lobes_section
 
         speeds = default_speeds(self.machine)
@@ -183,16 +189,9 @@ class Road:
         self.steps.append({"step": "lobes", "minimum_depth": list(lowest.values()), "amplitude": list(amplitudes)})
         self.sections.append(lobes_section(list(zip(amplitudes, charts, strict=True))))
         self.warnings += sorted({w for c in charts for w in c.warnings})
-        safe = min(lowest.values())
-        where = charts[list(lowest.values()).index(safe)]
-        self.numbers.append(("safe depth at every speed", f"{safe * 1e3:.3g} mm"))
-        best = int(np.argmax(np.min([c.depth for c in charts], axis=0)))
-        depth = float(np.min([c.depth[best] for c in charts]))
-        self.advice.append(
-            f"Below {safe * 1e3:.3g} mm every speed is stable (chatter would come at {where.minimum_frequency:.0f} Hz);"
-            f" the best speed in the range is {speeds[best]:.0f} rpm with {depth * 1e3:.3g} mm."
-        )
-        self.said.append(self.advice[-1])
+        self.numbers.append(("safe depth at every speed", f"{min(lowest.values()) * 1e3:.3g} mm"))
+        self.advice += advice(list(zip(amplitudes, charts, strict=True)))
+        self.said += self.advice
 
     def export(self) -> None:
         """Every joint that was identified as a verified FMU."""

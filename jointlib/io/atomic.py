@@ -5,9 +5,9 @@ from __future__ import annotations
 import hashlib
 import os
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
 from jointlib.errors import InputError
 
@@ -33,6 +33,13 @@ def write(path: Path, fill: Callable[[IO[bytes]], object]) -> None:
 def write_text(path: Path, text: str) -> None:
     """Write UTF-8 text whole or not at all."""
     write(path, lambda file: file.write(text.encode("utf-8")))
+
+
+def write_npz(path: Path, arrays: Mapping[str, Any]) -> None:
+    """Write named arrays whole or not at all; the same arrays give the same bytes."""
+    import numpy as np
+
+    write(path, lambda file: np.savez_compressed(file, **arrays))
 
 
 def sha256(path: Path) -> str:

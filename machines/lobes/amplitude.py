@@ -152,13 +152,15 @@ def _merged(first: OperatingPoint, second: OperatingPoint) -> OperatingPoint:
 
 
 def _limits(point: OperatingPoint, chart: StabilityLobes) -> tuple[str, ...]:
-    """A sentence for every limit that a joint met, with how much of the chart it touches."""
+    """A sentence for every limit that a joint met where the chart chatters, with how much of it that touches."""
     said = []
     lines = point.frf.frequency
     for outcome, count in Counter(o for o in point.outcomes if o is not Outcome.CONVERGED).items():
         limited = np.array([o is outcome for o in point.outcomes])
         chatter = chart.chatter_frequency[np.isfinite(chart.chatter_frequency)]
         touched = int(np.count_nonzero(limited[np.clip(np.searchsorted(lines, chatter), 0, len(lines) - 1)]))
+        if not touched:
+            continue
         said.append(
             f"On {count} of {len(lines)} lines, {lines[limited][0]:.0f} to {lines[limited][-1]:.0f} Hz, a joint "
             f"is held at its limit ({outcome.value}); {touched} of {chart.depth.size} speeds chatter there."

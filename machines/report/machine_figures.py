@@ -10,6 +10,7 @@ from jointlib.arrays import Array, ComplexArray
 
 from ..branches import Stability
 from ..lobes import StabilityLobes
+from ..peaks import Peak
 from ..response import Response
 from .drawing import AFTER, BEFORE, shades, sheet
 from .page import Figure
@@ -28,13 +29,17 @@ def response_figure(result: Response, output: str) -> Figure:
                 size = np.abs(branch.output[:, o]) / force
                 tip.semilogy(branch.frequency, size * 1e6, style, color=colour, label=label)
                 for axes, c in zip(joints, range(len(result.connections)), strict=True):
-                    axes.semilogy(branch.frequency, np.abs(branch.joint[:, c]) * 1e6, style, color=colour)
+                    axes.plot(branch.frequency, np.abs(branch.joint[:, c]) * 1e6, style, color=colour)
         tip.set(xlabel="frequency [Hz]", ylabel="|x/F| [µm/N]", title=f"{output} per force on {result.drive}")
         for axes, connection in zip(joints, result.connections, strict=True):
-            axes.set(xlabel="frequency [Hz]", ylabel="amplitude [µm]", title=f"Relative motion in {connection}")
-        for peak in result.peaks:
-            axes = joints[result.connections.index(peak.connection)]
-            axes.plot(peak.frequency, peak.amplitude * 1e6, "o", color="#1b1f24", markersize=3)
+            axes.set(
+                xlabel="frequency [Hz]", ylabel="amplitude [µm]", title=f"Relative motion in {connection}, main peak"
+            )
+        for axes, connection in zip(joints, result.connections, strict=True):
+            peaks = [p for p in result.peaks if p.connection == connection and np.isfinite(p.amplitude)]
+            for peak in peaks:
+                axes.plot(peak.frequency, peak.amplitude * 1e6, "o", color="#1b1f24", markersize=3)
+            axes.set_xlim(*_window(peaks, result))
         tip.legend(title="peak force")
     return Figure(
         paper.svg,
@@ -42,6 +47,17 @@ def response_figure(result: Response, output: str) -> Figure:
         "amplitude; broken lines are branches that no slowly swept test would stay on; dots are the refined "
         "peaks.",
     )
+
+
+def _window(peaks: Sequence[Peak], result: Response) -> tuple[float, float]:
+    """Frequencies in Hz round the largest peak of each force."""
+    lines = [(b.frequency[0], b.frequency[-1]) for branches in result.branches for b in branches]
+    if not peaks:
+        return min(low for low, _ in lines), max(high for _, high in lines)
+    largest = [max((p for p in peaks if p.force == f), key=lambda p: p.amplitude) for f in {p.force for p in peaks}]
+    low, high = min(p.frequency for p in largest), max(p.frequency for p in largest)
+    margin = max(10 * max(p.width for p in largest), 0.3 * (high - low), 0.02 * high)
+    return low - margin, high + margin
 
 
 def check_figure(frequency: Array, ours: ComplexArray, theirs: ComplexArray) -> Figure:
@@ -67,12 +83,12 @@ def lobes_figure(charts: Sequence[tuple[float, StabilityLobes]]) -> Figure:
 
     with sheet(1, 2, width=9.5, height=5.6, sharex=True, height_ratios=[2, 1]) as paper:
         depth, chatter = paper.axes
-        for (amplitude, chart), colour in zip(charts, shades(len(charts)), strict=True):
+        widths = np.linspace(4.0, 1.2, len(charts))
+        for (amplitude, chart), colour, width in zip(charts, shades(len(charts)), widths, strict=True):
             label = f"{amplitude * 1e6:g} µm" if amplitude else "vanishing"
-            depth.plot(
-                chart.speed, np.where(np.isfinite(chart.depth), chart.depth * 1e3, np.nan), color=colour, label=label
-            )
-            chatter.plot(chart.speed, chart.chatter_frequency, ".", color=colour, markersize=2.5)
+            limit = np.where(np.isfinite(chart.depth), chart.depth * 1e3, np.nan)
+            depth.plot(chart.speed, limit, color=colour, linewidth=width, label=label)
+            chatter.plot(chart.speed, chart.chatter_frequency, ".", color=colour, markersize=width + 1)
         finite = np.concatenate([c.depth[np.isfinite(c.depth)] for _, c in charts]) * 1e3
         if len(finite):
             depth.set_ylim(0, min(float(finite.max()), 6 * float(np.median(finite))) * 1.05)

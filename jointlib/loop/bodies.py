@@ -1,0 +1,62 @@
+"""The bodies of the rig: which masses carry which accelerometer."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from jointlib.errors import InputError
+from jointlib.measurement import Mass, Measurement
+
+
+@dataclass(frozen=True)
+class Rig:
+    """Masses in kg and what was measured: body 1 is driven, a2 (and a3) ride on the other side of the joint."""
+
+    m1: float | None
+    m2: float
+    m3: float
+    uncertainty: tuple[float, float, float]
+    has_force: bool
+    has_third: bool
+
+    @property
+    def has_balance(self) -> bool:
+        return self.has_force and self.m1 is not None
+
+    @property
+    def passive_mass(self) -> float:
+        return self.m2 + self.m3
+
+
+def rig_of(measurement: Measurement) -> Rig:
+    """Masses of the bodies that the accelerometers sit on; both sensors on one body share its mass."""
+    names = [c.name for c in measurement.channels]
+
+    def body(channel: str) -> str:
+        return str(measurement.channel(channel).body)
+
+    driven = str(measurement.driven)
+    if body("a1") != driven:
+        raise InputError(f"{measurement.source}: a1 sits on {body('a1')!r}, expected it on the driven body {driven!r}")
+    others = {n: m for n, m in measurement.bodies.items() if n != driven}
+    for name, mass in others.items():
+        if mass.value is None:
+            raise InputError(
+                f"{measurement.source}: mass of {name!r} is unknown, expected kg: the joint force needs it"
+            )
+    if body("a2") not in others:
+        raise InputError(f"{measurement.source}: a2 sits on the driven body, expected it across the joint")
+    third = "a3" in names
+    second = others.pop(body("a2"))
+    if third and body("a3") == body("a2"):
+        half = Mass(float(second.value or 0.0) / 2, second.uncertainty / 2)
+        second, carried = half, [half, *others.values()]
+    else:
+        carried = list(others.values())
+    m3 = sum(float(m.value or 0.0) for m in carried)
+    u3 = float(np.sqrt(sum(m.uncertainty**2 for m in carried)))
+    first = measurement.bodies[driven]
+    uncertainty = (first.uncertainty, second.uncertainty, u3)
+    return Rig(first.value, float(second.value or 0.0), m3, uncertainty, "P" in names, third)

@@ -1,0 +1,22 @@
+"""What a trace leaves behind: the report as JSON, the mended joint, the mended measurement."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from jointlib.io.atomic import write_npz, write_text
+from jointlib.io.joint_file import write_joint
+from jointlib.loop.report import TraceReport
+
+
+def write_trace(report: TraceReport, folder: Path) -> tuple[Path, ...]:
+    """Write ``trace.json``, ``trace.npz`` (the arrays of the pictures) and ``joint.toml`` into a folder.
+
+    The joint is unchanged where nothing is named.
+    """
+    paths = folder / "trace.json", folder / "joint.toml", folder / "trace.npz"
+    write_text(paths[0], json.dumps(report.as_json(), indent=1, allow_nan=False) + "\n")
+    write_joint(paths[1], report.mended)
+    write_npz(paths[2], report.plots)
+    return paths

@@ -1,0 +1,74 @@
+"""When an effect counts as found: size, every condition, chance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from jointlib.arrays import Array
+from jointlib.loop.path.regression import Index
+
+SHARE = 0.20
+"""Of the current excess that a term must remove."""
+CHANCE = 0.01
+"""Largest probability that random signs of the block gains would do as well."""
+TIE = 0.01
+"""Families whose gains differ by this fraction are not told apart."""
+_FLIPS = 9999
+
+
+@dataclass(frozen=True)
+class Assessment:
+    """The gain of a term over the current model on held-out data."""
+
+    gain: float
+    """Drop of the mean relative loss."""
+    share: float
+    """Fraction of the current excess E = Σ max(0, loss − floor) that goes."""
+    per_fold: tuple[float, ...]
+    chance: float
+    """Sign-flip permutation over blocks."""
+    reasons: tuple[str, ...]
+    """What it fails; empty if accepted."""
+
+    @property
+    def accepted(self) -> bool:
+        return not self.reasons
+
+
+def excess(loss: Array, floor: Array) -> float:
+    """E = Σ max(0, loss − floor) over blocks."""
+    return float(np.maximum(loss - floor, 0.0).sum())
+
+
+def assess(current: Array, new: Array, floor: Array, folds: Index, seed: int) -> Assessment:
+    """Compare held-out losses per block before and after a term; ``folds`` numbers the fold of every block.
+
+    A fold counts as active if it holds at least one per cent of the current excess. The gain must be positive in
+    every active fold where there are at most four, else in four fifths of them.
+    """
+    over_now, over_new = np.maximum(current - floor, 0.0), np.maximum(new - floor, 0.0)
+    total = float(over_now.sum())
+    share = float((over_now - over_new).sum() / total) if total > 0 else 0.0
+    numbers = range(int(folds.max()) + 1)
+    per_fold = tuple(float((over_now - over_new)[folds == h].sum()) for h in numbers)
+    active = [g for h, g in zip(numbers, per_fold, strict=True) if over_now[folds == h].sum() >= 0.01 * total]
+    positive = sum(g > 0 for g in active)
+    chance = sign_flip(current - new, seed)
+    reasons = []
+    if share < SHARE:
+        reasons.append(f"removes {100 * share:.0f} % of what is left, {100 * SHARE:.0f} % are needed")
+    if not active or (positive < len(active) if len(active) <= 4 else positive < 0.8 * len(active)):
+        reasons.append(f"gains in {positive} of {len(active)} conditions")
+    if chance > CHANCE:
+        reasons.append(f"random signs do as well with probability {chance:.2g}")
+    return Assessment(float(np.mean(current - new)), share, per_fold, chance, tuple(reasons))
+
+
+def sign_flip(gains: Array, seed: int) -> float:
+    """Probability that the sum of block gains with random signs reaches the observed one."""
+    rng = np.random.default_rng(seed)
+    signs = rng.choice([-1.0, 1.0], size=(_FLIPS, len(gains)))
+    reached = np.count_nonzero(signs @ gains >= gains.sum() * (1 - 1e-12))
+    return float((reached + 1) / (_FLIPS + 1))

@@ -1,0 +1,68 @@
+"""Least squares on columns with parts of the data held out, from the Gram matrices of the blocks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jointlib.arrays import Array
+
+Index: TypeAlias = NDArray[np.int64]
+Mask: TypeAlias = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """A linear model fitted once without each fold."""
+
+    coefficients: Array
+    """(fold, column)."""
+    training: Array
+    """Sum of squared residuals on the data that the fold leaves, (fold,), N²."""
+    blocks: Array
+    """Mean squared residual of every block, from the fit that did not see it, (block,), N²."""
+
+
+def block_grams(columns: Array, target: Array, rows: Sequence[Index]) -> Array:
+    """[C y]ᵀ[C y] of every block, shape (block, columns + 1, columns + 1)."""
+    stacked = np.vstack([columns, target[None]])
+    return np.asarray(np.stack([stacked[:, r] @ stacked[:, r].T for r in rows]))
+
+
+def hold_out(grams: Array, sizes: Array, folds: Index) -> HeldOut:
+    """Fit without each fold (``folds[b]`` is the fold of block b) and judge its blocks."""
+    total, count = grams.sum(axis=0), int(folds.max()) + 1
+    left = np.array([total - grams[folds == h].sum(axis=0) for h in range(count)])
+    beta = solve(left[:, :-1, :-1], left[:, :-1, -1])
+    return HeldOut(beta, loss(left, beta), loss(grams, beta[folds]) / sizes)
+
+
+def loss(grams: Array, beta: Array) -> Array:
+    """Sum of squared residuals ‖y − Cβ‖² from Gram matrices."""
+    full = np.concatenate([-beta, np.ones((*beta.shape[:-1], 1))], axis=-1)
+    return np.asarray(np.maximum(np.einsum("...i,...ij,...j->...", full, grams, full), 0.0))
+
+
+def solve(A: Array, b: Array) -> Array:
+    """Minimum-norm solution of A x = b for Gram matrices scaled to unit diagonal."""
+    d = np.sqrt(np.maximum(np.diagonal(A, axis1=-2, axis2=-1), 1e-300))
+    unit = A / (d[..., :, None] * d[..., None, :])
+    inverse = np.linalg.pinv(unit, rcond=1e-12, hermitian=True)
+    return np.asarray(np.einsum("...ij,...j->...i", inverse, b / d) / d)
+
+
+def clustered_covariance(columns: Array, residual: Array, clusters: Sequence[Index]) -> Array:
+    """Covariance of least-squares coefficients when residuals are dependent within clusters, not between them.
+
+    (CᵀC)⁻¹ [Σ_b s_b s_bᵀ · B/(B−1)] (CᵀC)⁻¹ with s_b = C_bᵀ e_b: what a bootstrap over whole blocks tends to.
+    """
+    size = np.sqrt(np.maximum((columns**2).sum(axis=1), 1e-300))
+    C = columns / size[:, None]
+    inverse = np.linalg.pinv(C @ C.T, rcond=1e-12, hermitian=True)
+    scores = np.array([C[:, r] @ residual[r] for r in clusters])
+    middle = scores.T @ scores * len(clusters) / max(1, len(clusters) - 1)
+    return np.asarray(inverse @ middle @ inverse / np.outer(size, size))

@@ -1,0 +1,108 @@
+"""Noise floor from cycles that repeat: what no function of the motion can explain."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from jointlib.arrays import Array
+from jointlib.loop.path.preparation import Run
+from jointlib.loop.path.regression import Index
+from jointlib.loop.path.strokes import Block, Division
+
+_ALIKE = 0.02
+"""Strokes repeat one another if travel and starting point agree to this fraction of the travel."""
+_SAME_PATH = 0.01
+"""… and their paths, laid over one another, to this rms fraction of it."""
+
+
+@dataclass(frozen=True)
+class PathFloor:
+    """Variance of the force over repetitions, in N² per block; zero where unknown."""
+
+    power: Array
+    source: str
+    """``cycles`` or ``unknown``."""
+    block_folds: Index
+    """Blocks of one number are left out together to test the noise: the n-th cycle, else every block alone."""
+
+    @property
+    def known(self) -> bool:
+        return self.source != "unknown"
+
+
+def repeat_floor(runs: Sequence[Run], division: Division) -> PathFloor:
+    """Mean variance of the filtered force over at least three repetitions of a stroke or of a declared period.
+
+    A block that belongs to no such set gets the mean of the others; with none the floor is unknown.
+    """
+    power = np.full(len(division.blocks), np.nan)
+    sets = _repeated_strokes(runs, division.blocks)
+    folds = np.arange(len(power))
+    if sum(len(s) for s in sets) == len(power):
+        for s in sets:
+            folds[s] = np.arange(len(s))
+    for set_ in sets:
+        variance = _variance([runs[division.blocks[i].run] for i in set_], [division.blocks[i] for i in set_])
+        if variance is not None:
+            power[list(set_)] = variance
+    for number, run in enumerate(runs):
+        mine = [i for i, b in enumerate(division.blocks) if b.run == number]
+        if run.period and np.all(np.isnan(power[mine])):
+            edge, n = run.preparation.edge, run.period
+            count = (len(run.force) - 2 * edge) // n
+            if count >= 3:
+                periods = run.force[edge : edge + count * n].reshape(count, n)
+                power[mine] = periods.var(axis=0, ddof=1).mean()
+    if np.all(np.isnan(power)):
+        return PathFloor(np.zeros(len(power)), "unknown", folds)
+    return PathFloor(np.where(np.isnan(power), np.nanmean(power), power), "cycles", folds)
+
+
+def _repeated_strokes(runs: Sequence[Run], blocks: Sequence[Block]) -> list[list[int]]:
+    """Sets of at least three strokes of one condition, direction, travel and starting point."""
+    sets: list[list[int]] = []
+    for i, b in enumerate(blocks):
+        if not b.is_stroke:
+            continue
+        for members in sets:
+            a = blocks[members[0]]
+            apart = abs(_start(runs, a) - _start(runs, b))
+            same = (a.condition, a.direction) == (b.condition, b.direction)
+            if same and abs(a.travel - b.travel) < _ALIKE * a.travel and apart < _ALIKE * a.travel:
+                members.append(i)
+                break
+        else:
+            sets.append([i])
+    return [s for s in sets if len(s) >= 3]
+
+
+def _start(runs: Sequence[Run], b: Block) -> float:
+    return float(runs[b.run].path.displacement[b.first])
+
+
+def _variance(runs: Sequence[Run], blocks: Sequence[Block]) -> float | None:
+    """Variance of the force over strokes aligned where they pass the middle of the travel; None if paths differ."""
+    ends = [r.path.displacement[[b.first, b.end - 1]] for r, b in zip(runs, blocks, strict=True)]
+    middle = float(np.mean(ends))
+    crossings = [_crossing(r, b, middle) for r, b in zip(runs, blocks, strict=True)]
+    before = min(c - b.first for c, b in zip(crossings, blocks, strict=True))
+    after = min(b.end - 1 - c for c, b in zip(crossings, blocks, strict=True))
+    offsets = np.arange(-int(before), int(after) + 1)
+    if len(offsets) < 3:
+        return None
+    at = [(c + offsets, run) for c, run in zip(crossings, runs, strict=True)]
+    paths = np.array([np.interp(i, np.arange(len(run.force)), run.path.displacement) for i, run in at])
+    forces = np.array([np.interp(i, np.arange(len(run.force)), run.force) for i, run in at])
+    if np.sqrt(paths.var(axis=0, ddof=1).mean()) > _SAME_PATH * blocks[0].travel:
+        return None
+    return float(forces.var(axis=0, ddof=1).mean())
+
+
+def _crossing(run: Run, b: Block, level: float) -> float:
+    """Sample number, with its fraction, at which a stroke passes a displacement."""
+    z = run.path.displacement[b.first : b.end]
+    rising = z if b.direction > 0 else -z
+    return b.first + float(np.interp(level if b.direction > 0 else -level, rising, np.arange(len(z))))

@@ -1,0 +1,38 @@
+"""Close the loop on a force measured along a path."""
+
+from __future__ import annotations
+
+from jointlib.effect import JointEffect
+from jointlib.io.measurement_file import read_records
+from jointlib.joint import Joint
+from jointlib.loop.path.answer import answer
+from jointlib.loop.path.evidence import Evidence, check_laws, law_forces
+from jointlib.loop.path.preparation import choose_preparation, prepare
+from jointlib.loop.path.repeats import repeat_floor
+from jointlib.loop.path.search import search
+from jointlib.loop.path.strokes import divide
+from jointlib.loop.report import TraceReport
+from jointlib.measurement import Measurement
+from jointlib.registry import installed
+
+
+def trace_path(measurement: Measurement, joint: Joint, *, seed: int = 0) -> TraceReport:
+    """Say what F = m a + f(z, ż) + F0 leaves unexplained along the measured paths, and which effect it is.
+
+    The joint is refitted with the offset (and the carriage's mass where unknown), then every installed effect
+    competes beside it. Conditions left out (speeds, levels, records) decide; blocks left out show the noise.
+    Sealed records are opened after everything is chosen. ``seed`` drives the sign-flip permutations only.
+    """
+    check_laws(joint, str(measurement.source))
+    records = read_records(measurement, measurement.with_role("fit"))
+    preparation = choose_preparation(measurement, records)
+    runs = tuple(prepare(measurement, record, preparation) for record in records)
+    division = divide(runs)
+    evidence = Evidence(runs, measurement.carriage, division, repeat_floor(runs, division), law_forces(runs))
+    start = joint.with_parameters(joint.parameters)
+    finding = search(evidence, start, _effects(), seed)
+    return answer(measurement, joint, records, evidence, finding, seed)
+
+
+def _effects() -> list[JointEffect]:
+    return [effect() for effect in installed("jointlib.effects").found.values()]

@@ -1,0 +1,105 @@
+"""Records of a periodic rig test as line spectra."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jointlib.arrays import Array, ComplexArray
+from jointlib.errors import InputError
+from jointlib.measurement import Measurement, Record
+
+CHANNELS = ("a1", "a2", "a3", "P")
+Mask: TypeAlias = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Spectra:
+    """The steady part of one record: X_l = Σ x e^(−j2πln/N) of every channel, l = 0 … N/2, in unit of x times samples.
+
+    N is a whole number of excitation periods, so the response of the steady rig stands on every ``periods``-th line
+    alone; the other lines hold noise and what does not repeat.
+    """
+
+    name: str
+    condition: str
+    sha256: str
+    sample_rate: float
+    periods: int
+    period_samples: int
+    channels: dict[str, ComplexArray]
+
+    @property
+    def samples(self) -> int:
+        return self.periods * self.period_samples
+
+    @cached_property
+    def frequency(self) -> Array:
+        """Hz, one a line."""
+        return np.asarray(np.fft.rfftfreq(self.samples, 1 / self.sample_rate))
+
+    @cached_property
+    def on_period(self) -> Mask:
+        """True on the lines of the excitation period, the mean left out."""
+        line = np.arange(len(self.frequency))
+        mask: Mask = (line % self.periods == 0) & (line > 0)
+        return mask
+
+
+def spectra_of(record: Record, measurement: Measurement) -> tuple[Spectra, tuple[str, ...]]:
+    """Transform a record, its run-in dropped, and say what had to be left out or looks wrong."""
+    warnings = []
+    period, rate = record.period, record.sample_rate
+    if not period:
+        raise InputError(
+            f"{measurement.source}: record {record.name} has no period, expected samples per excitation period"
+        )
+    whole = len(record) // period
+    if whole * period != len(record):
+        warnings.append(
+            f"{record.name}: the last {len(record) - whole * period} samples are no whole period; left out."
+        )
+    kept = whole - measurement.settle
+    if kept < 1:
+        raise InputError(
+            f"{record.name}: {whole} whole periods, settle = {measurement.settle} drops them; "
+            f"expected at least {measurement.settle + 1}"
+        )
+    channels = {}
+    for name in CHANNELS:
+        if name not in record.channels:
+            continue
+        x = record.channels[name][measurement.settle * period : whole * period]
+        limit = measurement.channel(name).full_scale
+        flat = int(np.sum(np.abs(x) >= 0.999 * limit)) if limit else 0
+        if flat:
+            warnings.append(
+                f"{record.name}: {flat} samples of {name} stand at full scale {limit:g}; they may be clipped."
+            )
+        channels[name] = np.fft.rfft(x)
+    condition = record.source.condition or record.name
+    return Spectra(record.name, condition, record.sha256, rate, kept, period, channels), tuple(warnings)
+
+
+def excited_band(records: Sequence[Spectra], declared: tuple[float, float] | None) -> tuple[float, float, float, float]:
+    """(f_min, excited low, excited high, f_max) in Hz.
+
+    Excited are the period lines on which the drive (P, without it a1) comes within 40 dB of its largest line. The
+    joint equation is used from f_min, which the declared band or the lowest excited line gives, to f_max: the
+    declared band, else three times the highest excited line, within 0.8 of half the sample rate.
+    """
+    low, high = np.inf, 0.0
+    for record in records:
+        drive = np.abs(record.channels.get("P", record.channels["a1"])) * record.on_period
+        lines = record.frequency[drive > 1e-2 * drive.max()]
+        low, high = min(low, float(lines[0])), max(high, float(lines[-1]))
+    edge = 0.8 * min(r.sample_rate for r in records) / 2
+    f_min, f_max = (0.8 * low, min(edge, 3 * high))
+    if declared is not None:
+        f_min, f_max = max(f_min, declared[0]), min(edge, declared[1])
+    return f_min, low, high, f_max

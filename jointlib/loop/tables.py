@@ -1,0 +1,146 @@
+"""Rows of the report: candidates and the chosen effect with its parameters and their errors."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from jointlib.errors import InputError
+from jointlib.loop.equations import Observed
+from jointlib.loop.excess import total_excess
+from jointlib.loop.fitted import Fitted, model_of, moved_by
+from jointlib.loop.report import Candidate, Estimate, Status
+from jointlib.loop.search import Round, Row, Term
+from jointlib.loop.spectra import Spectra
+
+_MODEL_FORM = frozenset({"hysteresis"})
+"""Families of which a member stands for the class: the shape of the law is a larger doubt than the noise."""
+_BIASED = frozenset({"quadratic"})
+"""The mean of z is not seen by accelerometers, which biases a stiffness between the directions by a few per cent."""
+
+
+def candidate_of(round: Round, row: Row, rank: int) -> Candidate:
+    """A family as it fared in a round."""
+    s = row.score
+    current = max(round.model.loss - round.model.entries, 1e-300)
+    return Candidate(
+        family=s.family,
+        member=row.effect.member,
+        parameters=_parameters(round, row),
+        gain_heldout=s.gain,
+        per_fold=s.per_fold,
+        significance={"z": float(s.z), "bic": float(s.bic)},
+        share_of_current=s.gain / current,
+        explained=None,
+        rank=rank,
+        status=row.status,
+        reason=row.reason,
+    )
+
+
+def _parameters(round: Round, row: Row) -> Mapping[str, Estimate]:
+    best, joint = row.score.best, round.fitted.joint
+    try:
+        mended = row.effect.apply(best.coefficients, best.shape, joint)
+    except InputError:
+        mended = None
+    if mended is None:
+        return {n: _bare(v, "") for n, v in best.shape.items()}
+    values, units = mended.parameters, mended.units
+    moved = moved_by(row.effect, best.coefficients, best.shape, joint)
+    return {n: _bare(values[n], units[n]) for n in moved}
+
+
+def _bare(value: float, unit: str) -> Estimate:
+    nan = float("nan")
+    return Estimate(float(value), unit, nan, (nan, nan))
+
+
+def chosen_of(records: Sequence[Observed], fitted: Fitted, term: Term, explained: float | None) -> Candidate:
+    """The chosen effect with the parameters of the refitted joint.
+
+    Its standard errors are those of the fit, (Re XᴴX)⁻¹/2·max(1, χ²), or the spread over fits with one record left
+    out (jackknife), whichever is larger.
+    """
+    rank = next(i for i, r in enumerate(term.round.rows) if r.score.family == term.row.score.family) + 1
+    bare = candidate_of(term.round, term.row, rank)
+    joint = fitted.joint if set(bare.parameters) <= set(fitted.joint.parameters) else term.fitted.joint
+    where = fitted if joint is fitted.joint else term.fitted
+    spread = jackknife(records, where)
+    values, units = joint.parameters, joint.units
+    estimates = {}
+    for name in bare.parameters:
+        noise = joint.covariance.standard_error(name) if joint.covariance is not None else float("nan")
+        se = float(np.nanmax([noise, spread.get(name, np.nan)])) if name in spread or noise == noise else float("nan")
+        value = values[name]
+        kind = "model_form" if bare.family in _MODEL_FORM else "noise"
+        interval = (value - 1.96 * se, value + 1.96 * se)
+        estimates[name] = Estimate(value, units[name], se, interval, kind, bare.family in _BIASED)
+    return replace(bare, parameters=estimates, explained=explained, status=Status.ACCEPTED, reason="")
+
+
+def jackknife(records: Sequence[Observed], fitted: Fitted) -> dict[str, float]:
+    """Standard error of each free parameter from linearised fits with one record left out in turn."""
+    model = model_of(records, fitted)
+    R = len(model.records)
+    if R < 2 or not len(fitted.free):
+        return {}
+    size = np.linalg.norm(model.columns, axis=1)
+    moving = size > 0
+    size = size[moving]
+    X = model.columns[moving] / size[:, None]
+    gram = np.array([X[:, s] @ X[:, s].T for s in model.records])
+    moment = np.array([X[:, s] @ model.y[s] for s in model.records])
+    moves = []
+    for h in range(R):
+        others = [r for r in range(R) if r != h]
+        G, b = gram[others].sum(axis=0), moment[others].sum(axis=0)
+        moves.append(np.linalg.lstsq(G, b, rcond=1e-13)[0] / size)
+    deviation = np.array(moves) - np.mean(moves, axis=0)
+    spread = np.sqrt((R - 1) / R * np.sum(deviation**2, axis=0))
+    names = [n for n, m in zip(fitted.free, moving, strict=True) if m]
+    return dict(zip(names, spread.tolist(), strict=True))
+
+
+def described(s: Spectra) -> dict[str, Any]:
+    """What a record is."""
+    return {"id": s.name, "condition": s.condition, "level": s.condition, "periods": s.periods, "samples": s.samples}
+
+
+def floor_table(observed: Sequence[Observed], before: Mapping[str, Any]) -> dict[str, Any]:
+    """The floors of the residuals and where they come from."""
+    ratios = [r for o in observed for r in o.floor.ratio.values()]
+    return {
+        "joint_N": before["joint_floor_N"],
+        "balance_N": before.get("balance_floor_N"),
+        "redundancy_ms2": before.get("redundancy_floor_ms2"),
+        "source": "quiet" if any(o.floor.source == "quiet" for o in observed) else "between_lines",
+        "quiet_ratio": max(ratios) if ratios else None,
+        "nonperiodic_effect": any(r > 1.5 for r in ratios),
+    }
+
+
+def removed(before: float, after: float) -> float | None:
+    """Share of the excess that is gone; None where there was none."""
+    return 1 - after / before if before > 0 else None
+
+
+def left(table: Mapping[str, Mapping[str, Any]], before: float, lines: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """What is left after mending: its share, where it sits, and the lines that stand out."""
+    cells = [
+        (cell["excess"] - cell["threshold"], equation, name)
+        for equation, row in table.items()
+        for name, cell in row.items()
+    ]
+    most = max(cells, default=(0.0, "", ""))
+    left = total_excess(table)
+    return {
+        "fraction": left / before if before > 0 else 0.0,
+        "equation": most[1] if most[0] > 0 else None,
+        "line_class": most[2] if most[0] > 0 else None,
+        "largest_lines": list(lines),
+        "ceiling": None,
+    }

@@ -1,0 +1,254 @@
+"""Closing the loop along a measured path, on records made by formulas that no law of the catalogue shares."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from jointlib.arrays import Array
+from jointlib.errors import InputError
+from jointlib.joint import Joint
+from jointlib.laws.coulomb import Coulomb
+from jointlib.laws.gap import Gap
+from jointlib.laws.linear import Linear
+from jointlib.laws.viscous import Viscous
+from jointlib.loop.path.preparation import Preparation
+from jointlib.loop.path.regression import block_grams, hold_out
+from jointlib.loop.refit import refit
+from jointlib.loop.report import Status, TraceReport, Verdict
+from jointlib.loop.trace import trace
+from jointlib.measurement import Channel, Mass, Measurement, RecordSource
+
+RATE = 400.0
+MASS, DAMPING, OFFSET = 40.0, 150.0, -2.0
+Friction = Callable[[Array, Array], Array]
+
+
+def smooth_step(s: Array) -> Array:
+    """From 0 to 1 with four vanishing derivatives at either end."""
+    return np.asarray(s**5 * (126 - 420 * s + 540 * s**2 - 315 * s**3 + 70 * s**4))
+
+
+def cycle(speeds: tuple[float, ...], cycles: int) -> Array:
+    """Position in m: to and fro over 30 mm at each peak speed in turn, with short rests, sampled at ``RATE``."""
+    z = [np.zeros(500)]
+    for speed in speeds * cycles:
+        n = round(0.03 * 2.46 / speed * RATE)
+        stroke = 0.03 * smooth_step(np.arange(1, n + 1) / n)
+        z += [stroke, np.full(30, 0.03), 0.03 - stroke, np.zeros(30)]
+    return np.concatenate([*z, np.zeros(500)])
+
+
+def drive(friction: Friction, z: Array, seed: int = 0, noise: float = 0.3) -> dict[str, Array]:
+    """Force and position of a drive whose derivatives come from a spline, with sensor noise and resolution."""
+    from scipy.interpolate import make_interp_spline
+
+    spline = make_interp_spline(np.arange(len(z)) / RATE, z, k=5)
+    t = np.arange(len(z)) / RATE
+    v, a = spline.derivative(1)(t), spline.derivative(2)(t)
+    rng = np.random.default_rng(seed)
+    force = MASS * a + DAMPING * v + OFFSET + friction(z, v) + noise * rng.standard_normal(len(z))
+    return {"z": np.round(z / 1e-7) * 1e-7, "F": force}
+
+
+def dry(force: float, velocity: float = 5e-4) -> Friction:
+    """Dry friction, rounded at rest by a root instead of a hyperbolic tangent."""
+    return lambda z, v: force * v / np.sqrt(v**2 + velocity**2)
+
+
+def measurement(folder: Path, carriage: Mass | None, **files: tuple[dict[str, Array], str, str | None]) -> Measurement:
+    records = []
+    for name, (columns, role, condition) in files.items():
+        np.savez(folder / f"{name}.npz", allow_pickle=False, **columns)
+        records.append(RecordSource(folder / f"{name}.npz", role, condition=condition))
+    channels = Channel("z", "position", "m", "m", 1.0), Channel("F", "force", "N", "N", 1.0)
+    return Measurement(folder / "m.toml", "path", channels, tuple(records), sample_rate=RATE, carriage=carriage)
+
+
+def traced(folder: Path, friction: Friction, start: Joint, seed: int = 0) -> TraceReport:
+    record = drive(friction, cycle((0.05, 0.1, 0.2), 3), seed)
+    return trace(measurement(folder, Mass(None), fit=(record, "fit", None)), start)
+
+
+VISCOUS = Joint((Viscous(50.0),))
+
+
+@pytest.fixture(scope="module")
+def rubbing(tmp_path_factory: pytest.TempPathFactory) -> TraceReport:
+    return traced(tmp_path_factory.mktemp("rubbing"), dry(18.0), VISCOUS)
+
+
+def test_dry_friction_on_a_drive_is_named_with_its_force_and_the_mass(rubbing: TraceReport) -> None:
+    assert rubbing.verdict in (Verdict.IDENTIFIED, Verdict.AMBIGUOUS)
+    assert rubbing.chosen is not None
+    assert rubbing.chosen.family == "coulomb"
+    step = rubbing.reduction["steps"][1]["parameters"]
+    assert step["coulomb.slip_force"].value == pytest.approx(18.0, rel=0.02)
+    assert step["mass"].value == pytest.approx(MASS, rel=0.01)
+    assert step["viscous.damping"].value == pytest.approx(DAMPING, rel=0.02)
+    assert step["offset"].value == pytest.approx(OFFSET, abs=0.1)
+    assert rubbing.error_after["relative"] < 0.1 * rubbing.error_before["relative"]
+
+
+def test_standard_errors_hold_the_truth(rubbing: TraceReport) -> None:
+    step = rubbing.reduction["steps"][1]["parameters"]
+    for name, truth in (("mass", MASS), ("viscous.damping", DAMPING), ("offset", OFFSET)):
+        assert abs(step[name].value - truth) < 5 * step[name].standard_error
+    names = rubbing.mended.covariance.names if rubbing.mended.covariance else ()
+    assert set(names) <= set(rubbing.mended.parameters)
+    assert "coulomb.slip_force" in names
+
+
+def test_speeds_are_found_as_conditions_and_cycles_give_the_floor(rubbing: TraceReport) -> None:
+    assert rubbing.data["conditions"]["grouped_by"] == "peak speed"
+    assert sorted(rubbing.data["conditions"]["found"].values()) == [6, 6, 6]
+    assert rubbing.noise_floor["source"] == "cycles"
+    # The filter lets cutoff / (rate/2) of the power of white noise pass.
+    through = 0.3 * np.sqrt(rubbing.data["preparation"]["cutoff"] / (RATE / 2))
+    power = np.sqrt(np.mean(rubbing.plots["force"] ** 2))
+    floor = next(iter(rubbing.noise_floor["force_rel_per_record"].values()))
+    assert floor * power == pytest.approx(through, rel=0.25)
+
+
+def test_the_report_is_json_and_depends_on_nothing_but_its_input(tmp_path: Path, rubbing: TraceReport) -> None:
+    first, second = rubbing.as_json(), traced(tmp_path, dry(18.0), VISCOUS).as_json()
+    assert json.dumps(first, allow_nan=False) == json.dumps(second, allow_nan=False)
+    assert first["error_before"]["where"] == "condition folds"
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_nothing_is_named_where_only_noise_is_left(tmp_path: Path, seed: int) -> None:
+    report = traced(tmp_path, lambda z, v: 0 * z, VISCOUS, seed)
+    assert report.verdict is Verdict.NOTHING_MISSING
+    assert report.chosen is None
+    assert report.mended is not None
+    assert report.mended.parameters == VISCOUS.parameters
+    assert report.error_before == report.error_after
+
+
+def test_an_effect_outside_the_catalogue_gets_no_name(tmp_path: Path) -> None:
+    def ripple(z: Array, v: Array) -> Array:
+        return np.asarray(12.0 * np.cos(2 * np.pi * z / 0.011 + 0.4))
+
+    report = traced(tmp_path, ripple, VISCOUS)
+    assert report.verdict in (Verdict.UNEXPLAINED, Verdict.PARTIAL)
+    assert report.unexplained["fraction"] > 0.05
+
+
+def test_friction_that_rises_with_speed_is_not_called_stribeck(tmp_path: Path) -> None:
+    def rising(z: Array, v: Array) -> Array:
+        return np.asarray(20.0 * v / np.sqrt(v**2 + 1e-6) * (1 - 0.5 / (1 + (v / 0.05) ** 2)))
+
+    report = traced(tmp_path, rising, VISCOUS + Coulomb(10.0, 1e-3))
+    assert all(r.family != "stribeck" for r in report.rivals)
+    assert "stribeck" not in [law.kind for law in report.mended.laws]
+    row = next(c for c in report.candidates if c.family == "stribeck")
+    assert row.status is Status.UNPHYSICAL
+
+
+def test_a_sealed_record_judges_and_does_not_teach(tmp_path: Path) -> None:
+    fit, sealed = drive(dry(18.0), cycle((0.1, 0.2), 3)), drive(dry(18.0), cycle((0.12, 0.15), 2), seed=7)
+    weaker = {**sealed, "F": sealed["F"] - 5.0}
+    reports = []
+    for other in (sealed, weaker):
+        m = measurement(tmp_path, Mass(MASS), fit=(fit, "fit", None), kept=(other, "sealed", None))
+        reports.append(trace(m, VISCOUS))
+    honest, shifted = reports
+    assert honest.mended.parameters == shifted.mended.parameters
+    assert honest.error_after["where"] == "sealed"
+    assert honest.error_after["relative"] < 0.1 * honest.error_before["relative"]
+    # An offset that the fit records do not have stays in the residual, whole.
+    rms = np.sqrt(np.mean(weaker["F"] ** 2))
+    assert shifted.error_after["relative"] * rms == pytest.approx(5.0, rel=0.1)
+    assert not any("spent" in w for w in shifted.warnings)
+    assert any("spent" in w for w in trace(m, shifted.mended).warnings)
+
+
+def test_one_trajectory_repeated_is_at_best_ambiguous(tmp_path: Path) -> None:
+    record = drive(dry(18.0), cycle((0.1,), 6))
+    report = trace(measurement(tmp_path, Mass(None), fit=(record, "fit", None)), VISCOUS)
+    assert report.verdict is Verdict.AMBIGUOUS
+    assert any(w.startswith("shape_not_tested") for w in report.warnings)
+    assert report.error_before["where"] == "block folds"
+
+
+def test_declared_conditions_are_the_folds(tmp_path: Path) -> None:
+    files = {
+        name: (drive(dry(18.0), cycle((speed,), 4), seed=i), "fit", name)
+        for i, (name, speed) in enumerate((("slow", 0.05), ("fast", 0.2)))
+    }
+    report = trace(measurement(tmp_path, Mass(None), **files), VISCOUS)
+    assert report.data["conditions"] == {"grouped_by": "declared conditions", "found": {"slow": 8, "fast": 8}}
+    assert report.chosen is not None
+    assert report.chosen.family == "coulomb"
+
+
+def test_play_in_a_spring_without_inertia_is_named(tmp_path: Path) -> None:
+    """A slow test of a sprung joint: a spring with a dead zone, at three amplitudes, no mass in the balance."""
+    t = np.arange(0, 12, 1 / RATE)
+    rng = np.random.default_rng(3)
+    files = {}
+    for i, amplitude in enumerate((0.4e-3, 0.7e-3, 1.0e-3)):
+        z = amplitude * np.sin(2 * np.pi * t)
+        force = 2e5 * (np.maximum(z - 1e-4, 0) + np.minimum(z + 1e-4, 0)) + rng.standard_normal(len(t))
+        files[f"level{i}"] = {"z": z, "F": force}, "fit", f"level {i}"
+    report = trace(measurement(tmp_path, None, **files), Joint((Linear(1e5),)))
+    assert report.chosen is not None
+    assert report.chosen.family == "gap"
+    gap = next(law for law in report.mended.laws if isinstance(law, Gap))
+    assert gap.clearance == pytest.approx(1e-4, rel=0.02)
+    assert "mass" not in report.extra_baseline
+
+
+def test_a_record_that_does_not_move_is_refused(tmp_path: Path) -> None:
+    still = {"z": np.zeros(4000), "F": np.random.default_rng(0).standard_normal(4000)}
+    with pytest.raises(InputError, match="does not move"):
+        trace(measurement(tmp_path, None, fit=(still, "fit", None)), VISCOUS)
+
+
+@pytest.mark.parametrize(("derivative", "tolerance"), [("central", 0.02), ("spectral", 1e-4)])
+def test_filter_and_derivatives_shift_nothing(derivative: str, tolerance: float) -> None:
+    preparation = Preparation(1000.0, 60.0, 200, 5, derivative, "")
+    t = np.arange(4000) / 1000
+    omega = 2 * np.pi * 20.0
+    slope = preparation.slope(preparation.filtered(np.sin(omega * t)))[500:-500]
+    gain = 1 / (1 + (np.tan(np.pi * 20 / 1000) / np.tan(np.pi * 60 / 1000)) ** 8)
+    assert slope == pytest.approx(gain * omega * np.cos(omega * t)[500:-500], abs=tolerance * omega)
+
+
+def test_held_out_losses_are_those_of_fits_without_the_block() -> None:
+    rng = np.random.default_rng(1)
+    columns, target = rng.standard_normal((3, 60)), rng.standard_normal(60)
+    rows = tuple(np.split(np.arange(60), 6))
+    folds = np.array([0, 0, 1, 1, 2, 2])
+    held = hold_out(block_grams(columns, target, rows), np.full(6, 10), folds)
+    for b, r in enumerate(rows):
+        left = np.concatenate([rows[k] for k in range(6) if folds[k] != folds[b]])
+        beta = np.linalg.lstsq(columns[:, left].T, target[left], rcond=None)[0]
+        assert held.blocks[b] == pytest.approx(np.mean((target[r] - beta @ columns[:, r]) ** 2), rel=1e-10)
+
+
+def test_refit_finds_a_clearance_and_respects_what_is_fixed() -> None:
+    z = np.linspace(-1e-3, 1e-3, 400)
+    truth = Joint((Linear(2e5), Gap(1e5, 3e-4)))
+    noise = np.random.default_rng(0).standard_normal(len(z))
+    measured = truth.force_along(z, 0 * z) + noise
+    start = Joint((Linear(1e5), Gap(1e5, 5e-4)), fixed=frozenset({"gap.stiffness"}))
+    fitted, chi2 = refit(start, lambda j: measured - j.force_along(z, 0 * z), tuple(start.parameters))
+    assert fitted.parameters["gap.stiffness"] == 1e5
+    assert chi2 == pytest.approx(1.0, abs=0.25)
+    assert fitted.covariance is not None
+    assert fitted.covariance.names == ("linear.stiffness", "gap.clearance")
+    for name in fitted.covariance.names:
+        error = fitted.covariance.standard_error(name)
+        assert abs(fitted.parameters[name] - truth.parameters[name]) < 4 * error
+
+
+def test_refit_stays_within_the_bounds_of_a_law() -> None:
+    v = np.linspace(-1, 1, 50)
+    fitted, _ = refit(Joint((Viscous(1.0),)), lambda j: -3.0 * v - j.force_along(0 * v, v), ("viscous.damping",))
+    assert fitted.parameters["viscous.damping"] == pytest.approx(0.0, abs=1e-6)
