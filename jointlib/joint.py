@@ -29,6 +29,15 @@ class Covariance:
         i = self.names.index(name)
         return float(np.sqrt(self.matrix[i, i]))
 
+    def widened(self, errors: Mapping[str, float]) -> Covariance:
+        """The same correlations with each standard error raised to the one given for it, where that is larger."""
+        factor = np.ones(len(self.names))
+        for i, name in enumerate(self.names):
+            own, given = self.standard_error(name), errors.get(name, 0.0)
+            if own > 0 and given > own:
+                factor[i] = given / own
+        return Covariance(self.names, self.matrix * np.outer(factor, factor))
+
 
 @dataclass(frozen=True)
 class Joint:
@@ -111,8 +120,11 @@ class Joint:
         return tuple(f"{n}.{s}" for n, law in zip(self.part_names, self.laws, strict=True) for s in law.states)
 
     def _parts(self, state: Array) -> list[Array]:
-        cuts = np.cumsum([len(law.states) for law in self.laws])[:-1]
-        return np.split(state, cuts, axis=-1) if self.laws else []
+        parts, first = [], 0
+        for law in self.laws:
+            parts.append(state[..., first : first + len(law.states)])
+            first += len(law.states)
+        return parts
 
     def initial_state(self, displacement: ArrayLike) -> Array:
         """Virgin state of all parts at a displacement in m, shape (*z.shape, number of states)."""
@@ -122,12 +134,15 @@ class Joint:
     def step(self, motion: Motion, state: Array) -> tuple[Array, Array]:
         """Force in N at the end of the step, and the new state."""
         force = np.zeros(np.broadcast_shapes(np.shape(motion.displacement), np.shape(motion.velocity)))
-        after = [state[..., :0]]
+        after = []
         for law, part in zip(self.laws, self._parts(state), strict=True):
             f, new = law.step(motion, part)
             force = force + f
-            after.append(new)
-        return force, np.concatenate(after, axis=-1)
+            if law.states:
+                after.append(new)
+        if len(after) > 1:
+            return force, np.concatenate(after, axis=-1)
+        return force, after[0] if after else state
 
     def jacobian(self, motion: Motion, state: Array) -> tuple[Array, Array]:
         """Tangent stiffness ∂f/∂z in N/m and damping ∂f/∂ż in N s/m."""

@@ -22,6 +22,8 @@ class Role(Enum):
     SLIP_FORCE = "slip force"
     CLEARANCE = "clearance"
     PRELOAD = "preload"
+    SMOOTHING = "smoothing"
+    """A numerical aid: it rounds a corner that records do not resolve, and no fit tells it."""
     SHAPE = "shape"
 
 

@@ -66,6 +66,26 @@ def quantity(value: Any, expected: str, where: str) -> float:
     return out
 
 
+_SHOWN = {"rad": (180 / math.pi, "°"), "m": (1e6, "µm"), "N/m": (1e-6, "N/µm"), "N/m^2": (1e-12, "N/µm²")}
+
+
+def shown(unit: str) -> tuple[float, str]:
+    """Factor and unit in which people read a joint parameter that is kept in SI."""
+    return _SHOWN.get(unit, (1.0, unit))
+
+
+def with_error(value: float, error: float, unit: str) -> str:
+    """A parameter as people read it, its digits cut to those that its error leaves: ``39.148 ± 0.021 N/µm``."""
+    factor, word = shown(unit)
+    v, e = value * factor, abs(error * factor)
+    if not (math.isfinite(e) and e > 0):
+        return f"{v:.4g} {word}"
+    digits = 1 - math.floor(math.log10(e))
+    if abs(v) < 1e6 and 0 <= digits <= 6:
+        return f"{v:.{digits}f} ± {e:.{digits}f} {word}"
+    return f"{v:.6g} ± {e:.2g} {word}"
+
+
 def _power(unit: str) -> str:
     """'m/s2' is read as m/s², and blanks multiply, as engineers write."""
     return re.sub(r"(?<=[A-Za-z])([23])\b", r"^\1", unit.replace("²", "^2").replace("³", "^3").replace("µ", "u"))

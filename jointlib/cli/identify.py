@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from jointlib.cli.arguments import Verb, input_file, json_option
-from jointlib.cli.output import emit, shown, table, working, wrote
+from jointlib.cli.output import emit, table, working, wrote
 from jointlib.errors import InputError
+from jointlib.units import shown
 
 if TYPE_CHECKING:
     from jointlib.identification import Identification

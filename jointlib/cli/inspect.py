@@ -7,8 +7,9 @@ from pathlib import Path
 import click
 
 from jointlib.cli.arguments import Verb, input_file, json_option
-from jointlib.cli.output import emit, shown, table
+from jointlib.cli.output import emit, table
 from jointlib.errors import InputError
+from jointlib.units import shown
 
 
 @click.command("inspect", cls=Verb)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -24,14 +23,6 @@ def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
     """Columns padded to their width."""
     widths = [max(len(str(r[i])) for r in (header, *rows)) for i in range(len(header))]
     return ["  ".join(str(cell).ljust(w) for cell, w in zip(r, widths, strict=True)).rstrip() for r in (header, *rows)]
-
-
-_SHOWN = {"rad": (180 / math.pi, "deg"), "m": (1e6, "um"), "N/m": (1e-6, "N/um"), "N/m^2": (1e-12, "N/um^2")}
-
-
-def shown(unit: str) -> tuple[float, str]:
-    """Factor and unit in which people read a value that is kept in SI."""
-    return _SHOWN.get(unit, (1.0, unit))
 
 
 def wrote(path: Any) -> str:

@@ -12,8 +12,11 @@ from jointlib.errors import InputError
 from jointlib.identification.force_balance import ForceBalance
 from jointlib.joint import Joint
 from jointlib.law import JointLaw
-from jointlib.parameter import Parameter, parameters_of
+from jointlib.parameter import Parameter, Role, parameters_of
 from jointlib.registry import law
+
+_SMOOTHING = 0.03
+"""Smoothing velocity of friction as a share of the rms velocity."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -37,11 +40,13 @@ def size_of(balances: Sequence[ForceBalance]) -> Size:
 
 
 def first_laws(kinds: Sequence[str], size: Size) -> tuple[JointLaw, ...]:
-    """Laws of these kinds with values guessed from the sizes; a parameter with a default keeps it."""
+    """Laws of these kinds with values guessed from the sizes; defaults are kept, but for smoothing."""
     laws = []
     for number, kind in enumerate(kinds, 1):
         cls = law(kind, f"law {number}")
         values = {p.name: _guess(p, size) for p in parameters_of(cls) if p.name not in _defaults(cls)}
+        # The sign of a velocity that is noise at rest would bias the slip force: round it there.
+        values |= {p.name: _SMOOTHING * size.velocity for p in parameters_of(cls) if p.role is Role.SMOOTHING}
         if {"preload", "kappa"} <= set(values):
             # A ball guide shaken to about its lift-off: d0/sin φ = z, K0 = 6 sin²φ P0/d0, at the assumed angle.
             sine = float(np.sin(_defaults(cls).get("contact_angle", np.pi / 4)))
@@ -77,12 +82,12 @@ def _guess(p: Parameter, size: Size) -> Any:
 
 
 def held_at_default(joint: Joint) -> frozenset[str]:
-    """Parameters that are assumed and not fitted: those at the default of their law, and angles, which no fit tells."""
+    """Parameters that are assumed and not fitted: those at the default of their law, and what no fit tells."""
     held = set()
     for part, item in zip(joint.part_names, joint.laws, strict=True):
         defaults = _defaults(type(item))
         for p in parameters_of(item):
-            untold = p.unit in ("rad", "1")
+            untold = p.unit in ("rad", "1") or p.role is Role.SMOOTHING
             if not p.table and (untold or defaults.get(p.name) == getattr(item, p.name)):
                 held.add(f"{part}.{p.name}")
     return frozenset(held)

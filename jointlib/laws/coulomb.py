@@ -36,7 +36,7 @@ class Coulomb(MemorylessLaw):
     """f = slip_force·tanh(ż/smoothing_velocity); sign(ż) for a smoothing velocity of 0."""
 
     slip_force: float = parameter("N", role=Role.SLIP_FORCE, lower=0.0)
-    smoothing_velocity: float = parameter("m/s", lower=0.0, default=0.0)
+    smoothing_velocity: float = parameter("m/s", role=Role.SMOOTHING, lower=0.0, default=0.0)
 
     kind: ClassVar[str] = "coulomb"
 

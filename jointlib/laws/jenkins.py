@@ -38,8 +38,11 @@ class Jenkins(JointLaw):
 
     def step(self, motion: Motion, state: Array) -> tuple[Array, Array]:
         reach = self._reach()
-        stretch = np.clip(motion.displacement - state[..., 0], -reach, reach)
-        loaded = np.sign(stretch) * np.maximum(np.abs(stretch) - self.clearance, 0.0)
+        # np.clip costs three times as much, and this is the innermost line of every trace.
+        stretch = np.minimum(np.maximum(motion.displacement - state[..., 0], -reach), reach)
+        loaded = stretch
+        if self.clearance:
+            loaded = np.sign(stretch) * np.maximum(np.abs(stretch) - self.clearance, 0.0)
         return self.stiffness * loaded, (motion.displacement - stretch)[..., None]
 
     def jacobian(self, motion: Motion, state: Array) -> tuple[Array, Array]:

@@ -25,7 +25,7 @@ class Stribeck(MemorylessLaw):
     slip_force: float = parameter("N", role=Role.SLIP_FORCE, lower=0.0)
     static_force: float = parameter("N", role=Role.SLIP_FORCE, lower=0.0)
     stribeck_velocity: float = parameter("m/s", above=0.0)
-    smoothing_velocity: float = parameter("m/s", lower=0.0, default=0.0)
+    smoothing_velocity: float = parameter("m/s", role=Role.SMOOTHING, lower=0.0, default=0.0)
 
     kind: ClassVar[str] = "stribeck"
 

@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 from importlib.metadata import version
 from typing import Any
 
+import numpy as np
+
 from jointlib.arrays import ComplexArray
 from jointlib.effect import JointEffect
 from jointlib.errors import InputError
@@ -22,7 +24,7 @@ from jointlib.loop.report import Candidate, Rival, Status, TraceReport, Verdict
 from jointlib.loop.resimulation import compared
 from jointlib.loop.search import Round, Term, prediction_error, search
 from jointlib.loop.spectra import Spectra, excited_band, spectra_of
-from jointlib.loop.tables import candidate_of, chosen_of, described, floor_table, left, removed
+from jointlib.loop.tables import candidate_of, chosen_of, described, floor_table, left, removed, widened
 from jointlib.measurement import Measurement, RecordSource
 from jointlib.registry import installed
 
@@ -32,7 +34,8 @@ def trace_periodic(measurement: Measurement, joint: Joint, *, seed: int = 0) -> 
 
     m1 a1 = P − f, f = m2 a2 + m3 a3; the residuals J = m2 a2 + m3 a3 − f_model(z, ż), B = P − m1 a1 − m2 a2 − m3 a3
     and R = a2 − a3 are whitened with their propagated noise. Candidates compete by the drop of the loss of records
-    left out of their fit; the sealed record is opened once, after the choice. Nothing here is random; ``seed`` is
+    left out of their fit; the sealed record is opened once, after the choice, and a term that does not lower the error
+    on it is withdrawn. Nothing here is random; ``seed`` is
     noted in the report.
     """
     data, warnings = _prepared(measurement)
@@ -59,7 +62,7 @@ def trace_periodic(measurement: Measurement, joint: Joint, *, seed: int = 0) -> 
         warnings.append(f"With {terms[0].row.score.family} the error {after['where']} does not fall; it is not added.")
         word, named, entered, last = Verdict.UNEXPLAINED, False, (), start
         before, after = _errors(observed, sealed, start, last, joint)
-    mended = _noted(last.joint, data, opened) if entered else joint
+    mended = _noted(widened(observed, last), data, observed, opened) if entered else joint
     chosen = chosen_of(observed, last, terms[0], explained) if terms else None
     chain = tuple(
         {
@@ -270,8 +273,17 @@ def _spent(joint: Joint, opened: Sequence[Spectra], warnings: list[str]) -> None
             warnings.append(f"{s.name}: its seal is spent, an earlier trace of this joint opened it.")
 
 
-def _noted(joint: Joint, data: _Data, opened: Sequence[Spectra]) -> Joint:
-    """The mended joint with the hashes of what it was fitted to and of the seals that were opened."""
+def _noted(joint: Joint, data: _Data, observed: Sequence[Observed], opened: Sequence[Spectra]) -> Joint:
+    """The mended joint with the range it was fitted on, the hashes of that, and of the seals that were opened."""
     traced = [f"{s.name} sha256:{s.sha256}" for s in data.training]
     seals = [*joint.provenance.get("seals_opened", ()), *(s.sha256 for s in opened)]
-    return replace(joint, provenance={**joint.provenance, "traced_on": traced, "seals_opened": seals})
+    seen = {
+        "amplitude": (0.0, max(float(np.abs(o.path[0]).max()) for o in observed)),
+        "velocity": (0.0, max(float(np.abs(o.path[1]).max()) for o in observed)),
+        "frequency": (float(data.band[0]), float(data.band[3])),
+    }
+    return replace(
+        joint,
+        validity={**seen, **joint.validity},
+        provenance={**joint.provenance, "traced_on": traced, "seals_opened": seals},
+    )

@@ -13,6 +13,7 @@ import numpy as np
 
 from jointlib.arrays import Array
 from jointlib.joint import Joint
+from jointlib.units import with_error
 
 
 class Verdict(Enum):
@@ -45,6 +46,10 @@ class Estimate:
     ci_kind: str = "noise"
     """"noise" where the interval is statistical, "model_form" where the shape of the law is the larger doubt."""
     biased: bool = False
+
+    def words(self) -> str:
+        """Value, half width of the 95 % interval and unit, as people read them."""
+        return with_error(self.value, 1.96 * self.standard_error, self.unit)
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from jointlib.errors import InputError
+from jointlib.joint import Joint
 from jointlib.loop.equations import Observed
 from jointlib.loop.excess import total_excess
 from jointlib.loop.fitted import Fitted, model_of, moved_by
@@ -67,19 +68,25 @@ def chosen_of(records: Sequence[Observed], fitted: Fitted, term: Term, explained
     """
     rank = next(i for i, r in enumerate(term.round.rows) if r.score.family == term.row.score.family) + 1
     bare = candidate_of(term.round, term.row, rank)
-    joint = fitted.joint if set(bare.parameters) <= set(fitted.joint.parameters) else term.fitted.joint
-    where = fitted if joint is fitted.joint else term.fitted
-    spread = jackknife(records, where)
+    where = fitted if set(bare.parameters) <= set(fitted.joint.parameters) else term.fitted
+    joint = widened(records, where)
     values, units = joint.parameters, joint.units
     estimates = {}
     for name in bare.parameters:
-        noise = joint.covariance.standard_error(name) if joint.covariance is not None else float("nan")
-        se = float(np.nanmax([noise, spread.get(name, np.nan)])) if name in spread or noise == noise else float("nan")
+        se = joint.covariance.standard_error(name) if joint.covariance is not None else float("nan")
         value = values[name]
         kind = "model_form" if bare.family in _MODEL_FORM else "noise"
         interval = (value - 1.96 * se, value + 1.96 * se)
         estimates[name] = Estimate(value, units[name], se, interval, kind, bare.family in _BIASED)
     return replace(bare, parameters=estimates, explained=explained, status=Status.ACCEPTED, reason="")
+
+
+def widened(records: Sequence[Observed], fitted: Fitted) -> Joint:
+    """The fitted joint, its standard errors no smaller than the spread over fits with one record left out."""
+    joint = fitted.joint
+    if joint.covariance is None:
+        return joint
+    return replace(joint, covariance=joint.covariance.widened(jackknife(records, fitted)))
 
 
 def jackknife(records: Sequence[Observed], fitted: Fitted) -> dict[str, float]:

@@ -136,10 +136,7 @@ def sentence(
             f"{before['joint_N']:.3g} N ({before['relative']:.2%} of the joint force), its noise "
             f"{before['joint_floor_N']:.3g} N.{near}{outside}"
         )
-    figures = ", ".join(
-        f"{n.split('.', 1)[-1].replace('_', ' ')} {e.value:.4g} ± {1.96 * e.standard_error:.2g} {e.unit}"
-        for n, e in chosen.parameters.items()
-    )
+    figures = ", ".join(f"{n.split('.', 1)[-1].replace('_', ' ')} {e.words()}" for n, e in chosen.parameters.items())
     name = WORDS.get(chosen.family, chosen.family)
     if verdict is Verdict.PARTIAL:
         return (

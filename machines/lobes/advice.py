@@ -25,8 +25,9 @@ def advice(charts: Sequence[tuple[float, StabilityLobes]]) -> tuple[str, ...]:
     speeds = charts[0][1].speed.ravel()
     everywhere = depths.min(axis=0)
     best = int(np.argmax(everywhere))
+    chatter = charts[k][1].minimum_frequency
     said = [
-        f"Below {_mm(lowest[k])} every speed is stable (chatter would come at {charts[k][1].minimum_frequency:.0f} Hz); "
+        f"Below {_mm(lowest[k])} every speed is stable (chatter would come at {chatter:.0f} Hz); "
         f"the best speed in the range is {speeds[best]:.0f} rpm with {_mm(everywhere[best])}."
     ]
     if len(charts) > 1 and charts[0][0] == 0:

@@ -10,6 +10,7 @@ from jointlib.identification import Identification
 from jointlib.identification.force_samples import RestoringForce
 from jointlib.joint import Joint
 from jointlib.loop.report import TraceReport
+from jointlib.units import shown
 
 from ..linear import LinearCheck
 from ..lobes import StabilityLobes
@@ -19,15 +20,13 @@ from .machine_figures import check_figure, lobes_figure, response_figure
 from .page import Figure, Section, Table
 from .trace_figures import candidate_table, trace_figures
 
-_SHOWN = {"rad": (180 / np.pi, "°"), "m": (1e6, "µm"), "N/m": (1e-6, "N/µm")}
-
 
 def parameter_table(joint: Joint, caption: str) -> Table:
     """Parameters with their standard errors, in the units people read."""
     rows = []
     units = joint.units
     for name, value in joint.parameters.items():
-        factor, unit = _SHOWN.get(units[name], (1.0, units[name]))
+        factor, unit = shown(units[name])
         error = joint.covariance.standard_error(name) if joint.covariance else np.nan
         spread = f"± {error * factor:.2g}" if np.isfinite(error) else "not estimated"
         rows.append((name, f"{value * factor:.6g}", spread, unit))

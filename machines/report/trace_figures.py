@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from jointlib.arrays import Array
-from jointlib.loop.report import Estimate, Status, TraceReport
+from jointlib.loop.report import Status, TraceReport
 
 from .drawing import AFTER, BEFORE, FLOOR, MEASURED, sheet, thin
 from .page import Figure, Table
@@ -109,12 +109,7 @@ def candidate_table(report: TraceReport) -> Table:
     """The candidates with their parameters and why they were kept or not."""
     rows = []
     for c in sorted(report.candidates, key=lambda c: c.rank):
-        parameters = ", ".join(_estimate(name, e) for name, e in c.parameters.items())
+        parameters = ", ".join(f"{name} {e.words()}" for name, e in c.parameters.items())
         rows.append((str(c.rank), c.family, c.member, parameters, f"{c.gain_heldout:.4g}", c.status.value, c.reason))
     header = ("rank", "family", "law", "parameters", "held-out gain", "status", "why")
     return Table(header, rows, "Candidates")
-
-
-def _estimate(name: str, e: Estimate) -> str:
-    spread = f" ± {e.standard_error:.2g}" if np.isfinite(e.standard_error) else ""
-    return f"{name} {e.value:.4g}{spread} {e.unit}".strip()

@@ -93,7 +93,7 @@ class Rig:
                 # Four sliders of different reach (m), stretched by the path.
                 reach = np.array([0.14, 0.18, 0.22, 0.27])[:, None] * self.size.z
                 stretch = np.clip(self.sliders + dz, -reach, reach)
-                return F * np.mean(stretch / reach, axis=0)
+                return np.asarray(F * np.mean(stretch / reach, axis=0))
             case "ripple":
                 return F * np.sin(9.0 * u + 0.7)
             case "stiff-damper":

@@ -175,7 +175,7 @@ def _mended(
     if sealed:
         opened = [*joint.provenance.get("seal_opened", []), *(f"{r.name} sha256:{r.sha256}" for r in sealed)]
         provenance["seal_opened"] = list(dict.fromkeys(opened))
-    validity = {**joint.validity, "amplitude": (min(travels), max(travels)), "velocity": (0.0, speed)}
+    validity = {**joint.validity, "amplitude": (0.0, max(travels)), "velocity": (0.0, speed)}
     return dataclasses.replace(named.after.joint, validity=validity, provenance=provenance)
 
 

@@ -50,10 +50,7 @@ def sentence(
             f"and {noise}.{near}"
         )
     assert chosen is not None
-    figures = ", ".join(
-        f"{n.split('.', 1)[-1].replace('_', ' ')} {e.value:.4g} ± {1.96 * e.standard_error:.2g} {e.unit}"
-        for n, e in chosen.parameters.items()
-    )
+    figures = ", ".join(f"{n.split('.', 1)[-1].replace('_', ' ')} {e.words()}" for n, e in chosen.parameters.items())
     name = WORDS.get(chosen.family, chosen.family)
     drop = f"Unexplained {where}: {before['relative']:.2%} of the force before, {after['relative']:.2%} after; {noise}."
     if verdict is Verdict.PARTIAL:
