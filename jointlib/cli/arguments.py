@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -18,15 +19,19 @@ _VALUE = re.compile(r"[+-]?(\d|\.\d)")
 
 
 class Quantity(click.ParamType[float]):
-    """A number in SI (Hz, rpm) or with its unit: ``1e-6``, ``1um``, ``50N``."""
+    """A number in SI (Hz, rpm) or with its unit: ``1e-6``, ``1um``, ``50N``; at least ``lower`` where that is given."""
 
-    def __init__(self, unit: str) -> None:
+    def __init__(self, unit: str, lower: float | None = None) -> None:
         self.unit = unit
         self.name = unit
+        self.lower = lower
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         where = param.opts[0] if param is not None else "value"
-        return quantity(value.strip() if isinstance(value, str) else value, self.unit, where)
+        found = quantity(value.strip() if isinstance(value, str) else value, self.unit, where)
+        if self.lower is not None and found < self.lower:
+            raise InputError(f"{where}: {value}, expected at least {self.lower:g} {self.unit}")
+        return found
 
 
 class FrequencyRange(click.ParamType[tuple[float, float, int | None]]):
@@ -48,6 +53,32 @@ class FrequencyRange(click.ParamType[tuple[float, float, int | None]]):
         if count is not None and count < 2:
             raise InputError(f"{where}: {count} lines, expected at least 2")
         return low, high, count
+
+
+class Target(click.ParamType[Path]):
+    """A file to write, or a folder to write into; what stands in the way is said before any work is done."""
+
+    name = "path"
+
+    def __init__(self, suffix: str = "", folder: bool = False) -> None:
+        self.suffix = suffix
+        self.folder = folder
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
+        where = param.opts[0] if param is not None else "output"
+        path = Path(value)
+        if not self.folder and path.is_dir():
+            raise InputError(f"{where}: {path} is a folder, expected the name of a file to write")
+        if not self.folder and path.suffix != self.suffix != "":
+            raise InputError(f"{where}: {path} ends in {path.suffix!r}, expected {self.suffix}")
+        folder = path if self.folder else path.parent
+        while not folder.exists() and folder != folder.parent:
+            folder = folder.parent
+        if not folder.is_dir():
+            raise InputError(f"{where}: {folder} is a file, expected a folder")
+        if not os.access(folder, os.W_OK | os.X_OK):
+            raise InputError(f"{where}: no permission to write into {folder}")
+        return path
 
 
 class Verb(click.Command):

@@ -13,8 +13,10 @@ from jointlib.cli.output import emit, table
 
 @click.command("df", cls=Verb)
 @input_file("joint")
-@click.option("--amplitude", type=Quantity("m"), multiple=True, required=True, help="Peak relative displacement.")
-@click.option("--frequency", type=Quantity("Hz"), multiple=True, required=True, help="Frequency.")
+@click.option(
+    "--amplitude", type=Quantity("m", lower=0), multiple=True, required=True, help="Peak relative displacement."
+)
+@click.option("--frequency", type=Quantity("Hz", lower=0), multiple=True, required=True, help="Frequency.")
 @click.option("--bias", type=Quantity("m"), default="0", help="Mean relative displacement.")
 @json_option
 def command(

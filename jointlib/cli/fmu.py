@@ -6,14 +6,14 @@ from pathlib import Path
 
 import click
 
-from jointlib.cli.arguments import Verb, input_file, json_option
+from jointlib.cli.arguments import Target, Verb, input_file, json_option
 from jointlib.cli.output import emit, working, wrote
 from jointlib.errors import InputError
 
 
 @click.command("fmu", cls=Verb)
 @input_file("joint", required=False)
-@click.option("-o", "output", type=click.Path(path_type=Path), help="The .fmu file to write.")
+@click.option("-o", "output", type=Target(".fmu"), help="The .fmu file to write.")
 @click.option("--fmi", type=click.Choice(["2", "3"]), default="2", help="Version of the standard.")
 @click.option("--runtime", type=click.Choice(["c", "python"]), default="python", help="What computes inside.")
 @click.option("--verify", type=click.Path(path_type=Path), help="Verify this FMU instead.")

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from jointlib.cli.arguments import FrequencyRange, Quantity, Verb, input_file, json_option
+from jointlib.cli.arguments import FrequencyRange, Quantity, Target, Verb, input_file, json_option
 from jointlib.cli.output import emit, table, working, wrote
 from jointlib.errors import InputError
 
@@ -18,7 +18,7 @@ from jointlib.errors import InputError
 @click.option("--frequency", type=FrequencyRange(), help="lo:hi:n; default: the range of the file.")
 @click.option("--drive", help="Degree of freedom the force acts on; default: that of the file, else the tool.")
 @click.option("--harmonics", default="1", help="1 is what this version knows.")
-@click.option("-o", "output", type=click.Path(path_type=Path), required=True, help="Where the curves go, an .npz file.")
+@click.option("-o", "output", type=Target(".npz"), required=True, help="Where the curves go, an .npz file.")
 @json_option
 def command(
     machine: Path,
@@ -40,8 +40,6 @@ def command(
 
     if harmonics != "1":
         raise InputError(f"--harmonics: {harmonics!r}, expected 1 (several harmonics are not in this version)")
-    if output.suffix != ".npz":
-        raise InputError(f"-o: {output} ends in {output.suffix!r}, expected .npz")
     with working("coupling the machine"):
         model = with_joints(read_machine(machine))
         band = None if frequency is None else (frequency[0], frequency[1])

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from jointlib.cli.arguments import Verb, input_file, json_option
+from jointlib.cli.arguments import Target, Verb, input_file, json_option
 from jointlib.cli.output import emit, table, working, wrote
 from jointlib.errors import InputError
 from jointlib.units import shown
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 @click.option("--law", "laws", multiple=True, help="Kinds of the laws to fit, for example hertz-guide viscous.")
 @click.option("--start", type=click.Path(path_type=Path), help="Joint file with laws, first values and what is fixed.")
 @click.option("--order", help="Orders i,j of a chebyshev surface; default: chosen on held-out data.")
-@click.option("-o", "output", type=click.Path(path_type=Path), required=True, help="The joint file to write.")
+@click.option("-o", "output", type=Target(), required=True, help="The joint file to write.")
 @json_option
 def command(
     measurements: tuple[Path, ...],

@@ -23,7 +23,7 @@ def command(file: Path, as_json: bool) -> None:
       jointlib inspect machines/library/guide.joint.toml
     """
     if not file.is_file():
-        raise InputError(f"{file}: no such file")
+        raise InputError(f"{file}: a folder, expected a file" if file.is_dir() else f"{file}: no such file")
     lines = _lines(file)
     emit(as_json, {"file": str(file), "lines": lines}, lines)
 
@@ -36,7 +36,7 @@ def _lines(file: Path) -> list[str]:
     import tomllib
 
     try:
-        schema = tomllib.loads(file.read_text("utf-8")).get("schema")
+        schema = tomllib.loads(file.read_text("utf-8-sig")).get("schema")
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"{file}: not valid TOML: {error}") from None
     readers = {"jointlib/joint/1": _joint, "jointlib/measurement/1": _measurement, "jointlib/machine/1": _machine}

@@ -9,7 +9,7 @@ from typing import Any
 import click
 import numpy as np
 
-from jointlib.cli.arguments import Quantity, Verb, input_file, json_option
+from jointlib.cli.arguments import Quantity, Target, Verb, input_file, json_option
 from jointlib.cli.output import emit, table, working, wrote
 from jointlib.errors import InputError
 
@@ -17,11 +17,15 @@ from jointlib.errors import InputError
 @click.command("lobes", cls=Verb)
 @input_file("machine")
 @click.option("--method", help="turning or zero-order; default: what suits the process.")
-@click.option("--amplitude", type=Quantity("m"), multiple=True, help="Tool-point amplitude; default: vanishing.")
+@click.option(
+    "--amplitude", type=Quantity("m", lower=0), multiple=True, help="Tool-point amplitude; default: vanishing."
+)
 @click.option("--speed", type=Quantity("rpm"), multiple=True, help="Spindle speed; default: 400 over the file's range.")
-@click.option("--depth", type=Quantity("m"), multiple=True, help="Not in this version: needs the collocation method.")
+@click.option(
+    "--depth", type=Quantity("m", lower=0), multiple=True, help="Not in this version: needs the collocation method."
+)
 @click.option("--witness", is_flag=True, help="Not in this version: check by time simulation.")
-@click.option("-o", "output", type=click.Path(path_type=Path), help="Also write the charts to this .npz file.")
+@click.option("-o", "output", type=Target(".npz"), help="Also write the charts to this .npz file.")
 @json_option
 def command(
     machine: Path,
@@ -45,8 +49,6 @@ def command(
     if depth or witness:
         word = "--depth" if depth else "--witness"
         raise InputError(f"{word}: not in this version, expected --speed alone for the critical depth")
-    if output is not None and output.suffix != ".npz":
-        raise InputError(f"-o: {output} ends in {output.suffix!r}, expected .npz")
     model = read_machine(machine)
     speeds = np.array(speed) if speed else default_speeds(model)
     with working("computing lobes"):

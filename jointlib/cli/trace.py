@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from jointlib.cli.arguments import Verb, input_file, json_option
+from jointlib.cli.arguments import Target, Verb, input_file, json_option
 from jointlib.cli.output import emit, working, wrote
 from jointlib.errors import InputError
 
@@ -20,8 +21,8 @@ if TYPE_CHECKING:
 @input_file("measurement")
 @click.option("--joint", type=click.Path(path_type=Path), help="The joint model to doubt.")
 @click.option("--machine", type=click.Path(path_type=Path), help="Not in this version: for measured FRFs.")
-@click.option("--seed", type=int, default=0, help="Seed of the permutation tests.")
-@click.option("-o", "output", type=click.Path(path_type=Path), required=True, help="Folder for what is written.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, help="Seed of the permutation tests.")
+@click.option("-o", "output", type=Target(folder=True), required=True, help="Folder for what is written.")
 @json_option
 def command(
     measurement: Path, joint: Path | None, machine: Path | None, seed: int, output: Path, as_json: bool
@@ -43,7 +44,9 @@ def command(
     with working("tracing the residual"):
         report = trace(test, read_joint(joint), seed=seed)
         written = [*write_trace(report, output), output / "report.html"]
-        _write_page(report, test, f"jointlib trace {measurement} --joint {joint} -o {output}", written[-1])
+        again = ["jointlib", "trace", str(measurement), "--joint", str(joint), "-o", str(output)]
+        again += ["--seed", str(seed)] if seed else []
+        _write_page(report, test, shlex.join(again), written[-1])
     emit(as_json, report.as_json(), [*words(report), *(wrote(path) for path in written)])
 
 

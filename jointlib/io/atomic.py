@@ -25,8 +25,10 @@ def write(path: Path, fill: Callable[[IO[bytes]], object]) -> None:
             fill(file)
         os.chmod(temporary, 0o666 & ~_umask())
         os.replace(temporary, path)
-    except BaseException:
+    except BaseException as error:
         Path(temporary).unlink(missing_ok=True)
+        if isinstance(error, OSError):
+            raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
         raise
 
 

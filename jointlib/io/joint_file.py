@@ -89,6 +89,9 @@ def _covariance(section: Section, joint: Joint) -> Covariance | None:
             raise InputError(f"{section.where}: names has {name!r}, {nearest(name, joint.parameters)}")
     if matrix.shape != (len(names), len(names)):
         raise InputError(f"{section.where}: matrix has shape {matrix.shape}, expected {len(names)} rows and columns")
+    if np.any(np.diag(matrix) < 0):
+        name = names[int(np.argmin(np.diag(matrix)))]
+        raise InputError(f"{section.where}: the variance of {name} is negative, expected at least 0")
     return Covariance(names, matrix)
 
 

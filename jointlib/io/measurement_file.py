@@ -31,6 +31,8 @@ def read_measurement(path: Path) -> Measurement:
     band = section.numbers("band", "Hz", None, length=2)
     if band is not None and not 0 <= band[0] < band[1]:
         raise InputError(f"{section.where}: band runs from {band[0]:g} to {band[1]:g} Hz, expected low before high")
+    if band is not None and rate is not None and band[1] > rate / 2:
+        raise InputError(f"{section.where}: band ends at {band[1]:g} Hz, expected at most half the sample_rate")
     masses = section.section("bodies")
     bodies = {name: _mass(masses, name) for name in masses.keys()}  # noqa: SIM118
     corrections = tuple(_correction(c) for c in section.sections("correction"))
@@ -67,6 +69,8 @@ def _mass(section: Section, name: str) -> Mass:
         inner.done()
     else:
         mass = Mass(Section({name: value}, section.where, section.folder).number(name, "kg"))
+    if mass.uncertainty < 0:
+        raise InputError(f"{section.where}: {name} has u = {mass.uncertainty:g} kg, expected a standard uncertainty")
     if mass.value is not None and mass.value <= 0:
         raise InputError(f"{section.where}: {name} is {mass.value:g} kg, expected a positive mass")
     return mass
@@ -85,12 +89,17 @@ def _channel(section: Section, kind: str) -> Channel:
             raise
         si, factor = unit, 1.0
     full_scale = section.number("range", "1", None)
+    if full_scale is not None and full_scale <= 0:
+        raise InputError(f"{section.where}: range is {full_scale:g}, expected a positive full scale")
+    gain = section.number("gain", "1", 1.0)
+    if gain == 0:
+        raise InputError(f"{section.where}: gain is 0, expected a factor from the column to {unit}")
     channel = Channel(
         name=name,
         quantity=quantity,
         unit=unit,
         si_unit=si,
-        factor=factor * section.number("gain", "1", 1.0),
+        factor=factor * gain,
         body=section.text("body", None),
         full_scale=None if full_scale is None else full_scale * factor,
         remove_mean=section.flag("remove_mean"),

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import csv
+import io
+import zipfile
+import zlib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -19,7 +22,8 @@ def read_columns(path: Path) -> dict[str, Array]:
     """Every named one-dimensional array in a file, by the reader registered for its suffix."""
     path = Path(path)
     if not path.is_file():
-        raise InputError(f"{path}: no such file, expected a record")
+        found = "a folder" if path.is_dir() else "no such file"
+        raise InputError(f"{path}: {found}, expected a record")
     readers = installed("jointlib.readers").found
     suffix = path.suffix.lower().lstrip(".")
     if suffix not in readers:
@@ -49,23 +53,41 @@ def read_csv(path: Path) -> dict[str, Array]:
         pass
     else:
         raise InputError(f"{path}: the first row holds numbers, expected a header row with channel names")
-    with path.open(newline="", encoding="utf-8-sig") as file:
-        lines = [line for line in file if line.strip() and not line.lstrip().startswith("#")][1:]
-    if not lines:
+    try:
+        with path.open(encoding="utf-8-sig") as file:
+            numbered = [(n, line) for n, line in enumerate(file, 1) if line.strip() and line.lstrip()[0] != "#"]
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: cannot be read as CSV ({error})") from None
+    if not numbered[1:]:
         raise InputError(f"{path}: has a header but no samples")
     try:
+        lines = [line for _, line in numbered[1:]]
         table = np.loadtxt(lines, delimiter=",", ndmin=2, usecols=range(len(names)), comments=None)
-    except ValueError as error:
-        raise InputError(f"{path}: {str(error).split(';')[0]}, expected {len(names)} numbers a row") from None
+    except ValueError:
+        number, text = next(((n, line) for n, line in numbered[1:] if not _is_row(line, len(names))), numbered[1])
+        text = text.strip() if len(text) < 60 else f"{text[:57].strip()}..."
+        raise InputError(f"{path}: line {number} is {text!r}, expected {len(names)} numbers a row") from None
     return {name: np.ascontiguousarray(table[:, i]) for i, name in enumerate(names)}
+
+
+def _is_row(line: str, count: int) -> bool:
+    try:
+        return "_" not in line and len([float(cell) for cell in line.split(",")[:count]]) == count
+    except ValueError:
+        return False
 
 
 def read_npz(path: Path) -> dict[str, Array]:
     """NumPy archive of one-dimensional arrays; nothing is unpickled."""
     try:
-        with np.load(path, allow_pickle=False) as archive:
-            arrays = {name: archive[name] for name in archive.files}
-    except (OSError, ValueError, EOFError) as error:
+        with path.open("rb") as file, zipfile.ZipFile(file) as archive:
+            names = [name.removesuffix(".npy") for name in archive.namelist() if name.endswith(".npy")]
+            members = [archive.read(f"{name}.npy") for name in names]
+        arrays = {
+            name: np.lib.format.read_array(io.BytesIO(data), allow_pickle=False)
+            for name, data in zip(names, members, strict=True)
+        }
+    except (OSError, ValueError, EOFError, RuntimeError, zipfile.BadZipFile, zlib.error) as error:
         raise InputError(f"{path}: cannot be read as npz ({error})") from None
     return _one_dimensional(arrays)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
@@ -37,7 +38,9 @@ class Section:
         if key in self._left:
             return self._left.pop(key)
         if default is ...:
-            raise InputError(f"{self.where}: key {key!r} is missing")
+            close = difflib.get_close_matches(key, self._left, n=1, cutoff=0.7)
+            meant = f", did you mean it by {close[0]!r}?" if close else ""
+            raise InputError(f"{self.where}: key {key!r} is missing{meant}")
         return default
 
     def text(self, key: str, default: Any = ..., choices: tuple[str, ...] = ()) -> str:
@@ -139,7 +142,7 @@ class Section:
 def read_toml(path: Path, kind: str) -> Section:
     """Open ``schema = "jointlib/<kind>/1"``."""
     try:
-        table = tomllib.loads(Path(path).read_bytes().decode("utf-8"))
+        table = tomllib.loads(Path(path).read_bytes().decode("utf-8-sig"))
     except FileNotFoundError:
         raise InputError(f"{path}: no such file, expected a {kind} file") from None
     except (OSError, UnicodeDecodeError) as error:

@@ -100,11 +100,6 @@ def _point(machine: Machine, cutting: Cutting, lines: Array, amplitude: float) -
     direction: ComplexArray = np.zeros((len(lines), len(axes)), dtype=complex)
     direction[:, 0] = 1.0
     point = operating_point(machine, lines, amplitude, direction)
-    if not np.all(np.isfinite(point.frf.receptance)):
-        raise InputError(
-            f"{machine.where}: a joint has no finite stiffness at amplitude {amplitude:g} m (ideal friction at rest), "
-            "expected an amplitude above 0"
-        )
     if amplitude == 0 or cutting.process == "turning" or len(axes) == 1:
         return point
     D = loop_stiffness(cutting, axes)
