@@ -4,19 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import ClassVar, Protocol
 
 import numpy as np
 
 from jointlib.arrays import Array, ArrayLike, ComplexArray
 from jointlib.errors import InputError
-
-if TYPE_CHECKING:
-    from jointlib.law import JointLaw
+from jointlib.motion import Motion
 
 _GAUSS_POINTS = 32
 _CYCLES = 200
 _SETTLED = 1e-10
+
+
+class Steppable(Protocol):
+    """What a cycle needs of a law; every :class:`jointlib.law.JointLaw` has it."""
+
+    kind: ClassVar[str]
+    states: ClassVar[tuple[str, ...]]
+
+    def initial_state(self, displacement: Array) -> Array: ...
+
+    def step(self, motion: Motion, state: Array) -> tuple[Array, Array]: ...
+
+    def jacobian(self, motion: Motion, state: Array) -> tuple[Array, Array]: ...
+
+    def kink_angles(self, amplitude: Array, omega: Array, bias: Array) -> Array: ...
 
 
 @dataclass(frozen=True)
@@ -73,7 +86,7 @@ def broadcast(amplitude: ArrayLike, omega: ArrayLike, bias: ArrayLike) -> tuple[
 
 
 def numerical_first_harmonic(
-    law: JointLaw, amplitude: ArrayLike, omega: ArrayLike = 1.0, bias: ArrayLike = 0.0, samples: int | None = None
+    law: Steppable, amplitude: ArrayLike, omega: ArrayLike = 1.0, bias: ArrayLike = 0.0, samples: int | None = None
 ) -> FirstHarmonic:
     """Describing function of any law that acts in time, by quadrature over one steady cycle.
 
@@ -111,7 +124,7 @@ def _difference(f: Callable[[float], ComplexArray]) -> ComplexArray:
     return value
 
 
-def _nodes(law: JointLaw, a: Array, w: Array, z0: Array, points: int, samples: int | None) -> tuple[Array, Array]:
+def _nodes(law: Steppable, a: Array, w: Array, z0: Array, points: int, samples: int | None) -> tuple[Array, Array]:
     """Angles (ascending within each cycle, first entry 0) and weights (sum 2π), shape (cases, nodes)."""
     if samples is not None:
         theta = 2 * np.pi * np.arange(samples) / samples
@@ -128,10 +141,8 @@ def _nodes(law: JointLaw, a: Array, w: Array, z0: Array, points: int, samples: i
     return (middle + half * x).reshape(len(a), -1), (half * g).reshape(len(a), -1)
 
 
-def _cycle_force(law: JointLaw, a: Array, w: Array, z0: Array, theta: Array) -> Array:
+def _cycle_force(law: Steppable, a: Array, w: Array, z0: Array, theta: Array) -> Array:
     """Steady force at the angles of the cycle, shape (cases, nodes)."""
-    from jointlib.law import Motion
-
     z = z0[:, None] + a[:, None] * np.cos(theta)
     v = -(w * a)[:, None] * np.sin(theta)
     if not law.states:
@@ -157,7 +168,9 @@ def _project(force: Array, theta: Array, weight: Array, a: Array) -> ComplexArra
     return value
 
 
-def _quadrature(law: JointLaw, a: Array, w: Array, z0: Array, samples: int | None) -> tuple[ComplexArray, Array, Array]:
+def _quadrature(
+    law: Steppable, a: Array, w: Array, z0: Array, samples: int | None
+) -> tuple[ComplexArray, Array, Array]:
     theta, weight = _nodes(law, a, w, z0, _GAUSS_POINTS, samples)
     force = _cycle_force(law, a, w, z0, theta)
     gain = _project(force, theta, weight, a)
@@ -168,11 +181,9 @@ def _quadrature(law: JointLaw, a: Array, w: Array, z0: Array, samples: int | Non
 
 
 def _derivatives(
-    law: JointLaw, a: Array, w: Array, z0: Array, gain: ComplexArray, samples: int | None
+    law: Steppable, a: Array, w: Array, z0: Array, gain: ComplexArray, samples: int | None
 ) -> tuple[ComplexArray, ComplexArray]:
     """dG/dA and dG/dω of a memoryless law, from its slopes along the cycle."""
-    from jointlib.law import Motion
-
     theta, weight = _nodes(law, a, w, z0, _GAUSS_POINTS, samples)
     z = z0[:, None] + a[:, None] * np.cos(theta)
     v = -(w * a)[:, None] * np.sin(theta)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -12,18 +11,9 @@ import numpy as np
 from jointlib import parameter
 from jointlib.arrays import Array, ArrayLike
 from jointlib.harmonic import FirstHarmonic, numerical_first_harmonic
+from jointlib.motion import Motion
 
-
-@dataclass(frozen=True)
-class Motion:
-    """Relative motion across the joint at one instant; arrays of any common shape."""
-
-    displacement: Array
-    """z in m."""
-    velocity: Array
-    """ż in m/s."""
-    duration: float | Array = 0.0
-    """Time since the instant of the state that goes in, s."""
+__all__ = ["JointLaw", "MemorylessLaw", "Motion"]
 
 
 class JointLaw(ABC):

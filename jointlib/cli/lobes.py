@@ -58,13 +58,16 @@ def command(
     lines: list[str] = []
     for A, chart in zip(amplitude or (0.0,), charts, strict=True):
         at = f" at a tool-point amplitude of {A * 1e6:g} um" if A else ""
-        lines.append(
-            f"stable at every speed below {chart.minimum_depth * 1e3:.5g} mm{at} "
-            f"(chatter at {chart.minimum_frequency:.5g} Hz), {chart.method}"
-        )
+        if np.isfinite(chart.minimum_depth):
+            lines.append(
+                f"stable at every speed below {chart.minimum_depth * 1e3:.5g} mm{at} "
+                f"(chatter at {chart.minimum_frequency:.5g} Hz), {chart.method}"
+            )
+        else:
+            lines.append(f"no chatter at any depth{at} inside the file's frequency range, {chart.method}")
         if speed:
             rows = [
-                (f"{n:g}", f"{b * 1e3:.6g}" if np.isfinite(b) else "unbounded", f"{f:.6g}", str(k))
+                (f"{n:g}", f"{b * 1e3:.6g}", f"{f:.6g}", str(k)) if np.isfinite(b) else (f"{n:g}", "unbounded", "", "")
                 for n, b, f, k in zip(speeds, chart.depth, chart.chatter_frequency, chart.lobe, strict=True)
             ]
             lines += table(("speed [rpm]", "depth [mm]", "chatter [Hz]", "lobe"), rows)

@@ -59,6 +59,9 @@ def words(report: TraceReport) -> list[str]:
         f"(on {before.get('where', 'the records')}); in sample {100 * before['in_sample']:.3g} %, "
         f"{100 * after['in_sample']:.3g} %"
     )
+    for step in report.reduction.get("steps", ())[1:]:
+        found = ", ".join(f"{name} {e.words()}" for name, e in step["parameters"].items())
+        lines.append(f"with {step['family']}: in sample {100 * step['in_sample']:.3g} %; {found}")
     lines += [f"rival: {r.family}. {r.separating_experiment}" for r in report.rivals]
     return [*lines, *(f"warning: {w}" for w in report.warnings)]
 

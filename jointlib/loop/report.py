@@ -72,6 +72,12 @@ class Candidate:
     reason: str
 
 
+def figures(parameters: Mapping[str, Estimate]) -> str:
+    """Parameters in words, without the smoothing that only rounds a corner."""
+    named = {name.split(".", 1)[-1].replace("_", " "): e for name, e in parameters.items()}
+    return ", ".join(f"{name} {e.words()}" for name, e in named.items() if not name.startswith("smoothing"))
+
+
 @dataclass(frozen=True)
 class Rival:
     """A family that these data cannot separate from the chosen one."""

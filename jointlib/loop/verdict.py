@@ -8,7 +8,7 @@ from typing import Any
 
 from jointlib.effect import JointEffect
 from jointlib.loop.bodies import Rig
-from jointlib.loop.report import Candidate, Rival, Verdict
+from jointlib.loop.report import Candidate, Rival, Verdict, figures
 
 NAMED_FROM = 0.95
 """Share of the excess that one effect must explain alone: stacks of wrong effects reach as much together."""
@@ -136,17 +136,16 @@ def sentence(
             f"{before['joint_N']:.3g} N ({before['relative']:.2%} of the joint force), its noise "
             f"{before['joint_floor_N']:.3g} N.{near}{outside}"
         )
-    figures = ", ".join(f"{n.split('.', 1)[-1].replace('_', ' ')} {e.words()}" for n, e in chosen.parameters.items())
     name = WORDS.get(chosen.family, chosen.family)
     if verdict is Verdict.PARTIAL:
         return (
-            f"The nearest effect is {name}: {figures}. It explains {chosen.explained or 0:.0%} of what was missing; "
+            f"The nearest effect is {name}: {figures(chosen.parameters)}. It explains {chosen.explained or 0:.0%} of what was missing; "
             f"the rest has no name. {drop}{outside}"
         )
     if verdict is Verdict.AMBIGUOUS:
         others = " or ".join(WORDS.get(r.family, r.family) for r in rivals)
-        return f"The joint lacks {name}: {figures}. These records cannot rule out {others}. {drop}{outside}"
-    return f"The joint lacks {name}: {figures}. {drop}{outside}"
+        return f"The joint lacks {name}: {figures(chosen.parameters)}. These records cannot rule out {others}. {drop}{outside}"
+    return f"The joint lacks {name}: {figures(chosen.parameters)}. {drop}{outside}"
 
 
 def next_experiment(verdict: Verdict, rivals: Sequence[Rival], chosen: JointEffect | None, found: Findings) -> str:

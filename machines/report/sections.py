@@ -85,11 +85,29 @@ def trace_section(report: TraceReport) -> Section:
             values = [f"{100 * e[key]:.3g} %" if percent else f"{e[key]:.4g}" for e in (before, after)]
             rows.append((name, *values))
     errors = Table(("", "before", "after"), rows, f"Error before and after, on {before.get('where', 'the records')}")
-    tables = [errors, parameter_table(report.mended, "Mended joint"), candidate_table(report)]
+    steps = step_table(report)
+    tables = [
+        errors,
+        *([steps] if steps else []),
+        parameter_table(report.mended, "Mended joint"),
+        candidate_table(report),
+    ]
     if report.not_decidable:
         lines = [(d["family"], d["why"], d["needs"]) for d in report.not_decidable]
         tables.append(Table(("family", "why it cannot be decided", "what it needs"), lines, "Not decidable here"))
     return Section("Closing the loop", [*text, *report.warnings], trace_figures(report), tables)
+
+
+def step_table(report: TraceReport) -> Table | None:
+    """How the error fell term by term, where the route tells it."""
+    rows = []
+    for step in report.reduction.get("steps", ()):
+        errors = (step["in_sample"], step["heldout_condition"], step["heldout_block"])
+        shown_errors = ("–" if e is None else f"{100 * e:.3g} %" for e in errors)
+        words = ", ".join(f"{name} {e.words()}" for name, e in step["parameters"].items())
+        rows.append((f"+ {step['family']}" if step["family"] else "model as given", *shown_errors, words))
+    header = ("step", "in sample", "held out by condition", "by block", "parameters then, with 95 % intervals")
+    return Table(header, rows, "Term by term") if rows else None
 
 
 def gain_section(before: Joint, after: Joint, frequency: float) -> Section:

@@ -1,4 +1,4 @@
-"""The report: one file, nothing fetched, nothing that came from a file is taken for markup, same bytes for same data."""
+"""The report: one file, nothing fetched, no text taken for markup, same bytes for same data."""
 
 from __future__ import annotations
 
