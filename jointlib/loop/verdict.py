@@ -136,16 +136,16 @@ def sentence(
             f"{before['joint_N']:.3g} N ({before['relative']:.2%} of the joint force), its noise "
             f"{before['joint_floor_N']:.3g} N.{near}{outside}"
         )
-    name = WORDS.get(chosen.family, chosen.family)
+    named = f"{WORDS.get(chosen.family, chosen.family)}: {figures(chosen.parameters)}"
     if verdict is Verdict.PARTIAL:
         return (
-            f"The nearest effect is {name}: {figures(chosen.parameters)}. It explains {chosen.explained or 0:.0%} of what was missing; "
+            f"The nearest effect is {named}. It explains {chosen.explained or 0:.0%} of what was missing; "
             f"the rest has no name. {drop}{outside}"
         )
     if verdict is Verdict.AMBIGUOUS:
         others = " or ".join(WORDS.get(r.family, r.family) for r in rivals)
-        return f"The joint lacks {name}: {figures(chosen.parameters)}. These records cannot rule out {others}. {drop}{outside}"
-    return f"The joint lacks {name}: {figures(chosen.parameters)}. {drop}{outside}"
+        return f"The joint lacks {named}. These records cannot rule out {others}. {drop}{outside}"
+    return f"The joint lacks {named}. {drop}{outside}"
 
 
 def next_experiment(verdict: Verdict, rivals: Sequence[Rival], chosen: JointEffect | None, found: Findings) -> str:

@@ -50,18 +50,18 @@ def sentence(
             f"and {noise}.{near}"
         )
     assert chosen is not None
-    name = WORDS.get(chosen.family, chosen.family)
+    named = f"{WORDS.get(chosen.family, chosen.family)}: {figures(chosen.parameters)}"
     drop = f"Unexplained {where}: {before['relative']:.2%} of the force before, {after['relative']:.2%} after; {noise}."
     if verdict is Verdict.PARTIAL:
         share = f"{chosen.explained or 0:.0%} of what was missing"
-        return f"The nearest effect is {name}: {figures(chosen.parameters)}. It explains {share}. {drop}"
+        return f"The nearest effect is {named}. It explains {share}. {drop}"
     also = f" With it, {' and '.join(WORDS.get(f, f) for f in further)}." if further else ""
     doubt = ""
     if rivals:
         doubt = f" These records cannot rule out {' or '.join(WORDS.get(r.family, r.family) for r in rivals)}."
     elif verdict is Verdict.AMBIGUOUS:
         doubt = " One trajectory was repeated, so the shape of the effect is not tested."
-    return f"The joint lacks {name}: {figures(chosen.parameters)}.{also}{doubt} {drop}"
+    return f"The joint lacks {named}.{also}{doubt} {drop}"
 
 
 def next_experiment(verdict: Verdict, rivals: Sequence[Rival], chosen: JointEffect | None, several: bool) -> str:
