@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -49,6 +50,8 @@ class Connection:
 
     def __post_init__(self) -> None:
         where = f"connection {self.name!r}"
+        if not re.fullmatch(r"\w[\w .-]*", self.name):
+            raise InputError(f"{where}: expected a name of letters, digits, blanks, '_', '-' and '.', as files get it")
         if len(self.between) != 2 or not all(isinstance(side, str) for side in self.between):
             raise InputError(f"{where}: between is {self.between!r}, expected two sides")
         if self.between[0] == self.between[1]:

@@ -26,7 +26,8 @@ def command(machine: Path, amplitude: float | None, as_json: bool) -> None:
     from machines import linear_check, read_machine
 
     with working("comparing with python-control"):
-        result = linear_check(with_joints(read_machine(machine)), amplitude)
+        model, remarks = with_joints(read_machine(machine))
+        result = linear_check(model, amplitude)
     excluded = [{"connection": e.connection, "law": e.law, "reason": e.reason} for e in result.excluded]
     lines = [
         f"largest relative difference in norm {result.max_relative_difference:.2g} over "
@@ -38,7 +39,8 @@ def command(machine: Path, amplitude: float | None, as_json: bool) -> None:
         "max_relative_difference": result.max_relative_difference,
         "passed": result.passed,
         "excluded": excluded,
+        "warnings": remarks,
     }
-    emit(as_json, data, lines)
+    emit(as_json, data, [*lines, *remarks])
     if not result.passed:
         raise CheckFailed(f"{machine}: receptance coupling and python-control differ, see above")

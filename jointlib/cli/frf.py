@@ -41,7 +41,7 @@ def command(
     if harmonics != "1":
         raise InputError(f"--harmonics: {harmonics!r}, expected 1 (several harmonics are not in this version)")
     with working("coupling the machine"):
-        model = with_joints(read_machine(machine))
+        model, remarks = with_joints(read_machine(machine))
         band = None if frequency is None else (frequency[0], frequency[1])
         points = 600 if frequency is None or frequency[2] is None else frequency[2]
         result = response(model, force or None, band, drive, points=points)
@@ -53,8 +53,9 @@ def command(
     ]
     lines = table(("force [N]", "connection", "amplitude [um]", "frequency [Hz]", "outcome"), rows)
     lines += [f"{f:g} N: {o.value}" for f, o in zip(result.force, result.outcomes, strict=True) if o.value]
-    lines += result.warnings
-    data = {"peaks": peaks, "file": str(output), "warnings": result.warnings}
+    warnings = [*remarks, *result.warnings]
+    lines += warnings
+    data = {"peaks": peaks, "file": str(output), "warnings": warnings}
     emit(as_json, data, [*lines, wrote(output)])
 
 

@@ -8,16 +8,31 @@ if TYPE_CHECKING:
     from machines import Machine
 
 
-def with_joints(machine: Machine) -> Machine:
-    """The machine with every ``identify`` carried out; the trace is left to ``run`` and ``trace``."""
-    from jointlib import identify
-    from jointlib.io.joint_file import read_joint
-    from jointlib.io.measurement_file import read_measurement
+def with_joints(machine: Machine) -> tuple[Machine, tuple[str, ...]]:
+    """The machine with every ``identify`` carried out, and a sentence for each; the trace is left to ``run``."""
+    from jointlib import identify, read_joint, read_measurement
 
+    said = []
     for connection in machine.connections:
         if connection.identify is not None:
             start = connection.identify.start
             records = [read_measurement(path) for path in connection.identify.records]
             found = identify(records, start=None if start is None else read_joint(start))
             machine = machine.with_joint(connection.name, found.joint)
-    return machine
+            said.append(
+                f"{connection.name}: as identified from its records; what that leaves unexplained is traced and mended "
+                "by `jointlib run` only."
+            )
+    return machine, tuple(said)
+
+
+def look_ahead(machine: Machine) -> None:
+    """Read every file that identification will need but no record, so that a fault is found before work begins."""
+    from jointlib import read_joint, read_measurement
+
+    for connection in machine.connections:
+        if connection.identify is not None:
+            for path in connection.identify.records:
+                read_measurement(path)
+            if connection.identify.start is not None:
+                read_joint(connection.identify.start)

@@ -52,10 +52,11 @@ def command(
     model = read_machine(machine)
     speeds = np.array(speed) if speed else default_speeds(model)
     with working("computing lobes"):
-        model = with_joints(model)
+        model, remarks = with_joints(model)
         charts = [lobes_at_amplitude(model, speeds, A, method) for A in amplitude or (0.0,)]
-    data = chart_data(charts, speeds, amplitude, listed=bool(speed))
-    lines: list[str] = []
+    data = chart_data(charts, speeds, amplitude)
+    data["warnings"] = [*remarks, *data["warnings"]]
+    lines: list[str] = list(remarks)
     for A, chart in zip(amplitude or (0.0,), charts, strict=True):
         at = f" at a tool-point amplitude of {A * 1e6:g} um" if A else ""
         if np.isfinite(chart.minimum_depth):
@@ -88,7 +89,7 @@ def default_speeds(machine: Any) -> Any:
     return np.linspace(low, high, 400)
 
 
-def chart_data(charts: Sequence[Any], speeds: Any, amplitude: Sequence[float], listed: bool) -> dict[str, Any]:
+def chart_data(charts: Sequence[Any], speeds: Any, amplitude: Sequence[float]) -> dict[str, Any]:
     """The promised keys; the axis of an option that was not given is left out."""
 
     def shaped(values: Sequence[Any]) -> Any:

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import importlib
+import os
+import signal
 import sys
+from types import FrameType
 from typing import Any
 
 import click
@@ -61,21 +64,52 @@ def cli(ctx: click.Context) -> None:
 
 def main() -> None:
     """Entry point of the ``jointlib`` command."""
+    interrupts: list[int] = []
+
+    def interrupt(number: int, frame: FrameType | None) -> None:
+        interrupts.append(number)
+        raise KeyboardInterrupt
+
+    listening = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    if listening:
+        signal.signal(signal.SIGINT, interrupt)
+    try:
+        status = _status()
+    except (KeyboardInterrupt, click.Abort):
+        status = 130
+    except Exception:
+        # A compiled module whose import is interrupted raises whatever it likes.
+        if not interrupts:
+            raise
+        status = 130
+    finally:
+        if listening:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+    if status == 130 or (interrupts and status):
+        status = 130
+        click.echo("jointlib: stopped; nothing half-written is left", err=True)
+        if interrupts:
+            # Such a module, left half imported, may crash the interpreter while it shuts down in order.
+            sys.stdout.flush()
+            sys.stderr.flush()
+            os._exit(status)
+    sys.exit(status)
+
+
+def _status() -> int:
+    """Run the verb; the exit status, after one sentence on standard error where it is not 0."""
     try:
         status = cli.main(prog_name="jointlib", standalone_mode=False)
-        sys.exit(status if isinstance(status, int) else 0)
+        return status if isinstance(status, int) else 0
     except click.exceptions.Exit as stop:
-        sys.exit(stop.exit_code)
-    except (click.Abort, KeyboardInterrupt):
-        click.echo("jointlib: stopped; nothing half-written is left", err=True)
-        sys.exit(130)
+        return stop.exit_code
     except click.ClickException as error:
         click.echo(f"jointlib: {error.format_message()}", err=True)
-        sys.exit(2)
+        return 2
     except Exception as error:
         from jointlib.errors import CheckFailed, InputError
 
         if not isinstance(error, CheckFailed | InputError):
             raise
         click.echo(f"jointlib: {error}", err=True)
-        sys.exit(2 if isinstance(error, InputError) else 1)
+        return 2 if isinstance(error, InputError) else 1

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 
-from jointlib.cli.arguments import Quantity, Verb, input_file, json_option
+from jointlib.cli.arguments import Quantity, Target, Verb, input_file, json_option
 from jointlib.cli.output import Steps, emit, wrote
 from jointlib.errors import CheckFailed, InputError
 
@@ -28,8 +28,8 @@ _AMPLITUDES = (0.0, 2e-6, 5e-6, 10e-6)
 
 @click.command("run", cls=Verb)
 @input_file("machine")
-@click.option("-o", "output", type=click.Path(path_type=Path), required=True, help="Folder for everything written.")
-@click.option("--amplitude", type=Quantity("m"), multiple=True, help="Tool-point amplitudes of the lobes.")
+@click.option("-o", "output", type=Target(folder=True), required=True, help="Folder for everything written.")
+@click.option("--amplitude", type=Quantity("m", lower=0), multiple=True, help="Tool-point amplitudes of the lobes.")
 @json_option
 def command(machine: Path, output: Path, amplitude: tuple[float, ...], as_json: bool) -> None:
     """Identify the joints of MACHINE, doubt and mend them, couple, check, cut, export, and write one report.
@@ -38,16 +38,23 @@ def command(machine: Path, output: Path, amplitude: tuple[float, ...], as_json: 
     Example:
       jointlib run machines/library/guide_mill.toml -o out
     """
+    from jointlib.cli.joints import look_ahead
+    from jointlib.cli.lobes import default_speeds
     from machines import read_machine
 
     model = read_machine(machine)
-    if output.exists() and not output.is_dir():
-        raise InputError(f"-o: {output} is a file, expected a folder")
-    road = Road(model, output, Steps(), shlex.join(["jointlib", "run", str(machine), "-o", str(output)]))
+    look_ahead(model)
+    if model.cutting is not None:
+        default_speeds(model)
+    elif amplitude:
+        raise InputError(f"--amplitude: {machine} has no [cutting], so there are no lobes to compute")
+    words = ["jointlib", "run", str(machine), "-o", str(output)]
+    words += ["--amplitude", *(f"{A:g}" for A in amplitude)] if amplitude else []
+    road = Road(model, output, Steps(), shlex.join(words))
     road.joints()
     road.couple()
     if model.cutting is not None:
-        road.cut(amplitude or _AMPLITUDES)
+        road.cut(tuple(sorted(amplitude)) or _AMPLITUDES)
     road.export()
     data = road.close()
     emit(as_json, data, [*road.said, *(wrote(path) for path in road.written)])
@@ -75,10 +82,17 @@ class Road:
     advice: list[str] = field(default_factory=list)
 
     def joints(self) -> None:
-        """Identify every joint that the machine file leaves open, and close the loop on it."""
+        """Identify every joint that the machine file leaves open and close the loop on it; describe every joint."""
         for connection in self.machine.connections:
             if connection.identify is not None:
                 self._joint(connection.name, connection.identify)
+            elif connection.joint is not None and self._first(connection.name) == connection.name:
+                self._gains(connection.name, {"as given": connection.joint})
+
+    def _first(self, name: str) -> str:
+        """The first connection that carries the same joint as this one, so that nothing is drawn or exported twice."""
+        laws = {c.name: c.joint.laws for c in self.machine.connections if c.joint is not None}
+        return next(other for other, same in laws.items() if same == laws[name])
 
     def _joint(self, name: str, identify_from: Any) -> None:
         from jointlib import identify, read_joint, read_measurement, trace, write_joint
@@ -111,23 +125,25 @@ class Road:
             self.sections.append(trace_section(report))
             joint = report.mended
         write_joint(self._path(f"{name}.joint.toml"), joint)
-        self._gains(name, found.joint, joint)
+        self._gains(name, {"as identified": found.joint, "mended": joint})
         self.machine = self.machine.with_joint(name, joint)
 
-    def _gains(self, name: str, before: Joint, after: Joint) -> None:
+    def _gains(self, name: str, joints: dict[str, Joint]) -> None:
+        """Describing functions; the last joint is the one that is used."""
         from jointlib.describing import DescribingFunction
         from machines.report.sections import gain_section
 
         low, high = self.machine.frequency or (100.0, 1000.0)
         frequency = np.array([low, (low * high) ** 0.5, high])
-        A = np.geomspace(0.01, 1.0, 40) * after.validity.get("amplitude", (0.0, 5e-6))[1]
+        *earlier, used = joints.values()
+        A = np.geomspace(0.01, 1.0, 40) * used.validity.get("amplitude", (0.0, 5e-6))[1]
         data: dict[str, Any] = {"amplitude": A, "frequency": frequency}
-        for word, joint in (("", after), ("_as_identified", before)):
+        for word, joint in (("", used), *(("_as_identified", j) for j in earlier)):
             G = DescribingFunction(joint)(A[:, None], 2 * np.pi * frequency)
             data |= {f"gain_real{word}": G.real, f"gain_imag{word}": G.imag}
         self._json(f"{name}.df.json", data)
         self.steps.append({"step": "df", "joint": name})
-        self.sections.append(gain_section(before, after, float(frequency[1])))
+        self.sections.append(gain_section(name, joints, float(frequency[1])))
 
     def couple(self) -> None:
         """Check the linearised machine against python-control, then force it at every level."""
@@ -169,6 +185,14 @@ class Road:
             if o.value
         ]
         self.sections.append(response_section(result))
+        reached = [p for p in result.peaks if np.isfinite(p.amplitude)]
+        if reached and self.machine.cutting is None:
+            top = max(reached, key=lambda p: p.amplitude)
+            self.advice.append(
+                f"At {top.force:g} N the joint {top.connection} moves by up to {top.amplitude * 1e6:.3g} µm, "
+                f"at {top.frequency:.5g} Hz."
+            )
+            self.said += self.advice
 
     def cut(self, amplitudes: tuple[float, ...]) -> None:
         """Stability lobes at each tool-point amplitude."""
@@ -184,7 +208,7 @@ class Road:
             with self.progress.step(f"stability lobes at {size}"):
                 charts.append(lobes_at_amplitude(self.machine, speeds, A))
         write_lobes(self._path("lobes.npz"), charts, speeds, amplitudes)
-        self._json("lobes.json", chart_data(charts, speeds, amplitudes, listed=True))
+        self._json("lobes.json", chart_data(charts, speeds, amplitudes))
         lowest = {A: c.minimum_depth for A, c in zip(amplitudes, charts, strict=True)}
         self.steps.append({"step": "lobes", "minimum_depth": list(lowest.values()), "amplitude": list(amplitudes)})
         self.sections.append(lobes_section(list(zip(amplitudes, charts, strict=True))))
@@ -194,19 +218,24 @@ class Road:
         self.said += self.advice
 
     def export(self) -> None:
-        """Every joint that was identified as a verified FMU."""
+        """Every joint as a verified FMU."""
         from fmu.export import export_fmu
         from machines.report import Section, Table
 
-        rows = []
         for connection in self.machine.connections:
-            if connection.joint is None or connection.name not in self.traces:
+            if connection.joint is None or self._first(connection.name) != connection.name:
                 continue
             path = self._path(f"{connection.name}.fmu")
-            with self.progress.step(f"exporting {connection.name} as an FMU and verifying it"):
-                done = export_fmu(connection.joint, path)
+            try:
+                with self.progress.step(f"exporting {connection.name} as an FMU and verifying it"):
+                    done = export_fmu(connection.joint, path)
+            except InputError as error:
+                self.warnings.append(f"{connection.name} is not exported as an FMU: {error}.")
+                self.said.append(self.warnings[-1])
+                self.written.remove(path)
+                continue
             step = "none is safe" if done.max_step is None else f"{done.max_step * 1e6:.3g} µs"
-            rows += [
+            rows = [
                 ("file", path.name),
                 ("runtime", done.runtime),
                 ("platforms", ", ".join(done.platforms)),
@@ -215,7 +244,7 @@ class Road:
             ]
             self.steps.append({"step": "fmu", "joint": connection.name, "max_step": done.max_step, "file": path.name})
             text = ["It was validated and replayed its reference run before it was written.", *done.messages]
-            self.sections.append(Section("The joint as an FMU", text, (), [Table(("", ""), rows)]))
+            self.sections.append(Section(f"{connection.name} as an FMU", text, (), [Table(("", ""), rows)]))
             self.said.append(f"{path.name}: verified with {', '.join(done.verified_with)}")
 
     def close(self) -> dict[str, Any]:
@@ -223,15 +252,17 @@ class Road:
         from importlib.metadata import version
 
         from jointlib.cli.trace import assumptions_of, inputs_of, trace_numbers
+        from jointlib.io.atomic import sha256
         from machines.report import Page
 
         main = next(iter(self.traces.values()), None)
-        finding = " ".join([*(r.sentence for r in self.traces.values()), *self.advice])
+        opening = [r.sentence for r in self.traces.values()] or ["Every joint was given; nothing was identified."]
+        finding = " ".join([*opening, *self.advice])
         source = self.machine.source
-        inputs = [(source.name, _hash(source))] if source is not None else []
+        inputs = [(source.name, sha256(source))] if source is not None else []
         Page(
             title=f"{self.machine.name}: joints, response and stability",
-            finding=finding or "Every joint was given; nothing was identified.",
+            finding=finding,
             numbers=[*(trace_numbers(main) if main else []), *self.numbers],
             sections=self.sections,
             inputs=[*inputs, *inputs_of(self.tests)],
@@ -264,9 +295,3 @@ class Road:
         from jointlib.loop.report import plain
 
         write_text(self._path(name), json.dumps(plain(data), indent=1, allow_nan=False) + "\n")
-
-
-def _hash(path: Path) -> str:
-    from jointlib.io.atomic import sha256
-
-    return sha256(path)

@@ -96,10 +96,17 @@ def excited_band(records: Sequence[Spectra], declared: tuple[float, float] | Non
     low, high = np.inf, 0.0
     for record in records:
         drive = np.abs(record.channels.get("P", record.channels["a1"])) * record.on_period
+        if not drive.any():
+            raise InputError(f"{record.name}: P (or a1) is zero throughout, expected a record with the excitation on")
         lines = record.frequency[drive > 1e-2 * drive.max()]
         low, high = min(low, float(lines[0])), max(high, float(lines[-1]))
     edge = 0.8 * min(r.sample_rate for r in records) / 2
     f_min, f_max = (0.8 * low, min(edge, 3 * high))
     if declared is not None:
         f_min, f_max = max(f_min, declared[0]), min(edge, declared[1])
+    if not any(np.any((r.frequency >= f_min) & (r.frequency <= f_max) & r.on_period) for r in records):
+        raise InputError(
+            f"{records[0].name}: no excited line lies in the band from {f_min:g} to {f_max:g} Hz, expected a band "
+            f"that holds the excitation, {low:g} to {high:g} Hz"
+        )
     return f_min, low, high, f_max

@@ -26,6 +26,8 @@ def advice(charts: Sequence[tuple[float, StabilityLobes]]) -> tuple[str, ...]:
     everywhere = depths.min(axis=0)
     best = int(np.argmax(everywhere))
     chatter = charts[k][1].minimum_frequency
+    if not np.isfinite(lowest[k]):
+        return ("No chatter was found at any speed and depth, inside the frequencies that were searched.",)
     said = [
         f"Below {_mm(lowest[k])} every speed is stable (chatter would come at {chatter:.0f} Hz); "
         f"the best speed in the range is {speeds[best]:.0f} rpm with {_mm(everywhere[best])}."

@@ -56,7 +56,7 @@ def stability_lobes(
     default = "turning" if cutting.process == "turning" else "zero-order"
     name = default if method is None else method
     if name not in METHODS:
-        raise InputError(f"lobes: no method {method!r}, {nearest(str(method), METHODS)} (of {', '.join(METHODS)})")
+        raise InputError(f"lobes: no method {method!r}, {nearest(str(method), METHODS)}")
     speeds = np.asarray(speed, dtype=float)
     if speeds.size == 0 or not np.all(np.isfinite(speeds) & (speeds > 0)):
         raise InputError("lobes: spindle speeds must be finite, positive and at least one, in rpm")

@@ -66,7 +66,7 @@ def gain(joints: Mapping[str, Joint], amplitude: Array, frequency: float) -> Fig
     omega = 2 * np.pi * frequency
     with sheet(2, width=9.5, height=3.4) as paper:
         left, right = paper.axes
-        for (name, joint), colour in zip(joints.items(), (BEFORE, AFTER), strict=False):
+        for (name, joint), colour in zip(joints.items(), (BEFORE, AFTER)[-len(joints) :], strict=True):
             G = DescribingFunction(joint)(amplitude, omega)
             style = "--" if colour == BEFORE else "-"
             left.plot(amplitude * 1e6, G.real / 1e6, style, color=colour, label=name)

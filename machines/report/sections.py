@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -110,17 +110,18 @@ def step_table(report: TraceReport) -> Table | None:
     return Table(header, rows, "Term by term") if rows else None
 
 
-def gain_section(before: Joint, after: Joint, frequency: float) -> Section:
-    """Describing functions before and after."""
-    high = after.validity.get("amplitude", (0.0, 5e-6))[1]
+def gain_section(name: str, joints: Mapping[str, Joint], frequency: float) -> Section:
+    """Describing functions of a joint as it was and as it is used, the last."""
+    used = list(joints.values())[-1]
+    high = used.validity.get("amplitude", (0.0, 5e-6))[1]
     A = np.geomspace(high / 100, 1.5 * high, 160)
-    figures = [gain({"as identified": before, "mended": after}, A, frequency)]
-    figures.append(gain_over_frequency(after, high * np.array([0.1, 0.3, 1.0]), np.geomspace(10, 1e7, 120)))
+    figures = [gain(joints, A, frequency)]
+    figures.append(gain_over_frequency(used, high * np.array([0.1, 0.3, 1.0]), np.geomspace(10, 1e7, 120)))
     text = [
         "The describing function is what the machine sees of the joint: at each amplitude an equivalent stiffness and "
         "damping."
     ]
-    return Section("Describing functions", text, figures)
+    return Section(f"Describing function of {name}", text, figures)
 
 
 def check_section(check: LinearCheck) -> Section:

@@ -151,7 +151,7 @@ def test_result_says_what_it_does_not_cover() -> None:
 
 def test_unknown_or_unsuited_methods_are_refused() -> None:
     f = np.arange(2.0, 3000.0, 2.0)
-    with pytest.raises(InputError, match=r"did you mean 'zero-order'\? \(of turning, zero-order\)"):
+    with pytest.raises(InputError, match=r"did you mean 'zero-order'\?"):
         stability_lobes(tool, SLOT, 5000.0, method="zeroorder", frequency=f)
     with pytest.raises(InputError, match="expected one of turning, zero-order"):
         stability_lobes(tool, SLOT, 5000.0, method="collocation", frequency=f)

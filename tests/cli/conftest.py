@@ -1,0 +1,45 @@
+"""One run and one trace, made as their help shows them, for all tests that look at what they leave."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from command_line import Done, examples, jointlib, with_library
+
+
+@dataclass(frozen=True)
+class Left:
+    """A call that wrote a folder."""
+
+    command: str
+    done: Done
+    folder: Path
+
+
+@pytest.fixture
+def here(tmp_path: Path) -> Iterator[Path]:
+    """An empty working folder with the library in reach."""
+    with contextlib.chdir(with_library(tmp_path / "here")):
+        yield tmp_path / "here"
+
+
+@pytest.fixture(scope="session")
+def guide_mill_run(tmp_path_factory: pytest.TempPathFactory) -> Left:
+    """``jointlib run machines/library/guide_mill.toml -o out``."""
+    (command,) = examples("run")
+    folder = with_library(tmp_path_factory.mktemp("run") / "here")
+    with contextlib.chdir(folder):
+        return Left(command, jointlib(command), folder / "out")
+
+
+@pytest.fixture(scope="session")
+def guide_trace(tmp_path_factory: pytest.TempPathFactory) -> Left:
+    """The example of ``jointlib trace``, with ``--json``."""
+    (command,) = examples("trace")
+    folder = with_library(tmp_path_factory.mktemp("trace") / "here")
+    with contextlib.chdir(folder):
+        return Left(command, jointlib(f"{command} --json"), folder / "traced")
