@@ -20,8 +20,8 @@ class JointLaw(ABC):
     """Restoring force f(z, ż, state) in N; a law remembers nothing, state goes in and comes out.
 
     The force pulls with −f on side p and +f on side q of z = x_p − x_q. Implementations are frozen dataclasses
-    whose fields are declared with :func:`jointlib.parameter.parameter`; parameters may be arrays that broadcast
-    against the motion.
+    whose fields are declared with :func:`jointlib.parameter.parameter`. In `step` and `jacobian` parameters may be
+    arrays that broadcast against the motion, so that a path is stepped once for a whole grid of them.
     """
 
     kind: ClassVar[str]

@@ -271,7 +271,7 @@ def test_a_verb_prints_the_keys_that_are_promised(command: str, desk: Path) -> N
 
 
 def test_the_files_of_a_run_are_those_that_the_program_names() -> None:
-    program = (ROOT / "jointlib" / "cli" / "run.py").read_text("utf-8")
+    program = (ROOT / "jointlib" / "cli" / "road.py").read_text("utf-8")
     table = re.search(r"^\| in `out/`.*?\n\n", (DOCS / "start.md").read_text("utf-8"), re.M | re.S)
     assert table
     for row in rows(table[0]):

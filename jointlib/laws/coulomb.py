@@ -25,10 +25,10 @@ def tanh_kinks(smoothing_velocity: float) -> tuple[float, ...]:
 
 def smooth_sign(velocity: Array, smoothing_velocity: float) -> tuple[Array, Array]:
     """tanh(ż/smoothing_velocity), or sign(ż) where that is 0, and its derivative in s/m."""
-    if smoothing_velocity == 0:
-        return np.sign(velocity), np.zeros_like(velocity)
-    value = np.tanh(velocity / smoothing_velocity)
-    return value, (1 - value**2) / smoothing_velocity
+    smooth = np.asarray(smoothing_velocity) > 0
+    scale = np.where(smooth, smoothing_velocity, 1.0)
+    value = np.where(smooth, np.tanh(velocity / scale), np.sign(velocity))
+    return value, np.where(smooth, (1 - value**2) / scale, 0.0)
 
 
 @dataclass(frozen=True)

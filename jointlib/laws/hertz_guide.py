@@ -35,22 +35,26 @@ class HertzGuide(MemorylessLaw):
     @property
     def indentation(self) -> float:
         """Preload deformation d0 of a ball in m."""
-        return float(self.kappa * np.cbrt(self.preload) ** 2)
+        d0: float = self.kappa * np.cbrt(self.preload) ** 2
+        return d0
 
     @property
     def stiffness(self) -> float:
         """Tangent stiffness at rest K0 = 6 sin²φ P0/d0 in N/m."""
-        return float(6 * np.sin(self.contact_angle) ** 2 * self.preload / self.indentation)
+        K0: float = 6 * np.sin(self.contact_angle) ** 2 * self.preload / self.indentation
+        return K0
 
     @property
     def lift_off_displacement(self) -> float:
         """Displacement d0/sin φ in m at which one row loses contact."""
-        return float(self.indentation / np.sin(self.contact_angle))
+        displacement: float = self.indentation / np.sin(self.contact_angle)
+        return displacement
 
     @property
     def lift_off_load(self) -> float:
         """Load 4√2 P0 sin φ in N at which one row loses contact (eq. 9)."""
-        return float(4 * np.sqrt(2) * self.preload * np.sin(self.contact_angle))
+        load: float = 4 * np.sqrt(2) * self.preload * np.sin(self.contact_angle)
+        return load
 
     def force(self, displacement: Array, velocity: Array) -> Array:
         u = np.asarray(displacement) / self.lift_off_displacement

@@ -41,7 +41,7 @@ class Jenkins(JointLaw):
         # np.clip costs three times as much, and this is the innermost line of every trace.
         stretch = np.minimum(np.maximum(motion.displacement - state[..., 0], -reach), reach)
         loaded = stretch
-        if self.clearance:
+        if np.any(self.clearance):
             loaded = np.sign(stretch) * np.maximum(np.abs(stretch) - self.clearance, 0.0)
         return self.stiffness * loaded, (motion.displacement - stretch)[..., None]
 

@@ -49,9 +49,8 @@ def identification_section(found: Identification, simulated: bool) -> Section:
         else "The joint was fitted to the records."
     ]
     text += [f"{e.measurement}: {e.rms:.4g} {e.unit} rms, {100 * e.relative:.2f} % of the peak." for e in found.errors]
-    return Section(
-        "The joint as identified", [*text, *found.messages], figures, [parameter_table(found.joint, "First fit")]
-    )
+    said = [m for m in found.messages if not m.endswith("the records are simulated.")]
+    return Section("The joint as identified", [*text, *said], figures, [parameter_table(found.joint, "First fit")])
 
 
 def _surface(samples: Sequence[RestoringForce], joint: Joint) -> Figure:

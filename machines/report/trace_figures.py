@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from jointlib.arrays import Array
-from jointlib.loop.report import Status, TraceReport
+from jointlib.loop.report import Candidate, Status, TraceReport
 
 from .drawing import AFTER, BEFORE, FLOOR, MEASURED, sheet, thin
 from .page import Figure, Table
@@ -95,8 +95,7 @@ def _candidates(report: TraceReport) -> Figure:
     with sheet(width=8.0, height=0.9 + 0.32 * len(rows)) as paper:
         axes = paper.axes
         share = np.clip([100 * c.share_of_current for c in rows], -100, 100)
-        names = [c.family if c.member == c.family else f"{c.family} ({c.member})" for c in rows]
-        axes.barh(names, np.maximum(share, 0), color=[colours[c.status] for c in rows])
+        axes.barh([_name(c) for c in rows], np.maximum(share, 0), color=[colours[c.status] for c in rows])
         for i, c in enumerate(rows):
             removed = f"{share[i]:.1f} %" if share[i] > 0 else "nothing"
             axes.text(max(share[i], 0) + 1, i, f"{removed}, {c.status.value}", va="center", fontsize=8)
@@ -110,6 +109,10 @@ def candidate_table(report: TraceReport) -> Table:
     rows = []
     for c in sorted(report.candidates, key=lambda c: c.rank):
         parameters = ", ".join(f"{name} {e.words()}" for name, e in c.parameters.items())
-        rows.append((str(c.rank), c.family, c.member, parameters, f"{c.gain_heldout:.4g}", c.status.value, c.reason))
-    header = ("rank", "family", "law", "parameters", "held-out gain", "status", "why")
+        rows.append((str(c.rank), _name(c), parameters, f"{c.gain_heldout:.4g}", c.status.value, c.reason))
+    header = ("rank", "effect", "parameters", "held-out gain", "status", "why")
     return Table(header, rows, "Candidates")
+
+
+def _name(c: Candidate) -> str:
+    return c.family if c.member == c.family else f"{c.family} ({c.member})"

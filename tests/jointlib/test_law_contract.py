@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import dataclasses
 
 import numpy as np
 import pytest
@@ -128,3 +129,25 @@ def test_arrays_of_motions_give_what_single_motions_give(law: JointLaw) -> None:
     together = law.step(Motion(z, v), law.initial_state(np.zeros_like(z)))[0]
     alone = [law.step(Motion(a, b), law.initial_state(np.zeros(())))[0] for a, b in zip(z.flat, v.flat, strict=True)]
     np.testing.assert_allclose(together.ravel(), np.array(alone), rtol=1e-14)
+
+
+@pytest.mark.parametrize("law", [law for law in LAWS if not any(p.table for p in parameters_of(law))], ids=label)
+def test_a_grid_of_parameters_is_stepped_at_once(law: JointLaw) -> None:
+    factors = np.array([0.5, 1.0, 2.0])
+    free = [p.name for p in parameters_of(law) if p.name not in ("side", "contact_angle")]
+
+    def scaled(factor: np.ndarray) -> JointLaw:
+        return dataclasses.replace(law, **{name: getattr(law, name) * factor for name in free})
+
+    path = 3e-6 * np.sin(np.linspace(0, 9, 50)), 0.05 * np.cos(np.linspace(0, 9, 50))
+    grid, singles = scaled(factors), [scaled(f) for f in factors]
+    together, alone = grid.initial_state(np.zeros(3)), [law.initial_state(np.zeros(()))] * 3
+    for z, v in zip(*path, strict=True):
+        motion = Motion(np.full(3, z), np.full(3, v), 1e-5)
+        stiffness = grid.jacobian(motion, together)[0]
+        force, together = grid.step(motion, together)
+        for i, single in enumerate(singles):
+            one = Motion(np.array(z), np.array(v), 1e-5)
+            assert stiffness[i] == single.jacobian(one, alone[i])[0]
+            expected, alone[i] = single.step(one, alone[i])
+            assert force[i] == pytest.approx(float(expected), rel=1e-14, abs=1e-12)
