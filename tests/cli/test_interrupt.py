@@ -38,7 +38,9 @@ def load(path: Path) -> None:
     ("machine", "moment"), [("guide_mill", "tracing"), ("two_mode_tool", "forced response"), ("guide_mill", "")]
 )
 def test_ctrl_c_leaves_whole_files_only(machine: str, moment: str, here: Path) -> None:
-    command = [sys.executable, "-c", "from jointlib.cli.main import main; main()"]
+    # A shell starts what it puts in the background with SIGINT ignored, and that is inherited.
+    heed = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
+    command = [sys.executable, "-c", f"{heed}; from jointlib.cli.main import main; main()"]
     command += ["run", f"machines/library/{machine}.toml", "-o", "out"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         assert process.stderr is not None
