@@ -29,7 +29,6 @@ class Outcome(Enum):
     OUT_OF_RANGE = "A joint left the amplitude range it was identified on. Lower the force or identify it further up."
     PAST_FORCE_PEAK = "The joint force falls with displacement there, an artefact of the fit. Lower the force."
     NEGATIVE_DAMPING = "The joint feeds energy in at this amplitude, an artefact of the fit. Lower the force."
-    HARMONICS_SIGNIFICANT = "Higher harmonics matter there. Lower the force or use more harmonics."
     FRF_TOO_SHORT = "A receptance ends below the harmonics that are needed. Extend its frequency range."
     STALLED = "The joint amplitudes did not settle. Raise the force in smaller steps."
     PEAK_AT_EDGE = "The largest response lies at the edge of the frequency range. Widen the range."
