@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from jointlib.arrays import ComplexArray
-from jointlib.effect import JointEffect
 from jointlib.errors import InputError
 from jointlib.io.measurement_file import read_records
 from jointlib.joint import Joint
 from jointlib.loop import excess, verdict
 from jointlib.loop.bodies import Rig, rig_of
+from jointlib.loop.catalogue import catalogue
 from jointlib.loop.equations import Observed
 from jointlib.loop.fitted import Fitted, fit, free_parameters, model_of
 from jointlib.loop.floor import Floor, noise_floor
@@ -26,7 +26,6 @@ from jointlib.loop.search import Round, Term, prediction_error, search
 from jointlib.loop.spectra import Spectra, excited_band, spectra_of
 from jointlib.loop.tables import candidate_of, chosen_of, described, floor_table, left, removed, widened
 from jointlib.measurement import Measurement, RecordSource
-from jointlib.registry import installed
 
 
 def trace_periodic(measurement: Measurement, joint: Joint, *, seed: int = 0) -> TraceReport:
@@ -44,7 +43,7 @@ def trace_periodic(measurement: Measurement, joint: Joint, *, seed: int = 0) -> 
         names = ", ".join(start.held)
         warnings.append(f"These records cannot tell {names} from the other parameters; held at the given value.")
     effects, failed = catalogue()
-    warnings += [f"Effect {name} did not load: {why}." for name, why in failed.items()]
+    warnings += failed
     if len(observed) < 2:
         warnings.append("One record to fit: no candidate can be judged on a record left out.")
         effects = ()
@@ -133,12 +132,6 @@ class _Data:
 class _Judgement:
     table: Mapping[str, Mapping[str, Any]]
     findings: verdict.Findings
-
-
-def catalogue() -> tuple[tuple[JointEffect, ...], dict[str, str]]:
-    """The installed effects, and those that did not load."""
-    plugins = installed("jointlib.effects")
-    return tuple(cls() for cls in plugins.found.values()), plugins.failed
 
 
 def _spectra(measurement: Measurement, sources: Sequence[RecordSource], warnings: list[str]) -> tuple[Spectra, ...]:

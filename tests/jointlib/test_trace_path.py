@@ -252,3 +252,15 @@ def test_refit_stays_within_the_bounds_of_a_law() -> None:
     v = np.linspace(-1, 1, 50)
     fitted, _ = refit(Joint((Viscous(1.0),)), lambda j: -3.0 * v - j.force_along(0 * v, v), ("viscous.damping",))
     assert fitted.parameters["viscous.damping"] == pytest.approx(0.0, abs=1e-6)
+
+
+def test_an_effect_that_does_not_load_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    from jointlib.loop import catalogue as module
+    from jointlib.registry import Installed, installed
+
+    have = installed("jointlib.effects")
+    broken = Installed({"coulomb": have.found["coulomb"]}, {"mine": "ImportError: no module"})
+    monkeypatch.setattr(module, "installed", lambda group: broken)
+    effects, said = module.catalogue()
+    assert [e.family for e in effects] == ["coulomb"]
+    assert said == ("Effect mine did not load: ImportError: no module.",)

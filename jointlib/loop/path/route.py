@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from jointlib.effect import JointEffect
+from dataclasses import replace
+
 from jointlib.io.measurement_file import read_records
 from jointlib.joint import Joint
+from jointlib.loop.catalogue import catalogue
 from jointlib.loop.path.answer import answer
 from jointlib.loop.path.evidence import Evidence, check_laws, law_forces
 from jointlib.loop.path.preparation import choose_preparation, prepare
@@ -13,7 +15,6 @@ from jointlib.loop.path.search import search
 from jointlib.loop.path.strokes import divide
 from jointlib.loop.report import TraceReport
 from jointlib.measurement import Measurement
-from jointlib.registry import installed
 
 
 def trace_path(measurement: Measurement, joint: Joint, *, seed: int = 0) -> TraceReport:
@@ -30,9 +31,7 @@ def trace_path(measurement: Measurement, joint: Joint, *, seed: int = 0) -> Trac
     division = divide(runs)
     evidence = Evidence(runs, measurement.carriage, division, repeat_floor(runs, division), law_forces(runs))
     start = joint.with_parameters(joint.parameters)
-    finding = search(evidence, start, _effects(), seed)
-    return answer(measurement, joint, records, evidence, finding, seed)
-
-
-def _effects() -> list[JointEffect]:
-    return [effect() for effect in installed("jointlib.effects").found.values()]
+    effects, failed = catalogue()
+    finding = search(evidence, start, effects, seed)
+    report = answer(measurement, joint, records, evidence, finding, seed)
+    return replace(report, warnings=(*report.warnings, *failed))
