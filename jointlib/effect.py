@@ -49,6 +49,8 @@ class JointEffect(ABC):
     family: ClassVar[str]
     member: ClassVar[str]
     """The kind of law the effect adds; differs from the family where several laws form one."""
+    words: ClassVar[str] = ""
+    """The effect in a sentence that begins "The joint lacks"; without it the family is said."""
     look_alikes: ClassVar[Mapping[str, str]] = {}
     """Families with a similar signature, each with the experiment that separates them."""
     declared_pairs: ClassVar[frozenset[str]] = frozenset()

@@ -9,9 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import click
-import numpy as np
 
-from jointlib.arrays import Array
 from jointlib.errors import InputError
 from jointlib.units import quantity
 
@@ -120,15 +118,6 @@ def _belongs(kind: click.ParamType[Any]) -> Callable[[str], bool]:
     from jointlib.registry import laws
 
     return lambda word: word in laws()
-
-
-def frequencies(spec: tuple[float, float, int | None] | None, default: tuple[float, float] | None, count: int) -> Array:
-    """Lines in Hz for a range, or for the machine file's default."""
-    if spec is None:
-        if default is None:
-            raise InputError("--frequency is missing, and the machine file gives no [response] frequency")
-        spec = (*default, None)
-    return np.linspace(spec[0], spec[1], spec[2] or count)
 
 
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON and nothing else.")

@@ -56,17 +56,12 @@ def working(what: str) -> Iterator[None]:
 class Steps:
     """Numbered steps of a long job; each is announced on standard error and timed."""
 
-    def __init__(self, quiet: bool = False) -> None:
-        self._begun = time.perf_counter()
-        self._quiet = quiet
-
     @contextmanager
     def step(self, what: str) -> Iterator[None]:
         """Announce a step, and say how long it took if that was more than two seconds."""
         begun = time.perf_counter()
-        if not self._quiet:
-            click.echo(f"{what} …", err=True)
+        click.echo(f"{what} …", err=True)
         yield
         spent = time.perf_counter() - begun
-        if spent > _SHOW_AFTER and not self._quiet:
+        if spent > _SHOW_AFTER:
             click.echo(f"  {spent:.0f} s", err=True)

@@ -18,6 +18,7 @@ class OneSidedContactLoss(JointEffect):
 
     family: ClassVar[str] = "contact-loss"
     member: ClassVar[str] = "contact-loss"
+    words: ClassVar[str] = "contact lost on one side (contact-loss)"
     look_alikes: ClassVar[Mapping[str, str]] = {"quadratic": "Raise the level: a lost contact shows a knee."}
 
     def shapes(self, scale: Scale, joint: Joint) -> tuple[Mapping[str, float], ...]:

@@ -16,6 +16,7 @@ class CoulombFriction(JointEffect):
 
     family: ClassVar[str] = "coulomb"
     member: ClassVar[str] = "coulomb"
+    words: ClassVar[str] = "dry friction (Coulomb)"
     look_alikes: ClassVar[Mapping[str, str]] = {
         "stribeck": "Record slow motion, at or below the speed where friction falls, or a free decay.",
         "hysteresis": "Move less than the slip distance: stuck contacts are elastic.",

@@ -16,6 +16,7 @@ class CubicStiffness(JointEffect):
 
     family: ClassVar[str] = "cubic"
     member: ClassVar[str] = "cubic"
+    words: ClassVar[str] = "a stiffness that changes with the square of the amplitude (cubic)"
     look_alikes: ClassVar[Mapping[str, str]] = {
         "preload": "Drive the guide to at least 0.8 of lift-off, or load it statically past lift-off.",
         "gap": "Repeat at three or more levels: a gap loses weight as the amplitude grows.",

@@ -18,6 +18,7 @@ class Play(JointEffect):
 
     family: ClassVar[str] = "gap"
     member: ClassVar[str] = "gap"
+    words: ClassVar[str] = "play in the spring of the joint (gap)"
     look_alikes: ClassVar[Mapping[str, str]] = {
         "hysteresis": "Run a slow loop: slip encloses an area, play does not.",
         "cubic": "Repeat at three or more levels: a gap loses weight as the amplitude grows.",

@@ -18,6 +18,7 @@ class ElasticSlip(JointEffect):
 
     family: ClassVar[str] = "hysteresis"
     member: ClassVar[str] = "jenkins"
+    words: ClassVar[str] = "elastic slip in the contact faces (hysteresis)"
     look_alikes: ClassVar[Mapping[str, str]] = {
         "coulomb": "Move less than the slip distance: stuck contacts are elastic.",
         "gap": "Run a slow loop: slip encloses an area, play does not.",

@@ -19,6 +19,7 @@ class PreloadChange(JointEffect):
 
     family: ClassVar[str] = "preload"
     member: ClassVar[str] = "hertz-guide"
+    words: ClassVar[str] = "a preload other than the assumed one"
     look_alikes: ClassVar[Mapping[str, str]] = {
         "cubic": "Drive the guide to at least 0.8 of lift-off, or load it statically past lift-off.",
     }

@@ -16,6 +16,7 @@ class QuadraticStiffness(JointEffect):
 
     family: ClassVar[str] = "quadratic"
     member: ClassVar[str] = "quadratic"
+    words: ClassVar[str] = "a stiffness that differs between the two directions of load (quadratic)"
     look_alikes: ClassVar[Mapping[str, str]] = {
         "preload": "Measure the mean displacement: accelerometers cannot tell a static offset from uneven preload.",
         "contact-loss": "Raise the level: a lost contact shows a knee.",

@@ -16,6 +16,7 @@ class SpeedSquaredDamping(JointEffect):
 
     family: ClassVar[str] = "quadratic-damping"
     member: ClassVar[str] = "quadratic-damping"
+    words: ClassVar[str] = "damping that grows with speed (quadratic-damping)"
     look_alikes: ClassVar[Mapping[str, str]] = {"stribeck": "Repeat at three or more levels."}
 
     def columns(self, path: Path, shape: Mapping[str, float], joint: Joint) -> Array:

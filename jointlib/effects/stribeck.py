@@ -16,6 +16,7 @@ class StribeckFriction(JointEffect):
 
     family: ClassVar[str] = "stribeck"
     member: ClassVar[str] = "stribeck"
+    words: ClassVar[str] = "dry friction that falls with speed (Stribeck)"
     look_alikes: ClassVar[Mapping[str, str]] = {
         "coulomb": "Record slow motion, at or below the speed where friction falls, or a free decay.",
         "quadratic-damping": "Repeat at three or more levels.",

@@ -17,6 +17,7 @@ class DirectionalDamping(JointEffect):
 
     family: ClassVar[str] = "viscous-by-direction"
     member: ClassVar[str] = "viscous-by-direction"
+    words: ClassVar[str] = "viscous damping that differs between the two directions (viscous-by-direction)"
     look_alikes: ClassVar[Mapping[str, str]] = {
         "drift": "Repeat both directions in turn: a drift of the offset averages out."
     }

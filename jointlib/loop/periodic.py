@@ -19,6 +19,7 @@ from jointlib.loop.catalogue import catalogue
 from jointlib.loop.equations import Observed
 from jointlib.loop.fitted import Fitted, fit, free_parameters, model_of
 from jointlib.loop.floor import Floor, noise_floor
+from jointlib.loop.naming import experiment, is_declared_pair
 from jointlib.loop.pictures import pictures
 from jointlib.loop.report import Candidate, Rival, Status, TraceReport, Verdict
 from jointlib.loop.resimulation import compared
@@ -77,11 +78,11 @@ def trace_periodic(measurement: Measurement, joint: Joint, *, seed: int = 0) -> 
     residue = excess.judged(observed, last.joint)
     table_after = excess.localisation(observed, residue)
     first = terms[0].row.effect if terms else None
+    what_next = verdict.next_experiment(word, rivals, first, training.findings)
     return TraceReport(
         route="periodic",
         verdict=word,
-        sentence=verdict.sentence(word, chosen, rivals, before, after, training.findings)
-        + f" Next: {verdict.next_experiment(word, rivals, first, training.findings)}",
+        sentence=verdict.sentence(word, chosen, rivals, before, after, training.findings) + f" Next: {what_next}",
         baseline=start.joint,
         mended=mended,
         chosen=chosen,
@@ -110,7 +111,7 @@ def trace_periodic(measurement: Measurement, joint: Joint, *, seed: int = 0) -> 
         resimulation=compared(shown, start.joint, last.joint),
         unexplained=left(table_after, training.findings.before, excess.largest_lines(observed, residue)),
         not_decidable=verdict.not_decidable(data.rig, periods, levels, len(observed)),
-        next_experiment=verdict.next_experiment(word, rivals, first, training.findings),
+        next_experiment=what_next,
         warnings=tuple(warnings),
         repro={"seed": seed, "version": version("jointlib"), "options": {}},
         plots=pictures(shown, start.joint, last.joint),
@@ -242,8 +243,8 @@ def _rivals(terms: Sequence[Term]) -> tuple[Rival, ...]:
         Rival(
             r.score.family,
             r.score.gain / chosen.score.gain,
-            verdict.is_declared_pair(chosen.effect, r.effect),
-            verdict.experiment(chosen.effect, r.effect),
+            is_declared_pair(chosen.effect, r.effect),
+            experiment(chosen.effect, r.effect),
         )
         for r in terms[0].round.rivals
     )

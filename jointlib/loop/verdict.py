@@ -8,24 +8,8 @@ from typing import Any
 
 from jointlib.effect import JointEffect
 from jointlib.loop.bodies import Rig
+from jointlib.loop.naming import NAMED_FROM, NEAREST_FROM, in_words
 from jointlib.loop.report import Candidate, Rival, Verdict, figures
-
-NAMED_FROM = 0.95
-"""Share of the excess that one effect must explain alone: stacks of wrong effects reach as much together."""
-NEAREST_FROM = 0.5
-
-WORDS = {
-    "hysteresis": "elastic slip in the contact faces (hysteresis)",
-    "coulomb": "dry friction (Coulomb)",
-    "stribeck": "dry friction that falls with speed (Stribeck)",
-    "cubic": "a stiffness that changes with the square of the amplitude (cubic)",
-    "quadratic": "a stiffness that differs between the two directions of load (quadratic)",
-    "preload": "a preload other than the assumed one",
-    "gap": "play in the spring of the joint (gap)",
-    "contact-loss": "contact lost on one side (contact-loss)",
-    "quadratic-damping": "damping that grows with speed (quadratic-damping)",
-    "viscous-by-direction": "viscous damping that differs between the two directions (viscous-by-direction)",
-}
 
 BEYOND = {
     "missing-mass": ("P", "a body weighed anew, or a known mass added"),
@@ -66,16 +50,6 @@ def verdict_of(found: Findings, term: bool, rivals: int) -> tuple[Verdict, float
     if explained >= NAMED_FROM or found.after_first <= 0:
         return named, explained
     return (Verdict.PARTIAL if explained >= NEAREST_FROM else Verdict.UNEXPLAINED), explained
-
-
-def experiment(a: JointEffect, b: JointEffect) -> str:
-    """What separates two families, from what either declares."""
-    text = a.look_alikes.get(b.family) or b.look_alikes.get(a.family)
-    return text or "Repeat at more levels, from the smallest that can be measured to the largest that is safe."
-
-
-def is_declared_pair(a: JointEffect, b: JointEffect) -> bool:
-    return b.family in a.declared_pairs or a.family in b.declared_pairs
 
 
 def not_decidable(rig: Rig, periods: int, levels: int, records: int) -> tuple[dict[str, str], ...]:
@@ -136,14 +110,14 @@ def sentence(
             f"{before['joint_N']:.3g} N ({before['relative']:.2%} of the joint force), its noise "
             f"{before['joint_floor_N']:.3g} N.{near}{outside}"
         )
-    named = f"{WORDS.get(chosen.family, chosen.family)}: {figures(chosen.parameters)}"
+    named = f"{in_words(chosen.family)}: {figures(chosen.parameters)}"
     if verdict is Verdict.PARTIAL:
         return (
             f"The nearest effect is {named}. It explains {chosen.explained or 0:.0%} of what was missing; "
             f"the rest has no name. {drop}{outside}"
         )
     if verdict is Verdict.AMBIGUOUS:
-        others = " or ".join(WORDS.get(r.family, r.family) for r in rivals)
+        others = " or ".join(in_words(r.family) for r in rivals)
         return f"The joint lacks {named}. These records cannot rule out {others}. {drop}{outside}"
     return f"The joint lacks {named}. {drop}{outside}"
 

@@ -10,7 +10,7 @@ import pytest
 from click.testing import CliRunner
 from command_line import jointlib
 
-from jointlib.cli.arguments import FrequencyRange, Quantity, Target, Verb, frequencies
+from jointlib.cli.arguments import FrequencyRange, Quantity, Target, Verb
 from jointlib.errors import InputError
 
 
@@ -108,11 +108,23 @@ def test_a_frequency_range_that_runs_nowhere_is_refused(word: str) -> None:
         arrived("--frequency", word)
 
 
-def test_lines_span_the_range_or_the_default_of_the_file() -> None:
-    np.testing.assert_array_equal(frequencies((1.0, 3.0, 3), (5.0, 6.0), 9), [1.0, 2.0, 3.0])
-    np.testing.assert_array_equal(frequencies(None, (5.0, 6.0), 2), [5.0, 6.0])
-    with pytest.raises(InputError, match="--frequency is missing"):
-        frequencies(None, None, 2)
+def test_lines_span_the_range_or_the_default_of_the_file(here: Path) -> None:
+    machine = Path("machines/library/two_mass.toml")
+    for words, lines in (
+        ("--frequency 2kHz:4kHz:9", np.linspace(2000.0, 4000.0, 9)),
+        ("--frequency 2kHz:4kHz", np.linspace(2000.0, 4000.0, 600)),
+        ("", np.linspace(1000.0, 7000.0, 600)),
+    ):
+        assert jointlib(f"frf {machine} --force 10 {words} -o lines.npz").status == 0
+        found = np.load("lines.npz")["frequency_0"]
+        assert (found[0], found[-1]) == (lines[0], lines[-1])
+        # Lines are added round the peaks, none is left out.
+        assert np.isin(lines, found).all()
+    text = machine.read_text().split("[response]")[0]
+    Path("bare.toml").write_text(text.replace("two_mass.joint", "machines/library/two_mass.joint"))
+    done = jointlib("frf bare.toml --force 10 -o lines.npz")
+    assert done.status == 2
+    assert "no frequency is given" in done.err
 
 
 def test_a_target_is_looked_at_before_any_work(here: Path) -> None:

@@ -12,6 +12,7 @@ import numpy as np
 
 from jointlib.io.measurement_file import read_records
 from jointlib.joint import Joint
+from jointlib.loop.naming import experiment, is_declared_pair
 from jointlib.loop.path import judgement, words
 from jointlib.loop.path.acceptance import CHANCE, SHARE, TIE
 from jointlib.loop.path.estimates import candidate_of, chosen_of, estimates
@@ -21,7 +22,6 @@ from jointlib.loop.path.repeats import PathFloor
 from jointlib.loop.path.search import Finding, Step, deciding_excess, is_quiet, is_rival
 from jointlib.loop.path.strokes import Division
 from jointlib.loop.report import Rival, Status, TraceReport, Verdict
-from jointlib.loop.verdict import experiment, is_declared_pair
 from jointlib.measurement import Measurement, Record
 
 

@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from jointlib.effect import JointEffect
+from jointlib.loop.naming import NAMED_FROM, NEAREST_FROM, in_words
 from jointlib.loop.path.evidence import Evidence
 from jointlib.loop.report import Candidate, Rival, Verdict, figures
-from jointlib.loop.verdict import NAMED_FROM, NEAREST_FROM, WORDS
 
 
 def verdict_of(explained: float | None, rivals: int, quiet: bool, several_conditions: bool) -> Verdict:
@@ -50,15 +50,15 @@ def sentence(
             f"and {noise}.{near}"
         )
     assert chosen is not None
-    named = f"{WORDS.get(chosen.family, chosen.family)}: {figures(chosen.parameters)}"
+    named = f"{in_words(chosen.family)}: {figures(chosen.parameters)}"
     drop = f"Unexplained {where}: {before['relative']:.2%} of the force before, {after['relative']:.2%} after; {noise}."
     if verdict is Verdict.PARTIAL:
         share = f"{chosen.explained or 0:.0%} of what was missing"
         return f"The nearest effect is {named}. It explains {share}. {drop}"
-    also = f" With it, {' and '.join(WORDS.get(f, f) for f in further)}." if further else ""
+    also = f" With it, {' and '.join(in_words(f) for f in further)}." if further else ""
     doubt = ""
     if rivals:
-        doubt = f" These records cannot rule out {' or '.join(WORDS.get(r.family, r.family) for r in rivals)}."
+        doubt = f" These records cannot rule out {' or '.join(in_words(r.family) for r in rivals)}."
     elif verdict is Verdict.AMBIGUOUS:
         doubt = " One trajectory was repeated, so the shape of the effect is not tested."
     return f"The joint lacks {named}.{also}{doubt} {drop}"
