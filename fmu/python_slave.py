@@ -55,10 +55,10 @@ def _number(value: float) -> str:
 def _arguments(part: Part) -> str:
     """``stiffness=p[3], coefficients=[[p[4], p[5]]]``: the law's fields out of the list of parameters."""
 
-    def place(where: int | list[list[int]]) -> str:
+    def place(where: int | list[int] | list[list[int]]) -> str:
         if isinstance(where, int):
             return f"p[{where}]"
-        return "[" + ", ".join("[" + ", ".join(f"p[{k}]" for k in row) + "]" for row in where) + "]"
+        return "[" + ", ".join(place(entry) for entry in where) + "]"
 
     return ", ".join(f"{name}={place(where)}" for name, where in part.fields.items())
 

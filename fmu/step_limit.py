@@ -83,7 +83,7 @@ def step_limit(joint: Joint, over: Range) -> StepLimit:
     for law in joint.laws:
         if law.states:
             tangents = [law.jacobian(Motion(z, v), law.initial_state(start)) for start in (np.zeros_like(z), z)]
-            own = [float(getattr(law, p.name)) for p in parameters_of(law) if p.role is Role.STIFFNESS]
+            own = [float(np.sum(getattr(law, p.name))) for p in parameters_of(law) if p.role is Role.STIFFNESS]
             stiffness += max(*own, *(float(np.max(k)) for k, _ in tangents))
             damping += min(float(np.min(c)) for _, c in tangents)
     return StepLimit(stiffness, damping)

@@ -58,7 +58,7 @@ class Part:
 
     name: str
     kernel: Kernel
-    fields: dict[str, int | list[list[int]]]
+    fields: dict[str, int | list[int] | list[list[int]]]
     """For each field of the law the positions of its values among the parameters."""
     states: tuple[int, int]
     """First and last-but-one position of its states among the states."""
@@ -71,14 +71,16 @@ def parts_of(joint: Joint) -> tuple[Part, ...]:
     parts: list[Part] = []
     position = state = 0
     for name, law in zip(joint.part_names, joint.laws, strict=True):
-        fields: dict[str, int | list[list[int]]] = {}
+        fields: dict[str, int | list[int] | list[list[int]]] = {}
         for p in parameters_of(law):
             shape = np.shape(getattr(law, p.name))
-            if shape and not p.table:
+            if shape and not (p.table or p.listed):
                 raise InputError(f"joint {joint.name!r}: {name}.{p.name} is an array, expected one number for an FMU")
             if p.table:
                 rows, columns = shape
                 fields[p.name] = [[position + i * columns + j for j in range(columns)] for i in range(rows)]
+            elif p.listed:
+                fields[p.name] = list(range(position, position + len(getattr(law, p.name))))
             else:
                 fields[p.name] = position
             position += int(np.prod(shape))
@@ -99,6 +101,12 @@ def variables_of(joint: Joint) -> tuple[Variable, ...]:
         for p in parameters_of(law):
             told = f"{p.name.replace('_', ' ')} of the law {law.kind}"
             value = getattr(law, p.name)
+            if p.listed:
+                name = f"{part.name}.{p.name}"
+                out += [
+                    Variable(f"{name}[{i}]", "parameter", p.unit, told, float(v), p) for i, v in enumerate(value)
+                ]
+                continue
             if not p.table:
                 out.append(Variable(f"{part.name}.{p.name}", "parameter", p.unit, told, float(value), p))
                 continue
@@ -108,7 +116,7 @@ def variables_of(joint: Joint) -> tuple[Variable, ...]:
                     out.append(Variable(name, "parameter", unit, told, float(entry), p))
     for part, law in zip(parts, joint.laws, strict=True):
         for s in law.states:
-            unit = part.kernel.state_units[s]
+            unit = part.kernel.state_units[s.split("[")[0]]
             out.append(Variable(f"{part.name}.{s}", "local", unit, f"internal state of the law {law.kind}"))
     return tuple(out)
 

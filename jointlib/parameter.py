@@ -39,6 +39,8 @@ class Parameter:
     """The value must lie strictly above this one."""
     table: bool = False
     """True for a rectangular table of coefficients c[i][j] of z^i ż^j or T_i T_j."""
+    listed: bool = False
+    """True for a list with one entry for each of several elements in parallel."""
     name: str = ""
 
 
@@ -50,10 +52,11 @@ def parameter(
     upper: float = np.inf,
     above: float = -np.inf,
     table: bool = False,
+    listed: bool = False,
     default: Any = dataclasses.MISSING,
 ) -> Any:
     """Declare a dataclass field as a physical parameter in SI; files, fits, docs and FMUs read the unit here."""
-    declared = Parameter(unit, role, lower, upper, above, table)
+    declared = Parameter(unit, role, lower, upper, above, table, listed)
     return dataclasses.field(default=default, metadata={_KEY: declared})
 
 
@@ -70,10 +73,12 @@ def check(law: Any, kind: str) -> None:
         try:
             value = np.asarray(getattr(law, p.name), dtype=float)
         except (TypeError, ValueError):
-            shape = "a rectangular table of numbers" if p.table else "a number"
+            shape = "a rectangular table of numbers" if p.table else "a list of numbers" if p.listed else "a number"
             raise InputError(f"{kind}: {p.name} is {getattr(law, p.name)!r}, expected {shape} in {p.unit}") from None
         if p.table and (value.ndim != 2 or value.size == 0):
             raise InputError(f"{kind}: {p.name} has shape {value.shape}, expected a table coefficients[i][j]")
+        if p.listed and (value.ndim == 0 or value.size == 0):
+            raise InputError(f"{kind}: {p.name} is {getattr(law, p.name)!r}, expected a list of numbers in {p.unit}")
         if not np.all(np.isfinite(value)):
             raise InputError(f"{kind}: {p.name} is {getattr(law, p.name)!r}, expected a finite number in {p.unit}")
         if np.any(value < p.lower) or np.any(value > p.upper) or np.any(value <= p.above):

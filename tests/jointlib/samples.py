@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 from jointlib.law import JointLaw
+from jointlib.laws.bouc_wen import BoucWen
 from jointlib.laws.chebyshev import Chebyshev
 from jointlib.laws.contact_loss import ContactLoss
 from jointlib.laws.coulomb import Coulomb
 from jointlib.laws.cubic import Cubic
+from jointlib.laws.dahl import Dahl
 from jointlib.laws.gap import Gap
 from jointlib.laws.hertz_guide import HertzGuide
+from jointlib.laws.iwan import Iwan
 from jointlib.laws.jenkins import Jenkins
 from jointlib.laws.linear import Linear
+from jointlib.laws.lugre import LuGre
 from jointlib.laws.polynomial import Polynomial
 from jointlib.laws.quadratic import Quadratic
 from jointlib.laws.quadratic_damping import QuadraticDamping
 from jointlib.laws.stribeck import Stribeck
+from jointlib.laws.structural_damping import StructuralDamping
 from jointlib.laws.viscous import Viscous
 from jointlib.laws.viscous_by_direction import ViscousByDirection
 
@@ -43,6 +48,15 @@ LAWS: tuple[JointLaw, ...] = (
     ContactLoss(-3e8, 1.2e-6, 1.0),
     Jenkins(4e7, 36.0),
     Jenkins(4e7, 36.0, 2e-7),
+    Iwan((2e7, 1.5e7, 5e6), (8.0, 15.0, 13.0)),
+    Iwan((2e7, 2e7), (3.0, 3.6), 1e-7),
+    Dahl(4e7, 36.0),
+    Dahl(4e7, 36.0, 1e-7),
+    BoucWen(4e7, 36.0),
+    BoucWen(4e7, 12.0, 2.2, 0.3),
+    BoucWen(4e7, 6.0, 1.6, 0.7, 1e-7),
+    LuGre(4e7, 300.0, 36.0, 50.0, 0.02),
+    StructuralDamping(2e7),
 )
 
 

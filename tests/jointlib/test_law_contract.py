@@ -9,15 +9,20 @@ import numpy as np
 import pytest
 from samples import LAWS, label
 
+from jointlib.errors import InputError
 from jointlib.harmonic import numerical_first_harmonic
 from jointlib.joint import Joint
 from jointlib.law import JointLaw, Motion
 from jointlib.parameter import parameters_of
 from jointlib.registry import laws
 
-without_memory = pytest.mark.parametrize("law", [law for law in LAWS if not law.states], ids=label)
-passive_law = pytest.mark.parametrize("law", [law for law in LAWS if law.passive], ids=label)
+IN_TIME = [law for law in LAWS if law.in_time]
+without_memory = pytest.mark.parametrize("law", [law for law in IN_TIME if not law.states], ids=label)
+passive_law = pytest.mark.parametrize("law", [law for law in IN_TIME if law.passive], ids=label)
+law_in_time = pytest.mark.parametrize("law", IN_TIME, ids=label)
 every_law = pytest.mark.parametrize("law", LAWS, ids=label)
+INTEGRATED = frozenset({"bouc-wen", "lugre"})
+"""Laws whose steps integrate: of second or third order in the step, where the others are exact on a monotone path."""
 OMEGA = 2 * np.pi * 500.0
 AMPLITUDE = np.array([0.3e-6, 1.4e-6, 2.7e-6, 6.0e-6, 20e-6])
 
@@ -27,7 +32,7 @@ def test_every_installed_law_is_held_to_the_contract() -> None:
     assert all(cls.kind == word for word, cls in laws().items())
 
 
-@every_law
+@law_in_time
 def test_describing_function_equals_the_first_harmonic_of_the_cycle(law: JointLaw) -> None:
     given = law.first_harmonic(AMPLITUDE, OMEGA)
     found = numerical_first_harmonic(law, AMPLITUDE, OMEGA)
@@ -36,7 +41,11 @@ def test_describing_function_equals_the_first_harmonic_of_the_cycle(law: JointLa
     peak = np.max(np.abs([joint.force_along(s * z, t * v) for s in (-1, 0, 1) for t in (-1, 0, 1)])) + 1e-300
     size = peak / np.min(AMPLITUDE)
     loose = law.kind == "jenkins" and getattr(law, "clearance", 0.0) > 0
-    np.testing.assert_allclose(given.gain, found.gain, rtol=1e-9, atol=1e-12 * size)
+    integrated = law.kind in INTEGRATED and not (law.kind == "bouc-wen" and getattr(law, "exponent", 0) == 1)
+    # The quadrature of an integrated law is off by about what 24 instead of 32 points change, at second order or more.
+    atol = 2 * found.error + given.error if integrated else 1e-12 * size
+    assert np.all(np.abs(given.gain - found.gain) <= 1e-9 * np.abs(found.gain) + atol)
+    loose |= integrated
     # A stuck element with play is loaded one-sidedly from its virgin state: its kinks are not those of the steady loop.
     assert np.all(found.error <= (1e-3 if loose else 1e-9) * size)
 
@@ -79,7 +88,7 @@ def test_no_closed_cycle_yields_energy(law: JointLaw) -> None:
     assert work >= -1e-6 * stored
 
 
-@every_law
+@law_in_time
 def test_a_step_is_pure(law: JointLaw) -> None:
     motion, state = Motion(np.array(1.3e-6), np.array(0.02), 1e-5), law.initial_state(np.array(0.0))
     kept = copy.deepcopy((motion, state, law))
@@ -90,7 +99,7 @@ def test_a_step_is_pure(law: JointLaw) -> None:
     assert law == kept[2]
 
 
-@every_law
+@law_in_time
 def test_jacobian_is_the_difference_of_the_force(law: JointLaw) -> None:
     rng = np.random.default_rng(5)
     z, v = rng.uniform(-7e-6, 7e-6, 200), rng.uniform(-0.2, 0.2, 200)
@@ -123,7 +132,7 @@ def test_every_parameter_declares_unit_and_role(law: JointLaw) -> None:
     assert all(p.unit and p.name for p in parameters_of(law))
 
 
-@every_law
+@law_in_time
 def test_arrays_of_motions_give_what_single_motions_give(law: JointLaw) -> None:
     z, v = np.meshgrid(np.linspace(-5e-6, 5e-6, 5), np.linspace(-0.1, 0.1, 3))
     together = law.step(Motion(z, v), law.initial_state(np.zeros_like(z)))[0]
@@ -131,23 +140,39 @@ def test_arrays_of_motions_give_what_single_motions_give(law: JointLaw) -> None:
     np.testing.assert_allclose(together.ravel(), np.array(alone), rtol=1e-14)
 
 
-@pytest.mark.parametrize("law", [law for law in LAWS if not any(p.table for p in parameters_of(law))], ids=label)
+def test_a_law_of_the_frequency_domain_says_so() -> None:
+    for law in LAWS:
+        if not law.in_time:
+            with pytest.raises(InputError, match="exists in the frequency domain only"):
+                law.step(Motion(np.zeros(1), np.zeros(1)), law.initial_state(np.zeros(1)))
+
+
+@pytest.mark.parametrize("law", [law for law in IN_TIME if not any(p.table for p in parameters_of(law))], ids=label)
 def test_a_grid_of_parameters_is_stepped_at_once(law: JointLaw) -> None:
     factors = np.array([0.5, 1.0, 2.0])
-    free = [p.name for p in parameters_of(law) if p.name not in ("side", "contact_angle")]
+    bounded = ("side", "contact_angle", "exponent", "shape")
+    free = [p for p in parameters_of(law) if p.name not in bounded]
 
     def scaled(factor: np.ndarray) -> JointLaw:
-        return dataclasses.replace(law, **{name: getattr(law, name) * factor for name in free})
+        values = {p.name: getattr(law, p.name) for p in free}
+        lists = {p.name: tuple(x * factor for x in values[p.name]) for p in free if p.listed}
+        return dataclasses.replace(
+            law, **{name: x * factor for name, x in values.items() if name not in lists}, **lists
+        )
 
     path = 3e-6 * np.sin(np.linspace(0, 9, 50)), 0.05 * np.cos(np.linspace(0, 9, 50))
     grid, singles = scaled(factors), [scaled(f) for f in factors]
     together, alone = grid.initial_state(np.zeros(3)), [law.initial_state(np.zeros(()))] * 3
+    stiffest = 0.0
     for z, v in zip(*path, strict=True):
         motion = Motion(np.full(3, z), np.full(3, v), 1e-5)
         stiffness = grid.jacobian(motion, together)[0]
+        stiffest = max(stiffest, float(np.max(np.abs(stiffness))))
         force, together = grid.step(motion, together)
         for i, single in enumerate(singles):
             one = Motion(np.array(z), np.array(v), 1e-5)
-            assert stiffness[i] == single.jacobian(one, alone[i])[0]
+            # Exponentials of arrays and of single numbers differ in the last bit.
+            tangent = float(single.jacobian(one, alone[i])[0])
+            assert stiffness[i] == pytest.approx(tangent, rel=1e-12, abs=1e-12 * stiffest)
             expected, alone[i] = single.step(one, alone[i])
-            assert force[i] == pytest.approx(float(expected), rel=1e-14, abs=1e-12)
+            assert force[i] == pytest.approx(float(expected), rel=1e-14, abs=1e-11)

@@ -1,0 +1,161 @@
+"""LuGre friction: bristles that bend, slip and, past the Stribeck velocity, slide with less force."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import ClassVar
+
+import numpy as np
+
+from jointlib.arrays import Array, ArrayLike, ComplexArray
+from jointlib.errors import InputError
+from jointlib.harmonic import FirstHarmonic, broadcast
+from jointlib.law import JointLaw, Motion
+from jointlib.laws import play
+from jointlib.parameter import Role, parameter
+
+_NODES = 128
+_ROUNDS = 30
+
+
+@dataclass(frozen=True)
+class LuGre(JointLaw):
+    """Bristle ẏ = ż − stiffness·abs(ż)·y/g(ż), f = stiffness·y + damping·ẏ (Canudas de Wit et al. 1995).
+
+    g = slip_force + (static_force − slip_force)·e^(−(ż/stribeck_velocity)²). A step follows the bristle along the
+    travel, y → sY + (y − sY)·e^(−abs(Δz)/Y) with Y = g/stiffness at the mean velocity of the step: exact at constant
+    speed, second order in the time step otherwise, stable for any. Steps without duration take Y at the end
+    velocity. With a ``clearance`` (half the play in series) neither bristle nor damper sees the joint cross the play,
+    which opens when the bristle is unloaded. Passive where damping·abs(ż)·(x − 1) ≤ g(ż)·x² for every
+    x = stiffness·y/g up to static_force/slip_force: always if that is 1, else up to a speed only.
+    """
+
+    stiffness: float = parameter("N/m", role=Role.STIFFNESS, above=0.0)
+    damping: float = parameter("N s/m", role=Role.DAMPING, lower=0.0)
+    slip_force: float = parameter("N", role=Role.SLIP_FORCE, above=0.0)
+    static_force: float = parameter("N", role=Role.SLIP_FORCE, above=0.0)
+    stribeck_velocity: float = parameter("m/s", above=0.0)
+    clearance: float = parameter("m", role=Role.CLEARANCE, lower=0.0, default=0.0)
+
+    kind: ClassVar[str] = "lugre"
+    passive: ClassVar[bool] = False
+    states: ClassVar[tuple[str, ...]] = ("position", "stretch")
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if np.any(np.asarray(self.static_force) < np.asarray(self.slip_force)):
+            raise InputError(
+                f"lugre: static_force is {self.static_force} N, expected at least slip_force = {self.slip_force} N"
+            )
+
+    def initial_state(self, displacement: Array) -> Array:
+        """Unloaded, in the middle of the play."""
+        return play.virgin(displacement)
+
+    def _length(self, velocity: Array) -> Array:
+        """Y in m, the deflection at which the bristles slide at a velocity."""
+        ratio = velocity / self.stribeck_velocity
+        return (self.slip_force + (self.static_force - self.slip_force) * np.exp(-ratio * ratio)) / self.stiffness
+
+    def step(self, motion: Motion, state: Array) -> tuple[Array, Array]:
+        y, gap, free, _ = self._bristle(motion, state)
+        v = motion.velocity
+        rate = v - np.abs(v) * y / self._length(v)
+        if not play.is_absent(self.clearance):
+            rate = np.where(free, 0.0, rate)
+        return self.stiffness * y + self.damping * rate, play.remembered(motion.displacement, y + gap)
+
+    def _bristle(self, motion: Motion, state: Array) -> tuple[Array, Array | float, play.Mask | bool, Array]:
+        """Bristle and play at the end of the step (m), where the joint is then inside the play, and the travel left."""
+        move, y = motion.displacement - state[..., 0], state[..., 1]
+        length = self._length(_mean_velocity(move, motion))
+        gap: Array | float = 0.0
+        free: play.Mask | bool = False
+        if not play.is_absent(self.clearance):
+            y, gap = play.split(y, self.clearance)
+            side, travel = np.sign(move), np.abs(move)
+            to_zero = length * np.log1p(np.maximum(-side * y, 0.0) / length)
+            free = play.is_free(side, travel, to_zero, gap, self.clearance)
+            lost = side * play.swallowed(side, travel, to_zero, gap, self.clearance)
+            move, gap = move - lost, gap + lost
+        decay = np.expm1(-np.abs(move) / length)
+        return y + y * decay + np.copysign(length * decay, move), gap, free, move
+
+    def jacobian(self, motion: Motion, state: Array) -> tuple[Array, Array]:
+        y, _, free, left = self._bristle(motion, state)
+        move, v = motion.displacement - state[..., 0], motion.velocity
+        mean = _mean_velocity(move, motion)
+        Y, Yv, side = self._length(mean), self._length(v), np.sign(left)
+        decay = np.expm1(-np.abs(left) / Y)
+        by_length = (-side * decay + (y - side * Y) * np.abs(left) / Y**2) * self._bend(mean, Y)
+        h = np.asarray(motion.duration)
+        timed = h > 0
+        by_z = 1 - side * y / Y + np.where(timed, by_length / np.where(timed, h, 1.0), 0.0)
+        by_v = np.where(timed, 0.0, by_length)
+        force_by_y = self.stiffness - self.damping * np.abs(v) / Yv
+        own = self.damping * (1 - np.sign(v) * y / Yv + np.abs(v) * y * self._bend(v, Yv) / Yv**2)
+        stiffness, damping = np.broadcast_arrays(force_by_y * by_z, force_by_y * by_v + own)
+        return np.where(free, 0.0, stiffness), np.where(free, 0.0, damping)
+
+    def _bend(self, velocity: Array, length: Array) -> Array:
+        """dY/dż in s."""
+        return -2 * velocity / self.stribeck_velocity**2 * (length - self.slip_force / self.stiffness)
+
+    def first_harmonic(self, amplitude: ArrayLike, omega: ArrayLike = 1.0, bias: ArrayLike = 0.0) -> FirstHarmonic:
+        """By quadrature over the steady loop, whose turning points follow from its symmetry, not from waiting."""
+        A, w, _ = broadcast(amplitude, omega, bias)
+        a, w = (np.maximum(x, tiny).ravel() for x, tiny in ((A, 1e-9 * self._length(np.zeros(()))), (w, 1e-9)))
+        # Second-order differences: truncation near 1e-9, and rounding too.
+        h = 3e-5
+        steps = h * np.array([-1.0, 1.0])[:, None]
+        low = np.concatenate([a[None], (1 + steps) * a, a + 0 * steps])
+        fast = np.concatenate([w[None], w + 0 * steps, (1 + steps) * w])
+        G = self._gain(low.ravel(), fast.ravel(), _NODES).reshape(low.shape)
+        error = np.abs(G[0] - self._gain(a, w, _NODES // 2)) / 3
+        shape = A.shape
+        by_amplitude, by_omega = ((G[i + 1] - G[i]).reshape(shape) / (2 * h) for i in (1, 3))
+        by_amplitude, by_omega = by_amplitude / a.reshape(shape), by_omega / w.reshape(shape)
+        return FirstHarmonic(G[0].reshape(shape), by_amplitude, by_omega, np.zeros(shape), error.reshape(shape))
+
+    def _gain(self, a: Array, w: Array, nodes: int) -> ComplexArray:
+        """G at amplitudes and angular frequencies (one axis) from the half cycle down, z = A cos θ."""
+        x, g = np.polynomial.legendre.leggauss(nodes)
+        theta = np.concatenate([[0.0], np.pi / 2 * (1 + np.sin(np.pi / 2 * x)), [np.pi]])
+        weight = g * np.pi**2 / 4 * np.cos(np.pi / 2 * x)
+
+        def down(stretch: Array) -> tuple[Array, Array]:
+            state, rows = play.remembered(a, stretch), []
+            for before, angle in pairwise(theta):
+                v = -w * a * np.sin(angle)
+                force, state = self.step(Motion(a * np.cos(angle), v, (angle - before) / w), state)
+                rows.append(force)
+            return np.array(rows[:-1]), state[..., 1]
+
+        # Half a cycle later everything has the opposite sign. Regula falsi (Illinois); one step without play.
+        high = np.minimum(a, self._length(np.zeros(())) + self.clearance)
+        low = -high
+        at_high, at_low = high + down(high)[1], low + down(low)[1]
+        last = np.zeros_like(a)
+        for _ in range(_ROUNDS):
+            rise = at_high - at_low
+            start = low - at_low * (high - low) / np.where(rise > 0, rise, 1.0)
+            force, end = down(start)
+            off = start + end
+            if np.all(np.abs(off) <= 1e-12 * a):
+                break
+            up = off > 0
+            at_low = np.where(up, np.where(last > 0, at_low / 2, at_low), off)
+            at_high = np.where(up, off, np.where(last < 0, at_high / 2, at_high))
+            low, high = np.where(up, low, start), np.where(up, start, high)
+            last = np.where(up, 1.0, -1.0)
+        return np.asarray(2 / (np.pi * a) * ((weight * np.exp(-1j * theta[1:-1])) @ force), dtype=complex)
+
+
+def _mean_velocity(move: Array, motion: Motion) -> Array:
+    """Δz over the duration of the step, m/s; the end velocity where the step has none."""
+    h = motion.duration
+    if isinstance(h, float | int):
+        return move / h if h > 0 else motion.velocity
+    timed = h > 0
+    return np.where(timed, move / np.where(timed, h, 1.0), motion.velocity)
