@@ -12,7 +12,8 @@ from jointlib.arrays import Array, ArrayLike
 from jointlib.errors import InputError, nearest
 from jointlib.harmonic import FirstHarmonic, broadcast, closed_form
 from jointlib.law import JointLaw, Motion
-from jointlib.parameter import Parameter, parameters_of
+from jointlib.modulation import CONDITIONS, Modulation
+from jointlib.parameter import Parameter, Role, parameters_of
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,8 @@ class Joint:
     """Σ f_k(z, ż, state) along one relative displacement; ``+`` adds a law or another joint's laws.
 
     Parts are named after their kinds (``hertz_guide``, ``viscous``, a second one ``viscous_2``), so a parameter
-    is ``viscous.damping`` and an entry of a table ``polynomial.coefficients[1][0]``.
+    is ``viscous.damping`` and an entry of a table ``polynomial.coefficients[1][0]``. Forces are those at the
+    reference of its modulations; :meth:`at` gives the joint under other conditions.
     """
 
     laws: tuple[JointLaw, ...] = ()
@@ -55,10 +57,30 @@ class Joint:
     """Ranges [low, high] of amplitude (m), velocity (m/s), frequency (Hz), preload (N), where known."""
     covariance: Covariance | None = None
     provenance: Mapping[str, Any] = field(default_factory=dict)
+    modulations: tuple[Modulation, ...] = ()
+    """What conditions make of the parameters of a role, over all parts."""
 
     def __add__(self, other: JointLaw | Joint) -> Joint:
         added = other.laws if isinstance(other, Joint) else (other,)
-        return replace(self, laws=(*self.laws, *added), covariance=None)
+        further = other.modulations if isinstance(other, Joint) else ()
+        modulations = (*self.modulations, *further)
+        return replace(self, laws=(*self.laws, *added), covariance=None, modulations=modulations)
+
+    def at(self, condition: Mapping[str, float]) -> Joint:
+        """The joint under conditions in SI (``{"temperature": 313.0}``), every modulation carried out and dropped."""
+        for name in condition:
+            if name not in CONDITIONS:
+                raise InputError(f"joint {self.name!r}: no condition {name!r}, {nearest(name, CONDITIONS)}")
+        factor: dict[Role, float] = {}
+        for m in self.modulations:
+            if m.condition not in condition:
+                raise InputError(
+                    f"joint {self.name!r}: its {m.role.value} depends on {m.condition}, which is not given"
+                )
+            factor[m.role] = factor.get(m.role, 1.0) * m.factor(condition[m.condition])
+        scaled = {name: value * factor[p.role] for name, (value, p) in self._flat().items() if p.role in factor}
+        bare = replace(self, modulations=())
+        return bare.with_parameters(scaled) if scaled else bare
 
     @property
     def part_names(self) -> tuple[str, ...]:
@@ -89,6 +111,8 @@ class Joint:
                     for i, row in enumerate(value):
                         for j, entry in enumerate(row):
                             flat[f"{part}.{p.name}[{i}][{j}]"] = float(entry), p
+                elif p.listed:
+                    flat |= {f"{part}.{p.name}[{i}]": (float(entry), p) for i, entry in enumerate(value)}
                 else:
                     flat[f"{part}.{p.name}"] = float(value), p
         return flat
@@ -109,6 +133,8 @@ class Joint:
                     shape = np.shape(getattr(law, p.name))
                     rows = range(shape[0])
                     new[p.name] = tuple(tuple(merged[f"{key}[{i}][{j}]"] for j in range(shape[1])) for i in rows)
+                elif p.listed:
+                    new[p.name] = tuple(merged[f"{key}[{i}]"] for i in range(len(getattr(law, p.name))))
                 else:
                     new[p.name] = merged[key]
             laws.append(replace(law, **new))  # type: ignore[type-var]
@@ -158,8 +184,10 @@ class Joint:
         if not self.states:
             return self.step(Motion(z, v), self.initial_state(z))[0]
         state, force = self.initial_state(z[0]), np.empty(z.shape)
+        # A single law is stepped without the detour over the sum, which costs as much as the law.
+        step = self.laws[0].step if len(self.laws) == 1 else self.step
         for i in range(len(z)):
-            force[i], state = self.step(Motion(z[i], v[i], time_step), state)
+            force[i], state = step(Motion(z[i], v[i], time_step), state)
         return force
 
     def first_harmonic(self, amplitude: ArrayLike, omega: ArrayLike = 1.0, bias: ArrayLike = 0.0) -> FirstHarmonic:

@@ -58,6 +58,18 @@ class Correction:
     channel: str | None
     body: str | None
     parameters: Mapping[str, float]
+    """SI."""
+    record: str | None = None
+    """Name of the one record (or record file) that has the fault; None where all have it."""
+
+    @property
+    def site(self) -> str:
+        """The channel or body; empty where the fault belongs to the rig as a whole."""
+        return self.channel or self.body or ""
+
+    def concerns(self, record: RecordSource) -> bool:
+        """True if a record has the fault."""
+        return self.record in (None, record.name, record.file.name)
 
 
 @dataclass(frozen=True)

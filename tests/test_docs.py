@@ -219,17 +219,31 @@ def keys_of(path: Path) -> Iterator[str]:
 
 @pytest.mark.parametrize("kind", _READERS)
 def test_every_key_that_a_reader_knows_is_documented(kind: str) -> None:
-    from jointlib.io import joint_file, measurement_file
+    from jointlib.io import joint_file
     from machines import files
 
     known = {key for name in _READERS[kind] for key in keys_of(ROOT / name)}
     known |= {
-        "Measurement": {p for names in measurement_file.CORRECTIONS.values() for p in names} | {"schema"},
+        "Measurement": {"schema"},
         "Joint": set(joint_file._VALIDITY) | {"schema"},
         "Machine": set(files._CUTTING_UNITS) | {"x", "y", "at", "direction", "law", "schema"},
     }[kind]
     documented = {key for row in rows(section("files.md", kind)) for key in _SPAN.findall(row[0])}
     assert documented == known
+
+
+def test_the_tables_of_corrections_are_the_registry() -> None:
+    from jointlib.corrections import faults
+    from jointlib.fault import Fault
+
+    along_path = {name: f for name, f in faults("path").items() if not isinstance(f, Fault)}
+    declared = {
+        (name, getattr(f, "on", "channel"), *(f"{key} [{unit}]" for key, unit in f.parameters.items()))
+        for name, f in [*faults("rig").items(), *along_path.items()]
+    }
+    table = rows(section("files.md", "Corrections"))
+    listed = {(row[0].strip("`"), row[1].strip("`").replace("–", "rig"), *_SPAN.findall(row[2])) for row in table}
+    assert listed == declared
 
 
 def test_shipped_files_and_those_of_the_pages_are_read(desk: Path) -> None:

@@ -47,6 +47,7 @@ def _lines(file: Path) -> list[str]:
 
 def _joint(file: Path) -> list[str]:
     from jointlib.io.joint_file import read_joint
+    from jointlib.modulation import CONDITIONS
 
     joint = read_joint(file)
     rows = []
@@ -58,6 +59,13 @@ def _joint(file: Path) -> list[str]:
         rows.append((name, f"{value * factor:.6g}", spread, unit, "fixed" if name in joint.fixed else ""))
     lines = [f"joint {joint.name!r}: {' + '.join(law.kind for law in joint.laws)}"]
     lines += table(("parameter", "value", "std. error", "unit", ""), rows)
+    for m in joint.modulations:
+        low, high = min(f for _, f in m.table), max(f for _, f in m.table)
+        again = f", again after {m.period:g} {CONDITIONS[m.condition]}" if m.period else ""
+        lines.append(
+            f"{m.role.value} depends on {m.condition}: factor {low:g} to {high:g}, "
+            f"1 at {m.reference:g} {CONDITIONS[m.condition]}{again}"
+        )
     lines += [f"valid for {key} from {low:g} to {high:g}" for key, (low, high) in joint.validity.items()]
     lines += [f"provenance: {key} = {value}" for key, value in joint.provenance.items()]
     return lines
@@ -80,6 +88,10 @@ def _measurement(file: Path) -> list[str]:
         f"times {c.factor:g} gives {c.si_unit}"
         for c in m.channels
     ]
+    for c in m.corrections:
+        values = ", ".join(f"{name} = {value:g}" for name, value in c.parameters.items())
+        where = " ".join(filter(None, (c.site and f"of {c.site}", c.record and f"in {c.record}")))
+        lines.append(f"corrected on reading: {' '.join(filter(None, (c.family, where)))}, {values} in SI")
     opened = [r for r in m.records if r.role != "sealed"]
     rows = []
     for source, record in zip(opened, read_records(m, opened), strict=True):

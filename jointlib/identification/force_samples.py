@@ -76,9 +76,6 @@ def _masses(measurement: Measurement) -> dict[str, float]:
         if mass.value is None:
             raise InputError(f"{measurement.source}: mass of {body!r} is unknown, the joint force needs it in kg")
         masses[body] = mass.value
-    for correction in measurement.corrections:
-        if correction.family == "missing-mass" and correction.body in masses:
-            masses[correction.body] += correction.parameters["mass"]
     return masses
 
 

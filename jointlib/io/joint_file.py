@@ -12,8 +12,10 @@ from jointlib.errors import InputError, nearest
 from jointlib.io.toml import Section, read_toml, write_toml
 from jointlib.joint import Covariance, Joint
 from jointlib.law import JointLaw
-from jointlib.parameter import parameters_of
+from jointlib.modulation import CONDITIONS, Modulation
+from jointlib.parameter import Role, parameters_of
 from jointlib.registry import law
+from jointlib.units import quantity
 
 _VALIDITY = {"amplitude": "m", "velocity": "m/s", "frequency": "Hz", "preload": "N"}
 
@@ -45,6 +47,7 @@ def joint_from(section: Section, name: str) -> Joint:
         if low > high:
             raise InputError(f"{ranges.where}: {key} runs from {low:g} to {high:g}, expected low before high")
     covariance = _covariance(section.section("covariance"), joint)
+    modulations = tuple(_modulation(m) for m in section.sections("modulation"))
     provenance = section.take("provenance", {})
     section.done()
     names = joint.part_names
@@ -54,6 +57,7 @@ def joint_from(section: Section, name: str) -> Joint:
         validity={key: (low, high) for key, (low, high) in validity.items()},
         covariance=covariance,
         provenance=provenance,
+        modulations=modulations,
     )
 
 
@@ -65,7 +69,8 @@ def _law(part: Section) -> tuple[JointLaw, tuple[str, ...]]:
     for p in parameters_of(cls):
         if p.name not in required and not part.has(p.name):
             continue
-        values[p.name] = part.matrix(p.name, p.unit) if p.table else part.number(p.name, p.unit)
+        read = part.matrix if p.table else part.numbers if p.listed else part.number
+        values[p.name] = read(p.name, p.unit)
     held = part.words("fixed", ())
     known = [p.name for p in parameters_of(cls)]
     for key in held:
@@ -76,6 +81,31 @@ def _law(part: Section) -> tuple[JointLaw, tuple[str, ...]]:
         return cls(**values), held
     except InputError as error:
         raise InputError(f"{part.where}: {error}") from None
+
+
+def _modulation(section: Section) -> Modulation:
+    roles = {_word(role): role for role in Role}
+    role = roles[section.text("role", choices=tuple(roles))]
+    condition = section.text("condition", choices=tuple(CONDITIONS))
+    unit = CONDITIONS[condition]
+    reference, period = section.number("reference", unit), section.number("period", unit, None)
+    rows = section.take("table")
+    if not isinstance(rows, list) or not all(isinstance(row, list) and len(row) == 2 for row in rows):
+        raise InputError(f"{section.where}: table is {rows!r}, expected rows [{condition}, factor]")
+    spot = f"{section.where}: table"
+    table = tuple(
+        (quantity(value, unit, f"{spot}[{i}][0]"), quantity(factor, "1", f"{spot}[{i}][1]"))
+        for i, (value, factor) in enumerate(rows)
+    )
+    section.done()
+    try:
+        return Modulation(role, condition, reference, table, period)
+    except InputError as error:
+        raise InputError(f"{section.where}: {error}") from None
+
+
+def _word(role: Role) -> str:
+    return role.value.replace(" ", "-")
 
 
 def _covariance(section: Section, joint: Joint) -> Covariance | None:
@@ -102,10 +132,12 @@ def joint_table(joint: Joint) -> dict[str, Any]:
         table: dict[str, Any] = {"kind": item.kind}
         for p in parameters_of(item):
             value = getattr(item, p.name)
-            table[p.name] = [[float(c) for c in row] for row in value] if p.table else float(value)
+            table[p.name] = np.asarray(value, dtype=float).tolist()
         held = [p.name for p in parameters_of(item) if f"{part}.{p.name}" in joint.fixed]
         laws.append({**table, "fixed": held} if held else table)
     out: dict[str, Any] = {"name": joint.name, "law": laws}
+    if joint.modulations:
+        out["modulation"] = [_modulation_table(m) for m in joint.modulations]
     if joint.validity:
         out["validity"] = {key: [float(x) for x in value] for key, value in joint.validity.items()}
     if joint.covariance is not None:
@@ -114,6 +146,12 @@ def joint_table(joint: Joint) -> dict[str, Any]:
     if joint.provenance:
         out["provenance"] = dict(joint.provenance)
     return out
+
+
+def _modulation_table(m: Modulation) -> dict[str, Any]:
+    table: dict[str, Any] = {"role": _word(m.role), "condition": m.condition, "reference": float(m.reference)}
+    table["table"] = [[float(value), float(factor)] for value, factor in m.table]
+    return table if m.period is None else {**table, "period": float(m.period)}
 
 
 def write_joint(path: Path, joint: Joint) -> None:

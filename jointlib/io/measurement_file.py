@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import re
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from jointlib.arrays import Array
+from jointlib.corrections import faults, without_faults
 from jointlib.errors import InputError, nearest
+from jointlib.fault import Fault
 from jointlib.io.atomic import sha256
 from jointlib.io.readers import read_columns
 from jointlib.io.toml import Section, read_toml
 from jointlib.measurement import KINDS, QUANTITIES, ROLES, Channel, Correction, Mass, Measurement, Record, RecordSource
 from jointlib.units import scale
-
-CORRECTIONS = {"gain": ("gain",), "offset": ("offset",), "missing-mass": ("mass",)}
-"""Families that can be undone on reading, with their parameters."""
 
 
 def read_measurement(path: Path) -> Measurement:
@@ -35,9 +35,8 @@ def read_measurement(path: Path) -> Measurement:
         raise InputError(f"{section.where}: band ends at {band[1]:g} Hz, expected at most half the sample_rate")
     masses = section.section("bodies")
     bodies = {name: _mass(masses, name) for name in masses.keys()}  # noqa: SIM118
-    corrections = tuple(_correction(c) for c in section.sections("correction"))
-    for correction in corrections:
-        _add_missing_mass(correction, bodies, section.where)
+    channels = tuple(_channel(c, kind) for c in section.sections("channel"))
+    corrections = tuple(_correction(c, kind, channels, bodies) for c in section.sections("correction"))
     measurement = Measurement(
         source=Path(path),
         kind=kind,
@@ -46,10 +45,10 @@ def read_measurement(path: Path) -> Measurement:
         settle=section.integer("settle", 0),
         band=None if band is None else (band[0], band[1]),
         driven=section.text("driven", None),
-        bodies=bodies,
+        bodies=_mended(bodies, corrections, kind, section.where),
         carriage=_mass(section, "carriage") if section.has("carriage") else None,
         simulated=section.flag("simulated"),
-        channels=tuple(_channel(c, kind) for c in section.sections("channel")),
+        channels=channels,
         records=tuple(_record(r) for r in section.sections("record")),
         corrections=corrections,
     )
@@ -127,24 +126,42 @@ def _record(section: Section) -> RecordSource:
     return record
 
 
-def _correction(section: Section) -> Correction:
-    family = section.text("family", choices=tuple(CORRECTIONS))
-    values = {key: section.number(key, "1") for key in CORRECTIONS[family]}
-    correction = Correction(family, section.text("channel", None), section.text("body", None), values)
+def _correction(section: Section, kind: str, channels: Sequence[Channel], bodies: Mapping[str, Mass]) -> Correction:
+    known = faults(kind)
+    family = section.text("family", choices=tuple(known))
+    fault = known[family]
+    on = fault.on if isinstance(fault, Fault) else "channel"
+    sites: dict[str, str | None] = {key: section.text(key, None) for key in ("channel", "body") if key == on}
+    units = {c.name: c.si_unit for c in channels}
+    for key, site in sites.items():
+        if site is None:
+            raise InputError(f"{section.where}: {key} is missing, expected the {key} that has the {family}")
+        valid = units if key == "channel" else bodies
+        if site not in valid:
+            raise InputError(f"{section.where}: {key} is {site!r}, {nearest(site, valid)}")
+    own = units.get(sites.get("channel") or "", "1")
+    values = {name: section.number(name, _unit(unit, own)) for name, unit in fault.parameters.items()}
+    record = section.text("record", None)
     section.done()
-    return correction
+    return Correction(family, sites.get("channel"), sites.get("body"), values, record)
 
 
-def _add_missing_mass(correction: Correction, bodies: dict[str, Mass], where: str) -> None:
-    """A mass that was found to be missing is added to its body before anything uses it."""
-    if correction.family != "missing-mass":
-        return
-    body = correction.body or ""
-    if body not in bodies:
-        raise InputError(f"{where}: [[correction]] names body {correction.body!r}, {nearest(body, bodies)}")
-    old = bodies[body]
-    if old.value is not None:
-        bodies[body] = Mass(old.value + correction.parameters["mass"], old.uncertainty)
+def _unit(unit: str, of_channel: str) -> str:
+    """SI unit of a parameter; "channel" in it stands for the unit of the channel."""
+    return of_channel if unit == "channel" else unit.replace("channel", f"({of_channel})")
+
+
+def _mended(bodies: Mapping[str, Mass], corrections: Sequence[Correction], kind: str, where: str) -> Mapping[str, Mass]:
+    """The masses with what was found to be missing, before anything uses them."""
+    known = faults(kind) if corrections else {}
+    for correction in corrections:
+        fault = known[correction.family]
+        if isinstance(fault, Fault) and fault.on == "body":
+            try:
+                bodies = fault.mended_masses(bodies, correction.site, correction.parameters)
+            except InputError as error:
+                raise InputError(f"{where}: {error}") from None
+    return bodies
 
 
 def _check(m: Measurement) -> None:
@@ -175,12 +192,16 @@ def _check(m: Measurement) -> None:
         if not m.of(quantity) and not (quantity == "displacement" and m.of("position")):
             raise InputError(f"{m.source}: no {quantity} channel, a {m.kind} measurement needs one")
     for correction in m.corrections:
-        if correction.channel is not None:
-            m.channel(correction.channel)
+        units = faults(m.kind)[correction.family].parameters.values()
+        if m.sample_rate is None and any(re.search(r"\b(s|Hz)\b", unit) for unit in units):
+            raise InputError(f"{m.source}: [[correction]] {correction.family} acts in time, expected a sample_rate")
+        if not any(correction.concerns(record) for record in m.records):
+            said = nearest(str(correction.record), {record.name for record in m.records})
+            raise InputError(f"{m.source}: [[correction]] names record {correction.record!r}, {said}")
 
 
 def read_records(m: Measurement, sources: Iterable[RecordSource]) -> tuple[Record, ...]:
-    """Read records, convert to SI, and refuse samples that are missing or not finite."""
+    """Read records, convert to SI, refuse samples that are missing or not finite, and undo the corrections."""
     cache: dict[Path, tuple[dict[str, Array], str]] = {}
     out = []
     for source in sources:
@@ -213,10 +234,9 @@ def _read(m: Measurement, source: RecordSource, columns: dict[str, Array], diges
     rate = m.sample_rate or 0.0
     for channel in m.of("time"):
         _check_clock(source, data[channel.name], rate)
-    for correction in m.corrections:
-        _undo(correction, data)
     ignored = tuple(name for name in columns if name not in data)
-    return Record(source, data, rate, source.period or m.period, digest, ignored)
+    period = source.period or m.period
+    return Record(source, without_faults(m, source, data, period), rate, period, digest, ignored)
 
 
 def _check_clock(source: RecordSource, time: Array, rate: float) -> None:
@@ -226,13 +246,3 @@ def _check_clock(source: RecordSource, time: Array, rate: float) -> None:
     if rate and len(steps) and abs(float(np.mean(steps)) * rate - 1) > 1e-3:
         found = 1 / float(np.mean(steps))
         raise InputError(f"{source.file}: the time column runs at {found:.6g} Hz, sample_rate says {rate:g} Hz")
-
-
-def _undo(correction: Correction, data: dict[str, Array]) -> None:
-    if correction.channel is None:
-        return
-    value = data[correction.channel]
-    if correction.family == "gain":
-        data[correction.channel] = value / (1 + correction.parameters["gain"])
-    elif correction.family == "offset":
-        data[correction.channel] = value - correction.parameters["offset"]

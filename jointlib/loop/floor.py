@@ -24,7 +24,8 @@ class Floor:
     source: str
     """"between_lines", or "quiet" where something that does not repeat lies between the lines."""
     ratio: Mapping[str, float]
-    """Floor between the lines over the floor of a quiet record, where there is one."""
+    """Floor between the lines over the floor of a quiet record, where there is one: the largest over frequency, as
+    something that does not repeat stands beside the excited lines alone."""
 
 
 def noise_floor(record: Spectra, quiet: Sequence[Spectra] = ()) -> Floor:
@@ -36,14 +37,15 @@ def noise_floor(record: Spectra, quiet: Sequence[Spectra] = ()) -> Floor:
         if record.periods < 2:
             if still is None:
                 raise InputError(
-                    f"{record.name}: one period after the run-in and no quiet record, expected at least 2 periods"
+                    f"{record.name}: one period after the run-in and no quiet record, expected at least 2 periods or a "
+                    'record with role = "quiet": nothing else tells the noise'
                 )
             power[name], source = still, "quiet"
             continue
         free = ~record.on_period
         power[name] = _median_power(np.abs(X) ** 2, free, record.frequency)
         if still is not None:
-            ratio[name] = float(np.median(power[name] / still))
+            ratio[name] = float(np.max(power[name] / still))
     if any(r > _RAISED for r in ratio.values()):
         source = "quiet"
         power = {n: np.mean([_of_quiet(q, n, record) for q in quiet if n in q.channels], axis=0) for n in ratio} | {

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
+from jointlib.loop.import_checks import check_period, flat_tops, without_dead_channels
 from jointlib.measurement import Measurement, Record
 
 CHANNELS = ("a1", "a2", "a3", "P")
@@ -71,17 +72,32 @@ def spectra_of(record: Record, measurement: Measurement) -> tuple[Spectra, tuple
             f"expected at least {measurement.settle + 1}"
         )
     channels = {}
-    for name in CHANNELS:
-        if name not in record.channels:
-            continue
-        x = record.channels[name][measurement.settle * period : whole * period]
+    alive, dead = without_dead_channels(measurement, [record])
+    warnings += dead
+    names = [c.name for c in alive.channels]
+    steady = {
+        name: record.channels[name][measurement.settle * period : whole * period]
+        for name in CHANNELS
+        if name in record.channels and name in names
+    }
+    quiet = record.source.role == "quiet"
+    for name, x in steady.items():
+        channels[name] = np.fft.rfft(x)
         limit = measurement.channel(name).full_scale
         flat = int(np.sum(np.abs(x) >= 0.999 * limit)) if limit else 0
+        cut = None if flat or quiet else flat_tops(x)
         if flat:
             warnings.append(
                 f"{record.name}: {flat} samples of {name} stand at full scale {limit:g}; they may be clipped."
             )
-        channels[name] = np.fft.rfft(x)
+        elif cut:
+            unit = measurement.channel(name).si_unit
+            warnings.append(
+                f"{record.name}: {cut[0]} samples of {name} stand at its largest value {cut[1]:.4g} {unit}; its tops "
+                "are flat, they may be clipped."
+            )
+    said = None if quiet else check_period(record.name, steady, period)
+    warnings += [said] if said else []
     condition = record.source.condition or record.name
     return Spectra(record.name, condition, record.sha256, rate, kept, period, channels), tuple(warnings)
 

@@ -237,6 +237,8 @@ RECORD = 'file = "rig_1.npz"'
         ("period = 5120", "", "rig_1.npz has no period"),
         ("period = 5120", "period = 1.5", "period is 1.5, expected a whole number"),
         ("period = 5120", "period = 999999", "0 whole periods"),
+        ("period = 5120", "period = 5119", "the period of 5119 samples is not whole; the signals shift by 1 samples"),
+        ("period = 5120", "period = 4000", "rig_1.npz: the period of 4000 samples is not whole"),
         ("settle = 0", "settle = 99", "4 whole periods, settle = 99 drops them"),
         ('driven = "runner_block"', 'driven = "runer"', "driven is 'runer', did you mean 'runner_block'?"),
         ('body = "rail"', 'body = "rial"', "channel a2: body is 'rial', did you mean 'rail'?"),
@@ -253,11 +255,28 @@ RECORD = 'file = "rig_1.npz"'
         ('name = "a3"', 'name = "a2"', "a channel name stands twice"),
         ("measurement/1", "measurement/2", "schema is 'jointlib/measurement/2'"),
         ("[bodies]", "[bodies", "not valid TOML"),
+        ("[bodies]", '[[correction]]\nfamily = "gian"\n[bodies]', "family is 'gian', did you mean 'gain'?"),
+        (
+            "[bodies]",
+            '[[correction]]\nfamily = "gain"\nchannel = "a2"\ngain = "2 mm"\n[bodies]',
+            "gain: unit 'mm' does not fit",
+        ),
+        (
+            "[bodies]",
+            '[[correction]]\nfamily = "offset"\nchannel = "a2"\noffset = 1\nrecord = "rig_9.npz"\n[bodies]',
+            "names record 'rig_9.npz', did you mean 'rig_",
+        ),
     ],
 )
 def test_a_wrong_measurement_file_gets_one_sentence(old: str, new: str, said: str, own: Path) -> None:
     changed(RIG, old, new)
     refused(TRACE, said)
+
+
+def test_one_period_without_a_quiet_record_asks_for_what_tells_the_noise(own: Path) -> None:
+    changed(RIG, "settle = 0", "settle = 3")
+    changed(RIG, 'file = "rig_quiet.npz"\nrole = "quiet"', 'file = "rig_1.npz"\nrole = "fit"')
+    refused(TRACE, 'expected at least 2 periods or a record with role = "quiet": nothing else tells the noise')
 
 
 def spoil(change: Callable[[dict[str, np.ndarray]], object]) -> None:
@@ -278,6 +297,11 @@ def spoil(change: Callable[[dict[str, np.ndarray]], object]) -> None:
         (lambda d: d.update(a2=d["a2"].reshape(2, -1)), "no column 'a2'"),
         (lambda d: d.update({k: v[:0] for k, v in d.items()}), "holds no samples"),
         (lambda d: d.update({k: v[:99] for k, v in d.items()}), "0 whole periods"),
+        (lambda d: d["a2"].fill(3), "channel a2 is constant while others move; it is dead"),
+        (
+            lambda d: d.update({k: np.random.default_rng(1).normal(size=len(v)) for k, v in d.items()}),
+            "nothing repeats",
+        ),
     ],
 )
 def test_a_wrong_record_gets_one_sentence(
@@ -333,11 +357,16 @@ def test_a_wrong_table_gets_one_sentence(text: str, said: str, own: Path) -> Non
         ("damping =", "mass = 1\ndamping =", "unknown key 'mass', expected one of damping"),
         ("damping =", "dampin = 1\ndamping =", "unknown key 'dampin', did you mean 'damping'?"),
         ('"hertz-guide"', '"herz-guide"', "unknown law 'herz-guide', did you mean 'hertz-guide'?"),
-        ('"hertz-guide"', '"magic"', "unknown law 'magic', expected one of chebyshev"),
+        ('"hertz-guide"', '"magic"', "unknown law 'magic', expected one of bouc-wen, chebyshev"),
         ('["contact_angle"]', '["angle"]', "fixed names 'angle', did you mean 'contact_angle'?"),
         ("joint/1", "joint/9", "schema is 'jointlib/joint/9'"),
         ("schema =", "shema =", "schema is None"),
         ("[[law]]", "[[laws]]", "no [[law]], expected at least one"),
+        (
+            'damping = "503 N s/m"',
+            'damping = 1\n[[modulation]]\nrole = "stifness"',
+            "role is 'stifness', did you mean 'stiffness'?",
+        ),
         ("[[law]]", "[[law", "not valid TOML"),
         ("503 N s/m", "503 N/m", "damping: unit 'N/m' does not fit"),
         ('damping = "503 N s/m"', "damping = 1\n[validity]\namplitude = [2, 1]", "amplitude runs from 2 to 1"),
@@ -416,7 +445,7 @@ def test_a_force_or_range_that_nobody_gives_is_asked_for(own: Path) -> None:
 
 def test_a_key_known_elsewhere_is_unknown_here(own: Path) -> None:
     changed(GUIDE, 'name = "guide"', "sample_rate = 5")
-    refused(f"df {GUIDE} {AT}", "unknown key 'sample_rate', expected one of covariance, law, name")
+    refused(f"df {GUIDE} {AT}", "unknown key 'sample_rate', expected one of covariance, law, modulation, name")
 
 
 def test_a_folder_without_permission_is_named_before_any_work(own: Path, monkeypatch: pytest.MonkeyPatch) -> None:

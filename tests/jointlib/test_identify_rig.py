@@ -14,7 +14,7 @@ from jointlib.identification.estimate import Estimate, estimate
 from jointlib.identification.force_balance import balance_of
 from jointlib.joint import Joint
 from jointlib.laws.jenkins import Jenkins
-from jointlib.measurement import Correction, Mass, Record
+from jointlib.measurement import Mass, Record
 
 FREE = ("hertz_guide.preload", "hertz_guide.kappa", "viscous.damping")
 ROUGH = GUIDE.with_parameters({"hertz_guide.preload": 450.0, "hertz_guide.kappa": 4.4e-8, "viscous.damping": 250.0})
@@ -92,9 +92,9 @@ def test_settling_periods_and_rest_are_dropped() -> None:
     assert found.f == pytest.approx(restoring_force(measurement(), one).f, abs=1e-9 * np.max(np.abs(found.f)))
 
 
-def test_missing_mass_found_earlier_is_added() -> None:
+def test_a_heavier_body_takes_more_force() -> None:
     plain = restoring_force(measurement(), clean())
-    mended = measurement(corrections=(Correction("missing-mass", None, "block", {"mass": 0.11}),))
+    mended = measurement(bodies={"runner": Mass(0.942), "rail": Mass(1.1), "block": Mass(1.21)})
     assert restoring_force(mended, clean()).f == pytest.approx(1.05 * plain.f, rel=1e-9)
 
 

@@ -14,8 +14,11 @@ from jointlib.joint import Covariance, Joint
 from jointlib.laws.coulomb import Coulomb
 from jointlib.laws.hertz_guide import HertzGuide
 from jointlib.laws.jenkins import Jenkins
+from jointlib.laws.linear import Linear
 from jointlib.laws.stribeck import Stribeck
 from jointlib.laws.viscous import Viscous
+from jointlib.modulation import Modulation
+from jointlib.parameter import Role
 
 HEAD = 'schema = "jointlib/joint/1"\nname = "guide"\n'
 
@@ -129,3 +132,117 @@ def test_a_file_of_another_kind_is_named(tmp_path: Path) -> None:
         read_joint(path)
     with pytest.raises(InputError, match="no such file"):
         read_joint(tmp_path / "absent.toml")
+
+
+WARM = Modulation(Role.STIFFNESS, "temperature", 293.0, ((293.0, 1.0), (313.0, 0.9), (333.0, 0.7)))
+BALLS = Modulation(Role.STIFFNESS, "position", 0.0, ((0.0, 1.0), (2e-3, 1.1), (6e-3, 0.9)), 8e-3)
+LOOSE = Modulation(Role.SLIP_FORCE, "preload", 900.0, ((0.0, 0.0), (900.0, 1.0)))
+
+
+def test_a_factor_runs_straight_between_the_points_and_stays_at_the_ends() -> None:
+    assert WARM.factor(303.0) == pytest.approx(0.95)
+    assert WARM.factor(323.0) == pytest.approx(0.8)
+    assert WARM.factor(400.0) == 0.7
+    assert WARM.factor(0.0) == 1.0
+    assert [WARM.covers(x) for x in (292.9, 293.0, 333.0, 333.1)] == [False, True, True, False]
+
+
+def test_a_factor_that_repeats_goes_on_in_both_directions() -> None:
+    for x in (0.0, 1e-3, 5e-3, 7e-3):
+        for turns in (-3, 1, 100):
+            assert BALLS.factor(x + 8e-3 * turns) == pytest.approx(BALLS.factor(x))
+    assert BALLS.factor(7e-3) == pytest.approx(0.95)  # half way back from 0.9 at 6 mm to 1 at 8 mm
+    assert BALLS.covers(-55.0)
+
+
+def test_conditions_scale_the_parameters_of_a_role_in_every_part() -> None:
+    joint = Joint((Jenkins(4e7, 36.0), Linear(6e8), Viscous(500.0)), modulations=(WARM, BALLS, LOOSE))
+    now = joint.at({"temperature": 313.0, "position": 2e-3, "preload": 450.0})
+    assert now.modulations == ()
+    expected = {
+        "jenkins.stiffness": 0.9 * 1.1 * 4e7,
+        "linear.stiffness": 0.9 * 1.1 * 6e8,
+        "jenkins.slip_force": 18.0,
+        "viscous.damping": 500.0,
+    }
+    for name, value in expected.items():
+        assert now.parameters[name] == pytest.approx(value)
+    z = np.linspace(-1e-6, 1e-6, 7)
+    at_reference = joint.at({"temperature": 293.0, "position": 0.0, "preload": 900.0})
+    np.testing.assert_allclose(at_reference.force_along(z, z), joint.force_along(z, z), rtol=1e-15)
+
+
+def test_a_table_of_entries_is_scaled_entry_by_entry() -> None:
+    warm = Modulation(Role.STIFFNESS, "time", 0.0, ((0.0, 1.0), (10.0, 0.5)))
+    joint = Joint(tuple(law for law in LAWS if law.kind == "iwan")[:1], modulations=(warm,))
+    before, after = joint.parameters, joint.at({"time": 10.0}).parameters
+    for name in before:
+        assert after[name] == (0.5 if "stiffness" in name else 1.0) * before[name]
+
+
+def test_modulations_stay_with_a_joint_that_is_added_to_or_refitted() -> None:
+    joint = Joint((Linear(6e8),), modulations=(WARM,))
+    assert (joint + Viscous(1.0)).modulations == (WARM,)
+    assert (joint + Joint((Viscous(1.0),), modulations=(LOOSE,))).modulations == (WARM, LOOSE)
+    assert joint.with_parameters({"linear.stiffness": 5e8}).modulations == (WARM,)
+
+
+def test_a_condition_that_is_needed_must_be_given() -> None:
+    joint = Joint((Linear(6e8),), modulations=(WARM,))
+    with pytest.raises(InputError, match="its stiffness depends on temperature, which is not given"):
+        joint.at({"position": 0.1})
+    with pytest.raises(InputError, match="no condition 'temprature', did you mean 'temperature'"):
+        joint.at({"temprature": 300.0})
+
+
+def test_modulations_travel_with_the_file(tmp_path: Path) -> None:
+    awkward = Modulation(Role.DAMPING, "time", 1 / 3, ((1 / 3, 1.0), (1.0, 1 / 7)))
+    joint = Joint((Linear(6e8),), "guide", modulations=(WARM, BALLS, LOOSE, awkward))
+    write_joint(tmp_path / "a.joint.toml", joint)
+    assert read_joint(tmp_path / "a.joint.toml") == joint
+
+
+MODULATED = """[[law]]
+kind = "linear"
+stiffness = "25 N/um"
+[[modulation]]
+role = "slip-force"
+condition = "position"
+reference = "10 mm"
+table = [["10 mm", 1], [0.02, 0.8], ["3 cm", 0.9]]
+period = "25 mm"
+"""
+
+
+def test_a_modulation_is_read_with_its_units(tmp_path: Path) -> None:
+    (found,) = read_joint(written(tmp_path, MODULATED)).modulations
+    assert found == Modulation(Role.SLIP_FORCE, "position", 0.01, ((0.01, 1.0), (0.02, 0.8), (0.03, 0.9)), 0.025)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("slip-force", "slip force", "role is 'slip force', did you mean 'slip-force'?"),
+        ("position", "place", "condition is 'place', expected one of position, preload, temperature, time"),
+        ("10 mm", "10 N", "reference: unit 'N' does not fit, expected one like 'm'"),
+        ('["10 mm", 1]', '["10 kg", 1]', "table[0][0]: unit 'kg' does not fit"),
+        ('["10 mm", 1]', '["10 mm"]', "expected rows [position, factor]"),
+        ("0.02", "0.04", "row 2 of the table is not above the one before, expected rising conditions"),
+        ("0.8", "-0.8", "a factor is -0.8, expected at least 0"),
+        ('["10 mm", 1]', '["10 mm", 0.9]', "the factor at the reference is 0.9, expected 1"),
+        ("25 mm", "15 mm", "the table spans 0.02, expected at most the period of 0.015"),
+        ("25 mm", "20 mm", "the factor jumps by -0.1 after a period, expected the table to close"),
+        ("25 mm", "0 mm", "period is 0, expected more than 0"),
+        ("period", "perod", "unknown key 'perod', did you mean 'period'?"),
+        ("table = ", "tabel = ", "key 'table' is missing, did you mean it by 'tabel'?"),
+        ("[[modulation]]", "[[modulations]]", "unknown key 'modulations', did you mean 'modulation'?"),
+        ('[["10 mm", 1], [0.02, 0.8], ["3 cm", 0.9]]', "[]", "the table is empty"),
+    ],
+)
+def test_a_wrong_modulation_gets_one_sentence(old: str, new: str, said: str, tmp_path: Path) -> None:
+    assert old in MODULATED
+    with pytest.raises(InputError) as refusal:
+        read_joint(written(tmp_path, MODULATED.replace(old, new, 1)))
+    assert said in str(refusal.value)
+    assert str(refusal.value).startswith(str(tmp_path / "guide.joint.toml"))
+    assert "\n" not in str(refusal.value)
