@@ -1,0 +1,43 @@
+"""A force that is recorded late."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+import numpy as np
+
+from jointlib.arrays import Array
+from jointlib.fault import shifted
+from jointlib.path_fault import PathFault, PathRecord, Shape
+
+_STEP = 1e-3
+"""Fraction of a sample over which the slope of the force is taken."""
+
+
+class ForceLag(PathFault):
+    """measured(t) = F(t − lag): to first order −lag·dF/dt is added, exactly undone by a band-limited shift.
+
+    The lag is that of the force behind the displacement; a negative one means that the force comes first.
+    """
+
+    family: ClassVar[str] = "lag"
+    words: ClassVar[str] = "that the force is recorded late (lag)"
+    look_alikes: ClassVar[Mapping[str, str]] = {
+        "viscous-by-direction": "Repeat at two speeds: a lag shifts a reversal in time, friction does not.",
+        "coulomb": "Repeat at two speeds: the loop that a lag opens grows with speed.",
+        "hysteresis": "Repeat at two speeds: the loop that a lag opens grows with speed, that of slip does not.",
+    }
+    parameters: ClassVar[Mapping[str, str]] = {"lag": "s"}
+
+    def columns(self, record: PathRecord, shape: Shape) -> Array:
+        rate = 1 / record.path.time_step
+        slope = (shifted(record.force, _STEP, False) - shifted(record.force, -_STEP, False)) * rate / (2 * _STEP)
+        return np.asarray(-slope[None])
+
+    def correction(self, coefficients: Array, shape: Shape) -> Mapping[str, float] | None:
+        return {"lag": float(coefficients[0])}
+
+    def undo(self, force: Array, time: Array, position: Array, parameters: Mapping[str, float]) -> Array:
+        rate = (len(time) - 1) / (time[-1] - time[0])
+        return shifted(force, float(parameters["lag"] * rate), False)

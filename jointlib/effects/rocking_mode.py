@@ -1,0 +1,82 @@
+"""A mode of the rig that moves its bodies beside the joint."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import ClassVar
+
+import numpy as np
+
+from jointlib.arrays import Array, ComplexArray
+from jointlib.errors import InputError
+from jointlib.fault import Fault, RigRecord, Setting, Shape
+
+_EXCITED = 1e-2
+"""Lines within 40 dB of the largest of the driving force are excited."""
+
+
+class RockingMode(Fault):
+    """a2 and a3 gain on_a2·H·P and on_a3·H·P, H = −ω²/(ω_r² − ω² + 2jζω_rω): the mode rides on the bodies.
+
+    on_a2 and on_a3 in 1/kg hold mode shape and modal mass and have either sign, as the two sensors may sit on
+    different sides of the node. A record that does not begin in steady state is taken to begin at rest.
+    """
+
+    family: ClassVar[str] = "rocking-mode"
+    words: ClassVar[str] = "a rocking mode in the accelerations behind the joint (rocking-mode)"
+    look_alikes: ClassVar[Mapping[str, str]] = {
+        "gain": "Widen the band beyond the resonance, or measure at a second lever arm.",
+        "delay": "Widen the band beyond the resonance, or measure at a second lever arm.",
+    }
+    on: ClassVar[str] = "rig"
+    parameters: ClassVar[Mapping[str, str]] = {
+        "frequency": "Hz",
+        "damping_ratio": "1",
+        "on_a2": "1/kg",
+        "on_a3": "1/kg",
+    }
+    shape_parameters: ClassVar[frozenset[str]] = frozenset({"frequency", "damping_ratio"})
+    experiment: ClassVar[str] = "Measure the driving force and a second acceleration behind the joint."
+
+    def shapes(self, records: Sequence[RigRecord], site: str) -> tuple[Shape, ...]:
+        """25 frequencies over the excited band, at 1 and 3 % damping."""
+        if not all(r.has("P") for r in records):
+            return ()
+        low, high = np.inf, 0.0
+        for record in records:
+            drive = np.abs(record.masked("P")) * (record.on_period & (record.frequency > 0))
+            excited = record.frequency[drive > _EXCITED * drive.max()]
+            if len(excited):
+                low, high = min(low, float(excited[0])), max(high, float(excited[-1]))
+        if high == 0:
+            return ()
+        grid = np.linspace(low, high, 25)
+        return tuple({"frequency": float(f), "damping_ratio": zeta} for zeta in (0.01, 0.03) for f in grid)
+
+    def columns(self, record: RigRecord, site: str, shape: Shape) -> ComplexArray:
+        X = _response(record.omega, shape) * record.masked("P")
+        return np.stack([record.on_channel(c, X) for c in ("a2", "a3") if record.has(c)])
+
+    def correction(self, coefficients: Array, shape: Shape) -> Mapping[str, float] | None:
+        if shape["frequency"] <= 0 or not 0 < shape["damping_ratio"] < 1:
+            return None
+        on_a3 = float(coefficients[1]) if len(coefficients) > 1 else 0.0
+        return {**shape, "on_a2": float(coefficients[0]), "on_a3": on_a3}
+
+    def undo(
+        self, channels: Mapping[str, Array], site: str, parameters: Mapping[str, float], setting: Setting
+    ) -> Mapping[str, Array]:
+        if "P" not in channels:
+            raise InputError("correction rocking-mode: no channel P, expected the driving force that excites the mode")
+        P = channels["P"]
+        n = len(P) if setting.periodic else 2 * len(P)
+        omega = 2 * np.pi * np.asarray(np.fft.rfftfreq(n, 1 / setting.sample_rate))
+        ringing = np.fft.irfft(_response(omega, parameters) * np.fft.rfft(P, n), n)[: len(P)]
+        moved = {c: channels[c] - parameters[f"on_{c}"] * ringing for c in ("a2", "a3") if c in channels}
+        return {**channels, **moved}
+
+
+def _response(omega: Array, shape: Shape) -> ComplexArray:
+    """Acceleration of an oscillator of unit mass per force."""
+    w = 2 * np.pi * shape["frequency"]
+    return np.asarray(-(omega**2) / (w**2 - omega**2 + 2j * shape["damping_ratio"] * w * omega))

@@ -1,0 +1,38 @@
+"""A joint whose stiffness changes while it is measured."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+import numpy as np
+
+from jointlib.arrays import Array, ComplexArray
+from jointlib.fault import Fault, RigRecord, Shape
+
+
+class StiffnessDrift(Fault):
+    """The joint force gains (stiffness + stiffness_rate·t)·z, t from the first sample of each record.
+
+    Skirts around the lines of the period, with a level and a rate for each record. A change of the joint, not of what
+    was measured: nothing is undone on reading.
+    """
+
+    family: ClassVar[str] = "stiffness-drift"
+    words: ClassVar[str] = "that the joint's stiffness changes with time (stiffness-drift)"
+    look_alikes: ClassVar[Mapping[str, str]] = {
+        "position-stiffness": "Repeat at a standstill, from cold, with the temperature logged.",
+    }
+    on: ClassVar[str] = "joint"
+    parameters: ClassVar[Mapping[str, str]] = {"stiffness_rate": "N/(m s)", "stiffness": "N/m"}
+    per_record: ClassVar[bool] = True
+    biased: ClassVar[bool] = True
+    """z comes from accelerations over one record, at whose ends a drifting motion does not close."""
+    needs: ClassVar[frozenset[str]] = frozenset()
+
+    def columns(self, record: RigRecord, site: str, shape: Shape) -> ComplexArray:
+        z = record.displacement
+        return np.stack([record.on_equations(joint=record.lines_of(f)) for f in (z * record.time, z)])
+
+    def correction(self, coefficients: Array, shape: Shape) -> Mapping[str, float] | None:
+        return {"stiffness_rate": float(coefficients[0]), "stiffness": float(coefficients[1])}
