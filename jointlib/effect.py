@@ -49,6 +49,8 @@ class JointEffect(ABC):
     family: ClassVar[str]
     member: ClassVar[str]
     """The kind of law the effect adds; differs from the family where several laws form one."""
+    leads: ClassVar[bool] = True
+    """False for a member of a family that is tried only where the first members come near the best candidate."""
     words: ClassVar[str] = ""
     """The effect in a sentence that begins "The joint lacks"; without it the family is said."""
     look_alikes: ClassVar[Mapping[str, str]] = {}

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -20,6 +21,21 @@ class Rig:
     uncertainty: tuple[float, float, float]
     has_force: bool
     has_third: bool
+    bodies: Mapping[str, str] = field(default_factory=dict)
+    """The body that each accelerometer sits on."""
+
+    @property
+    def masses(self) -> dict[str, float]:
+        """kg that move with each accelerometer, those that are known."""
+        m2, m3 = (self.m2, self.m3) if self.has_third else (self.passive_mass, 0.0)
+        known = {"a1": self.m1, "a2": m2, "a3": m3 if self.has_third else None}
+        return {name: m for name, m in known.items() if m is not None}
+
+    def heavier(self, channel: str, mass: float) -> Rig:
+        """The rig with a body found to be heavier by so many kg."""
+        if channel == "a1":
+            return replace(self, m1=None if self.m1 is None else self.m1 + mass)
+        return replace(self, m2=self.m2 + mass) if channel == "a2" else replace(self, m3=self.m3 + mass)
 
     @property
     def has_balance(self) -> bool:
@@ -59,4 +75,5 @@ def rig_of(measurement: Measurement) -> Rig:
     u3 = float(np.sqrt(sum(m.uncertainty**2 for m in carried)))
     first = measurement.bodies[driven]
     uncertainty = (first.uncertainty, second.uncertainty, u3)
-    return Rig(first.value, float(second.value or 0.0), m3, uncertainty, "P" in names, third)
+    bodies: dict[str, str] = {name: body(name) for name in ("a1", "a2", "a3") if name in names}
+    return Rig(first.value, float(second.value or 0.0), m3, uncertainty, "P" in names, third, bodies)

@@ -2,105 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
-from scipy.linalg import qr
-from scipy.optimize import minimize
 
 from jointlib.arrays import Array
+from jointlib.fault import Shape
+from jointlib.loop.model import Model
+from jointlib.loop.trial import Trial, solve
 
-Shape = Mapping[str, float]
 _ROUNDS, _POINTS = 3, 8
-_SIMPLEX_STEPS = 25
-_DEPENDENT = 1e-5
-"""A column of which less than this share is left after the model's columns cannot be told from them."""
-
-
-@dataclass(frozen=True)
-class Model:
-    """Whitened residual y and the columns the current model can move by, real parts and imaginary parts stacked.
-
-    y has n entries, columns are rows of an array (p, n), ``records`` says to which record an entry belongs. Losses
-    are sums of squares; where nothing is missing E Σy² is ``entries``, the number of valid complex entries.
-    """
-
-    y: Array
-    columns: Array
-    records: tuple[slice, ...]
-    entries: int
-
-    @cached_property
-    def basis(self) -> Array:
-        """Orthonormal rows that span the columns; dependent columns are dropped."""
-        if not len(self.columns):
-            return self.columns
-        size = np.linalg.norm(self.columns, axis=1, keepdims=True)
-        scaled = (self.columns / np.where(size > 0, size, 1)).T
-        Q, R, _ = qr(scaled, mode="economic", pivoting=True)
-        rank = int(np.sum(np.abs(np.diag(R)) > _DEPENDENT))
-        return np.ascontiguousarray(Q[:, :rank].T)
-
-    @cached_property
-    def left(self) -> Array:
-        """y after the best fit of the model's own columns."""
-        return self.y - (self.basis @ self.y) @ self.basis
-
-    @property
-    def loss(self) -> float:
-        return float(self.left @ self.left)
-
-    def without(self, block: Array) -> Array | None:
-        """What the model's columns leave of a candidate's columns; None where that is nothing."""
-        size = np.linalg.norm(block, axis=1)
-        if not np.all(np.isfinite(size)) or np.any(size == 0):
-            return None
-        rest = block - (block @ self.basis.T) @ self.basis
-        rest = rest - (rest @ self.basis.T) @ self.basis
-        if np.any(np.linalg.norm(rest, axis=1) < _DEPENDENT * size):
-            return None
-        return np.asarray(rest)
-
-
-@dataclass(frozen=True)
-class Trial:
-    """One family at one shape: its Gram matrices with the model, record by record."""
-
-    shape: Shape
-    rest: Array
-    gram: Array
-    """(records, p + q, p + q)."""
-    moment: Array
-    """(records, p + q)."""
-
-    @cached_property
-    def coefficients(self) -> Array:
-        q = len(self.rest)
-        G = self.gram.sum(axis=0)[-q:, -q:]
-        return _solve(G, self.moment.sum(axis=0)[-q:])
-
-    @property
-    def gain(self) -> float:
-        """Drop of the training loss."""
-        return float(self.coefficients @ self.moment.sum(axis=0)[-len(self.rest) :])
-
-    @property
-    def prediction(self) -> Array:
-        """Change of the fitted y."""
-        return np.asarray(self.coefficients @ self.rest)
-
-
-def trial(model: Model, shape: Shape, block: Array) -> Trial | None:
-    """Fit a candidate beside the model; None where it cannot be told from the model."""
-    rest = model.without(block)
-    if rest is None:
-        return None
-    everything = np.concatenate([model.basis, rest])
-    gram = np.array([everything[:, s] @ everything[:, s].T for s in model.records])
-    moment = np.array([everything[:, s] @ model.left[s] for s in model.records])
-    return Trial(shape, rest, gram, moment)
+_BOX_ROUNDS = 8
 
 
 @dataclass(frozen=True)
@@ -120,32 +33,26 @@ class Score:
 
 
 def score(model: Model, family: str, trials: Sequence[Trial], families: int) -> Score:
-    """Leave one record out in turn; the shape is chosen on the others each time."""
-    R, p = len(model.records), len(model.basis)
-    alone_gram, alone_moment = trials[0].gram[:, :p, :p], trials[0].moment[:, :p]
+    """Leave one part out in turn; the shape is chosen on the others each time."""
+    G, b = np.array([t.gram for t in trials]), np.array([t.moment for t in trials])
+    p = G.shape[-1] - trials[0].size
     per_fold = []
-    for h in range(R):
-        others = [r for r in range(R) if r != h]
-        base = _solve(alone_gram[others].sum(axis=0), alone_moment[others].sum(axis=0)) if p else np.zeros(0)
-        before = base @ alone_gram[h] @ base - 2 * base @ alone_moment[h]
-        fits = []
-        for t in trials:
-            b = t.moment[others].sum(axis=0)
-            theta = _solve(t.gram[others].sum(axis=0), b)
-            fits.append((float(theta @ b), theta, t))
-        _, theta, t = max(fits, key=lambda f: f[0])
-        after = theta @ t.gram[h] @ theta - 2 * theta @ t.moment[h]
-        per_fold.append(float(before - after))
-    best = max(trials, key=lambda t: t.gain)
-    moved = best.prediction
-    share = np.array([moved[s] @ moved[s] for s in model.records])
+    for h in range(G.shape[1]):
+        trained, target = G.sum(axis=1) - G[:, h], b.sum(axis=1) - b[:, h]
+        theta = solve(trained, target)
+        best = int(np.argmax(np.einsum("ti,ti->t", theta, target)))
+        after = _loss(G[best, h], b[best, h], theta[best])
+        alone = solve(trained[0, :p, :p], target[0, :p]) if p else np.zeros(0)
+        per_fold.append(_loss(G[0, h, :p, :p], b[0, h, :p], alone) - after)
+    chosen = max(trials, key=lambda t: t.gain)
+    share = chosen.moved
     d2 = float(share.sum())
-    chi2 = max(1.0, (model.loss - best.gain) / model.entries)
+    chi2 = max(1.0, (model.loss - chosen.gain) / model.entries)
     gain = float(sum(per_fold))
-    complexity = len(best.rest) + len(best.shape)
+    complexity = chosen.size + len(chosen.shape)
     return Score(
         family=family,
-        best=best,
+        best=chosen,
         gain=gain,
         per_fold=tuple(per_fold),
         active=tuple(bool(s) for s in share >= 0.01 * d2),
@@ -155,64 +62,66 @@ def score(model: Model, family: str, trials: Sequence[Trial], families: int) -> 
     )
 
 
-def refined(trials: Sequence[Trial], evaluate: Callable[[Sequence[Shape]], Sequence[Trial]]) -> tuple[Trial, ...]:
-    """The trials with those around the best one: a narrowing search for one shape parameter, else a simplex.
+def _loss(G: Array, b: Array, theta: Array) -> float:
+    """Loss with coefficients θ less the loss without columns."""
+    return float(theta @ G @ theta - 2 * theta @ b)
 
-    Positive shape parameters are searched on a logarithmic scale, within a factor of 30 of the grid point; one that
-    takes both signs on the grid is a side, and keeps its value.
+
+def refined(trials: Sequence[Trial], evaluate: Callable[[Sequence[Shape]], Sequence[Trial]]) -> tuple[Trial, ...]:
+    """The trials with those of a narrowing search around the best one.
+
+    Positive shape parameters are searched on a logarithmic scale; one that takes both signs on the grid is a side,
+    and keeps its value. Each round tries a line of points (one parameter) or a box of neighbours (several) at once.
     """
     start = max(trials, key=lambda t: t.gain)
-    names = [n for n, value in start.shape.items() if value > 0 and min(t.shape[n] for t in trials) >= 0]
+    names = [
+        n
+        for n, value in start.shape.items()
+        if value > 0 and min(t.shape[n] for t in trials) >= 0 and len({t.shape[n] for t in trials}) > 1
+    ]
     if not names:
         return tuple(trials)
     visited = list(trials)
+    width = np.array([_spacing([t.shape[n] for t in trials], start.shape[n]) for n in names])
     if len(names) == 1:
-        grid = sorted({t.shape[names[0]] for t in trials if t.shape[names[0]] > 0})
-        width = np.log(grid[1] / grid[0]) if len(grid) > 1 else 1.0
-        for _ in range(_ROUNDS):
-            at = max(visited, key=lambda t: t.gain).shape
-            around = at[names[0]] * np.exp(width * np.linspace(-1, 1, _POINTS))
-            visited += evaluate([{**at, names[0]: float(x)} for x in around])
-            width *= 2 / (_POINTS - 1)
-        return tuple(visited)
-    origin = np.log([start.shape[n] for n in names])
-
-    def loss(x: Array) -> float:
-        if np.any(np.abs(x - origin) > np.log(30)):
-            return 0.0
-        found = evaluate([{**start.shape, **dict(zip(names, np.exp(x).tolist(), strict=True))}])
-        visited.extend(found)
-        return -found[0].gain if found else 0.0
-
-    simplex = np.concatenate([origin[None], origin + 0.2 * np.eye(len(names))])
-    minimize(
-        loss,
-        origin,
-        method="Nelder-Mead",
-        options={"maxfev": _SIMPLEX_STEPS, "initial_simplex": simplex, "xatol": 1e-2, "fatol": 0.1},
-    )
+        stencil, rounds, shrink = np.linspace(-1, 1, _POINTS)[:, None], _ROUNDS, 2 / (_POINTS - 1)
+    else:
+        box = np.stack(np.meshgrid(*[(-1.0, 0.0, 1.0)] * len(names), indexing="ij"), axis=-1).reshape(-1, len(names))
+        stencil, rounds, shrink = box[np.any(box != 0, axis=1)], _BOX_ROUNDS, 0.5
+        width = width / 2
+    for _ in range(rounds):
+        best = max(visited, key=lambda t: t.gain)
+        at = np.log([best.shape[n] for n in names])
+        points = np.exp(at + stencil * width)
+        visited += evaluate([{**best.shape, **dict(zip(names, x.tolist(), strict=True))} for x in points])
+        width = width * shrink
     return tuple(visited)
 
 
-def distance(a: Score, b: Score) -> float:
-    """d²: squared distance of what two candidates predict."""
-    apart = a.best.prediction - b.best.prediction
-    return float(apart @ apart)
+def _spacing(values: Sequence[float], here: float) -> float:
+    """Logarithmic distance to the nearest other value on the grid."""
+    others = np.array([v for v in values if v > 0 and v != here])
+    return float(np.min(np.abs(np.log(others / here))))
 
 
-def simplest_of_ties(model: Model, ranked: Sequence[Score]) -> Score:
-    """Nested preference: among the first four, those as good as the best within its noise; the least complex wins."""
+def simplest_of_ties(model: Model, ranked: Sequence[Score], distance: Callable[[Score, Score], float]) -> Score:
+    """Nested preference: among the first four, those as good as the best within its noise; the least complex wins.
+
+    ``distance`` is d², the squared distance of what two candidates predict.
+    """
     first = ranked[0]
     chi2 = max(1.0, (model.loss - first.best.gain) / model.entries)
     ties = [
         s
         for s in ranked[:4]
-        if first.gain - s.gain < max(10.0, 4 * np.sqrt(2 * distance(first, s) * chi2)) or s is first
+        if s is first or first.gain - s.gain < max(10.0, 4 * np.sqrt(2 * distance(first, s) * chi2))
     ]
     return min(ties, key=lambda s: (s.complexity, -s.gain))
 
 
-def rivals_of(model: Model, chosen: Score, ranked: Sequence[Score]) -> tuple[Score, ...]:
+def rivals_of(
+    model: Model, chosen: Score, ranked: Sequence[Score], distance: Callable[[Score, Score], float]
+) -> tuple[Score, ...]:
     """Families among the first eight that the data cannot separate from the chosen one."""
     chi2 = max(1.0, (model.loss - chosen.best.gain) / model.entries)
     return tuple(
@@ -221,9 +130,3 @@ def rivals_of(model: Model, chosen: Score, ranked: Sequence[Score]) -> tuple[Sco
         if s.family != chosen.family
         and chosen.gain - s.gain < max(3 * np.sqrt(2 * distance(chosen, s) * chi2), 0.01 * chosen.gain)
     )
-
-
-def _solve(G: Array, b: Array) -> Array:
-    """Normal equations with the Gram matrix scaled to a unit diagonal; nothing is regularised but exact rank loss."""
-    size = np.sqrt(np.maximum(np.diag(G), 1e-300))
-    return np.asarray(np.linalg.pinv(G / np.outer(size, size), rcond=1e-13, hermitian=True) @ (b / size) / size)

@@ -39,12 +39,14 @@ class Observed:
     """Linear part of the baseline used to propagate noise of z, N/m."""
     damping: float
     """N s/m."""
+    extra: ComplexArray | None = None
+    """Force in N on the lines that a modulation of the joint adds to the model."""
     _forces: dict[JointLaw, ComplexArray] = field(default_factory=dict, compare=False)
 
     @cached_property
     def lines(self) -> slice:
-        """Lines 1 … f_max."""
-        return slice(1, int(np.searchsorted(self.spectra.frequency, self.band[3], side="right")))
+        """The mean … f_max."""
+        return slice(0, int(np.searchsorted(self.spectra.frequency, self.band[3], side="right")))
 
     @cached_property
     def frequency(self) -> Array:
@@ -53,6 +55,12 @@ class Observed:
     @cached_property
     def omega(self) -> Array:
         return 2 * np.pi * self.frequency
+
+    @cached_property
+    def _over_omega2(self) -> Array:
+        """1/ω², 0 for the mean: it is never integrated."""
+        safe = np.where(self.omega > 0, self.omega, np.inf)
+        return np.asarray(1 / safe**2)
 
     @cached_property
     def on_period(self) -> Mask:
@@ -74,14 +82,15 @@ class Observed:
     def kept(self) -> Mask:
         """Lines on which z is known: clear of noise; outside the excited band the test is stricter."""
         f_min, low, high, _ = self.band
-        noise = (self.noise("a1") + self.noise("a2")) / self.omega**4
+        noise = (self.noise("a1") + self.noise("a2")) * self._over_omega2**2
         excited = self.on_period & (self.frequency >= low - 1e-9) & (self.frequency <= high + 1e-9)
         limit = np.where(excited, _KEEP_PERIOD, _KEEP_OTHER) * noise
-        return (np.abs(self._raw_displacement) ** 2 > limit) & (self.frequency >= f_min)
+        above = np.abs(self._raw_displacement) ** 2 > limit
+        return np.asarray(above & (self.frequency >= f_min) & (self.frequency > 0), dtype=bool)
 
     @cached_property
     def _raw_displacement(self) -> ComplexArray:
-        Z: ComplexArray = -(self.channel("a1") - self.channel("a2")) / self.omega**2
+        Z: ComplexArray = -(self.channel("a1") - self.channel("a2")) * self._over_omega2
         return Z
 
     @cached_property
@@ -113,18 +122,40 @@ class Observed:
 
     def force_of_law(self, law: JointLaw) -> ComplexArray:
         """Force of one law in N on the lines, in its periodic steady state; remembered by :func:`forces_of_law`."""
+        if not law.in_time:
+            return self.spectral_force(law)
         if law not in self._forces:
             forces_of_law((self,), law)
         return self._forces[law]
 
+    def spectral_force(self, law: JointLaw) -> ComplexArray:
+        """Force of a law that exists in the frequency domain only: it is linear in the motion, F = G(ω) Z."""
+        gain = np.zeros(len(self.omega), dtype=complex)
+        use = self.omega > 0
+        gain[use] = law.describing_function(1.0, self.omega[use])
+        force: ComplexArray = gain * np.where(self.on_period, self.Z, 0)
+        return force
+
+    @cached_property
+    def stray(self) -> Mask:
+        """Lines between those of the period on which the joint equation is used.
+
+        What does not repeat moves the joint through its linear part there; z is taken as measured, noise and all,
+        for what is lost below a threshold would count as missing force.
+        """
+        return np.asarray(~self.on_period & (self.frequency >= self.band[0]), dtype=bool)
+
+    @cached_property
+    def informative(self) -> Mask:
+        """Lines on which z is more than noise: what a stiffness can be fitted to."""
+        return np.asarray(self.on_period | self.kept, dtype=bool)
+
     def model_force(self, joint: Joint) -> ComplexArray:
         """Force of a joint on the lines; what does not repeat moves it through its linear part."""
         total = sum((self.force_of_law(law) for law in joint.laws), np.zeros(len(self.frequency), dtype=complex))
-        stray = self.kept & ~self.on_period
-        if stray.any():
-            k, c = self.linear_part(total)
-            total = total + np.where(stray, (k + 1j * self.omega * c) * self.Z, 0)
-        return total
+        k, c = self.linear_part(total)
+        total = total + np.where(self.stray, (k + 1j * self.omega * c) * self._raw_displacement, 0)
+        return total if self.extra is None else total + self.extra
 
     def linear_part(self, force: ComplexArray) -> tuple[float, float]:
         """Stiffness in N/m and damping in N s/m that come nearest to a force on the kept lines."""
@@ -149,7 +180,8 @@ class Observed:
     def rows(self) -> ComplexArray:
         """N: how an additive error on a1, a2, a3, P moves B, R, J; shape (lines, 3, 4)."""
         rig, N = self.rig, np.zeros((len(self.frequency), 3, 4), dtype=complex)
-        kappa = np.where(self.kept, (self.stiffness + 1j * self.omega * self.damping) / self.omega**2, 0)
+        dynamic = (self.stiffness + 1j * self.omega * self.damping) * self._over_omega2
+        kappa = np.where(self.kept | self.stray, dynamic, 0)
         m2, m3 = (rig.m2, rig.m3) if rig.has_third else (rig.passive_mass, 0.0)
         N[:, 0] = (-(rig.m1 or 0.0), -m2, -m3, 1.0)
         N[:, 1] = (0.0, 1.0, -1.0, 0.0)
@@ -164,7 +196,7 @@ class Observed:
         the linear part at the threshold exceeds half the floor.
         """
         n = len(self.frequency)
-        D = np.abs(self.stiffness + 1j * self.omega * self.damping) / self.omega**2
+        D = np.abs(self.stiffness + 1j * self.omega * self.damping) * self._over_omega2
         lost = _KEEP_OTHER * D**2 * (self.noise("a1") + self.noise("a2"))
         power = [self.noise(c) if c in self.spectra.channels else np.zeros(n) for c in ("a1", "a2", "a3", "P")]
         floor = sum(np.abs(self.rows[:, 2, i]) ** 2 * S for i, S in enumerate(power))
@@ -203,9 +235,19 @@ class Observed:
         return out
 
     @cached_property
+    def _inverse(self) -> ComplexArray:
+        """L⁻¹ per line; rows and columns of equations that are not valid are 0 off the diagonal."""
+        return np.asarray(np.linalg.inv(self.triangle), dtype=complex)
+
+    def whitened_columns(self, columns: ComplexArray) -> ComplexArray:
+        """L⁻¹ (B, R, J) of columns (..., lines, 3); 0 where an equation is not valid."""
+        C = np.where(self.valid, columns, 0)
+        out: ComplexArray = np.einsum("lij,...lj->...li", self._inverse, C)
+        return out
+
+    @cached_property
     def _whitened_measured(self) -> ComplexArray:
-        solved = np.linalg.solve(self.triangle, self.measured[..., None])[..., 0]
-        return np.where(self.valid, solved, 0)
+        return self.whitened_columns(self.measured)
 
     def whitened(self, joint: Joint) -> ComplexArray:
         """r = L⁻¹ (B, R, J): unit variance where nothing is missing. Shape (lines, 3), 0 where not valid."""
@@ -220,6 +262,8 @@ class Observed:
 
 def forces_of_law(records: Sequence[Observed], law: JointLaw) -> list[ComplexArray]:
     """Force of one law in N on the lines of each record; a refit varies one law at a time, so forces are remembered."""
+    if not law.in_time:
+        return [o.spectral_force(law) for o in records]
     missing = [o for o in records if law not in o._forces]
     for o, F in zip(missing, periodic_forces(missing, law), strict=True):
         if len(o._forces) > _REMEMBERED:

@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from jointlib.arrays import Array, ComplexArray
-from jointlib.joint import Joint
+from jointlib.arrays import ComplexArray
 from jointlib.loop.equations import EQUATIONS, Observed
 from jointlib.loop.spectra import Mask
 
@@ -91,22 +90,6 @@ def sizes(records: Sequence[Observed], whitened: Sequence[ComplexArray]) -> dict
 def per_class(table: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, float]]:
     """χ² of each equation and class."""
     return {equation: {k: cell["chi2"] for k, cell in cells.items()} for equation, cells in table.items()}
-
-
-def judged(records: Sequence[Observed], joint: Joint) -> list[ComplexArray]:
-    """Whitened residuals of a joint on each record."""
-    return [o.whitened(joint) for o in records]
-
-
-def unreal(flat: Array, records: Sequence[Observed]) -> list[ComplexArray]:
-    """A stacked real vector back into whitened residuals (lines, 3) of each record."""
-    out, at = [], 0
-    values = np.ascontiguousarray(flat).view(complex)
-    for o in records:
-        n = 3 * len(o.frequency)
-        out.append(values[at : at + n].reshape(-1, 3))
-        at += n
-    return out
 
 
 def largest_lines(

@@ -1,74 +1,121 @@
-"""A joint fitted to the training records, and the columns it can move by."""
+"""A joint and the named faults fitted to the training records, and the columns they can move by."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
-from jointlib.effect import JointEffect, Path
 from jointlib.errors import InputError
-from jointlib.joint import Joint
-from jointlib.loop.contest import Model
-from jointlib.loop.equations import Observed, forces_of_law, periodic_forces
-from jointlib.loop.refit import refit
+from jointlib.joint import Covariance, Joint
+from jointlib.loop.bench import Found, Raw, columns_in, observe, view_of
+from jointlib.loop.equations import Observed, forces_of_law
+from jointlib.loop.layout import Layout
+from jointlib.loop.model import Model
+from jointlib.loop.refit import bounds_of
 from jointlib.parameter import Role, parameters_of
 
 _STEP = 1e-4
 _LINEAR_ROLES = (Role.STIFFNESS, Role.DAMPING, Role.SLIP_FORCE)
+_ROUNDS = 15
+_SETTLED, _WORTHLESS = 0.02, 1e-6
+_SHARES = (1.0, 0.5, 0.25, 0.1)
 
 
 @dataclass(frozen=True)
 class Fitted:
-    """A joint at its least squares over some records, and the names of the parameters that were free."""
+    """A joint at its least squares over some records, the faults undone in them, and what was free."""
 
+    raws: tuple[Raw, ...]
     joint: Joint
-    free: tuple[str, ...]
-    held: tuple[str, ...]
+    free: tuple[str, ...] = ()
+    """Joint parameters that were refitted."""
+    held: tuple[str, ...] = ()
     """Parameters that these records cannot tell from the others, held at their value."""
+    found: tuple[Found, ...] = ()
+    errors: tuple[Mapping[str, float], ...] = ()
+    """Standard errors of the parameters of each fault that is the same in all records."""
+    noise: Joint | None = None
+    """The joint whose linear part carries the noise of z, where that is not ``joint`` itself."""
+
+    @cached_property
+    def records(self) -> tuple[Observed, ...]:
+        """The training records with the faults undone."""
+        joint = self.noise or self.joint
+        return tuple(observe(raw, joint, self.found, i) for i, raw in enumerate(self.raws))
+
+    @cached_property
+    def model(self) -> Model:
+        """The whitened residual with the columns of everything that is free."""
+        records = self.records
+        layout = self.layout
+        y = layout.row([o.whitened(self.joint) for o in records])
+        joint = [columns_of(records, [d[None] for d in derivative(records, self.joint, n)]) for n in self.free]
+        blocks = [*joint, *(fault_block(self.raws, records, f) for f in self.found)]
+        stacked = np.concatenate(blocks) if blocks else np.zeros((0, len(y)))
+        return Model(y, stacked, layout.records, sum(int(o.valid.sum()) for o in records), layout)
+
+    @cached_property
+    def layout(self) -> Layout:
+        return layout_of(self.records)
+
+    @cached_property
+    def size(self) -> float:
+        """Σ|r|² over the training records, without the joint equation where z is but noise."""
+        total = 0.0
+        for o, r in zip(self.records, self.whitened(), strict=True):
+            total += float(np.sum(np.abs(r[:, :2]) ** 2) + np.sum(np.abs(r[o.informative, 2]) ** 2))
+        return total
+
+    def whitened(self) -> list[ComplexArray]:
+        """Whitened residuals of each training record."""
+        return [o.whitened(self.joint) for o in self.records]
+
+    def on(self, raws: Sequence[Raw]) -> Fitted:
+        """The same model on other records; what each record has of its own (a phase, a drift) is fitted to it."""
+        records = [observe(raw, self.joint, [f for f in self.found if not f.fault.per_record]) for raw in raws]
+        own = [f for f in self.found if f.fault.per_record]
+        found = {f.label: f for f in self.found}
+        if own:
+            blank = Fitted(tuple(raws), self.joint, (), (), tuple(f for f in self.found if not f.fault.per_record))
+            blocks = [fault_block(raws, records, f) for f in own]
+            theta, _ = least_squares(replace(blank.model, columns=np.concatenate(blocks)))
+            first = 0
+            for f, block in zip(own, blocks, strict=True):
+                step = theta[first : first + len(block)].reshape(len(raws), -1)
+                first += len(block)
+                parameters = tuple(f.fault.correction(np.asarray(c), f.shape) or {} for c in step)
+                found[f.label] = replace(f, parameters=parameters, coefficients=tuple(step))
+        return replace(self, raws=tuple(raws), found=tuple(found.values()))
 
 
-def real(columns: Sequence[ComplexArray]) -> Array:
-    """Whitened complex columns of all records, shape (..., lines, 3) each, as one row of reals (..., n).
-
-    Only valid entries are kept by the caller's masks; a complex entry gives two reals, E Σ = 1 for the two together.
-    """
-    flat = np.concatenate([c.reshape(*c.shape[:-2], -1) for c in columns], axis=-1)
-    return np.ascontiguousarray(flat).view(float)
-
-
-def residual(records: Sequence[Observed], joint: Joint) -> Array:
-    """Whitened residuals of all records, real, E Σ of a pair = 1."""
-    return real([o.whitened(joint) for o in records])
-
-
-def joint_residual(records: Sequence[Observed], joint: Joint) -> Array:
-    """The part of :func:`residual` that a joint parameter can move, weighted to unit variance for a refit."""
-    parts = []
-    for law in joint.laws:
-        forces_of_law(records, law)
-    for o in records:
-        use = o.valid[:, 2]
-        parts.append(o.whitened(joint)[use, 2])
-    return np.asarray(np.sqrt(2) * np.concatenate(parts).view(float))
+def layout_of(records: Sequence[Observed]) -> Layout:
+    return Layout(tuple(o.spectra.samples for o in records), tuple(o.on_period for o in records))
 
 
 def columns_of(records: Sequence[Observed], forces: Sequence[ComplexArray]) -> Array:
     """Joint forces on the lines of each record, (q, lines) each, as whitened real columns (q, n)."""
-    return real([o.whitened_force(F) for o, F in zip(records, forces, strict=True)])
+    return layout_of(records).row([o.whitened_force(F) for o, F in zip(records, forces, strict=True)])
 
 
-def model_of(records: Sequence[Observed], fitted: Fitted) -> Model:
-    """The whitened residual of a fitted joint with the columns of its free parameters."""
-    sizes = [2 * 3 * len(o.frequency) for o in records]
-    ends = np.cumsum(sizes)
-    slices = tuple(slice(int(e - s), int(e)) for e, s in zip(ends, sizes, strict=True))
-    y = residual(records, fitted.joint)
-    columns = [columns_of(records, [d[None] for d in derivative(records, fitted.joint, n)]) for n in fitted.free]
-    stacked = np.concatenate(columns) if columns else np.zeros((0, len(y)))
-    return Model(y, stacked, slices, sum(int(o.valid.sum()) for o in records))
+def fault_parts(raws: Sequence[Raw], records: Sequence[Observed], f: Found) -> list[ComplexArray]:
+    """Whitened columns of a fault in each record, (q, lines, 3)."""
+    return [o.whitened_columns(columns_in(view_of(raw, o), f)) for raw, o in zip(raws, records, strict=True)]
+
+
+def fault_block(raws: Sequence[Raw], records: Sequence[Observed], f: Found) -> Array:
+    """Whitened real columns of a fault: (q, n), or (records·q, n) where every record has coefficients of its own."""
+    parts, layout = fault_parts(raws, records, f), layout_of(records)
+    if not f.fault.per_record:
+        return layout.row(parts)
+    q = len(parts[0])
+    out = np.zeros((len(parts) * q, layout.records[-1].stop))
+    for i, part in enumerate(parts):
+        out[i * q : i * q + q, layout.records[i]] = layout.of_record(i, part)
+    return out
 
 
 def derivative(records: Sequence[Observed], joint: Joint, name: str) -> list[ComplexArray]:
@@ -86,7 +133,8 @@ def derivative(records: Sequence[Observed], joint: Joint, name: str) -> list[Com
         forces_of_law(records, law)
     if high == low:
         return [np.zeros(len(o.frequency), dtype=complex) for o in records]
-    return [(o.model_force(above) - o.model_force(below)) / (high - low) for o in records]
+    # Noise in a column would multiply the same noise in the residual: z counts where it is more than that.
+    return [np.where(o.informative, (o.model_force(above) - o.model_force(below)) / (high - low), 0j) for o in records]
 
 
 def _step_from_zero(record: Observed, joint: Joint, name: str) -> float:
@@ -115,74 +163,115 @@ def free_parameters(joint: Joint) -> tuple[str, ...]:
     return tuple(names)
 
 
-def moved_by(effect: JointEffect, coefficients: Array, shape: Mapping[str, float], joint: Joint) -> tuple[str, ...]:
-    """Parameters of the mended joint that the coefficients and shape of an effect set."""
-    mended = effect.apply(coefficients, shape, joint)
-    if mended is None:
-        return ()
-    here, moved = mended.parameters, set()
-    variants: list[tuple[Array, Mapping[str, float]]] = []
-    for i in range(len(coefficients)):
-        changed = np.array(coefficients, dtype=float)
-        changed[i] *= 1.001
-        variants.append((changed, shape))
-    variants += [(coefficients, {**shape, n: v * 1.001}) for n, v in shape.items()]
-    for c, s in variants:
-        try:
-            other = effect.apply(c, s, joint)
-        except InputError:
-            continue
-        if other is not None and other.parameters.keys() == here.keys():
-            moved |= {n for n, v in other.parameters.items() if v != here[n]}
-    return tuple(n for n in here if n in moved)
+def fit(raws: Sequence[Raw], joint: Joint, wanted: Sequence[str], found: Sequence[Found] = ()) -> Fitted:
+    """Refit joint and faults together as far as these records can tell them apart; what cannot be told is held.
+
+    Gauss–Newton steps of everything at once, halved while they raise the loss; faults are undone exactly each time.
+    It ends when a step is a small part of the standard errors.
+    """
+    here = Fitted(tuple(raws), joint, (), (), tuple(found), noise=joint)
+    free, held = _independent(here.records, joint, wanted)
+    here = replace(here, free=free, held=held)
+    for _ in range(_ROUNDS):
+        if not len(here.model.columns):
+            return here
+        theta, covariance = least_squares(here.model)
+        if np.all(np.abs(theta) <= _SETTLED * np.sqrt(np.diag(covariance))):
+            break
+        for share in _SHARES:
+            there = _moved(here, share * theta) or here
+            if there.size < here.size:
+                break
+        else:
+            break
+        gain, here = here.size - there.size, there
+        if gain < _WORTHLESS * here.size:
+            break
+    return _with_errors(replace(here, noise=None))
 
 
-def fit(records: Sequence[Observed], joint: Joint, wanted: Sequence[str]) -> Fitted:
-    """Refit the wanted parameters as far as these records can tell them apart; the rest is held and named."""
+def _independent(
+    records: Sequence[Observed], joint: Joint, wanted: Sequence[str]
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
     held: list[str] = []
     blocks: list[Array] = []
     free: list[str] = []
     for name in wanted:
         block = columns_of(records, [d[None] for d in derivative(records, joint, name)])
-        empty = np.zeros((0, block.shape[1]))
-        known = Model(block[0], np.concatenate(blocks) if blocks else empty, (), 0)
+        known = Model(block[0], np.concatenate(blocks) if blocks else np.zeros((0, block.shape[1])), (), 0)
         if known.without(block) is None:
             held.append(name)
         else:
             blocks.append(block)
             free.append(name)
-    fitted, _ = refit(joint, lambda j: joint_residual(records, j), free)
-    return Fitted(replace(fitted, provenance=joint.provenance), tuple(free), tuple(held))
+    return tuple(free), tuple(held)
 
 
-def features(
-    records: Sequence[Observed], effect: JointEffect, shapes: Sequence[Mapping[str, float]], joint: Joint
-) -> list[list[ComplexArray]]:
-    """For each shape the force of an effect with each coefficient 1 on the lines of each record, (q, lines).
-
-    An effect without memory is a function of the averaged path. One with memory is stepped to its periodic steady
-    state, all shapes at once where the law takes columns of parameters.
-    """
-    z, v, step = records[0].path
-    count = len(effect.columns(Path(z[:8], v[:8], step), shapes[0], joint))
-    first = [_added(effect, e, shapes[0], joint) for e in np.eye(count)]
-    if any(u is None for u in first) or not any(u.states for u in first if u is not None):
-        return [[o.lines_of(effect.columns(Path(*o.path), s, joint)) for o in records] for s in shapes]
-    together = {n: np.array([[s[n]] for s in shapes]) for n in shapes[0]}
-    rows = []
-    for e in np.eye(count):
-        unit = _added(effect, e, together, joint)  # type: ignore[arg-type]
-        laws = unit.laws if unit is not None else ()
-        rows.append([periodic_forces(records, law, len(shapes)) for law in laws])
-    return [
-        [np.array([sum(law[i][k] for law in row) for row in rows]) for i in range(len(records))]
-        for k in range(len(shapes))
-    ]
-
-
-def _added(effect: JointEffect, unit: Array, shape: Mapping[str, float], joint: Joint) -> Joint | None:
-    """The laws that a unit coefficient adds, where the effect only adds."""
-    mended = effect.apply(unit, shape, joint)
-    if mended is None or mended.laws[: len(joint.laws)] != joint.laws:
+def _moved(here: Fitted, theta: Array) -> Fitted | None:
+    """The model after a step of all its coefficients; None where the joint does not exist there."""
+    n = len(here.free)
+    values = np.array([here.joint.parameters[name] for name in here.free])
+    lower, upper = bounds_of(here.joint, here.free)
+    moved = np.clip(values + theta[:n], lower, upper).tolist()
+    try:
+        joint = here.joint.with_parameters(dict(zip(here.free, moved, strict=True)))
+    except InputError:
         return None
-    return Joint(mended.laws[len(joint.laws) :])
+    first, found = n, []
+    for f in here.found:
+        sets, q = len(f.coefficients), len(f.coefficients[0])
+        step = theta[first : first + sets * q].reshape(sets, q)
+        first += sets * q
+        further = [f.fault.correction(np.asarray(c), f.shape) for c in step]
+        parameters = tuple(
+            known if new is None else f.fault.combined(known, new)
+            for known, new in zip(f.parameters, further, strict=True)
+        )
+        coefficients = tuple(c + s for c, s in zip(f.coefficients, step, strict=True))
+        found.append(replace(f, parameters=parameters, coefficients=coefficients))
+    return replace(here, joint=joint, found=tuple(found))
+
+
+def least_squares(model: Model) -> tuple[Array, Array]:
+    """Coefficients of all columns and their covariance, (Re XᴴX)⁻¹/2·max(1, χ²)."""
+    size = np.linalg.norm(model.columns, axis=1)
+    size = np.where(size > 0, size, 1.0)
+    X = model.columns / size[:, None]
+    inverse = np.linalg.pinv(X @ X.T, rcond=1e-13, hermitian=True)
+    theta = inverse @ (X @ model.y)
+    chi2 = max(1.0, float(np.sum((model.y - theta @ X) ** 2)) / max(1, model.entries))
+    return theta / size, inverse * chi2 / 2 / np.outer(size, size)
+
+
+def _with_errors(here: Fitted) -> Fitted:
+    """Standard errors of joint and faults together: what one takes the other cannot.
+
+    A parameter pinned at a bound, or without influence, has no covariance.
+    """
+    _, covariance = least_squares(here.model)
+    n = len(here.free)
+    lower, upper = bounds_of(here.joint, here.free)
+    values = np.array([here.joint.parameters[name] for name in here.free])
+    inside = (values > lower) & (values < upper) & (np.linalg.norm(here.model.columns[:n], axis=1) > 0)
+    keep = np.flatnonzero(inside)
+    known = Covariance(tuple(here.free[i] for i in keep), covariance[np.ix_(keep, keep)]) if len(keep) else None
+    errors, first = [], n
+    for f in here.found:
+        q, sets = len(f.coefficients[0]), len(f.coefficients)
+        own = covariance[first : first + q, first : first + q]
+        first += q * sets
+        errors.append({} if sets > 1 else parameter_errors(f, own))
+    return replace(here, joint=replace(here.joint, covariance=known), errors=tuple(errors))
+
+
+def parameter_errors(f: Found, covariance: Array) -> dict[str, float]:
+    """Standard errors of the physical parameters from the covariance of the coefficients; none for shapes."""
+    known = f.parameters[0]
+    slopes = {n: np.zeros(len(covariance)) for n in known}
+    for i, variance in enumerate(np.diag(covariance)):
+        h = 0.1 * float(np.sqrt(max(variance, 1e-300)))
+        step = f.fault.correction(h * np.eye(len(covariance))[i], f.shape)
+        moved = known if step is None else f.fault.combined(known, step)
+        for n in known:
+            slopes[n][i] = (moved[n] - known[n]) / h
+    return {n: float(np.sqrt(s @ covariance @ s)) for n, s in slopes.items() if np.any(s)}

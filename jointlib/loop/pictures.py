@@ -1,4 +1,4 @@
-"""Arrays for the pictures of a rig trace: the loop, the residual spectra, the residual in time."""
+"""Arrays for the pictures of a rig trace: the loop; the residual over frequency, over time and over the motion."""
 
 from __future__ import annotations
 
@@ -7,50 +7,103 @@ from collections.abc import Sequence
 import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
-from jointlib.joint import Joint
 from jointlib.loop.equations import EQUATIONS, Observed
-from jointlib.loop.spectra import Mask
+from jointlib.loop.excess import CLASSES, line_classes
+from jointlib.loop.fitted import Fitted
+
+_BINS = 12
+_MOTION = {"joint": "displacement", "balance": "a1", "redundancy": "a2"}
+"""What the residual of each equation is shown over: the motion that drives it."""
 
 
-def pictures(records: Sequence[Observed], before: Joint, after: Joint) -> dict[str, Array]:
-    """Pictures of the record with the largest joint force.
+def pictures(before: Fitted, after: Fitted) -> dict[str, Array]:
+    """Arrays for the pictures; what is of one record is of the one with the largest joint force.
+
+    Residuals are |r_i L_ii|: each equation with what the noise in the earlier ones tells removed, as in the table of
+    excess, beside their floor L_ii.
 
     ``loop_displacement`` (m), ``loop_measured``, ``loop_before``, ``loop_after`` (N): force over displacement, one
-    averaged period, on the lines of the joint equation. ``residual_frequency`` (Hz) with ``joint_before``,
-    ``joint_after``, ``joint_floor`` (N), ``balance_…`` (N) and ``redundancy_…`` (m/s²): peak amplitude on the
-    period lines. ``time`` (s), ``time_before``, ``time_after`` (N): joint residual over that period.
+    averaged period, on the lines of the joint equation. ``residual_frequency`` (Hz) and ``residual_class`` (place in
+    :data:`jointlib.loop.excess.CLASSES`) of every line, with ``joint_before``, ``joint_after``, ``joint_floor`` (N),
+    ``balance_…`` (N) and ``redundancy_…`` (m/s²): peak amplitude, nan where an equation does not hold. ``time`` (s)
+    with ``time_joint_before`` … ``time_joint_floor`` (rms), and so for each equation: the residual over one averaged
+    period. ``motion_joint`` (\\|z\\|, m), ``motion_balance`` (\\|a1\\|, m/s²), ``motion_redundancy`` (\\|a2\\|, m/s²) with
+    ``…_before``, ``…_after``, ``…_floor``: rms of the residual over bins of that motion, all records together.
     """
-    o = max(records, key=lambda r: float(np.linalg.norm(r.joint_force[r.valid[:, 2]])) / r.spectra.samples)
-    n = o.spectra.period_samples
+    records = before.records
+    at = int(np.argmax([np.linalg.norm(r.joint_force[r.valid[:, 2]]) / r.spectra.samples for r in records]))
+    o = records[at]
     use = o.on_period & o.valid[:, 2]
-    measured = np.where(use, o.joint_force, 0)
-    forces = {"before": o.model_force(before), "after": o.model_force(after)}
     out = {
-        "loop_displacement": _period(o, o.Z, n),
-        "loop_measured": _period(o, measured, n),
-        "time": np.arange(n) / o.spectra.sample_rate,
-        "residual_frequency": o.frequency[o.on_period],
+        "loop_displacement": _period(o, o.Z),
+        "loop_measured": _period(o, np.where(use, o.joint_force, 0)),
+        "time": np.arange(o.spectra.period_samples) / o.spectra.sample_rate,
+        "residual_frequency": o.frequency,
+        "residual_class": _classes(o),
     }
-    amplitude = 2 / o.spectra.samples
-    diagonal = np.sqrt(np.einsum("lij,lij->li", o.triangle, o.triangle.conj()).real)
-    for word, joint in (("before", before), ("after", after)):
-        F = np.where(use, forces[word], 0)
-        out[f"loop_{word}"] = _period(o, F, n)
-        out[f"time_{word}"] = _period(o, measured - F, n)
-        size = np.abs(o.residuals(joint)) * amplitude
-        for i, equation in enumerate(EQUATIONS):
-            if o.valid[:, i].any():
-                out[f"{equation}_{word}"] = _shown(size[:, i], o.valid[:, i], o.on_period)
-                out[f"{equation}_floor"] = _shown(diagonal[:, i] * amplitude, o.valid[:, i], o.on_period)
+    for word, fitted in (("before", before), ("after", after)):
+        seen = fitted.records[at]
+        out[f"loop_{word}"] = _period(o, np.where(use, seen.model_force(fitted.joint), 0))
+    residuals = {word: _residuals(fitted) for word, fitted in (("before", before), ("after", after))}
+    for i, equation in enumerate(EQUATIONS):
+        if not o.valid[:, i].any():
+            continue
+        floors = [np.where(r.valid[:, i], r.triangle[:, i, i].real, 0) for r in records]
+        holds = o.valid[:, i]
+        peak = 2 / o.spectra.samples
+        out[f"{equation}_floor"] = np.where(holds, floors[at] * peak, np.nan)
+        out[f"time_{equation}_floor"] = np.array(_rms(o, floors[at]))
+        signals = {}
+        for word, found in residuals.items():
+            of_equation = [r[:, i] for r in found]
+            out[f"{equation}_{word}"] = np.where(holds, np.abs(of_equation[at]) * peak, np.nan)
+            signals[word] = [_period(r, X) for r, X in zip(records, of_equation, strict=True)]
+            out[f"time_{equation}_{word}"] = signals[word][at]
+        signals["floor"] = [np.full(r.spectra.period_samples, _rms(r, f)) for r, f in zip(records, floors, strict=True)]
+        motion = [np.abs(_period(r, _moved(r, equation))) for r in records]
+        out |= {f"motion_{equation}{k}": v for k, v in _over(motion, signals).items()}
     return out
 
 
-def _shown(values: Array, valid: Mask, on_period: Mask) -> Array:
-    """Values on the period lines, nan where the equation does not hold."""
-    return np.asarray(np.where(valid, values, np.nan)[on_period])
+def _residuals(fitted: Fitted) -> list[ComplexArray]:
+    """r_i L_ii of each record, shape (lines, 3)."""
+    records = zip(fitted.records, fitted.whitened(), strict=True)
+    return [r * np.einsum("lii->li", o.triangle).real for o, r in records]
 
 
-def _period(o: Observed, X: ComplexArray, n: int) -> Array:
+def _classes(o: Observed) -> Array:
+    """The class of every line, as its place among the classes."""
+    masks = line_classes(o)
+    return np.select([masks[name] for name in CLASSES], np.arange(len(CLASSES)), len(CLASSES)).astype(float)
+
+
+def _moved(o: Observed, equation: str) -> ComplexArray:
+    name = _MOTION[equation]
+    return o.Z if name == "displacement" else o.channel(name)
+
+
+def _rms(o: Observed, floor: Array) -> float:
+    """Noise over one averaged period: its rms from the floor of the period lines."""
+    return float(np.sqrt(2 * np.sum(floor[o.on_period] ** 2))) / o.spectra.samples
+
+
+def _over(motion: Sequence[Array], signals: dict[str, list[Array]]) -> dict[str, Array]:
+    """Root mean square of signals over equally wide bins of a motion, all records together; empty bins are left out."""
+    x = np.concatenate(motion)
+    edges = np.linspace(0.0, float(x.max()), _BINS + 1)
+    place = np.clip(np.digitize(x, edges) - 1, 0, _BINS - 1)
+    count = np.bincount(place, minlength=_BINS)
+    full = count > 0
+    out = {"": ((edges[1:] + edges[:-1]) / 2)[full]}
+    for word, values in signals.items():
+        power = np.bincount(place, weights=np.concatenate(values) ** 2, minlength=_BINS)
+        out[f"_{word}"] = np.sqrt(power[full] / count[full])
+    return out
+
+
+def _period(o: Observed, X: ComplexArray) -> Array:
+    """The period lines of a spectrum as one averaged period."""
+    n = o.spectra.period_samples
     spectrum = np.zeros(n // 2 + 1, dtype=complex)
     lines = X[o.on_period]
     spectrum[1 : len(lines) + 1] = lines * (n / o.spectra.samples)

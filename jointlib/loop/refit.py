@@ -44,9 +44,9 @@ def refit(joint: Joint, residual_of: Residual, free: Sequence[str]) -> tuple[Joi
         x0,
         jac=problem.jacobian,
         bounds=(lower, upper),
-        xtol=1e-10,
-        ftol=1e-10,
-        gtol=1e-10,
+        xtol=1e-7,
+        ftol=1e-9,
+        gtol=1e-9,
         max_nfev=_MOST_STEPS,
     )
     fitted = problem.at(solved.x)

@@ -13,6 +13,7 @@ import numpy as np
 
 from jointlib.arrays import Array
 from jointlib.joint import Joint
+from jointlib.measurement import Correction, Measurement
 from jointlib.units import with_error
 
 
@@ -70,6 +71,15 @@ class Candidate:
     rank: int
     status: Status
     reason: str
+    channel: str | None = None
+    """The sensor, where the effect sits in one."""
+    body: str | None = None
+    """The body, where a mass is wrong."""
+
+    @property
+    def where(self) -> str:
+        """The sensor or body, or nothing."""
+        return self.channel or self.body or ""
 
 
 def figures(parameters: Mapping[str, Estimate]) -> str:
@@ -86,6 +96,14 @@ class Rival:
     gain_ratio: float
     declared_pair: bool
     separating_experiment: str
+    member: str = ""
+    channel: str | None = None
+    body: str | None = None
+
+    @property
+    def where(self) -> str:
+        """The sensor or body, or nothing."""
+        return self.channel or self.body or ""
 
 
 @dataclass(frozen=True)
@@ -122,6 +140,10 @@ class TraceReport:
     repro: Mapping[str, Any]
     extra_baseline: Mapping[str, Estimate] = field(default_factory=dict)
     """Baseline parameters that are no part of the joint: moving mass, force offset."""
+    corrections: tuple[Correction, ...] = ()
+    """Faults of sensors, masses and rig that were named, to be undone on reading."""
+    measurement: Measurement | None = None
+    """What was traced."""
     plots: Mapping[str, Array] = field(default_factory=dict)
 
     def as_json(self) -> dict[str, Any]:
@@ -131,6 +153,8 @@ class TraceReport:
             chosen = {
                 "family": self.chosen.family,
                 "member": self.chosen.member,
+                "channel": self.chosen.channel,
+                "body": self.chosen.body,
                 "params": self.chosen.parameters,
                 "explained_first": self.chosen.explained,
             }
@@ -142,7 +166,7 @@ class TraceReport:
             | {k: plain(v) for k, v in self.extra_baseline.items()},
         }
         named = {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}
-        for key in ("baseline", "mended", "chosen", "plots", "extra_baseline", "candidates"):
+        for key in ("baseline", "mended", "chosen", "plots", "extra_baseline", "candidates", "measurement"):
             del named[key]
         rows = [plain(c) for c in self.candidates]
         for row in rows:

@@ -2,35 +2,40 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import TypeAlias
 
 import numpy as np
+from scipy.sparse.linalg import LinearOperator, gmres
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.joint import Joint
-from jointlib.law import Motion
-from jointlib.loop.equations import Observed
-from jointlib.loop.steady import periodic_sweep
+from jointlib.loop.equations import OVERSAMPLING, Observed
+from jointlib.loop.steady import steady_force
 
-_STEPS_PER_CYCLE = 25.0
-_SEGMENTS = 64
+_TOLERANCE = 1e-5
+_MOST_STEPS = 40
+_HALVINGS = 6
+_DIRECTIONS = 40
+_INEXACT = 0.05
+_DIFFERENCE = 1e-6
+
+_Function: TypeAlias = Callable[[ComplexArray], ComplexArray]
 
 
 def resimulated(o: Observed, joint: Joint) -> dict[str, float] | None:
     """Relative error of each acceleration under the measured force, rms over the lines of the joint equation.
 
     Two bodies free in space, m1 ü1 = P − f and (m2 + m3) ü2 = f, so z̈ = P/m1 − f (1/m1 + 1/(m2 + m3)); a3 rides with
-    a2. Classical Runge–Kutta with at least 25 steps a cycle of the highest excited line, the periodic steady state
-    from segments started at the measured motion. None where there is no P, or where it does not settle to a period.
+    a2. None where there is no P, or where no periodic motion is found.
     """
     rig = o.rig
     if not rig.has_balance or rig.m1 is None:
         return None
-    found = _steady_motion(o, joint, rig.m1, rig.passive_mass)
+    found = steady_motion(o, joint)
     if found is None:
         return None
-    force, drive = found
-    F, P = _on_lines(o, force), _on_lines(o, drive)
+    F, P = o.lines_of(found[1]), np.where(o.on_period, o.significant("P"), 0)
     use = o.on_period & o.valid[:, 2]
     model = {"a1": (P - F) / rig.m1, "a2": F / rig.passive_mass, "a3": F / rig.passive_mass}
     return {
@@ -40,67 +45,99 @@ def resimulated(o: Observed, joint: Joint) -> dict[str, float] | None:
     }
 
 
-def _steady_motion(o: Observed, joint: Joint, m1: float, m2: float) -> tuple[Array, Array] | None:
-    period = o.spectra.period_samples
-    finer = int(np.ceil(_STEPS_PER_CYCLE * o.band[2] / o.spectra.sample_rate))
-    T = finer * period
-    K = max(k for k in range(1, _SEGMENTS + 1) if T % k == 0)
-    dt = 1 / (finer * o.spectra.sample_rate)
-    P = _on_period(o, o.significant("P"), 2 * T)
-    z0, v0 = _on_period(o, o.Z, T), _on_period(o, 1j * o.omega * o.Z, T)
-    inverse = 1 / m1 + 1 / m2
-    # Instants of a segment are columns; the drive is needed at the ends and the middle of each step.
-    at = np.arange(K)[:, None] * (T // K) + np.arange(T // K)[None, :]
-    drive = P / m1
+def steady_motion(o: Observed, joint: Joint) -> tuple[Array, Array] | None:
+    """Periodic z in m and joint force in N over an oversampled period under the measured force; None where not found.
 
-    def advance(i: int, state: Array) -> tuple[Array, Array]:
-        z, v, inner = state[:, 0], state[:, 1], state[:, 2:]
-        j = 2 * at[:, i]
-        begin, middle, end = drive[j], drive[j + 1], drive[(j + 2) % (2 * T)]
+    Harmonic balance: with D = k + jωc (and what acts in the frequency domain only) for the linear part of the joint
+    and N for the rest, whose force is taken along the motion in time, every line of the period obeys
+    Z = (P/m1 − N/μ)/(D/μ − ω²), 1/μ = 1/m1 + 1/(m2 + m3). Solved from the measured motion; the mean of z is the one
+    at which the mean force vanishes, as nothing holds the rig.
+    """
+    n = OVERSAMPLING * o.spectra.period_samples
+    step = 1 / (OVERSAMPLING * o.spectra.sample_rate)
+    omega = 2 * np.pi * np.fft.rfftfreq(n, step)
+    inverse = 1 / (o.rig.m1 or np.inf) + 1 / o.rig.passive_mass
+    in_time = [law for law in joint.laws if law.in_time]
+    rigid = 0j * omega
+    for law in joint.laws:
+        if not law.in_time:
+            rigid[1:] += law.describing_function(1.0, omega[1:])
 
-        def rate(dz: Array, dv: Array, push: Array, share: float) -> Array:
-            force, _ = joint.step(Motion(z + dz, v + dv, share * dt), inner)
-            return push - inverse * force
+    def force(Z: ComplexArray) -> ComplexArray:
+        z, v = np.fft.irfft(Z, n), np.fft.irfft(1j * omega * Z, n)
+        return np.asarray(np.fft.rfft(sum((steady_force(law, z, v, step) for law in in_time), 0 * z)) + rigid * Z)
 
-        k1 = rate(0 * z, 0 * v, begin, 0.0)
-        k2 = rate(dt / 2 * v, dt / 2 * k1, middle, 0.5)
-        k3 = rate(dt / 2 * v + dt**2 / 4 * k1, dt / 2 * k2, middle, 0.5)
-        k4 = rate(dt * v + dt**2 / 2 * k2, dt * k3, end, 1.0)
-        z_new = z + dt * v + dt**2 / 6 * (k1 + k2 + k3)
-        v_new = v + dt / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
-        force, inner_new = joint.step(Motion(z_new, v_new, dt), inner)
-        return force, np.concatenate([z_new[:, None], v_new[:, None], inner_new], axis=-1)
+    Z = _spread(o, o.Z, n)
+    F = force(Z)
+    k, c = o.linear_part(o.lines_of(np.fft.irfft(F, n)))
+    D = k + 1j * omega * c
+    compliance = 1 / (inverse * D - omega**2)
+    further = 0 * Z if o.extra is None else _spread(o, o.extra, n)
+    drive = _spread(o, o.significant("P"), n) / (o.rig.m1 or np.inf) - inverse * further
 
-    first = np.arange(K) * (T // K)
-    inner = joint.initial_state(z0[first])
-    start = np.concatenate([z0[first, None], v0[first, None], inner], axis=-1)
+    def step_to(Z: ComplexArray) -> ComplexArray:
+        return np.asarray(compliance * (drive - inverse * (force(Z) - D * Z)))
+
+    weight = np.maximum(omega**2, inverse * abs(k) * 1e-3)
     with np.errstate(all="ignore"):
-        force, settled = periodic_sweep(advance, start, T // K, 1e-5, 4 * K)
-    if not settled or not np.all(np.isfinite(force)):
+        Z_found = _fixed_point(step_to, Z, weight)
+    if Z_found is None:
         return None
-    # Output i stands at the end of step i, that is one step later on the clock of the drive.
-    return np.roll(np.moveaxis(force, 0, 1).reshape(T), 1), P
+    return np.fft.irfft(Z_found, n), np.fft.irfft(force(Z_found) + further, n)
 
 
-def _on_period(o: Observed, X: ComplexArray, n: int) -> Array:
-    """Averaged period of a spectrum, at n instants."""
+def _fixed_point(g: _Function, Z: ComplexArray, weight: Array) -> ComplexArray | None:
+    """Z = g(Z) by Newton's method, to a relative error of about 1e-5 in weight · Z; None where it does not settle.
+
+    The linear system of each step is solved by GMRES from differences of g alone, and the step is halved until it
+    brings the equation nearer.
+    """
+    x = Z * weight
+
+    def lack(x: ComplexArray) -> ComplexArray:
+        return g(x / weight) * weight - x
+
+    missing = lack(x)
+    for _ in range(_MOST_STEPS):
+        size, off = float(np.linalg.norm(x + missing)), float(np.linalg.norm(missing))
+        if not np.isfinite(off):
+            return None
+        if off <= _TOLERANCE * size:
+            return np.asarray((x + missing) / weight)
+
+        def slope(d: Array, x: ComplexArray = x, missing: ComplexArray = missing, size: float = size) -> Array:
+            h = _DIFFERENCE * size / max(float(np.linalg.norm(d)), 1e-300)
+            moved = lack(x + h * np.ascontiguousarray(d.ravel()).view(complex))
+            return np.asarray((missing - moved) / h).view(float)
+
+        system = LinearOperator((2 * len(x), 2 * len(x)), matvec=slope, dtype=float)
+        step = gmres(system, missing.view(float), rtol=_INEXACT, restart=_DIRECTIONS, maxiter=1)[0].view(complex)
+        for share in 0.5 ** np.arange(_HALVINGS):
+            there = lack(x + share * step)
+            if np.linalg.norm(there) < off:
+                break
+        else:
+            return None
+        x, missing = x + share * step, there
+    return None
+
+
+def _spread(o: Observed, X: ComplexArray, n: int) -> ComplexArray:
+    """A spectrum of the record as the spectrum of one period at n instants, the mean left out."""
     spectrum = np.zeros(n // 2 + 1, dtype=complex)
     lines = X[o.on_period]
     spectrum[1 : len(lines) + 1] = lines * (n / o.spectra.samples)
-    return np.asarray(np.fft.irfft(spectrum, n))
+    return spectrum
 
 
-def _on_lines(o: Observed, x: Array) -> ComplexArray:
-    out = np.zeros(len(o.frequency), dtype=complex)
-    count = int(o.on_period.sum())
-    out[o.on_period] = np.fft.rfft(x)[1 : count + 1] * (o.spectra.samples / len(x))
-    return out
+Model: TypeAlias = tuple[Sequence[Observed], Joint]
+"""Records as a model sees them (its faults undone) and its joint."""
 
 
-def compared(records: Sequence[Observed], before: Joint, after: Joint) -> dict[str, dict[str, float | None]]:
-    """Relative error per channel over the records, with the joint before and after."""
+def compared(before: Model, after: Model) -> dict[str, dict[str, float | None]]:
+    """Relative error per channel over the records, before and after."""
     table: dict[str, dict[str, float | None]] = {}
-    for word, joint in (("before", before), ("after", after)):
+    for word, (records, joint) in (("before", before), ("after", after)):
         runs = [resimulated(o, joint) for o in records]
         for name in ("a1", "a2", "a3"):
             if name in records[0].spectra.channels and records[0].rig.has_balance:

@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from jointlib.errors import InputError
 from jointlib.joint import Joint
+from jointlib.loop.bodies import Rig
+from jointlib.loop.contestant import Contestant, InJoint, InRig, channel_unit, fault_estimates
 from jointlib.loop.equations import Observed
 from jointlib.loop.excess import total_excess
-from jointlib.loop.fitted import Fitted, model_of, moved_by
+from jointlib.loop.fitted import Fitted
 from jointlib.loop.report import Candidate, Estimate, Status
 from jointlib.loop.search import Round, Row, Term
 from jointlib.loop.spectra import Spectra
@@ -25,12 +26,13 @@ _BIASED = frozenset({"quadratic"})
 
 def candidate_of(round: Round, row: Row, rank: int) -> Candidate:
     """A family as it fared in a round."""
-    s = row.score
+    s, c = row.score, row.contestant
     current = max(round.model.loss - round.model.entries, 1e-300)
+    channel, body = place_of(c, round.fitted.raws[0].rig)
     return Candidate(
-        family=s.family,
-        member=row.effect.member,
-        parameters=_parameters(round, row),
+        family=c.effect.family,
+        member=member_of(c),
+        parameters=c.parameters(s.best.coefficients, s.best.shape, round.fitted),
         gain_heldout=s.gain,
         per_fold=s.per_fold,
         significance={"z": float(s.z), "bic": float(s.bic)},
@@ -39,60 +41,69 @@ def candidate_of(round: Round, row: Row, rank: int) -> Candidate:
         rank=rank,
         status=row.status,
         reason=row.reason,
+        channel=channel,
+        body=body,
     )
 
 
-def _parameters(round: Round, row: Row) -> Mapping[str, Estimate]:
-    best, joint = row.score.best, round.fitted.joint
-    try:
-        mended = row.effect.apply(best.coefficients, best.shape, joint)
-    except InputError:
-        mended = None
-    if mended is None:
-        return {n: _bare(v, "") for n, v in best.shape.items()}
-    values, units = mended.parameters, mended.units
-    moved = moved_by(row.effect, best.coefficients, best.shape, joint)
-    return {n: _bare(values[n], units[n]) for n in moved}
+def member_of(c: Contestant) -> str:
+    """The law that an effect adds; a fault is its own member."""
+    return c.joint_effect.member if isinstance(c, InJoint) else c.effect.family
 
 
-def _bare(value: float, unit: str) -> Estimate:
-    nan = float("nan")
-    return Estimate(float(value), unit, nan, (nan, nan))
+def place_of(c: Contestant, rig: Rig) -> tuple[str | None, str | None]:
+    """Channel and body of a fault; a body is named after what its accelerometer sits on."""
+    if not isinstance(c, InRig) or not c.site:
+        return None, None
+    return (None, rig.bodies.get(c.site, c.site)) if c.fault.on == "body" else (c.site, None)
 
 
-def chosen_of(records: Sequence[Observed], fitted: Fitted, term: Term, explained: float | None) -> Candidate:
-    """The chosen effect with the parameters of the refitted joint.
+def chosen_of(last: Fitted, term: Term, explained: float | None) -> Candidate:
+    """The chosen effect with the parameters of the refitted model.
 
-    Its standard errors are those of the fit, (Re XᴴX)⁻¹/2·max(1, χ²), or the spread over fits with one record left
+    Standard errors are those of the fit, (Re XᴴX)⁻¹/2·max(1, χ²), or the spread over fits with one record left
     out (jackknife), whichever is larger.
     """
-    rank = next(i for i, r in enumerate(term.round.rows) if r.score.family == term.row.score.family) + 1
-    bare = candidate_of(term.round, term.row, rank)
-    where = fitted if set(bare.parameters) <= set(fitted.joint.parameters) else term.fitted
-    joint = widened(records, where)
+    rank = next(i for i, r in enumerate(term.round.rows) if r.label == term.row.label) + 1
+    linear = candidate_of(term.round, term.row, rank)
+    estimates = _of_fault(last, term) or _of_fault(term.fitted, term)
+    if estimates is None:
+        where = last if set(linear.parameters) <= set(last.joint.parameters) else term.fitted
+        estimates = _of_joint(where, linear)
+    return replace(linear, parameters=estimates, explained=explained, status=Status.ACCEPTED, reason="")
+
+
+def _of_fault(fitted: Fitted, term: Term) -> dict[str, Estimate] | None:
+    for found, errors in zip(fitted.found, fitted.errors, strict=False):
+        if found.label == term.row.label:
+            return fault_estimates(found, errors, channel_unit(found.site))
+    return None
+
+
+def _of_joint(fitted: Fitted, linear: Candidate) -> dict[str, Estimate]:
+    joint = widened(fitted)
     values, units = joint.parameters, joint.units
     estimates = {}
-    for name in bare.parameters:
+    for name in linear.parameters:
         se = joint.covariance.standard_error(name) if joint.covariance is not None else float("nan")
         value = values[name]
-        kind = "model_form" if bare.family in _MODEL_FORM else "noise"
+        kind = "model_form" if linear.family in _MODEL_FORM else "noise"
         interval = (value - 1.96 * se, value + 1.96 * se)
-        estimates[name] = Estimate(value, units[name], se, interval, kind, bare.family in _BIASED)
-    return replace(bare, parameters=estimates, explained=explained, status=Status.ACCEPTED, reason="")
+        estimates[name] = Estimate(value, units[name], se, interval, kind, linear.family in _BIASED)
+    return estimates
 
 
-def widened(records: Sequence[Observed], fitted: Fitted) -> Joint:
+def widened(fitted: Fitted) -> Joint:
     """The fitted joint, its standard errors no smaller than the spread over fits with one record left out."""
     joint = fitted.joint
     if joint.covariance is None:
         return joint
-    return replace(joint, covariance=joint.covariance.widened(jackknife(records, fitted)))
+    return replace(joint, covariance=joint.covariance.widened(jackknife(fitted)))
 
 
-def jackknife(records: Sequence[Observed], fitted: Fitted) -> dict[str, float]:
-    """Standard error of each free parameter from linearised fits with one record left out in turn."""
-    model = model_of(records, fitted)
-    R = len(model.records)
+def jackknife(fitted: Fitted) -> dict[str, float]:
+    """Standard error of each free joint parameter from linearised fits with one record left out in turn."""
+    model, R = fitted.model, len(fitted.raws)
     if R < 2 or not len(fitted.free):
         return {}
     size = np.linalg.norm(model.columns, axis=1)
@@ -108,8 +119,8 @@ def jackknife(records: Sequence[Observed], fitted: Fitted) -> dict[str, float]:
         moves.append(np.linalg.lstsq(G, b, rcond=1e-13)[0] / size)
     deviation = np.array(moves) - np.mean(moves, axis=0)
     spread = np.sqrt((R - 1) / R * np.sum(deviation**2, axis=0))
-    names = [n for n, m in zip(fitted.free, moving, strict=True) if m]
-    return dict(zip(names, spread.tolist(), strict=True))
+    at = dict(zip(np.flatnonzero(moving).tolist(), spread.tolist(), strict=True))
+    return {name: at[i] for i, name in enumerate(fitted.free) if i in at}
 
 
 def described(s: Spectra) -> dict[str, Any]:

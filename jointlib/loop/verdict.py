@@ -7,30 +7,18 @@ from dataclasses import dataclass
 from typing import Any
 
 from jointlib.effect import JointEffect
-from jointlib.loop.bodies import Rig
-from jointlib.loop.naming import NAMED_FROM, NEAREST_FROM, in_words
+from jointlib.fault import Fault
+from jointlib.loop.naming import NAMED_FROM, NEAREST_FROM, in_words, is_of_joint
+from jointlib.loop.readings import Readings
 from jointlib.loop.report import Candidate, Rival, Verdict, figures
-
-BEYOND = {
-    "missing-mass": ("P", "a body weighed anew, or a known mass added"),
-    "gain": ("P", "the accelerometers back to back, on one body"),
-    "delay": ("P", "channels swapped at the recorder"),
-    "clipping": ("", "records with a larger range"),
-    "sensor-nonlinearity": ("P", "the sensor against a reference at the top level"),
-    "rocking-mode": ("a3", "a second lever arm"),
-    "stiffness-drift": ("", "the same record cold and warm"),
-    "position-stiffness": ("", "another feed speed"),
-    "structural-damping": ("", "at least one octave of frequency"),
-    "hum": ("P", "a quiet record"),
-    "drift": ("P", "a quiet record"),
-}
-"""Families that this version does not try: the channel that would show them, and what would decide."""
 
 
 @dataclass(frozen=True)
 class Findings:
     """What the verdict is drawn from."""
 
+    table: Mapping[str, Mapping[str, Any]]
+    """Excess by equation and class of line, before."""
     before: float
     """E before, on the training records."""
     after_first: float
@@ -52,18 +40,31 @@ def verdict_of(found: Findings, term: bool, rivals: int) -> tuple[Verdict, float
     return (Verdict.PARTIAL if explained >= NEAREST_FROM else Verdict.UNEXPLAINED), explained
 
 
-def not_decidable(rig: Rig, periods: int, levels: int, records: int) -> tuple[dict[str, str], ...]:
-    """Families that these channels or this catalogue cannot decide, why, and what it would need."""
-    missing = {"P": not rig.has_balance, "a3": not rig.has_third, "": False}
+def not_decidable(data: Readings, faults: Sequence[Fault]) -> tuple[dict[str, str], ...]:
+    """Families that these channels or records cannot decide, why, and what it would need."""
+    rig = data.rig
+    lacking = {"P": not rig.has_balance, "a3": not rig.has_third}
+    words = {"P": "force P (or the driven mass)", "a3": "acceleration a3"}
     rows = []
-    for family, (channel, needs) in BEYOND.items():
-        if missing[channel]:
-            name = "force P (or the driven mass)" if channel == "P" else "acceleration a3"
-            rows.append({"family": family, "why": f"no {name}", "needs": f"channel {channel}; {needs}"})
-        else:
-            rows.append({"family": family, "why": "not in the catalogue of this version", "needs": needs})
-    if records < 3:
-        rows.append({"family": "all", "why": f"{records} records to fit", "needs": "at least 3 records"})
+    for fault in faults:
+        missing = [c for c in sorted(fault.needs) if lacking.get(c)]
+        if missing:
+            why = " and ".join(words[c] for c in missing)
+            needs = f"channel {' and '.join(missing)}" + (f"; {fault.experiment}" if fault.experiment else "")
+            rows.append({"family": fault.family, "why": f"no {why}", "needs": needs})
+    spectra = [raw.spectra for raw in data.training]
+    levels, periods = len({s.condition for s in spectra}), min(s.periods for s in spectra)
+    excited = data.band[2] / data.band[1]
+    if excited < 1.2:
+        needs = "a multisine over at least one octave"
+        rows.append(
+            {"family": "missing-mass, gain", "why": "narrow band: all linear effects look alike", "needs": needs}
+        )
+    if excited < 2:
+        needs = "at least one octave of frequency"
+        rows.append({"family": "structural-damping", "why": "one frequency band", "needs": needs})
+    if len(spectra) < 3:
+        rows.append({"family": "all", "why": f"{len(spectra)} records to fit", "needs": "at least 3 records"})
     if levels < 2:
         rows.append({"family": "all", "why": "one excitation level", "needs": "at least 2, better 3 levels"})
     if periods < 3:
@@ -90,7 +91,7 @@ def sentence(
     )
     elsewhere = [e for e in ("balance", "redundancy") if found.by_equation.get(e, 0.0) > 0]
     outside = ""
-    if elsewhere:
+    if elsewhere and (chosen is None or is_of_joint(chosen.family)):
         outside = (
             f" The residual of the {' and the '.join(elsewhere)} equation exceeds its noise: these contain no joint "
             "law, so a mass or a sensor is wrong there."
@@ -110,24 +111,29 @@ def sentence(
             f"{before['joint_N']:.3g} N ({before['relative']:.2%} of the joint force), its noise "
             f"{before['joint_floor_N']:.3g} N.{near}{outside}"
         )
-    named = f"{in_words(chosen.family)}: {figures(chosen.parameters)}"
+    lacks = "The joint lacks" if is_of_joint(chosen.family) else "The records show"
+    named = f"{in_words(chosen.family, chosen.where, chosen.member)}: {figures(chosen.parameters)}".rstrip(": ")
     if verdict is Verdict.PARTIAL:
         return (
             f"The nearest effect is {named}. It explains {chosen.explained or 0:.0%} of what was missing; "
             f"the rest has no name. {drop}{outside}"
         )
     if verdict is Verdict.AMBIGUOUS:
-        others = " or ".join(in_words(r.family) for r in rivals)
-        return f"The joint lacks {named}. These records cannot rule out {others}. {drop}{outside}"
-    return f"The joint lacks {named}. {drop}{outside}"
+        others = " or ".join(in_words(r.family, r.where, r.member) for r in rivals)
+        return f"{lacks} {named}. These records cannot rule out {others}. {drop}{outside}"
+    return f"{lacks} {named}. {drop}{outside}"
 
 
-def next_experiment(verdict: Verdict, rivals: Sequence[Rival], chosen: JointEffect | None, found: Findings) -> str:
+def next_experiment(
+    verdict: Verdict, rivals: Sequence[Rival], chosen: JointEffect | Fault | None, found: Findings
+) -> str:
     """What to do next."""
     if rivals:
         return rivals[0].separating_experiment
     if verdict is Verdict.NOTHING_MISSING:
         return "None needed at these levels; a higher level would show what these do not reach."
+    if verdict is Verdict.IDENTIFIED and chosen is not None and not is_of_joint(chosen.family):
+        return "Repair or calibrate it and repeat one record; until then the mended measurement file undoes it."
     outside = [e for e in ("balance", "redundancy") if found.by_equation.get(e, 0.0) > 0]
     if "balance" in outside:
         return "Weigh the bodies, calibrate the accelerometers back to back and the force sensor against a known mass."

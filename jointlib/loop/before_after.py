@@ -1,0 +1,76 @@
+"""Errors of the rig equations before and after, on the sealed record, else on records left out in turn."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from jointlib.arrays import Array, ComplexArray
+from jointlib.joint import Joint
+from jointlib.loop import excess
+from jointlib.loop.bench import Raw
+from jointlib.loop.equations import Observed
+from jointlib.loop.fitted import Fitted
+from jointlib.loop.model import Model
+
+
+def errors(fitted: Fitted, sealed: Sequence[Raw], given: Joint | None = None) -> dict[str, Any]:
+    """Sizes of the residuals where they decide, with the in-sample and held-out ones beside.
+
+    ``given`` is a joint as it came in, whose error is told as ``as_given``.
+    """
+    inside = excess.sizes(fitted.records, fitted.whitened())
+    heldout: dict[str, float] = {}
+    left_out: list[ComplexArray] = []
+    if len(fitted.raws) > 1:
+        left_out = fitted.layout.spectra(prediction_error(fitted.model))
+        heldout = excess.sizes(fitted.records, left_out)
+    records: Sequence[Observed]
+    if sealed:
+        opened = fitted.on(sealed)
+        where, records, whitened = "sealed", opened.records, opened.whitened()
+    elif left_out:
+        where, records, whitened = "condition folds", fitted.records, left_out
+    else:
+        where, records, whitened = "in sample", fitted.records, fitted.whitened()
+    out = {
+        **excess.sizes(records, whitened),
+        "where": where,
+        "in_sample": inside["relative"],
+        "heldout": heldout.get("relative"),
+        "heldout_condition": heldout.get("relative"),
+        "per_class": excess.per_class(excess.localisation(records, whitened)),
+        "per_record": [{"record": o.spectra.name, **_brief(o, r)} for o, r in zip(records, whitened, strict=True)],
+    }
+    if given is not None:
+        plain = Fitted(tuple(sealed) or fitted.raws, given)
+        out["as_given"] = excess.sizes(plain.records, plain.whitened())["relative"]
+    return out
+
+
+def _brief(o: Observed, whitened: ComplexArray) -> dict[str, float]:
+    sizes: Mapping[str, float] = excess.sizes([o], [whitened])
+    return {k: sizes[k] for k in ("relative", "joint_N", "chi2")}
+
+
+def prediction_error(model: Model) -> Array:
+    """y of every record left out in turn, after the model's columns were fitted to the others.
+
+    What a record has of its own (columns that vanish on all others) is fitted to it.
+    """
+    out = model.y.copy()
+    for here in model.records:
+        X = model.basis
+        theta = np.zeros(len(X))
+        keep = np.ones(len(out), dtype=bool)
+        keep[here] = False
+        own = np.linalg.norm(X[:, keep], axis=1) < 1e-9 * np.maximum(np.linalg.norm(X, axis=1), 1e-300)
+        if (~own).any():
+            theta[~own] = np.linalg.lstsq(X[~own][:, keep].T, model.y[keep], rcond=None)[0]
+        out[here] -= theta @ X[:, here]
+        if own.any():
+            beta = np.linalg.lstsq(X[own][:, here].T, out[here], rcond=None)[0]
+            out[here] -= beta @ X[own][:, here]
+    return out

@@ -1,0 +1,86 @@
+"""The model that candidates compete beside: what it leaves, and what it can move by."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.linalg import qr
+
+from jointlib.arrays import Array
+from jointlib.loop.layout import Layout
+
+DEPENDENT = 1e-5
+"""A column of which less than this share is left after the model's columns cannot be told from them."""
+
+
+@dataclass(frozen=True)
+class Model:
+    """Whitened residual y and the columns the current model can move by, laid out in rows of reals.
+
+    y has n entries, columns are rows of an array (p, n), ``records`` says to which record an entry belongs. Losses
+    are sums of squares; where nothing is missing E Σy² is ``entries``, the number of valid complex entries.
+    """
+
+    y: Array
+    columns: Array
+    records: tuple[slice, ...]
+    entries: int
+    layout: Layout | None = None
+
+    @cached_property
+    def basis(self) -> Array:
+        """Orthonormal rows that span the columns; dependent columns are dropped."""
+        if not len(self.columns):
+            return self.columns
+        size = np.linalg.norm(self.columns, axis=1, keepdims=True)
+        scaled = (self.columns / np.where(size > 0, size, 1)).T
+        Q, R, _ = qr(scaled, mode="economic", pivoting=True)
+        rank = int(np.sum(np.abs(np.diag(R)) > DEPENDENT))
+        return np.ascontiguousarray(Q[:, :rank].T)
+
+    @cached_property
+    def left(self) -> Array:
+        """y after the best fit of the model's own columns."""
+        return self.y - (self.basis @ self.y) @ self.basis
+
+    @property
+    def loss(self) -> float:
+        return float(self.left @ self.left)
+
+    @cached_property
+    def gram(self) -> Array:
+        """Gram matrices of the basis, record by record: (records, p, p)."""
+        return np.array([self.basis[:, s] @ self.basis[:, s].T for s in self.records])
+
+    @cached_property
+    def moment(self) -> Array:
+        """Basis on what is left, record by record: (records, p)."""
+        return np.array([self.basis[:, s] @ self.left[s] for s in self.records])
+
+    def without(self, block: Array) -> Array | None:
+        """What the model's columns leave of a candidate's columns; None where that is nothing."""
+        size = np.linalg.norm(block, axis=1)
+        if not np.all(np.isfinite(size)) or np.any(size == 0):
+            return None
+        rest = block - (block @ self.basis.T) @ self.basis
+        rest = rest - (rest @ self.basis.T) @ self.basis
+        if np.any(np.linalg.norm(rest, axis=1) < DEPENDENT * size):
+            return None
+        return np.asarray(rest)
+
+    @cached_property
+    def in_time(self) -> tuple[tuple[Array, Array], ...]:
+        """Basis and what is left as signals in time, record by record: (p, samples·3), (samples·3,).
+
+        Spectra of whitened residuals become signals of the same sum of squares, so that halves of a record can be
+        held out.
+        """
+        assert self.layout is not None
+        out = []
+        for i, s in enumerate(self.layout.records):
+            rows = self.layout.spectrum(i, np.concatenate([self.basis[:, s], self.left[None, s]]))
+            x = self.layout.in_time(i, rows)
+            out.append((np.ascontiguousarray(x[:-1]), x[-1]))
+        return tuple(out)

@@ -1,0 +1,90 @@
+"""The records of a rig measurement, read and made ready; the sealed ones only when asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from jointlib.arrays import Array
+from jointlib.io.measurement_file import read_records
+from jointlib.joint import Joint
+from jointlib.loop.bench import Found, Raw
+from jointlib.loop.bodies import Rig, rig_of
+from jointlib.loop.fitted import Fitted, fit, free_parameters
+from jointlib.loop.floor import noise_floor
+from jointlib.loop.import_checks import without_dead_channels
+from jointlib.loop.spectra import Spectra, excited_band, spectra_of
+from jointlib.measurement import Measurement, Record, RecordSource
+
+
+@dataclass(frozen=True)
+class Readings:
+    """Training and quiet records as spectra, with their floors."""
+
+    measurement: Measurement
+    rig: Rig
+    training: tuple[Raw, ...]
+    quiet: tuple[Spectra, ...]
+    band: tuple[float, float, float, float]
+    warnings: tuple[str, ...]
+
+    def opened(self) -> tuple[tuple[Raw, ...], tuple[str, ...]]:
+        """The sealed records, read now."""
+        said: list[str] = []
+        read = _spectra(self.measurement, self.measurement.with_role("sealed"), said)
+        return tuple(_raw(self.measurement, r, s, self.rig, self.quiet, self.band) for r, s in read), tuple(said)
+
+
+def readings(measurement: Measurement) -> Readings:
+    """Read what takes part in the choice."""
+    fit_records = read_records(measurement, measurement.with_role("fit"))
+    measurement, said = without_dead_channels(measurement, fit_records)
+    warnings = list(said)
+    training = _spectra(measurement, measurement.with_role("fit"), warnings)
+    quiet = tuple(s for _, s in _spectra(measurement, measurement.with_role("quiet"), warnings))
+    rig = rig_of(measurement)
+    band = excited_band([s for _, s in training], measurement.band)
+    raws = tuple(_raw(measurement, r, s, rig, quiet, band) for r, s in training)
+    for raw in raws:
+        if raw.floor.source == "quiet" and raw.spectra.periods > 1:
+            raised = ", ".join(f"{n} {r:.1f} times" for n, r in raw.floor.ratio.items() if r > 1.5)
+            warnings.append(
+                f"{raw.spectra.name}: between the lines {raised} the quiet level; something does not repeat."
+            )
+    return Readings(measurement, rig, raws, quiet, band, tuple(warnings))
+
+
+def _spectra(
+    measurement: Measurement, sources: Sequence[RecordSource], warnings: list[str]
+) -> list[tuple[Record, Spectra]]:
+    out = []
+    for record in read_records(measurement, sources):
+        s, said = spectra_of(record, measurement)
+        out.append((record, s))
+        warnings += said
+    return out
+
+
+def _raw(
+    measurement: Measurement,
+    record: Record,
+    spectra: Spectra,
+    rig: Rig,
+    quiet: Sequence[Spectra],
+    band: tuple[float, float, float, float],
+) -> Raw:
+    first = measurement.settle * spectra.period_samples
+    return Raw(spectra, noise_floor(spectra, quiet), rig, band, first, _feed(measurement, record, spectra, first))
+
+
+def _feed(measurement: Measurement, record: Record, spectra: Spectra, first: int) -> Array | None:
+    channels = measurement.of("position")
+    return record.channels[channels[0].name][first : first + spectra.samples] if channels else None
+
+
+def baseline(raws: Sequence[Raw], joint: Joint, found: Sequence[Found] = ()) -> Fitted:
+    """The joint refitted to the training records, twice: the noise of z depends on its stiffness."""
+    fitted = Fitted(tuple(raws), joint)
+    for _ in range(2):
+        fitted = fit(raws, fitted.joint, free_parameters(joint), found)
+    return fitted
