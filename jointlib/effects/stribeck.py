@@ -24,10 +24,9 @@ class StribeckFriction(JointEffect):
 
     def shapes(self, scale: Scale, joint: Joint) -> tuple[Mapping[str, float], ...]:
         return tuple(
-            {"smoothing_velocity": s * scale.velocity, "stribeck_velocity": f * scale.velocity}
-            for s in (0.01, 0.1)
-            for f in (0.1, 0.3, 0.6, 1.0)
-            if f > s
+            {"smoothing_velocity": s * scale.velocity, "stribeck_velocity": s * times * scale.velocity}
+            for s in (0.01, 0.03, 0.1, 0.3)
+            for times in (2.0, 5.0, 12.0)
         )
 
     def columns(self, path: Path, shape: Mapping[str, float], joint: Joint) -> Array:

@@ -8,13 +8,19 @@ from typing import ClassVar
 import numpy as np
 
 from jointlib.arrays import Array
-from jointlib.effect import JointEffect, Path
+from jointlib.effect import JointEffect, Path, Scale
 from jointlib.joint import Joint
 from jointlib.laws.structural_damping import StructuralDamping
 
+_REFERENCE = 1000.0
+"""Hz; any would do, since a spring beside it takes up the difference."""
+
 
 class MaterialDamping(JointEffect):
-    """j·loss_stiffness·z: quadrature flat in ω; along a whole period of a steady state only, where z has a spectrum."""
+    """Quadrature flat in ω; along a whole period of a steady state only, where z has a spectrum.
+
+    Tried as it stands in textbooks, j·loss_stiffness·z, and in its causal form, whose spring stiffens with frequency.
+    """
 
     family: ClassVar[str] = "structural-damping"
     member: ClassVar[str] = "structural-damping"
@@ -25,10 +31,15 @@ class MaterialDamping(JointEffect):
         "coulomb": "Repeat at three or more levels: friction loses weight, structural damping keeps it.",
     }
 
+    def shapes(self, scale: Scale, joint: Joint) -> tuple[Mapping[str, float], ...]:
+        return tuple({"reference_frequency": f} for f in (0.0, _REFERENCE))
+
     def columns(self, path: Path, shape: Mapping[str, float], joint: Joint) -> Array:
-        spectrum = 1j * np.fft.rfft(path.displacement)
-        return np.fft.irfft(spectrum, len(path.displacement))[None]
+        n = len(path.displacement)
+        law = StructuralDamping(1.0, shape["reference_frequency"])
+        gain = law.describing_function(1.0, 2 * np.pi * np.fft.rfftfreq(n, path.time_step))
+        return np.asarray(np.fft.irfft(gain * np.fft.rfft(path.displacement), n))[None]
 
     def apply(self, coefficients: Array, shape: Mapping[str, float], joint: Joint) -> Joint | None:
         loss = float(coefficients[0])
-        return joint + StructuralDamping(loss) if loss > 0 else None
+        return joint + StructuralDamping(loss, shape["reference_frequency"]) if loss > 0 else None

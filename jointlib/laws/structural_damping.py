@@ -18,10 +18,15 @@ from jointlib.parameter import Role, parameter
 class StructuralDamping(JointLaw):
     """f = j·loss_stiffness·z, in the frequency domain only: π·loss_stiffness·A² is lost per cycle at any frequency.
 
-    In time it would answer before it is moved, so there is no step; at rest it has neither spring nor damper.
+    In time it would answer before it is moved, so there is no step; at rest it has neither spring nor damper. With a
+    ``reference_frequency`` above 0 it is causal: then its spring stiffens with frequency, as that of every real
+    material with a constant loss does, by (2/π)·loss_stiffness·ln(f/reference_frequency) (Biot 1958; the
+    Kramers-Kronig partner of a constant loss). Which frequency is the reference is a convention: a spring beside it
+    takes up the difference.
     """
 
     loss_stiffness: float = parameter("N/m", role=Role.DAMPING, lower=0.0)
+    reference_frequency: float = parameter("Hz", role=Role.SMOOTHING, lower=0.0, default=0.0)
 
     kind: ClassVar[str] = "structural-damping"
     in_time: ClassVar[bool] = False
@@ -38,6 +43,12 @@ class StructuralDamping(JointLaw):
         return np.zeros(shape), np.zeros(shape)
 
     def first_harmonic(self, amplitude: ArrayLike, omega: ArrayLike = 1.0, bias: ArrayLike = 0.0) -> FirstHarmonic:
-        """G = j·loss_stiffness at any amplitude and any ω above 0."""
+        """G = loss_stiffness·(j + (2/π) ln(f/reference_frequency)) at any amplitude and any ω above 0."""
         A, w, _ = broadcast(amplitude, omega, bias)
-        return closed_form(1j * np.where(w > 0, self.loss_stiffness, 0.0), 0.0, 0.0, 0.0, A.shape)
+        moving = np.where(w > 0, w, 1.0)
+        spring = slope = 0.0 * moving
+        if self.reference_frequency > 0:
+            spring = 2 / np.pi * np.log(moving / (2 * np.pi * self.reference_frequency))
+            slope = 2 / np.pi / moving
+        gain = self.loss_stiffness * np.where(w > 0, spring + 1j, 0.0)
+        return closed_form(gain, 0.0, self.loss_stiffness * np.where(w > 0, slope, 0.0), 0.0, A.shape)

@@ -57,6 +57,7 @@ LAWS: tuple[JointLaw, ...] = (
     BoucWen(4e7, 6.0, 1.6, 0.7, 1e-7),
     LuGre(4e7, 300.0, 36.0, 50.0, 0.02),
     StructuralDamping(2e7),
+    StructuralDamping(2e7, 1000.0),
 )
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
+from scipy.integrate import quad, solve_ivp
 
 from jointlib.arrays import Array
 from jointlib.cli.main import cli
@@ -292,8 +292,28 @@ def test_structural_damping_loses_the_same_at_any_frequency() -> None:
     t = 2 * np.pi * np.arange(512) / 512
     for omega in (10.0, 1e4):
         z, v = A * (np.cos(t) + 0.5 * np.sin(3 * t)), A * omega * (-np.sin(t) + 1.5 * np.cos(3 * t))
-        (force,) = 2e7 * MaterialDamping().columns(Path(z, v, t[1] / omega), {}, Joint())
+        (force,) = 2e7 * MaterialDamping().columns(Path(z, v, t[1] / omega), {"reference_frequency": 0.0}, Joint())
         assert np.mean(force * v) * 2 * np.pi / omega == pytest.approx(np.pi * 2e7 * A**2 * (1 + 3 * 0.25), rel=1e-12)
+
+
+def test_the_spring_of_causal_structural_damping_is_what_its_loss_demands() -> None:
+    """Kramers-Kronig with one subtraction, for exp(+jωt)
+
+    Re G(a) − Re G(b) = −(2/π)(a² − b²) P∫ x Im G(x)/((x² − a²)(x² − b²)) dx, from 0 to infinity.
+    """
+    law, a, b = StructuralDamping(2.0, 0.1), 3.0, 1.0
+
+    def loss(x: float) -> float:
+        return float(law.describing_function(1e-6, x).imag) * x
+
+    middle, far = (a + b) / 2, 10 * a
+    around_b = quad(lambda x: loss(x) / ((x * x - a * a) * (x + b)), 0, middle, weight="cauchy", wvar=b)[0]
+    around_a = quad(lambda x: loss(x) / ((x + a) * (x * x - b * b)), middle, far, weight="cauchy", wvar=a)[0]
+    tail = quad(lambda x: loss(x) / ((x * x - a * a) * (x * x - b * b)), far, np.inf)[0]
+    demanded = -2 / np.pi * (a * a - b * b) * (around_b + around_a + tail)
+    rise = law.describing_function(1e-6, a).real - law.describing_function(1e-6, b).real
+    assert rise == pytest.approx(demanded, rel=1e-6)
+    assert StructuralDamping(2e7).describing_function(1e-6, a).real == 0.0
 
 
 def test_a_list_of_elements_travels_through_files_and_names(tmp_path: FilePath) -> None:
@@ -404,4 +424,4 @@ def test_iwan_leaves_out_a_slightly_negative_slider_and_refuses_a_negative_one()
 def test_structural_damping_adds_loss_only() -> None:
     effect = MaterialDamping()
     assert effect.apply(np.array([-1.0]), {}, Joint()) is None
-    assert effect.apply(np.array([2e7]), {}, Joint()) == Joint((StructuralDamping(2e7),))
+    assert effect.apply(np.array([2e7]), {"reference_frequency": 0.0}, Joint()) == Joint((StructuralDamping(2e7),))
