@@ -20,6 +20,10 @@ if TYPE_CHECKING:
     from machines.report import Section
 
 
+_AGAIN = 2
+"""Most further traces of a joint from the output of the one before."""
+
+
 @dataclass
 class Road:
     """The steps of a run and what they have left so far."""
@@ -57,10 +61,9 @@ class Road:
     def _joint(self, name: str, identify_from: Any) -> None:
         from jointlib import identify, read_joint, read_measurement, trace, write_joint
         from jointlib.cli.identify import identified
-        from jointlib.cli.trace import words
-        from jointlib.loop.close import write_trace
+        from jointlib.loop.report import Verdict
         from jointlib.units import with_error
-        from machines.report.sections import identification_section, trace_section
+        from machines.report.sections import identification_section
 
         tests = [read_measurement(path) for path in identify_from.records]
         self.tests += tests
@@ -82,18 +85,46 @@ class Road:
         for test in tests:
             if test.kind not in ("rig", "path"):
                 continue
-            with self.progress.step(f"tracing what {name} leaves unexplained of {test.source.name}"):
-                report = trace(test, joint)
-            self.written += write_trace(report, self.folder / f"{name}.trace")
-            self.traces[name] = report
-            self.said += words(report)
-            self.warnings += report.warnings
-            self.steps.append({"step": "trace", "joint": name, "verdict": report.verdict.value})
-            self.sections.append(trace_section(report))
+            report = self._traced(name, test, joint)
             joint = report.mended
+            for _ in range(_AGAIN):
+                if report.verdict not in (Verdict.IDENTIFIED, Verdict.AMBIGUOUS):
+                    break
+                # Go on from what was written, as a user would: the mended joint, the mended measurement.
+                mended = self.folder / f"{name}.trace" / "measurement.toml"
+                test = read_measurement(mended) if report.corrections else test
+                with self.progress.step(f"tracing {name} again from there"):
+                    report = trace(test, joint)
+                self.said.append(f"traced again from there: {report.verdict.value}")
+                self.steps.append({"step": "trace again", "joint": name, "verdict": report.verdict.value})
+                if report.verdict in (Verdict.IDENTIFIED, Verdict.AMBIGUOUS):
+                    self._keep(name, report)
+                    joint = report.mended
         write_joint(self._path(f"{name}.joint.toml"), joint)
         self._gains(name, {"as identified": found.joint, "mended": joint})
         self.machine = self.machine.with_joint(name, joint)
+
+    def _traced(self, name: str, test: Measurement, joint: Joint) -> TraceReport:
+        """The first trace of a joint on a test: its errors and its verdict are those of the run."""
+        from jointlib import trace
+
+        with self.progress.step(f"tracing what {name} leaves unexplained of {test.source.name}"):
+            report = trace(test, joint)
+        self.traces[name] = report
+        self._keep(name, report)
+        self.steps.append({"step": "trace", "joint": name, "verdict": report.verdict.value})
+        return report
+
+    def _keep(self, name: str, report: TraceReport) -> None:
+        """Write a trace, tell its words and add its section."""
+        from jointlib.cli.trace import words
+        from jointlib.loop.close import write_trace
+        from machines.report.sections import trace_section
+
+        self.written += [p for p in write_trace(report, self.folder / f"{name}.trace") if p not in self.written]
+        self.said += words(report)
+        self.warnings += report.warnings
+        self.sections.append(trace_section(report))
 
     def _gains(self, name: str, joints: dict[str, Joint]) -> None:
         """Describing functions; the last joint is the one that is used."""

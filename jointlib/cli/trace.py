@@ -34,6 +34,7 @@ def command(
       jointlib trace machines/library/guide_mill/rig.measurement.toml --joint machines/library/guide_mill/start.joint.toml -o traced
     """  # noqa: E501
     from jointlib import read_joint, read_measurement, trace
+    from jointlib.io.measurement_write import is_written_by_a_program
     from jointlib.loop.close import write_trace
 
     if machine is not None:
@@ -41,6 +42,9 @@ def command(
     if joint is None:
         raise InputError("trace: expected --joint, the model that is to be doubted")
     test = read_measurement(measurement)
+    target = output / "measurement.toml"
+    if target.exists() and target.samefile(measurement) and not is_written_by_a_program(measurement):
+        raise InputError(f"-o {output}: its measurement.toml is the one to be traced, expected another folder")
     with working("tracing the residual"):
         report = trace(test, read_joint(joint), seed=seed)
         written = [*write_trace(report, output), output / "report.html"]
@@ -62,7 +66,9 @@ def words(report: TraceReport) -> list[str]:
     for step in report.reduction.get("steps", ())[1:]:
         found = ", ".join(f"{name} {e.words()}" for name, e in step["parameters"].items())
         lines.append(f"with {step['family']}: in sample {100 * step['in_sample']:.3g} %; {found}")
-    lines += [f"rival: {r.family}. {r.separating_experiment}" for r in report.rivals]
+    lines += [f"rival: {f'{r.family} {r.where}'.strip()}. {r.separating_experiment}" for r in report.rivals]
+    if report.corrections:
+        lines.append("the mended measurement file undoes it; trace that file with the mended joint to go on")
     return [*lines, *(f"warning: {w}" for w in report.warnings)]
 
 
@@ -90,7 +96,7 @@ def trace_numbers(report: TraceReport) -> list[tuple[str, str]]:
     chosen = report.chosen
     return [
         ("verdict", report.verdict.value.replace("_", " ")),
-        ("missing effect", "–" if chosen is None else chosen.family),
+        ("missing effect", "–" if chosen is None else f"{chosen.family} {chosen.where}".strip()),
         ("error before", f"{100 * report.error_before['relative']:.3g} %"),
         ("error after", f"{100 * report.error_after['relative']:.3g} %"),
     ]

@@ -234,15 +234,13 @@ class Observed:
         out[:, 2] -= np.where(self.valid[:, 2], self.model_force(joint), 0)
         return out
 
-    @cached_property
-    def _inverse(self) -> ComplexArray:
-        """L⁻¹ per line; rows and columns of equations that are not valid are 0 off the diagonal."""
-        return np.asarray(np.linalg.inv(self.triangle), dtype=complex)
-
     def whitened_columns(self, columns: ComplexArray) -> ComplexArray:
-        """L⁻¹ (B, R, J) of columns (..., lines, 3); 0 where an equation is not valid."""
-        C = np.where(self.valid, columns, 0)
-        out: ComplexArray = np.einsum("lij,...lj->...li", self._inverse, C)
+        """L⁻¹ (B, R, J) of columns (..., lines, 3), by forward substitution; 0 where an equation is not valid."""
+        L, out = self.triangle, np.where(self.valid, columns, 0)
+        for i in range(3):
+            for j in range(i):
+                out[..., i] -= L[:, i, j] * out[..., j]
+            out[..., i] /= L[:, i, i].real
         return out
 
     @cached_property

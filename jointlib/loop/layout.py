@@ -70,8 +70,11 @@ class Layout:
         return out
 
     def in_time(self, i: int, column: ComplexArray) -> Array:
-        """Whitened columns (..., lines, 3) of one record as signals (..., samples·3) of the same sum of squares."""
+        """Whitened columns (..., lines, 3) of one record as signals (..., 3, samples) of the same sum of squares."""
         N = self.samples[i]
-        x = np.fft.irfft(np.moveaxis(column, -1, -2), N, axis=-1) * np.sqrt(N / 2)
-        x += (np.sqrt(2) - 1) / np.sqrt(2 * N) * column[..., :1, :].real.swapaxes(-1, -2)
-        return np.asarray(np.moveaxis(x, -1, -2).reshape(*x.shape[:-2], -1))
+        out = np.zeros((*column.shape[:-2], 3, N))
+        for e in range(3):
+            if np.any(column[..., e]):
+                x = np.fft.irfft(column[..., e], N, axis=-1) * np.sqrt(N / 2)
+                out[..., e, :] = x + (np.sqrt(2) - 1) / np.sqrt(2 * N) * column[..., :1, e].real
+        return out

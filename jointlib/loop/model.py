@@ -71,8 +71,21 @@ class Model:
         return np.asarray(rest)
 
     @cached_property
+    def halves(self) -> tuple[Array, Array]:
+        """Gram matrices (2, p, p) of the basis and its products (2, p) with what is left, halves of records apart."""
+        p = len(self.basis)
+        gram, moment = np.zeros((2, p, p)), np.zeros((2, p))
+        for basis, left in self.in_time:
+            middle = left.shape[-1] // 2
+            for half, s in enumerate((slice(0, middle), slice(middle, None))):
+                for e in range(3):
+                    gram[half] += basis[:, e, s] @ basis[:, e, s].T
+                    moment[half] += basis[:, e, s] @ left[e, s]
+        return gram, moment
+
+    @cached_property
     def in_time(self) -> tuple[tuple[Array, Array], ...]:
-        """Basis and what is left as signals in time, record by record: (p, samples·3), (samples·3,).
+        """Basis and what is left as signals in time, record by record: (p, 3, samples), (3, samples).
 
         Spectra of whitened residuals become signals of the same sum of squares, so that halves of a record can be
         held out.

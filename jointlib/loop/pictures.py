@@ -11,7 +11,8 @@ from jointlib.loop.equations import EQUATIONS, Observed
 from jointlib.loop.excess import CLASSES, line_classes
 from jointlib.loop.fitted import Fitted
 
-_BINS = 12
+_BINS, _FEWEST = 12, 20
+"""Bins of the motion, and the samples below which a bin is left out."""
 _MOTION = {"joint": "displacement", "balance": "a1", "redundancy": "a2"}
 """What the residual of each equation is shown over: the motion that drives it."""
 
@@ -27,7 +28,7 @@ def pictures(before: Fitted, after: Fitted) -> dict[str, Array]:
     :data:`jointlib.loop.excess.CLASSES`) of every line, with ``joint_before``, ``joint_after``, ``joint_floor`` (N),
     ``balance_…`` (N) and ``redundancy_…`` (m/s²): peak amplitude, nan where an equation does not hold. ``time`` (s)
     with ``time_joint_before`` … ``time_joint_floor`` (rms), and so for each equation: the residual over one averaged
-    period. ``motion_joint`` (\\|z\\|, m), ``motion_balance`` (\\|a1\\|, m/s²), ``motion_redundancy`` (\\|a2\\|, m/s²) with
+    period. ``motion_joint`` (size of z, m), ``motion_balance`` (of a1, m/s²), ``motion_redundancy`` (of a2, m/s²) with
     ``…_before``, ``…_after``, ``…_floor``: rms of the residual over bins of that motion, all records together.
     """
     records = before.records
@@ -88,12 +89,12 @@ def _rms(o: Observed, floor: Array) -> float:
 
 
 def _over(motion: Sequence[Array], signals: dict[str, list[Array]]) -> dict[str, Array]:
-    """Root mean square of signals over equally wide bins of a motion, all records together; empty bins are left out."""
+    """Root mean square of signals over equally wide bins of a motion, all records together."""
     x = np.concatenate(motion)
     edges = np.linspace(0.0, float(x.max()), _BINS + 1)
     place = np.clip(np.digitize(x, edges) - 1, 0, _BINS - 1)
     count = np.bincount(place, minlength=_BINS)
-    full = count > 0
+    full = count >= _FEWEST
     out = {"": ((edges[1:] + edges[:-1]) / 2)[full]}
     for word, values in signals.items():
         power = np.bincount(place, weights=np.concatenate(values) ** 2, minlength=_BINS)

@@ -72,17 +72,18 @@ def trial_of_its_own(model: Model, shape: Shape, parts: Sequence[ComplexArray]) 
     """
     assert model.layout is not None
     R, q, p = len(parts), len(parts[0]), len(model.basis)
-    gram, moment = np.zeros((2, p, p)), np.zeros((2, p))
+    gram, moment = model.halves
     inner, cross, own = np.zeros((2, R * q, R * q)), np.zeros((2, R * q, p)), np.zeros((2, R * q))
     for i, (part, (basis, left)) in enumerate(zip(parts, model.in_time, strict=True)):
         x = model.layout.in_time(i, part)
-        here, middle = slice(i * q, i * q + q), 3 * (model.layout.samples[i] // 2)
+        here, middle = slice(i * q, i * q + q), model.layout.samples[i] // 2
         for half, s in enumerate((slice(0, middle), slice(middle, None))):
-            gram[half] += basis[:, s] @ basis[:, s].T
-            moment[half] += basis[:, s] @ left[s]
-            inner[half, here, here] = x[:, s] @ x[:, s].T
-            cross[half, here] = x[:, s] @ basis[:, s].T
-            own[half, here] = x[:, s] @ left[s]
+            for e in range(3):
+                b, y = basis[:, e, s], left[e, s]
+                if np.any(part[..., e]):
+                    inner[half, here, here] += x[:, e, s] @ x[:, e, s].T
+                    cross[half, here] += x[:, e, s] @ b.T
+                    own[half, here] += x[:, e, s] @ y
     return _trial(shape, gram, moment, inner, cross, own)
 
 
