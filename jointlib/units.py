@@ -66,7 +66,13 @@ def quantity(value: Any, expected: str, where: str) -> float:
     return out
 
 
-_SHOWN = {"rad": (180 / math.pi, "°"), "m": (1e6, "µm"), "N/m": (1e-6, "N/µm"), "N/m^2": (1e-12, "N/µm²")}
+_SHOWN = {
+    "rad": (180 / math.pi, "°"),
+    "m": (1e6, "µm"),
+    "s": (1e6, "µs"),
+    "N/m": (1e-6, "N/µm"),
+    "N/m^2": (1e-12, "N/µm²"),
+}
 
 
 def shown(unit: str) -> tuple[float, str]:

@@ -24,6 +24,8 @@ class FeedRipple(PathFault):
         "drift": "Repeat the same cycle at another place of the travel and at another time.",
     }
     parameters: ClassVar[Mapping[str, str]] = {"wavelength": "m", "cosine": "channel", "sine": "channel"}
+    requires: ClassVar[str] = "position"
+    experiment: ClassVar[str] = "a channel of the feed position"
     shape_parameters: ClassVar[frozenset[str]] = frozenset({"wavelength"})
 
     def shapes(self, scale: Scale, records: Sequence[PathRecord]) -> tuple[Shape, ...]:

@@ -14,6 +14,8 @@ from jointlib.fault import Fault, RigRecord, Setting, Shape
 _EXCITED = 1e-2
 """Lines within 40 dB of the largest of the driving force are excited."""
 
+_WIDE, _BEYOND = 1.5, 1.7
+
 
 class RockingMode(Fault):
     """a2 and a3 gain on_a2·H·P and on_a3·H·P, H = −ω²/(ω_r² − ω² + 2jζω_rω): the mode rides on the bodies.
@@ -39,7 +41,10 @@ class RockingMode(Fault):
     experiment: ClassVar[str] = "Measure the driving force and a second acceleration behind the joint."
 
     def shapes(self, records: Sequence[RigRecord], site: str) -> tuple[Shape, ...]:
-        """25 frequencies over the excited band, at 1 and 3 % damping."""
+        """25 frequencies over the excited band and a few beyond, at 1 and 3 % damping.
+
+        Through a narrow band only the flank of the mode is seen, whose foot may stand far outside it.
+        """
         if not all(r.has("P") for r in records):
             return ()
         low, high = np.inf, 0.0
@@ -50,7 +55,10 @@ class RockingMode(Fault):
                 low, high = min(low, float(excited[0])), max(high, float(excited[-1]))
         if high == 0:
             return ()
-        grid = np.linspace(low, high, 25)
+        wide = high > _WIDE * low
+        inside = np.linspace(low, high, 25) if wide else np.geomspace(low / _BEYOND, high * _BEYOND, 25)
+        beyond = np.geomspace(1.1, _BEYOND, 4) if wide else np.empty(0)
+        grid = np.concatenate([low / beyond, inside, high * beyond])
         return tuple({"frequency": float(f), "damping_ratio": zeta} for zeta in (0.01, 0.03) for f in grid)
 
     def columns(self, record: RigRecord, site: str, shape: Shape) -> ComplexArray:

@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
-from jointlib.arrays import Array, ComplexArray
+from jointlib.arrays import ComplexArray
 from jointlib.joint import Joint
 from jointlib.loop import excess
 from jointlib.loop.bench import Raw
 from jointlib.loop.equations import Observed
 from jointlib.loop.fitted import Fitted
-from jointlib.loop.model import Model
+from jointlib.loop.model import prediction_error
 
 
 def errors(fitted: Fitted, sealed: Sequence[Raw], given: Joint | None = None) -> dict[str, Any]:
@@ -53,24 +51,3 @@ def errors(fitted: Fitted, sealed: Sequence[Raw], given: Joint | None = None) ->
 def _brief(o: Observed, whitened: ComplexArray) -> dict[str, float]:
     sizes: Mapping[str, float] = excess.sizes([o], [whitened])
     return {k: sizes[k] for k in ("relative", "joint_N", "chi2")}
-
-
-def prediction_error(model: Model) -> Array:
-    """y of every record left out in turn, after the model's columns were fitted to the others.
-
-    What a record has of its own (columns that vanish on all others) is fitted to it.
-    """
-    out = model.y.copy()
-    for here in model.records:
-        X = model.basis
-        theta = np.zeros(len(X))
-        keep = np.ones(len(out), dtype=bool)
-        keep[here] = False
-        own = np.linalg.norm(X[:, keep], axis=1) < 1e-9 * np.maximum(np.linalg.norm(X, axis=1), 1e-300)
-        if (~own).any():
-            theta[~own] = np.linalg.lstsq(X[~own][:, keep].T, model.y[keep], rcond=None)[0]
-        out[here] -= theta @ X[:, here]
-        if own.any():
-            beta = np.linalg.lstsq(X[own][:, here].T, out[here], rcond=None)[0]
-            out[here] -= beta @ X[own][:, here]
-    return out

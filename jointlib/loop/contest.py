@@ -77,7 +77,9 @@ def refined(trials: Sequence[Trial], evaluate: Callable[[Sequence[Shape]], Seque
     names = [
         n
         for n, value in start.shape.items()
-        if value > 0 and min(t.shape[n] for t in trials) >= 0 and len({t.shape[n] for t in trials if t.shape[n] > 0}) > 1
+        if value > 0
+        and min(t.shape[n] for t in trials) >= 0
+        and len({t.shape[n] for t in trials if t.shape[n] > 0}) > 1
     ]
     if not names:
         return tuple(trials)

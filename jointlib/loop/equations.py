@@ -157,6 +157,11 @@ class Observed:
         total = total + np.where(self.stray, (k + 1j * self.omega * c) * self._raw_displacement, 0)
         return total if self.extra is None else total + self.extra
 
+    def with_stray(self, force: ComplexArray) -> ComplexArray:
+        """A force on the period lines with its linear part on the lines between them where z is more than noise."""
+        k, c = self.linear_part(force)
+        return force + np.where(self.stray & self.kept, (k + 1j * self.omega * c) * self.Z, 0)
+
     def linear_part(self, force: ComplexArray) -> tuple[float, float]:
         """Stiffness in N/m and damping in N s/m that come nearest to a force on the kept lines."""
         use = self.kept & self.on_period

@@ -58,14 +58,16 @@ def total_excess(table: Mapping[str, Mapping[str, Any]], equation: str | None = 
 def sizes(records: Sequence[Observed], whitened: Sequence[ComplexArray]) -> dict[str, float]:
     """Root mean square of each residual over all records, its floor, the joint force, and χ².
 
-    joint_N is √(2 Σ|r_J L_JJ|²)/N: the joint residual with what the noise in the other equations tells removed.
+    joint_N is √(2 Σ|r_J L_JJ|²)/N: the joint residual with what the noise in the other equations tells removed, on
+    the lines of the period and wherever else z is more than noise.
     """
     sums: dict[str, list[float]] = {k: [] for k in ("joint", "balance", "redundancy", "force")}
     floors: dict[str, list[float]] = {k: [] for k in ("joint", "balance", "redundancy")}
     for o, r in zip(records, whitened, strict=True):
         N = o.spectra.samples
         for i, equation in enumerate(EQUATIONS):
-            diagonal = np.where(o.valid[:, i], o.triangle[:, i, i].real, 0)
+            use = o.valid[:, i] & (o.informative if equation == "joint" else True)
+            diagonal = np.where(use, o.triangle[:, i, i].real, 0)
             sums[equation].append(float(2 * np.sum(np.abs(r[:, i] * diagonal) ** 2)) / N**2)
             floors[equation].append(float(2 * np.sum(diagonal**2)) / N**2)
         sums["force"].append(float(2 * np.sum(np.abs(o.joint_force[o.valid[:, 2]]) ** 2)) / N**2)

@@ -12,16 +12,19 @@ from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
 from jointlib.joint import Covariance, Joint
 from jointlib.loop.bench import Found, Raw, columns_in, observe, view_of
-from jointlib.loop.equations import Observed, forces_of_law
+from jointlib.loop.equations import Observed
 from jointlib.loop.layout import Layout
 from jointlib.loop.model import Model
 from jointlib.loop.refit import bounds_of
+from jointlib.loop.tangents import tangents
 from jointlib.parameter import Role, parameters_of
 
-_STEP = 1e-4
 _LINEAR_ROLES = (Role.STIFFNESS, Role.DAMPING, Role.SLIP_FORCE)
 _ROUNDS = 15
-_SETTLED, _WORTHLESS = 0.02, 1e-6
+_SETTLED = 0.02
+"""Of its standard error: a smaller step is none."""
+_WORTHLESS = 0.5
+"""Of χ²: a step that lowers the loss by less moves the parameters by less than their standard errors."""
 _SHARES = (1.0, 0.5, 0.25, 0.1)
 
 
@@ -53,7 +56,8 @@ class Fitted:
         records = self.records
         layout = self.layout
         y = layout.row([o.whitened(self.joint) for o in records])
-        joint = [columns_of(records, [d[None] for d in derivative(records, self.joint, n)]) for n in self.free]
+        slopes = tangents(records, self.joint, self.free)
+        joint = [columns_of(records, [d[None] for d in slopes[n]]) for n in self.free]
         blocks = [*joint, *(fault_block(self.raws, records, f) for f in self.found)]
         stacked = np.concatenate(blocks) if blocks else np.zeros((0, len(y)))
         return Model(y, stacked, layout.records, sum(int(o.valid.sum()) for o in records), layout)
@@ -118,37 +122,6 @@ def fault_block(raws: Sequence[Raw], records: Sequence[Observed], f: Found) -> A
     return out
 
 
-def derivative(records: Sequence[Observed], joint: Joint, name: str) -> list[ComplexArray]:
-    """∂f/∂θ on the lines of each record, by central differences (one-sided at a bound)."""
-    value = joint.parameters[name]
-    h = max(_STEP * abs(value), _step_from_zero(records[0], joint, name) if abs(value) < 1e-20 else 0.0)
-    ends = []
-    for sign in (1.0, -1.0):
-        try:
-            ends.append((joint.with_parameters({name: value + sign * h}), value + sign * h))
-        except InputError:
-            ends.append((joint, value))
-    (above, high), (below, low) = ends
-    for law in (*above.laws, *below.laws):
-        forces_of_law(records, law)
-    if high == low:
-        return [np.zeros(len(o.frequency), dtype=complex) for o in records]
-    # Noise in a column would multiply the same noise in the residual: z counts where it is more than that.
-    return [np.where(o.informative, (o.model_force(above) - o.model_force(below)) / (high - low), 0j) for o in records]
-
-
-def _step_from_zero(record: Observed, joint: Joint, name: str) -> float:
-    """A step of a parameter that is zero, large enough to change the force by about 1e-4 of the measured force."""
-    size, h = float(np.linalg.norm(record.joint_force)), 1.0
-    here = record.model_force(joint)
-    for _ in range(4):
-        change = float(np.linalg.norm(record.model_force(joint.with_parameters({name: h})) - here))
-        if change == 0 or not np.isfinite(change):
-            return h
-        h *= 1e-4 * size / change
-    return h
-
-
 def free_parameters(joint: Joint) -> tuple[str, ...]:
     """What a refit of a joint may move: not what is declared fixed, nor a threshold or clearance that is off (0)."""
     names = []
@@ -185,7 +158,7 @@ def fit(raws: Sequence[Raw], joint: Joint, wanted: Sequence[str], found: Sequenc
         else:
             break
         gain, here = here.size - there.size, there
-        if gain < _WORTHLESS * here.size:
+        if gain < _WORTHLESS * max(1.0, here.size / max(1, here.model.entries)):
             break
     return _with_errors(replace(here, noise=None))
 
@@ -196,8 +169,9 @@ def _independent(
     held: list[str] = []
     blocks: list[Array] = []
     free: list[str] = []
+    slopes = tangents(records, joint, wanted)
     for name in wanted:
-        block = columns_of(records, [d[None] for d in derivative(records, joint, name)])
+        block = columns_of(records, [d[None] for d in slopes[name]])
         known = Model(block[0], np.concatenate(blocks) if blocks else np.zeros((0, block.shape[1])), (), 0)
         if known.without(block) is None:
             held.append(name)

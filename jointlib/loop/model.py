@@ -97,3 +97,24 @@ class Model:
             x = self.layout.in_time(i, rows)
             out.append((np.ascontiguousarray(x[:-1]), x[-1]))
         return tuple(out)
+
+
+def prediction_error(model: Model) -> Array:
+    """y of every record left out in turn, after the model's columns were fitted to the others.
+
+    What a record has of its own (columns that vanish on all others) is fitted to it.
+    """
+    out = model.y.copy()
+    for here in model.records:
+        X = model.basis
+        theta = np.zeros(len(X))
+        keep = np.ones(len(out), dtype=bool)
+        keep[here] = False
+        own = np.linalg.norm(X[:, keep], axis=1) < 1e-9 * np.maximum(np.linalg.norm(X, axis=1), 1e-300)
+        if (~own).any():
+            theta[~own] = np.linalg.lstsq(X[~own][:, keep].T, model.y[keep], rcond=None)[0]
+        out[here] -= theta @ X[:, here]
+        if own.any():
+            beta = np.linalg.lstsq(X[own][:, here].T, out[here], rcond=None)[0]
+            out[here] -= beta @ X[own][:, here]
+    return out

@@ -83,7 +83,7 @@ def trace_periodic(measurement: Measurement, joint: Joint, *, seed: int = 0) -> 
         baseline=start.joint,
         mended=_noted(modulated(widened(last), last), data, last, sealed) if entered else joint,
         chosen=chosen,
-        candidates=_candidates(opening, chosen),
+        candidates=_candidates(opening, chosen, word),
         rivals=rivals,
         chain=tuple(_link(t.row, terms[0], data, "accepted" if named else "hypothesis") for t in terms[1:]),
         secondary=tuple(_link(r, terms[0], data) for r in secondary if terms),
@@ -104,7 +104,7 @@ def trace_periodic(measurement: Measurement, joint: Joint, *, seed: int = 0) -> 
             "rms_over_floor": after["joint_N"] / after["joint_floor_N"],
         },
         resimulation=compared((shown_before.records, shown_before.joint), (shown_after.records, shown_after.joint)),
-        unexplained=left(table_after, found.before, excess.largest_lines(last.records, last.whitened())),
+        unexplained=left(table_after, found.before, last),
         not_decidable=verdict.not_decidable(data, known.rig),
         next_experiment=what_next,
         warnings=tuple(warnings),
@@ -155,14 +155,17 @@ def _link(row: Row, first: Term, data: Readings, status: str | None = None) -> d
     return out
 
 
-def _candidates(opening: Round, chosen: Candidate | None) -> tuple[Candidate, ...]:
+def _candidates(opening: Round, chosen: Candidate | None, word: Verdict) -> tuple[Candidate, ...]:
+    """Every family of the first contest; the best of them is not accepted where the verdict leaves it unnamed."""
     rows = [candidate_of(opening, r, i + 1) for i, r in enumerate(opening.rows)]
-    return tuple(
-        replace(c, explained=chosen.explained)
-        if chosen is not None and (c.family, c.where) == (chosen.family, chosen.where) and c.status is Status.ACCEPTED
-        else c
-        for c in rows
-    )
+    out = []
+    for c in rows:
+        if chosen is not None and (c.family, c.where) == (chosen.family, chosen.where):
+            c = replace(c, explained=chosen.explained)
+            if word is Verdict.UNEXPLAINED:
+                c = replace(c, status=Status.REJECTED, reason="passes, but explains too little alone to be added")
+        out.append(c)
+    return tuple(out)
 
 
 def _spent(joint: Joint, opened: Sequence[Raw], warnings: list[str]) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from jointlib.fault import Shape
 from jointlib.loop.contest import Score, refined, rivals_of, score, simplest_of_ties
 from jointlib.loop.contestant import Contestant, InJoint
 from jointlib.loop.fitted import Fitted
-from jointlib.loop.model import Model
+from jointlib.loop.model import Model, prediction_error
 from jointlib.loop.report import Status
 from jointlib.loop.trial import Trial, prediction
 
@@ -21,6 +21,8 @@ _REFINED = 6
 _WORTH_REFINING = 2.0
 _MOST_TERMS = 3
 _LEAST_SHARE = 0.05
+_TOO_SMALL = 1e-3
+"""Of the first term's gain: below this what is left is the error of its form, not another effect."""
 _NEAR = 0.5
 """Further members of a family are stepped only where its first reaches this share of the leader's gain."""
 
@@ -52,6 +54,12 @@ class Round:
     @property
     def model(self) -> Model:
         return self.fitted.model
+
+    @cached_property
+    def held_out_excess(self) -> float:
+        """What the model leaves on records left out in turn, beyond the noise."""
+        left = prediction_error(self.model)
+        return float(left @ left) - self.model.entries
 
 
 @dataclass(frozen=True)
@@ -132,7 +140,8 @@ class _Contest:
         for c in self.field:
             (enter if _leads(c) else later.append)(c)
         leader = max((r.score.gain for r in rows.values()), default=0.0)
-        near = {label for label, r in rows.items() if r.score.gain > _NEAR * leader}
+        near = {label for label, r in rows.items() if r.score.gain > _NEAR * leader and r.score.z > _WORTH_REFINING}
+        near -= self._present()
         for c in later:
             if c.label in near:
                 enter(c)
@@ -142,6 +151,11 @@ class _Contest:
             finer = refined(pools[r.label], partial(self.trials, r.contestant, physical=True))
             rows[r.label] = self.judged(r.contestant, finer, True)
         return self._ranked(sorted(rows.values(), key=lambda r: -r.score.gain))
+
+    def _present(self) -> set[str]:
+        """Families of which the joint holds a member already."""
+        kinds = {law.kind for law in self.fitted.joint.laws}
+        return {c.label for c in self.field if isinstance(c, InJoint) and c.joint_effect.member in kinds}
 
     def _ranked(self, ranked: Sequence[Row]) -> Round:
         self.owner = {id(r.score.best): r.contestant for r in ranked}
@@ -196,7 +210,8 @@ def search(start: Fitted, field: Sequence[Contestant]) -> tuple[Round, tuple[Ter
         else:
             terms = _exchanged(start, field, terms)
         current = contest(terms[-1].fitted, field, least)
-    small = [r for r in current.rows if r.reason.startswith("less than a twentieth")]
+    floor = _TOO_SMALL * (terms[0].row.score.gain if terms else 0.0)
+    small = [r for r in current.rows if r.reason.startswith("less than a twentieth") and r.score.gain > floor]
     return opening, tuple(terms), tuple(small[:1])
 
 

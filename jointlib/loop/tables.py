@@ -10,13 +10,15 @@ import numpy as np
 
 from jointlib.joint import Joint
 from jointlib.loop.bodies import Rig
+from jointlib.loop.ceiling import ceiling
 from jointlib.loop.contestant import Contestant, InJoint, InRig, channel_unit, fault_estimates
 from jointlib.loop.equations import Observed
-from jointlib.loop.excess import total_excess
+from jointlib.loop.excess import largest_lines, total_excess
 from jointlib.loop.fitted import Fitted
 from jointlib.loop.report import Candidate, Estimate, Status
 from jointlib.loop.search import Round, Row, Term
 from jointlib.loop.spectra import Spectra
+from jointlib.loop.whereabouts import by_amplitude, by_time
 
 _MODEL_FORM = frozenset({"hysteresis"})
 """Families of which a member stands for the class: the shape of the law is a larger doubt than the noise."""
@@ -27,7 +29,7 @@ _BIASED = frozenset({"quadratic"})
 def candidate_of(round: Round, row: Row, rank: int) -> Candidate:
     """A family as it fared in a round."""
     s, c = row.score, row.contestant
-    current = max(round.model.loss - round.model.entries, 1e-300)
+    current = max(round.held_out_excess, 1e-300)
     channel, body = place_of(c, round.fitted.raws[0].rig)
     return Candidate(
         family=c.effect.family,
@@ -146,8 +148,12 @@ def removed(before: float, after: float) -> float | None:
     return 1 - after / before if before > 0 else None
 
 
-def left(table: Mapping[str, Mapping[str, Any]], before: float, lines: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """What is left after mending: its share, where it sits, and the lines that stand out."""
+def left(table: Mapping[str, Mapping[str, Any]], before: float, last: Fitted) -> dict[str, Any]:
+    """What is left after mending: its share, where it sits, the lines that stand out, and the ceiling.
+
+    The ceiling is the share of the joint's excess that a flexible fit of motion would take: much of it means that
+    the catalogue lacks an effect, little that noise or another kind of disturbance is left. It names nothing.
+    """
     cells = [
         (cell["excess"] - cell["threshold"], equation, name)
         for equation, row in table.items()
@@ -155,10 +161,13 @@ def left(table: Mapping[str, Mapping[str, Any]], before: float, lines: Sequence[
     ]
     most = max(cells, default=(0.0, "", ""))
     left = total_excess(table)
+    whitened = last.whitened()
     return {
         "fraction": left / before if before > 0 else 0.0,
         "equation": most[1] if most[0] > 0 else None,
         "line_class": most[2] if most[0] > 0 else None,
-        "largest_lines": list(lines),
-        "ceiling": None,
+        "largest_lines": largest_lines(last.records, whitened),
+        "by_amplitude": by_amplitude(last.records, [o.residuals(last.joint) for o in last.records]),
+        "by_time": by_time(last.layout, whitened, last.raws[0].spectra.sample_rate),
+        "ceiling": ceiling(last.records, whitened) if total_excess(table, "joint") > 0 else None,
     }

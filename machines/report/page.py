@@ -34,6 +34,8 @@ class Section:
     text: Sequence[str] = ()
     figures: Sequence[Figure] = ()
     tables: Sequence[Table] = ()
+    parts: Sequence[Section] = ()
+    """Sections within, each under a smaller heading."""
 
 
 @dataclass(frozen=True)

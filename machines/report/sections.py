@@ -9,8 +9,6 @@ import numpy as np
 from jointlib.identification import Identification
 from jointlib.identification.force_samples import RestoringForce
 from jointlib.joint import Joint
-from jointlib.loop.report import TraceReport
-from jointlib.units import shown
 
 from ..linear import LinearCheck
 from ..lobes import StabilityLobes
@@ -18,19 +16,8 @@ from ..response import Response
 from .joint_figures import gain, gain_over_frequency, static_fit, surface
 from .machine_figures import check_figure, lobes_figure, response_figure
 from .page import Figure, Section, Table
-from .trace_figures import candidate_table, trace_figures
-
-
-def parameter_table(joint: Joint, caption: str) -> Table:
-    """Parameters with their standard errors, in the units people read."""
-    rows = []
-    units = joint.units
-    for name, value in joint.parameters.items():
-        factor, unit = shown(units[name])
-        error = joint.covariance.standard_error(name) if joint.covariance else np.nan
-        spread = f"± {error * factor:.2g}" if np.isfinite(error) else "not estimated"
-        rows.append((name, f"{value * factor:.6g}", spread, unit))
-    return Table(("parameter", "value", "standard error", "unit"), rows, caption)
+from .parameter_table import parameter_table
+from .trace_section import trace_section as trace_section
 
 
 def identification_section(found: Identification, simulated: bool) -> Section:
@@ -56,57 +43,6 @@ def identification_section(found: Identification, simulated: bool) -> Section:
 def _surface(samples: Sequence[RestoringForce], joint: Joint) -> Figure:
     z, v, f = (np.concatenate([getattr(s, name) for s in samples]) for name in ("z", "v", "f"))
     return surface(z, v, f, joint, float(z @ f / (z @ z)))
-
-
-def trace_section(report: TraceReport) -> Section:
-    """What the model left unexplained, what it was named, what is left now."""
-    before, after = report.error_before, report.error_after
-    text = [report.sentence]
-    if report.rivals:
-        text.append(
-            "These data cannot tell it from: "
-            + "; ".join(f"{r.family} ({r.separating_experiment})" for r in report.rivals)
-            + "."
-        )
-    rows = []
-    for key, name in (
-        ("relative", "relative error"),
-        ("in_sample", "in sample"),
-        ("heldout_condition", "held out by condition"),
-        ("heldout_block", "held out by block"),
-        ("joint_N", "joint equation [N]"),
-        ("balance_N", "balance equation [N]"),
-        ("redundancy_ms2", "redundancy equation [m/s²]"),
-        ("chi2", "chi²"),
-    ):
-        if before.get(key) is not None and after.get(key) is not None:
-            percent = key in ("relative", "in_sample") or key.startswith("heldout")
-            values = [f"{100 * e[key]:.3g} %" if percent else f"{e[key]:.4g}" for e in (before, after)]
-            rows.append((name, *values))
-    errors = Table(("", "before", "after"), rows, f"Error before and after, on {before.get('where', 'the records')}")
-    steps = step_table(report)
-    tables = [
-        errors,
-        *([steps] if steps else []),
-        parameter_table(report.mended, "Mended joint"),
-        candidate_table(report),
-    ]
-    if report.not_decidable:
-        lines = [(d["family"], d["why"], d["needs"]) for d in report.not_decidable]
-        tables.append(Table(("family", "why it cannot be decided", "what it needs"), lines, "Not decidable here"))
-    return Section("Closing the loop", [*text, *report.warnings], trace_figures(report), tables)
-
-
-def step_table(report: TraceReport) -> Table | None:
-    """How the error fell term by term, where the route tells it."""
-    rows = []
-    for step in report.reduction.get("steps", ()):
-        errors = (step["in_sample"], step["heldout_condition"], step["heldout_block"])
-        shown_errors = ("–" if e is None else f"{100 * e:.3g} %" for e in errors)
-        words = ", ".join(f"{name} {e.words()}" for name, e in step["parameters"].items())
-        rows.append((f"+ {step['family']}" if step["family"] else "model as given", *shown_errors, words))
-    header = ("step", "in sample", "held out by condition", "by block", "parameters then, with 95 % intervals")
-    return Table(header, rows, "Term by term") if rows else None
 
 
 def gain_section(name: str, joints: Mapping[str, Joint], frequency: float) -> Section:

@@ -530,10 +530,13 @@ def test_a_measured_place_is_tried_by_wavelength() -> None:
         PositionStiffness().columns(clean(), "", {"wavelength": 0.007})
 
 
-def test_modes_are_tried_over_the_excited_band() -> None:
-    tried = np.array([s["frequency"] for s in RockingMode().shapes([clean()], "")])
-    assert tried.min() == pytest.approx(2e3)
-    assert tried.max() == pytest.approx(8e3)
+def test_modes_are_tried_over_the_excited_band_and_beyond() -> None:
+    tried = np.unique([s["frequency"] for s in RockingMode().shapes([clean()], "")])
+    assert tried.min() == pytest.approx(2e3 / 1.7)
+    assert tried.max() == pytest.approx(8e3 * 1.7)
+    inside = tried[(tried > 1999) & (tried < 8001)]
+    assert len(inside) == 25
+    assert np.diff(inside).max() < 300
     without = Rig({c: clean().channels[c] for c in ("a1", "a2", "a3")})
     assert RockingMode().shapes([without], "") == ()
 
