@@ -25,7 +25,10 @@ import click
 import pytest
 
 from jointlib.cli.main import cli
+from jointlib.effect import JointEffect
+from jointlib.fault import Fault
 from jointlib.parameter import parameters_of
+from jointlib.path_fault import PathFault
 from jointlib.registry import law
 
 ROOT = Path(__file__).parents[1]
@@ -184,15 +187,70 @@ def test_every_law_has_a_paragraph_on_when_to_take_it() -> None:
     assert sorted(re.findall(r"^\*\*`([\w-]+)`\*\*", text, re.M)) == our_laws()
 
 
-def test_the_table_of_effects_is_the_registry() -> None:
+def our_effects() -> list[JointEffect | Fault | PathFault]:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
-    declared = set()
-    for target in project["entry-points"]["jointlib.effects"].values():
-        module, _, name = target.partition(":")
-        effect = getattr(importlib.import_module(module), name)
-        declared.add((effect.family, effect.member))
-    table = rows(section("loop.md", "What this version can name"))
-    assert {(row[0].strip("`"), row[1].strip("`")) for row in table} == declared
+    targets = [t.split(":") for t in project["entry-points"]["jointlib.effects"].values()]
+    return [getattr(importlib.import_module(module), name)() for module, name in targets]
+
+
+def tried_on(effect: JointEffect | Fault | PathFault) -> str:
+    """The routes on which an effect competes."""
+    if isinstance(effect, JointEffect):
+        return "rig, path" if law(effect.member, "docs").in_time else "rig"
+    return "rig" if isinstance(effect, Fault) else "path"
+
+
+def place_of(effect: JointEffect | Fault | PathFault) -> str:
+    if isinstance(effect, JointEffect):
+        return "joint"
+    return effect.on if isinstance(effect, Fault) else "force"
+
+
+def test_the_table_of_effects_is_the_registry() -> None:
+    """Joint effects, faults of a rig and faults along a path: one row a family and route, with what it looks like."""
+    declared: dict[tuple[str, str, str], tuple[set[str], set[str]]] = {}
+    for effect in our_effects():
+        laws, alike = declared.setdefault((effect.family, place_of(effect), tried_on(effect)), (set(), set()))
+        laws |= {effect.member} if isinstance(effect, JointEffect) else set()
+        alike |= set(effect.look_alikes)
+    listed = {}
+    for family, laws_, place, route, signature, alike_ in rows(section("loop.md", "The catalogue")):
+        assert signature, family
+        listed[family.strip("`"), place, route] = set(_SPAN.findall(laws_)), set(_SPAN.findall(alike_))
+    assert listed == declared
+
+
+def test_the_table_of_look_alikes_is_what_the_effects_declare() -> None:
+    declared = {
+        (e.family, other, words, "yes" if other in e.declared_pairs else "–")
+        for e in our_effects()
+        for other, words in e.look_alikes.items()
+    }
+    table = rows(section("loop.md", "What separates look-alikes"))
+    assert {(row[0].strip("`"), row[1].strip("`"), row[2], row[3]) for row in table} == declared
+
+
+def test_the_sentences_of_the_import_checks_are_those_of_the_code() -> None:
+    source = "".join(path.read_text("utf-8") for path in (ROOT / "jointlib").rglob("*.py"))
+    table = rows(section("loop.md", "What is checked on import"))
+    sentences = [sentence for row in table for sentence in _SPAN.findall(row[1])]
+    assert len(sentences) == len(table) > 20
+    assert [s for s in sentences if s not in source] == []
+
+
+def test_what_cannot_be_decided_is_what_the_faults_declare_to_need() -> None:
+    needing: dict[tuple[str, str], set[str]] = {}
+    for effect in our_effects():
+        if isinstance(effect, Fault) and effect.needs:
+            assert effect.needs == {"P"}, f"{effect.family} needs more than the table tells"
+            needing.setdefault(("rig", "no force P"), set()).add(effect.family)
+        elif isinstance(effect, PathFault) and effect.requires:
+            word = {"clock": "no clock", "position": "no channel of the feed position"}[effect.requires]
+            needing.setdefault(("path", word), set()).add(effect.family)
+    table = [r for r in rows(section("loop.md", "Verdicts")) if r[0] in ("rig", "path")]
+    for (route, word), families in needing.items():
+        (row,) = [r for r in table if r[0] == route and word in r[-1]]
+        assert set(_SPAN.findall(row[1])) == families
 
 
 _TAKERS = {"text", "number", "numbers", "matrix", "words", "flag", "integer", "take", "path", "section", "sections"}
@@ -315,10 +373,13 @@ def test_the_example_of_a_third_party_package_is_found_and_holds(tmp_path: Path)
     code = """
 import runpy
 from jointlib.cli.main import cli
-tests = [f for name, f in runpy.run_path("site/tests/test_rubber_mount.py").items() if name.startswith("test_")]
+from jointlib.effect import JointEffect
+from jointlib.fault import Fault
+pages = [runpy.run_path(f"site/tests/{page}.py") for page in ("test_rubber_mount", "test_faults")]
+tests = [f for page in pages for name, f in page.items() if name.startswith("test_")]
 for test in tests:
     test()
-assert len(tests) >= 3
+assert len(tests) >= 5
 cli.main(["laws", "--json"])
 """
     done = subprocess.run(
@@ -327,7 +388,7 @@ cli.main(["laws", "--json"])
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
     assert "rubber-mount" in {row["kind"] for row in found["laws"]}
-    assert "rubber-mount" in found["effects"]
+    assert {"rubber-mount", "crosstalk", "warm-up"} <= set(found["effects"])
     assert "tsv" in found["readers"]
     assert not found["failed"]
 

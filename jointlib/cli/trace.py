@@ -66,7 +66,9 @@ def words(report: TraceReport) -> list[str]:
     for step in report.reduction.get("steps", ())[1:]:
         found = ", ".join(f"{name} {e.words()}" for name, e in step["parameters"].items())
         lines.append(f"with {step['family']}: in sample {100 * step['in_sample']:.3g} %; {found}")
-    lines += [f"rival: {f'{r.family} {r.where}'.strip()}. {r.separating_experiment}" for r in report.rivals]
+    for r in report.rivals:
+        member = f" ({r.member})" if r.member not in ("", r.family) else ""
+        lines.append(f"rival: {f'{r.family}{member} {r.where}'.strip()}. {r.separating_experiment}")
     if report.corrections:
         lines.append("the mended measurement file undoes it; trace that file with the mended joint to go on")
     return [*lines, *(f"warning: {w}" for w in report.warnings)]

@@ -197,7 +197,8 @@ def fault_estimates(found: Found, errors: Mapping[str, float], unit: str) -> dic
             continue
         value = values[0] if len(found.parameters) == 1 else float(np.sqrt(np.mean(np.square(values))))
         error = errors.get(name, float("nan"))
-        shown = {"channel": unit, "1": ""}.get(declared, declared)
+        per = f"({unit})" if "/" in unit else unit
+        shown = {"channel": unit, "1": ""}.get(declared, declared.replace("channel", per))
         out[name] = Estimate(
             value, shown, error, (value - 1.96 * error, value + 1.96 * error), "noise", found.fault.biased
         )

@@ -70,7 +70,9 @@ def trace_periodic(measurement: Measurement, joint: Joint, *, seed: int = 0) -> 
     before, after = errors(start, sealed, joint), errors(last, sealed)
     if entered and not _lower(after, before):
         warnings.append(f"With {terms[0].row.label} the error {after['where']} does not fall; it is not added.")
-        word, named, entered, last, after = Verdict.UNEXPLAINED, False, (), start, before
+        word, named, entered, last, after = verdict.verdict_of(found, False, 0)[0], False, (), start, before
+    if word is Verdict.NOTHING_MISSING:
+        terms, rivals = (), ()
     chosen = chosen_of(last, terms[0], explained) if terms else None
     shown_before, shown_after = (f.on(sealed) if sealed else f for f in (start, last))
     table_after = excess.localisation(last.records, last.whitened())

@@ -74,8 +74,8 @@ class Term:
 class _Contest:
     """One round: trials of every contestant against one model."""
 
-    def __init__(self, fitted: Fitted, field: Sequence[Contestant], least_gain: float) -> None:
-        self.fitted, self.field, self.least_gain = fitted, field, least_gain
+    def __init__(self, fitted: Fitted, field: Sequence[Contestant], least_gain: float, chosen: str | None) -> None:
+        self.fitted, self.field, self.least_gain, self.chosen = fitted, field, least_gain, chosen
         self.model = fitted.model
         self.families = len({c.label for c in field})
         self.predictions: dict[int, Array] = {}
@@ -159,7 +159,7 @@ class _Contest:
 
     def _ranked(self, ranked: Sequence[Row]) -> Round:
         self.owner = {id(r.score.best): r.contestant for r in ranked}
-        passed = [r for r in ranked if not r.reason]
+        passed = [r for r in ranked if (not r.reason if self.chosen is None else r.label == self.chosen)]
         if not passed:
             return Round(self.fitted, tuple(ranked), None, ())
         model = self.model
@@ -184,9 +184,12 @@ def _marked(row: Row, winner: Row, close: set[str]) -> Row:
     return row if row.reason else replace(row, reason="explains less than the chosen one")
 
 
-def contest(fitted: Fitted, field: Sequence[Contestant], least_gain: float = 0.0) -> Round:
-    """All contestants against one model. ``least_gain`` is what a further term must at least reach."""
-    return _Contest(fitted, field, least_gain).held()
+def contest(fitted: Fitted, field: Sequence[Contestant], least_gain: float = 0.0, chosen: str | None = None) -> Round:
+    """All contestants against one model. ``least_gain`` is what a further term must at least reach.
+
+    Where the winner is ``chosen`` beforehand, the round tells how it fares and who its rivals are.
+    """
+    return _Contest(fitted, field, least_gain, chosen).held()
 
 
 def grown(fitted: Fitted, row: Row) -> Fitted | None:
@@ -207,7 +210,8 @@ def search(start: Fitted, field: Sequence[Contestant]) -> tuple[Round, tuple[Ter
         terms.append(Term(current, current.winner, bigger))
         if len(terms) == 1:
             least = _LEAST_SHARE * current.winner.score.gain
-        else:
+        elif len(terms) == 2:
+            # Once: beside a third term the same question costs more than the rest of the trace, and names nothing.
             terms = _exchanged(start, field, terms)
         current = contest(terms[-1].fitted, field, least)
     floor = _TOO_SMALL * (terms[0].row.score.gain if terms else 0.0)
@@ -219,33 +223,36 @@ def _exchanged(start: Fitted, field: Sequence[Contestant], terms: list[Term]) ->
     """Replace an earlier term where another family beside the others lowers the loss of everything.
 
     A greedy order starts with whatever imitates two effects at once; beside the second one its place is taken by
-    the first.
+    the first. Tried are families that showed more than noise in one of the contests.
     """
+    shown = {r.label for t in terms for r in t.round.rows if r.score.z > _WORTH_REFINING}
+    strong = [c for c in field if c.label in shown]
     for i in range(len(terms) - 1):
-        others = _rebuilt(start, field, [t.row for j, t in enumerate(terms) if j != i])
+        others = _rebuilt(start, strong, [t.row for j, t in enumerate(terms) if j != i])
         if others is None:
             continue
-        again = contest(others[-1].fitted, field)
+        again = contest(others[-1].fitted, strong)
         if again.winner is None or again.winner.label == terms[i].row.label:
             continue
         other = grown(others[-1].fitted, again.winner)
         if other is None or other.model.loss > terms[-1].fitted.model.loss - 10 * np.log(other.model.entries):
             continue
         rows = sorted([*(t.row for t in others), again.winner], key=lambda r: -r.score.gain)
-        return _rebuilt(start, field, rows) or terms
+        return _rebuilt(start, strong, rows, first_among=field) or terms
     return terms
 
 
-def _rebuilt(start: Fitted, field: Sequence[Contestant], rows: Sequence[Row]) -> list[Term] | None:
-    """Terms added anew in a given order, each judged in a contest of its own."""
+def _rebuilt(
+    start: Fitted, field: Sequence[Contestant], rows: Sequence[Row], first_among: Sequence[Contestant] = ()
+) -> list[Term] | None:
+    """Terms added anew in a given order; the first may be judged among a whole field, which shows its rivals."""
     terms: list[Term] = []
     for row in rows:
         here = terms[-1].fitted if terms else start
         own = [c for c in field if c.label == row.label]
-        opening = contest(here, field if not terms else own)
-        again = next((r for r in opening.rows if r.label == row.label), None)
-        bigger = None if again is None else grown(here, again)
-        if again is None or bigger is None:
+        round_ = contest(here, own if terms or not first_among else first_among, chosen=row.label)
+        bigger = None if round_.winner is None else grown(here, round_.winner)
+        if round_.winner is None or bigger is None:
             return None
-        terms.append(Term(replace(opening, winner=again), again, bigger))
+        terms.append(Term(round_, round_.winner, bigger))
     return terms

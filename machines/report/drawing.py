@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import re
+import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
@@ -56,7 +57,10 @@ def sheet(
         paper = Sheet(figure.subplots(rows, columns, **layout))
         yield paper
         buffer = io.StringIO()
-        figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
+        with warnings.catch_warnings():
+            # Where labels leave no room the axes overlap a little; that is no reason to lose a report.
+            warnings.filterwarnings("ignore", message="constrained_layout not applied")
+            figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
     # The XML prologue has no place inside HTML.
     paper.svg = re.sub(r"^.*?(?=<svg)", "", buffer.getvalue(), flags=re.S)
 
