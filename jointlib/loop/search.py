@@ -213,10 +213,17 @@ def search(start: Fitted, field: Sequence[Contestant]) -> tuple[Round, tuple[Ter
         elif len(terms) == 2:
             # Once: beside a third term the same question costs more than the rest of the trace, and names nothing.
             terms = _exchanged(start, field, terms)
+        if not _leaves_room(terms[-1].fitted.model, least):
+            return opening, tuple(terms), ()
         current = contest(terms[-1].fitted, field, least)
     floor = _TOO_SMALL * (terms[0].row.score.gain if terms else 0.0)
     small = [r for r in current.rows if r.reason.startswith("less than a twentieth") and r.score.gain > floor]
     return opening, tuple(terms), tuple(small[:1])
+
+
+def _leaves_room(model: Model, least: float) -> bool:
+    """Whether what is left exceeds its noise by as much as a further term must at least gain."""
+    return bool(model.loss - model.entries + 3 * np.sqrt(model.entries) >= least)
 
 
 def _exchanged(start: Fitted, field: Sequence[Contestant], terms: list[Term]) -> list[Term]:

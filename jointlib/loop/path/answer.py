@@ -3,26 +3,32 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
-from typing import Any
 
 import numpy as np
 
 from jointlib.io.measurement_file import read_records
 from jointlib.joint import Joint
 from jointlib.loop.naming import experiment, is_declared_pair
-from jointlib.loop.path import judgement, words
+from jointlib.loop.path import account, judgement, words
 from jointlib.loop.path.acceptance import CHANCE, SHARE, TIE
+from jointlib.loop.path.columns import law_forces
 from jointlib.loop.path.estimates import candidate_of, chosen_of, estimates
-from jointlib.loop.path.evidence import Evidence, Fitted, law_forces
-from jointlib.loop.path.preparation import prepare
+from jointlib.loop.path.evidence import Evidence
+from jointlib.loop.path.fitted import Fitted
+from jointlib.loop.path.forward import forward_check
+from jointlib.loop.path.preparation import force_channel, prepare
 from jointlib.loop.path.repeats import PathFloor
-from jointlib.loop.path.search import Finding, Step, deciding_excess, is_quiet, is_rival
+from jointlib.loop.path.search import Finding, Row, Term, deciding_excess, is_quiet, is_rival
 from jointlib.loop.path.strokes import Division
 from jointlib.loop.report import Rival, Status, TraceReport, Verdict
-from jointlib.measurement import Measurement, Record
+from jointlib.measurement import Correction, Measurement, Record
+from jointlib.path_fault import PathFault
+
+_MOST_RIVALS = 8
+"""Ranks among which rivals are looked for."""
 
 
 @dataclass(frozen=True)
@@ -31,62 +37,74 @@ class _Named:
 
     verdict: Verdict
     explained: float | None
-    rivals: tuple[Rival, ...]
+    winner: Row | None
+    rivals: tuple[Row, ...]
     after: Fitted
+    terms: tuple[Term, ...]
+    """Those in ``after``."""
 
 
 def answer(
-    measurement: Measurement, joint: Joint, records: Sequence[Record], evidence: Evidence, found: Finding, seed: int
+    measurement: Measurement,
+    joint: Joint,
+    records: Sequence[Record],
+    evidence: Evidence,
+    found: Finding,
+    faults: Sequence[PathFault],
+    missing: Mapping[str, str],
+    seed: int,
 ) -> TraceReport:
-    """Verdict, errors before and after, sealed records opened now, and the mended joint."""
-    named = _named(evidence, found)
+    """Verdict, errors before and after, sealed records opened now, the mended joint and the corrections."""
+    named = _named(found)
+    channel = force_channel(measurement)
     entered = named.after is not found.before
     sealed_records = read_records(measurement, measurement.with_role("sealed"))
+    spent = [r.name for r in sealed_records if f"{r.name} sha256:{r.sha256}" in joint.provenance.get("seal_opened", [])]
     warnings = words.warnings_of(
         evidence,
-        [c.unit for c in measurement.channels],
+        measurement,
         sorted({name for r in records for name in r.ignored}),
-        measurement.simulated,
+        (*records, *sealed_records),
     )
-    spent = [r.name for r in sealed_records if f"{r.name} sha256:{r.sha256}" in joint.provenance.get("seal_opened", [])]
     warnings += [f"The seal of {name} was opened in an earlier trace; it is spent." for name in spent]
     sealed = _sealed(measurement, evidence, sealed_records)
-    before = judgement.errors(evidence, found.before, sealed)
-    after = judgement.errors(evidence, named.after, sealed) if entered else before
-    floor = float(np.sqrt(np.mean(evidence.floor.power / evidence.block_power))) if evidence.floor.known else None
-    first = found.terms[0] if found.terms else None
-    winner = next((r for r in found.rows if r.status is Status.ACCEPTED), None)
+    before = judgement.errors(found.before, sealed)
+    after = judgement.errors(named.after, sealed) if entered else before
     chosen = None
-    if first is not None and winner is not None:
+    if named.winner is not None:
         step = found.steps[1]
-        chosen = chosen_of(winner, step.term or first, step.fitted, found.before, named.explained or 0.0)
+        chosen = chosen_of(
+            named.winner, step.term or found.terms[0], step.fitted, found.before, named.explained or 0.0, channel
+        )
     several = len(evidence.division.conditions) > 1
     is_named = named.verdict in (Verdict.IDENTIFIED, Verdict.AMBIGUOUS)
-    further = _further(found, "accepted" if is_named else "hypothesis")
-    effect = winner.entry.effect if winner else None
-    what_next = words.next_experiment(named.verdict, named.rivals, effect, several)
-    said = [f["family"] for f in further] if is_named else []
-    text = words.sentence(named.verdict, chosen, named.rivals, said, before, after, floor)
+    chain = account.further(found, "accepted" if is_named else "hypothesis")
+    effect = named.winner.entry.effect if named.winner else None
+    rivals = tuple(_rival(r, named.winner, channel) for r in named.rivals if named.winner is not None)
+    what_next = words.next_experiment(named.verdict, rivals, effect, several)
+    said = [words.said(t.effect) for t in found.terms[1:]] if is_named else []
+    doubts = words.doubts([r.entry.effect for r in named.rivals])
+    text = words.sentence(named.verdict, effect, chosen, doubts, said, before, after, account.overall_floor(evidence))
     return TraceReport(
         route="path",
         verdict=named.verdict,
         sentence=f"{text} Next: {what_next}",
         baseline=found.before.joint,
-        mended=_mended(joint, named, found, evidence, records, sealed_records) if entered else joint,
+        mended=_mended(joint, named, evidence, records, sealed_records) if entered else joint,
         chosen=chosen,
         candidates=tuple(candidate_of(row, i + 1, found.before) for i, row in enumerate(found.rows)),
-        rivals=named.rivals,
-        chain=further,
-        secondary=further if is_named else (),
+        rivals=rivals,
+        chain=chain,
+        secondary=chain if is_named else (),
         error_before=before,
         error_after=after,
-        data=_data(measurement, evidence, records, sealed_records, spent),
-        noise_floor=_floor(evidence),
-        localisation={"blocks": judgement.blocks(evidence, found.before, named.after)},
-        reduction=_reduction(evidence, found, named, floor),
-        resimulation={},
-        unexplained=_unexplained(evidence, found, named),
-        not_decidable=words.not_decidable(evidence),
+        data=account.data(measurement, evidence, records, sealed_records, spent),
+        noise_floor=account.floor(evidence),
+        localisation={"blocks": judgement.blocks(found.before, named.after)},
+        reduction=account.reduction(found, named.after),
+        resimulation=forward_check(found.before, named.after, sealed),
+        unexplained=account.unexplained(found, named.after),
+        not_decidable=words.not_decidable(evidence, faults, missing),
         next_experiment=what_next,
         warnings=tuple(warnings),
         repro={
@@ -95,80 +113,66 @@ def answer(
             "options": {"least_share": SHARE, "largest_chance": CHANCE, "tie": TIE},
         },
         extra_baseline={n: e for n, e in estimates(found.before).items() if n in ("mass", "offset")},
-        plots=judgement.pictures(evidence, found.before, named.after),
+        corrections=tuple(Correction(k.fault.family, channel, None, k.parameters) for k in named.after.model.faults),
+        measurement=measurement,
+        plots=judgement.pictures(found.before, named.after),
     )
 
 
-def _named(evidence: Evidence, found: Finding) -> _Named:
-    explained = None
+def _named(found: Finding) -> _Named:
+    evidence, explained = found.before.evidence, None
+    winner = next((r for r in found.rows if r.status is Status.ACCEPTED), None)
     if found.terms:
-        total = deciding_excess(evidence, found.before)
-        explained = 1 - deciding_excess(evidence, found.steps[1].fitted) / total
-        swapped = {t.effect.family for t in found.terms}
-        shares = [r.assessment.share for r in found.rows if r.entry.physical and r.entry.effect.family in swapped]
+        explained = 1 - deciding_excess(found.steps[1].fitted) / deciding_excess(found.before)
+        kept = {(t.family, t.member) for t in found.terms}
+        own = [r for r in found.rows if r.entry.physical and (r.entry.family, r.entry.member) in kept]
+        shares = [r.assessment.share for r in own]
         if found.steps[1].term not in found.terms and shares:
             explained = max(shares)
-    winner = next((r for r in found.rows if r.status is Status.ACCEPTED), None)
-    rivals = tuple(
-        Rival(
-            family=r.entry.effect.family,
-            gain_ratio=r.assessment.gain / winner.assessment.gain,
-            declared_pair=is_declared_pair(r.entry.effect, winner.entry.effect),
-            separating_experiment=experiment(winner.entry.effect, r.entry.effect),
-        )
-        for r in found.rows
-        if winner is not None and is_rival(r)
-    )
-    quiet = is_quiet(found.before, evidence)
+    rivals = tuple(r for r in found.rows[:_MOST_RIVALS] if winner is not None and is_rival(r))
+    quiet = is_quiet(found.before)
     verdict = words.verdict_of(explained, len(rivals), quiet, len(evidence.division.conditions) > 1)
-    after = found.before
+    after, terms = found.before, found.terms[:0]
     if verdict is Verdict.PARTIAL:
-        after = found.steps[1].fitted
+        after, terms = found.steps[1].fitted, found.terms[:1]
     elif verdict in (Verdict.IDENTIFIED, Verdict.AMBIGUOUS):
-        after = found.after
-    return _Named(verdict, explained, rivals, after)
+        after, terms = found.after, found.terms
+    return _Named(verdict, explained, winner if found.terms else None, rivals, after, terms)
+
+
+def _rival(row: Row, winner: Row | None, channel: str) -> Rival:
+    assert winner is not None
+    pair = row.entry.effect, winner.entry.effect
+    return Rival(
+        family=row.entry.family,
+        gain_ratio=row.assessment.gain / winner.assessment.gain,
+        declared_pair=is_declared_pair(*pair),
+        separating_experiment=experiment(pair[1], pair[0]),
+        member=row.entry.member,
+        channel=channel if isinstance(row.entry.effect, PathFault) else None,
+    )
 
 
 def _sealed(measurement: Measurement, evidence: Evidence, records: Sequence[Record]) -> Evidence | None:
     """Sealed records prepared like the others."""
     if not records:
         return None
-    runs = tuple(prepare(measurement, r, evidence.runs[0].preparation) for r in records)
+    runs = tuple(prepare(measurement, r, evidence.recorded[0].preparation) for r in records)
     nothing = PathFloor(np.zeros(0), "unknown", np.zeros(0, dtype=int))
     return Evidence(runs, evidence.carriage, Division((), "sealed"), nothing, law_forces(runs))
 
 
-def _further(found: Finding, status: str) -> tuple[dict[str, Any], ...]:
-    """Terms after the first, with the share of the excess each found when it came."""
-    return tuple(
-        {
-            "family": t.effect.family,
-            "member": t.effect.member,
-            "share": t.assessment.share,
-            "p_signflip": t.assessment.chance,
-            "status": status,
-        }
-        for t in found.terms[1:]
-    )
-
-
 def _mended(
-    joint: Joint,
-    named: _Named,
-    found: Finding,
-    evidence: Evidence,
-    records: Sequence[Record],
-    sealed: Sequence[Record],
+    joint: Joint, named: _Named, evidence: Evidence, records: Sequence[Record], sealed: Sequence[Record]
 ) -> Joint:
     """The joint with what was found, the range it was found on, and what it was found from."""
     paths = [run.path for run in evidence.runs]
     travels = [b.travel / 2 for b in evidence.division.blocks]
     speed = max(float(np.max(np.abs(p.velocity))) for p in paths)
-    entered = found.terms if named.after is found.after else found.terms[:1]
     provenance = {
         **joint.provenance,
         "traced_on": [f"{r.name} sha256:{r.sha256}" for r in records],
-        "effects": [t.effect.family for t in entered],
+        "effects": [t.family for t in named.terms],
         "verdict": named.verdict.value,
         "program": f"jointlib {version('jointlib')}",
     }
@@ -177,88 +181,3 @@ def _mended(
         provenance["seal_opened"] = list(dict.fromkeys(opened))
     validity = {**joint.validity, "amplitude": (0.0, max(travels)), "velocity": (0.0, speed)}
     return dataclasses.replace(named.after.joint, validity=validity, provenance=provenance)
-
-
-def _data(
-    measurement: Measurement,
-    evidence: Evidence,
-    records: Sequence[Record],
-    sealed: Sequence[Record],
-    spent: Sequence[str],
-) -> dict[str, Any]:
-    division = evidence.division
-    return {
-        "records": [{"id": r.name, "condition": r.source.condition, "samples": len(r)} for r in records],
-        "sealed": [r.name for r in sealed] or None,
-        "sealed_spent": list(spent),
-        "sha256": {r.name: r.sha256 for r in (*records, *sealed)},
-        "simulated": measurement.simulated,
-        "preparation": dataclasses.asdict(evidence.runs[0].preparation)
-        | {"filter": "Butterworth order 4, forward and backward, on force and displacement alike"},
-        "conditions": {
-            "grouped_by": division.grouped_by,
-            "found": {n: sum(b.condition == n for b in division.blocks) for n in division.conditions},
-        },
-        "blocks": len(division.blocks),
-        "block_kind": "strokes" if all(b.is_stroke for b in division.blocks) else "pieces",
-    }
-
-
-def _floor(evidence: Evidence) -> dict[str, Any]:
-    relative = np.sqrt(evidence.floor.power / evidence.block_power)
-    owner = np.array([b.run for b in evidence.division.blocks])
-    known = evidence.floor.known
-    per_record = {
-        run.name: float(np.sqrt(np.mean(relative[owner == i] ** 2))) if known and np.any(owner == i) else None
-        for i, run in enumerate(evidence.runs)
-    }
-    return {"force_rel_per_record": per_record, "source": evidence.floor.source}
-
-
-def _reduction(evidence: Evidence, found: Finding, named: _Named, floor: float | None) -> dict[str, Any]:
-    total = deciding_excess(evidence, found.before)
-    left = deciding_excess(evidence, named.after)
-    rms = float(np.sqrt(named.after.deciding_loss.mean()))
-    return {
-        "excess_removed": 1 - left / total if total > 0 else None,
-        "rms_over_floor": rms / floor if floor else None,
-        "steps": [_step(evidence, found, step, total) for step in found.steps],
-        "standard_errors": "blocks taken as independent, widened to the jackknife over condition folds",
-    }
-
-
-def _step(evidence: Evidence, found: Finding, step: Step, total: float) -> dict[str, Any]:
-    """One accepted step with its refitted parameters, its errors and the contest that followed."""
-    shown = judgement.errors(evidence, step.fitted, None)
-    return {
-        "family": step.term.effect.family if step.term else None,
-        "action": step.action if step.term else "baseline",
-        "share": step.term.assessment.share if step.term else None,
-        "explained": 1 - deciding_excess(evidence, step.fitted) / total if total > 0 else None,
-        "in_sample": shown["in_sample"],
-        "heldout_condition": shown["heldout_condition"],
-        "heldout_block": shown["heldout_block"],
-        "parameters": estimates(step.fitted),
-        "next": [
-            {
-                "family": r.entry.effect.family,
-                "share": r.assessment.share,
-                "p_signflip": r.assessment.chance,
-                "status": r.status,
-                "reason": r.reason,
-            }
-            for r in step.rows
-        ],
-    }
-
-
-def _unexplained(evidence: Evidence, found: Finding, named: _Named) -> dict[str, Any]:
-    """What is left, and where it is largest."""
-    total = deciding_excess(evidence, found.before)
-    blocks = judgement.blocks(evidence, found.before, named.after)
-    return {
-        "fraction": deciding_excess(evidence, named.after) / total if total > 0 else 0.0,
-        "equation": "joint",
-        "blocks": sorted(blocks, key=lambda b: -b["error_after"])[:5],
-        "ceiling": None,
-    }

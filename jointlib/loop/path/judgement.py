@@ -8,24 +8,26 @@ from typing import Any
 import numpy as np
 
 from jointlib.arrays import Array
-from jointlib.loop.path.evidence import Evidence, Fitted
+from jointlib.loop.path.evidence import Evidence
+from jointlib.loop.path.fitted import Fitted
 from jointlib.loop.path.preparation import Run
 
 
-def predicted(evidence: Evidence, fitted: Fitted) -> Array:
-    """F = m a + f + F0 of a fitted model along records, N; mass and offset are those of the fit."""
+def unexplained(evidence: Evidence, fitted: Fitted) -> Array:
+    """What a fitted model leaves of F along records, N: mass, offset and faults are those of the fit."""
+    here = evidence.without(fitted.model.faults)
+    names, columns = here.plant
     plant = dict(zip(fitted.names, fitted.plant, strict=False))
-    known = evidence.carriage.value if evidence.carriage else None
-    mass = plant.get("mass", known or 0.0)
-    return np.asarray(mass * evidence.acceleration + evidence.joint_force(fitted.joint) + plant["offset"])
+    return np.asarray(here.target - here.joint_force(fitted.joint) - np.array([plant[n] for n in names]) @ columns)
 
 
-def errors(evidence: Evidence, fitted: Fitted, sealed: Evidence | None) -> dict[str, Any]:
+def errors(fitted: Fitted, sealed: Evidence | None) -> dict[str, Any]:
     """Relative errors as fractions: rms of the residual over rms of F.
 
     ``relative`` is the one that counts, ``where`` says on what: the sealed record, else condition folds, else block
     folds. Held-out figures are 100·sqrt(mean over blocks of squared error over the power of the record).
     """
+    evidence = fitted.evidence
     condition = None if fitted.condition_loss is None else float(np.sqrt(fitted.condition_loss.mean()))
     block = float(np.sqrt(fitted.block_loss.mean()))
     out: dict[str, Any] = {
@@ -33,10 +35,10 @@ def errors(evidence: Evidence, fitted: Fitted, sealed: Evidence | None) -> dict[
         "heldout_condition": condition,
         "heldout_block": block,
         "per_record": _per_record(evidence.runs, evidence.force, fitted.residual),
-        "per_condition": _per_condition(evidence, fitted),
+        "per_condition": _per_condition(fitted),
     }
     if sealed is not None:
-        residual = sealed.force - predicted(sealed, fitted)
+        residual = unexplained(sealed, fitted)
         relative = float(np.sqrt(np.mean(residual**2) / np.mean(sealed.force**2)))
         rows = _per_record(sealed.runs, sealed.force, residual)
         return {**out, "relative": relative, "where": "sealed", "sealed": relative, "per_sealed_record": rows}
@@ -53,13 +55,15 @@ def _per_record(runs: Sequence[Run], force: Array, residual: Array) -> list[dict
     ]
 
 
-def _per_condition(evidence: Evidence, fitted: Fitted) -> dict[str, float]:
+def _per_condition(fitted: Fitted) -> dict[str, float]:
+    evidence = fitted.evidence
     folds, names = evidence.condition_folds, evidence.division.conditions
     return {name: float(np.sqrt(fitted.deciding_loss[folds == h].mean())) for h, name in enumerate(names)}
 
 
-def blocks(evidence: Evidence, before: Fitted, after: Fitted) -> list[dict[str, Any]]:
+def blocks(before: Fitted, after: Fitted) -> list[dict[str, Any]]:
     """Where the error sits: held-out error of every block, before and after, beside its floor."""
+    evidence = before.evidence
     rate = evidence.runs[0].preparation.sample_rate
     floor = np.sqrt(evidence.floor.power / evidence.block_power)
     return [
@@ -76,13 +80,14 @@ def blocks(evidence: Evidence, before: Fitted, after: Fitted) -> list[dict[str, 
     ]
 
 
-def pictures(evidence: Evidence, before: Fitted, after: Fitted) -> dict[str, Array]:
+def pictures(before: Fitted, after: Fitted) -> dict[str, Array]:
     """Arrays for the pictures, at most 4000 samples of the fit records laid end to end.
 
     ``time`` (s, records one after the other), ``displacement`` (m), ``velocity`` (m/s), ``force``, ``model_before``,
     ``model_after``, ``residual_before``, ``residual_after`` (N); per block ``block_before``, ``block_after``,
     ``block_floor`` (fractions, held out) and ``block_condition`` (number of the condition).
     """
+    evidence = before.evidence
     runs, step = evidence.runs, evidence.runs[0].path.time_step
     starts = np.cumsum([0.0, *(len(run.force) * step for run in runs)])
     every = slice(None, None, -(-len(evidence.force) // 4000))

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.signal import butter, detrend, medfilt, sosfiltfilt, welch
 
-from jointlib.arrays import Array
+from jointlib.arrays import Array, ComplexArray
 from jointlib.effect import Path
-from jointlib.errors import InputError
 from jointlib.measurement import Measurement, Record
+from jointlib.path_fault import PathFault, PathRecord
 
 ORDER = 4
+_CLOSE = 1e-3
+_STEPS = 5
 
 
 @dataclass(frozen=True)
@@ -23,26 +25,45 @@ class Preparation:
     sample_rate: float
     """Hz."""
     cutoff: float
-    """Hz; Butterworth of order 4, forward and backward."""
+    """Hz."""
     edge: int
     """Samples dropped at each end: 25 periods of the cutoff frequency, at most 5 % of the shortest record."""
     stride: int
     """One sample is kept of so many: two per period of the cutoff frequency."""
     derivative: str
-    """``central`` differences where they are within 3 % at the cutoff frequency, else ``spectral``."""
+    """``central`` differences and a Butterworth filter of order 4, forward and backward, where the differences are
+    within 3 % at the cutoff frequency; else ``spectral``: derivatives and a sharp cut in the spectrum."""
     rule: str
     """Where the cutoff comes from."""
+    step: int = 1
+    """Laws with memory are stepped along one sample of so many: at least five in a period of the cutoff frequency."""
+
+    @property
+    def filter(self) -> str:
+        """The filter in words."""
+        if self.derivative == "central":
+            return "Butterworth order 4, forward and backward, on force and displacement alike"
+        return "spectra cut above the cutoff, on force and displacement alike"
 
     def filtered(self, x: Array) -> Array:
         """𝓕x along the last axis, without phase shift."""
-        sections = butter(ORDER, self.cutoff / (self.sample_rate / 2), output="sos")
-        return np.asarray(sosfiltfilt(sections, x, axis=-1))
+        if self.derivative == "central":
+            sections = butter(ORDER, self.cutoff / (self.sample_rate / 2), output="sos")
+            return np.asarray(sosfiltfilt(sections, x, axis=-1))
+        spectrum, line = _odd_spectrum(x)
+        frequency = np.fft.rfftfreq(2 * (x.shape[-1] - 1), 1 / self.sample_rate)
+        spectrum[..., frequency > self.cutoff] = 0
+        return np.asarray(np.fft.irfft(spectrum, 2 * (x.shape[-1] - 1))[..., : x.shape[-1]] + line)
 
     def slope(self, x: Array) -> Array:
         """Time derivative of a filtered signal."""
         if self.derivative == "central":
             return np.asarray(np.gradient(x) * self.sample_rate)
-        return _spectral_slope(x, self.sample_rate)
+        n = len(x)
+        spectrum, line = _odd_spectrum(x)
+        omega = 2 * np.pi * np.fft.rfftfreq(2 * (n - 1), 1 / self.sample_rate)
+        own = np.fft.irfft(1j * omega * spectrum, 2 * (n - 1))[:n]
+        return np.asarray(own + (line[1] - line[0]) * self.sample_rate)
 
 
 @dataclass(frozen=True)
@@ -56,35 +77,42 @@ class Run:
     acceleration: Array
     """m/s²."""
     force: Array
-    """N."""
+    """N, filtered."""
     preparation: Preparation
     period: int | None
+    recorded: PathRecord
+    """The force as it was read, with its clock and the place of the feed."""
+    begin: int
+    """First sample that counts: after the edge, and on a test that is ramped up after the first quarter cycle, when
+    contacts have forgotten how they were left."""
 
     @property
     def keep(self) -> slice:
-        edge = self.preparation.edge
-        return slice(edge, len(self.force) - edge, self.preparation.stride)
+        return slice(self.begin, len(self.force) - self.preparation.edge, self.preparation.stride)
 
     @property
     def time(self) -> Array:
         """s since the first sample of the record, of the samples that are kept."""
         return np.asarray(np.arange(len(self.force))[self.keep] * self.path.time_step)
 
-    def stepped(self, has_memory: bool) -> Path:
-        """The path at the full rate; for laws with memory, which are stepped one by one, at five samples per period
-        of the cutoff frequency: their force depends on where the path turns, not on how densely it is sampled."""
-        every = max(1, int(self.preparation.sample_rate / (5 * self.preparation.cutoff))) if has_memory else 1
-        z, v = self.path.displacement[::every], self.path.velocity[::every]
-        return Path(z, v, self.path.time_step * every)
+    def without(self, fault: PathFault, parameters: Mapping[str, float]) -> Run:
+        """The record with a fault of its force undone."""
+        r = self.recorded
+        force = fault.undo(r.force, r.time, r.position, parameters)
+        return replace(self, recorded=replace(r, force=force), force=self.preparation.filtered(force))
+
+    def stepped(self) -> Path:
+        """The path that laws with memory are stepped along one by one, thinned: their force depends on where the path
+        turns, not on how densely it is sampled."""
+        every = self.preparation.step
+        return Path(self.path.displacement[::every], self.path.velocity[::every], self.path.time_step * every)
 
     def spread(self, stepped: Array) -> Array:
-        """Values along :meth:`stepped` at the full rate again."""
-        count, full = stepped.shape[-1], len(self.force)
-        if count == full:
-            return stepped
-        at = np.arange(count) * -(-full // count)
-        rows = [np.interp(np.arange(full), at, row) for row in stepped.reshape(-1, count)]
-        return np.array(rows).reshape(*stepped.shape[:-1], full)
+        """Values along :meth:`stepped` (and beyond) at the full rate again."""
+        every, count = self.preparation.step, len(self.force)
+        if every == 1:
+            return stepped[:count]
+        return np.asarray(np.interp(np.arange(count), np.arange(len(stepped)) * every, stepped))
 
     def column(self, full: Array) -> Array:
         """A nonlinear function of the full-rate path: through the filter that the force went through, then thinned."""
@@ -101,12 +129,10 @@ def choose_preparation(measurement: Measurement, records: Sequence[Record]) -> P
     """
     rate = measurement.sample_rate or 0.0
     shortest = min(len(r) for r in records)
-    if shortest < 256:
-        raise InputError(f"{measurement.source}: a record has {shortest} samples, expected at least 256 for a trace")
     if measurement.band is not None:
         cutoff, rule = measurement.band[1], "upper end of the band in the measurement file"
     else:
-        force, where = _force_channel(measurement), _displacement_channel(measurement)
+        force, where = force_channel(measurement), displacement_channel(measurement)
         needed = max(_power_frequency(r.channels[force], rate) for r in records)
         seen = max(_signal_frequency(r.channels[where], rate) for r in records)
         cutoff = min(np.sqrt(2) * needed, seen, 0.4 * rate)
@@ -116,35 +142,66 @@ def choose_preparation(measurement: Measurement, records: Sequence[Record]) -> P
     edge = min(round(25 * rate / cutoff), shortest // 20)
     stride = max(1, int(rate / (2 * cutoff)))
     derivative = "central" if (2 * np.pi * cutoff / rate) ** 2 / 6 < 0.03 else "spectral"
-    return Preparation(rate, cutoff, edge, stride, derivative, rule)
+    chosen = Preparation(rate, cutoff, edge, stride, derivative, rule)
+    paths = [chosen.filtered(r.channels[displacement_channel(measurement)]) for r in records]
+    coarsest = max(1, int(rate / (_STEPS * cutoff)))
+    return replace(chosen, step=max(s for s in range(1, coarsest + 1) if s == 1 or _follows(paths, s)))
 
 
 def prepare(measurement: Measurement, record: Record, preparation: Preparation) -> Run:
     """Filter force and displacement alike; velocity and acceleration as measured, or derived after the filter."""
     filtered = preparation.filtered
-    z = filtered(record.channels[_displacement_channel(measurement)])
-    if not np.ptp(z) > 0:
-        raise InputError(f"{record.source.file}: the displacement does not move, expected a path")
+    displacement, force = (
+        record.channels[displacement_channel(measurement)],
+        record.channels[force_channel(measurement)],
+    )
+    feed, clock = measurement.of("position"), measurement.of("time")
+    start = record.source.start or 0.0
+    time = record.channels[clock[0].name] if clock else start + np.arange(len(force)) / preparation.sample_rate
+    z = filtered(displacement)
     speed, acceleration = measurement.of("velocity"), measurement.of("acceleration")
     v = filtered(record.channels[speed[0].name]) if speed else preparation.slope(z)
     a = filtered(record.channels[acceleration[0].name]) if acceleration else preparation.slope(v)
+    path = Path(z, v, 1 / preparation.sample_rate)
     return Run(
         name=record.name,
         condition=record.source.condition,
         sha256=record.sha256,
-        path=Path(z, v, 1 / preparation.sample_rate),
+        path=path,
         acceleration=a,
-        force=filtered(record.channels[_force_channel(measurement)]),
+        force=filtered(force),
         preparation=preparation,
         period=record.period,
+        recorded=PathRecord(path, force, time, record.channels[feed[0].name] if feed else displacement),
+        begin=max(preparation.edge, _ramp(z)),
     )
 
 
-def _force_channel(measurement: Measurement) -> str:
+def _follows(paths: Sequence[Array], step: int) -> bool:
+    """True if straight lines between every so many samples follow all paths to a thousandth of their travel."""
+    for z in paths:
+        at = np.arange(len(z))
+        if np.max(np.abs(z - np.interp(at, at[::step], z[::step]))[: at[::step][-1]]) > _CLOSE * np.ptp(z):
+            return False
+    return True
+
+
+def _ramp(z: Array) -> int:
+    """Sample of the first turn of a path whose first quarter cycle is smaller than later ones; else 0."""
+    out, tolerance = z - z[0], 0.02 * float(np.ptp(z))
+    moved = np.flatnonzero(np.abs(out) > tolerance)
+    rising = out if moved.size and out[moved[0]] > 0 else -out
+    back = np.flatnonzero(np.maximum.accumulate(rising) - rising > tolerance)
+    back = back[back > moved[0]] if moved.size else back
+    turn = int(np.argmax(rising[: back[0]])) if back.size else 0
+    return turn if turn < len(z) // 4 and rising[turn] < 0.8 * float(np.max(np.abs(out))) else 0
+
+
+def force_channel(measurement: Measurement) -> str:
     return measurement.of("force")[0].name
 
 
-def _displacement_channel(measurement: Measurement) -> str:
+def displacement_channel(measurement: Measurement) -> str:
     """The displacement; the position where there is no other (beside a displacement it is the feed)."""
     return (measurement.of("displacement") or measurement.of("position"))[0].name
 
@@ -175,12 +232,18 @@ def _signal_frequency(x: Array, rate: float) -> float:
     return float(f[above[-1]]) if above.size else rate
 
 
-def _spectral_slope(x: Array, rate: float) -> Array:
-    """Derivative by the spectrum of the odd extension, the line between the ends taken out and put back."""
-    n = len(x)
-    line = np.linspace(x[0], x[-1], n)
+def _odd_spectrum(x: Array) -> tuple[ComplexArray, Array]:
+    """Spectrum of the odd extension along the last axis, and the line between the ends that was taken out."""
+    n = x.shape[-1]
+    first, last = x[..., :1], x[..., -1:]
+    line = first + (last - first) * np.linspace(0, 1, n)
     y = x - line
-    spectrum = np.fft.rfft(np.concatenate([y, -y[-2:0:-1]]))
-    omega = 2 * np.pi * np.fft.rfftfreq(2 * (n - 1), 1 / rate)
-    slope = np.fft.irfft(1j * omega * spectrum, 2 * (n - 1))[:n]
-    return np.asarray(slope + (x[-1] - x[0]) / (n - 1) * rate)
+    return np.fft.rfft(np.concatenate([y, -y[..., -2:0:-1]], axis=-1)), line
+
+
+def finer(x: Array, factor: int) -> Array:
+    """A signal with ``factor`` samples for each, band-limited in between; it ends with the last sample."""
+    n = len(x)
+    spectrum, _ = _odd_spectrum(x)
+    own = np.fft.irfft(spectrum, 2 * (n - 1) * factor)[: (n - 1) * factor + 1] * factor
+    return np.asarray(own + np.linspace(x[0], x[-1], (n - 1) * factor + 1))

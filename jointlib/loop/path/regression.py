@@ -8,6 +8,7 @@ from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import nnls
 
 from jointlib.arrays import Array
 
@@ -33,11 +34,18 @@ def block_grams(columns: Array, target: Array, rows: Sequence[Index]) -> Array:
     return np.asarray(np.stack([stacked[:, r] @ stacked[:, r].T for r in rows]))
 
 
-def hold_out(grams: Array, sizes: Array, folds: Index) -> HeldOut:
-    """Fit without each fold (``folds[b]`` is the fold of block b) and judge its blocks."""
-    total, count = grams.sum(axis=0), int(folds.max()) + 1
-    left = np.array([total - grams[folds == h].sum(axis=0) for h in range(count)])
-    beta = solve(left[:, :-1, :-1], left[:, :-1, -1])
+def hold_out(grams: Array, sizes: Array, folds: Index, weights: Array, signed: int = 0) -> HeldOut:
+    """Fit without each fold (``folds[b]`` is the fold of block b) and judge its blocks.
+
+    ``weights`` are those of the blocks in the fit; the last ``signed`` coefficients are kept from being negative.
+    """
+    weighted, count = grams * weights[:, None, None], int(folds.max()) + 1
+    total = weighted.sum(axis=0)
+    left = np.array([total - weighted[folds == h].sum(axis=0) for h in range(count)])
+    if signed:
+        beta = np.array([solve_signed(A[:-1, :-1], A[:-1, -1], signed) for A in left])
+    else:
+        beta = solve(left[:, :-1, :-1], left[:, :-1, -1])
     return HeldOut(beta, loss(left, beta), loss(grams, beta[folds]) / sizes)
 
 
@@ -53,6 +61,25 @@ def solve(A: Array, b: Array) -> Array:
     unit = A / (d[..., :, None] * d[..., None, :])
     inverse = np.linalg.pinv(unit, rcond=1e-12, hermitian=True)
     return np.asarray(np.einsum("...ij,...j->...i", inverse, b / d) / d)
+
+
+def solve_signed(A: Array, b: Array, signed: int) -> Array:
+    """Least squares from Gram matrices with the last ``signed`` coefficients not negative, the others free.
+
+    The free ones are eliminated; what is left is scaled to unit diagonal and solved by non-negative least squares on
+    its Cholesky factor.
+    """
+    n = len(b) - signed
+    d = np.sqrt(np.maximum(np.diag(A), 1e-300))
+    U, y = A / np.outer(d, d), b / d
+    inverse = np.linalg.pinv(U[:n, :n], rcond=1e-12, hermitian=True)
+    reduced = U[n:, n:] - U[n:, :n] @ inverse @ U[:n, n:]
+    target = y[n:] - U[n:, :n] @ inverse @ y[:n]
+    values, vectors = np.linalg.eigh(reduced)
+    root = np.sqrt(np.maximum(values, 1e-12 * max(float(values[-1]), 1e-300)))
+    positive = nnls((vectors * root).T, (vectors / root).T @ target)[0]
+    free = inverse @ (y[:n] - U[:n, n:] @ positive)
+    return np.asarray(np.concatenate([free, positive]) / d)
 
 
 def clustered_covariance(columns: Array, residual: Array, clusters: Sequence[Index]) -> Array:

@@ -10,12 +10,14 @@ import numpy as np
 from jointlib.arrays import Array
 from jointlib.loop.path.preparation import Run
 from jointlib.loop.path.regression import Index
-from jointlib.loop.path.strokes import Block, Division
+from jointlib.loop.path.strokes import Block, Division, strokes
 
 _ALIKE = 0.02
 """Strokes repeat one another if travel and starting point agree to this fraction of the travel."""
 _SAME_PATH = 0.01
 """… and their paths, laid over one another, to this rms fraction of it."""
+_FULL = 0.8
+"""A stroke of a record counts as one at full level from this fraction of the largest travel on."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +26,7 @@ class PathFloor:
 
     power: Array
     source: str
-    """``cycles`` or ``unknown``."""
+    """``cycles``, ``band`` (the noise above the motion's band) or ``unknown``."""
     block_folds: Index
     """Blocks of one number are left out together to test the noise: the n-th cycle, else every block alone."""
 
@@ -36,29 +38,41 @@ class PathFloor:
 def repeat_floor(runs: Sequence[Run], division: Division) -> PathFloor:
     """Mean variance of the filtered force over at least three repetitions of a stroke or of a declared period.
 
-    A block that belongs to no such set gets the mean of the others; with none the floor is unknown.
+    A block that is no such stroke gets the mean of those of its record, one without any the mean of the others; with
+    none the floor is unknown.
     """
-    power = np.full(len(division.blocks), np.nan)
-    sets = _repeated_strokes(runs, division.blocks)
+    blocks = division.blocks
+    power = np.full(len(blocks), np.nan)
+    sets = _repeated_strokes(runs, blocks)
     folds = np.arange(len(power))
     if sum(len(s) for s in sets) == len(power):
         for s in sets:
             folds[s] = np.arange(len(s))
     for set_ in sets:
-        variance = _variance([runs[division.blocks[i].run] for i in set_], [division.blocks[i] for i in set_])
+        variance = _variance(runs, [blocks[i] for i in set_])
         if variance is not None:
-            power[list(set_)] = variance
+            power[set_] = variance
     for number, run in enumerate(runs):
-        mine = [i for i, b in enumerate(division.blocks) if b.run == number]
-        if run.period and np.all(np.isnan(power[mine])):
-            edge, n = run.preparation.edge, run.period
-            count = (len(run.force) - 2 * edge) // n
-            if count >= 3:
-                periods = run.force[edge : edge + count * n].reshape(count, n)
-                power[mine] = periods.var(axis=0, ddof=1).mean()
+        mine = [i for i, b in enumerate(blocks) if b.run == number]
+        if mine and np.all(np.isnan(power[mine])):
+            power[mine] = _record_variance(runs, number, run)
     if np.all(np.isnan(power)):
         return PathFloor(np.zeros(len(power)), "unknown", folds)
     return PathFloor(np.where(np.isnan(power), np.nanmean(power), power), "cycles", folds)
+
+
+def _record_variance(runs: Sequence[Run], number: int, run: Run) -> float:
+    """Of a record whose blocks are not strokes: over its periods, else over its full strokes; nan where none repeat."""
+    edge, n = run.preparation.edge, run.period
+    count = (len(run.force) - 2 * edge) // n if n else 0
+    if n and count >= 3:
+        periods = run.force[edge : edge + count * n].reshape(count, n)
+        return float(periods.var(axis=0, ddof=1).mean())
+    own = strokes(number, run)
+    full = [b for b in own if b.travel > _FULL * max(o.travel for o in own)]
+    found = [(_variance(runs, [full[i] for i in s]), len(s)) for s in _repeated_strokes(runs, full)]
+    known = [(v, n) for v, n in found if v is not None]
+    return sum(v * n for v, n in known) / sum(n for _, n in known) if known else float("nan")
 
 
 def _repeated_strokes(runs: Sequence[Run], blocks: Sequence[Block]) -> list[list[int]]:
@@ -83,8 +97,9 @@ def _start(runs: Sequence[Run], b: Block) -> float:
     return float(runs[b.run].path.displacement[b.first])
 
 
-def _variance(runs: Sequence[Run], blocks: Sequence[Block]) -> float | None:
+def _variance(all_runs: Sequence[Run], blocks: Sequence[Block]) -> float | None:
     """Variance of the force over strokes aligned where they pass the middle of the travel; None if paths differ."""
+    runs = [all_runs[b.run] for b in blocks]
     ends = [r.path.displacement[[b.first, b.end - 1]] for r, b in zip(runs, blocks, strict=True)]
     middle = float(np.mean(ends))
     crossings = [_crossing(r, b, middle) for r, b in zip(runs, blocks, strict=True)]
@@ -98,6 +113,11 @@ def _variance(runs: Sequence[Run], blocks: Sequence[Block]) -> float | None:
     forces = np.array([np.interp(i, np.arange(len(run.force)), run.force) for i, run in at])
     if np.sqrt(paths.var(axis=0, ddof=1).mean()) > _SAME_PATH * blocks[0].travel:
         return None
+    if len({b.run for b in blocks}) == 1:
+        # A zero that wanders is no noise: what it adds from one repetition to the next is taken out.
+        when = np.array(crossings) - np.mean(crossings)
+        level = forces.mean(axis=1)
+        forces = forces - (when @ level / (when @ when) * when)[:, None]
     return float(forces.var(axis=0, ddof=1).mean())
 
 

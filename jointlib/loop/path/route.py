@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from jointlib.effects.preload_shape import PreloadShape
 from jointlib.io.measurement_file import read_records
 from jointlib.joint import Joint
 from jointlib.loop.catalogue import catalogue
 from jointlib.loop.path.answer import answer
-from jointlib.loop.path.evidence import Evidence, check_laws, law_forces
+from jointlib.loop.path.band_floor import with_band_floor
+from jointlib.loop.path.checks import check_laws, check_records, exists_in_time, missing_of
+from jointlib.loop.path.columns import law_forces
+from jointlib.loop.path.evidence import Evidence
 from jointlib.loop.path.preparation import choose_preparation, prepare
 from jointlib.loop.path.repeats import repeat_floor
 from jointlib.loop.path.search import search
@@ -26,12 +30,16 @@ def trace_path(measurement: Measurement, joint: Joint, *, seed: int = 0) -> Trac
     """
     check_laws(joint, str(measurement.source))
     records = read_records(measurement, measurement.with_role("fit"))
+    check_records(measurement, records)
     preparation = choose_preparation(measurement, records)
     runs = tuple(prepare(measurement, record, preparation) for record in records)
     division = divide(runs)
-    evidence = Evidence(runs, measurement.carriage, division, repeat_floor(runs, division), law_forces(runs))
-    start = joint.with_parameters(joint.parameters)
-    effects, failed = catalogue()
-    finding = search(evidence, start, effects, seed)
-    report = answer(measurement, joint, records, evidence, finding, seed)
-    return replace(report, warnings=(*report.warnings, *failed))
+    floor = with_band_floor(repeat_floor(runs, division), measurement, records, preparation, division)
+    evidence = Evidence(runs, measurement.carriage, division, floor, law_forces(runs))
+    found = catalogue()
+    missing = missing_of(measurement, records)
+    faults = [f for f in found.path if f.requires not in missing]
+    effects = [e for e in found.joint if exists_in_time(e)]
+    finding = search(evidence, joint.with_parameters(joint.parameters), [*effects, PreloadShape(), *faults], seed)
+    report = answer(measurement, joint, records, evidence, finding, found.path, missing, seed)
+    return replace(report, warnings=(*report.warnings, *found.failed))

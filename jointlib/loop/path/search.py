@@ -7,12 +7,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from jointlib.effect import JointEffect
 from jointlib.joint import Joint
 from jointlib.loop.path.acceptance import TIE, Assessment, assess, excess
-from jointlib.loop.path.contest import ColumnStore, Entry, Trial, contains, contest, refitted_trial
-from jointlib.loop.path.evidence import Evidence, Fitted, fit
+from jointlib.loop.path.columns import ColumnStore
+from jointlib.loop.path.contest import Entry, contains, contest
+from jointlib.loop.path.evidence import Evidence, Model
+from jointlib.loop.path.fitted import Fitted, fit
 from jointlib.loop.path.regression import Index
+from jointlib.loop.path.trials import Effect, Trial, member_of, trials_of
 from jointlib.loop.report import Status
 
 _MOST_TERMS = 4
@@ -34,9 +36,17 @@ class Row:
 class Term:
     """An accepted effect: the trial that was applied, and its share of the excess at that time."""
 
-    effect: JointEffect
+    effect: Effect
     trial: Trial
     assessment: Assessment
+
+    @property
+    def family(self) -> str:
+        return self.effect.family
+
+    @property
+    def member(self) -> str:
+        return member_of(self.effect)
 
 
 @dataclass(frozen=True)
@@ -70,20 +80,20 @@ class Finding:
         return self.steps[0].rows
 
 
-def search(evidence: Evidence, joint: Joint, effects: Sequence[JointEffect], seed: int) -> Finding:
-    """Add the best family as long as one passes every test, trying to exchange earlier terms after each."""
-    store = ColumnStore(evidence)
-    steps, terms = [Step(None, fit(evidence, joint))], list[Term]()
+def search(evidence: Evidence, joint: Joint, effects: Sequence[Effect], seed: int) -> Finding:
+    """Add the best effect as long as one passes every test, trying to exchange earlier terms after each."""
+    store = ColumnStore(evidence.recorded)
+    steps, terms = [Step(None, fit(evidence, Model(joint)))], list[Term]()
     while True:
         current = steps[-1].fitted
-        rows = rank(evidence, current, effects, store, seed)
-        winner = None if is_quiet(current, evidence) or len(terms) == _MOST_TERMS else _winner(rows)
-        if winner is not None and winner.entry.best.joint is not None:
-            fitted = fit(evidence, winner.entry.best.joint)
-            if deciding_excess(evidence, fitted) >= deciding_excess(evidence, current):
+        rows = rank(current, effects, store, seed)
+        winner = None if is_quiet(current) or len(terms) == _MOST_TERMS else _winner(rows)
+        if winner is not None and winner.entry.best.model is not None:
+            fitted = fit(evidence, winner.entry.best.model)
+            if deciding_excess(fitted) >= deciding_excess(current):
                 winner = None
-        steps[-1] = replace(steps[-1], rows=_settled(evidence, current, rows, winner, store))
-        if winner is None or winner.entry.best.joint is None:
+        steps[-1] = replace(steps[-1], rows=_settled(current, rows, winner, store))
+        if winner is None:
             return Finding(tuple(steps), tuple(terms))
         terms.append(Term(winner.entry.effect, winner.entry.best, winner.assessment))
         steps.append(Step(terms[-1], fitted))
@@ -94,15 +104,17 @@ def search(evidence: Evidence, joint: Joint, effects: Sequence[JointEffect], see
                 steps.append(Step(term, fitted, action="exchanged"))
 
 
-def is_quiet(fitted: Fitted, evidence: Evidence) -> bool:
+def is_quiet(fitted: Fitted) -> bool:
     """True where what is left is about what repetitions differ by; never with an unknown floor."""
+    evidence = fitted.evidence
     return evidence.floor.known and bool(
         np.mean(fitted.deciding_loss) < _QUIET**2 * np.mean(evidence.floor.power / evidence.block_power)
     )
 
 
-def deciding_excess(evidence: Evidence, fitted: Fitted) -> float:
+def deciding_excess(fitted: Fitted) -> float:
     """E of a fitted model on the folds that decide."""
+    evidence = fitted.evidence
     return excess(fitted.deciding_loss, evidence.floor.power / evidence.block_power)
 
 
@@ -112,13 +124,12 @@ def deciding_folds(evidence: Evidence) -> Index:
     return evidence.condition_folds if several else evidence.floor.block_folds
 
 
-def rank(
-    evidence: Evidence, current: Fitted, effects: Sequence[JointEffect], store: ColumnStore, seed: int
-) -> list[Row]:
-    """All families beside the current model, assessed."""
+def rank(current: Fitted, effects: Sequence[Effect], store: ColumnStore, seed: int) -> list[Row]:
+    """All effects beside the current model, assessed."""
+    evidence = current.evidence
     floor, folds = evidence.floor.power / evidence.block_power, deciding_folds(evidence)
     rows = []
-    for entry in contest(evidence, current, effects, store):
+    for entry in contest(current, effects, store):
         found = assess(current.deciding_loss, entry.deciding_loss, floor, folds, seed)
         status = Status.REJECTED if entry.physical else Status.UNPHYSICAL
         reason = "; ".join(found.reasons) if entry.physical else "best fit has coefficients of the wrong sign"
@@ -136,9 +147,7 @@ def _winner(rows: Sequence[Row]) -> Row | None:
     return min(tied, key=lambda r: (r.entry.complexity, -r.assessment.gain))
 
 
-def _settled(
-    evidence: Evidence, current: Fitted, rows: Sequence[Row], winner: Row | None, store: ColumnStore
-) -> tuple[Row, ...]:
+def _settled(current: Fitted, rows: Sequence[Row], winner: Row | None, store: ColumnStore) -> tuple[Row, ...]:
     """Rows with the status that the winner leaves them."""
     out = []
     for row in rows:
@@ -149,11 +158,11 @@ def _settled(
                 row = replace(row, reason="what is left is at the floor, or the refit does not hold the gain")
             elif row.assessment.gain < (1 - TIE) * winner.assessment.gain:
                 row = replace(row, reason="gains less than the leader")
-            elif contains(evidence, current, row.entry, winner.entry, store):
-                reason = f"contains {winner.entry.effect.family}; its further terms gain nothing"
+            elif contains(current, row.entry, winner.entry, store):
+                reason = f"contains {winner.entry.member}; its further terms gain nothing"
                 row = replace(row, status=Status.TIED, reason=reason)
             else:
-                row = replace(row, status=Status.TIED, reason="gains as much as the chosen family: a rival")
+                row = replace(row, status=Status.TIED, reason="gains as much as the chosen one: a rival")
         out.append(row)
     return tuple(out)
 
@@ -166,27 +175,28 @@ def is_rival(row: Row) -> bool:
 def _exchange(
     evidence: Evidence,
     joint: Joint,
-    effects: Sequence[JointEffect],
+    effects: Sequence[Effect],
     terms: Sequence[Term],
     current: Fitted,
     store: ColumnStore,
     seed: int,
 ) -> tuple[list[Term], Fitted, Term] | None:
-    """Replace one earlier term by another family if that passes the tests against the current model."""
+    """Replace one earlier term by another effect if that passes the tests against the current model."""
     floor, folds = evidence.floor.power / evidence.block_power, deciding_folds(evidence)
     for i in range(len(terms) - 1):
         others = [t for k, t in enumerate(terms) if k != i]
         without = _replayed(evidence, joint, others, store)
         if without is None:
             continue
-        for entry in contest(evidence, without, effects, store)[:1]:
-            if entry.effect.family == terms[i].effect.family or not entry.physical or entry.best.joint is None:
+        for entry in contest(without, effects, store)[:1]:
+            same = (entry.family, entry.member) == (terms[i].family, terms[i].member)
+            if same or not entry.physical or entry.best.model is None:
                 continue
             found = assess(current.deciding_loss, entry.deciding_loss, floor, folds, seed)
             if not found.accepted:
                 continue
-            fitted = fit(evidence, entry.best.joint)
-            if deciding_excess(evidence, fitted) < deciding_excess(evidence, current):
+            fitted = fit(evidence, entry.best.model)
+            if deciding_excess(fitted) < deciding_excess(current):
                 term = Term(entry.effect, entry.best, found)
                 return [*others, term], fitted, term
     return None
@@ -194,10 +204,10 @@ def _exchange(
 
 def _replayed(evidence: Evidence, joint: Joint, terms: Sequence[Term], store: ColumnStore) -> Fitted | None:
     """The baseline with some of the terms, refitted; None where one is not physical without the others."""
-    fitted = fit(evidence, joint)
+    fitted = fit(evidence, Model(joint))
     for term in terms:
-        trial = refitted_trial(evidence, fitted, term.effect, term.trial.shape, store)
-        if trial is None or trial.joint is None:
+        found = trials_of(term.effect, [term.trial.shape], fitted, store)
+        if not found or found[0].model is None:
             return None
-        fitted = fit(evidence, trial.joint)
+        fitted = fit(evidence, found[0].model)
     return fitted

@@ -14,7 +14,7 @@ from jointlib.loop.path.regression import Index
 
 _REST = 0.005
 """A stroke lasts while the speed exceeds this fraction of the largest one."""
-_MOST_BLOCKS, _FEWEST_BLOCKS = 60, 8
+_MOST_BLOCKS, FEWEST_BLOCKS = 60, 8
 
 
 @dataclass(frozen=True)
@@ -61,10 +61,14 @@ class Division:
 
 
 def divide(runs: Sequence[Run]) -> Division:
-    """Complete strokes where there are between 8 and 60, else equal pieces; conditions as declared, or found."""
-    blocks = [b for i, run in enumerate(runs) for b in _strokes(i, run)]
-    if not _FEWEST_BLOCKS <= len(blocks) <= _MOST_BLOCKS:
-        blocks = [b for i, run in enumerate(runs) for b in _pieces(i, run, len(runs))]
+    """Whole records where there are 8 or more, complete strokes where there are between 8 and 60, else equal pieces;
+    conditions as declared, or found."""
+    if len(runs) >= FEWEST_BLOCKS:
+        blocks = [_block(i, run, run.begin, len(run.force) - run.preparation.edge, 0) for i, run in enumerate(runs)]
+    else:
+        blocks = [b for i, run in enumerate(runs) for b in strokes(i, run)]
+        if not FEWEST_BLOCKS <= len(blocks) <= _MOST_BLOCKS:
+            blocks = [b for i, run in enumerate(runs) for b in _pieces(i, run, len(runs))]
     labels = [run.condition for run in runs]
     if len({label for label in labels if label}) > 1:
         return Division(tuple(replace(b, condition=labels[b.run] or "none") for b in blocks), "declared conditions")
@@ -89,7 +93,7 @@ def divide(runs: Sequence[Run]) -> Division:
     return Division(tuple(replace(b, condition="one trajectory") for b in blocks), "none found")
 
 
-def _strokes(number: int, run: Run) -> list[Block]:
+def strokes(number: int, run: Run) -> list[Block]:
     """Strokes that begin and end within the kept part, so that what went before them is known."""
     v = run.path.velocity
     sign = np.where(np.abs(v) > _REST * np.max(np.abs(v)), np.sign(v), 0).astype(int)
@@ -99,18 +103,18 @@ def _strokes(number: int, run: Run) -> list[Block]:
     return [
         _block(number, run, int(a), int(b), int(sign[a]))
         for a, b in zip(first, end, strict=True)
-        if sign[a] and a >= edge and b <= len(v) - edge and b - a >= least
+        if sign[a] and a >= run.begin and b <= len(v) - edge and b - a >= least
     ]
 
 
 def _pieces(number: int, run: Run, runs: int) -> list[Block]:
     """Equal pieces of a record, about forty in all; periods of excitation are not cut."""
     edge = run.preparation.edge
-    count = max(2, -(-_FEWEST_BLOCKS // runs), 40 // runs)
-    cuts = np.linspace(edge, len(run.force) - edge, count + 1).round().astype(int)
+    count = max(2, -(-FEWEST_BLOCKS // runs), 40 // runs)
+    cuts = np.linspace(run.begin, len(run.force) - edge, count + 1).round().astype(int)
     if run.period and len(run.force) // run.period >= 3:
         least = max(5 * run.preparation.stride, len(run.force) // _MOST_BLOCKS)
-        cuts = np.arange(edge, len(run.force) - edge + 1, run.period * -(-least // run.period))
+        cuts = np.arange(run.begin, len(run.force) - edge + 1, run.period * -(-least // run.period))
     return [_block(number, run, int(a), int(b), 0) for a, b in itertools.pairwise(cuts)]
 
 

@@ -5,10 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from jointlib.effect import JointEffect
-from jointlib.loop.naming import NAMED_FROM, NEAREST_FROM, in_words
+import numpy as np
+
+from jointlib.loop.naming import NAMED_FROM, NEAREST_FROM
 from jointlib.loop.path.evidence import Evidence
+from jointlib.loop.path.strokes import FEWEST_BLOCKS
+from jointlib.loop.path.trials import Effect
 from jointlib.loop.report import Candidate, Rival, Verdict, figures
+from jointlib.measurement import Measurement, Record
+from jointlib.path_fault import PathFault
 
 
 def verdict_of(explained: float | None, rivals: int, quiet: bool, several_conditions: bool) -> Verdict:
@@ -25,10 +30,26 @@ def verdict_of(explained: float | None, rivals: int, quiet: bool, several_condit
     return Verdict.IDENTIFIED if several_conditions and not rivals else Verdict.AMBIGUOUS
 
 
+def said(effect: Effect) -> str:
+    """An effect as it says itself in a sentence."""
+    return effect.words or effect.family
+
+
+def doubts(rivals: Sequence[Effect]) -> list[str]:
+    """Rivals as they are said: the first member of each family, and how many others of it."""
+    out = []
+    for family in dict.fromkeys(e.family for e in rivals):
+        members = [e for e in rivals if e.family == family]
+        others = len(members) - 1
+        out.append(said(members[0]) + (f" or {others} other kind{'s' * (others > 1)} of {family}" if others else ""))
+    return out
+
+
 def sentence(
     verdict: Verdict,
+    effect: Effect | None,
     chosen: Candidate | None,
-    rivals: Sequence[Rival],
+    rivals: Sequence[str],
     further: Sequence[str],
     before: Mapping[str, Any],
     after: Mapping[str, Any],
@@ -50,21 +71,24 @@ def sentence(
             f"and {noise}.{near}"
         )
     assert chosen is not None
-    named = f"{in_words(chosen.family)}: {figures(chosen.parameters)}"
+    assert effect is not None
+    named = f"{said(effect)}: {figures(chosen.parameters)}"
     drop = f"Unexplained {where}: {before['relative']:.2%} of the force before, {after['relative']:.2%} after; {noise}."
     if verdict is Verdict.PARTIAL:
         share = f"{chosen.explained or 0:.0%} of what was missing"
-        return f"The nearest effect is {named}. It explains {share}. {drop}"
-    also = f" With it, {' and '.join(in_words(f) for f in further)}." if further else ""
+        doubt = f" These records cannot rule out {' or '.join(rivals)}." if rivals else ""
+        return f"The nearest effect is {named}. It explains {share}.{doubt} {drop}"
+    also = f" With it, {' and '.join(further)}." if further else ""
     doubt = ""
     if rivals:
-        doubt = f" These records cannot rule out {' or '.join(in_words(r.family) for r in rivals)}."
+        doubt = f" These records cannot rule out {' or '.join(rivals)}."
     elif verdict is Verdict.AMBIGUOUS:
         doubt = " One trajectory was repeated, so the shape of the effect is not tested."
-    return f"The joint lacks {named}.{also}{doubt} {drop}"
+    begin = "The records show" if isinstance(effect, PathFault) else "The joint lacks"
+    return f"{begin} {named}.{also}{doubt} {drop}"
 
 
-def next_experiment(verdict: Verdict, rivals: Sequence[Rival], chosen: JointEffect | None, several: bool) -> str:
+def next_experiment(verdict: Verdict, rivals: Sequence[Rival], chosen: Effect | None, several: bool) -> str:
     """What to do next."""
     if rivals:
         return rivals[0].separating_experiment
@@ -79,41 +103,50 @@ def next_experiment(verdict: Verdict, rivals: Sequence[Rival], chosen: JointEffe
     return "Record a slow loop of force over displacement: it shows the shape of the missing force directly."
 
 
-def not_decidable(evidence: Evidence) -> tuple[dict[str, str], ...]:
-    """Families that a force along a path cannot show, or that this version does not try."""
+def not_decidable(
+    evidence: Evidence, faults: Sequence[PathFault], missing: Mapping[str, str]
+) -> tuple[dict[str, str], ...]:
+    """Families that a force along this path cannot show; ``missing`` says what faults ask for in vain."""
     absorbed = "the joint's parameters absorb it"
     rows = [
         {"family": "gain", "why": absorbed, "needs": "sensors calibrated against a known load and length"},
         {"family": "missing-mass", "why": absorbed, "needs": "the carriage weighed, or a known mass added"},
+        {"family": "structural-damping", "why": "it has no force in time", "needs": "a rig with periodic excitation"},
     ]
     rows += [
-        {"family": family, "why": "not in the catalogue of this version", "needs": needs}
-        for family, needs in (
-            ("lag", "two speeds, and the delay of the force channel"),
-            ("drift", "the same record at the start and the end of a session"),
-            ("position-stiffness", "the same cycle at another place of the travel"),
-        )
+        {"family": f.family, "why": missing[f.requires], "needs": f.experiment} for f in faults if f.requires in missing
     ]
     if not evidence.floor.known:
         rows.append({"family": "all", "why": "noise floor unknown", "needs": "at least 3 repetitions of a cycle"})
     if len(evidence.division.conditions) < 2:
         rows.append({"family": "all", "why": "one trajectory", "needs": "at least 2, better 3 speeds or levels"})
+    if len(evidence.rows) < FEWEST_BLOCKS:
+        why = f"{len(evidence.rows)} blocks to hold out, so chance cannot be ruled out to 1 %"
+        rows.append({"family": "all", "why": why, "needs": f"at least {FEWEST_BLOCKS} strokes, periods or records"})
     return tuple(rows)
 
 
-def warnings_of(evidence: Evidence, units: Sequence[str], ignored: Sequence[str], simulated: bool) -> list[str]:
+def warnings_of(
+    evidence: Evidence, measurement: Measurement, ignored: Sequence[str], records: Sequence[Record]
+) -> list[str]:
     """What a reader must know about these data."""
     out = []
     if len(evidence.division.conditions) < 2:
         out.append("shape_not_tested: one trajectory is repeated, so hold-out tests the noise but not the shape.")
-    if len(evidence.rows) < 8:
+    if len(evidence.rows) < FEWEST_BLOCKS:
         out.append(f"Only {len(evidence.rows)} blocks to hold out; a chance of 1 % cannot be shown with so few.")
     if not evidence.floor.known:
         out.append("The noise floor is unknown (no cycle is repeated three times): everything unexplained counts.")
-    if "V" in units:
+    if "V" in {c.unit for c in measurement.channels}:
         out.append("Channels are in volts: displacement, force and parameters are in units of the circuit.")
+    for r in records:
+        for c in measurement.channels:
+            top = np.abs(r.channels[c.name])
+            count = int(np.count_nonzero(top >= 0.999 * c.full_scale)) if c.full_scale else 0
+            if count:
+                out.append(f"{r.name}: {count} samples of {c.name} are at the end of its range; they may be clipped.")
     if ignored:
         out.append(f"Columns not used: {', '.join(ignored)}.")
-    if simulated:
+    if measurement.simulated:
         out.append("The records are simulated.")
     return out

@@ -1,0 +1,163 @@
+"""Forces of laws and columns of effects along prepared records, whole grids of shapes at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
+
+import numpy as np
+
+from jointlib.arrays import Array
+from jointlib.effect import JointEffect, Path
+from jointlib.errors import InputError
+from jointlib.joint import Joint
+from jointlib.law import JointLaw, Motion
+from jointlib.loop.path.preparation import Run
+from jointlib.registry import installed
+
+Shape = Mapping[str, float]
+
+_LINEAR_PROBE = np.array([[0.7, -0.3, 0.9, -0.8], [0.2, 0.9, -0.6, -0.5]])
+_MOST_AT_ONCE = 1.5e7
+"""Samples times records times shapes that are stepped together: 120 MB a column."""
+_MOST_KEPT = 5e7
+"""Values of thinned columns that are remembered: 400 MB."""
+
+
+def law_forces(runs: Sequence[Run]) -> Callable[[JointLaw], Array]:
+    """The force of a law along prepared records, filtered and thinned like the measured one.
+
+    A linear law commutes with the filter, so the filtered path already gives its filtered force; any other law is
+    evaluated on the full-rate path and its force filtered.
+    """
+
+    def along(law: JointLaw) -> Array:
+        if law.states:
+            stepped = _side_by_side(runs)
+            forces = Joint((law,)).force_along(stepped.displacement, stepped.velocity, stepped.time_step)
+            return np.concatenate([_thinned(run, forces[:, i]) for i, run in enumerate(runs)])
+        out = []
+        for run in runs:
+            full = law.step(Motion(run.path.displacement, run.path.velocity), np.empty((len(run.force), 0)))[0]
+            out.append(full[run.keep] if _is_linear(law, run) else run.column(full))
+        return np.concatenate(out)
+
+    return lru_cache(maxsize=64)(along)
+
+
+class ColumnStore:
+    """Columns of effects along the fit records, kept from round to round while the joint does not enter them."""
+
+    def __init__(self, runs: Sequence[Run]) -> None:
+        self._runs = runs
+        self._kept: dict[tuple[str, str, tuple[tuple[str, float], ...]], tuple[Joint, Array]] = {}
+
+    def columns(self, effect: JointEffect, shapes: Sequence[Shape], joint: Joint) -> list[Array]:
+        """Filtered and thinned force for unit coefficients, (coefficient, sample), at each shape."""
+        keys = [(effect.family, effect.member, tuple(sorted(shape.items()))) for shape in shapes]
+        probe = _probe(self._runs[0].path)
+        have: dict[int, Array] = {}
+        for i, (key, shape) in enumerate(zip(keys, shapes, strict=True)):
+            if key in self._kept:
+                then, columns = self._kept[key]
+                if then is joint or np.array_equal(
+                    effect.columns(probe, shape, then), effect.columns(probe, shape, joint)
+                ):
+                    have[i] = columns
+        todo = [i for i in range(len(shapes)) if i not in have]
+        for i, columns in zip(todo, self._along([shapes[i] for i in todo], effect, joint), strict=True):
+            have[i] = columns
+            if sum(c.size for _, c in self._kept.values()) + columns.size < _MOST_KEPT:
+                self._kept[keys[i]] = joint, columns
+        return [have[i] for i in range(len(shapes))]
+
+    def _along(self, shapes: Sequence[Shape], effect: JointEffect, joint: Joint) -> list[Array]:
+        runs, laws = self._runs, installed("jointlib.laws").found
+        if effect.member not in laws or not laws[effect.member].states:
+            return [
+                np.concatenate([run.column(effect.columns(run.path, s, joint)) for run in runs], axis=1) for s in shapes
+            ]
+        stepped = _side_by_side(runs)
+        many = max(1, int(_MOST_AT_ONCE / stepped.displacement.size))
+        out: list[Array] = []
+        for first in range(0, len(shapes), many):
+            for columns in _stepped(effect, stepped, shapes[first : first + many], joint):
+                rows = [[_thinned(run, row[:, i]) for i, run in enumerate(runs)] for row in columns]
+                out.append(np.array([np.concatenate(row) for row in rows]))
+        return out
+
+
+def _stepped(effect: JointEffect, paths: Path, shapes: Sequence[Shape], joint: Joint) -> list[Array]:
+    """Columns (coefficient, step, record) of an effect with memory at each shape; all shapes in one pass if it can."""
+    if len(shapes) > 1:
+        grid = {key: np.array([s[key] for s in shapes]) for key in shapes[0]}
+        if _takes_grids(effect, paths, shapes, grid, joint):
+            wide = _widened(paths, len(shapes))
+            together = effect.columns(wide, grid, joint)  # type: ignore[arg-type]
+            return [together[..., k] for k in range(len(shapes))]
+    return [effect.columns(paths, shape, joint) for shape in shapes]
+
+
+def _takes_grids(
+    effect: JointEffect, paths: Path, shapes: Sequence[Shape], grid: Mapping[str, Array], joint: Joint
+) -> bool:
+    """True if an effect asked for all shapes at once answers the same as asked for the last one alone."""
+    pick = np.linspace(0, len(paths.displacement) - 1, 12).astype(int)
+    short = Path(paths.displacement[pick], paths.velocity[pick], paths.time_step)
+    try:
+        together = effect.columns(_widened(short, len(shapes)), grid, joint)  # type: ignore[arg-type]
+    except (TypeError, ValueError, IndexError, InputError):
+        return False
+    alone = effect.columns(short, shapes[-1], joint)
+    return together.shape == (*alone.shape, len(shapes)) and np.allclose(together[..., -1], alone, rtol=1e-9, atol=0)
+
+
+def _widened(path: Path, count: int) -> Path:
+    shape = (*path.displacement.shape, count)
+    z, v = (np.broadcast_to(x[..., None], shape) for x in (path.displacement, path.velocity))
+    return Path(z, v, path.time_step)
+
+
+def _side_by_side(runs: Sequence[Run]) -> Path:
+    """The paths on which laws with memory are stepped, one record a column; the shorter ones rest at their end."""
+    paths = [run.stepped() for run in runs]
+    longest = max(len(p.displacement) for p in paths)
+    z = np.stack([np.pad(p.displacement, (0, longest - len(p.displacement)), mode="edge") for p in paths], axis=1)
+    v = np.stack([np.pad(p.velocity, (0, longest - len(p.velocity))) for p in paths], axis=1)
+    return Path(z, v, paths[0].time_step)
+
+
+def _thinned(run: Run, stepped: Array) -> Array:
+    """One record's part of a stepped force, (step,), at the full rate, through the filter, thinned."""
+    return run.column(run.spread(stepped))
+
+
+def _probe(path: Path) -> Path:
+    """A short stretch of a path, to see whether columns have changed."""
+    pick = np.linspace(0, len(path.displacement) - 1, 40).astype(int)
+    return Path(path.displacement[pick], path.velocity[pick], path.time_step)
+
+
+def _is_linear(law: JointLaw, run: Run) -> bool:
+    """True if forces add up over motions whatever the parameters."""
+    size = np.array([np.max(np.abs(run.path.displacement)), np.max(np.abs(run.path.velocity))])[:, None]
+    first, second = _LINEAR_PROBE * size, np.roll(_LINEAR_PROBE, 1, axis=1) * size
+    joint = Joint((law,))
+    moved = {}
+    for i, (name, value) in enumerate(joint.parameters.items()):
+        moved[name] = value * (1 + 0.1 / (i + 1)) or 1.0
+    for probe in (joint, moved_or_none(joint, moved)):
+        if probe is None:
+            continue
+        f1, f2, both = (probe.step(Motion(*z), np.empty((4, 0)))[0] for z in (first, second, first + second))
+        if not np.allclose(both, f1 + f2, rtol=1e-9, atol=1e-9 * float(np.max(np.abs(both)) + 1e-300)):
+            return False
+    return True
+
+
+def moved_or_none(joint: Joint, values: Mapping[str, float]) -> Joint | None:
+    """The joint with other parameters; None where they are not admissible."""
+    try:
+        return joint.with_parameters(values)
+    except InputError:
+        return None

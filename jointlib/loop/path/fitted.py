@@ -1,0 +1,182 @@
+"""A joint refitted along a path together with mass, offset and the faults of the force, and judged by hold-out."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from jointlib.arrays import Array
+from jointlib.joint import Covariance, Joint
+from jointlib.loop.path.columns import moved_or_none
+from jointlib.loop.path.evidence import Evidence, Known, Model
+from jointlib.loop.path.regression import Index, block_grams, clustered_covariance, hold_out
+from jointlib.loop.refit import refit
+from jointlib.parameter import Role, parameters_of
+
+_FAULT_ROUNDS = 4
+"""Rounds in which a fault is undone by what the round before left of it; a lag converges quadratically."""
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A model refitted together with mass and offset; ``columns`` are its tangents ∂F/∂parameter."""
+
+    model: Model
+    evidence: Evidence
+    """The records with the faults of the model undone."""
+    plant: tuple[float, ...]
+    names: tuple[str, ...]
+    """Mass, offset and parameters of faults first, then the free joint parameters."""
+    columns: Array
+    residual: Array
+    """Of the force with the faults undone, N."""
+    covariance: Array
+    widened: tuple[bool, ...]
+    """True where the spread over condition folds exceeds the error from the noise."""
+    in_sample: float
+    """rms of the residual over rms of F."""
+    condition_loss: Array | None
+    """Mean squared held-out residual of every block over the power of its record; None without two conditions."""
+    block_loss: Array
+
+    @property
+    def joint(self) -> Joint:
+        return self.model.joint
+
+    @property
+    def deciding_loss(self) -> Array:
+        """Losses over condition folds, over block folds where there is one trajectory only."""
+        return self.block_loss if self.condition_loss is None else self.condition_loss
+
+    def standard_error(self, name: str) -> float:
+        if name not in self.names:
+            return float("nan")
+        i = self.names.index(name)
+        return float(np.sqrt(self.covariance[i, i]))
+
+
+def fit(evidence: Evidence, model: Model) -> Fitted:
+    """Refit all free parameters with mass and offset, then judge the model by both kinds of hold-out.
+
+    Mass and offset are eliminated by projection, so that the nonlinear search is over joint parameters alone. Faults
+    are undone exactly and what is left of them is fitted linearly, round after round. Standard errors take whole
+    blocks as independent (residuals within one are not), and are widened to the jackknife over condition folds where
+    that is larger.
+    """
+    for _ in range(_FAULT_ROUNDS if model.faults else 0):
+        here = evidence.without(model.faults)
+        joint, beta = _solved(here, model.joint)
+        model = Model(joint, _moved(here, model.faults, beta))
+    here = evidence.without(model.faults)
+    joint, beta = _solved(here, model.joint)
+    return _judged(here, Model(joint, model.faults), beta)
+
+
+def _moved(evidence: Evidence, faults: Sequence[Known], beta: Array) -> tuple[Known, ...]:
+    """The faults with what the fit found to be left of them."""
+    left = dict(zip(evidence.plant[0], beta, strict=True))
+    return tuple(known.moved(np.array([left[n] for n in known.names])) for known in faults)
+
+
+def _solved(evidence: Evidence, joint: Joint) -> tuple[Joint, Array]:
+    """The refitted joint, and the coefficients of the plant's columns."""
+    w, target = evidence.root_weight, evidence.target
+    plant = evidence.plant[1] * w
+    size = np.maximum(np.linalg.norm(plant, axis=1), 1e-300)[:, None]
+    Q = np.linalg.qr((plant / size).T)[0]
+    sigma = float(np.sqrt(np.mean((w * target) ** 2))) or 1.0
+
+    def projected(j: Joint) -> Array:
+        r = w * (target - evidence.joint_force(j)) / sigma
+        return np.asarray(r - Q @ (Q.T @ r))
+
+    # Two laws that do the same make the search run away; hold-out refuses what it then finds.
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        fitted, _ = refit(joint, projected, free_parameters(joint))
+    rest = w * (target - evidence.joint_force(fitted))
+    return fitted, np.linalg.lstsq((plant / size).T, rest, rcond=None)[0] / size[:, 0]
+
+
+def _judged(evidence: Evidence, model: Model, beta: Array) -> Fitted:
+    plant_names, plant = evidence.plant
+    rest = evidence.target - evidence.joint_force(model.joint)
+    residual = rest - beta @ plant
+    names, slopes = tangents(evidence, model.joint)
+    columns = np.vstack([plant, slopes])
+    condition, fold_beta, block = held_out_losses(evidence, columns, rest)
+    w = evidence.root_weight
+    covariance = clustered_covariance(columns * w, residual * w, _clusters(len(rest), evidence.rows))
+    widened = np.zeros(len(columns), dtype=bool)
+    if fold_beta is not None:
+        count = len(fold_beta)
+        spread = np.sqrt((count - 1) / count * ((fold_beta - fold_beta.mean(axis=0)) ** 2).sum(axis=0))
+        error = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+        widened = spread > error
+        grow = np.maximum(spread / error, 1.0)
+        covariance = covariance * np.outer(grow, grow)
+    n = len(beta)
+    own = Covariance(names, covariance[n:, n:]) if names else None
+    return Fitted(
+        model=dataclasses.replace(model, joint=dataclasses.replace(model.joint, covariance=own)),
+        evidence=evidence,
+        plant=tuple(beta.tolist()),
+        names=(*plant_names, *names),
+        columns=columns,
+        residual=residual,
+        covariance=covariance,
+        widened=tuple(widened.tolist()),
+        in_sample=float(np.sqrt(np.mean(residual**2) / np.mean(evidence.force**2))),
+        condition_loss=condition,
+        block_loss=block,
+    )
+
+
+def tangents(evidence: Evidence, joint: Joint) -> tuple[tuple[str, ...], Array]:
+    """∂f/∂θ of every free parameter that has influence, by central differences (exact where f is linear in θ)."""
+    names, columns = [], []
+    at = joint.parameters
+    for name in free_parameters(joint):
+        step = 1e-4 * abs(at[name]) or 1e-6
+        pair = [(moved_or_none(joint, {name: at[name] + h}), h) for h in (step, -step)]
+        usable = [(evidence.joint_force(j), h) for j, h in pair if j is not None]
+        if len(usable) == 1:
+            usable.append((evidence.joint_force(joint), 0.0))
+        column = (usable[0][0] - usable[1][0]) / (usable[0][1] - usable[1][1])
+        if np.any(column):
+            names.append(name)
+            columns.append(column)
+    return tuple(names), np.array(columns).reshape(len(names), len(evidence.force))
+
+
+def free_parameters(joint: Joint) -> tuple[str, ...]:
+    """What a fit moves: not what the joint holds fixed, nor a smoothing, which would imitate other effects."""
+    smoothing = {
+        f"{part}.{p.name}"
+        for part, law in zip(joint.part_names, joint.laws, strict=True)
+        for p in parameters_of(law)
+        if p.role is Role.SMOOTHING
+    }
+    return tuple(name for name in joint.parameters if name not in joint.fixed | smoothing)
+
+
+def held_out_losses(evidence: Evidence, columns: Array, target: Array) -> tuple[Array | None, Array | None, Array]:
+    """Relative losses over condition folds, their coefficients, and relative losses over block folds."""
+    grams, sizes, weights = block_grams(columns, target, evidence.rows), evidence.sizes, evidence.block_weight
+    block = hold_out(grams, sizes, evidence.floor.block_folds, weights).blocks / evidence.block_power
+    if len(evidence.division.conditions) < 2:
+        return None, None, block
+    held = hold_out(grams, sizes, evidence.condition_folds, weights)
+    return held.blocks / evidence.block_power, held.coefficients, block
+
+
+def _clusters(count: int, rows: Sequence[Index]) -> list[Index]:
+    """The blocks, and what lies between them as blocks of its own."""
+    free = np.ones(count, dtype=bool)
+    for r in rows:
+        free[r] = False
+    rest = np.flatnonzero(free)
+    gaps = np.split(rest, np.flatnonzero(np.diff(rest) > 1) + 1) if rest.size else []
+    return [*(r for r in rows if len(r)), *gaps]

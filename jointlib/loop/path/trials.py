@@ -1,0 +1,141 @@
+"""One family at one shape, fitted beside the current model on everything and without each fold."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from jointlib.arrays import Array
+from jointlib.effect import JointEffect
+from jointlib.errors import InputError
+from jointlib.joint import Joint
+from jointlib.loop.path.columns import ColumnStore
+from jointlib.loop.path.evidence import Known, Model
+from jointlib.loop.path.fitted import Fitted
+from jointlib.loop.path.regression import Index, Mask, block_grams, hold_out, loss, solve, solve_signed
+from jointlib.loop.refit import bounds_of
+from jointlib.path_fault import PathFault
+
+Shape = Mapping[str, float]
+Effect = JointEffect | PathFault
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One family and shape fitted beside the current model, once on everything and once without each fold."""
+
+    shape: Shape
+    coefficients: Array
+    """Of the effect, on all blocks."""
+    training: float
+    """Mean squared residual on all blocks, weighted, N²."""
+    model: Model | None
+    """The model with the effect, None where its coefficients are not physical."""
+    condition: Folds | None
+    block: Folds
+
+
+@dataclass(frozen=True)
+class Folds:
+    """What hold-out found at one shape."""
+
+    training: Array
+    losses: Array
+    """Relative held-out loss of every block."""
+    physical: Mask
+    """Whether the coefficients that each fold finds are physical."""
+
+
+def member_of(effect: Effect) -> str:
+    """The kind of law an effect adds; a fault adds none and goes by its family."""
+    return effect.member if isinstance(effect, JointEffect) else effect.family
+
+
+def shapes_of(effect: Effect, current: Fitted) -> tuple[Shape, ...]:
+    """Shapes to try; none for a fault that is undone, nor for a law that the joint has but for its smoothing."""
+    evidence = current.evidence
+    if isinstance(effect, JointEffect):
+        shapes = effect.shapes(evidence.scale, current.joint)
+        again = effect.member in {law.kind for law in current.joint.laws}
+        return () if again and shapes and all(k.startswith("smoothing") for k in shapes[0]) else shapes
+    if any(known.fault.family == effect.family for known in current.model.faults):
+        return ()
+    return effect.shapes(evidence.scale, [run.recorded for run in evidence.runs])
+
+
+def columns_of(effect: Effect, shapes: Sequence[Shape], current: Fitted, store: ColumnStore) -> Iterator[Array]:
+    """Columns of an effect at each shape, (coefficient, sample)."""
+    if isinstance(effect, JointEffect):
+        yield from store.columns(effect, shapes, current.joint)
+        return
+    for shape in shapes:
+        yield current.evidence.fault_columns(effect, shape)
+
+
+def trials_of(effect: Effect, shapes: Sequence[Shape], current: Fitted, store: ColumnStore) -> list[Trial]:
+    """The effect at each shape at which it acts on these paths."""
+    found = zip(shapes, columns_of(effect, shapes, current, store), strict=True)
+    tried = (_trial(effect, shape, added, current) for shape, added in found)
+    return [t for t in tried if t is not None]
+
+
+def _trial(effect: Effect, shape: Shape, added: Array, current: Fitted) -> Trial | None:
+    if not np.all(np.isfinite(added)) or not np.all(np.any(added, axis=1)):
+        return None
+    evidence, count = current.evidence, len(added)
+    weights, sizes = evidence.block_weight, evidence.sizes
+    target = evidence.target - evidence.joint_force(current.joint)
+    grams = block_grams(np.vstack([current.columns, added]), target, evidence.rows)
+    total = (grams * weights[:, None, None]).sum(axis=0)
+    beta, signed = solve(total[:-1, :-1], total[:-1, -1]), 0
+    model = applied(effect, shape, current, beta)
+    if model is None and count > 1 and isinstance(effect, JointEffect):
+        # Several elements in parallel: those that would pull the wrong way are left out.
+        constrained = solve_signed(total[:-1, :-1], total[:-1, -1], count)
+        model = applied(effect, shape, current, constrained)
+        if model is not None:
+            beta, signed = constrained, count
+
+    def folds(number: Index, each: bool) -> Folds:
+        """``each``: ask the sign rule of every fold's coefficients, else of those of the whole."""
+        held = hold_out(grams, sizes, number, weights, signed)
+        found = [applied(effect, shape, current, b) if each else model for b in held.coefficients]
+        physical = np.array([f is not None for f in found])
+        return Folds(held.training, held.blocks / evidence.block_power, physical)
+
+    several = len(evidence.division.conditions) > 1
+    return Trial(
+        shape=shape,
+        coefficients=beta[len(current.names) :],
+        training=float(loss(total, beta) / (weights @ sizes)),
+        model=model,
+        condition=folds(evidence.condition_folds, True) if several else None,
+        block=folds(evidence.floor.block_folds, not several),
+    )
+
+
+def applied(effect: Effect, shape: Shape, current: Fitted, beta: Array) -> Model | None:
+    """The current model moved along its tangents, with the effect; None where that is not physical."""
+    joint, own = _moved(current, beta), beta[len(current.names) :]
+    if isinstance(effect, PathFault):
+        parameters = effect.correction(own, shape)
+        return None if parameters is None else Model(joint, (*current.model.faults, Known(effect, shape, parameters)))
+    try:
+        mended = effect.apply(own, shape, joint)
+    except InputError:
+        return None
+    return None if mended is None else Model(mended, current.model.faults)
+
+
+def _moved(current: Fitted, beta: Array) -> Joint:
+    at = current.joint.parameters
+    moved = {n: float(at[n] + d) for n, d in zip(current.names, beta, strict=False) if n in at}
+    lower, upper = bounds_of(current.joint, tuple(moved))
+    # Parameters may leave their range together though none does alone; the refit finds admissible ones.
+    with contextlib.suppress(InputError):
+        values = np.clip(list(moved.values()), lower, upper).tolist()
+        return current.joint.with_parameters(dict(zip(moved, values, strict=True)))
+    return current.joint
