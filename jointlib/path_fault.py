@@ -41,7 +41,7 @@ class PathFault(ABC):
     """Parameters of a correction and their SI units; "channel" is the unit of the force."""
     requires: ClassVar[str] = ""
     """What the records must have for it to be decided: "clock" (one laboratory time for all of them), "position" (a
-    feed position beside the displacement), or nothing."""
+    channel of the feed position), or nothing."""
     experiment: ClassVar[str] = ""
     """What would decide it where that is missing."""
 

@@ -1,0 +1,142 @@
+"""Which data sets the suite consists of."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+from itertools import product
+
+import effects
+import faults
+import foreign
+from effects import Maker
+
+CATALOGUE: dict[str, Maker] = {
+    "cubic": effects.cubic,
+    "quadratic": effects.quadratic,
+    "preload": effects.preload,
+    "gap": effects.gap,
+    "contact-loss": effects.contact_loss,
+    "coulomb": effects.coulomb,
+    "stribeck": effects.stribeck,
+    "hysteresis": effects.hysteresis,
+    "hysteresis-with-play": effects.hysteresis_with_play,
+    "quadratic-damping": effects.quadratic_damping,
+    "viscous-by-direction": effects.viscous_by_direction,
+    "structural-damping": effects.structural_damping,
+    "stiffness-drift": effects.stiffness_drift,
+    "position-stiffness": effects.position_stiffness,
+    "rocking-mode": faults.rocking_mode,
+    "missing-mass": faults.missing_mass,
+    "gain-driven": faults.gain("a1"),
+    "gain-carried": faults.gain("a2", "a3"),
+    "gain-force": faults.gain("P"),
+    "delay-driven": faults.delay("a1"),
+    "delay-carried": faults.delay("a2", "a3"),
+    "delay-force": faults.delay("P"),
+    "hum": faults.hum,
+    "drift": faults.drift,
+    "offset": faults.offset,
+    "sensor-nonlinearity": faults.sensor_nonlinearity,
+    "clipping": faults.clipping,
+}
+"""Effects of the catalogue; those after the rocking mode do not live in the joint equation."""
+IN_JOINT = tuple(CATALOGUE)[:14]
+OUTSIDE: dict[str, Maker] = {
+    "ripple": foreign.ripple,
+    "stiffness-by-speed": foreign.stiffness_by_speed,
+    "damping-by-displacement": foreign.damping_by_displacement,
+    "damping-in-time": foreign.damping_in_time,
+    "slack-in-speed": foreign.slack_in_speed,
+    "relaxation": foreign.relaxation,
+    "dead-time": foreign.dead_time,
+    "cross-talk": foreign.cross_talk,
+}
+BY_AMPLITUDE = tuple(OUTSIDE)[:5]
+"""Those that a narrow band shows; the others are linear, and there no more than a spring, a damper and gains."""
+EMPTY: dict[str, Maker] = {"nothing": foreign.nothing, "distorted-exciter": foreign.distorted_exciter}
+EXACT: dict[str, Maker] = {
+    "exact-cubic": effects.exact_cubic,
+    "exact-coulomb": effects.exact_coulomb,
+    "exact-quadratic": effects.exact_quadratic,
+}
+"""Laws of the catalogue themselves: their parameters have a true value for the intervals to cover."""
+PAIRS = (
+    "cubic+gain-carried",
+    "coulomb+cubic",
+    "missing-mass+structural-damping",
+    "gap+delay-force",
+    "quadratic+hum",
+    "hysteresis+gain-force",
+    "quadratic-damping+contact-loss",
+    "rocking-mode+coulomb",
+    "cubic+stiffness-drift",
+)
+MAKERS = CATALOGUE | OUTSIDE | EMPTY | EXACT
+SIGNALS, DECIBELS, SEEDS = ("MS", "AM"), (60.0, 40.0, 30.0), range(5)
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One data set and what is done with it."""
+
+    group: str
+    """main | null | outside | removed | coverage | two | small."""
+    effect: str
+    signal: str
+    decibel: float
+    seed: int
+    size: float = 1.0
+
+    @property
+    def name(self) -> str:
+        """Unique word."""
+        return f"{self.group}/{self.effect}/{self.signal}/{self.decibel:g}/{self.seed}"
+
+    @property
+    def makers(self) -> tuple[Maker, ...]:
+        """What is hidden in it."""
+        return tuple(MAKERS[part] for part in self.effect.split("+"))
+
+    def row(self) -> dict[str, object]:
+        """For the result file."""
+        return asdict(self)
+
+
+def grid(
+    group: str,
+    names: Iterable[str],
+    signals: Iterable[str],
+    decibels: Iterable[float],
+    seeds: Iterable[int],
+    size: float = 1.0,
+) -> list[Cell]:
+    """Every combination; noise runs fastest, so that neighbours share their simulation."""
+    return [Cell(group, e, s, d, n, size) for e, s, n, d in product(names, signals, seeds, decibels)]
+
+
+GROUPS: dict[str, list[Cell]] = {
+    "main": grid("main", CATALOGUE, SIGNALS, DECIBELS, SEEDS),
+    "null": grid("null", ["nothing"], SIGNALS, DECIBELS, range(50))
+    + grid("null", ["distorted-exciter"], SIGNALS, DECIBELS, SEEDS),
+    "outside": grid("outside", OUTSIDE, ["MS"], DECIBELS, SEEDS)
+    + grid("outside", BY_AMPLITUDE, ["AM"], [60.0, 40.0], SEEDS),
+    "removed": grid("removed", CATALOGUE, ["MS"], [40.0], SEEDS),
+    "coverage": grid("coverage", EXACT, ["MS"], DECIBELS, range(10)),
+    "two": grid("two", PAIRS, ["MS"], [40.0], SEEDS),
+    "small": grid("small", CATALOGUE, ["MS"], [40.0], SEEDS, 0.2),
+    "quick": grid("main", CATALOGUE, ["MS"], [40.0], [0]),
+}
+"""``quick`` is a part of ``main``."""
+
+
+def cells_of(words: Iterable[str]) -> list[Cell]:
+    """Groups by name, or every cell whose name begins with the word."""
+    everything = {c.name: c for name, group in GROUPS.items() if name != "quick" for c in group}
+    out: dict[str, Cell] = {}
+    for word in words:
+        found = GROUPS.get(word) or [c for n, c in everything.items() if n.startswith(word)]
+        if not found:
+            raise SystemExit(f"no cells begin with {word!r}; groups are {', '.join(GROUPS)}")
+        out |= {c.name: c for c in found}
+    return list(out.values())
