@@ -103,9 +103,7 @@ def variables_of(joint: Joint) -> tuple[Variable, ...]:
             value = getattr(law, p.name)
             if p.listed:
                 name = f"{part.name}.{p.name}"
-                out += [
-                    Variable(f"{name}[{i}]", "parameter", p.unit, told, float(v), p) for i, v in enumerate(value)
-                ]
+                out += [Variable(f"{name}[{i}]", "parameter", p.unit, told, float(v), p) for i, v in enumerate(value)]
                 continue
             if not p.table:
                 out.append(Variable(f"{part.name}.{p.name}", "parameter", p.unit, told, float(value), p))

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from jointlib.arrays import ComplexArray
+from jointlib.arrays import Array, ComplexArray
 from jointlib.loop.equations import EQUATIONS, Observed
 from jointlib.loop.spectra import Mask
 
@@ -58,18 +58,20 @@ def total_excess(table: Mapping[str, Mapping[str, Any]], equation: str | None = 
 def sizes(records: Sequence[Observed], whitened: Sequence[ComplexArray]) -> dict[str, float]:
     """Root mean square of each residual over all records, its floor, the joint force, and χ².
 
-    joint_N is √(2 Σ|r_J L_JJ|²)/N: the joint residual with what the noise in the other equations tells removed, on
-    the lines of the period and wherever else z is more than noise.
+    joint_N is √(2 Σ|r_J L_JJ|²)/N: the joint residual with what the noise in the other equations tells removed. On
+    lines between those of the period where z is but noise, it is counted as 0 there, and the measured force stands.
     """
     sums: dict[str, list[float]] = {k: [] for k in ("joint", "balance", "redundancy", "force")}
     floors: dict[str, list[float]] = {k: [] for k in ("joint", "balance", "redundancy")}
     for o, r in zip(records, whitened, strict=True):
         N = o.spectra.samples
         for i, equation in enumerate(EQUATIONS):
-            use = o.valid[:, i] & (o.informative if equation == "joint" else True)
-            diagonal = np.where(use, o.triangle[:, i, i].real, 0)
-            sums[equation].append(float(2 * np.sum(np.abs(r[:, i] * diagonal) ** 2)) / N**2)
-            floors[equation].append(float(2 * np.sum(diagonal**2)) / N**2)
+            still = o.valid[:, i] & ~o.informative if equation == "joint" else np.zeros(len(o.frequency), dtype=bool)
+            diagonal = np.where(o.valid[:, i] & ~still, o.triangle[:, i, i].real, 0)
+            power = np.sum(np.abs(r[:, i] * diagonal) ** 2) + np.sum(np.abs(o.joint_force[still]) ** 2)
+            noise = np.sum(diagonal**2) + np.sum(_force_noise(o)[still])
+            sums[equation].append(float(2 * power) / N**2)
+            floors[equation].append(float(2 * noise) / N**2)
         sums["force"].append(float(2 * np.sum(np.abs(o.joint_force[o.valid[:, 2]]) ** 2)) / N**2)
     rms = {k: float(np.sqrt(np.mean(v))) for k, v in sums.items()}
     floor = {k: float(np.sqrt(np.mean(v))) for k, v in floors.items()}
@@ -87,6 +89,11 @@ def sizes(records: Sequence[Observed], whitened: Sequence[ComplexArray]) -> dict
     if first.has_third:
         out |= {"redundancy_ms2": rms["redundancy"], "redundancy_floor_ms2": floor["redundancy"]}
     return out
+
+
+def _force_noise(o: Observed) -> Array:
+    """Noise power of the measured joint force m2 a2 + m3 a3, one value a line."""
+    return np.asarray(sum(m**2 * o.noise(a) for a, m in o.rig.masses.items() if a != "a1"))
 
 
 def per_class(table: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, float]]:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from jointlib.arrays import Array
+from jointlib.errors import InputError
 from jointlib.io.measurement_file import read_records
 from jointlib.joint import Joint
 from jointlib.loop.bench import Found, Raw
@@ -29,10 +30,16 @@ class Readings:
     warnings: tuple[str, ...]
 
     def opened(self) -> tuple[tuple[Raw, ...], tuple[str, ...]]:
-        """The sealed records, read now."""
+        """The sealed records, read now; one that cannot be used is said and left out, for all else is decided."""
         said: list[str] = []
-        read = _spectra(self.measurement, self.measurement.with_role("sealed"), said)
-        return tuple(_raw(self.measurement, r, s, self.rig, self.quiet, self.band) for r, s in read), tuple(said)
+        raws: list[Raw] = []
+        for source in self.measurement.with_role("sealed"):
+            try:
+                read = _spectra(self.measurement, [source], said)
+                raws += [_raw(self.measurement, r, s, self.rig, self.quiet, self.band) for r, s in read]
+            except InputError as unusable:
+                said.append(f"Sealed record not used: {unusable}.")
+        return tuple(raws), tuple(said)
 
 
 def readings(measurement: Measurement) -> Readings:

@@ -81,7 +81,16 @@ def test_the_verdict_is_one_of_five_and_the_error_falls(guide_mill_run: Left) ->
     assert data["verdict"] == found["verdict"]
     assert data["verdict"] in VERDICTS
     assert 0 < data["error_after"] < data["error_before"] < 1
-    assert [step["step"] for step in data["steps"]] == ["identify", "trace", "df", "check", "frf", "lobes", "fmu"]
+    assert [step["step"] for step in data["steps"]] == [
+        "identify",
+        "trace",
+        "trace again",
+        "df",
+        "check",
+        "frf",
+        "lobes",
+        "fmu",
+    ]
 
 
 def test_the_named_effect_has_parameters_with_standard_errors(guide_mill_run: Left) -> None:
