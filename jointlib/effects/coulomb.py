@@ -24,7 +24,7 @@ class CoulombFriction(JointEffect):
     }
 
     def shapes(self, scale: Scale, joint: Joint) -> tuple[Mapping[str, float], ...]:
-        return tuple({"smoothing_velocity": f * scale.velocity} for f in (0.01, 0.03, 0.1, 0.3))
+        return tuple({"smoothing_velocity": f * scale.velocity} for f in (0.01, 0.03, 0.1, 0.3, 0.9))
 
     def columns(self, path: Path, shape: Mapping[str, float], joint: Joint) -> Array:
         return forces(path, Coulomb(1.0, shape["smoothing_velocity"]))

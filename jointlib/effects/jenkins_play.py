@@ -15,7 +15,6 @@ class SlipWithPlay(JointEffect):
     """Jenkins element behind play: after every reversal a stretch without load; shapes are both distances."""
 
     family: ClassVar[str] = "hysteresis"
-    leads: ClassVar[bool] = False
     member: ClassVar[str] = "jenkins"
     words: ClassVar[str] = "slip with play in series (hysteresis)"
     look_alikes: ClassVar[Mapping[str, str]] = {

@@ -25,7 +25,7 @@ class StribeckFriction(JointEffect):
     def shapes(self, scale: Scale, joint: Joint) -> tuple[Mapping[str, float], ...]:
         return tuple(
             {"smoothing_velocity": s * scale.velocity, "stribeck_velocity": s * times * scale.velocity}
-            for s in (0.01, 0.03, 0.1, 0.3)
+            for s in (0.01, 0.03, 0.1, 0.3, 0.9)
             for times in (2.0, 5.0, 12.0)
         )
 

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar
 
+import numpy as np
+
 from jointlib.arrays import Array
-from jointlib.effect import JointEffect, Path, forces
+from jointlib.effect import JointEffect, Path
 from jointlib.joint import Joint
 from jointlib.laws.viscous import Viscous
 from jointlib.laws.viscous_by_direction import ViscousByDirection
@@ -23,13 +25,14 @@ class DirectionalDamping(JointEffect):
     }
 
     def columns(self, path: Path, shape: Mapping[str, float], joint: Joint) -> Array:
-        """The part of the force that the sign of the velocity adds to a viscous baseline."""
-        return forces(path, ViscousByDirection(1.0, 0.0))
+        """Half of abs(ż): what a difference of 1 between the two constants adds, their mean held."""
+        return 0.5 * np.abs(path.velocity)[None]
 
     def apply(self, coefficients: Array, shape: Mapping[str, float], joint: Joint) -> Joint | None:
-        """A joint with viscous damping c becomes (c + coefficient, c); both must be positive."""
+        """A joint with viscous damping c becomes c ± coefficient/2; both must be positive."""
         base = sum(law.damping for law in joint.laws if isinstance(law, Viscous))
-        positive, negative = base + float(coefficients[0]), base
+        half = float(coefficients[0]) / 2
+        positive, negative = base + half, base - half
         if positive <= 0 or negative <= 0:
             return None
         others = tuple(law for law in joint.laws if not isinstance(law, Viscous))
