@@ -14,6 +14,7 @@ from jointlib.loop.contest import Score, refined, rivals_of, score, simplest_of_
 from jointlib.loop.contestant import Contestant, InJoint
 from jointlib.loop.fitted import Fitted
 from jointlib.loop.model import Model, prediction_error
+from jointlib.loop.naming import NAMED_FROM
 from jointlib.loop.report import Status
 from jointlib.loop.trial import Trial, prediction
 
@@ -152,6 +153,13 @@ class _Contest:
             rows[r.label] = self.judged(r.contestant, finer, True)
         return self._ranked(sorted(rows.values(), key=lambda r: -r.score.gain))
 
+    def _looks_alike(self, row: Row, winner: Row) -> bool:
+        """A declared look-alike that would explain as much as a name demands: its own form may be what is wrong."""
+        a, b = row.contestant.effect, winner.contestant.effect
+        declared = b.family in a.look_alikes or a.family in b.look_alikes
+        enough = row.score.gain >= NAMED_FROM * winner.score.gain
+        return declared and enough and row is not winner and row.status is not Status.UNPHYSICAL
+
     def _present(self) -> set[str]:
         """Families of which the joint holds a member already."""
         kinds = {law.kind for law in self.fitted.joint.laws}
@@ -167,6 +175,7 @@ class _Contest:
         winner = next(r for r in passed if r.score is best)
         possible = [r.score for r in ranked if r.status is not Status.UNPHYSICAL]
         close = {s.family for s in rivals_of(model, best, possible, self.distance)}
+        close |= {r.label for r in ranked if self._looks_alike(r, winner)}
         rivals = tuple(r for r in ranked if r.label in close)
         marked = tuple(_marked(r, winner, close) for r in ranked)
         return Round(self.fitted, marked, replace(winner, status=Status.ACCEPTED), rivals)
