@@ -17,7 +17,7 @@ _WAVES = np.arange(1.5, 1000.0, 0.5)
 
 
 class PositionStiffness(Fault):
-    """The joint force gains (cosine·cos φ + sine·sin φ)·z as the carriage passes over balls, screws or pitches.
+    """The joint force gains (cosine·cos φ + sine·sin φ + the same of 2φ)·z as the carriage passes balls or pitches.
 
     φ = 2π·position/wavelength where the feed position is measured, else 2π·frequency·t, t from the first sample of
     each record: sidebands at feed speed/pitch beside the lines of the period. A change of the joint: nothing is
@@ -25,13 +25,20 @@ class PositionStiffness(Fault):
     """
 
     family: ClassVar[str] = "position-stiffness"
-    words: ClassVar[str] = "that the joint's stiffness depends on the place (position-stiffness)"
+    words: ClassVar[str] = "a stiffness that depends on the place (position-stiffness)"
     look_alikes: ClassVar[Mapping[str, str]] = {
         "stiffness-drift": "Repeat at another feed speed and at a standstill: what depends on the place moves with it.",
         "hum": "Change the feed speed: sidebands of the place move, those of the mains stay.",
     }
     on: ClassVar[str] = "joint"
-    parameters: ClassVar[Mapping[str, str]] = {"frequency": "Hz", "wavelength": "m", "cosine": "N/m", "sine": "N/m"}
+    parameters: ClassVar[Mapping[str, str]] = {
+        "frequency": "Hz",
+        "wavelength": "m",
+        "cosine": "N/m",
+        "sine": "N/m",
+        "cosine2": "N/m",
+        "sine2": "N/m",
+    }
     """Of a correction either ``frequency`` or ``wavelength``."""
     shape_parameters: ClassVar[frozenset[str]] = frozenset({"frequency", "wavelength"})
     per_record: ClassVar[bool] = True
@@ -55,12 +62,14 @@ class PositionStiffness(Fault):
 
     def columns(self, record: RigRecord, site: str, shape: Shape) -> ComplexArray:
         phase, z = 2 * np.pi * _waves_passed(record, shape), record.displacement
-        return np.stack([record.on_equations(joint=record.lines_of(z * wave(phase))) for wave in (np.cos, np.sin)])
+        waves = [wave(n * phase) for n in (1, 2) for wave in (np.cos, np.sin)]
+        return np.stack([record.on_equations(joint=record.lines_of(z * wave)) for wave in waves])
 
     def correction(self, coefficients: Array, shape: Shape) -> Mapping[str, float] | None:
         if any(value <= 0 for value in shape.values()):
             return None
-        return {**shape, "cosine": float(coefficients[0]), "sine": float(coefficients[1])}
+        names = ("cosine", "sine", "cosine2", "sine2")
+        return {**shape, **dict(zip(names, coefficients.tolist(), strict=False))}
 
 
 def _waves_passed(record: RigRecord, shape: Shape) -> Array:

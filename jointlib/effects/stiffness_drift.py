@@ -12,27 +12,31 @@ from jointlib.fault import Fault, RigRecord, Shape
 
 
 class StiffnessDrift(Fault):
-    """The joint force gains (stiffness + stiffness_rate·t)·z, t from the first sample of each record.
+    """The joint force gains (stiffness + stiffness_rate·t + stiffness_bend·t²)·z, t from the first sample of a record.
 
-    Skirts around the lines of the period, with a level and a rate for each record. A change of the joint, not of what
-    was measured: nothing is undone on reading.
+    Skirts around the lines of the period, with a level, a rate and a bend for each record. A change of the joint, not
+    of what was measured: nothing is undone on reading.
     """
 
     family: ClassVar[str] = "stiffness-drift"
-    words: ClassVar[str] = "that the joint's stiffness changes with time (stiffness-drift)"
+    words: ClassVar[str] = "a stiffness that changes with time (stiffness-drift)"
     look_alikes: ClassVar[Mapping[str, str]] = {
         "position-stiffness": "Repeat at a standstill, from cold, with the temperature logged.",
     }
     on: ClassVar[str] = "joint"
-    parameters: ClassVar[Mapping[str, str]] = {"stiffness_rate": "N/(m s)", "stiffness": "N/m"}
+    parameters: ClassVar[Mapping[str, str]] = {
+        "stiffness_rate": "N/(m s)",
+        "stiffness": "N/m",
+        "stiffness_bend": "N/(m s^2)",
+    }
     per_record: ClassVar[bool] = True
     biased: ClassVar[bool] = True
     """z comes from accelerations over one record, at whose ends a drifting motion does not close."""
     needs: ClassVar[frozenset[str]] = frozenset()
 
     def columns(self, record: RigRecord, site: str, shape: Shape) -> ComplexArray:
-        z = record.displacement
-        return np.stack([record.on_equations(joint=record.lines_of(f)) for f in (z * record.time, z)])
+        z, t = record.displacement, record.time
+        return np.stack([record.on_equations(joint=record.lines_of(f)) for f in (z * t, z, z * t**2)])
 
     def correction(self, coefficients: Array, shape: Shape) -> Mapping[str, float] | None:
-        return {"stiffness_rate": float(coefficients[0]), "stiffness": float(coefficients[1])}
+        return dict(zip(self.parameters, coefficients.tolist(), strict=False))

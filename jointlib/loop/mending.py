@@ -43,8 +43,9 @@ def _modulation(f: Found, fitted: Fitted, stiffness: float) -> Modulation:
     """A table of the stiffness factor: over the length of a record, or over one wave."""
     if f.fault.family == "stiffness-drift":
         end = max(r.spectra.samples / r.spectra.sample_rate for r in fitted.raws)
-        rate = float(np.mean([p["stiffness_rate"] for p in f.parameters])) / stiffness
-        return Modulation(Role.STIFFNESS, "time", 0.0, ((0.0, 1.0), (end, 1.0 + rate * end)))
+        rate, bend = (float(np.mean([p[n] for p in f.parameters])) for n in ("stiffness_rate", "stiffness_bend"))
+        course = [(t, 1.0 + (rate * t + bend * t**2) / stiffness) for t in np.linspace(0.0, end, 9).tolist()]
+        return Modulation(Role.STIFFNESS, "time", 0.0, tuple(course))
     period = f.shape["wavelength"] if "wavelength" in f.shape else 1 / f.shape["frequency"]
     size = float(np.sqrt(np.mean([p["cosine"] ** 2 + p["sine"] ** 2 for p in f.parameters]))) / stiffness
     at = np.linspace(0.0, period, 25)

@@ -240,21 +240,21 @@ def modulated(stiffness: Array) -> Rig:
 
 def stiffness_drift(site: str, size: float) -> Injected:
     return Injected(
-        modulated(STIFFNESS * size * (0.2 + 3 * TIME)), clean(), (3 * STIFFNESS * size, 0.2 * STIFFNESS * size)
+        modulated(STIFFNESS * size * (0.2 + 3 * TIME)), clean(), (3 * STIFFNESS * size, 0.2 * STIFFNESS * size, 0.0)
     )
 
 
 def over_balls(site: str, size: float) -> Injected:
     ripple = STIFFNESS * size * np.cos(2 * np.pi * 8.3 * TIME - 1.1)
     found = STIFFNESS * size * np.exp(1.1j)
-    return Injected(modulated(ripple), clean(), (found.real, found.imag), {"frequency": 8.3})
+    return Injected(modulated(ripple), clean(), (found.real, found.imag, 0.0, 0.0), {"frequency": 8.3})
 
 
 def over_balls_placed(site: str, size: float) -> Injected:
     place = 0.02 + 0.1 * TIME + 0.03 * TIME**2
     ripple = STIFFNESS * size * np.sin(2 * np.pi * place / 0.007)
     faulty = replace(modulated(ripple), position=place)
-    return Injected(faulty, clean(), (0.0, STIFFNESS * size), {"wavelength": 0.007})
+    return Injected(faulty, clean(), (0.0, STIFFNESS * size, 0.0, 0.0), {"wavelength": 0.007})
 
 
 Inject = Callable[[str, float], Injected]
