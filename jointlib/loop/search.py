@@ -231,8 +231,9 @@ def search(start: Fitted, field: Sequence[Contestant]) -> tuple[Round, tuple[Ter
 
 
 def _leaves_room(model: Model, least: float) -> bool:
-    """Whether what is left exceeds its noise by as much as a further term must at least gain."""
-    return bool(model.loss - model.entries + 3 * np.sqrt(model.entries) >= least)
+    """Whether what is left is more than noise, or noise could hide as much as a further term must at least gain."""
+    excess, noise = model.loss - model.entries, 3 * np.sqrt(model.entries)
+    return bool(excess > noise or excess + noise >= least)
 
 
 def _exchanged(start: Fitted, field: Sequence[Contestant], terms: list[Term]) -> list[Term]:
