@@ -24,6 +24,7 @@ _MOST_TERMS = 3
 _LEAST_SHARE = 0.05
 _TOO_SMALL = 1e-3
 """Of the first term's gain: below this what is left is the error of its form, not another effect."""
+_FORM = 10.0
 _NEAR = 0.5
 """Further members of a family are stepped only where its first reaches this share of the leader's gain."""
 
@@ -154,11 +155,16 @@ class _Contest:
         return self._ranked(sorted(rows.values(), key=lambda r: -r.score.gain))
 
     def _looks_alike(self, row: Row, winner: Row) -> bool:
-        """A declared look-alike that would explain as much as a name demands: its own form may be what is wrong."""
+        """A declared look-alike that would explain as much as a name demands, where the form of both is in doubt.
+
+        It is ruled out only if what separates the two is ten times what the winner's own form leaves unexplained.
+        """
         a, b = row.contestant.effect, winner.contestant.effect
         declared = b.family in a.look_alikes or a.family in b.look_alikes
         enough = row.score.gain >= NAMED_FROM * winner.score.gain
-        return declared and enough and row is not winner and row.status is not Status.UNPHYSICAL
+        left = max(0.0, self.model.loss - winner.score.best.gain - self.model.entries)
+        close = winner.score.gain - row.score.gain < _FORM * left
+        return declared and enough and close and row is not winner and row.status is not Status.UNPHYSICAL
 
     def _present(self) -> set[str]:
         """Families of which the joint holds a member already."""
