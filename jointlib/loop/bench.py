@@ -38,8 +38,12 @@ class Raw:
     def under(self, found: Sequence[Found], record: int) -> Observed:
         """The record with faults undone; the joint's share in its noise is not yet known."""
         acting = [f for f in found if f.fault.on != "joint"]
-        key = tuple((f.label, *f.shape.values(), *f.of(record).values()) for f in acting)
-        return self.remembered(key, lambda: self._bare(acting, record))
+        return self.remembered(self.key(acting, record), lambda: self._bare(acting, record))
+
+    def key(self, found: Sequence[Found], record: int) -> Hashable:
+        """What tells the faults undone in this record from others."""
+        acting = (f for f in found if f.fault.on != "joint")
+        return tuple((f.label, *f.shape.values(), *f.of(record).values()) for f in acting)
 
     def _bare(self, acting: Sequence[Found], record: int) -> Observed:
         rig = self.rig
@@ -89,7 +93,7 @@ def observe(raw: Raw, joint: Joint, found: Sequence[Found] = (), record: int = 0
     """A record with faults undone, and the linear part of the joint on its motion, which carries the noise of z."""
     bare = raw.under(found, record)
     k, c = bare.linear_part(bare.model_force(joint))
-    seen = raw.remembered((id(bare), k, c), lambda: replace(bare, stiffness=k, damping=c))
+    seen = raw.remembered((raw.key(found, record), k, c), lambda: replace(bare, stiffness=k, damping=c))
     modulated = [f for f in found if f.fault.on == "joint"]
     if not modulated:
         return seen

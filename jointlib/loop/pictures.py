@@ -103,9 +103,4 @@ def _over(motion: Sequence[Array], signals: dict[str, list[Array]]) -> dict[str,
 
 
 def _period(o: Observed, X: ComplexArray) -> Array:
-    """The period lines of a spectrum as one averaged period."""
-    n = o.spectra.period_samples
-    spectrum = np.zeros(n // 2 + 1, dtype=complex)
-    lines = X[o.on_period]
-    spectrum[1 : len(lines) + 1] = lines * (n / o.spectra.samples)
-    return np.asarray(np.fft.irfft(spectrum, n))
+    return o.spectra.averaged_period(X[o.on_period])

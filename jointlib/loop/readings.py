@@ -15,7 +15,7 @@ from jointlib.loop.fitted import Fitted, fit, free_parameters
 from jointlib.loop.floor import noise_floor
 from jointlib.loop.import_checks import without_dead_channels
 from jointlib.loop.spectra import Spectra, excited_band, spectra_of
-from jointlib.measurement import Measurement, Record, RecordSource
+from jointlib.measurement import Measurement, Record
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Readings:
         raws: list[Raw] = []
         for source in self.measurement.with_role("sealed"):
             try:
-                read = _spectra(self.measurement, [source], said)
+                read = _spectra(self.measurement, read_records(self.measurement, [source]), said)
                 raws += [_raw(self.measurement, r, s, self.rig, self.quiet, self.band) for r, s in read]
             except InputError as unusable:
                 said.append(f"Sealed record not used: {unusable}.")
@@ -44,11 +44,14 @@ class Readings:
 
 def readings(measurement: Measurement) -> Readings:
     """Read what takes part in the choice."""
-    fit_records = read_records(measurement, measurement.with_role("fit"))
-    measurement, said = without_dead_channels(measurement, fit_records)
+    records = read_records(measurement, measurement.with_role("fit"))
+    alive, said = without_dead_channels(measurement, records)
+    if alive is not measurement:
+        measurement, records = alive, read_records(alive, alive.with_role("fit"))
     warnings = list(said)
-    training = _spectra(measurement, measurement.with_role("fit"), warnings)
-    quiet = tuple(s for _, s in _spectra(measurement, measurement.with_role("quiet"), warnings))
+    training = _spectra(measurement, records, warnings)
+    silent = read_records(measurement, measurement.with_role("quiet"))
+    quiet = tuple(s for _, s in _spectra(measurement, silent, warnings))
     rig = rig_of(measurement)
     band = excited_band([s for _, s in training], measurement.band)
     raws = tuple(_raw(measurement, r, s, rig, quiet, band) for r, s in training)
@@ -61,11 +64,9 @@ def readings(measurement: Measurement) -> Readings:
     return Readings(measurement, rig, raws, quiet, band, tuple(warnings))
 
 
-def _spectra(
-    measurement: Measurement, sources: Sequence[RecordSource], warnings: list[str]
-) -> list[tuple[Record, Spectra]]:
+def _spectra(measurement: Measurement, records: Sequence[Record], warnings: list[str]) -> list[tuple[Record, Spectra]]:
     out = []
-    for record in read_records(measurement, sources):
+    for record in records:
         s, said = spectra_of(record, measurement)
         out.append((record, s))
         warnings += said

@@ -51,6 +51,13 @@ class Spectra:
         mask: Mask = (line % self.periods == 0) & (line > 0)
         return mask
 
+    def averaged_period(self, lines: ComplexArray) -> Array:
+        """The first so many period lines of a spectrum as one averaged period, without the mean."""
+        n = self.period_samples
+        spectrum = np.zeros(n // 2 + 1, dtype=complex)
+        spectrum[1 : len(lines) + 1] = lines * (n / self.samples)
+        return np.asarray(np.fft.irfft(spectrum, n))
+
 
 def spectra_of(record: Record, measurement: Measurement) -> tuple[Spectra, tuple[str, ...]]:
     """Transform a record, its run-in dropped, and say what had to be left out or looks wrong."""

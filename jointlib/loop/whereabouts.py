@@ -52,9 +52,4 @@ def by_time(layout: Layout, whitened: Sequence[ComplexArray], sample_rate: float
 
 
 def _period(o: Observed, X: ComplexArray) -> Array:
-    """Averaged period of a spectrum."""
-    n = o.spectra.period_samples
-    spectrum = np.zeros(n // 2 + 1, dtype=complex)
-    lines = X[o.on_period]
-    spectrum[1 : len(lines) + 1] = lines * (n / o.spectra.samples)
-    return np.asarray(np.fft.irfft(spectrum, n))
+    return o.spectra.averaged_period(X[o.on_period])
