@@ -30,6 +30,9 @@ class JointLaw(ABC):
     """False for a law that exists in the frequency domain only."""
     passive: ClassVar[bool] = True
     """True if no closed cycle yields energy, whatever the admissible parameters."""
+    linear: ClassVar[bool] = False
+    """True if the force of a sum of motions is the sum of their forces: each line of a spectrum then has its own gain,
+    and no periodic steady state need be stepped."""
     states: ClassVar[tuple[str, ...]] = ()
     """Names of the internal states; empty for a law without memory."""
 

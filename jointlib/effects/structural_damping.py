@@ -20,6 +20,8 @@ class MaterialDamping(JointEffect):
     """Quadrature flat in ω; along a whole period of a steady state only, where z has a spectrum.
 
     Tried as it stands in textbooks, j·loss_stiffness·z, and in its causal form, whose spring stiffens with frequency.
+    Around the corner frequency of a single relaxation its loss is level too, and its spring stiffens alike: within an
+    octave or two the causal form and a relaxation are a declared pair.
     """
 
     family: ClassVar[str] = "structural-damping"
@@ -27,9 +29,11 @@ class MaterialDamping(JointEffect):
     words: ClassVar[str] = "damping that does not depend on frequency (structural)"
     look_alikes: ClassVar[Mapping[str, str]] = {
         "viscous": "Drive over at least one octave: viscous loss grows with frequency, structural loss does not.",
+        "relaxation": "Drive over two decades: the loss of one relaxation peaks, structural loss stays level.",
         "delay": "Record P as well and swap cables: a delay of a channel shows in the balance, damping does not.",
         "coulomb": "Repeat at three or more levels: friction loses weight, structural damping keeps it.",
     }
+    declared_pairs: ClassVar[frozenset[str]] = frozenset({"relaxation"})
 
     def shapes(self, scale: Scale, joint: Joint) -> tuple[Mapping[str, float], ...]:
         return tuple({"reference_frequency": f} for f in (0.0, _REFERENCE))

@@ -29,6 +29,7 @@ class StructuralDamping(JointLaw):
     reference_frequency: float = parameter("Hz", role=Role.SMOOTHING, lower=0.0, default=0.0)
 
     kind: ClassVar[str] = "structural-damping"
+    linear: ClassVar[bool] = True
     in_time: ClassVar[bool] = False
 
     def initial_state(self, displacement: Array) -> Array:

@@ -20,6 +20,7 @@ class Viscous(MemorylessLaw):
     damping: float = parameter("N s/m", role=Role.DAMPING, lower=0.0)
 
     kind: ClassVar[str] = "viscous"
+    linear: ClassVar[bool] = True
 
     def force(self, displacement: Array, velocity: Array) -> Array:
         z, v = np.broadcast_arrays(displacement, velocity)

@@ -15,6 +15,7 @@ from jointlib.laws.iwan import Iwan
 from jointlib.laws.jenkins import Jenkins
 from jointlib.laws.linear import Linear
 from jointlib.laws.lugre import LuGre
+from jointlib.laws.maxwell import Maxwell
 from jointlib.laws.polynomial import Polynomial
 from jointlib.laws.quadratic import Quadratic
 from jointlib.laws.quadratic_damping import QuadraticDamping
@@ -56,6 +57,7 @@ LAWS: tuple[JointLaw, ...] = (
     BoucWen(4e7, 12.0, 2.2, 0.3),
     BoucWen(4e7, 6.0, 1.6, 0.7, 1e-7),
     LuGre(4e7, 300.0, 36.0, 50.0, 0.02),
+    Maxwell(4e7, 1.2e4),
     StructuralDamping(2e7),
     StructuralDamping(2e7, 1000.0),
 )

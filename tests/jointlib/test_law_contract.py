@@ -21,7 +21,7 @@ without_memory = pytest.mark.parametrize("law", [law for law in IN_TIME if not l
 passive_law = pytest.mark.parametrize("law", [law for law in IN_TIME if law.passive], ids=label)
 law_in_time = pytest.mark.parametrize("law", IN_TIME, ids=label)
 every_law = pytest.mark.parametrize("law", LAWS, ids=label)
-INTEGRATED = frozenset({"bouc-wen", "lugre"})
+INTEGRATED = frozenset({"bouc-wen", "lugre", "maxwell"})
 """Laws whose steps integrate: of second or third order in the step, where the others are exact on a monotone path."""
 OMEGA = 2 * np.pi * 500.0
 AMPLITUDE = np.array([0.3e-6, 1.4e-6, 2.7e-6, 6.0e-6, 20e-6])
@@ -71,6 +71,18 @@ def test_derivatives_of_the_gain_are_its_differences(law: JointLaw) -> None:
     # A second-order difference: truncation h² and rounding 1e-16/h, both below 1e-9 of the gain over its argument.
     np.testing.assert_allclose(harmonic.d_amplitude * AMPLITUDE, by_amplitude / (2 * h), rtol=1e-6, atol=1e-8 * size)
     np.testing.assert_allclose(harmonic.d_omega * OMEGA, by_omega / (2 * h), rtol=1e-6, atol=1e-8 * size)
+
+
+@pytest.mark.parametrize("law", [law for law in LAWS if law.linear], ids=label)
+def test_a_law_called_linear_has_one_gain_at_any_amplitude_and_adds_up_motions(law: JointLaw) -> None:
+    gain = law.describing_function(AMPLITUDE, OMEGA, np.array(1e-6))
+    np.testing.assert_allclose(gain, gain[0], rtol=1e-14)
+    if law.in_time:
+        rng, joint = np.random.default_rng(4), Joint((law,))
+        one, other = (3e-6 * rng.standard_normal((2, 60)) * [[1.0], [OMEGA]] for _ in range(2))
+        together = joint.force_along(*(one + other), time_step=1e-4)
+        apart = joint.force_along(*one, time_step=1e-4) + joint.force_along(*other, time_step=1e-4)
+        np.testing.assert_allclose(together, apart, rtol=0, atol=1e-13 * np.max(np.abs(apart)))
 
 
 @passive_law

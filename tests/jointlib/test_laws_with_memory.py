@@ -23,6 +23,7 @@ from jointlib.effects.iwan import SLIDERS, GradualSlip
 from jointlib.effects.jenkins import ElasticSlip
 from jointlib.effects.jenkins_play import SlipWithPlay
 from jointlib.effects.lugre import BristleFriction
+from jointlib.effects.relaxation import Relaxation
 from jointlib.effects.structural_damping import MaterialDamping
 from jointlib.errors import InputError
 from jointlib.io.joint_file import read_joint, write_joint
@@ -39,7 +40,7 @@ from jointlib.laws.structural_damping import StructuralDamping
 K, F = 4e7, 36.0
 """N/m and N: slip over 0.9 µm."""
 A = 3e-6
-MEMBERS = (ElasticSlip(), SlipWithPlay(), DahlFriction(), GradualSlip(), BoucWenLoop(), BristleFriction())
+MEMBERS = (ElasticSlip(), SlipWithPlay(), DahlFriction(), GradualSlip(), BoucWenLoop(), BristleFriction(), Relaxation())
 member = pytest.mark.parametrize("effect", MEMBERS, ids=lambda e: type(e).__name__)
 
 
