@@ -112,7 +112,7 @@ def joined(kind: str, known: Iterable[Correction], further: Iterable[Correction]
     found, out = faults(kind), list(known)
     for new in further:
         fault = found[new.family]
-        place = _place(out, new, fault)
+        place = _place(out, new, found)
         if place is None:
             out.append(new)
         else:
@@ -121,20 +121,25 @@ def joined(kind: str, known: Iterable[Correction], further: Iterable[Correction]
     return tuple(out)
 
 
-def _place(known: list[Correction], new: Correction, fault: Fault | PathFault) -> int | None:
+def _place(known: list[Correction], new: Correction, found: Mapping[str, Fault | PathFault]) -> int | None:
     """Where a known correction lies that the new one can join."""
     for index in range(len(known) - 1, -1, -1):
         old = known[index]
         if (old.family, old.channel, old.body, old.record) == (new.family, new.channel, new.body, new.record):
-            same = all(old.parameters[n] == new.parameters[n] for n in fault.shape_parameters)
+            same = all(old.parameters[n] == new.parameters[n] for n in found[new.family].shape_parameters)
             return index if same else None
-        if not _apart(old, new):
+        if not _apart(old, new, found):
             return None
     return None
 
 
-def _apart(one: Correction, other: Correction) -> bool:
-    """True if two corrections can be undone in either order: masses beside samples, or samples of other channels."""
+def _apart(one: Correction, other: Correction, found: Mapping[str, Fault | PathFault]) -> bool:
+    """True if two corrections can be undone in either order: masses beside samples, or samples of other channels.
+
+    A fault of the force along a path may read time and position, so whatever mends those must keep its place.
+    """
     if one.body or other.body:
         return True
+    if any(isinstance(found[c.family], PathFault) for c in (one, other)):
+        return False
     return bool(one.channel and other.channel and one.channel != other.channel)

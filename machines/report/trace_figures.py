@@ -95,7 +95,7 @@ def candidate_figure(report: TraceReport) -> Figure:
     with sheet(width=9.0, height=0.9 + 0.34 * len(rows)) as paper:
         axes, intervals = paper.axes, False
         for i, c in enumerate(rows):
-            share, half = 100 * c.share_of_current, 100 * _half_width(c)
+            share, half = 100 * c.share_of_current, 100 * half_width(c)
             axes.barh(i, np.clip(share, 0, 110), height=0.6, color=colours.get(c.status, "#d1d5db"))
             end = np.clip([share - half, share + half], 0, 110)
             if half > 0 and share > 0:
@@ -108,7 +108,8 @@ def candidate_figure(report: TraceReport) -> Figure:
         axes.set(xlabel="share of the excess removed on data left out of the fit [%]", xlim=(0, 140))
         axes.set_xticks(range(0, 101, 20))
         axes.grid(axis="y", visible=False)
-    bar = "; the black line at its end is the 95 % interval from the noise" if intervals else ""
+    source = "the noise" if report.route == "periodic" else "the spread over the blocks"
+    bar = f"; the black line at its end is the 95 % interval from {source}" if intervals else ""
     caption = (
         f"Which effect explains it? Each bar is one effect added alone, judged on data it was not fitted to{bar}. Dark "
         "blue: chosen, or the nearest where nothing is named. Light blue: does as well; the table says whether it "
@@ -127,10 +128,11 @@ def shown_candidates(report: TraceReport) -> list[Candidate]:
     return sorted([*keep, *others], key=lambda c: c.rank)
 
 
-def _half_width(c: Candidate) -> float:
-    """Half the 95 % interval of the share removed, from z; 0 where the route gives none."""
-    z = c.significance.get("z")
-    return abs(1.96 * c.share_of_current / z) if z else 0.0
+def half_width(c: Candidate) -> float:
+    """Half the 95 % interval of the share removed, from z or its standard error; 0 where there is neither."""
+    z, error = c.significance.get("z"), c.significance.get("share_error", 0.0)
+    half = 1.96 * (abs(c.share_of_current / z) if z else error)
+    return half if np.isfinite(half) else 0.0
 
 
 def name_of(c: Candidate) -> str:

@@ -8,7 +8,7 @@ from .effect_tables import effect_part, percent
 from .error_tables import error_part
 from .page import Section, Table
 from .residual_figures import CLASSES, EQUATIONS, place_figures
-from .trace_figures import candidate_figure, loop_figures, name_of, shown_candidates
+from .trace_figures import candidate_figure, half_width, loop_figures, name_of, shown_candidates
 
 _MEANING = {
     Verdict.IDENTIFIED: "Identified: one effect explains the excess alone, and no other fits these records as well.",
@@ -97,7 +97,8 @@ def _contest(report: TraceReport) -> Section:
         )
     header = ("", "effect", "parameters", "gain", "by fold [%]", "chance", "status", "why")
     rest = len(report.candidates) - len(shown_rows)
-    caption = "Gain: share of the excess removed on data left out of the fit; by fold: what each fold adds to it."
+    caption = "Gain: share of the excess removed on data left out of the fit, with its 95 % interval; by fold: what "
+    caption += "each fold adds to it."
     caption += f" {rest} more, all refused, are in trace.json." if rest else ""
     return Section(
         "How the candidates fared", figures=[candidate_figure(report)], tables=[Table(header, rows, caption)]
@@ -105,7 +106,10 @@ def _contest(report: TraceReport) -> Section:
 
 
 def _gain(c: Candidate) -> str:
-    return percent(c.share_of_current) if c.share_of_current > 0 else "none"
+    if c.share_of_current <= 0:
+        return "none"
+    half = half_width(c)
+    return percent(c.share_of_current) + (f" ± {percent(half, 2)}" if half > 0 else "")
 
 
 def _folds(c: Candidate) -> str:

@@ -346,6 +346,44 @@ def test_joined_corrections_undo_what_they_undo_one_by_one(
         np.testing.assert_allclose(found[0][name], found[1][name], rtol=1e-12, atol=1e-12)
 
 
+def ripple(cosine: float) -> Correction:
+    return Correction("position-stiffness", "F", None, {"wavelength": 0.3, "cosine": cosine, "sine": -1.0})
+
+
+def lag(seconds: float) -> Correction:
+    return Correction("lag", "F", None, {"lag": seconds})
+
+
+def sag(slope: float) -> Correction:
+    return Correction("drift", "F", None, {"slope": slope, "curvature": 2.0})
+
+
+@pytest.mark.parametrize(
+    ("known", "further", "count"),
+    [
+        ((lag(1e-4),), (lag(3e-4),), 1),
+        ((sag(3.0),), (sag(4.0),), 1),
+        ((ripple(3.0),), (ripple(4.0),), 1),
+        ((ripple(3.0), gain(0.1, "z")), (ripple(4.0),), 3),
+        ((gain(0.1, "z"), ripple(3.0)), (gain(0.2, "z"),), 3),
+        ((gain(0.1, "z"), ripple(3.0)), (ripple(4.0),), 2),
+        ((lag(1e-4), ripple(3.0)), (lag(3e-4),), 3),
+    ],
+)
+def test_joined_corrections_of_a_path_undo_what_they_undo_one_by_one(
+    known: tuple[Correction, ...], further: tuple[Correction, ...], count: int, tmp_path: Path
+) -> None:
+    """A ripple is undone at the position as it stands then: it does not change places with a gain of that."""
+    force = np.asarray(50 * np.exp(-(((TIME - TIME.mean()) / 0.02) ** 2)))
+    on_path(tmp_path, "", force)
+    source = read_measurement(tmp_path / "path.toml")
+    together = joined("path", known, further)
+    assert len(together) == count
+    found = [first(Measurement(**{**vars(source), "corrections": c})) for c in (together, (*known, *further))]
+    for name in ("z", "F"):
+        np.testing.assert_allclose(found[0][name], found[1][name], rtol=1e-9, atol=1e-9)
+
+
 def test_a_declaration_written_by_hand_is_never_replaced(tmp_path: Path) -> None:
     path = rig(tmp_path)
     before = path.read_bytes()

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from jointlib.arrays import Array
+from jointlib.effect import Scale
 from jointlib.effects.jenkins_play import SlipWithPlay
 from jointlib.errors import InputError
 from jointlib.io.measurement_file import read_records
@@ -23,13 +24,17 @@ from jointlib.laws.jenkins import Jenkins
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from jointlib.loop import catalogue as module
+from jointlib.loop.path.acceptance import assess
+from jointlib.loop.path.checks import exists_in_time
 from jointlib.loop.path.columns import ColumnStore, law_forces
+from jointlib.loop.path.estimates import shape_units
 from jointlib.loop.path.preparation import Preparation, choose_preparation, prepare
 from jointlib.loop.path.regression import block_grams, hold_out, solve, solve_signed
 from jointlib.loop.refit import refit
 from jointlib.loop.report import Status, TraceReport, Verdict
 from jointlib.loop.trace import trace
 from jointlib.measurement import Channel, Mass, Measurement, RecordSource
+from jointlib.parameter import parameters_of
 from jointlib.registry import Installed, installed
 
 RATE = 400.0
@@ -157,6 +162,7 @@ def test_friction_that_rises_with_speed_is_not_called_stribeck(tmp_path: Path) -
     assert "stribeck" not in [law.kind for law in report.mended.laws]
     row = next(c for c in report.candidates if c.family == "stribeck")
     assert row.status is Status.UNPHYSICAL
+    assert row.parameters["stribeck_velocity"].unit == row.parameters["smoothing_velocity"].unit == "m/s"
 
 
 def test_a_sealed_record_judges_and_does_not_teach(tmp_path: Path) -> None:
@@ -175,6 +181,22 @@ def test_a_sealed_record_judges_and_does_not_teach(tmp_path: Path) -> None:
     assert shifted.error_after["relative"] * rms == pytest.approx(5.0, rel=0.1)
     assert not any("spent" in w for w in shifted.warnings)
     assert any("spent" in w for w in trace(m, shifted.mended).warnings)
+
+
+def test_what_makes_the_sealed_record_worse_is_not_added(tmp_path: Path) -> None:
+    """Records that rub, sealed one of the same drive that does not: friction fits the former and not the latter."""
+    fit, free = drive(dry(18.0), cycle((0.1, 0.2), 3)), drive(lambda z, v: 0 * z, cycle((0.12, 0.15), 2), seed=7)
+    report = trace(measurement(tmp_path, Mass(MASS), fit=(fit, "fit", None), kept=(free, "sealed", None)), VISCOUS)
+    assert report.verdict is Verdict.UNEXPLAINED
+    assert any("coulomb the error on the sealed record does not fall" in w for w in report.warnings)
+    assert report.mended.parameters == VISCOUS.parameters
+    assert report.error_after == report.error_before
+    assert report.chosen is not None
+    assert report.chosen.family == "coulomb"
+    row = next(c for c in report.candidates if c.member == "coulomb")
+    assert (row.status, report.secondary) == (Status.REJECTED, ())
+    assert "sealed record" in row.reason
+    assert all(link["status"] == "hypothesis" for link in report.chain)
 
 
 def test_one_trajectory_repeated_is_at_best_ambiguous(tmp_path: Path) -> None:
@@ -259,6 +281,33 @@ def test_held_out_losses_are_those_of_fits_without_the_block() -> None:
         left = np.concatenate([rows[k] for k in range(6) if folds[k] != folds[b]])
         beta = np.linalg.lstsq(columns[:, left].T, target[left], rcond=None)[0]
         assert held.blocks[b] == pytest.approx(np.mean((target[r] - beta @ columns[:, r]) ** 2), rel=1e-10)
+
+
+def test_the_error_of_a_gain_is_that_of_drawing_the_blocks_again() -> None:
+    rng = np.random.default_rng(5)
+    now = 0.1 + 0.02 * rng.random(24)
+    new, floor, folds = 0.4 * now + 0.02 * rng.random(24), np.full(24, 0.01), np.arange(24) % 3
+    found = assess(now, new, floor, folds, seed=0)
+    drawn = rng.integers(24, size=(20000, 24))
+    gains = (np.maximum(now - floor, 0) - np.maximum(new - floor, 0))[drawn].sum(axis=1) / (now - floor).sum()
+    # Drawing from 24 blocks divides their variance by 24, an estimate of it by 23.
+    assert found.share_error == pytest.approx(gains.std() * np.sqrt(24 / 23), rel=0.02)
+    assert abs(found.share - gains.mean()) < 0.05 * found.share_error
+
+
+def test_every_shape_that_a_law_shares_with_its_effect_has_the_unit_of_the_law() -> None:
+    joint, shared = Joint((Linear(1e6),)), 0
+    for effect in module.catalogue().joint:
+        if not exists_in_time(effect) or not effect.shapes(Scale(1e-6, 1e-2, 1e6), joint):
+            continue
+        units = shape_units(effect, joint)
+        law = installed("jointlib.laws").found[effect.member]
+        for p in parameters_of(law):
+            if p.name in units and p.unit != "1":
+                assert units[p.name] == p.unit, (effect.family, p.name)
+                shared += 1
+        assert units.get("slip_distance", "m") == "m"
+    assert shared >= 5
 
 
 def test_refit_finds_a_clearance_and_respects_what_is_fixed() -> None:
@@ -347,6 +396,25 @@ def test_a_late_force_is_shifted_back_exactly(tmp_path: Path) -> None:
     assert report.chosen.family == "lag"
     assert report.corrections[0].parameters["lag"] == pytest.approx(4e-3, abs=0.1 / RATE)
     assert report.verdict in (Verdict.IDENTIFIED, Verdict.AMBIGUOUS)
+
+
+SPRING = 2e5
+
+
+def sprung(z: Array, v: Array) -> Array:
+    """A spring and 250 N s/m of damping."""
+    return np.asarray(SPRING * z + (250 - DAMPING) * v)
+
+
+def test_a_lag_that_would_need_a_damper_that_drives_is_refused(tmp_path: Path) -> None:
+    """Of k z + c v + m a, the inertia unknown to the model: −(m/c) dF/dt has it, and takes m k/c off the damping c."""
+    record = drive(sprung, cycle((0.05, 0.1, 0.2), 3))
+    start = Joint((Linear(SPRING), Viscous(250.0)))
+    report = trace(measurement(tmp_path, None, fit=(record, "fit", None)), start)
+    assert 250 - MASS * SPRING / 250 < 0
+    row = next(c for c in report.candidates if c.family == "lag")
+    assert (row.status, row.reason) == (Status.UNPHYSICAL, "best fit has a damping below zero beside it")
+    assert "lag" not in {c.family for c in report.corrections}
 
 
 def test_few_blocks_are_said_and_what_can_be_decided_is_decided(tmp_path: Path) -> None:

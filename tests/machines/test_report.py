@@ -307,7 +307,9 @@ def test_a_path_shows_the_shape_of_the_missing_force_and_the_strokes() -> None:
     ]
     error = {"relative": 0.5, "in_sample": 0.4, "heldout_condition": 0.5, "heldout_block": 0.4}
     error["where"] = "condition folds"  # type: ignore[assignment]
-    coulomb = candidate("coulomb", "coulomb", 0.99, 1, Status.ACCEPTED, significance={"p_signflip": 1e-4})
+    coulomb = candidate(
+        "coulomb", "coulomb", 0.99, 1, Status.ACCEPTED, significance={"p_signflip": 1e-4, "share_error": 0.01}
+    )
     report = replace(
         rig_report(plots),
         route="path",
@@ -332,4 +334,5 @@ def test_a_path_shows_the_shape_of_the_missing_force_and_the_strokes() -> None:
     assert "error relative to the force 50 % 2 % 0.4 %" in text
     assert "no restoring force" in text
     assert "p = 0.0001" in text
+    assert re.search(r"99\s% ± 2\s%", text)
     assert not re.search(r"\b(nan|None|inf)\b", text)

@@ -26,6 +26,8 @@ class Assessment:
     """Drop of the mean relative loss."""
     share: float
     """Fraction of the current excess E = Σ max(0, loss − floor) that goes."""
+    share_error: float
+    """Standard error of ``share`` from the spread of the blocks, taken as independent."""
     per_fold: tuple[float, ...]
     chance: float
     """Sign-flip permutation over blocks."""
@@ -50,9 +52,14 @@ def assess(current: Array, new: Array, floor: Array, folds: Index, seed: int) ->
     """
     over_now, over_new = np.maximum(current - floor, 0.0), np.maximum(new - floor, 0.0)
     total = float(over_now.sum())
-    share = float((over_now - over_new).sum() / total) if total > 0 else 0.0
+    gains = over_now - over_new
+    share = float(gains.sum() / total) if total > 0 else 0.0
+    error = float("nan")
+    if total > 0 and len(gains) > 1:
+        with np.errstate(over="ignore"):  # A model that runs away on what it has not seen.
+            error = float(np.sqrt(len(gains)) * np.std(gains / total, ddof=1))
     numbers = range(int(folds.max()) + 1)
-    per_fold = tuple(float((over_now - over_new)[folds == h].sum()) for h in numbers)
+    per_fold = tuple(float(gains[folds == h].sum()) for h in numbers)
     active = [g for h, g in zip(numbers, per_fold, strict=True) if over_now[folds == h].sum() >= 0.01 * total]
     positive = sum(g > 0 for g in active)
     chance = sign_flip(current - new, seed)
@@ -63,7 +70,7 @@ def assess(current: Array, new: Array, floor: Array, folds: Index, seed: int) ->
         reasons.append(f"gains in {positive} of {len(active)} conditions")
     if chance > CHANCE:
         reasons.append(f"random signs do as well with probability {chance:.2g}")
-    return Assessment(float(np.mean(current - new)), share, per_fold, chance, tuple(reasons))
+    return Assessment(float(np.mean(current - new)), share, error, per_fold, chance, tuple(reasons))
 
 
 def sign_flip(gains: Array, seed: int) -> float:

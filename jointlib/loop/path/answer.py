@@ -37,6 +37,8 @@ class _Named:
 
     verdict: Verdict
     explained: float | None
+    rows: tuple[Row, ...]
+    """The contest beside the baseline; its winner is not accepted where nothing is added."""
     winner: Row | None
     rivals: tuple[Row, ...]
     after: Fitted
@@ -70,6 +72,10 @@ def answer(
     sealed = _sealed(measurement, evidence, sealed_records)
     before = judgement.errors(found.before, sealed)
     after = judgement.errors(named.after, sealed) if entered else before
+    if entered and not after["relative"] < before["relative"]:
+        family, where = found.terms[0].family, words.WHERE[before["where"]]
+        warnings.append(f"With {family} the error {where} does not fall; it is not added.")
+        named, entered, after = _withdrawn(named, found.before, where), False, before
     chosen = None
     if named.winner is not None:
         step = found.steps[1]
@@ -92,7 +98,7 @@ def answer(
         baseline=found.before.joint,
         mended=_mended(joint, named, evidence, records, sealed_records) if entered else joint,
         chosen=chosen,
-        candidates=tuple(candidate_of(row, i + 1, found.before) for i, row in enumerate(found.rows)),
+        candidates=tuple(candidate_of(row, i + 1, found.before) for i, row in enumerate(named.rows)),
         rivals=rivals,
         chain=chain,
         secondary=chain if is_named else (),
@@ -137,7 +143,24 @@ def _named(found: Finding) -> _Named:
         after, terms = found.steps[1].fitted, found.terms[:1]
     elif verdict in (Verdict.IDENTIFIED, Verdict.AMBIGUOUS):
         after, terms = found.after, found.terms
-    return _Named(verdict, explained, winner if found.terms else None, rivals, after, terms)
+    rows = found.rows
+    if verdict is Verdict.UNEXPLAINED:
+        rows = _refused(rows, "passes, but explains too little alone to be added")
+    return _Named(verdict, explained, rows, winner if found.terms else None, rivals, after, terms)
+
+
+def _withdrawn(named: _Named, before: Fitted, where: str) -> _Named:
+    """Nothing is added: the error does not fall where it counts."""
+    rows = _refused(named.rows, f"passes, but the error {where} does not fall with it")
+    return dataclasses.replace(named, verdict=Verdict.UNEXPLAINED, rows=rows, after=before, terms=())
+
+
+def _refused(rows: Sequence[Row], reason: str) -> tuple[Row, ...]:
+    """Rows with the accepted one rejected."""
+    return tuple(
+        dataclasses.replace(r, status=Status.REJECTED, reason=reason) if r.status is Status.ACCEPTED else r
+        for r in rows
+    )
 
 
 def _rival(row: Row, winner: Row | None, channel: str) -> Rival:

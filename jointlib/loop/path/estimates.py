@@ -5,7 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from jointlib.loop.contestant import moved_by
+import numpy as np
+
+from jointlib.effect import JointEffect, Scale
+from jointlib.joint import Joint
+from jointlib.loop.contestant import bare, moved_by
 from jointlib.loop.path.contest import Entry
 from jointlib.loop.path.fitted import Fitted
 from jointlib.loop.path.search import Row, Term
@@ -46,7 +50,7 @@ def candidate_of(row: Row, rank: int, current: Fitted) -> Candidate:
         parameters=_parameters(row.entry, current),
         gain_heldout=found.gain,
         per_fold=found.per_fold,
-        significance={"p_signflip": found.chance},
+        significance={"p_signflip": found.chance, "share_error": found.share_error},
         share_of_current=found.share,
         explained=found.share,
         rank=rank,
@@ -75,17 +79,30 @@ def _names(effect: Effect, trial: Trial, current: Fitted) -> tuple[str, ...]:
 
 def _parameters(entry: Entry, current: Fitted) -> Mapping[str, Estimate]:
     """What the effect would add, at the linear fit; errors come with a refit only."""
-    nan = float("nan")
-    model = entry.best.model
-    if model is None:
-        values = {f"coefficient_{i}": float(c) for i, c in enumerate(entry.best.coefficients)} | dict(entry.best.shape)
-        return {n: Estimate(float(v), "", nan, (nan, nan)) for n, v in values.items()}
-    if isinstance(entry.effect, PathFault):
-        known = model.faults[-1]
-        units = {n: u.replace("channel", "N") for n, u in entry.effect.parameters.items()}
+    best, effect = entry.best, entry.effect
+    if isinstance(effect, PathFault):
+        found = effect.correction(best.coefficients, best.shape) or {}
         prefix = entry.family.replace("-", "_")
-        return {f"{prefix}.{n}": Estimate(v, units[n], nan, (nan, nan)) for n, v in known.parameters.items()}
-    have, units = model.joint.parameters, model.joint.units
+        return {f"{prefix}.{n}": bare(v, effect.parameters[n].replace("channel", "N")) for n, v in found.items()}
+    if best.model is None:
+        coefficients = {f"coefficient_{i}": bare(c, "") for i, c in enumerate(best.coefficients.tolist())}
+        units = shape_units(effect, current.joint)
+        return coefficients | {n: bare(v, units[n]) for n, v in best.shape.items()}
+    have, units = best.model.joint.parameters, best.model.joint.units
     names = [n for n in have if n not in current.joint.parameters]
-    names = names or list(_names(entry.effect, entry.best, current))
-    return {n: Estimate(have[n], units[n], nan, (nan, nan)) for n in names if n in have}
+    names = names or list(_names(effect, best, current))
+    return {n: bare(have[n], units[n]) for n in names if n in have}
+
+
+def shape_units(effect: JointEffect, joint: Joint) -> dict[str, str]:
+    """Units of the shape parameters, told by how their grid goes with the motion and its speed; else none."""
+    once, longer, faster = (effect.shapes(Scale(z, v, 1.0), joint) for z, v in ((1.0, 1.0), (2.0, 1.0), (1.0, 2.0)))
+
+    def unit(name: str) -> str:
+        here, *others = (np.array([shape[name] for shape in grid]) for grid in (once, longer, faster))
+        for word, powers in {"m": (1, 0), "m/s": (0, 1), "s": (1, -1)}.items():
+            if all(np.allclose(there, 2.0**n * here, rtol=1e-9) for there, n in zip(others, powers, strict=True)):
+                return word
+        return ""
+
+    return {name: unit(name) for name in once[0]}

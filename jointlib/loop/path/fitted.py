@@ -153,13 +153,18 @@ def tangents(evidence: Evidence, joint: Joint) -> tuple[tuple[str, ...], Array]:
 
 def free_parameters(joint: Joint) -> tuple[str, ...]:
     """What a fit moves: not what the joint holds fixed, nor a smoothing, which would imitate other effects."""
-    smoothing = {
+    held = joint.fixed | named_by_role(joint, Role.SMOOTHING)
+    return tuple(name for name in joint.parameters if name not in held)
+
+
+def named_by_role(joint: Joint, role: Role) -> frozenset[str]:
+    """Parameters of a joint that have a role."""
+    return frozenset(
         f"{part}.{p.name}"
         for part, law in zip(joint.part_names, joint.laws, strict=True)
         for p in parameters_of(law)
-        if p.role is Role.SMOOTHING
-    }
-    return tuple(name for name in joint.parameters if name not in joint.fixed | smoothing)
+        if p.role is role
+    )
 
 
 def held_out_losses(evidence: Evidence, columns: Array, target: Array) -> tuple[Array | None, Array | None, Array]:

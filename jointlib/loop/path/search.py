@@ -16,6 +16,7 @@ from jointlib.loop.path.fitted import Fitted, fit
 from jointlib.loop.path.regression import Index
 from jointlib.loop.path.trials import Effect, Trial, member_of, trials_of
 from jointlib.loop.report import Status
+from jointlib.path_fault import PathFault
 
 _MOST_TERMS = 4
 _QUIET = 1.5
@@ -132,7 +133,12 @@ def rank(current: Fitted, effects: Sequence[Effect], store: ColumnStore, seed: i
     for entry in contest(current, effects, store):
         found = assess(current.deciding_loss, entry.deciding_loss, floor, folds, seed)
         status = Status.REJECTED if entry.physical else Status.UNPHYSICAL
-        reason = "; ".join(found.reasons) if entry.physical else "best fit has coefficients of the wrong sign"
+        wrong = (
+            "a damping below zero beside it"
+            if isinstance(entry.effect, PathFault)
+            else "coefficients of the wrong sign"
+        )
+        reason = "; ".join(found.reasons) if entry.physical else f"best fit has {wrong}"
         rows.append(Row(entry, found, status, reason))
     return rows
 

@@ -14,9 +14,10 @@ from jointlib.errors import InputError
 from jointlib.joint import Joint
 from jointlib.loop.path.columns import ColumnStore
 from jointlib.loop.path.evidence import Known, Model
-from jointlib.loop.path.fitted import Fitted
+from jointlib.loop.path.fitted import Fitted, named_by_role
 from jointlib.loop.path.regression import Index, Mask, block_grams, hold_out, loss, solve, solve_signed
 from jointlib.loop.refit import bounds_of
+from jointlib.parameter import Role
 from jointlib.path_fault import PathFault
 
 Shape = Mapping[str, float]
@@ -91,7 +92,8 @@ def _trial(effect: Effect, shape: Shape, added: Array, current: Fitted) -> Trial
     grams = block_grams(np.vstack([current.columns, added]), target, evidence.rows)
     total = (grams * weights[:, None, None]).sum(axis=0)
     beta, signed = solve(total[:-1, :-1], total[:-1, -1]), 0
-    model = applied(effect, shape, current, beta)
+    least = _least_damping(current, total[:-1, :-1]) if isinstance(effect, PathFault) else {}
+    model = applied(effect, shape, current, beta, least)
     if model is None and count > 1 and isinstance(effect, JointEffect):
         # Several elements in parallel: those that would pull the wrong way are left out.
         constrained = solve_signed(total[:-1, :-1], total[:-1, -1], count)
@@ -102,7 +104,7 @@ def _trial(effect: Effect, shape: Shape, added: Array, current: Fitted) -> Trial
     def folds(number: Index, each: bool) -> Folds:
         """``each``: ask the sign rule of every fold's coefficients, else of those of the whole."""
         held = hold_out(grams, sizes, number, weights, signed)
-        found = [applied(effect, shape, current, b) if each else model for b in held.coefficients]
+        found = [applied(effect, shape, current, b, least) if each else model for b in held.coefficients]
         physical = np.array([f is not None for f in found])
         return Folds(held.training, held.blocks / evidence.block_power, physical)
 
@@ -117,8 +119,32 @@ def _trial(effect: Effect, shape: Shape, added: Array, current: Fitted) -> Trial
     )
 
 
-def applied(effect: Effect, shape: Shape, current: Fitted, beta: Array) -> Model | None:
-    """The current model moved along its tangents, with the effect; None where that is not physical."""
+def _least_damping(current: Fitted, gram: Array) -> Mapping[int, float]:
+    """Where each damping of the joint would be negative by more than its 95 % interval beside the effect.
+
+    Its standard error grows by the root of what the effect's columns do to its variance.
+    """
+    n, out = len(current.names), {}
+    damping = named_by_role(current.joint, Role.DAMPING)
+    for i, name in enumerate(current.names):
+        if name in damping:
+            unit = np.eye(len(gram))[i]
+            wider = solve(gram, unit)[i] / max(float(solve(gram[:n, :n], unit[:n])[i]), 1e-300)
+            out[i] = -1.96 * current.standard_error(name) * float(np.sqrt(max(wider, 1.0)))
+    return out
+
+
+def applied(
+    effect: Effect, shape: Shape, current: Fitted, beta: Array, least: Mapping[int, float] | None = None
+) -> Model | None:
+    """The current model moved along its tangents, with the effect; None where that is not physical.
+
+    ``least`` bounds damping that a fault of the force needs beside it, by number of the coefficient: a late force that
+    takes a damper that drives has imitated something else.
+    """
+    at = current.joint.parameters
+    if any(at[current.names[i]] + beta[i] < bound for i, bound in (least or {}).items()):
+        return None
     joint, own = _moved(current, beta), beta[len(current.names) :]
     if isinstance(effect, PathFault):
         parameters = effect.correction(own, shape)

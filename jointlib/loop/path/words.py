@@ -15,6 +15,13 @@ from jointlib.loop.report import Candidate, Rival, Verdict, figures
 from jointlib.measurement import Measurement, Record
 from jointlib.path_fault import PathFault
 
+WHERE = {
+    "sealed": "on the sealed record",
+    "condition folds": "on conditions left out of the fit",
+    "block folds": "on parts left out of the fit",
+}
+"""Where an error counts, in words."""
+
 
 def verdict_of(explained: float | None, rivals: int, quiet: bool, several_conditions: bool) -> Verdict:
     """The verdict; ``explained`` is the share of the excess that the first term removes alone, None without one.
@@ -56,11 +63,7 @@ def sentence(
     floor: float | None,
 ) -> str:
     """The finding in plain words with its numbers."""
-    where = {
-        "sealed": "on the sealed record",
-        "condition folds": "on conditions left out of the fit",
-        "block folds": "on parts left out of the fit",
-    }[before["where"]]
+    where = WHERE[before["where"]]
     noise = "its noise is unknown" if floor is None else f"repeated cycles differ by {floor:.2%}"
     if verdict is Verdict.NOTHING_MISSING:
         return f"Nothing is missing: {where} {before['relative']:.2%} of the force is unexplained, and {noise}."
