@@ -36,13 +36,13 @@ def score(model: Model, family: str, trials: Sequence[Trial], families: int) -> 
     """Leave one part out in turn; the shape is chosen on the others each time."""
     G, b = np.array([t.gram for t in trials]), np.array([t.moment for t in trials])
     p = G.shape[-1] - trials[0].size
-    per_fold = []
+    per_fold, whole = [], np.diagonal(G.sum(axis=1), axis1=-2, axis2=-1)
     for h in range(G.shape[1]):
         trained, target = G.sum(axis=1) - G[:, h], b.sum(axis=1) - b[:, h]
-        theta = solve(trained, target)
+        theta = solve(trained, target, whole)
         best = int(np.argmax(np.einsum("ti,ti->t", theta, target)))
         after = _loss(G[best, h], b[best, h], theta[best])
-        alone = solve(trained[0, :p, :p], target[0, :p]) if p else np.zeros(0)
+        alone = solve(trained[0, :p, :p], target[0, :p], whole[0, :p]) if p else np.zeros(0)
         per_fold.append(_loss(G[0, h, :p, :p], b[0, h, :p], alone) - after)
     chosen = max(trials, key=lambda t: t.gain)
     share = chosen.moved

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.fft import next_fast_len
 from scipy.linalg import qr
 
 from jointlib.arrays import Array
@@ -84,6 +85,13 @@ class Model:
         return gram, moment
 
     @cached_property
+    def coarse(self) -> Layout | None:
+        """The layout with no more samples than its lines ask for."""
+        if self.layout is None:
+            return None
+        return replace(self.layout, samples=tuple(2 * next_fast_len(len(m), real=True) for m in self.layout.on_period))
+
+    @cached_property
     def in_time(self) -> tuple[tuple[Array, Array], ...]:
         """Basis and what is left as signals in time, record by record: (p, 3, samples), (3, samples).
 
@@ -91,10 +99,11 @@ class Model:
         held out.
         """
         assert self.layout is not None
+        assert self.coarse is not None
         out = []
         for i, s in enumerate(self.layout.records):
             rows = self.layout.spectrum(i, np.concatenate([self.basis[:, s], self.left[None, s]]))
-            x = self.layout.in_time(i, rows)
+            x = self.coarse.in_time(i, rows)
             out.append((np.ascontiguousarray(x[:-1]), x[-1]))
         return tuple(out)
 

@@ -48,7 +48,7 @@ def resimulated(o: Observed, joint: Joint) -> dict[str, float] | None:
 def steady_motion(o: Observed, joint: Joint) -> tuple[Array, Array] | None:
     """Periodic z in m and joint force in N over an oversampled period under the measured force; None where not found.
 
-    Harmonic balance: with D = k + jωc (and what acts in the frequency domain only) for the linear part of the joint
+    Harmonic balance: with D = k + jωc for the linear part of the joint
     and N for the rest, whose force is taken along the motion in time, every line of the period obeys
     Z = (P/m1 − N/μ)/(D/μ − ω²), 1/μ = 1/m1 + 1/(m2 + m3). Solved from the measured motion; the mean of z is the one
     at which the mean force vanishes, as nothing holds the rig.
@@ -57,15 +57,10 @@ def steady_motion(o: Observed, joint: Joint) -> tuple[Array, Array] | None:
     step = 1 / (OVERSAMPLING * o.spectra.sample_rate)
     omega = 2 * np.pi * np.fft.rfftfreq(n, step)
     inverse = 1 / (o.rig.m1 or np.inf) + 1 / o.rig.passive_mass
-    in_time = [law for law in joint.laws if law.in_time]
-    rigid = 0j * omega
-    for law in joint.laws:
-        if not law.in_time:
-            rigid[1:] += law.describing_function(1.0, omega[1:])
 
     def force(Z: ComplexArray) -> ComplexArray:
         z, v = np.fft.irfft(Z, n), np.fft.irfft(1j * omega * Z, n)
-        return np.asarray(np.fft.rfft(sum((steady_force(law, z, v, step) for law in in_time), 0 * z)) + rigid * Z)
+        return np.asarray(np.fft.rfft(sum((steady_force(law, z, v, step) for law in joint.laws), 0 * z)))
 
     Z = _spread(o, o.Z, n)
     F = force(Z)

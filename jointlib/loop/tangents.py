@@ -10,8 +10,10 @@ from jointlib.arrays import ComplexArray
 from jointlib.errors import InputError
 from jointlib.joint import Joint
 from jointlib.loop.equations import Observed, forces_of_law, periodic_forces
+from jointlib.loop.refit import bounds_of
 
 _STEP = 1e-4
+_OF_RANGE = 0.01
 
 
 def tangents(records: Sequence[Observed], joint: Joint, names: Sequence[str]) -> dict[str, list[ComplexArray]]:
@@ -70,12 +72,19 @@ def _central(records: Sequence[Observed], joint: Joint, name: str) -> list[Compl
 
 
 def _step_from_zero(record: Observed, joint: Joint, name: str) -> float:
-    """A step of a parameter that is zero, large enough to change the force by about 1e-4 of the measured force."""
-    size, h = float(np.linalg.norm(record.joint_force)), 1.0
+    """A step of a parameter that is zero, large enough to change the force by about 1e-4 of the measured force.
+
+    It stays within a hundredth of what a bounded parameter may be, however little that changes.
+    """
+    most = _OF_RANGE * float(bounds_of(joint, [name])[1][0])
+    size, h = float(np.linalg.norm(record.joint_force)), min(1.0, most)
     here = record.model_force(joint)
     for _ in range(4):
-        change = float(np.linalg.norm(record.model_force(joint.with_parameters({name: h})) - here))
+        try:
+            change = float(np.linalg.norm(record.model_force(joint.with_parameters({name: h})) - here))
+        except InputError:
+            return h
         if change == 0 or not np.isfinite(change):
             return h
-        h *= 1e-4 * size / change
+        h = min(h * 1e-4 * size / change, most)
     return h

@@ -12,6 +12,9 @@ from jointlib.arrays import Array, ComplexArray
 from jointlib.fault import Shape
 from jointlib.loop.model import DEPENDENT, Model
 
+_ABSENT = 1e-18
+"""Of its square: less than this of a column on some records is rounding."""
+
 
 @dataclass(frozen=True)
 class Trial:
@@ -70,20 +73,20 @@ def trial_of_its_own(model: Model, shape: Shape, parts: Sequence[ComplexArray]) 
 
     ``parts`` are its whitened columns (q, lines, 3) in each record.
     """
-    assert model.layout is not None
+    assert model.coarse is not None
     R, q, p = len(parts), len(parts[0]), len(model.basis)
     gram, moment = model.halves
     inner, cross, own = np.zeros((2, R * q, R * q)), np.zeros((2, R * q, p)), np.zeros((2, R * q))
     for i, (part, (basis, left)) in enumerate(zip(parts, model.in_time, strict=True)):
-        x = model.layout.in_time(i, part)
-        here, middle = slice(i * q, i * q + q), model.layout.samples[i] // 2
-        for half, s in enumerate((slice(0, middle), slice(middle, None))):
-            for e in range(3):
-                b, y = basis[:, e, s], left[e, s]
-                if np.any(part[..., e]):
-                    inner[half, here, here] += x[:, e, s] @ x[:, e, s].T
-                    cross[half, here] += x[:, e, s] @ b.T
-                    own[half, here] += x[:, e, s] @ y
+        x = model.coarse.in_time(i, part)
+        here, middle = slice(i * q, i * q + q), model.coarse.samples[i] // 2
+        for e in range(3):
+            if not np.any(part[..., e]):
+                continue
+            for half, s in enumerate((slice(0, middle), slice(middle, None))):
+                inner[half, here, here] += x[:, e, s] @ x[:, e, s].T
+                cross[half, here] += x[:, e, s] @ basis[:, e, s].T
+                own[half, here] += x[:, e, s] @ left[e, s]
     return _trial(shape, gram, moment, inner, cross, own)
 
 
@@ -112,8 +115,13 @@ def prediction(model: Model, best: Trial, block: Array) -> Array:
     return np.asarray(best.coefficients @ (block - (block @ model.basis.T) @ model.basis))
 
 
-def solve(G: Array, b: Array) -> Array:
-    """Normal equations with Gram matrices scaled to a unit diagonal; nothing is regularised but exact rank loss."""
-    size = np.sqrt(np.maximum(np.diagonal(G, axis1=-2, axis2=-1), 1e-300))
+def solve(G: Array, b: Array, whole: Array | None = None) -> Array:
+    """Normal equations with Gram matrices scaled to a unit diagonal; nothing is regularised but exact rank loss.
+
+    ``whole`` is the diagonal over all records: a column that is nothing on the records in G keeps its coefficient 0.
+    """
+    diagonal = np.diagonal(G, axis1=-2, axis2=-1)
+    least = 1e-300 if whole is None else _ABSENT * whole
+    size = np.sqrt(np.where(diagonal > least, diagonal, np.inf))
     inverse = np.linalg.pinv(G / (size[..., :, None] * size[..., None, :]), rcond=1e-13, hermitian=True)
     return np.asarray(np.einsum("...ij,...j->...i", inverse, b / size) / size)
