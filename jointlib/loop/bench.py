@@ -16,6 +16,7 @@ from jointlib.loop.equations import Observed
 from jointlib.loop.floor import Floor
 from jointlib.loop.rig_view import RigView
 from jointlib.loop.spectra import Spectra
+from jointlib.loop.unseen import passed_on, unseen_motion
 
 _REMEMBERED = 12
 
@@ -90,10 +91,20 @@ def label_of(fault: Fault, site: str) -> str:
 
 
 def observe(raw: Raw, joint: Joint, found: Sequence[Found] = (), record: int = 0) -> Observed:
-    """A record with faults undone, and the linear part of the joint on its motion, which carries the noise of z."""
+    """A record with faults undone, seen with a joint.
+
+    Its linear part on this motion carries the noise of z, and the joint tells the motion that is not measured.
+    """
     bare = raw.under(found, record)
-    k, c = bare.linear_part(bare.model_force(joint))
-    seen = raw.remembered((raw.key(found, record), k, c), lambda: replace(bare, stiffness=k, damping=c))
+
+    def seen_with_joint() -> Observed:
+        k, c = bare.linear_part(bare.model_force(joint))
+        unseen = unseen_motion(bare, joint)
+        along = bare._forces if unseen is None else {}
+        whole = replace(bare, stiffness=k, damping=c, unseen=unseen, _forces=along)
+        return replace(whole, passed_on=passed_on(whole, joint))
+
+    seen = raw.remembered((raw.key(found, record), joint.laws), seen_with_joint)
     modulated = [f for f in found if f.fault.on == "joint"]
     if not modulated:
         return seen

@@ -89,6 +89,8 @@ class InJoint(Contestant):
         return columns_of(fitted.records, features(fitted.records, self.joint_effect, [shape], fitted.joint)[0])
 
     def admissible(self, coefficients: Array, shape: Shape, fitted: Fitted) -> bool:
+        if not self.joint_effect.reached(shape, scale_of(fitted)):
+            return False
         return self._applied(coefficients, shape, fitted) is not None
 
     def _applied(self, coefficients: Array, shape: Shape, fitted: Fitted) -> Joint | None:
@@ -138,13 +140,12 @@ class InRig(Contestant):
     def shapes(self, fitted: Fitted) -> tuple[Shape, ...]:
         if any(f.label == self.label for f in fitted.found):
             return ()
-        views = [view_of(raw, o) for raw, o in zip(fitted.raws, fitted.records, strict=True)]
-        return self.fault.shapes(views, self.where)
+        return self.fault.shapes(fitted.views, self.where)
 
     def trials(self, fitted: Fitted, shapes: Sequence[Shape]) -> list[Trial]:
         found = []
         for shape in shapes:
-            parts = fault_parts(fitted.raws, fitted.records, self._found(np.zeros(0), shape, fitted))
+            parts = fault_parts(fitted.views, self._found(np.zeros(0), shape, fitted))
             if self.fault.per_record:
                 found.append(trial_of_its_own(fitted.model, shape, parts))
             else:
@@ -152,7 +153,7 @@ class InRig(Contestant):
         return [t for t in found if t is not None]
 
     def block(self, fitted: Fitted, shape: Shape) -> Array:
-        return fault_block(fitted.raws, fitted.records, self._found(np.zeros(0), shape, fitted))
+        return fault_block(fitted.views, self._found(np.zeros(0), shape, fitted))
 
     def _found(self, coefficients: Array, shape: Shape, fitted: Fitted) -> Found:
         sets = self._sets(coefficients, fitted)
@@ -181,6 +182,16 @@ class InRig(Contestant):
 
     def _unit(self, fitted: Fitted) -> str:
         return channel_unit(self.where)
+
+
+def tried(c: Contestant, fitted: Fitted, shapes: Sequence[Shape]) -> list[Trial]:
+    """Trials of a contestant beside a model, those of an earlier contest over the same model remembered."""
+    known, keys = fitted.tried, [(c, *s.items()) for s in shapes]
+    new = {k: s for k, s in zip(keys, shapes, strict=True) if k not in known}
+    if new:
+        known.update(dict.fromkeys(new))
+        known.update({(c, *t.shape.items()): t for t in c.trials(fitted, [*new.values()])})
+    return [t for k in keys if (t := known[k]) is not None]
 
 
 def channel_unit(channel: str) -> str:

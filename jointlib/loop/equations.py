@@ -41,6 +41,10 @@ class Observed:
     """N s/m."""
     extra: ComplexArray | None = None
     """Force in N on the lines that a modulation of the joint adds to the model."""
+    unseen: ComplexArray | None = None
+    """Motion on lines where no z is measured, m times samples of the oversampled period: see ``unseen.py``."""
+    passed_on: Array | None = None
+    """Variance in (N times samples)² that the joint's swinging tangent adds to J on each line: see ``unseen.py``."""
     _forces: dict[JointLaw, ComplexArray] = field(default_factory=dict, compare=False)
 
     @cached_property
@@ -79,12 +83,16 @@ class Observed:
         return np.where(np.abs(X) ** 2 > limit, X, 0)
 
     @cached_property
+    def displacement_noise(self) -> Array:
+        """E|Z|² of noise alone; 0 for the mean."""
+        return np.asarray((self.noise("a1") + self.noise("a2")) * self._over_omega2**2)
+
+    @cached_property
     def kept(self) -> Mask:
         """Lines on which z is known: clear of noise; outside the excited band the test is stricter."""
         f_min, low, high, _ = self.band
-        noise = (self.noise("a1") + self.noise("a2")) * self._over_omega2**2
         excited = self.on_period & (self.frequency >= low - 1e-9) & (self.frequency <= high + 1e-9)
-        limit = np.where(excited, _KEEP_PERIOD, _KEEP_OTHER) * noise
+        limit = np.where(excited, _KEEP_PERIOD, _KEEP_OTHER) * self.displacement_noise
         above = np.abs(self._raw_displacement) ** 2 > limit
         return np.asarray(above & (self.frequency >= f_min) & (self.frequency > 0), dtype=bool)
 
@@ -108,6 +116,8 @@ class Observed:
         periods = self.spectra.periods
         Z = self.Z[self.on_period]
         spectrum[1 : len(Z) + 1] = Z * OVERSAMPLING / periods
+        if self.unseen is not None:
+            spectrum = spectrum + self.unseen
         rate = 2j * np.pi * np.arange(len(spectrum)) * self.spectra.sample_rate / self.spectra.period_samples
         step = 1 / (OVERSAMPLING * self.spectra.sample_rate)
         return np.fft.irfft(spectrum, n), np.fft.irfft(rate * spectrum, n), step
@@ -122,19 +132,9 @@ class Observed:
 
     def force_of_law(self, law: JointLaw) -> ComplexArray:
         """Force of one law in N on the lines, in its periodic steady state; remembered by :func:`forces_of_law`."""
-        if not law.in_time:
-            return self.spectral_force(law)
         if law not in self._forces:
             forces_of_law((self,), law)
         return self._forces[law]
-
-    def spectral_force(self, law: JointLaw) -> ComplexArray:
-        """Force of a law that exists in the frequency domain only: it is linear in the motion, F = G(ω) Z."""
-        gain = np.zeros(len(self.omega), dtype=complex)
-        use = self.omega > 0
-        gain[use] = law.describing_function(1.0, self.omega[use])
-        force: ComplexArray = gain * np.where(self.on_period, self.Z, 0)
-        return force
 
     @cached_property
     def stray(self) -> Mask:
@@ -219,6 +219,8 @@ class Observed:
             if name in self.spectra.channels:
                 extra += u**2 * np.abs(self.significant(name)) ** 2
         C = propagated(self.rows, power, extra)
+        if self.passed_on is not None:
+            C[:, 2, 2] += self.passed_on
         both = self.valid[:, :, None] & self.valid[:, None, :]
         return np.asarray(np.linalg.cholesky(np.where(both, C, np.eye(3))), dtype=complex)
 
@@ -265,8 +267,6 @@ class Observed:
 
 def forces_of_law(records: Sequence[Observed], law: JointLaw) -> list[ComplexArray]:
     """Force of one law in N on the lines of each record; a refit varies one law at a time, so forces are remembered."""
-    if not law.in_time:
-        return [o.spectral_force(law) for o in records]
     missing = [o for o in records if law not in o._forces]
     for o, F in zip(missing, periodic_forces(missing, law), strict=True):
         if len(o._forces) > _REMEMBERED:

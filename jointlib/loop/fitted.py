@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -16,7 +16,9 @@ from jointlib.loop.equations import Observed
 from jointlib.loop.layout import Layout
 from jointlib.loop.model import Model
 from jointlib.loop.refit import bounds_of
+from jointlib.loop.rig_view import RigView
 from jointlib.loop.tangents import tangents
+from jointlib.loop.trial import Trial
 from jointlib.parameter import Role, parameters_of
 
 _LINEAR_ROLES = (Role.STIFFNESS, Role.DAMPING, Role.SLIP_FORCE)
@@ -25,7 +27,8 @@ _SETTLED = 0.02
 """Of its standard error: a smaller step is none."""
 _WORTHLESS = 0.5
 """Of χ²: a step that lowers the loss by less moves the parameters by less than their standard errors."""
-_SHARES = (1.0, 0.5, 0.25, 0.1)
+_DAMPINGS = (0.0, 1e-4, 1e-3, 1e-2, 0.1, 1.0)
+"""Of the diagonal of XᵀX, after Levenberg and Marquardt: tried in turn from the one that served last, or one less."""
 
 
 @dataclass(frozen=True)
@@ -58,13 +61,23 @@ class Fitted:
         y = layout.row([o.whitened(self.joint) for o in records])
         slopes = tangents(records, self.joint, self.free)
         joint = [columns_of(records, [d[None] for d in slopes[n]]) for n in self.free]
-        blocks = [*joint, *(fault_block(self.raws, records, f) for f in self.found)]
+        blocks = [*joint, *(fault_block(self.views, f) for f in self.found)]
         stacked = np.concatenate(blocks) if blocks else np.zeros((0, len(y)))
         return Model(y, stacked, layout.records, sum(int(o.valid.sum()) for o in records), layout)
 
     @cached_property
     def layout(self) -> Layout:
         return layout_of(self.records)
+
+    @cached_property
+    def views(self) -> tuple[RigView, ...]:
+        """The training records as faults see them."""
+        return tuple(view_of(raw, o) for raw, o in zip(self.raws, self.records, strict=True))
+
+    @cached_property
+    def tried(self) -> dict[Hashable, Trial | None]:
+        """Trials beside this model by contestant and shape; None where the model can imitate it."""
+        return {}
 
     @cached_property
     def size(self) -> float:
@@ -85,7 +98,8 @@ class Fitted:
         found = {f.label: f for f in self.found}
         if own:
             blank = Fitted(tuple(raws), self.joint, (), (), tuple(f for f in self.found if not f.fault.per_record))
-            blocks = [fault_block(raws, records, f) for f in own]
+            views = [view_of(raw, o) for raw, o in zip(raws, records, strict=True)]
+            blocks = [fault_block(views, f) for f in own]
             theta, _ = least_squares(replace(blank.model, columns=np.concatenate(blocks)))
             first = 0
             for f, block in zip(own, blocks, strict=True):
@@ -105,14 +119,15 @@ def columns_of(records: Sequence[Observed], forces: Sequence[ComplexArray]) -> A
     return layout_of(records).row([o.whitened_force(F) for o, F in zip(records, forces, strict=True)])
 
 
-def fault_parts(raws: Sequence[Raw], records: Sequence[Observed], f: Found) -> list[ComplexArray]:
+def fault_parts(views: Sequence[RigView], f: Found) -> list[ComplexArray]:
     """Whitened columns of a fault in each record, (q, lines, 3)."""
-    return [o.whitened_columns(columns_in(view_of(raw, o), f)) for raw, o in zip(raws, records, strict=True)]
+    parts = [(v.observed, columns_in(v, f)) for v in views]
+    return [o.whitened_force(c[..., 2]) if f.fault.on == "joint" else o.whitened_columns(c) for o, c in parts]
 
 
-def fault_block(raws: Sequence[Raw], records: Sequence[Observed], f: Found) -> Array:
+def fault_block(views: Sequence[RigView], f: Found) -> Array:
     """Whitened real columns of a fault: (q, n), or (records·q, n) where every record has coefficients of its own."""
-    parts, layout = fault_parts(raws, records, f), layout_of(records)
+    parts, layout = fault_parts(views, f), layout_of([v.observed for v in views])
     if not f.fault.per_record:
         return layout.row(parts)
     q = len(parts[0])
@@ -139,28 +154,38 @@ def free_parameters(joint: Joint) -> tuple[str, ...]:
 def fit(raws: Sequence[Raw], joint: Joint, wanted: Sequence[str], found: Sequence[Found] = ()) -> Fitted:
     """Refit joint and faults together as far as these records can tell them apart; what cannot be told is held.
 
-    Gauss–Newton steps of everything at once, halved while they raise the loss; faults are undone exactly each time.
+    Gauss–Newton steps of everything at once, damped while they raise the loss; faults are undone exactly each time.
     It ends when a step is a small part of the standard errors.
     """
     here = Fitted(tuple(raws), joint, (), (), tuple(found), noise=joint)
     free, held = _independent(here.records, joint, wanted)
-    here = replace(here, free=free, held=held)
+    here = _settled(replace(here, free=free, held=held))
+    if any(o.unseen is not None for o in here.records):
+        here = _settled(replace(here, noise=here.joint))
+    return _with_errors(replace(here, noise=None))
+
+
+def _settled(here: Fitted) -> Fitted:
+    """The model at its least squares, the motion it sees and the noise that it carries held."""
+    level = 0
     for _ in range(_ROUNDS):
         if not len(here.model.columns):
             return here
         theta, covariance = least_squares(here.model)
         if np.all(np.abs(theta) <= _SETTLED * np.sqrt(np.diag(covariance))):
             break
-        for share in _SHARES:
-            there = _moved(here, share * theta) or here
+        for damping in _DAMPINGS[max(0, level - 1) :]:
+            step = theta if not damping else least_squares(here.model, damping)[0]
+            there = _moved(here, step) or here
             if there.size < here.size:
                 break
         else:
             break
+        level = _DAMPINGS.index(damping)
         gain, here = here.size - there.size, there
         if gain < _WORTHLESS * max(1.0, here.size / max(1, here.model.entries)):
             break
-    return _with_errors(replace(here, noise=None))
+    return here
 
 
 def _independent(
@@ -206,12 +231,12 @@ def _moved(here: Fitted, theta: Array) -> Fitted | None:
     return replace(here, joint=joint, found=tuple(found))
 
 
-def least_squares(model: Model) -> tuple[Array, Array]:
-    """Coefficients of all columns and their covariance, (Re XᴴX)⁻¹/2·max(1, χ²)."""
+def least_squares(model: Model, damping: float = 0.0) -> tuple[Array, Array]:
+    """Coefficients of all columns and their covariance, (Re XᴴX)⁻¹/2·max(1, χ²); XᴴX with a damped diagonal."""
     size = np.linalg.norm(model.columns, axis=1)
     size = np.where(size > 0, size, 1.0)
     X = model.columns / size[:, None]
-    inverse = np.linalg.pinv(X @ X.T, rcond=1e-13, hermitian=True)
+    inverse = np.linalg.pinv(X @ X.T + damping * np.eye(len(X)), rcond=1e-13, hermitian=True)
     theta = inverse @ (X @ model.y)
     chi2 = max(1.0, float(np.sum((model.y - theta @ X) ** 2)) / max(1, model.entries))
     return theta / size, inverse * chi2 / 2 / np.outer(size, size)

@@ -14,6 +14,8 @@ from jointlib.loop.spectra import Mask, Spectra
 _BLOCK = 400
 _SKIPPED = 8
 _RAISED = 1.5
+_CLEAR = 20.0
+"""Times its mean: the power of noise on one of 10⁵ lines exceeds that in one record of a thousand, 10⁵ e^−20 ≈ 2e-4."""
 
 
 @dataclass(frozen=True)
@@ -83,3 +85,33 @@ def propagated(rows: ComplexArray, power: Sequence[Array], extra_balance: Array)
     C: ComplexArray = np.einsum("lec,lc,lfc->lef", rows, S, rows.conj())
     C[:, 0, 0] += extra_balance
     return C
+
+
+def excited_band(
+    records: Sequence[Spectra], floors: Sequence[Floor], declared: tuple[float, float] | None
+) -> tuple[float, float, float, float]:
+    """(f_min, excited low, excited high, f_max) in Hz.
+
+    Excited are the period lines on which the drive (P, without it a1) comes within 40 dB of its largest line, and
+    stands so far clear of its noise that not one in a thousand records shows it by chance. The
+    joint equation is used from f_min, which the declared band or the lowest excited line gives, to f_max: the
+    declared band, else three times the highest excited line, within 0.8 of half the sample rate.
+    """
+    low, high = np.inf, 0.0
+    for record, floor in zip(records, floors, strict=True):
+        name = "P" if "P" in record.channels else "a1"
+        drive = np.abs(record.channels[name]) * record.on_period
+        if not drive.any():
+            raise InputError(f"{record.name}: P (or a1) is zero throughout, expected a record with the excitation on")
+        lines = record.frequency[(drive > 1e-2 * drive.max()) & (drive**2 > _CLEAR * floor.power[name])]
+        low, high = min(low, float(lines[0])), max(high, float(lines[-1]))
+    edge = 0.8 * min(r.sample_rate for r in records) / 2
+    f_min, f_max = (0.8 * low, min(edge, 3 * high))
+    if declared is not None:
+        f_min, f_max = max(f_min, declared[0]), min(edge, declared[1])
+    if not any(np.any((r.frequency >= f_min) & (r.frequency <= f_max) & r.on_period) for r in records):
+        raise InputError(
+            f"{records[0].name}: no excited line lies in the band from {f_min:g} to {f_max:g} Hz, expected a band "
+            f"that holds the excitation, {low:g} to {high:g} Hz"
+        )
+    return f_min, low, high, f_max

@@ -12,9 +12,9 @@ from jointlib.joint import Joint
 from jointlib.loop.bench import Found, Raw
 from jointlib.loop.bodies import Rig, rig_of
 from jointlib.loop.fitted import Fitted, fit, free_parameters
-from jointlib.loop.floor import noise_floor
+from jointlib.loop.floor import excited_band, noise_floor
 from jointlib.loop.import_checks import without_dead_channels
-from jointlib.loop.spectra import Spectra, excited_band, spectra_of
+from jointlib.loop.spectra import Spectra, spectra_of
 from jointlib.measurement import Measurement, Record
 
 
@@ -53,7 +53,8 @@ def readings(measurement: Measurement) -> Readings:
     silent = read_records(measurement, measurement.with_role("quiet"))
     quiet = tuple(s for _, s in _spectra(measurement, silent, warnings))
     rig = rig_of(measurement)
-    band = excited_band([s for _, s in training], measurement.band)
+    spectra = [s for _, s in training]
+    band = excited_band(spectra, [noise_floor(s, quiet) for s in spectra], measurement.band)
     raws = tuple(_raw(measurement, r, s, rig, quiet, band) for r, s in training)
     for raw in raws:
         if raw.floor.source == "quiet" and raw.spectra.periods > 1:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeAlias
@@ -107,29 +106,3 @@ def spectra_of(record: Record, measurement: Measurement) -> tuple[Spectra, tuple
     warnings += [said] if said else []
     condition = record.source.condition or record.name
     return Spectra(record.name, condition, record.sha256, rate, kept, period, channels), tuple(warnings)
-
-
-def excited_band(records: Sequence[Spectra], declared: tuple[float, float] | None) -> tuple[float, float, float, float]:
-    """(f_min, excited low, excited high, f_max) in Hz.
-
-    Excited are the period lines on which the drive (P, without it a1) comes within 40 dB of its largest line. The
-    joint equation is used from f_min, which the declared band or the lowest excited line gives, to f_max: the
-    declared band, else three times the highest excited line, within 0.8 of half the sample rate.
-    """
-    low, high = np.inf, 0.0
-    for record in records:
-        drive = np.abs(record.channels.get("P", record.channels["a1"])) * record.on_period
-        if not drive.any():
-            raise InputError(f"{record.name}: P (or a1) is zero throughout, expected a record with the excitation on")
-        lines = record.frequency[drive > 1e-2 * drive.max()]
-        low, high = min(low, float(lines[0])), max(high, float(lines[-1]))
-    edge = 0.8 * min(r.sample_rate for r in records) / 2
-    f_min, f_max = (0.8 * low, min(edge, 3 * high))
-    if declared is not None:
-        f_min, f_max = max(f_min, declared[0]), min(edge, declared[1])
-    if not any(np.any((r.frequency >= f_min) & (r.frequency <= f_max) & r.on_period) for r in records):
-        raise InputError(
-            f"{records[0].name}: no excited line lies in the band from {f_min:g} to {f_max:g} Hz, expected a band "
-            f"that holds the excitation, {low:g} to {high:g} Hz"
-        )
-    return f_min, low, high, f_max

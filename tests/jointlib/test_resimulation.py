@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from integrated_rig import FREQUENCY, INVERSE, LINEAR, M1, PEAK, Array, C, K, drive, integrated, observed
 from numpy.typing import NDArray
-from rig_samples import PERIOD, RATE, measurement, record
-from scipy.integrate import solve_ivp
+from rig_samples import PERIOD, RATE
 
 from jointlib.joint import Joint
 from jointlib.law import JointLaw, Motion
@@ -20,79 +19,26 @@ from jointlib.laws.dahl import Dahl
 from jointlib.laws.iwan import Iwan
 from jointlib.laws.jenkins import Jenkins
 from jointlib.laws.linear import Linear
+from jointlib.laws.maxwell import Maxwell
 from jointlib.laws.quadratic import Quadratic
 from jointlib.laws.structural_damping import StructuralDamping
 from jointlib.laws.viscous import Viscous
-from jointlib.loop.bodies import rig_of
 from jointlib.loop.ceiling import ceiling
 from jointlib.loop.equations import Observed
-from jointlib.loop.floor import noise_floor
 from jointlib.loop.resimulation import compared, resimulated, steady_motion
-from jointlib.loop.spectra import excited_band, spectra_of
 from jointlib.loop.steady import steady_force
 
-Array = NDArray[np.float64]
-K, C = 6e8, 500.0
-M1, M2, M3 = 0.942, 1.1, 1.1
-INVERSE = 1 / M1 + 1 / (M2 + M3)
-LINEAR = (Linear(K), Viscous(C))
-PEAK = 3e-6
-"""Peak of z in m of the linear rig at level 1."""
-FREQUENCY = np.fft.rfftfreq(PERIOD, 1 / RATE)
 
-
-def drive(level: float, seed: int = 3) -> NDArray[np.complex128]:
-    """P on the lines of the period from 2 to 8 kHz, peaks in N, such that the linear rig moves by level · PEAK."""
-    inside = (FREQUENCY >= 2e3) & (FREQUENCY <= 8e3)
-    phases = np.random.default_rng(seed).uniform(0, 2 * np.pi, len(FREQUENCY))
-    unit = np.where(inside, np.exp(1j * phases), 0)
-    w = 2 * np.pi * FREQUENCY
-    z = np.fft.irfft(unit / M1 / (INVERSE * (K + 1j * w * C) - w**2), 8 * PERIOD) * 4 * PERIOD
-    return np.asarray(unit * level * PEAK / np.abs(z).max(), dtype=complex)
-
-
-def observed(P: NDArray[np.complex128], a1: NDArray[np.complex128], f: NDArray[np.complex128], seed: int) -> Observed:
-    """A record of four periods with 70 dB of noise; spectra are peaks on the lines of the period."""
-    rng = np.random.default_rng(seed)
-
-    def signal(X: NDArray[np.complex128]) -> Array:
-        x = np.tile(np.fft.irfft(X, PERIOD) * PERIOD / 2, 4)
-        return np.asarray(x + 3e-4 * np.std(x) * rng.standard_normal(len(x)))
-
-    test = measurement(settle=0)
-    a2 = f / (M2 + M3)
-    spectra, _ = spectra_of(record({"a1": signal(a1), "a2": signal(a2), "a3": signal(a2), "P": signal(P)}), test)
-    return Observed(spectra, rig_of(test), noise_floor(spectra, ()), excited_band([spectra], test.band), K, C)
-
-
-def linear_record(level: float = 1.0, stiffness: float = K, loss: float = 0.0, seed: int = 3) -> Observed:
-    """A record of a linear rig, in closed form."""
+def linear_record(level: float = 1.0, stiffness: float = K, loss: complex | Array = 0.0, seed: int = 3) -> Observed:
+    """A record of a linear rig, in closed form; ``loss`` is what it adds to the dynamic stiffness over j, N/m."""
     w = 2 * np.pi * FREQUENCY
     P, D = drive(level, seed), stiffness + 1j * w * C + 1j * loss
     Z = P / M1 / (INVERSE * D - w**2)
     return observed(P, np.asarray((P - D * Z) / M1, dtype=complex), np.asarray(D * Z, dtype=complex), seed)
 
 
-def integrated(
-    P: NDArray[np.complex128], rate: Callable[[Array], tuple[float, Array]], states: int
-) -> tuple[Array, Array]:
-    """z and f over the fourth period, by scipy's Runge–Kutta pair; ``rate`` gives f and the rates of further states."""
-    k = np.flatnonzero(P)
-    w = 2 * np.pi * FREQUENCY[k]
-
-    def course(t: float, y: Array) -> Array:
-        f, inner = rate(y)
-        push = float((P[k] @ np.exp(1j * w * t)).real)
-        return np.array([y[1], push / M1 - INVERSE * f, *inner])
-
-    T, n = PERIOD / RATE, 4 * PERIOD
-    at = 3 * T + np.arange(n) * T / n
-    start = np.zeros(2 + states)
-    y = solve_ivp(course, (0, 4 * T), start, "RK45", at, rtol=1e-8, atol=1e-14, max_step=T / n).y
-    return y[0], np.array([rate(column)[0] for column in y.T])
-
-
 SLIP, REACH = 0.03 * K * PEAK, 0.1 * PEAK
+RELAXATION_TIME = 1 / (2 * np.pi * 4e3)
 
 
 def cubic_rate(y: Array) -> tuple[float, Array]:
@@ -110,10 +56,16 @@ def jenkins_rate(y: Array) -> tuple[float, Array]:
     return 0.8 * K * y[0] + C * v + 0.2 * K * s, np.array([0.0 if held else v])
 
 
+def maxwell_rate(y: Array) -> tuple[float, Array]:
+    """A spring of 0.2 K whose stretch is lost within the relaxation time."""
+    return 0.8 * K * y[0] + C * y[1] + 0.2 * K * y[2], np.array([y[1] - y[2] / RELAXATION_TIME])
+
+
 CASES = {
     "cubic": (Cubic(0.1 * K / PEAK**2), K, cubic_rate, 0),
     "coulomb": (Coulomb(SLIP, 5e-3), K, coulomb_rate, 0),
     "jenkins": (Jenkins(0.2 * K, 0.2 * K * REACH), 0.8 * K, jenkins_rate, 1),
+    "maxwell": (Maxwell(0.2 * K, 0.2 * K * RELAXATION_TIME), 0.8 * K, maxwell_rate, 1),
 }
 
 
@@ -162,6 +114,16 @@ def test_a_law_of_the_frequency_domain_takes_part() -> None:
     assert with_loss is not None
     assert without is not None
     assert with_loss["a1"] < 2e-3 < 0.02 < without["a1"]
+
+
+def test_a_relaxing_law_takes_part_line_by_line() -> None:
+    corner = 1j * FREQUENCY / 4e3
+    o = linear_record(loss=0.03 * K * corner / (1 + corner) / 1j)
+    relaxing = resimulated(o, Joint((*LINEAR, Maxwell(0.03 * K, 0.03 * K * RELAXATION_TIME))))
+    without = resimulated(o, Joint(LINEAR))
+    assert relaxing is not None
+    assert without is not None
+    assert relaxing["a1"] < 2e-3 < 0.02 < without["a1"]
 
 
 def test_a_free_rig_floats_to_where_the_mean_force_vanishes() -> None:
