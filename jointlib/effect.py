@@ -62,6 +62,10 @@ class JointEffect(ABC):
         """Grid of shape parameters to try, SI; one empty mapping where there is none, nothing where not applicable."""
         return ({},)
 
+    def reached(self, shape: Mapping[str, float], scale: Scale) -> bool:
+        """Whether a motion of this size shows what tells the effect from simpler ones; a slider has to slip."""
+        return True
+
     @abstractmethod
     def columns(self, path: Path, shape: Mapping[str, float], joint: Joint) -> Array:
         """Force along the path for each coefficient being 1, shape (number of coefficients, number of samples)."""

@@ -12,7 +12,10 @@ from jointlib.laws.coulomb import Coulomb
 
 
 class CoulombFriction(JointEffect):
-    """f = slip_force·tanh(ż/smoothing_velocity): an equivalent damping that falls as 1/A."""
+    """f = slip_force·tanh(ż/smoothing_velocity): an equivalent damping that falls as 1/A.
+
+    It is the Stribeck law without its bump: only motion at or below the speed of the bump tells the two apart.
+    """
 
     family: ClassVar[str] = "coulomb"
     member: ClassVar[str] = "coulomb"
@@ -22,6 +25,7 @@ class CoulombFriction(JointEffect):
         "hysteresis": "Move less than the slip distance: stuck contacts are elastic.",
         "quadratic-damping": "Repeat at three or more levels: friction loses weight, quadratic damping gains it.",
     }
+    declared_pairs: ClassVar[frozenset[str]] = frozenset({"stribeck"})
 
     def shapes(self, scale: Scale, joint: Joint) -> tuple[Mapping[str, float], ...]:
         return tuple({"smoothing_velocity": f * scale.velocity} for f in (0.01, 0.03, 0.1, 0.3, 0.9))

@@ -12,7 +12,8 @@ from jointlib.fault import Fault, RigRecord, Setting, Shape
 class SensorDrift(Fault):
     """measured = true + offset + slope·t + curvature·t², t from the first sample of each record.
 
-    Judged in the balance and the redundancy, mostly below the excited band.
+    Judged in the balance and the redundancy, mostly below the excited band. Its first term is the offset of a sensor:
+    a drift that is slow against the records is one.
     """
 
     family: ClassVar[str] = "drift"
@@ -21,7 +22,7 @@ class SensorDrift(Fault):
         "drift": "Swap the inputs of the two channels: the drift goes with its sensor or stays with its input.",
         "offset": "Record for longer: an offset stays what it was.",
     }
-    declared_pairs: ClassVar[frozenset[str]] = frozenset({"drift"})
+    declared_pairs: ClassVar[frozenset[str]] = frozenset({"drift", "offset"})
     parameters: ClassVar[Mapping[str, str]] = {"offset": "channel", "slope": "channel/s", "curvature": "channel/s^2"}
     per_record: ClassVar[bool] = True
     experiment: ClassVar[str] = "Record with the drive off, or measure the driving force too."

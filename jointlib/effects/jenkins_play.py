@@ -10,9 +10,15 @@ from jointlib.effect import JointEffect, Path, Scale, forces
 from jointlib.joint import Joint
 from jointlib.laws.jenkins import Jenkins
 
+_SLIPS = 0.9
+"""Of the peak motion: what holds up to there has hardly slipped."""
+
 
 class SlipWithPlay(JointEffect):
-    """Jenkins element behind play: after every reversal a stretch without load; shapes are both distances."""
+    """Jenkins element behind play: after every reversal a stretch without load; shapes are both distances.
+
+    As long as it sticks it is the spring with the gap alone: only the area that slip encloses tells the two apart.
+    """
 
     family: ClassVar[str] = "hysteresis"
     member: ClassVar[str] = "jenkins"
@@ -21,14 +27,18 @@ class SlipWithPlay(JointEffect):
         "coulomb": "Move less than the slip distance: stuck contacts are elastic.",
         "gap": "Run a slow loop: slip encloses an area, play does not.",
     }
+    declared_pairs: ClassVar[frozenset[str]] = frozenset({"gap"})
 
     def shapes(self, scale: Scale, joint: Joint) -> tuple[Mapping[str, float], ...]:
         return tuple(
             {"slip_distance": d * scale.displacement, "clearance": c * scale.displacement}
             for d in (0.02, 0.05, 0.12, 0.3, 0.7)
             for c in (0.02, 0.06, 0.18, 0.5)
-            if d + c < 1
+            if d + c < _SLIPS
         )
+
+    def reached(self, shape: Mapping[str, float], scale: Scale) -> bool:
+        return shape["slip_distance"] + shape["clearance"] < _SLIPS * scale.displacement
 
     def columns(self, path: Path, shape: Mapping[str, float], joint: Joint) -> Array:
         return forces(path, Jenkins(1.0, shape["slip_distance"], shape["clearance"]))

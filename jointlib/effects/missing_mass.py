@@ -16,6 +16,8 @@ class MissingMass(Fault):
     """true mass = declared mass + mass, of either sign: a fixture that was not weighed, a cable that does not ride.
 
     With A its acceleration, (B, R, J) is (mass·A, 0, 0) for the driven body and (mass·A, 0, −mass·A) for the others.
+    In the balance a gain of its accelerometer is the same column, the mass times as large: the two differ only by what
+    the gain does to R and, through z, to the joint force.
     """
 
     family: ClassVar[str] = "missing-mass"
@@ -24,7 +26,7 @@ class MissingMass(Fault):
         "missing-mass": "Weigh the bodies apart, or bolt a known mass to one: bodies that move as one share it.",
         "gain": "Weigh the bodies, or bolt on a known mass, and excite an octave or more.",
     }
-    declared_pairs: ClassVar[frozenset[str]] = frozenset({"missing-mass"})
+    declared_pairs: ClassVar[frozenset[str]] = frozenset({"missing-mass", "gain"})
     on: ClassVar[str] = "body"
     parameters: ClassVar[Mapping[str, str]] = {"mass": "kg"}
     experiment: ClassVar[str] = "Weigh the bodies, or measure the driving force too."

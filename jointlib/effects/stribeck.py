@@ -5,14 +5,22 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar
 
+import numpy as np
+
 from jointlib.arrays import Array
 from jointlib.effect import JointEffect, Path, Scale, forces
 from jointlib.joint import Joint
 from jointlib.laws.stribeck import Stribeck
 
+_LEAST_FALL = 0.01
+
 
 class StribeckFriction(JointEffect):
-    """Sliding friction and a bump at low speed, both positive: static_force ≥ slip_force."""
+    """Sliding friction and a bump at low speed, both positive, that is wider than the rounding at zero speed.
+
+    A bump that fades before the hyperbolic tangent has risen makes no force that falls with speed: it only shapes the
+    corner of a Coulomb force, and is not named Stribeck.
+    """
 
     family: ClassVar[str] = "stribeck"
     member: ClassVar[str] = "stribeck"
@@ -40,4 +48,11 @@ class StribeckFriction(JointEffect):
         if sliding <= 0 or bump <= 0:
             return None
         law = Stribeck(sliding, sliding + bump, shape["stribeck_velocity"], shape["smoothing_velocity"])
-        return joint + law
+        return joint + law if _falls_with_speed(law) else None
+
+
+def _falls_with_speed(law: Stribeck) -> bool:
+    """Whether the force anywhere exceeds that of fast sliding by more than a hundredth."""
+    v = law.stribeck_velocity * np.geomspace(0.05, 4.0, 60)
+    force = law.force(np.zeros_like(v), v)
+    return bool(np.max(force) > (1 + _LEAST_FALL) * law.slip_force)

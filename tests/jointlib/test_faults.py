@@ -416,6 +416,20 @@ def test_bodies_that_move_as_one_share_a_missing_mass() -> None:
     assert "missing-mass" in MissingMass.declared_pairs
 
 
+@pytest.mark.parametrize("body", ["a1", "a2", "a3"])
+def test_in_the_balance_a_missing_mass_is_a_gain_of_the_accelerometer(body: str) -> None:
+    mass, gain = (fault.columns(clean(), body, {})[0, :, 0] for fault in (MissingMass(), SensorGain()))
+    np.testing.assert_allclose(-MASSES[body] * mass, gain, rtol=1e-12)
+    assert "gain" in MissingMass.declared_pairs
+
+
+def test_a_drift_that_neither_rises_nor_bends_is_an_offset() -> None:
+    first = SensorDrift().columns(clean(), "P", {})[0]
+    offset = SensorOffset().columns(clean(), "P", {})[0]
+    np.testing.assert_allclose(first, offset, atol=1e-9 * np.abs(offset).max())
+    assert "offset" in SensorDrift.declared_pairs
+
+
 def test_an_offset_stands_on_the_mean_alone() -> None:
     column = SensorOffset().columns(clean(), "a2", {})[0]
     assert np.count_nonzero(column[1:]) == 0
@@ -539,6 +553,39 @@ def test_modes_are_tried_over_the_excited_band_and_beyond() -> None:
     assert np.diff(inside).max() < 300
     without = Rig({c: clean().channels[c] for c in ("a1", "a2", "a3")})
     assert RockingMode().shapes([without], "") == ()
+
+
+def test_the_resonance_of_the_bodies_on_the_joint_is_no_rocking_mode() -> None:
+    """ω₀² = k(1/m₁ + 1/M) and ζ₀ = c/(2 k) ω₀: there a wrong gain of a2 has the shape of a mode."""
+    shape = RockingMode().shapes([clean()], "")[0]
+    mu = 0.942 * 2.2 / (0.942 + 2.2)
+    own = np.sqrt(STIFFNESS / mu)
+    assert 2 * np.pi * shape["joint_frequency"] == pytest.approx(own, rel=1e-6)
+    assert shape["joint_damping_ratio"] == pytest.approx(DAMPING * own / (2 * STIFFNESS), rel=1e-4)
+    f, zeta = shape["joint_frequency"], shape["joint_damping_ratio"]
+
+    def refused(frequency: float, damping_ratio: float) -> bool:
+        mode = {**shape, "frequency": frequency, "damping_ratio": damping_ratio}
+        return RockingMode().correction(np.array([0.1, 0.1]), mode) is None
+
+    def shared(frequency: float, damping_ratio: float) -> float:
+        """Of the responses of both modes to white noise, by quadrature on lines far finer than their widths."""
+        w = 2 * np.pi * np.arange(10.0, 5e4, 0.5)
+        both = ((2 * np.pi * f, zeta), (2 * np.pi * frequency, damping_ratio))
+        H = [1 / (own**2 - w**2 + 2j * share * own * w) for own, share in both]
+        return float(abs(np.vdot(*H)) ** 2 / (np.vdot(H[0], H[0]).real * np.vdot(H[1], H[1]).real))
+
+    for frequency, damping_ratio in ((f, zeta), (f + 20, zeta), (f, 1.5 * zeta), (f + 60, zeta), (f, 2 * zeta)):
+        assert refused(frequency, damping_ratio) == (shared(frequency, damping_ratio) >= 0.95)
+    assert refused(f, zeta)
+    assert not refused(f - 60, zeta)
+
+
+def test_a_rocking_mode_beside_the_joint_leaves_the_resonance_of_the_joint_where_it_is() -> None:
+    faulty = rocking("", 0.05).faulty
+    own, seen = (RockingMode().shapes([r], "")[0] for r in (clean(), faulty))
+    assert seen["joint_frequency"] == pytest.approx(own["joint_frequency"], rel=0.01)
+    assert RockingMode().correction(np.array([0.1, 0.1]), {**seen, "frequency": 4321.0, "damping_ratio": 0.02})
 
 
 def test_only_what_was_measured_is_tried() -> None:
