@@ -22,7 +22,8 @@ from jointlib.loop.pictures import pictures
 from jointlib.loop.readings import Readings, baseline, readings
 from jointlib.loop.report import Candidate, Rival, Status, TraceReport, Verdict
 from jointlib.loop.resimulation import compared
-from jointlib.loop.search import Round, Row, Term, search
+from jointlib.loop.rounds import Round, Row
+from jointlib.loop.search import Term, search
 from jointlib.loop.tables import (
     candidate_of,
     chosen_of,
@@ -59,7 +60,7 @@ def trace_periodic(measurement: Measurement, joint: Joint, *, seed: int = 0) -> 
         field = ()
     opening, terms, secondary = search(start, field)
     found = _judged(start, terms)
-    rivals = _rivals(terms, data)
+    rivals = _rivals(terms[0], data) if terms else ()
     word, explained = verdict.verdict_of(found, bool(terms), len(rivals))
     named = word in (Verdict.IDENTIFIED, Verdict.AMBIGUOUS)
     entered = terms if named else terms[:1] if word is Verdict.PARTIAL else ()
@@ -87,7 +88,7 @@ def trace_periodic(measurement: Measurement, joint: Joint, *, seed: int = 0) -> 
         chosen=chosen,
         candidates=_candidates(opening, chosen, word),
         rivals=rivals,
-        chain=tuple(_link(t.row, terms[0], data, "accepted" if named else "hypothesis") for t in terms[1:]),
+        chain=tuple(_further(t, terms[0], data, "accepted" if named else "hypothesis") for t in terms[1:]),
         secondary=tuple(_link(r, terms[0], data) for r in secondary if terms),
         error_before=before,
         error_after=after,
@@ -125,7 +126,7 @@ def _judged(start: Fitted, terms: Sequence[Term]) -> verdict.Findings:
     table = excess.localisation(start.records, start.whitened())
     before = after = excess.total_excess(table)
     if terms:
-        alone = terms[0].fitted
+        alone = terms[0].alone
         after = excess.total_excess(excess.localisation(alone.records, alone.whitened()))
     return verdict.Findings(table, before, after, {e: excess.total_excess(table, e) for e in table})
 
@@ -135,11 +136,9 @@ def _lower(after: dict[str, Any], before: dict[str, Any]) -> bool:
     return bool(after["relative"] < before["relative"] or after["chi2"] < before["chi2"])
 
 
-def _rivals(terms: Sequence[Term], data: Readings) -> tuple[Rival, ...]:
-    if not terms:
-        return ()
-    chosen, out = terms[0].row, []
-    for r in terms[0].round.rivals:
+def _rivals(term: Term, data: Readings) -> tuple[Rival, ...]:
+    chosen, out = term.row, []
+    for r in term.round.rivals:
         a, b = chosen.contestant.effect, r.contestant.effect
         channel, body = place_of(r.contestant, data.rig)
         ratio = r.score.gain / chosen.score.gain
@@ -149,12 +148,17 @@ def _rivals(terms: Sequence[Term], data: Readings) -> tuple[Rival, ...]:
     return tuple(out)
 
 
-def _link(row: Row, first: Term, data: Readings, status: str | None = None) -> dict[str, Any]:
-    """A further term, with its gain as a share of the first one's."""
+def _further(term: Term, first: Term, data: Readings, status: str) -> dict[str, Any]:
+    """A further term, with its own rivals."""
+    rivals = [{"family": r.family} | r.place for r in _rivals(term, data)]
+    return {**_link(term.row, first, data), "status": status, "rivals": rivals}
+
+
+def _link(row: Row, first: Term, data: Readings) -> dict[str, Any]:
+    """A further effect, with its gain as a share of the first one's."""
     channel, body = place_of(row.contestant, data.rig)
     out = {"family": row.contestant.effect.family, "share": row.score.gain / first.row.score.gain}
-    out |= {k: v for k, v in (("channel", channel), ("body", body), ("status", status)) if v}
-    return out
+    return out | {k: v for k, v in (("channel", channel), ("body", body)) if v}
 
 
 def _candidates(opening: Round, chosen: Candidate | None, word: Verdict) -> tuple[Candidate, ...]:

@@ -64,7 +64,7 @@ class Candidate:
     """Drop of the held-out loss."""
     per_fold: tuple[float, ...]
     significance: Mapping[str, float]
-    """z (periodic route) or p_signflip (path route), and bic where it exists."""
+    """z and bic (periodic route), or p_signflip and the standard error of ``share_of_current`` (path route)."""
     share_of_current: float
     """Share of the current held-out excess that the candidate removes."""
     explained: float | None
@@ -83,9 +83,12 @@ class Candidate:
 
 
 def figures(parameters: Mapping[str, Estimate]) -> str:
-    """Parameters in words, without the smoothing that only rounds a corner."""
-    named = {name.split(".", 1)[-1].replace("_", " "): e for name, e in parameters.items()}
-    return ", ".join(f"{name} {e.words()}" for name, e in named.items() if not name.startswith("smoothing"))
+    """Parameters in words, without the smoothing that only rounds a corner; those of two elements side by side."""
+    named: dict[str, list[str]] = {}
+    for name, e in parameters.items():
+        named.setdefault(name.split(".", 1)[-1].replace("_", " "), []).append(e.words())
+    shown = {name: " + ".join(words) for name, words in named.items() if not name.startswith("smoothing")}
+    return ", ".join(f"{name} {words}" for name, words in shown.items())
 
 
 @dataclass(frozen=True)
@@ -104,6 +107,11 @@ class Rival:
     def where(self) -> str:
         """The sensor or body, or nothing."""
         return self.channel or self.body or ""
+
+    @property
+    def place(self) -> dict[str, str]:
+        """The same by key."""
+        return {k: v for k, v in (("channel", self.channel), ("body", self.body)) if v}
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,8 @@ from jointlib.loop.equations import Observed
 from jointlib.loop.excess import largest_lines, total_excess
 from jointlib.loop.fitted import Fitted
 from jointlib.loop.report import Candidate, Estimate, Status
-from jointlib.loop.search import Round, Row, Term
+from jointlib.loop.rounds import Round, Row
+from jointlib.loop.search import Term
 from jointlib.loop.spectra import Spectra
 from jointlib.loop.whereabouts import by_amplitude, by_time
 
@@ -70,8 +71,10 @@ def chosen_of(last: Fitted, term: Term, explained: float | None) -> Candidate:
     linear = candidate_of(term.round, term.row, rank)
     estimates = _of_fault(last, term) or _of_fault(term.fitted, term)
     if estimates is None:
-        where = last if set(linear.parameters) <= set(last.joint.parameters) else term.fitted
-        estimates = _of_joint(where, linear)
+        brought = set(term.fitted.free) - term.round.fitted.joint.parameters.keys()
+        names = [n for n in term.fitted.joint.parameters if n in brought or n in linear.parameters]
+        where = last if set(names) <= set(last.joint.parameters) else term.fitted
+        estimates = _of_joint(where, names, linear.family)
     return replace(linear, parameters=estimates, explained=explained, status=Status.ACCEPTED, reason="")
 
 
@@ -82,16 +85,16 @@ def _of_fault(fitted: Fitted, term: Term) -> dict[str, Estimate] | None:
     return None
 
 
-def _of_joint(fitted: Fitted, linear: Candidate) -> dict[str, Estimate]:
+def _of_joint(fitted: Fitted, names: Sequence[str], family: str) -> dict[str, Estimate]:
     joint = widened(fitted)
     values, units = joint.parameters, joint.units
     estimates = {}
-    for name in linear.parameters:
+    for name in names:
         se = joint.covariance.standard_error(name) if joint.covariance is not None else float("nan")
         value = values[name]
-        kind = "model_form" if linear.family in _MODEL_FORM else "noise"
+        kind = "model_form" if family in _MODEL_FORM else "noise"
         interval = (value - 1.96 * se, value + 1.96 * se)
-        estimates[name] = Estimate(value, units[name], se, interval, kind, linear.family in _BIASED)
+        estimates[name] = Estimate(value, units[name], se, interval, kind, family in _BIASED)
     return estimates
 
 

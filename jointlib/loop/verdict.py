@@ -62,7 +62,7 @@ def not_decidable(data: Readings, faults: Sequence[Fault]) -> tuple[dict[str, st
         )
     if excited < 2:
         needs = "at least one octave of frequency"
-        rows.append({"family": "structural-damping", "why": "one frequency band", "needs": needs})
+        rows.append({"family": "structural-damping, relaxation", "why": "one frequency band", "needs": needs})
     if len(spectra) < 3:
         rows.append({"family": "all", "why": f"{len(spectra)} records to fit", "needs": "at least 3 records"})
     if levels < 2:
