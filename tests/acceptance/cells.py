@@ -24,6 +24,7 @@ CATALOGUE: dict[str, Maker] = {
     "quadratic-damping": effects.quadratic_damping,
     "viscous-by-direction": effects.viscous_by_direction,
     "structural-damping": effects.structural_damping,
+    "relaxation": effects.relaxation,
     "stiffness-drift": effects.stiffness_drift,
     "position-stiffness": effects.position_stiffness,
     "rocking-mode": faults.rocking_mode,
@@ -41,14 +42,14 @@ CATALOGUE: dict[str, Maker] = {
     "clipping": faults.clipping,
 }
 """Effects of the catalogue; those after the rocking mode do not live in the joint equation."""
-IN_JOINT = tuple(CATALOGUE)[:14]
+IN_JOINT = tuple(CATALOGUE)[:15]
 OUTSIDE: dict[str, Maker] = {
     "ripple": foreign.ripple,
     "stiffness-by-speed": foreign.stiffness_by_speed,
     "damping-by-displacement": foreign.damping_by_displacement,
     "damping-in-time": foreign.damping_in_time,
     "slack-in-speed": foreign.slack_in_speed,
-    "relaxation": foreign.relaxation,
+    "inner-resonance": foreign.inner_resonance,
     "dead-time": foreign.dead_time,
     "cross-talk": foreign.cross_talk,
 }
@@ -81,7 +82,7 @@ class Cell:
     """One data set and what is done with it."""
 
     group: str
-    """main | null | outside | removed | coverage | two | small."""
+    """main | null | outside | removed | coverage | two | peaks | small."""
     effect: str
     signal: str
     decibel: float
@@ -124,10 +125,11 @@ GROUPS: dict[str, list[Cell]] = {
     "removed": grid("removed", CATALOGUE, ["MS"], [40.0], SEEDS),
     "coverage": grid("coverage", EXACT, ["MS"], DECIBELS, range(10)),
     "two": grid("two", PAIRS, ["MS"], [40.0], SEEDS),
+    "peaks": grid("peaks", PAIRS, ["MS"], [40.0], SEEDS),
     "small": grid("small", CATALOGUE, ["MS"], [40.0], SEEDS, 0.2),
     "quick": grid("main", CATALOGUE, ["MS"], [40.0], [0]),
 }
-"""``quick`` is a part of ``main``."""
+"""``quick`` is a part of ``main``. Pairs are of even weight in the records in ``two``, of equal peaks in ``peaks``."""
 
 
 def cells_of(words: Iterable[str]) -> list[Cell]:

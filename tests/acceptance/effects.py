@@ -169,6 +169,18 @@ def structural_damping(rng: np.random.Generator, s: Scale, share: float) -> Inje
     return Injected(("structural-damping",), dynamic=stiffness)
 
 
+def relaxation(rng: np.random.Generator, s: Scale, share: float) -> Injected:
+    """A film that yields in the middle of the band: not within one time, but within three that lie close together."""
+    middle, spread = 2 * np.pi * rng.uniform(3000, 7000), rng.uniform(0.2, 0.3)
+    k = 2 * share * s.force / s.z
+
+    def stiffness(omega: Array) -> ComplexArray:
+        parts = [1j * omega / (middle * q + 1j * omega) for q in (1 - spread, 1.0, 1 + spread)]
+        return np.asarray(k * np.mean(parts, axis=0))
+
+    return Injected(("relaxation",), dynamic=stiffness)
+
+
 def hertz_force(z: Array, preload: float, kappa: float, angle: float) -> Array:
     """Two rows of balls (N): each row carries its approach to the power 3/2, (δ/κ)^1.5, and nothing once it has parted.
 

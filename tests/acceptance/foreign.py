@@ -35,12 +35,14 @@ def damping_in_time(rng: np.random.Generator, s: Scale, share: float) -> Injecte
     return Injected((), hidden=lambda z, v, t: size * course(t) * v, whole_record=True)
 
 
-def relaxation(rng: np.random.Generator, s: Scale, share: float) -> Injected:
-    """One spring and damper in series that yields in the middle of the band."""
-    corner, k = 2 * np.pi * rng.uniform(3500, 4500), 2 * share * s.force / s.z
+def inner_resonance(rng: np.random.Generator, s: Scale, share: float) -> Injected:
+    """Something light inside the joint that swings by itself within the band: k − kₐ²/(kᵢ − mω² + jωc), less k."""
+    own, damping = 2 * np.pi * rng.uniform(4000, 10000), rng.uniform(0.06, 0.15)
+    peak = 2 * share * s.force / s.z
 
     def stiffness(omega: Array) -> ComplexArray:
-        return np.asarray(k * 1j * omega / (corner + 1j * omega))
+        x = omega / own
+        return np.asarray(-peak * 2 * damping / (1 - x**2 + 2j * damping * x))
 
     return Injected((), dynamic=stiffness)
 

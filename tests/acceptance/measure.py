@@ -3,13 +3,26 @@
 from __future__ import annotations
 
 import zlib
+from copy import deepcopy
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from effects import KAPPA, PRELOAD, Channels, Injected, Maker, Scale, guide_stiffness
 from excitation import PERIOD, RATE, SIGNALS, force
-from generator import Array, ComplexArray, Equation, Motion, NoMotion, Rig, by_mixture, by_steps, linear_motion, sampled
+from generator import (
+    Array,
+    ComplexArray,
+    Equation,
+    Motion,
+    NoMotion,
+    Rig,
+    by_mixture,
+    by_steps,
+    linear_motion,
+    no_force,
+    sampled,
+)
 from scipy.signal import cont2discrete, lfilter
 
 STORED_SEED = 20260314
@@ -19,6 +32,7 @@ SETTLE, KEPT = 2, 4
 """Periods of run-in, which are in the file, and periods used."""
 PEAK = 3e-6
 """m; peak relative motion of the declared rig at the highest level."""
+_OFF_PEAK, _DRIVES = 0.2, 6
 COLOUR = {"a1": 0.5, "a2": -0.3, "a3": 0.2, "P": 0.6}
 """Noise of first order, n_i = colour n_(i−1) + white."""
 DECLARED = Rig()
@@ -45,8 +59,10 @@ def seeds(*words: str | int) -> np.random.Generator:
     return np.random.default_rng([STORED_SEED, *(zlib.crc32(str(w).encode()) for w in words)])
 
 
-def simulate(name: str, makers: tuple[Maker, ...], signal: str, seed: int, size: float = 1.0) -> Simulated:
-    """A test with the effects ``makers`` hidden in it; ``size`` scales all of them."""
+def simulate(
+    name: str, makers: tuple[Maker, ...], signal: str, seed: int, size: float = 1.0, even: bool = False
+) -> Simulated:
+    """A test with the effects ``makers`` hidden in it; ``size`` scales all of them, ``even`` sizes them alike."""
     rng = seeds(name, signal, seed)
     guide = "preload" in name.split("+")
     declared = Rig(stiffness=guide_stiffness(PRELOAD)) if guide else DECLARED
@@ -66,12 +82,14 @@ def simulate(name: str, makers: tuple[Maker, ...], signal: str, seed: int, size:
         feed=FEED,
     )
     shares = rng.uniform(0.02, 0.06, len(makers))
+    if even:
+        shares = evened(makers, shares, deepcopy(rng), scale, z * gain, v)
     state = rng.bit_generator.state
     for weaker in (1.0, 0.7, 0.5, 0.35, 0.25):
         rng.bit_generator.state = state
         truth = combined([make(rng, scale, size * weaker * share) for make, share in zip(makers, shares, strict=True)])
         try:
-            motion = moved(truth, declared, lines, signal)
+            motion = driven_to_peak(truth, declared, lines, signal)
             break
         except NoMotion:
             # Near its resonance a rig with a strong effect may have several motions, or none that repeats.
@@ -84,6 +102,28 @@ def simulate(name: str, makers: tuple[Maker, ...], signal: str, seed: int, size:
         channels = shown(channels, time)
     position = scale.position[:, None] + FEED * time
     return Simulated(channels, np.concatenate([position, position[:1] * 0 + 0.25]), truth, guide, weaker)
+
+
+def evened(
+    makers: tuple[Maker, ...], shares: Array, rng: np.random.Generator, scale: Scale, z: Array, v: Array
+) -> Array:
+    """Shares that give every force the same weight in the records, not at the peak of the motion.
+
+    What spring and damper cannot take up of it has half the drawn share of the *rms* joint force (1 to 3 %), as the
+    gains and masses have by themselves. At equal peaks dry friction outweighs a cubic spring twenty times.
+    """
+    z, v = (np.tile(x, (1, SETTLE + KEPT)) for x in (z, v))
+    time = np.arange(z.shape[1]) / (8 * RATE)
+    omega = 2 * np.pi * np.fft.rfftfreq(z.shape[1], 1 / (8 * RATE))
+    out = shares.copy()
+    for i, make in enumerate(makers):
+        part = make(rng, scale, float(shares[i]))
+        f = part.hidden(z, v, time) + np.fft.irfft(part.dynamic(omega) * np.fft.rfft(z), z.shape[1])
+        known = np.array([x.ravel() for x in (z, v, np.ones_like(z))])
+        left = f.ravel() - np.linalg.lstsq(known @ known.T, known @ f.ravel())[0] @ known
+        if np.any(f):
+            out[i] *= 0.5 * shares[i] * scale.force * np.std(z) / scale.z / np.std(left)
+    return out
 
 
 def combined(parts: list[Injected]) -> Injected:
@@ -103,6 +143,21 @@ def combined(parts: list[Injected]) -> Injected:
     )
 
 
+def driven_to_peak(truth: Injected, declared: Rig, lines: ComplexArray, signal: str) -> Motion:
+    """The motion under a drive turned up, or down, until the highest level moves by PEAK again.
+
+    Shares are of the peak joint force *in the records*. Friction near a resonance may well stop most of the motion of
+    the linear rig; under the same drive a share of the linear force would be several times as much of what is left.
+    """
+    for _ in range(_DRIVES):
+        motion = moved(truth, declared, lines, signal)
+        reached = float(np.abs(motion.z[2:4]).max())
+        if abs(reached / PEAK - 1) < _OFF_PEAK:
+            return motion
+        lines = lines * np.clip(PEAK / reached, 0.5, 2.0)
+    raise NoMotion(f"no drive brings the motion to {PEAK:g} m: {reached:.2e} m at the last one")
+
+
 def moved(truth: Injected, declared: Rig, lines: ComplexArray, signal: str) -> Motion:
     """The steady motion on the fine grid: one period, or the whole record where no period repeats."""
     periods, fine = (SETTLE + KEPT, 4) if truth.whole_record else (1, 8)
@@ -112,7 +167,7 @@ def moved(truth: Injected, declared: Rig, lines: ComplexArray, signal: str) -> M
     base = truth.rig or declared
     rig = Rig(base.m1, base.m2, base.m3, base.stiffness, base.damping, truth.hidden, truth.dynamic)
     equation = Equation(rig, drive, 1 / (fine * RATE))
-    if truth.memory or truth.whole_record:
+    if truth.memory or truth.whole_record or truth.hidden is no_force:
         return by_mixture(equation)
     if signal == "AM":
         # Close to the resonance a softening rig may jump to far more than its box: the drive is lowered then.

@@ -39,10 +39,10 @@ Row = dict[str, Any]
 
 
 @lru_cache(maxsize=2)
-def _simulated(effect: str, signal: str, seed: int, size: float) -> tuple[Simulated, float]:
+def _simulated(effect: str, signal: str, seed: int, size: float, even: bool) -> tuple[Simulated, float]:
     start = time.process_time()
     cell = Cell("", effect, signal, 0.0, seed, size)
-    return simulate(effect, cell.makers, signal, seed, size), time.process_time() - start
+    return simulate(effect, cell.makers, signal, seed, size, even), time.process_time() - start
 
 
 def without(families: Sequence[str]) -> Callable[[str], Installed]:
@@ -59,7 +59,7 @@ def without(families: Sequence[str]) -> Callable[[str], Installed]:
 def run(cell: Cell) -> Row:
     """Simulate, trace, and keep what the table needs."""
     try:
-        test, simulating = _simulated(cell.effect, cell.signal, cell.seed, cell.size)
+        test, simulating = _simulated(cell.effect, cell.signal, cell.seed, cell.size, cell.group == "two")
     except NoMotion as error:
         nobody: Row = {"truth": [], "site": "", "values": {}, "verdict": "error", "error": str(error)}
         return {"name": cell.name, **cell.row(), **nobody}
