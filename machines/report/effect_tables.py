@@ -48,7 +48,7 @@ def _rival_table(report: TraceReport) -> Table:
 
 
 def _chosen_table(chosen: Candidate, named: bool) -> Table:
-    rows = []
+    rows: list[tuple[str, str, str, str, str]] = []
     for name, e in chosen.parameters.items():
         if name.split(".", 1)[-1].startswith("smoothing"):
             continue  # It only rounds a corner of the law.
@@ -57,7 +57,9 @@ def _chosen_table(chosen: Candidate, named: bool) -> Table:
         known = all(np.isfinite(interval)) and e.standard_error > 0
         span = f"{_cut(interval[0], interval)} to {_cut(interval[1], interval)}" if known else "not estimated"
         value = _cut(e.value * factor, interval) if known else f"{e.value * factor:.4g}"
-        rows.append((name.split(".", 1)[-1].replace("_", " "), value, span, unit, _doubt(e, known)))
+        words = name.split(".", 1)[-1].replace("_", " ")
+        words += ", second element" if any(words == row[0] for row in rows) else ""
+        rows.append((words, value, span, unit, _doubt(e, known)))
     words = in_words(chosen.family, chosen.where, chosen.member).removeprefix("that ")
     caption = f"{'Chosen' if named else 'Nearest'}: {words}"
     if chosen.explained is not None:

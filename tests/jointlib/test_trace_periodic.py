@@ -252,6 +252,21 @@ def test_a_gain_error_shows_in_the_balance_and_is_named_with_its_channel(tmp_pat
     assert balance["excess"] > balance["threshold"]
 
 
+def test_a_small_gain_beside_a_strong_spring_enters_because_it_closes_the_balance(tmp_path: Path) -> None:
+    records = Rig("cubic", 0.25, 4).measured(50.0, gain_a1=1.006)
+    report = trace_periodic(measurement_of(tmp_path, records), START)
+    assert report.chosen is not None
+    assert report.chosen.family == "cubic"
+    (further,) = report.chain
+    assert (further["family"], further["channel"], further["status"]) == ("gain", "a1", "accepted")
+    assert further["share"] < 0.05
+    assert {r["family"] for r in further["rivals"]} <= {"gain", "missing-mass"}
+    assert report.error_before["balance_N"] > 1.2 * report.error_before["balance_floor_N"]
+    assert report.error_after["balance_N"] < 1.05 * report.error_after["balance_floor_N"]
+    (correction,) = report.corrections
+    assert correction.parameters["gain"] == pytest.approx(0.006, rel=0.1)
+
+
 def test_without_force_and_third_acceleration_the_joint_is_still_judged(tmp_path: Path) -> None:
     records = Rig("cubic", 0.04, 3).measured(50.0)
     report = trace_periodic(measurement_of(tmp_path, records, ALL[:2]), START)

@@ -19,7 +19,7 @@ from jointlib.laws.viscous import Viscous
 from jointlib.loop.fitted import Fitted
 from jointlib.loop.pictures import pictures
 from jointlib.loop.readings import readings
-from jointlib.loop.report import Candidate, Estimate, Rival, Status, TraceReport, Verdict
+from jointlib.loop.report import Candidate, Estimate, Rival, Status, TraceReport, Verdict, figures
 from jointlib.measurement import Correction, RecordSource
 from machines import linear_check, read_machine, response
 from machines.report import Page, Section
@@ -284,6 +284,14 @@ def test_a_doubtful_interval_says_so_in_words() -> None:
     for parameters, said in ((slip, "shape of the law is the larger doubt"), (k2, "off by more than the interval")):
         chosen = candidate("hysteresis", "jenkins", 0.9, 1, Status.ACCEPTED, parameters=parameters)
         assert said in words_of(replace(rig_report(), chosen=chosen))
+
+
+def test_two_elements_of_an_effect_are_told_apart_and_added_in_the_sentence() -> None:
+    two = {"coulomb.slip_force": estimate(71.7, "N", 1.6), "coulomb_2.slip_force": estimate(29.0, "N", 1.4)}
+    chosen = candidate("coulomb", "coulomb", 0.99, 1, Status.ACCEPTED, parameters=two)
+    text = words_of(replace(rig_report(), chosen=chosen))
+    assert "slip force, second element" in text
+    assert figures(two) == "slip force 71.7 ± 3.1 N + 29.0 ± 2.7 N"
 
 
 def test_without_a_name_the_nearest_is_called_the_nearest() -> None:
