@@ -70,7 +70,8 @@ def trace_periodic(measurement: Measurement, joint: Joint, *, seed: int = 0) -> 
     _spent(joint, sealed, warnings)
     before, after = errors(start, sealed, joint), errors(last, sealed)
     if entered and not _lower(after, before):
-        warnings.append(f"With {terms[0].row.label} the error {after['where']} does not fall; it is not added.")
+        where = verdict.WHERE[after["where"]]
+        warnings.append(f"With {terms[0].row.label} the error {where} does not fall; it is not added.")
         word, named, entered, last, after = verdict.verdict_of(found, False, 0)[0], False, (), start, before
     if word is Verdict.NOTHING_MISSING:
         terms, rivals = (), ()

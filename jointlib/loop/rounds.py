@@ -133,11 +133,11 @@ class _Contest:
         later: list[Contestant] = []
 
         def enter(c: Contestant) -> None:
-            tried = self.trials(c, c.shapes(self.fitted))
-            if not tried:
+            found = self.trials(c, c.shapes(self.fitted))
+            if not found:
                 return
-            physical = tuple(t for t in tried if self.admissible(c, t))
-            row = self.judged(c, physical or tried, bool(physical))
+            physical = tuple(t for t in found if self.admissible(c, t))
+            row = self.judged(c, physical or found, bool(physical))
             known = rows.get(c.label)
             if known is None or (row.status is not Status.UNPHYSICAL, row.score.gain) > (
                 known.status is not Status.UNPHYSICAL,

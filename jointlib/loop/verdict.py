@@ -12,6 +12,13 @@ from jointlib.loop.naming import NAMED_FROM, NEAREST_FROM, in_words, is_of_joint
 from jointlib.loop.readings import Readings
 from jointlib.loop.report import Candidate, Rival, Verdict, figures
 
+WHERE = {
+    "sealed": "on the sealed record",
+    "condition folds": "on records left out of the fit",
+    "in sample": "on the records of the fit",
+}
+"""Where an error counts, in words."""
+
 
 @dataclass(frozen=True)
 class Findings:
@@ -81,9 +88,7 @@ def sentence(
     found: Findings,
 ) -> str:
     """The finding in plain words with its numbers."""
-    where = {"sealed": "on the sealed record", "condition folds": "on records left out of the fit"}.get(
-        str(before["where"]), "on the records of the fit"
-    )
+    where = WHERE[before["where"]]
     drop = (
         f"The joint force residual {where} falls from {before['joint_N']:.3g} N to {after['joint_N']:.3g} N "
         f"({before['relative']:.2%} to {after['relative']:.2%} of the joint force, noise floor "
