@@ -15,17 +15,20 @@ from jointlib.errors import InputError
 @input_file("joint", required=False)
 @click.option("-o", "output", type=Target(".fmu"), help="The .fmu file to write.")
 @click.option("--fmi", type=click.Choice(["2", "3"]), default="2", help="Version of the standard.")
-@click.option("--runtime", type=click.Choice(["c", "python"]), default="python", help="What computes inside.")
+@click.option(
+    "--runtime", type=click.Choice(["c", "python"]), help="What computes inside; c where a compiler is found."
+)
 @click.option("--verify", type=click.Path(path_type=Path), help="Verify this FMU instead.")
 @json_option
 def command(
-    joint: Path | None, output: Path | None, fmi: str, runtime: str, verify: Path | None, as_json: bool
+    joint: Path | None, output: Path | None, fmi: str, runtime: str | None, verify: Path | None, as_json: bool
 ) -> None:
-    """Write JOINT as an FMU for co-simulation; it is validated and replays its reference run before it appears.
+    """Write JOINT as an FMU; it is validated and replays its reference run before it appears.
 
     \b
     Example:
-      jointlib fmu machines/library/guide.joint.toml -o guide.fmu --runtime python
+      jointlib fmu machines/library/guide.joint.toml -o guide.fmu
+      jointlib fmu machines/library/guide.joint.toml -o guide.fmu --fmi 3
       jointlib fmu --verify guide.fmu
     """
     if verify is not None:

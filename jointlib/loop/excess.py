@@ -59,7 +59,8 @@ def sizes(records: Sequence[Observed], whitened: Sequence[ComplexArray]) -> dict
     """Root mean square of each residual over all records, its floor, the joint force, and χ².
 
     joint_N is √(2 Σ|r_J L_JJ|²)/N: the joint residual with what the noise in the other equations tells removed. On
-    lines between those of the period where z is but noise, it is counted as 0 there, and the measured force stands.
+    lines between those of the period where z is but noise it is counted as 0, and the measured force stands, less what
+    a modulation of the joint makes of it there.
     """
     sums: dict[str, list[float]] = {k: [] for k in ("joint", "balance", "redundancy", "force")}
     floors: dict[str, list[float]] = {k: [] for k in ("joint", "balance", "redundancy")}
@@ -68,7 +69,8 @@ def sizes(records: Sequence[Observed], whitened: Sequence[ComplexArray]) -> dict
         for i, equation in enumerate(EQUATIONS):
             still = o.valid[:, i] & ~o.informative if equation == "joint" else np.zeros(len(o.frequency), dtype=bool)
             diagonal = np.where(o.valid[:, i] & ~still, o.triangle[:, i, i].real, 0)
-            power = np.sum(np.abs(r[:, i] * diagonal) ** 2) + np.sum(np.abs(o.joint_force[still]) ** 2)
+            there = o.joint_force[still] - force_of_modulation(o)[still]
+            power = np.sum(np.abs(r[:, i] * diagonal) ** 2) + np.sum(np.abs(there) ** 2)
             noise = np.sum(diagonal**2) + np.sum(_force_noise(o)[still])
             sums[equation].append(float(2 * power) / N**2)
             floors[equation].append(float(2 * noise) / N**2)
@@ -89,6 +91,18 @@ def sizes(records: Sequence[Observed], whitened: Sequence[ComplexArray]) -> dict
     if first.has_third:
         out |= {"redundancy_ms2": rms["redundancy"], "redundancy_floor_ms2": floor["redundancy"]}
     return out
+
+
+def force_of_modulation(o: Observed) -> ComplexArray:
+    """Joint force on lines that nothing drives from outside, where a modulation exerts E: ω² E/(ω² − μ D).
+
+    The bodies give way to it, −ω² Z + μ (D Z + E) = 0 with μ = 1/m1 + 1/(m2 + m3), and D Z + E is what they feel.
+    """
+    if o.extra is None or o.rig.m1 is None:
+        return np.zeros(len(o.frequency), dtype=complex)
+    mu = 1 / o.rig.m1 + 1 / o.rig.passive_mass
+    inertia = o.omega**2
+    return np.asarray(inertia * o.extra / (inertia - mu * (o.stiffness + 1j * o.omega * o.damping)))
 
 
 def _force_noise(o: Observed) -> Array:

@@ -7,7 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from integrated_rig import LINEAR, M1, PEAK, Array, C, K, drive, integrated, observed
+from integrated_rig import LINEAR, M1, M2, M3, PEAK, Array, C, K, drive, integrated, observed
 from rig_samples import PERIOD
 
 from jointlib.effects.stribeck import StribeckFriction
@@ -16,6 +16,7 @@ from jointlib.laws.coulomb import Coulomb
 from jointlib.laws.cubic import Cubic
 from jointlib.loop.bench import Raw, observe
 from jointlib.loop.equations import Observed
+from jointlib.loop.excess import force_of_modulation
 from jointlib.loop.unseen import passed_on, unseen_motion
 
 SLIP, ROUNDING = 0.03 * K * PEAK, 5e-3
@@ -119,6 +120,20 @@ def spread(o: Observed, Z: np.ndarray) -> np.ndarray:
     out = np.zeros(OVER * PERIOD // 2 + 1, dtype=complex)
     out[1 : o.on_period.sum() + 1] = Z[o.on_period] * OVER / o.spectra.periods
     return out
+
+
+def test_a_modulation_is_felt_as_both_bodies_yield_to_it() -> None:
+    o = rubbing(1e-4)
+    E = np.exp(1j * np.arange(len(o.frequency)))
+    felt = force_of_modulation(replace(o, extra=E))
+    assert not force_of_modulation(o).any()
+    for i in (20, 400, 700):
+        w = o.omega[i]
+        D = K + 1j * w * C
+        # m1 x1'' = -(D z + E), M x2'' = D z + E, z = x1 - x2.
+        S = np.array([[D - M1 * w**2, -D], [-D, D - (M2 + M3) * w**2]])
+        x1, x2 = np.linalg.solve(S, [-E[i], E[i]])
+        assert felt[i] == pytest.approx(D * (x1 - x2) + E[i], rel=1e-9)
 
 
 def test_a_law_whose_tangent_stands_still_passes_on_no_more_than_its_linear_part() -> None:
