@@ -8,7 +8,7 @@ from typing import Any
 
 from jointlib.effect import JointEffect
 from jointlib.fault import Fault
-from jointlib.loop.naming import NAMED_FROM, NEAREST_FROM, in_words, is_of_joint
+from jointlib.loop.naming import NAMED_ON_A_RIG_FROM, NEAREST_FROM, in_words, is_of_joint
 from jointlib.loop.readings import Readings
 from jointlib.loop.report import Candidate, Rival, Verdict, figures
 
@@ -42,7 +42,7 @@ def verdict_of(found: Findings, term: bool, rivals: int) -> tuple[Verdict, float
     if found.before <= 0:
         return named, None
     explained = 1 - found.after_first / found.before
-    if explained >= NAMED_FROM or found.after_first <= 0:
+    if explained >= NAMED_ON_A_RIG_FROM or found.after_first <= 0:
         return named, explained
     return (Verdict.PARTIAL if explained >= NEAREST_FROM else Verdict.UNEXPLAINED), explained
 
