@@ -1,0 +1,15 @@
+/* A joint with a state, two modes and two event indicators, to test the wrapper with. */
+#ifndef JOINT_SIZES_H
+#define JOINT_SIZES_H
+
+enum {
+    JL_VARIABLES = 15,
+    JL_PARAMETERS = 7,
+    JL_STATES = 1,
+    JL_CONTINUOUS = 1,
+    JL_MODES = 2,
+    JL_INDICATORS = 2,
+    JL_EXCHANGE = 1
+};
+
+#endif

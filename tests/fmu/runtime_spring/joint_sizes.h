@@ -1,0 +1,15 @@
+/* A joint without states, modes or events: the least that the wrapper must take. */
+#ifndef JOINT_SIZES_H
+#define JOINT_SIZES_H
+
+enum {
+    JL_VARIABLES = 5,
+    JL_PARAMETERS = 1,
+    JL_STATES = 0,
+    JL_CONTINUOUS = 0,
+    JL_MODES = 0,
+    JL_INDICATORS = 0,
+    JL_EXCHANGE = 0
+};
+
+#endif
