@@ -1,107 +1,243 @@
-"""modelDescription.xml of an FMI 2.0 co-simulation FMU, and the fingerprint that stands in it."""
+"""modelDescription.xml of a joint's FMU in FMI 2.0 and 3.0, and the fingerprint that stands in it."""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from xml.etree import ElementTree
+
+import numpy as np
 
 from jointlib.joint import Joint
 
+from .native import native_variables, only_in_steps
 from .si_unit import exponents
-from .variables import Variable, direct_inputs, variables_of
+from .structure import Structure, Unknown, native_structure, python_structure
+from .variables import Variable, variables_of
 
 TOOL = "jointlib"
+VERSIONS = {2: "2.0", 3: "3.0"}
+TOKEN = {2: "guid", 3: "instantiationToken"}
+"""The attribute that names the FMU's content."""
+ANNOTATION = {2: f"VendorAnnotations/Tool[@name='{TOOL}']/Joint", 3: f"Annotations/Annotation[@type='{TOOL}']/Joint"}
+"""Where our own annotation stands."""
+NAMELESS = "Joint"
+"""Name of the model before the fingerprint of the content gives it its own."""
+LOG_CATEGORIES = {
+    "logStatusWarning": "the joint left the range on which it was identified",
+    "logStatusError": "a call out of order, or a value that voids the joint",
+}
+_VALIDITY_UNITS = {"amplitude": "m", "velocity": "m/s", "frequency": "Hz", "preload": "N"}
+Element = ElementTree.Element
 
 
-def description_text(
-    joint: Joint, *, identifier: str, token: str, runtime: str, max_step: float | None, stop_time: float
-) -> str:
-    """The model description; ``token`` is FMI's guid."""
-    variables = variables_of(joint)
+@dataclass(frozen=True)
+class Card:
+    """What the description says beside the joint's variables."""
+
+    identifier: str
+    token: str
+    runtime: str
+    fmi: int
+    max_step: float | None
+    """Largest stable co-simulation step in s."""
+    stop_time: float
+    sources: tuple[str, ...] = ()
+    """Files to compile."""
+
+
+def description_text(joint: Joint, card: Card) -> str:
+    """The model description."""
+    native = card.runtime == "c"
+    every = native_variables(joint) if native else variables_of(joint)
+    references = {v.name: i for i, v in enumerate(every)}
+    # FMI 2.0 knows neither time nor event indicators as variables.
+    variables = [v for v in every if card.fmi == 3 or v.kind not in {"time", "indicator"}]
+    structure = native_structure(joint) if native else python_structure(joint)
+    # The structured convention knows one pair of brackets only, joints name table entries [i][j].
     structured = not any("][" in v.name for v in variables)
-    root = ElementTree.Element(
+    root = Element(
         "fmiModelDescription",
-        fmiVersion="2.0",
-        modelName=joint.name,
-        guid=token,
-        description=f"Restoring force of the joint {joint.name}: " + " + ".join(law.kind for law in joint.laws),
-        generationTool=TOOL,
-        # The structured convention knows one pair of brackets only, joints name table entries [i][j].
-        variableNamingConvention="structured" if structured else "flat",
+        {
+            "fmiVersion": VERSIONS[card.fmi],
+            "modelName": joint.name,
+            TOKEN[card.fmi]: card.token,
+            "description": f"Restoring force of the joint {joint.name}: " + " + ".join(law.kind for law in joint.laws),
+            "generationTool": TOOL,
+            "variableNamingConvention": "structured" if structured else "flat",
+        },
     )
-    ElementTree.SubElement(
-        root,
-        "CoSimulation",
-        modelIdentifier=identifier,
-        needsExecutionTool="true" if runtime == "python" else "false",
-        canHandleVariableCommunicationStepSize="true",
-        canInterpolateInputs="false",
-        canBeInstantiatedOnlyOncePerProcess="false",
-        canNotUseMemoryManagementFunctions="true",
-        canGetAndSetFMUstate="true",
-        canSerializeFMUstate="true",
-    )
+    exchange = native and not only_in_steps(joint)
+    if exchange and card.fmi == 2:
+        root.set("numberOfEventIndicators", str(len(structure.indicators)))
+    for kind in ("ModelExchange", "CoSimulation") if exchange else ("CoSimulation",):
+        _interface(root, kind, card)
     _units(root, variables)
-    if max_step is not None:
-        experiment = {"startTime": "0", "stopTime": repr(stop_time), "stepSize": repr(max_step / 20)}
+    if native:
+        categories = ElementTree.SubElement(root, "LogCategories")
+        for name, told in LOG_CATEGORIES.items():
+            ElementTree.SubElement(categories, "Category", name=name, description=told)
+    if card.max_step is not None:
+        experiment = {"startTime": "0", "stopTime": repr(card.stop_time), "stepSize": repr(card.max_step / 20)}
         ElementTree.SubElement(root, "DefaultExperiment", experiment)
-    annotations = ElementTree.SubElement(root, "VendorAnnotations")
-    tool = ElementTree.SubElement(annotations, "Tool", name=TOOL)
-    ElementTree.SubElement(
-        tool, "Joint", {"runtime": runtime, **({} if max_step is None else {"maxStep": repr(max_step)})}
-    )
+    if card.fmi == 2:
+        annotations = ElementTree.SubElement(root, "VendorAnnotations")
+        ElementTree.SubElement(annotations, "Tool", name=TOOL).append(_annotation(joint, card))
     listed = ElementTree.SubElement(root, "ModelVariables")
-    for reference, variable in enumerate(variables):
-        listed.append(_scalar(reference, variable))
-    _structure(root, joint, variables)
+    # FMI 2.0 counts variables from 1 in `derivative` and in the structure; value references count from 0.
+    index = {v.name: str(references[v.name] if card.fmi == 3 else i) for i, v in enumerate(variables, start=1)}
+    for variable in variables:
+        listed.append((_scalar if card.fmi == 2 else _float64)(str(references[variable.name]), variable, index))
+    root.append((_structure2 if card.fmi == 2 else _structure3)(structure, index))
+    if card.fmi == 3:
+        annotations = ElementTree.SubElement(root, "Annotations")
+        ElementTree.SubElement(annotations, "Annotation", type=TOOL).append(_annotation(joint, card))
+    return _document(root)
+
+
+def _document(root: Element) -> str:
     ElementTree.indent(root)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
 
 
-def _units(root: ElementTree.Element, variables: Sequence[Variable]) -> None:
+def _interface(root: Element, kind: str, card: Card) -> None:
+    steps = kind == "CoSimulation"
+    native = card.runtime == "c"
+    state, plural = ("state", "") if card.fmi == 2 else ("State", "s")
+    attributes = {
+        "modelIdentifier": card.identifier,
+        "needsExecutionTool": "false" if native else "true",
+        "canBeInstantiatedOnlyOncePerProcess": "false",
+        f"canGetAndSetFMU{state}": "true",
+        f"canSerializeFMU{state}": "true",
+    }
+    if native:
+        attributes[f"providesDirectionalDerivative{plural}"] = "true"
+    if card.fmi == 2:
+        attributes["canNotUseMemoryManagementFunctions"] = "true"
+    elif native:
+        attributes["providesAdjointDerivatives"] = "true"
+    if steps:
+        attributes["canHandleVariableCommunicationStepSize"] = "true"
+        if card.fmi == 2:
+            attributes["canInterpolateInputs"] = "false"
+    elif card.fmi == 2:
+        attributes["completedIntegratorStepNotNeeded"] = "true"
+    interface = ElementTree.SubElement(root, kind, attributes)
+    if card.fmi == 2 and card.sources:
+        files = ElementTree.SubElement(interface, "SourceFiles")
+        for name in card.sources:
+            ElementTree.SubElement(files, "File", name=name)
+
+
+def _annotation(joint: Joint, card: Card) -> Element:
+    """What FMI has no place for: largest step, range and standard errors of the identification."""
+    limit = {} if card.max_step is None else {"maxStep": repr(card.max_step)}
+    joined = Element("Joint", {"runtime": card.runtime, **limit})
+    for quantity, (low, high) in joint.validity.items():
+        unit = _VALIDITY_UNITS.get(quantity)
+        attributes = {"quantity": quantity, "low": repr(float(low)), "high": repr(float(high))}
+        ElementTree.SubElement(joined, "Validity", {**attributes, **({"unit": unit} if unit else {})})
+    units = joint.units
+    for name in joint.covariance.names if joint.covariance else ():
+        error = joint.covariance.standard_error(name) if joint.covariance else float("nan")
+        if name in units and np.isfinite(error):
+            attributes = {"name": name, "standardError": repr(float(error)), "unit": units[name]}
+            ElementTree.SubElement(joined, "Parameter", attributes)
+    return joined
+
+
+def _units(root: Element, variables: Sequence[Variable]) -> None:
     definitions = ElementTree.SubElement(root, "UnitDefinitions")
-    for name in sorted({v.unit for v in variables}):
+    for name in sorted({v.unit for v in variables if v.unit}):
         unit = ElementTree.SubElement(definitions, "Unit", name=name)
         powers = exponents(name)
-        # A unit with a broken power has a name but, in FMI 2, no base units.
+        # A unit with a broken power has a name but, in FMI, no base units.
         if powers is not None:
             ElementTree.SubElement(unit, "BaseUnit", {base: str(power) for base, power in powers.items()})
 
 
-def _scalar(reference: int, variable: Variable) -> ElementTree.Element:
+def _numbers(variable: Variable, index: Mapping[str, str]) -> dict[str, str]:
+    numbers = {
+        "min": variable.minimum,
+        "max": variable.maximum,
+        "nominal": variable.nominal,
+        "start": variable.start,
+    }
+    attributes = {"unit": variable.unit} if variable.unit else {}
+    attributes |= {key: repr(float(x)) for key, x in numbers.items() if x is not None}
+    return attributes | ({"derivative": index[variable.derivative_of]} if variable.derivative_of else {})
+
+
+def _attributes(reference: str, variable: Variable) -> dict[str, str]:
     attributes = {
         "name": variable.name,
-        "valueReference": str(reference),
+        "valueReference": reference,
         "description": variable.description,
         "causality": variable.causality,
         "variability": variable.variability,
     }
-    if variable.initial is not None:
-        attributes["initial"] = variable.initial
-    scalar = ElementTree.Element("ScalarVariable", attributes)
-    numbers = {"min": variable.minimum, "max": variable.maximum, "start": variable.start}
-    real = {"unit": variable.unit, **{key: repr(float(x)) for key, x in numbers.items() if x is not None}}
-    ElementTree.SubElement(scalar, "Real", real)
+    return attributes | ({"initial": variable.initial} if variable.initial else {})
+
+
+def _scalar(reference: str, variable: Variable, index: Mapping[str, str]) -> Element:
+    scalar = Element("ScalarVariable", _attributes(reference, variable))
+    ElementTree.SubElement(scalar, "Real", _numbers(variable, index))
     return scalar
 
 
-def _structure(root: ElementTree.Element, joint: Joint, variables: Sequence[Variable]) -> None:
-    """FMI 2 counts variables from 1 here; value references count from 0."""
-    index = {v.name: str(i) for i, v in enumerate(variables, start=1)}
-    inputs = direct_inputs(joint)
-    structure = ElementTree.SubElement(root, "ModelStructure")
-    force = {"index": index["force"], "dependencies": " ".join(index[name] for name in inputs)}
-    ElementTree.SubElement(ElementTree.SubElement(structure, "Outputs"), "Unknown", force)
-    known = [*inputs, *(v.name for v in variables if v.causality == "parameter")]
-    first = {"index": index["force"], "dependencies": " ".join(index[name] for name in known)}
-    ElementTree.SubElement(ElementTree.SubElement(structure, "InitialUnknowns"), "Unknown", first)
+def _float64(reference: str, variable: Variable, index: Mapping[str, str]) -> Element:
+    return Element("Float64", _attributes(reference, variable) | _numbers(variable, index))
 
 
-def fingerprint(description: str, source: str, reference: str) -> str:
-    """Hash of what makes the FMU; the names that carry it are blank in the description and the source."""
+def _structure2(structure: Structure, index: Mapping[str, str]) -> Element:
+    out = Element("ModelStructure")
+    for name, unknowns in (
+        ("Outputs", structure.outputs),
+        ("Derivatives", structure.rates),
+        ("InitialUnknowns", structure.initial),
+    ):
+        if unknowns:
+            _list(ElementTree.SubElement(out, name), "Unknown", "index", unknowns, index)
+    return out
+
+
+def _structure3(structure: Structure, index: Mapping[str, str]) -> Element:
+    out = Element("ModelStructure")
+    for name, unknowns in (
+        ("Output", structure.outputs),
+        ("ContinuousStateDerivative", structure.rates),
+        ("InitialUnknown", structure.initial),
+        ("EventIndicator", structure.indicators),
+    ):
+        _list(out, name, "valueReference", unknowns, index)
+    return out
+
+
+def _list(parent: Element, tag: str, key: str, unknowns: Iterable[Unknown], index: Mapping[str, str]) -> None:
+    for unknown in unknowns:
+        known = " ".join(index[name] for name in unknown.depends_on)
+        ElementTree.SubElement(parent, tag, {key: index[unknown.name], "dependencies": known})
+
+
+def build_description_text(identifier: str, sources: Iterable[str]) -> str:
+    """FMI 3.0's sources/buildDescription.xml."""
+    root = Element("fmiBuildDescription", fmiVersion=VERSIONS[3])
+    configuration = ElementTree.SubElement(root, "BuildConfiguration", modelIdentifier=identifier)
+    group = ElementTree.SubElement(configuration, "SourceFileSet", language="C99")
+    for name in sources:
+        ElementTree.SubElement(group, "SourceFile", name=name)
+    # Part of the C library on Windows.
+    ElementTree.SubElement(configuration, "Library", name="m", description="where the C library has it apart")
+    return _document(root)
+
+
+def fingerprint(identifier: str, token: str, description: str, source: Mapping[str, str], reference: str) -> str:
+    """Hash of what makes the FMU; the identifier and the token, which carry it, count as blank."""
     digest = hashlib.sha256()
-    for text in (description, source, reference):
-        data = text.encode("utf-8")
+    for text in (description, *(part for item in sorted(source.items()) for part in item), reference):
+        blank = text.replace(token, "") if token else text
+        data = blank.replace(identifier, NAMELESS).encode("utf-8")
         digest.update(len(data).to_bytes(8, "big") + data)
     return digest.hexdigest()

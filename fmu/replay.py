@@ -13,31 +13,42 @@ from typing import Any
 
 def replay(request: dict[str, Any]) -> list[list[list[float]]]:
     """Outputs row by row; the first row is initialization. Twice, with a reset between."""
-    from fmpy.fmi2 import FMU2Slave
+    fmu = _instance(request)
+    read, write = (fmu.getReal, fmu.setReal) if request["fmi"] == 2 else (fmu.getFloat64, fmu.setFloat64)
+    runs = []
+    for _ in range(2):
+        if request["fmi"] == 2:
+            fmu.setupExperiment(startTime=request["time"][0])
+            fmu.enterInitializationMode()
+        else:
+            fmu.enterInitializationMode(startTime=request["time"][0])
+        write(request["inputs"], request["values"][0])
+        fmu.exitInitializationMode()
+        rows = [list(read(request["outputs"]))]
+        for i in range(1, len(request["time"])):
+            start, end = request["time"][i - 1 : i + 1]
+            write(request["inputs"], request["values"][i])
+            fmu.doStep(start, end - start)
+            rows.append(list(read(request["outputs"])))
+        runs.append(rows)
+        fmu.reset()
+    fmu.freeInstance()
+    return runs
 
-    fmu = FMU2Slave(
+
+def _instance(request: dict[str, Any]) -> Any:
+    """An instance for co-simulation."""
+    from fmpy.fmi2 import FMU2Slave
+    from fmpy.fmi3 import FMU3Slave
+
+    fmu = (FMU2Slave if request["fmi"] == 2 else FMU3Slave)(
         guid=request["guid"],
         modelIdentifier=request["identifier"],
         unzipDirectory=request["folder"],
         instanceName="replay",
     )
     fmu.instantiate(loggingOn=True)
-    runs = []
-    for _ in range(2):
-        fmu.setupExperiment(startTime=request["time"][0])
-        fmu.enterInitializationMode()
-        fmu.setReal(request["inputs"], request["values"][0])
-        fmu.exitInitializationMode()
-        rows = [fmu.getReal(request["outputs"])]
-        for i in range(1, len(request["time"])):
-            start, end = request["time"][i - 1 : i + 1]
-            fmu.setReal(request["inputs"], request["values"][i])
-            fmu.doStep(start, end - start)
-            rows.append(fmu.getReal(request["outputs"]))
-        runs.append(rows)
-        fmu.reset()
-    fmu.freeInstance()
-    return runs
+    return fmu
 
 
 if __name__ == "__main__":

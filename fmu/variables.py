@@ -10,33 +10,45 @@ from jointlib.errors import InputError
 from jointlib.joint import Joint
 from jointlib.parameter import Parameter, parameters_of
 
-from .kernels import Kernel, kernel_of
+from .python_kernel import Kernel, kernel_of
 from .si_unit import table_unit
 
 
 @dataclass(frozen=True)
 class Variable:
-    """One scalar variable; its value reference is its position in :func:`variables_of`."""
+    """One scalar variable; its value reference is its position among the variables of the FMU."""
 
     name: str
-    causality: str
-    """``input``, ``output``, ``parameter`` or ``local`` (an internal state)."""
+    kind: str
+    """``input``, ``output``, ``parameter``, ``state``, ``rate``, ``indicator`` or ``time``."""
     unit: str
+    """In SI; empty where the value has none, as an event indicator that is now a length and now a velocity."""
     description: str
     start: float | None = None
     """None where the value is calculated."""
     declared: Parameter | None = None
     """Bounds of a parameter."""
+    nominal: float | None = None
+    """The usual size of a continuous state."""
+    derivative_of: str | None = None
+    """The state whose rate this is."""
+
+    @property
+    def causality(self) -> str:
+        """FMI's ``causality``."""
+        return {"state": "local", "rate": "local", "indicator": "local", "time": "independent"}.get(
+            self.kind, self.kind
+        )
 
     @property
     def variability(self) -> str:
         """``tunable`` for parameters, else ``continuous``."""
-        return "tunable" if self.causality == "parameter" else "continuous"
+        return "tunable" if self.kind == "parameter" else "continuous"
 
     @property
     def initial(self) -> str | None:
-        """FMI's ``initial``; inputs have none."""
-        return {"parameter": "exact", "input": None}.get(self.causality, "calculated")
+        """FMI's ``initial``; inputs and time have none."""
+        return {"parameter": "exact", "input": None, "time": None}.get(self.kind, "calculated")
 
     @property
     def minimum(self) -> float | None:
@@ -61,7 +73,9 @@ class Part:
     fields: dict[str, int | list[int] | list[list[int]]]
     """For each field of the law the positions of its values among the parameters."""
     states: tuple[int, int]
-    """First and last-but-one position of its states among the states."""
+    """Positions of its first state and behind its last one among the states."""
+    lengths: tuple[int, ...] = ()
+    """Lengths of its lists, rows and columns of its tables, in the order of the fields."""
 
 
 def parts_of(joint: Joint) -> tuple[Part, ...]:
@@ -72,6 +86,7 @@ def parts_of(joint: Joint) -> tuple[Part, ...]:
     position = state = 0
     for name, law in zip(joint.part_names, joint.laws, strict=True):
         fields: dict[str, int | list[int] | list[list[int]]] = {}
+        lengths: list[int] = []
         for p in parameters_of(law):
             shape = np.shape(getattr(law, p.name))
             if shape and not (p.table or p.listed):
@@ -84,7 +99,8 @@ def parts_of(joint: Joint) -> tuple[Part, ...]:
             else:
                 fields[p.name] = position
             position += int(np.prod(shape))
-        parts.append(Part(name, kernel_of(law), fields, (state, state + len(law.states))))
+            lengths += shape
+        parts.append(Part(name, kernel_of(law), fields, (state, state + len(law.states)), tuple(lengths)))
         state += len(law.states)
     return tuple(parts)
 
@@ -115,7 +131,7 @@ def variables_of(joint: Joint) -> tuple[Variable, ...]:
     for part, law in zip(parts, joint.laws, strict=True):
         for s in law.states:
             unit = part.kernel.state_units[s.split("[")[0]]
-            out.append(Variable(f"{part.name}.{s}", "local", unit, f"internal state of the law {law.kind}"))
+            out.append(Variable(f"{part.name}.{s}", "state", unit, f"internal state of the law {law.kind}"))
     return tuple(out)
 
 

@@ -20,8 +20,8 @@ from jointlib.arrays import Array
 from jointlib.errors import CheckFailed, InputError
 
 from .archive import read_archive, unpack
-from .description import TOOL, fingerprint
-from .python_slave import NAMELESS
+from .description import ANNOTATION, TOKEN, TOOL, fingerprint
+from .native_members import SOURCES
 from .reference import CSV, FOLDER, MANIFEST, ReferenceRun, read_csv
 
 TOLERANCE = 1e-12
@@ -44,7 +44,7 @@ class Verification:
 
 
 def verify_fmu(path: Path | str, data: bytes | None = None) -> Verification:
-    """Validate an FMI 2.0 co-simulation FMU and replay its reference run in FMPy.
+    """Validate an FMU for co-simulation (FMI 2.0 or 3.0) and replay its reference run in FMPy.
 
     With ``data`` those bytes are verified, before they become the file ``path``. Raises InputError for a file that
     cannot be used, CheckFailed for an FMU that contradicts itself.
@@ -52,17 +52,20 @@ def verify_fmu(path: Path | str, data: bytes | None = None) -> Verification:
     path = Path(path)
     members = read_archive(path, data)
     description = _xml(path, members, "modelDescription.xml")
+    fmi = _version(path, description)
     identifier = _identifier(path, description)
+    token = description.get(TOKEN[fmi], "")
     platforms = _platforms(members, identifier)
     run = _reference(path, members)
     if description.get("generationTool") == TOOL:
-        _check_fingerprint(path, members, identifier, description.get("guid", ""))
-    _check_binary(path, platforms)
+        _check_fingerprint(path, members, identifier, fmi, token)
+    _check_binary(path, platforms, fmi)
     with tempfile.TemporaryDirectory(prefix="jointlib-") as folder:
         unpack(path, members, Path(folder))
         _validate(path, Path(folder))
-        difference = _replay(path, Path(folder), description, identifier, run)
-    annotation = description.find(f"VendorAnnotations/Tool[@name='{TOOL}']/Joint")
+        request = {"fmi": fmi, "guid": token, "identifier": identifier, "folder": folder}
+        difference = _replay(path, request, description, run)
+    annotation = description.find(ANNOTATION[fmi])
     stated = annotation.get("maxStep") if annotation is not None else None
     return Verification(
         path, platforms, float(stated) if stated else None, (f"FMPy {version('fmpy')}",), len(run.rows), difference
@@ -86,10 +89,14 @@ def _xml(path: Path, members: dict[str, bytes], name: str) -> ElementTree.Elemen
         raise InputError(f"{path}: {name} is not well-formed XML ({error})") from None
 
 
+def _version(path: Path, description: ElementTree.Element) -> int:
+    found = description.get("fmiVersion", "none")
+    if found != "2.0" and not re.match(r"3\.\d", found):
+        raise InputError(f"{path}: FMI version {found}, expected 2.0 or 3.0")
+    return int(found[0])
+
+
 def _identifier(path: Path, description: ElementTree.Element) -> str:
-    if description.get("fmiVersion") != "2.0":
-        found = description.get("fmiVersion", "none")
-        raise InputError(f"{path}: FMI version {found}, expected 2.0 (others cannot be verified in this version)")
     simulation = description.find("CoSimulation")
     if simulation is None:
         raise InputError(f"{path}: no co-simulation in it, expected an FMU for co-simulation")
@@ -104,11 +111,12 @@ def _platforms(members: dict[str, bytes], identifier: str) -> tuple[str, ...]:
     return tuple(sorted({match[1] for match in found if match}))
 
 
-def _check_binary(path: Path, platforms: tuple[str, ...]) -> None:
-    from fmpy import platform
+def _check_binary(path: Path, platforms: tuple[str, ...], fmi: int) -> None:
+    from fmpy import platform, platform_tuple
 
-    if platform not in platforms:
-        raise InputError(f"{path}: no binary for {platform}, expected one ({', '.join(platforms) or 'none'} in it)")
+    here = platform if fmi == 2 else platform_tuple
+    if here not in platforms:
+        raise InputError(f"{path}: no binary for {here}, expected one ({', '.join(platforms) or 'none'} in it)")
 
 
 def _reference(path: Path, members: dict[str, bytes]) -> ReferenceRun:
@@ -122,15 +130,16 @@ def _reference(path: Path, members: dict[str, bytes]) -> ReferenceRun:
     raise InputError(f"{path}: the manifest names no CSV with role 'result', expected a reference run")
 
 
-def _check_fingerprint(path: Path, members: dict[str, bytes], identifier: str, token: str) -> None:
-    """The guid of our own FMUs is the hash of description, slave and reference run."""
-    description, source, reference = (
-        members.get(name, b"").decode("utf-8", "replace")
-        for name in ("modelDescription.xml", f"resources/{identifier}.py", f"{FOLDER}/{CSV}")
-    )
-    blank = description.replace(f'guid="{token}"', 'guid=""').replace(identifier, NAMELESS)
-    if fingerprint(blank, source.replace(identifier, NAMELESS), reference) != token:
-        raise CheckFailed(f"{path}: the guid does not belong to this content, the FMU was changed after its export")
+def _check_fingerprint(path: Path, members: dict[str, bytes], identifier: str, fmi: int, token: str) -> None:
+    """The token of our own FMUs is the hash of description, source and reference run."""
+    texts = {name: data.decode("utf-8", "replace") for name, data in members.items()}
+    source = {
+        name: text for name, text in texts.items() if name.startswith(SOURCES) or name == f"resources/{identifier}.py"
+    }
+    if fingerprint(identifier, token, texts["modelDescription.xml"], source, texts.get(f"{FOLDER}/{CSV}", "")) != token:
+        raise CheckFailed(
+            f"{path}: the {TOKEN[fmi]} does not belong to this content, the FMU was changed after its export"
+        )
 
 
 def _validate(path: Path, folder: Path) -> None:
@@ -142,9 +151,9 @@ def _validate(path: Path, folder: Path) -> None:
         raise CheckFailed(f"{path}: FMPy finds the description invalid: {' '.join(problems[0].split())}{more}")
 
 
-def _replay(path: Path, folder: Path, description: ElementTree.Element, identifier: str, run: ReferenceRun) -> float:
+def _replay(path: Path, model: dict[str, object], description: ElementTree.Element, run: ReferenceRun) -> float:
     """Largest relative difference of the outputs; more than :data:`TOLERANCE` fails the check."""
-    scalars = {s.get("name"): s for s in description.iter("ScalarVariable")}
+    scalars = {s.get("name"): s for s in description.iterfind("ModelVariables/*")}
     for name in run.names[1:]:
         if name not in scalars:
             raise InputError(f"{path}: the reference run has a column {name!r}, which is no variable of the FMU")
@@ -154,9 +163,7 @@ def _replay(path: Path, folder: Path, description: ElementTree.Element, identifi
     if not outputs:
         raise InputError(f"{path}: the reference run has no output, expected at least one")
     request = {
-        "guid": description.get("guid", ""),
-        "identifier": identifier,
-        "folder": str(folder),
+        **model,
         "inputs": [int(scalars[name].get("valueReference", "0")) for name in inputs],
         "outputs": [int(scalars[name].get("valueReference", "0")) for name in outputs],
         "time": run.rows[:, 0].tolist(),

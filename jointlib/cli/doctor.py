@@ -13,7 +13,7 @@ _PACKAGES = ("numpy", "scipy", "control", "fmpy", "pythonfmu", "matplotlib", "pi
 @click.command("doctor", cls=Verb)
 @json_option
 def command(as_json: bool) -> None:
-    """Versions of what jointlib stands on, the compiler for later native FMUs, and plugins that fail to load.
+    """Versions of what jointlib stands on, the C compiler for native FMUs, and plugins that fail to load.
 
     \b
     Example:
@@ -23,6 +23,7 @@ def command(as_json: bool) -> None:
     import shutil
     from importlib.metadata import PackageNotFoundError, version
 
+    from fmu.build import compilers, here
     from jointlib.registry import GROUPS, installed
 
     packages = {}
@@ -31,7 +32,8 @@ def command(as_json: bool) -> None:
             packages[name] = version(name)
         except PackageNotFoundError:
             packages[name] = "missing"
-    compiler = next((path for name in ("cc", "gcc", "clang") if (path := shutil.which(name))), None)
+    reached = {found.platform.fmi3: " ".join(found.command) for found in compilers()}
+    compiler = reached.get(here())
     browser = next(
         (path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))), None
     )
@@ -42,14 +44,17 @@ def command(as_json: bool) -> None:
         "packages": packages,
         "compiler": compiler,
         "browser": browser,
-        "fmu_runtimes": ["python"],
+        "fmu_runtimes": ["c", "python"] if compiler else ["python"],
+        "fmu_platforms": list(reached) if compiler else [],
         "failed_plugins": failed,
     }
     lines = [f"Python {data['python']} on {data['platform']}"]
     lines += [f"  {name} {found}" for name, found in packages.items()]
     lines += [
-        "FMUs: FMI 2.0 co-simulation with the Python runtime",
-        f"compiler: {compiler or 'none found'} (native FMUs will need one)",
+        f"native FMUs: FMI 2.0 and 3.0 for {', '.join(reached)}, compiled by {compiler}"
+        if compiler
+        else "native FMUs: no C compiler found (cc, gcc, clang, or pip install 'jointlib[native]')",
+        "FMUs in Python: FMI 2.0 co-simulation, in hosts that bring Python",
         f"browser: {browser or 'none found'} (reports open in any browser)",
         *(f"plugin failed to load: {name} ({why})" for name, why in failed.items()),
     ]

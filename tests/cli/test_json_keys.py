@@ -10,6 +10,8 @@ import pytest
 from command_line import jointlib
 from conftest import Left
 
+from fmu.build import PLATFORMS, Compiler, can_compile
+from fmu.build import here as this_platform
 from fmu.verify import verify_fmu
 from jointlib import identify, read_joint, read_measurement
 from jointlib.describing import DescribingFunction
@@ -170,7 +172,7 @@ def test_fmu_gives_the_file_and_the_largest_step_of_co_simulation(here: Path) ->
         assert found["max_step"] == ours.max_step
         assert found["max_step"] > 0
         assert any("FMPy" in name for name in found["verified_with"])
-    assert data["runtime"] == "python"
+    assert data["runtime"] == ("c" if can_compile() else "python")
     assert again["difference"] <= 1e-12
 
 
@@ -220,6 +222,29 @@ def test_verbs_without_promised_keys_print_json_too(words: str, here: Path) -> N
     done = jointlib(f"{words} --json")
     assert (done.status, done.err) == (0, "")
     assert isinstance(done.json, dict)
+
+
+def test_doctor_names_the_compiler_that_native_fmus_are_made_with(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    own, other = sorted(PLATFORMS, key=lambda platform: platform.fmi3 != this_platform())[:2]
+    reached = [Compiler(own, ("/opt/bin/cc", "-m64")), Compiler(other, ("cross-cc",))]
+    monkeypatch.setattr("fmu.build.compilers", lambda: tuple(reached))
+    data = jointlib("doctor --json").json
+    assert (data["compiler"], data["fmu_runtimes"]) == ("/opt/bin/cc -m64", ["c", "python"])
+    assert data["fmu_platforms"] == [own.fmi3, other.fmi3]
+    line = f"native FMUs: FMI 2.0 and 3.0 for {own.fmi3}, {other.fmi3}, compiled by /opt/bin/cc -m64"
+    assert line in jointlib("doctor").out.splitlines()
+
+
+def test_doctor_says_what_to_install_where_no_native_fmu_can_be_made(
+    here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    other = next(platform for platform in PLATFORMS if platform.fmi3 != this_platform())
+    monkeypatch.setattr("fmu.build.compilers", lambda: (Compiler(other, ("cross-cc",)),))
+    data = jointlib("doctor --json").json
+    assert (data["compiler"], data["fmu_runtimes"], data["fmu_platforms"]) == (None, ["python"], [])
+    said = jointlib("doctor").out
+    assert "native FMUs: no C compiler found" in said
+    assert "pip install 'jointlib[native]'" in said
 
 
 def test_work_that_takes_longer_is_announced_on_standard_error(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -40,7 +40,7 @@ def label(joint: Joint) -> str:
 
 @functools.cache
 def _exported(number: int) -> Export:
-    return export_fmu(JOINTS[number], Path(_FOLDER.name) / f"{number}.fmu")
+    return export_fmu(JOINTS[number], Path(_FOLDER.name) / f"{number}.fmu", runtime="python")
 
 
 def exported(joint: Joint) -> Export:

@@ -13,7 +13,7 @@ import pytest
 from fmpy.validation import validate_fmu
 from host import GUIDE, JOINTS, exported, label, law_force, path, running
 
-from fmu import kernels
+from fmu import python_kernel
 from fmu.variables import variables_of
 from jointlib.joint import Joint
 from jointlib.law import JointLaw, Motion
@@ -27,7 +27,7 @@ every_joint = pytest.mark.parametrize("joint", JOINTS, ids=label)
 def test_every_installed_law_has_a_kernel_that_takes_its_parameters(kind: str) -> None:
     law, word = laws()[kind], kind.replace("-", "_")
     names = [p.name for p in parameters_of(law)]
-    defined = runpy.run_path(str(Path(kernels.__file__).with_name("python_kernels") / f"{word}.py"))
+    defined = runpy.run_path(str(Path(python_kernel.__file__).with_name("python_kernels") / f"{word}.py"))
     wanted = {"initial", "step"} if law.states else {"force"}
     assert {f"{word}_{purpose}" for purpose in wanted} <= set(defined)
     for purpose in {*wanted, "check"} & {name.removeprefix(f"{word}_") for name in defined}:
@@ -129,7 +129,7 @@ def test_a_new_law_without_a_kernel_is_named_in_the_refusal() -> None:
 
     Foreign.__abstractmethods__ = frozenset()
     with pytest.raises(ValueError, match="foreign-law: no FMU kernel for this law, expected laws among bouc-wen"):
-        kernels.kernel_of(Foreign())
+        python_kernel.kernel_of(Foreign())
     Foreign.in_time = False
     with pytest.raises(ValueError, match="foreign-law: a law of the frequency domain only"):
-        kernels.kernel_of(Foreign())
+        python_kernel.kernel_of(Foreign())

@@ -113,7 +113,10 @@ def refusing(members: Members) -> None:
         (bomb, "modelDescription.xml declares a document type"),
         (wide_bomb, "modelDescription.xml declares a document type"),
         (replaced("modelDescription.xml", "</fmiModelDescription>", ""), "modelDescription.xml is not well-formed XML"),
-        (replaced("modelDescription.xml", 'fmiVersion="2.0"', 'fmiVersion="3.0"'), "FMI version 3.0, expected 2.0"),
+        (
+            replaced("modelDescription.xml", 'fmiVersion="2.0"', 'fmiVersion="1.0"'),
+            "FMI version 1.0, expected 2.0 or 3.0",
+        ),
         (replaced("modelDescription.xml", "CoSimulation", "ModelExchange"), "no co-simulation in it"),
         (
             replaced("modelDescription.xml", 'modelIdentifier="guide', 'modelIdentifier="../guide'),

@@ -1,0 +1,478 @@
+"""Native FMUs: valid for every law, the same physics as the Python law, made from sources that travel along."""
+
+from __future__ import annotations
+
+import ctypes
+import dataclasses
+import functools
+import subprocess
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from fmpy import platform, platform_tuple, read_model_description, simulate_fmu
+from fmpy.build import build_platform_binary
+from fmpy.fmi2 import FMU2Model
+from fmpy.fmi3 import FMU3Model
+from fmpy.validation import validate_fmu
+from host import GUIDE, JOINTS, label, law_force, path, running
+from samples import LAWS
+from scipy.integrate import solve_ivp
+from tools import require
+
+from fmu.archive import archive_bytes, read_archive, unpack
+from fmu.build import PLATFORMS, Compiler, compilers
+from fmu.c_kernel import FOLDER, count, read_kernel
+from fmu.description import Card, description_text
+from fmu.export import Export, export_fmu
+from fmu.native import native_parts, native_variables
+from fmu.native_members import native_sources
+from fmu.replay import replay
+from fmu.verify import verify_fmu
+from jointlib.arrays import Array
+from jointlib.errors import CheckFailed, InputError
+from jointlib.joint import Covariance, Joint
+from jointlib.laws.gap import Gap
+from jointlib.laws.jenkins import Jenkins
+from jointlib.laws.lugre import LuGre
+from jointlib.laws.maxwell import Maxwell
+from jointlib.laws.viscous import Viscous
+
+EVERYTHING = Joint(tuple(law for law in LAWS if law.in_time), "everything")
+"""Every law in one joint: one compilation for all kernels."""
+_FOLDER = tempfile.TemporaryDirectory(prefix="jointlib-test-")
+every_joint = pytest.mark.parametrize("joint", [*JOINTS, EVERYTHING], ids=label)
+both_versions = pytest.mark.parametrize("fmi", [2, 3])
+
+
+@functools.cache
+def _native(name: str, fmi: int) -> Export:
+    joint = {"everything": EVERYTHING, "guide": GUIDE}[name]
+    return export_fmu(joint, Path(_FOLDER.name) / f"{name}{fmi}.fmu", fmi=fmi, runtime="c")
+
+
+def native(joint: Joint, fmi: int) -> Export:
+    """The native export of the guide or of everything."""
+    require("cc")
+    return _native(joint.name, fmi)
+
+
+def described(joint: Joint, fmi: int) -> str:
+    return description_text(joint, Card("model", "token", "c", fmi, 1e-5, 1.0, ("all.c",)))
+
+
+def forces(file: Path, fmi: int, z: Array, v: Array, h: float, folder: Path) -> list[Array]:
+    """Force after each step of h seconds, in two runs with a reset between."""
+    unpack(file, read_archive(file), folder)
+    read = read_model_description(str(folder))
+    request = {
+        "fmi": fmi,
+        "guid": read.guid,
+        "identifier": read.coSimulation.modelIdentifier,
+        "folder": str(folder),
+        "inputs": [0, 1],
+        "outputs": [2],
+        "time": [i * h for i in range(len(z))],
+        "values": np.column_stack([z, v]).tolist(),
+    }
+    return [np.array(run)[:, 0] for run in replay(request)]
+
+
+@both_versions
+@every_joint
+def test_fmpy_finds_no_problem_in_the_description_of_any_law(joint: Joint, fmi: int, tmp_path: Path) -> None:
+    for name, text in native_sources(joint, fmi, "model", "token").items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text)
+    (tmp_path / "modelDescription.xml").write_text(described(joint, fmi))
+    assert validate_fmu(str(tmp_path)) == []
+    read = read_model_description(str(tmp_path))
+    assert read.coSimulation.modelIdentifier == read.modelExchange.modelIdentifier == "model"
+
+
+@every_joint
+def test_generated_c_pleases_a_strict_compiler(joint: Joint, tmp_path: Path) -> None:
+    gcc = require("gcc")
+    for name, text in native_sources(joint, 3, "model", "token").items():
+        (tmp_path / Path(name).name).write_text(text)
+    flags = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-fsyntax-only", "-I."]
+    done = subprocess.run([gcc, *flags, "joint.c"], cwd=tmp_path, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@every_joint
+def test_c_kernels_declare_the_states_of_the_python_laws(joint: Joint) -> None:
+    parts = native_parts(joint)
+    assert tuple(name for part in parts for name, _ in part.states) == joint.states
+    assert parts[-1].parameters[1] == len(joint.parameters)
+    units = {v.name: v.unit for v in native_variables(joint)}
+    for part in parts:
+        for name, state in part.states:
+            assert state.unit == units[name]
+
+
+@both_versions
+def test_every_kernel_follows_its_python_law(fmi: int, tmp_path: Path) -> None:
+    z, v = path()
+    first, second = forces(native(EVERYTHING, fmi).file, fmi, z, v, 1e-5, tmp_path)
+    expected = law_force(EVERYTHING, z, v, 1e-5)
+    assert first == pytest.approx(expected, rel=0, abs=1e-12 * np.max(np.abs(expected)))
+    assert np.array_equal(first, second)
+
+
+def test_guide_follows_its_python_law_and_both_versions_agree_bit_for_bit(tmp_path: Path) -> None:
+    z, v = path()
+    runs = [forces(native(GUIDE, fmi).file, fmi, z, v, 1e-5, tmp_path / str(fmi))[0] for fmi in (2, 3)]
+    expected = law_force(GUIDE, z, v, 1e-5)
+    assert runs[0] == pytest.approx(expected, rel=0, abs=1e-12 * np.max(np.abs(expected)))
+    assert np.array_equal(*runs)
+
+
+@both_versions
+def test_fmpy_finds_no_problem_in_the_whole_fmu(fmi: int) -> None:
+    told = native(GUIDE, fmi)
+    assert validate_fmu(str(told.file)) == []
+    assert (told.runtime, told.platforms[0] if len(told.platforms) == 1 else platform) == (
+        "c",
+        platform if fmi == 2 else platform_tuple,
+    )
+    assert verify_fmu(told.file).difference <= 1e-12
+
+
+def test_library_starts_from_the_values_of_the_description(tmp_path: Path) -> None:
+    with running([native(EVERYTHING, 2).file], tmp_path) as (fmu,):
+        fmu.fmu.setupExperiment()
+        fmu.fmu.enterInitializationMode()
+        started = {v.name: float(v.start) for v in fmu.description.modelVariables if v.start is not None}
+        assert {name: fmu.get(name) for name in started} == started
+        fmu.fmu.exitInitializationMode()
+    assert {name: started[name] for name in EVERYTHING.parameters} == EVERYTHING.parameters
+
+
+RELAXING = Joint((Maxwell(4e7, 1.2e4),), "relaxing")
+OMEGA = 2 * np.pi * 300.0
+
+
+def relaxing(t: Array | float) -> tuple[Array, Array, Array]:
+    """Displacement (m), velocity (m/s) and steady force (N) of a Maxwell element that swings by a micrometre.
+
+    Spring k and damper c in series have the complex stiffness iωkc/(k + iωc).
+    """
+    maxwell = RELAXING.laws[0]
+    k, c = maxwell.stiffness, maxwell.damping  # type: ignore[attr-defined]
+    swing = 1e-6 * np.exp(1j * OMEGA * np.asarray(t))
+    gain = 1j * OMEGA * k * c / (k + 1j * OMEGA * c)
+    return swing.real, (1j * OMEGA * swing).real, (gain * swing).real
+
+
+class Exchange:
+    """An instance for model exchange that is past its first event."""
+
+    def __init__(self, folder: Path, fmi: int) -> None:
+        self.read = read_model_description(str(folder))
+        self.place = {str(v.name): v.valueReference for v in self.read.modelVariables}
+        self.rates = [str(u.variable.name) for u in self.read.derivatives]
+        self.size = len(self.rates)
+        self.fmu = (FMU2Model if fmi == 2 else FMU3Model)(
+            guid=self.read.guid,
+            modelIdentifier=self.read.modelExchange.modelIdentifier,
+            unzipDirectory=str(folder),
+            instanceName="exchange",
+        )
+        self.fmu.instantiate()
+        if fmi == 2:
+            self.fmu.setupExperiment()
+        self.fmu.enterInitializationMode()
+        self.fmu.exitInitializationMode()
+        (self.fmu.newDiscreteStates if fmi == 2 else self.fmu.updateDiscreteStates)()
+        self.fmu.enterContinuousTimeMode()
+        self.read_values, self.write = (
+            (self.fmu.getReal, self.fmu.setReal) if fmi == 2 else (self.fmu.getFloat64, self.fmu.setFloat64)
+        )
+        self.derivatives = self.fmu.getDerivatives if fmi == 2 else self.fmu.getContinuousStateDerivatives
+
+    def at(self, t: float, z: float, v: float, x: Array) -> None:
+        """Put time, inputs and continuous states."""
+        self.fmu.setTime(t)
+        self.write([0, 1], [z, v])
+        self.fmu.setContinuousStates((ctypes.c_double * self.size)(*x), self.size)
+
+    def moved(self) -> Array:
+        """Rates of the continuous states."""
+        rates = (ctypes.c_double * self.size)()
+        self.derivatives(rates, self.size)
+        return np.array(rates)
+
+    def force(self) -> float:
+        return float(self.read_values([2])[0])
+
+
+def unpacked(joint: Joint, fmi: int, folder: Path) -> Path:
+    """The native FMU of a joint in a folder."""
+    require("cc")
+    file = export_fmu(joint, folder / "a.fmu", fmi=fmi, runtime="c").file
+    unpack(file, read_archive(file), folder / "a")
+    return folder / "a"
+
+
+@both_versions
+def test_spring_that_the_importer_integrates_relaxes_as_its_complex_stiffness_says(fmi: int, tmp_path: Path) -> None:
+    fmu = Exchange(unpacked(RELAXING, fmi, tmp_path), fmi)
+    assert fmu.rates == ["der(maxwell.stretch)"]
+
+    def rate(t: float, x: Array) -> Array:
+        z, v, _ = relaxing(t)
+        fmu.at(t, float(z), float(v), x)
+        return fmu.moved()
+
+    # What the start leaves behind has decayed by exp(-2 k/c 2π/ω), or 2e-10, after two cycles.
+    t = np.linspace(2.0, 3.0, 41) * 2 * np.pi / OMEGA
+    solved = solve_ivp(rate, (0.0, t[-1]), [0.0], t_eval=t, rtol=1e-7, atol=1e-16)
+    z, v, expected = relaxing(t)
+    found = []
+    for i in range(len(t)):
+        fmu.at(t[i], z[i], v[i], solved.y[:, i])
+        found.append(fmu.force())
+    assert found == pytest.approx(expected, rel=0, abs=1e-5 * np.max(np.abs(expected)))
+
+
+@both_versions
+def test_co_simulation_comes_to_the_same_force_as_its_step_falls(fmi: int, tmp_path: Path) -> None:
+    require("cc")
+    file = export_fmu(RELAXING, tmp_path / "a.fmu", fmi=fmi, runtime="c").file
+
+    def error(samples: int) -> float:
+        """Of the force in the third cycle, relative to its amplitude."""
+        h = 2 * np.pi / (OMEGA * samples)
+        z, v, expected = relaxing(h * np.arange(3 * samples))
+        found = forces(file, fmi, z, v, h, tmp_path / str(samples))[0]
+        return float(np.max(np.abs(found - expected)[-samples:]) / np.max(np.abs(expected)))
+
+    # A step follows the chord of the path: the error falls with the square of the step.
+    coarse, fine = error(50), error(100)
+    assert coarse < (2 * np.pi / 50) ** 2
+    assert fine == pytest.approx(coarse / 4, rel=0.05)
+
+
+@both_versions
+def test_importer_that_finds_the_events_comes_to_the_path_of_the_python_law(fmi: int, tmp_path: Path) -> None:
+    require("cc")
+    joint = Joint((LuGre(4e7, 300.0, 36.0, 50.0, 0.02), Jenkins(4e7, 36.0, 2e-7), Gap(6e8, 1.5e-6)))
+    file = str(export_fmu(joint, tmp_path / "a.fmu", fmi=fmi, runtime="c").file)
+    end, dense = 2.5 * 2 * np.pi / OMEGA, np.linspace(0.0, 2.5 * 2 * np.pi / OMEGA, 20_001)
+    expected = law_force(joint, 8e-6 * np.sin(OMEGA * dense), 8e-6 * OMEGA * np.cos(OMEGA * dense), float(dense[1]))
+
+    def error(samples: int) -> float:
+        """Root mean square over the path, relative to the largest force."""
+        t = np.linspace(0.0, end, samples + 1)
+        rows = list(zip(t, 8e-6 * np.sin(OMEGA * t), 8e-6 * OMEGA * np.cos(OMEGA * t), strict=True))
+        signal = np.array(rows, dtype=[(name, float) for name in ("time", "displacement", "velocity")])
+        given = {"fmi_type": "ModelExchange", "input": signal, "output": ["force"], "solver": "Euler"}
+        result = simulate_fmu(file, stop_time=end, step_size=t[1], output_interval=t[1], **given)
+        assert len(result) > samples + 1  # an event is written twice
+        off = result["force"] - np.interp(result["time"], dense, expected)
+        return float(np.sqrt(np.mean(off**2)) / np.max(np.abs(expected)))
+
+    # Euler's method is of first order: a sample late at the largest tangent stiffness.
+    coarse, fine = error(400), error(1600)
+    assert coarse < 6.8e8 * 8e-6 * OMEGA * end / 400 / np.max(np.abs(expected))
+    assert fine < coarse / 3
+
+
+@pytest.mark.slow
+@both_versions
+@pytest.mark.parametrize("joint", JOINTS, ids=label)
+def test_every_law_exports_validates_and_repeats_its_reference_run(joint: Joint, fmi: int, tmp_path: Path) -> None:
+    told = export_fmu(joint, tmp_path / "a.fmu", fmi=fmi, runtime="c")
+    assert validate_fmu(str(told.file)) == []
+    unpack(told.file, read_archive(told.file), tmp_path / "a")
+    fmu = Exchange(tmp_path / "a", fmi)
+    fmu.at(0.0, 1e-6, 1e-3, np.zeros(fmu.size))
+    assert np.isfinite([fmu.force(), *fmu.moved()]).all()
+
+
+def test_force_and_rates_depend_on_what_is_declared_and_on_nothing_else(tmp_path: Path) -> None:
+    joint = Joint((Maxwell(4e7, 1.2e4), LuGre(4e7, 300.0, 36.0, 50.0, 0.02), Viscous(10.0)))
+    fmu = Exchange(unpacked(joint, 2, tmp_path), 2)
+    unknowns = [*fmu.read.outputs, *fmu.read.derivatives]
+    declared = {str(u.variable.name): {str(v.name) for v in u.dependencies} for u in unknowns}
+    known = ["displacement", "velocity", *(str(u.variable.derivative.name) for u in fmu.read.derivatives)]
+    found: dict[str, set[str]] = {name: set() for name in declared}
+    rng = np.random.default_rng(5)
+    for _ in range(5):
+        fmu.at(0.0, 1e-6 * rng.normal(), 1e-2 * rng.normal(), rng.normal(0, 3e-7, 2))
+        for name in known:
+            slopes = fmu.fmu.getDirectionalDerivative([fmu.place[u] for u in declared], [fmu.place[name]], [1.0])
+            for unknown, slope in zip(declared, slopes, strict=True):
+                if slope != 0.0:
+                    found[unknown].add(name)
+    # In co-simulation the springs follow the displacement within a step, so the force declares it too.
+    assert found == {**declared, "force": declared["force"] - {"displacement"}}
+
+
+def test_same_joint_compiled_twice_gives_the_same_bytes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    once = native(GUIDE, 3).file.read_bytes()
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    assert export_fmu(GUIDE, "again.fmu", fmi=3, runtime="c").file.read_bytes() == once
+    kept = [file for file in (tmp_path / "cache" / "jointlib").rglob("*") if file.is_file()]
+    assert len(kept) == len(native(GUIDE, 3).platforms)
+
+
+@both_versions
+def test_sources_inside_compile_to_an_fmu_that_repeats_the_reference_run(fmi: int, tmp_path: Path) -> None:
+    require("cmake")
+    members = read_archive(native(GUIDE, fmi).file)
+    sources = {name: data for name, data in members.items() if not name.startswith("binaries/")}
+    unpack(tmp_path, sources, tmp_path / "a")
+    (tmp_path / "build").mkdir()
+    build_platform_binary(tmp_path / "a", tmp_path / "build")
+    (library,) = (tmp_path / "a" / "binaries").rglob("*.so")
+    made = {**sources, str(library.relative_to(tmp_path / "a")): library.read_bytes()}
+    (tmp_path / "made.fmu").write_bytes(archive_bytes(made))
+    assert verify_fmu(tmp_path / "made.fmu").difference <= 1e-12
+
+
+def test_source_that_was_changed_is_noticed(tmp_path: Path) -> None:
+    members = read_archive(native(GUIDE, 2).file)
+    joint = members["sources/joint.c"]
+    members["sources/joint.c"] = joint.replace(b"return p[0] * v;", b"return 2.0 * p[0] * v;")
+    assert members["sources/joint.c"] != joint
+    (tmp_path / "a.fmu").write_bytes(archive_bytes(members))
+    with pytest.raises(CheckFailed, match="the guid does not belong to this content"):
+        verify_fmu(tmp_path / "a.fmu")
+
+
+def test_licences_and_headers_travel_with_the_sources() -> None:
+    members = read_archive(native(GUIDE, 2).file)
+    assert sum(name.startswith("sources/fmi") and name.endswith("Functions.h") for name in members) == 2
+    notice = members["documentation/licenses/fmi-headers.txt"].decode()
+    assert 'Modelica Association Project "FMI"' in notice
+    assert "Redistributions in binary form must reproduce the above copyright notice" in notice
+    assert "documentation/licenses/jointlib.txt" in members
+    assert not any(name.startswith("resources/") for name in members)
+
+
+@both_versions
+def test_errors_and_range_of_the_identification_travel_as_annotations(fmi: int) -> None:
+    joint = dataclasses.replace(
+        Joint((Viscous(503.0),)),
+        validity={"amplitude": (0.0, 3e-6), "velocity": (0.0, 0.1)},
+        covariance=Covariance(("viscous.damping",), np.array([[4.0]])),
+    )
+    root = ElementTree.fromstring(described(joint, fmi))
+    (found,) = root.iter("Parameter")
+    assert found.attrib == {"name": "viscous.damping", "standardError": "2.0", "unit": "N s/m"}
+    told = {v.get("quantity"): (v.get("high"), v.get("unit")) for v in root.iter("Validity")}
+    assert told == {"amplitude": ("3e-06", "m"), "velocity": ("0.1", "m/s")}
+    source = native_sources(joint, fmi, "model", "token")["sources/joint.c"]
+    assert "jl_validity[4] = { -3e-06, 3e-06, -0.1, 0.1 }" in source
+
+
+def test_only_fmi_3_has_time_and_event_indicators_as_variables() -> None:
+    names = {
+        fmi: [v.get("name") for v in ElementTree.fromstring(described(GUIDE, fmi)).find("ModelVariables") or ()]
+        for fmi in (2, 3)
+    }
+    assert names[3][-1] == "time"
+    extra = [name for name in names[3] if name not in names[2]]
+    assert set(names[2]) < set(names[3])
+    assert all(name == "time" or ".indicator[" in str(name) for name in extra)
+
+
+def _no_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("fmu.export.can_compile", lambda: False)
+
+
+def _broken_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
+    (own,) = (p for p in PLATFORMS if p.fmi3 == platform_tuple)
+    monkeypatch.setattr("fmu.export.compilers", lambda: (Compiler(own, ("false",)),))
+
+
+@pytest.mark.parametrize(
+    ("spoil", "asked", "said"),
+    [
+        (_no_compiler, {"runtime": "c"}, "runtime is 'c', but there is no C compiler here (cc, gcc, clang, or pip"),
+        (_no_compiler, {"fmi": 3}, "fmi is 3, which needs the native runtime, and there is no C compiler here"),
+        (_broken_compiler, {"runtime": "c"}, "false: cannot compile the FMU for"),
+    ],
+)
+def test_missing_compiler_is_told_in_a_sentence(
+    spoil: Callable[[pytest.MonkeyPatch], None],
+    asked: dict[str, object],
+    said: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    spoil(monkeypatch)
+    with pytest.raises(InputError) as error:
+        export_fmu(GUIDE, tmp_path / "a.fmu", **asked)  # type: ignore[arg-type]
+    assert said in str(error.value)
+    assert "\n" not in str(error.value)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_without_a_compiler_the_python_runtime_is_taken_and_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _no_compiler(monkeypatch)
+    told = export_fmu(GUIDE, tmp_path / "a.fmu")
+    assert told.runtime == "python"
+    assert any("has the Python runtime, as there is no C compiler here" in text for text in told.messages)
+
+
+def test_with_a_compiler_the_native_runtime_is_taken(tmp_path: Path) -> None:
+    require("cc")
+    told = export_fmu(Joint((Viscous(10.0),)), tmp_path / "a.fmu")
+    assert told.runtime == "c"
+    assert not any("hosts that bring Python" in text for text in told.messages)
+
+
+def test_compiler_that_fails_for_another_platform_leaves_that_platform_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    require("cc")
+    foreign = next(p for p in PLATFORMS if p.fmi3 != platform_tuple)
+    own = tuple(compiler for compiler in compilers() if compiler.platform.fmi3 == platform_tuple)
+    monkeypatch.setattr("fmu.export.compilers", lambda: (*own, Compiler(foreign, ("false",))))
+    told = export_fmu(Joint((Viscous(10.0),)), tmp_path / "a.fmu")
+    assert told.platforms == (platform,)
+    assert any(f"It has no library for {foreign.fmi2}" in text for text in told.messages)
+
+
+@both_versions
+def test_law_that_only_steps_makes_an_fmu_for_co_simulation_only(
+    fmi: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    require("cc")
+    text = (FOLDER / "jenkins.h").read_text().replace("exchange: yes", "exchange: no")
+    (tmp_path / "jenkins.h").write_text(text)
+    (tmp_path / "gap.h").write_text((FOLDER / "gap.h").read_text())
+    monkeypatch.setattr("fmu.c_kernel.FOLDER", tmp_path)
+    joint = Joint((Jenkins(4e7, 36.0), Gap(6e8, 1.5e-6)))
+    told = export_fmu(joint, tmp_path / "a.fmu", fmi=fmi, runtime="c")
+    assert "The FMU does co-simulation only, as the importer cannot integrate jenkins." in told.messages
+    assert not any("model exchange" in text for text in told.messages)
+    assert validate_fmu(str(told.file)) == []
+    read = read_model_description(str(told.file))
+    assert read.modelExchange is None
+    assert read.eventIndicators == read.derivatives == []
+    z, v = path()
+    expected = law_force(joint, z, v, 1e-5)
+    found = forces(told.file, fmi, z, v, 1e-5, tmp_path / "a")[0]
+    assert found == pytest.approx(expected, rel=0, abs=1e-12 * np.max(np.abs(expected)))
+
+
+def test_kernel_without_its_declarations_is_refused() -> None:
+    with pytest.raises(InputError, match=r"spring\.h: 0 lines 'inputs:', expected one in the first comment"):
+        read_kernel("spring", "/* exchange: yes */\n")
+    sound = read_kernel(
+        "spring", "/*\n states: slider[i] m continuous\n modes: 2*n[0] + 1\n inputs: z\n exchange: yes\n*/"
+    )
+    assert [name for name, _ in sound.state_names((2,))] == ["slider[0]", "slider[1]"]
+    assert count(sound.modes, (3,)) == 7
+    assert sound.indicators == "0"
