@@ -53,6 +53,8 @@ OUTSIDE: dict[str, Maker] = {
     "dead-time": foreign.dead_time,
     "cross-talk": foreign.cross_talk,
 }
+LINEAR_THERE = ("relaxation",)
+"""Through one narrow band it is a spring and a damper, which the joint has already."""
 BY_AMPLITUDE = tuple(OUTSIDE)[:5]
 """Those that a narrow band shows; the others are linear, and there no more than a spring, a damper and gains."""
 EMPTY: dict[str, Maker] = {"nothing": foreign.nothing, "distorted-exciter": foreign.distorted_exciter}
@@ -117,7 +119,8 @@ def grid(
 
 
 GROUPS: dict[str, list[Cell]] = {
-    "main": grid("main", CATALOGUE, SIGNALS, DECIBELS, SEEDS),
+    "main": grid("main", CATALOGUE, ["MS"], DECIBELS, SEEDS)
+    + grid("main", [e for e in CATALOGUE if e not in LINEAR_THERE], ["AM"], DECIBELS, SEEDS),
     "null": grid("null", ["nothing"], SIGNALS, DECIBELS, range(50))
     + grid("null", ["distorted-exciter"], SIGNALS, DECIBELS, SEEDS),
     "outside": grid("outside", OUTSIDE, ["MS"], DECIBELS, SEEDS)
