@@ -9,7 +9,7 @@ import effects
 import faults
 import numpy as np
 import pytest
-from cells import CATALOGUE, GROUPS, MAKERS
+from cells import CATALOGUE, GROUPS, LINEAR_THERE, MAKERS
 from effects import ANGLE, KAPPA, PRELOAD, Maker, guide_stiffness, hertz_force
 from excitation import PERIOD, RATE, SIGNALS, force
 from generator import Array, Equation, Rig, by_mixture, by_steps, sampled, solve
@@ -204,5 +204,6 @@ def test_every_cell_has_a_name_of_its_own_and_five_seeds_at_least() -> None:
     cells = [c for group, cells in GROUPS.items() if group != "quick" for c in cells]
     assert len({c.name for c in cells}) == len(cells)
     for name in CATALOGUE:
-        assert len([c for c in GROUPS["main"] if (c.effect, c.signal, c.decibel) == (name, "AM", 30.0)]) >= 5
+        signal = "MS" if name in LINEAR_THERE else "AM"
+        assert len([c for c in GROUPS["main"] if (c.effect, c.signal, c.decibel) == (name, signal, 30.0)]) >= 5
     assert len(GROUPS["null"]) >= 300
