@@ -117,11 +117,11 @@ def observe(raw: Raw, joint: Joint, found: Sequence[Found] = (), record: int = 0
 def columns_in(view: RigView, f: Found) -> ComplexArray:
     """Columns of a fault in B, R, J, (q, lines, 3).
 
-    A joint that changes leaves a motion that does not return to its start. Over such a record the acceleration is
-    −ω² Z + α + jωβ, with the jumps α of ż and β of z from the end to the start; what they add to J belongs to it.
+    A joint that changes leaves a motion that does not return to its start, and no acceleration tells of a ramp of z
+    over the record, nor of the parabola whose acceleration is the mean; what they add to J belongs to it.
     """
     columns = f.fault.columns(view, f.site, f.shape)
-    return np.concatenate([columns, view.jumps]) if f.fault.on == "joint" else columns
+    return np.concatenate([columns, view.open_ends]) if f.fault.on == "joint" else columns
 
 
 def view_of(raw: Raw, observed: Observed) -> RigView:

@@ -13,7 +13,7 @@ from jointlib.loop.model import Model
 from jointlib.loop.trial import Trial, solve
 
 _ROUNDS, _POINTS = 3, 8
-_BOX_ROUNDS = 8
+_BOX_ROUNDS = 6
 
 
 @dataclass(frozen=True)

@@ -22,13 +22,17 @@ from jointlib.loop.trial import Trial
 from jointlib.parameter import Role, parameters_of
 
 _LINEAR_ROLES = (Role.STIFFNESS, Role.DAMPING, Role.SLIP_FORCE)
-_ROUNDS = 15
+_ROUNDS = 8
 _SETTLED = 0.02
 """Of its standard error: a smaller step is none."""
-_WORTHLESS = 0.5
-"""Of χ²: a step that lowers the loss by less moves the parameters by less than their standard errors."""
+_WORTHLESS = 2e-3
+"""Of the loss: a step that lowers it by less is the last; steps of one that converges become small much faster."""
+_ROUGHLY = 0.03
+"""The same while the noise that the joint passes on is still that of another one."""
 _DAMPINGS = (0.0, 1e-4, 1e-3, 1e-2, 0.1, 1.0)
 """Of the diagonal of XᵀX, after Levenberg and Marquardt: tried in turn from the one that served last, or one less."""
+_FAR = 4.0
+"""Times a parameter that cannot be negative: where a threshold is hardly reached, a longer step leads out of sight."""
 
 
 @dataclass(frozen=True)
@@ -159,14 +163,19 @@ def fit(raws: Sequence[Raw], joint: Joint, wanted: Sequence[str], found: Sequenc
     """
     here = Fitted(tuple(raws), joint, (), (), tuple(found), noise=joint)
     free, held = _independent(here.records, joint, wanted)
-    here = _settled(replace(here, free=free, held=held))
+    here = replace(here, free=free, held=held)
     if any(o.unseen is not None for o in here.records):
-        here = _settled(replace(here, noise=here.joint))
+        here = _settled(here, _ROUGHLY)
+        here = replace(here, noise=here.joint)
+    here = _settled(here, _WORTHLESS)
     return _with_errors(replace(here, noise=None))
 
 
-def _settled(here: Fitted) -> Fitted:
-    """The model at its least squares, the motion it sees and the noise that it carries held."""
+def _settled(here: Fitted, worthless: float) -> Fitted:
+    """The model at its least squares, the motion it sees and the noise that it carries held.
+
+    A step that lowers the loss by less than the share ``worthless`` is the last.
+    """
     level = 0
     for _ in range(_ROUNDS):
         if not len(here.model.columns):
@@ -183,7 +192,7 @@ def _settled(here: Fitted) -> Fitted:
             break
         level = _DAMPINGS.index(damping)
         gain, here = here.size - there.size, there
-        if gain < _WORTHLESS * max(1.0, here.size / max(1, here.model.entries)):
+        if gain < worthless * here.size:
             break
     return here
 
@@ -211,6 +220,9 @@ def _moved(here: Fitted, theta: Array) -> Fitted | None:
     n = len(here.free)
     values = np.array([here.joint.parameters[name] for name in here.free])
     lower, upper = bounds_of(here.joint, here.free)
+    signed = (lower >= 0) & (values > 0)
+    lower = np.where(signed, np.maximum(lower, values / _FAR), lower)
+    upper = np.where(signed, np.minimum(upper, values * _FAR), upper)
     moved = np.clip(values + theta[:n], lower, upper).tolist()
     try:
         joint = here.joint.with_parameters(dict(zip(here.free, moved, strict=True)))

@@ -54,12 +54,16 @@ class RigView:
         return self._in_time(self.observed.Z)
 
     @cached_property
-    def jumps(self) -> ComplexArray:
-        """What a unit jump of ż (m/s) and of z (m) at the ends of the record does to B, R, J: (2, lines, 3)."""
+    def open_ends(self) -> ComplexArray:
+        """What a ramp of z and a parabola of z, on which the acceleration says nothing, do to B, R, J: (2, lines, 3).
+
+        Their spectra are those of the samples: lines of a motion that does not close fold back at half the rate.
+        """
         o = self.observed
-        safe = np.where(o.omega > 0, o.omega, np.inf)
-        D = (o.stiffness + 1j * o.omega * o.damping) * o.spectra.sample_rate
-        return np.stack([self.on_equations(joint=D / safe**2), self.on_equations(joint=1j * D / safe)])
+        t = self.time - self.time.mean()
+        ramp, parabola = self.lines_of(t), self.lines_of(t**2 / 2)
+        force = o.stiffness * parabola + o.damping * ramp
+        return np.stack([self.on_equations(joint=o.stiffness * ramp), self.on_equations(joint=force)])
 
     @property
     def position(self) -> Array | None:

@@ -7,17 +7,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from jointlib.loop import excess
 from jointlib.loop.contestant import Contestant
 from jointlib.loop.fitted import Fitted
 from jointlib.loop.model import Model
-from jointlib.loop.naming import NEAREST_FROM
+from jointlib.loop.naming import NAMED_ON_A_RIG_FROM
 from jointlib.loop.rounds import WORTH_REFINING, Round, Row, contest
 
 _MOST_TERMS = 3
 _LEAST_SHARE = 0.05
 _TOO_SMALL = 1e-3
 """Of the first term's gain: below this what is left is the error of its form, not another effect."""
-_STARTS = (1.0, 0.3, 0.1)
+_STARTS = (0.5, 1.0, 0.2)
 """Of its linear fit: where a second element starts from while the first still has the whole size."""
 
 
@@ -33,6 +34,12 @@ class Term:
     """With a second element of the same family where the records show that one does not have its form."""
 
 
+def explained(start: Fitted, mended: Fitted) -> float:
+    """Share of the excess of the start that is gone from a mended model; 1 where there was none."""
+    before, after = (excess.total_excess(excess.localisation(f.records, f.whitened())) for f in (start, mended))
+    return 1.0 if before <= 0 else 1 - after / before
+
+
 def grown(fitted: Fitted, row: Row) -> Fitted | None:
     """The model with an effect, everything that may move refitted."""
     best = row.score.best
@@ -44,25 +51,30 @@ def search(start: Fitted, field: Sequence[Contestant]) -> tuple[Round, tuple[Ter
     opening = contest(start, field)
     terms: list[Term] = []
     current, least = opening, 0.0
-    while current.winner is not None and len(terms) < _MOST_TERMS:
+    while current.winner is not None:
         bigger = grown(current.fitted, current.winner)
         if bigger is None or bigger.size > current.fitted.size:
             break
-        terms.append(Term(current, current.winner, bigger, _in_form(current.fitted, bigger, current.winner, field)))
+        terms.append(_term(current, current.winner, bigger, field, first=not terms))
         if len(terms) == 1:
             least = _LEAST_SHARE * current.winner.score.gain
         elif len(terms) == 2:
             # Once: beside a third term the same question costs more than the rest of the trace, and names nothing.
             terms = _exchanged(start, field, terms)
-            if terms[0].row.score.gain < NEAREST_FROM * (start.model.loss - start.model.entries):
+            if explained(start, terms[0].alone) < NAMED_ON_A_RIG_FROM:
                 # No name will come of this, and two hypotheses are enough.
                 return opening, tuple(terms), ()
-        if not _leaves_room(terms[-1].fitted.model, least):
+        if len(terms) == _MOST_TERMS or not _leaves_room(terms[-1].fitted.model, least):
             return opening, tuple(terms), ()
         current = contest(terms[-1].fitted, field, least)
     floor = _TOO_SMALL * (terms[0].row.score.gain if terms else 0.0)
     small = [r for r in current.rows if r.reason.startswith("less than a twentieth") and r.score.gain > floor]
     return opening, tuple(terms), tuple(small[:1])
+
+
+def _term(round_: Round, row: Row, alone: Fitted, field: Sequence[Contestant], *, first: bool) -> Term:
+    """An accepted effect; the first is brought into form, what it leaves is what further ones are judged by."""
+    return Term(round_, row, alone, _in_form(round_.fitted, alone, row, field) if first else alone)
 
 
 def _in_form(before: Fitted, fitted: Fitted, row: Row, field: Sequence[Contestant]) -> Fitted:
@@ -127,5 +139,5 @@ def _rebuilt(
         bigger = None if round_.winner is None else grown(here, round_.winner)
         if round_.winner is None or bigger is None:
             return None
-        terms.append(Term(round_, round_.winner, bigger, _in_form(here, bigger, round_.winner, field)))
+        terms.append(_term(round_, round_.winner, bigger, field, first=not terms))
     return terms
