@@ -40,8 +40,10 @@ def read_archive(path: Path, data: bytes | None = None) -> dict[str, bytes]:
             infos = archive.infolist()
             if len(infos) > MOST_MEMBERS:
                 raise InputError(f"{path}: {len(infos)} members, expected at most {MOST_MEMBERS} in an FMU")
+            # No member gives more than it declares, so that a bomb is refused before it is unpacked.
+            if sum(info.file_size for info in infos) > LARGEST:
+                raise InputError(f"{path}: more than {LARGEST >> 20} MiB unpacked, too large for an FMU of a joint")
             members: dict[str, bytes] = {}
-            size = 0
             for info in infos:
                 _refuse_unsafe(path, info)
                 if info.is_dir():
@@ -49,10 +51,7 @@ def read_archive(path: Path, data: bytes | None = None) -> dict[str, bytes]:
                 if info.filename in members:
                     raise InputError(f"{path}: member {info.filename!r} twice, expected every name once")
                 with archive.open(info) as file:
-                    members[info.filename] = file.read(LARGEST - size + 1)
-                size += len(members[info.filename])
-                if size > LARGEST:
-                    raise InputError(f"{path}: more than {LARGEST >> 20} MiB unpacked, too large for an FMU of a joint")
+                    members[info.filename] = file.read(info.file_size + 1)
             return members
     except FileNotFoundError:
         raise InputError(f"{path}: no such file, expected an FMU") from None

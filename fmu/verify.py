@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import os
 import re
@@ -21,12 +22,13 @@ from jointlib.errors import CheckFailed, InputError
 
 from .archive import read_archive, unpack
 from .description import ANNOTATION, TOKEN, TOOL, fingerprint
-from .native_members import SOURCES
+from .native_members import BUILD, SOURCES
 from .reference import CSV, FOLDER, MANIFEST, ReferenceRun, read_csv
 
 TOLERANCE = 1e-12
 """Largest difference allowed, relative to the largest force of the run."""
 _TIME_LIMIT = 120.0
+_LONGEST = 300
 
 
 @dataclass(frozen=True)
@@ -43,6 +45,18 @@ class Verification:
     """Largest difference of an output from the reference, relative to its largest absolute value."""
 
 
+@dataclass(frozen=True)
+class _Content:
+    """What an FMU says of itself."""
+
+    description: ElementTree.Element
+    fmi: int
+    identifier: str
+    token: str
+    platforms: tuple[str, ...]
+    run: ReferenceRun
+
+
 def verify_fmu(path: Path | str, data: bytes | None = None) -> Verification:
     """Validate an FMU for co-simulation (FMI 2.0 or 3.0) and replay its reference run in FMPy.
 
@@ -51,25 +65,41 @@ def verify_fmu(path: Path | str, data: bytes | None = None) -> Verification:
     """
     path = Path(path)
     members = read_archive(path, data)
+    found = _content(path, members)
+    _check_binary(path, found.platforms, found.fmi)
+    with tempfile.TemporaryDirectory(prefix="jointlib-") as folder:
+        unpack(path, members, Path(folder))
+        _check_description(path, Path(folder))
+        request = {"fmi": found.fmi, "guid": found.token, "identifier": found.identifier, "folder": folder}
+        difference = _replay(path, request, found.description, found.run)
+    annotation = found.description.find(ANNOTATION[found.fmi])
+    stated = annotation.get("maxStep") if annotation is not None else None
+    limit = _seconds(path, stated) if stated else None
+    return Verification(path, found.platforms, limit, (f"FMPy {version('fmpy')}",), len(found.run.rows), difference)
+
+
+def validate_fmu(path: Path | str, data: bytes | None = None) -> tuple[str, ...]:
+    """All checks of :func:`verify_fmu` but the run, which needs a library for this computer; the FMU's platforms."""
+    path = Path(path)
+    members = read_archive(path, data)
+    found = _content(path, members)
+    with tempfile.TemporaryDirectory(prefix="jointlib-") as folder:
+        unpack(path, members, Path(folder))
+        _check_description(path, Path(folder))
+    return found.platforms
+
+
+def _content(path: Path, members: dict[str, bytes]) -> _Content:
     description = _xml(path, members, "modelDescription.xml")
     fmi = _version(path, description)
     identifier = _identifier(path, description)
     token = description.get(TOKEN[fmi], "")
-    platforms = _platforms(members, identifier)
     run = _reference(path, members)
     if description.get("generationTool") == TOOL:
         _check_fingerprint(path, members, identifier, fmi, token)
-    _check_binary(path, platforms, fmi)
-    with tempfile.TemporaryDirectory(prefix="jointlib-") as folder:
-        unpack(path, members, Path(folder))
-        _validate(path, Path(folder))
-        request = {"fmi": fmi, "guid": token, "identifier": identifier, "folder": folder}
-        difference = _replay(path, request, description, run)
-    annotation = description.find(ANNOTATION[fmi])
-    stated = annotation.get("maxStep") if annotation is not None else None
-    return Verification(
-        path, platforms, float(stated) if stated else None, (f"FMPy {version('fmpy')}",), len(run.rows), difference
-    )
+    if BUILD in members:  # FMPy reads it too
+        _xml(path, members, BUILD)
+    return _Content(description, fmi, identifier, token, _platforms(members, identifier), run)
 
 
 def _xml(path: Path, members: dict[str, bytes], name: str) -> ElementTree.Element:
@@ -87,6 +117,16 @@ def _xml(path: Path, members: dict[str, bytes], name: str) -> ElementTree.Elemen
         return ElementTree.fromstring(members[name])
     except (expat.ExpatError, ElementTree.ParseError, LookupError) as error:
         raise InputError(f"{path}: {name} is not well-formed XML ({error})") from None
+
+
+def _seconds(path: Path, text: str) -> float:
+    try:
+        step = float(text)
+    except ValueError:
+        step = 0.0
+    if not 0.0 < step < float("inf"):
+        raise InputError(f"{path}: maxStep is {text!r}, expected a time in s")
+    return step
 
 
 def _version(path: Path, description: ElementTree.Element) -> int:
@@ -126,7 +166,10 @@ def _reference(path: Path, members: dict[str, bytes]) -> ReferenceRun:
             name = f"{FOLDER}/{related.get('source', '')}"
             if name not in members:
                 raise InputError(f"{path}: the manifest names {name}, which is not in the FMU")
-            return read_csv(members[name].decode("utf-8", "replace"), f"{path}: {name}")
+            try:
+                return read_csv(members[name].decode("utf-8", "replace"), f"{path}: {name}")
+            except csv.Error as error:
+                raise InputError(f"{path}: {name}: {error}, expected comma-separated values") from None
     raise InputError(f"{path}: the manifest names no CSV with role 'result', expected a reference run")
 
 
@@ -142,10 +185,10 @@ def _check_fingerprint(path: Path, members: dict[str, bytes], identifier: str, f
         )
 
 
-def _validate(path: Path, folder: Path) -> None:
-    from fmpy.validation import validate_fmu
+def _check_description(path: Path, folder: Path) -> None:
+    from fmpy import validation
 
-    problems = validate_fmu(str(folder))
+    problems = validation.validate_fmu(str(folder))
     if problems:
         more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
         raise CheckFailed(f"{path}: FMPy finds the description invalid: {' '.join(problems[0].split())}{more}")
@@ -206,6 +249,12 @@ def _run(path: Path, request: dict[str, object]) -> Array:
         if done.returncode < 0:
             raise CheckFailed(f"{path}: the FMU ended the process that ran it (signal {-done.returncode})")
         if done.returncode or not answer.is_file():
-            said = [text.strip().splitlines()[-1] for text in (done.stdout, done.stderr) if text.strip()]
+            said = [_last_line(text) for text in (done.stdout, done.stderr) if text.strip()]
             raise CheckFailed(f"{path}: the FMU does not run in FMPy ({'; '.join(said) or 'no message'})")
         return np.array(json.loads(answer.read_text(encoding="utf-8")))
+
+
+def _last_line(text: str) -> str:
+    """What a terminal may show of what an FMU printed."""
+    line = text.strip().splitlines()[-1]
+    return "".join(c if c.isprintable() else "?" for c in line[:_LONGEST]) + ("…" if len(line) > _LONGEST else "")
