@@ -12,6 +12,8 @@ from pathlib import Path
 from jointlib.errors import InputError
 from jointlib.law import JointLaw
 
+from .kernel_file import kernel_file, word_of
+
 FOLDER = Path(__file__).with_name("kernels")
 _KEYS = ("states", "modes", "indicators", "inputs", "exchange")
 
@@ -28,7 +30,7 @@ class State:
 
 @dataclass(frozen=True)
 class CKernel:
-    """What ``fmu/kernels/<word>.h`` declares and defines."""
+    """What the header ``<word>.h`` declares and defines."""
 
     word: str
     text: str
@@ -104,9 +106,9 @@ def _whole(node: ast.expr) -> int:
 
 def c_kernel_of(law: JointLaw) -> CKernel | None:
     """The C kernel of a law; None where there is none."""
-    word = law.kind.replace("-", "_")
-    file = FOLDER / f"{word}.h"
-    return read_kernel(word, file.read_text(encoding="utf-8")) if file.is_file() else None
+    word = word_of(law)
+    file = kernel_file(law, FOLDER / f"{word}.h", f"{word}.h")
+    return read_kernel(word, file.read_text(encoding="utf-8")) if file else None
 
 
 def read_kernel(word: str, text: str) -> CKernel:
@@ -121,9 +123,7 @@ def read_kernel(word: str, text: str) -> CKernel:
             told[key].append(found[2])
     for key in ("inputs", "exchange"):
         if len(told[key]) != 1:
-            raise InputError(
-                f"fmu/kernels/{word}.h: {len(told[key])} lines '{key}:', expected one in the first comment"
-            )
+            raise InputError(f"{word}.h: {len(told[key])} lines '{key}:', expected one in the first comment")
     states = []
     for entry in told["states"]:
         name, *rest = entry.split() or [""]

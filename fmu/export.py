@@ -22,7 +22,7 @@ from .reference import CSV, FOLDER, MANIFEST, MANIFEST_TEXT, csv_text, reference
 from .source import TRANSLATION_UNIT
 from .step_limit import operating_range, step_limit
 from .variables import parts_of
-from .verify import verify_fmu
+from .verify import validate_fmu, verify_fmu
 
 
 @dataclass(frozen=True)
@@ -45,12 +45,15 @@ def export_fmu(joint: Joint, path: Path | str, *, fmi: int = 2, runtime: str | N
     The runtime ``"c"`` is a native library, for co-simulation and, where every law can, model exchange, in FMI 2.0 or
     3.0; ``"python"`` needs a host that brings Python, and does co-simulation in FMI 2.0. None takes the native one
     where a C compiler is found. Co-simulation holds the inputs over a step. Before the file appears FMPy has
-    validated it and repeated a run of the Python law within 1e-12 of the largest force.
+    validated it and repeated a run of the Python law within 1e-12 of the largest force. Where ``"c"`` is asked for and
+    no compiler is found, the FMU holds its sources, is validated, and says that it was not run.
     """
     path = Path(path)
     _check_request(joint, path, fmi, runtime)
-    chosen = runtime or ("python" if _obstacle(joint) else "c")
+    obstacle = _obstacle(joint)
+    chosen = runtime or ("python" if obstacle else "c")
     _check_runtime(joint, fmi, chosen, runtime is None)
+    runs_here = chosen == "python" or can_compile()
     over = operating_range(joint)
     limit = step_limit(joint, over)
     run = reference_run(joint, over)
@@ -61,7 +64,9 @@ def export_fmu(joint: Joint, path: Path | str, *, fmi: int = 2, runtime: str | N
     card = _named(joint, card, reference)
     members = _native(joint, card) if chosen == "c" else _python(joint, card)
     present = {name.split("/")[1] for name in members if name.startswith("binaries/")}
-    told = native_notes(joint, fmi, present) if chosen == "c" else python_notes(_obstacle(joint) if not runtime else "")
+    told = native_notes(joint, fmi, present) if chosen == "c" else python_notes("" if runtime else obstacle)
+    if not runs_here:
+        told = [f"The FMU was not run, as there is {obstacle}; fmpy compile builds it where there is one.", *told]
     messages = (*told, *step_notes(joint, chosen, over, limit))
     members |= {
         "modelDescription.xml": description_text(joint, card).encode("utf-8"),
@@ -70,9 +75,13 @@ def export_fmu(joint: Joint, path: Path | str, *, fmi: int = 2, runtime: str | N
         "documentation/index.html": documentation_text(joint, messages).encode("utf-8"),
     }
     data = archive_bytes(members)
-    verified = verify_fmu(path, data)
+    if runs_here:
+        verified = verify_fmu(path, data)
+        platforms, clients = verified.platforms, verified.verified_with
+    else:
+        platforms, clients = validate_fmu(path, data), ()
     atomic.write(path, lambda file: file.write(data))
-    return Export(path, verified.platforms, limit.max_step, verified.verified_with, chosen, messages)
+    return Export(path, platforms, limit.max_step, clients, chosen, messages)
 
 
 def _check_request(joint: Joint, path: Path, fmi: int, runtime: str | None) -> None:
@@ -93,7 +102,8 @@ def _obstacle(joint: Joint) -> str:
     """What keeps the native FMU away, in half a sentence; empty if nothing does."""
     missing = without_kernel(joint)
     if missing:
-        return f"no C kernel for {', '.join(missing)}"
+        files = ", ".join(f"{kind.replace('-', '_')}.h" for kind in missing)
+        return f"no C kernel for {', '.join(missing)} ({files} beside the module of the law)"
     if not can_compile():
         return "no C compiler here (cc, gcc, clang, or pip install 'jointlib[native]')"
     return ""
@@ -101,10 +111,11 @@ def _obstacle(joint: Joint) -> str:
 
 def _check_runtime(joint: Joint, fmi: int, runtime: str, by_default: bool) -> None:
     obstacle = _obstacle(joint)
-    if runtime == "c" and obstacle:
+    if runtime == "c" and without_kernel(joint):
         raise InputError(f"runtime is 'c', but there is {obstacle}; use runtime 'python'")
     if runtime == "python" and fmi == 3:
-        reason = f", and there is {obstacle}" if by_default else "; leave the runtime out or use 'c'"
+        sources = "" if without_kernel(joint) else "; runtime 'c' writes the sources alone"
+        reason = f", and there is {obstacle}{sources}" if by_default else "; leave the runtime out or use 'c'"
         raise InputError(f"fmi is 3, which needs the native runtime{reason}")
 
 

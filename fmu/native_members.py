@@ -11,14 +11,17 @@ from .headers import headers, licence
 from .source import TRANSLATION_UNIT, source_files
 
 SOURCES = "sources/"
+BUILD = f"{SOURCES}buildDescription.xml"
+"""What FMI 3.0 says about the sources."""
 
 
 def native_sources(joint: Joint, fmi: int, identifier: str, token: str) -> dict[str, str]:
     """The members from which anyone can compile the FMU again, by their names in the archive."""
     files = source_files(joint, identifier, token) | headers()
+    members = {f"{SOURCES}{name}": text for name, text in files.items()}
     if fmi == 3:
-        files["buildDescription.xml"] = build_description_text(identifier, [TRANSLATION_UNIT])
-    return {f"{SOURCES}{name}": text for name, text in files.items()}
+        members[BUILD] = build_description_text(identifier, [TRANSLATION_UNIT])
+    return members
 
 
 def native_members(

@@ -9,6 +9,9 @@ from pathlib import Path
 from jointlib.errors import InputError
 from jointlib.law import JointLaw
 
+from .c_kernel import c_kernel_of
+from .kernel_file import kernel_file, word_of
+
 _FOLDER = Path(__file__).with_name("python_kernels")
 
 
@@ -36,15 +39,24 @@ class Kernel:
 
 
 def kernel_of(law: JointLaw) -> Kernel:
-    """The kernel of a law, or one sentence that says why the law cannot be exported."""
+    """The kernel of a law, or one sentence that says why the law cannot be exported.
+
+    Of a law that has a C kernel alone it has no functions, and inputs and units are those that kernel declares.
+    """
     if not law.in_time:
         raise InputError(f"{law.kind}: a law of the frequency domain only, expected laws that act in time for an FMU")
-    word = law.kind.replace("-", "_")
-    file = _FOLDER / f"{word}.py"
-    if not file.is_file():
-        known = ", ".join(sorted(path.stem.replace("_", "-") for path in _FOLDER.glob("*.py")))
-        raise InputError(f"{law.kind}: no FMU kernel for this law, expected laws among {known}")
-    return _read(word, file.read_text(encoding="utf-8"))
+    word = word_of(law)
+    file = kernel_file(law, _FOLDER / f"{word}.py", f"{word}_kernel.py")
+    if file is not None:
+        return _read(word, file.read_text(encoding="utf-8"))
+    native = c_kernel_of(law)
+    if native is None:
+        raise InputError(
+            f"{law.kind}: no FMU kernel for this law, expected {word}.h (native) or {word}_kernel.py (Python runtime) "
+            "beside the module of the law"
+        )
+    units = {state.name.split("[")[0]: state.unit for state in native.states}
+    return Kernel(word, "", frozenset(), native.inputs, units)
 
 
 def _read(word: str, text: str) -> Kernel:

@@ -7,6 +7,7 @@ import sys
 import tempfile
 from pathlib import Path
 
+from jointlib.errors import InputError
 from jointlib.joint import Joint
 
 from .archive import read_archive
@@ -32,6 +33,12 @@ from pythonfmu.enums import Fmi2Status
 def slave_source(joint: Joint, identifier: str = NAMELESS) -> str:
     """Text of the slave module, whose class is called ``identifier``."""
     parts, variables = parts_of(joint), variables_of(joint)
+    for part, law in zip(parts, joint.laws, strict=True):
+        if not part.kernel.functions:
+            raise InputError(
+                f"{law.kind}: no FMU kernel in Python for this law, expected {part.kernel.word}_kernel.py beside the "
+                "module of the law, or runtime 'c'"
+            )
     table = "".join(f"    ({v.name!r}, {v.causality!r}, {v.start or 0.0!r}),\n" for v in variables)
     declared = [v.declared for v in variables if v.declared is not None]
     bounds = "".join(f"    ({_number(d.lower)}, {_number(d.upper)}, {_number(d.above)}),\n" for d in declared)

@@ -51,8 +51,8 @@ def command(
         "runtime": done.runtime,
         "messages": list(done.messages),
     }
-    lines = [wrote(done.file), f"platforms: {', '.join(done.platforms)}, {done.runtime} runtime"]
-    lines += [f"verified with {', '.join(done.verified_with)}", *done.messages]
+    lines = [wrote(done.file), f"platforms: {', '.join(done.platforms) or 'none'}, {done.runtime} runtime"]
+    lines += [f"verified with {', '.join(done.verified_with) or 'nothing'}", *done.messages]
     emit(as_json, data, lines)
 
 

@@ -396,7 +396,6 @@ def _broken_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(
     ("spoil", "asked", "said"),
     [
-        (_no_compiler, {"runtime": "c"}, "runtime is 'c', but there is no C compiler here (cc, gcc, clang, or pip"),
         (_no_compiler, {"fmi": 3}, "fmi is 3, which needs the native runtime, and there is no C compiler here"),
         (_broken_compiler, {"runtime": "c"}, "false: cannot compile the FMU for"),
     ],
