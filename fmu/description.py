@@ -1,4 +1,4 @@
-"""modelDescription.xml of a joint's FMU in FMI 2.0 and 3.0, and the fingerprint that stands in it."""
+"""modelDescription.xml of an FMU in FMI 2.0 and 3.0, and the fingerprint that stands in it."""
 
 from __future__ import annotations
 
@@ -11,16 +11,17 @@ import numpy as np
 
 from jointlib.joint import Joint
 
-from .native import native_variables, only_in_steps
+from .native import exchangeable, native_variables
 from .si_unit import exponents
 from .structure import Structure, Unknown, native_structure, python_structure
+from .system import System
 from .variables import Variable, variables_of
 
 TOOL = "jointlib"
 VERSIONS = {2: "2.0", 3: "3.0"}
 TOKEN = {2: "guid", 3: "instantiationToken"}
 """The attribute that names the FMU's content."""
-ANNOTATION = {2: f"VendorAnnotations/Tool[@name='{TOOL}']/Joint", 3: f"Annotations/Annotation[@type='{TOOL}']/Joint"}
+ANNOTATION = {2: f"VendorAnnotations/Tool[@name='{TOOL}']/*", 3: f"Annotations/Annotation[@type='{TOOL}']/*"}
 """Where our own annotation stands."""
 NAMELESS = "Joint"
 """Name of the model before the fingerprint of the content gives it its own."""
@@ -34,41 +35,46 @@ Element = ElementTree.Element
 
 @dataclass(frozen=True)
 class Card:
-    """What the description says beside the joint's variables."""
+    """What the description says beside the variables."""
 
     identifier: str
     token: str
     runtime: str
     fmi: int
     max_step: float | None
-    """Largest stable co-simulation step in s."""
+    """Largest admissible co-simulation step in s."""
     stop_time: float
     sources: tuple[str, ...] = ()
     """Files to compile."""
+    step: float | None = None
+    """Step in s that the FMU proposes."""
+    tolerance: float | None = None
+    """How well the reference run repeats, relative to the largest value; None where that is to rounding."""
 
 
-def description_text(joint: Joint, card: Card) -> str:
+def description_text(system: System, card: Card) -> str:
     """The model description."""
     native = card.runtime == "c"
-    every = native_variables(joint) if native else variables_of(joint)
+    lone = system.lone
+    every = variables_of(lone) if lone and not native else native_variables(system)
     references = {v.name: i for i, v in enumerate(every)}
     # FMI 2.0 knows neither time nor event indicators as variables.
     variables = [v for v in every if card.fmi == 3 or v.kind not in {"time", "indicator"}]
-    structure = native_structure(joint) if native else python_structure(joint)
-    # The structured convention knows one pair of brackets only, joints name table entries [i][j].
-    structured = not any("][" in v.name for v in variables)
+    structure = python_structure(lone) if lone and not native else native_structure(system)
+    # The structured convention knows one pair of brackets only, joints name table entries [i][j]; and ASCII only.
+    structured = not any("][" in v.name or not v.name.isascii() for v in variables)
     root = Element(
         "fmiModelDescription",
         {
             "fmiVersion": VERSIONS[card.fmi],
-            "modelName": joint.name,
+            "modelName": system.name,
             TOKEN[card.fmi]: card.token,
-            "description": f"Restoring force of the joint {joint.name}: " + " + ".join(law.kind for law in joint.laws),
+            "description": system.title,
             "generationTool": TOOL,
             "variableNamingConvention": "structured" if structured else "flat",
         },
     )
-    exchange = native and not only_in_steps(joint)
+    exchange = native and exchangeable(system)
     if exchange and card.fmi == 2:
         root.set("numberOfEventIndicators", str(len(structure.indicators)))
     for kind in ("ModelExchange", "CoSimulation") if exchange else ("CoSimulation",):
@@ -78,12 +84,12 @@ def description_text(joint: Joint, card: Card) -> str:
         categories = ElementTree.SubElement(root, "LogCategories")
         for name, told in LOG_CATEGORIES.items():
             ElementTree.SubElement(categories, "Category", name=name, description=told)
-    if card.max_step is not None:
-        experiment = {"startTime": "0", "stopTime": repr(card.stop_time), "stepSize": repr(card.max_step / 20)}
+    if card.step is not None:
+        experiment = {"startTime": "0", "stopTime": repr(card.stop_time), "stepSize": repr(card.step)}
         ElementTree.SubElement(root, "DefaultExperiment", experiment)
     if card.fmi == 2:
         annotations = ElementTree.SubElement(root, "VendorAnnotations")
-        ElementTree.SubElement(annotations, "Tool", name=TOOL).append(_annotation(joint, card))
+        ElementTree.SubElement(annotations, "Tool", name=TOOL).append(_annotation(system, card))
     listed = ElementTree.SubElement(root, "ModelVariables")
     # FMI 2.0 counts variables from 1 in `derivative` and in the structure; value references count from 0.
     index = {v.name: str(references[v.name] if card.fmi == 3 else i) for i, v in enumerate(variables, start=1)}
@@ -92,7 +98,7 @@ def description_text(joint: Joint, card: Card) -> str:
     root.append((_structure2 if card.fmi == 2 else _structure3)(structure, index))
     if card.fmi == 3:
         annotations = ElementTree.SubElement(root, "Annotations")
-        ElementTree.SubElement(annotations, "Annotation", type=TOOL).append(_annotation(joint, card))
+        ElementTree.SubElement(annotations, "Annotation", type=TOOL).append(_annotation(system, card))
     return _document(root)
 
 
@@ -131,21 +137,31 @@ def _interface(root: Element, kind: str, card: Card) -> None:
             ElementTree.SubElement(files, "File", name=name)
 
 
-def _annotation(joint: Joint, card: Card) -> Element:
-    """What FMI has no place for: largest step, range and standard errors of the identification."""
-    limit = {} if card.max_step is None else {"maxStep": repr(card.max_step)}
-    joined = Element("Joint", {"runtime": card.runtime, **limit})
+def _annotation(system: System, card: Card) -> Element:
+    """What FMI has no place for: largest step, how well the reference run repeats, range and errors of each joint."""
+    known = {"maxStep": card.max_step, "referenceTolerance": card.tolerance}
+    attributes = {"runtime": card.runtime, **{key: repr(value) for key, value in known.items() if value is not None}}
+    if system.lone:
+        return _identified(Element("Joint", attributes), system.lone)
+    root = Element("System", attributes)
+    for prefix, joint in system.joints:
+        _identified(ElementTree.SubElement(root, "Joint", {"name": prefix} if prefix else {}), joint)
+    return root
+
+
+def _identified(element: Element, joint: Joint) -> Element:
+    """Range and standard errors of the identification."""
     for quantity, (low, high) in joint.validity.items():
         unit = _VALIDITY_UNITS.get(quantity)
         attributes = {"quantity": quantity, "low": repr(float(low)), "high": repr(float(high))}
-        ElementTree.SubElement(joined, "Validity", {**attributes, **({"unit": unit} if unit else {})})
+        ElementTree.SubElement(element, "Validity", {**attributes, **({"unit": unit} if unit else {})})
     units = joint.units
     for name in joint.covariance.names if joint.covariance else ():
         error = joint.covariance.standard_error(name) if joint.covariance else float("nan")
         if name in units and np.isfinite(error):
             attributes = {"name": name, "standardError": repr(float(error)), "unit": units[name]}
-            ElementTree.SubElement(joined, "Parameter", attributes)
-    return joined
+            ElementTree.SubElement(element, "Parameter", attributes)
+    return element
 
 
 def _units(root: Element, variables: Sequence[Variable]) -> None:

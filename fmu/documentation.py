@@ -9,8 +9,9 @@ from importlib.metadata import PackageNotFoundError, distribution
 from jointlib.joint import Joint
 
 from .build import absent
-from .native import only_in_steps
+from .native import joints_of, only_in_steps
 from .step_limit import Range, StepLimit
+from .system import System
 
 _CONTAINER = "put mass and joint into one FMU container with a small inner step"
 
@@ -21,10 +22,10 @@ def python_notes(obstacle: str) -> list[str]:
     return ["The FMU runs only in hosts that bring Python, such as FMPy; a host without Python cannot load it.", *why]
 
 
-def native_notes(joint: Joint, fmi: int, present: Iterable[str]) -> list[str]:
+def native_notes(system: System, fmi: int, present: Iterable[str]) -> list[str]:
     """About the native runtime with libraries for the platforms ``present``."""
     said = []
-    if steps := only_in_steps(joint):
+    if steps := only_in_steps(joints_of(system)):
         said.append(f"The FMU does co-simulation only, as the importer cannot integrate {', '.join(steps)}.")
     if missing := absent(fmi, present):
         said.append(
@@ -48,7 +49,7 @@ def step_notes(joint: Joint, runtime: str, over: Range, limit: StepLimit) -> lis
         ]
     if limit.stiffness <= 0:
         return [*said, f"The joint has no stiffness {where}, so it sets no limit to the co-simulation step by itself."]
-    if only_in_steps(joint):
+    if only_in_steps((joint,)):
         advice = _CONTAINER
     elif runtime == "c":
         advice = f"use model exchange, or {_CONTAINER}"
@@ -58,11 +59,24 @@ def step_notes(joint: Joint, runtime: str, over: Range, limit: StepLimit) -> lis
     return [*said, f"{fall}: no explicit co-simulation step is safe; {advice}."]
 
 
-def documentation_text(joint: Joint, messages: tuple[str, ...]) -> str:
+def machine_notes(system: System) -> list[str]:
+    """About the communication step of what is integrated inside."""
+    said = ["The equations of motion are integrated inside with steps of their own; the inputs are held over a step."]
+    if system.step is None:
+        return [*said, "Nothing in it swings by itself, so it sets no limit to the co-simulation step."]
+    return [
+        *said,
+        "No co-simulation step makes it unstable. Held inputs come half a step late on average: a step of "
+        f"{system.step:.3g} s, the default in the FMU, resolves forces up to {0.05 / system.step:.4g} Hz by 20 steps a "
+        "period.",
+    ]
+
+
+def documentation_text(system: System, messages: tuple[str, ...]) -> str:
     """The page that an importer shows."""
     lines = [f"<p>{html.escape(text)}</p>" for text in messages]
-    laws = ", ".join(law.kind for law in joint.laws)
-    title = html.escape(f"Joint {joint.name}: {laws}")
+    lone = system.lone
+    title = html.escape(f"Joint {lone.name}: {', '.join(law.kind for law in lone.laws)}" if lone else system.title)
     head = f'<!DOCTYPE html>\n<html lang="en">\n<head><meta charset="utf-8"><title>{title}</title></head>\n<body>\n'
     return head + "\n".join([f"<h1>{title}</h1>", *lines]) + "\n</body>\n</html>\n"
 

@@ -1,10 +1,11 @@
-"""Export of a joint as an FMU that has proved itself before it is handed over."""
+"""Export of a joint or a machine as an FMU that has proved itself before it is handed over."""
 
 from __future__ import annotations
 
 import re
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from jointlib.errors import InputError
 from jointlib.io import atomic
@@ -13,16 +14,20 @@ from jointlib.joint import Joint
 from .archive import archive_bytes
 from .build import can_compile, compilers
 from .description import NAMELESS, Card, description_text, fingerprint
-from .documentation import documentation_text, licence_of, native_notes, python_notes, step_notes
-from .native import without_kernel
+from .documentation import documentation_text, licence_of, machine_notes, native_notes, python_notes, step_notes
+from .native import joints_of, without_kernel
 from .native_members import native_members, native_sources
 from .python_slave import NAMELESS as NAMELESS_SLAVE
 from .python_slave import built_members, slave_source
-from .reference import CSV, FOLDER, MANIFEST, MANIFEST_TEXT, csv_text, reference_run
+from .reference import CSV, FOLDER, INTEGRATED, MANIFEST, MANIFEST_TEXT, csv_text, reference_run
 from .source import TRANSLATION_UNIT
-from .step_limit import operating_range, step_limit
+from .step_limit import StepLimit, operating_range, step_limit
+from .system import System, system_of_joint
 from .variables import parts_of
 from .verify import validate_fmu, verify_fmu
+
+if TYPE_CHECKING:
+    from .machine_system import Machine
 
 
 @dataclass(frozen=True)
@@ -32,47 +37,61 @@ class Export:
     file: Path
     platforms: tuple[str, ...]
     max_step: float | None
-    """Largest co-simulation step in s before the coupling is unstable; None where no step is safe."""
+    """Largest admissible co-simulation step in s, None where there is none.
+
+    For a joint that is where the coupling becomes unstable. What is integrated inside is stable with any step: there
+    it is the one that resolves the inputs, which are held.
+    """
     verified_with: tuple[str, ...]
     runtime: str
     messages: tuple[str, ...]
     """Sentences for the user."""
 
 
-def export_fmu(joint: Joint, path: Path | str, *, fmi: int = 2, runtime: str | None = None) -> Export:
-    """Write a joint as an FMU: inputs displacement and velocity, output force.
+def export_fmu(
+    joint: Joint | Machine | System, path: Path | str, *, fmi: int = 2, runtime: str | None = None
+) -> Export:
+    """Write a joint as an FMU (displacement, velocity in, force out), a machine (forces in, motions out) or a system.
 
     The runtime ``"c"`` is a native library, for co-simulation and, where every law can, model exchange, in FMI 2.0 or
-    3.0; ``"python"`` needs a host that brings Python, and does co-simulation in FMI 2.0. None takes the native one
-    where a C compiler is found. Co-simulation holds the inputs over a step. Before the file appears FMPy has
-    validated it and repeated a run of the Python law within 1e-12 of the largest force. Where ``"c"`` is asked for and
-    no compiler is found, the FMU holds its sources, is validated, and says that it was not run.
+    3.0; ``"python"`` needs a host that brings Python, and does joints only, co-simulation in FMI 2.0. None takes the
+    native one where a C compiler is found. Co-simulation holds the inputs over a step; a machine is integrated inside.
+    Before the file appears FMPy has validated it and repeated a run of the Python laws, within 1e-12 of the largest
+    force of a joint, or within 1e-6 of the largest values of a machine. Where ``"c"`` is asked for and no compiler is
+    found, the FMU holds its sources, is validated, and says that it was not run.
     """
     path = Path(path)
-    _check_request(joint, path, fmi, runtime)
-    obstacle = _obstacle(joint)
-    chosen = runtime or ("python" if obstacle else "c")
-    _check_runtime(joint, fmi, chosen, runtime is None)
+    _check_path(path, fmi, runtime)
+    system = _system_of(joint)
+    _check_system(system)
+    obstacle = _obstacle(system)
+    chosen = runtime or ("python" if obstacle and system.lone else "c")
+    _check_runtime(system, fmi, chosen, runtime is None)
     runs_here = chosen == "python" or can_compile()
-    over = operating_range(joint)
-    limit = step_limit(joint, over)
-    run = reference_run(joint, over)
-    card = Card("", "", chosen, fmi, limit.max_step, float(run.rows[-1, 0]))
+    coupled = None if system.states else system.joints[0][1]
+    over = operating_range(coupled) if coupled else None
+    limit = step_limit(coupled, over) if coupled and over else None
+    run = reference_run(system, over)
+    max_step = limit.max_step if limit else system.step
+    card = Card("", "", chosen, fmi, max_step, float(run.rows[-1, 0]), step=_proposed(limit, system.step))
+    if system.states:
+        card = replace(card, tolerance=INTEGRATED)
     if chosen == "c":
         card = replace(card, sources=(TRANSLATION_UNIT,))
     reference = csv_text(run)
-    card = _named(joint, card, reference)
-    members = _native(joint, card) if chosen == "c" else _python(joint, card)
+    card = _named(system, card, reference)
+    members = _native(system, card) if chosen == "c" else _python(system, card)
     present = {name.split("/")[1] for name in members if name.startswith("binaries/")}
-    told = native_notes(joint, fmi, present) if chosen == "c" else python_notes("" if runtime else obstacle)
+    told = native_notes(system, fmi, present) if chosen == "c" else python_notes("" if runtime else obstacle)
     if not runs_here:
         told = [f"The FMU was not run, as there is {obstacle}; fmpy compile builds it where there is one.", *told]
-    messages = (*told, *step_notes(joint, chosen, over, limit))
+    steps = step_notes(coupled, chosen, over, limit) if coupled and over and limit else machine_notes(system)
+    messages = (*told, *steps)
     members |= {
-        "modelDescription.xml": description_text(joint, card).encode("utf-8"),
+        "modelDescription.xml": description_text(system, card).encode("utf-8"),
         f"{FOLDER}/{CSV}": reference.encode("utf-8"),
         MANIFEST: MANIFEST_TEXT.encode("utf-8"),
-        "documentation/index.html": documentation_text(joint, messages).encode("utf-8"),
+        "documentation/index.html": documentation_text(system, messages).encode("utf-8"),
     }
     data = archive_bytes(members)
     if runs_here:
@@ -81,10 +100,29 @@ def export_fmu(joint: Joint, path: Path | str, *, fmi: int = 2, runtime: str | N
     else:
         platforms, clients = validate_fmu(path, data), ()
     atomic.write(path, lambda file: file.write(data))
-    return Export(path, platforms, limit.max_step, clients, chosen, messages)
+    return Export(path, platforms, max_step, clients, chosen, messages)
 
 
-def _check_request(joint: Joint, path: Path, fmi: int, runtime: str | None) -> None:
+def _system_of(model: Joint | Machine | System) -> System:
+    if isinstance(model, Joint):
+        if not model.name or not model.name.isprintable():
+            raise InputError(f"joint name is {model.name!r}, expected printable characters for an FMU")
+        return system_of_joint(model)
+    if isinstance(model, System):
+        return model
+    from .machine_system import system_of_machine
+
+    return system_of_machine(model)
+
+
+def _proposed(limit: StepLimit | None, step: float | None) -> float | None:
+    """Default step in s: where a joint is coupled, a twentieth of the limit keeps its damping within 5 %."""
+    if limit is None:
+        return step
+    return None if limit.max_step is None else limit.max_step / 20
+
+
+def _check_path(path: Path, fmi: int, runtime: str | None) -> None:
     if path.suffix != ".fmu":
         raise InputError(f"{path}: the file name of an FMU, expected one that ends in .fmu")
     if path.is_dir():
@@ -93,14 +131,18 @@ def _check_request(joint: Joint, path: Path, fmi: int, runtime: str | None) -> N
         raise InputError(f"fmi is {fmi!r}, expected 2 or 3")
     if runtime not in {None, "c", "python"}:
         raise InputError(f"runtime is {runtime!r}, expected 'c' or 'python'")
-    if not joint.name or not joint.name.isprintable():
-        raise InputError(f"joint name is {joint.name!r}, expected printable characters for an FMU")
-    parts_of(joint)
 
 
-def _obstacle(joint: Joint) -> str:
+def _check_system(system: System) -> None:
+    if not system.name or not system.name.isprintable():
+        raise InputError(f"name is {system.name!r}, expected printable characters for an FMU")
+    for joint in joints_of(system):
+        parts_of(joint)
+
+
+def _obstacle(system: System) -> str:
     """What keeps the native FMU away, in half a sentence; empty if nothing does."""
-    missing = without_kernel(joint)
+    missing = without_kernel(joints_of(system))
     if missing:
         files = ", ".join(f"{kind.replace('-', '_')}.h" for kind in missing)
         return f"no C kernel for {', '.join(missing)} ({files} beside the module of the law)"
@@ -109,39 +151,49 @@ def _obstacle(joint: Joint) -> str:
     return ""
 
 
-def _check_runtime(joint: Joint, fmi: int, runtime: str, by_default: bool) -> None:
-    obstacle = _obstacle(joint)
-    if runtime == "c" and without_kernel(joint):
+def _check_runtime(system: System, fmi: int, runtime: str, by_default: bool) -> None:
+    obstacle, missing = _obstacle(system), without_kernel(joints_of(system))
+    if not system.lone and (runtime == "python" or missing or (by_default and obstacle)):
+        raise InputError(
+            f"{system.name!r}: the Python runtime does lone joints only"
+            + (f", and there is {obstacle}" if obstacle else "; leave the runtime out or use 'c'")
+        )
+    if runtime == "c" and missing:
         raise InputError(f"runtime is 'c', but there is {obstacle}; use runtime 'python'")
     if runtime == "python" and fmi == 3:
-        sources = "" if without_kernel(joint) else "; runtime 'c' writes the sources alone"
+        sources = "" if missing else "; runtime 'c' writes the sources alone"
         reason = f", and there is {obstacle}{sources}" if by_default else "; leave the runtime out or use 'c'"
         raise InputError(f"fmi is 3, which needs the native runtime{reason}")
 
 
-def _named(joint: Joint, card: Card, reference: str) -> Card:
+def _named(system: System, card: Card, reference: str) -> Card:
     """The card with the token, which is the hash of the content, and a name of its own that carries it."""
     nameless = replace(card, identifier=NAMELESS if card.runtime == "c" else NAMELESS_SLAVE)
-    source = _source(joint, nameless)
-    token = fingerprint(nameless.identifier, "", description_text(joint, nameless), source, reference)
+    source = _source(system, nameless)
+    token = fingerprint(nameless.identifier, "", description_text(system, nameless), source, reference)
     # Two FMUs in one process need libraries or modules of different names.
-    word = re.sub(r"[^A-Za-z0-9]+", "_", joint.name).strip("_") or "joint"
+    word = re.sub(r"[^A-Za-z0-9]+", "_", system.name).strip("_") or "joint"
     identifier = f"{word}_{token[:12]}"
     return replace(card, identifier=identifier if word[0].isalpha() else f"joint_{identifier}", token=token)
 
 
-def _source(joint: Joint, card: Card) -> dict[str, str]:
+def _source(system: System, card: Card) -> dict[str, str]:
     """The members with the FMU's own code, by their names."""
     if card.runtime == "c":
-        return native_sources(joint, card.fmi, card.identifier, card.token)
-    return {f"resources/{card.identifier}.py": slave_source(joint, card.identifier)}
+        return native_sources(system, card.fmi, card.identifier, card.token)
+    return {f"resources/{card.identifier}.py": slave_source(_lone(system), card.identifier)}
 
 
-def _native(joint: Joint, card: Card) -> dict[str, bytes]:
-    members = native_members(_source(joint, card), card.fmi, card.identifier, compilers())
+def _native(system: System, card: Card) -> dict[str, bytes]:
+    members = native_members(_source(system, card), card.fmi, card.identifier, compilers())
     return members | {"documentation/licenses/jointlib.txt": licence_of("jointlib").encode("utf-8")}
 
 
-def _python(joint: Joint, card: Card) -> dict[str, bytes]:
-    members = built_members(slave_source(joint, card.identifier), card.identifier)
+def _python(system: System, card: Card) -> dict[str, bytes]:
+    members = built_members(slave_source(_lone(system), card.identifier), card.identifier)
     return members | {"documentation/licenses/pythonfmu.txt": licence_of("pythonfmu").encode("utf-8")}
+
+
+def _lone(system: System) -> Joint:
+    assert system.lone is not None
+    return system.lone

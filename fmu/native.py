@@ -1,8 +1,9 @@
-"""A joint as its native FMU sees it: each law with its C kernel, and the variables that model exchange adds."""
+"""A system as its native FMU sees it: each law with its C kernel, and the variables in their order."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Iterable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,20 +14,33 @@ from jointlib.parameter import Role, parameters_of
 
 from .c_kernel import CKernel, State, c_kernel_of, count
 from .step_limit import operating_range
+from .system import System, prefixed
 from .variables import Part, Variable, parts_of, variables_of
+
+Places = tuple[int, int]
+"""The first place and the one behind the last."""
 
 
 @dataclass(frozen=True)
 class NativePart:
-    """One law of the joint with its C kernel; pairs are the first place and the one behind the last."""
+    """One law of a joint with its C kernel; places count over all joints of the system."""
 
-    part: Part
+    joint: int
+    """Which of the system's joints it belongs to."""
+    prefix: str
+    """What stands before the joint's names."""
+    name: str
+    """``hertz_guide``, in a machine ``guide.hertz_guide``."""
+    lengths: tuple[int, ...]
+    """Lengths of its lists, rows and columns of its tables."""
     kernel: CKernel
-    parameters: tuple[int, int]
+    parameters: Places
     states: tuple[tuple[str, State], ...]
     """Each state by its full name, ``jenkins.slider``."""
-    modes: tuple[int, int]
-    indicators: tuple[int, int]
+    remembered: Places
+    """Places of its states among those of the joints, which stand behind those of the structure."""
+    modes: Places
+    indicators: Places
     size: float
     """Usual size in m of a state in m."""
 
@@ -35,39 +49,66 @@ class NativePart:
         return self.size if state.unit == "m" else 1.0
 
 
-def without_kernel(joint: Joint) -> tuple[str, ...]:
-    """The kinds of the joint's laws that have no C kernel."""
-    return tuple(dict.fromkeys(law.kind for law in joint.laws if c_kernel_of(law) is None))
+def joints_of(system: System) -> tuple[Joint, ...]:
+    """The joints in order."""
+    return tuple(joint for _, joint in system.joints)
 
 
-def only_in_steps(joint: Joint) -> tuple[str, ...]:
-    """The kinds of the joint's laws that exist in co-simulation only."""
-    kernels = ((law.kind, c_kernel_of(law)) for law in joint.laws)
+def without_kernel(joints: Iterable[Joint]) -> tuple[str, ...]:
+    """The kinds of the joints' laws that have no C kernel."""
+    return tuple(dict.fromkeys(law.kind for joint in joints for law in joint.laws if c_kernel_of(law) is None))
+
+
+def only_in_steps(joints: Iterable[Joint]) -> tuple[str, ...]:
+    """The kinds of the joints' laws that exist in co-simulation only."""
+    kernels = ((law.kind, c_kernel_of(law)) for joint in joints for law in joint.laws)
     return tuple(dict.fromkeys(kind for kind, kernel in kernels if kernel is not None and not kernel.exchange))
 
 
-def native_parts(joint: Joint) -> tuple[NativePart, ...]:
-    """The laws in order, each with the places of its parameters, modes and event indicators.
+def exchangeable(system: System) -> bool:
+    """True if an importer can integrate every law."""
+    return not only_in_steps(joints_of(system))
+
+
+def native_parts(system: System) -> tuple[NativePart, ...]:
+    """The laws of all joints in order, each with the places of its parameters, states, modes and event indicators.
 
     A joint that exists in co-simulation only has no indicators; its modes are set and then not used.
     """
-    missing = without_kernel(joint)
-    if missing:
-        raise InputError(f"joint {joint.name!r}: no C kernel for {', '.join(missing)}; use runtime 'python'")
-    exchange = not only_in_steps(joint)
-    travel = operating_range(joint).amplitude
+    if missing := without_kernel(joints_of(system)):
+        raise InputError(f"{system.name!r}: no C kernel for {', '.join(missing)}; use runtime 'python'")
+    exchange = exchangeable(system)
     out: list[NativePart] = []
-    position = mode = indicator = 0
-    for part, law in zip(parts_of(joint), joint.laws, strict=True):
-        kernel = c_kernel_of(law)
-        assert kernel is not None
-        parameters = (position, position + sum(int(np.size(getattr(law, name))) for name in part.fields))
-        modes = (mode, mode + count(kernel.modes, part.lengths))
-        indicators = (indicator, indicator + (count(kernel.indicators, part.lengths) if exchange else 0))
-        states = tuple((f"{part.name}.{name}", state) for name, state in kernel.state_names(part.lengths))
-        out.append(NativePart(part, kernel, parameters, states, modes, indicators, _stretch(law) or travel))
-        position, mode, indicator = parameters[1], modes[1], indicators[1]
+    parameter = state = mode = indicator = 0
+    for i, (prefix, joint) in enumerate(system.joints):
+        travel = operating_range(joint).amplitude
+        for part, law in zip(parts_of(joint), joint.laws, strict=True):
+            kernel = c_kernel_of(law)
+            assert kernel is not None
+            name = prefixed(prefix, part.name)
+            states = tuple((f"{name}.{own}", s) for own, s in kernel.state_names(part.lengths))
+            found = NativePart(
+                i,
+                prefix,
+                name,
+                part.lengths,
+                kernel,
+                (parameter, parameter + _parameter_count(part, law)),
+                states,
+                (state, state + len(states)),
+                (mode, mode + count(kernel.modes, part.lengths)),
+                (indicator, indicator + (count(kernel.indicators, part.lengths) if exchange else 0)),
+                _stretch(law) or travel,
+            )
+            out.append(found)
+            parameter, state, mode, indicator = (
+                places[1] for places in (found.parameters, found.remembered, found.modes, found.indicators)
+            )
     return tuple(out)
+
+
+def _parameter_count(part: Part, law: JointLaw) -> int:
+    return sum(int(np.size(getattr(law, name))) for name in part.fields)
 
 
 def _stretch(law: JointLaw) -> float:
@@ -80,36 +121,43 @@ def _stretch(law: JointLaw) -> float:
     return slip / stiffness if stiffness > 0 else 0.0
 
 
-def continuous_states(joint: Joint) -> tuple[int, ...]:
-    """Place among the states of every state that the importer integrates in model exchange."""
-    if only_in_steps(joint):
-        return ()
-    states = [state for part in native_parts(joint) for _, state in part.states]
-    return tuple(i for i, state in enumerate(states) if state.continuous)
+def continuous_states(system: System) -> tuple[int, ...]:
+    """Place among the states, structure first, of every state that the importer integrates in model exchange."""
+    first = len(system.states)
+    if not exchangeable(system):
+        return tuple(range(first))
+    states = [state for part in native_parts(system) for _, state in part.states]
+    return (*range(first), *(first + i for i, state in enumerate(states) if state.continuous))
 
 
-def native_variables(joint: Joint) -> tuple[Variable, ...]:
+def native_variables(system: System) -> tuple[Variable, ...]:
     """All variables in the order of their value references, which are the same in FMI 2.0 and 3.0.
 
-    Behind those of :func:`~fmu.variables.variables_of`: the rate of each continuous state, and what FMI 3.0 alone
-    knows as variables, event indicators and time.
+    Inputs, outputs, parameters, states of the structure and of the laws, the rate of each continuous state, and what
+    FMI 3.0 alone knows as variables: event indicators and time.
     """
-    parts, held = native_parts(joint), set(continuous_states(joint))
-    states = [(name, state, part.nominal(state)) for part in parts for name, state in part.states]
-    nominal = {name: size for i, (name, _, size) in enumerate(states) if i in held}
-    out = [_sized(v, nominal.get(v.name)) for v in variables_of(joint)]
-    for i, (name, state, _) in enumerate(states):
-        if i in held:
-            unit = "1/s" if state.unit == "1" else f"{state.unit}/s"
-            told = f"rate of the state {name}"
-            out.append(Variable(f"der({name})", "rate", unit, told, derivative_of=name))
+    parts = native_parts(system)
+    out = [Variable(s.name, "input", s.unit, s.description, 0.0) for s in system.inputs]
+    out += [Variable(s.name, "output", s.unit, s.description) for s in system.outputs]
+    for prefix, joint in system.joints:
+        out += [v.renamed(prefixed(prefix, v.name)) for v in variables_of(joint) if v.kind == "parameter"]
+    states = [Variable(s.name, "state", s.unit, s.description, 0.0, nominal=s.size) for s in system.states]
     for part in parts:
+        told = f"internal state of the law {part.kernel.word.replace('_', '-')}"
+        states += [Variable(name, "state", s.unit, told, nominal=part.nominal(s)) for name, s in part.states]
+    held = set(continuous_states(system))
+    out += [v if i in held else v.renamed(v.name, sized=False) for i, v in enumerate(states)]
+    for i in sorted(held):
+        name, unit = states[i].name, states[i].unit
+        told = f"rate of the state {name}"
+        out.append(Variable(f"der({name})", "rate", _per_second(unit), told, derivative_of=name))
+    for part in parts:
+        told = "crosses zero where the law changes its form"
         for i in range(part.indicators[1] - part.indicators[0]):
-            told = "crosses zero where the law changes its form"
-            out.append(Variable(f"{part.part.name}.indicator[{i}]", "indicator", "", told))
+            out.append(Variable(f"{part.name}.indicator[{i}]", "indicator", "", told))
     out.append(Variable("time", "time", "s", "time"))
     return tuple(out)
 
 
-def _sized(variable: Variable, nominal: float | None) -> Variable:
-    return variable if nominal is None else replace(variable, nominal=nominal)
+def _per_second(unit: str) -> str:
+    return {"1": "1/s", "m/s": "m/s^2"}.get(unit, f"{unit}/s")

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 from jointlib.errors import InputError
-from jointlib.joint import Joint
 
 from .build import Compiler, here, library
 from .description import build_description_text
 from .headers import headers, licence
 from .source import TRANSLATION_UNIT, source_files
+from .system import System
 
 SOURCES = "sources/"
 BUILD = f"{SOURCES}buildDescription.xml"
 """What FMI 3.0 says about the sources."""
 
 
-def native_sources(joint: Joint, fmi: int, identifier: str, token: str) -> dict[str, str]:
+def native_sources(system: System, fmi: int, identifier: str, token: str) -> dict[str, str]:
     """The members from which anyone can compile the FMU again, by their names in the archive."""
-    files = source_files(joint, identifier, token) | headers()
+    files = source_files(system, identifier, token) | headers()
     members = {f"{SOURCES}{name}": text for name, text in files.items()}
     if fmi == 3:
         members[BUILD] = build_description_text(identifier, [TRANSLATION_UNIT])

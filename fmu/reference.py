@@ -1,4 +1,4 @@
-"""The reference run that every FMU carries: what the joint does along a motion, from the law itself."""
+"""The reference run that every FMU carries: what it does along a motion or under forces, from the laws themselves."""
 
 from __future__ import annotations
 
@@ -13,12 +13,18 @@ from jointlib.errors import InputError
 from jointlib.joint import Joint
 from jointlib.law import Motion
 
+from .simulation import simulate
 from .step_limit import Range, kinks
+from .system import System
 
 FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
 MANIFEST = f"{FOLDER}/fmi-ls-manifest.xml"
 CSV = "reference.csv"
 _SEED = 1936
+INTEGRATED = 1e-6
+"""How far apart, relative to the largest value, two integrations of one structure may be.
+
+Both keep 1e-10 a step; what remains is the hysteresis of the events, 1e-6 of the play or the slip of a joint."""
 
 MANIFEST_TEXT = f"""<?xml version="1.0" encoding="UTF-8"?>
 <fmiReferences
@@ -26,18 +32,18 @@ MANIFEST_TEXT = f"""<?xml version="1.0" encoding="UTF-8"?>
     fmi-ls:fmi-ls-name="org.fmi-standard.fmi-ls-ref"
     fmi-ls:fmi-ls-version="1.0.0-alpha.1"
     fmi-ls:fmi-ls-description="Files that belong to this FMU">
-  <Related type="text/csv" source="{CSV}" role="result" description="Inputs and force. First row: initialization. \
-Every other row: the inputs set at the time of the row before and held, and the force after the step."/>
+  <Related type="text/csv" source="{CSV}" role="result" description="Inputs and outputs. First row: initialization. \
+Every other row: the inputs set at the time of the row before and held, and the outputs after the step."/>
 </fmiReferences>
 """
 
 
 @dataclass(frozen=True)
 class ReferenceRun:
-    """Time (s), inputs and output by column; see the manifest for what a row means."""
+    """Time (s), inputs and outputs by column; see the manifest for what a row means."""
 
     names: tuple[str, ...]
-    """``time``, the inputs, the output."""
+    """``time``, the inputs, the outputs."""
     rows: Array
     """Shape (samples, names)."""
 
@@ -60,16 +66,42 @@ def motion(joint: Joint, over: Range) -> tuple[Array, Array, float]:
     return A * z, V * v, 2 * np.pi * A / (40 * V)
 
 
-def reference_run(joint: Joint, over: Range) -> ReferenceRun:
-    """The force of the Python law along :func:`motion`, from the virgin state."""
+def reference_run(system: System, over: Range | None) -> ReferenceRun:
+    """What the system does, from the Python laws: along :func:`motion`, or under forces where it has a structure."""
+    if system.states:
+        return _under_forces(system)
+    assert over is not None
+    return _along_motion(system, over)
+
+
+def _along_motion(system: System, over: Range) -> ReferenceRun:
+    """The force of the Python law along :func:`motion`, from the virgin state; two sides share the motion."""
+    ((_, joint),) = system.joints
     z, v, step = motion(joint, over)
+    D = system.D
+    u = np.column_stack([z, v]) @ D / np.sum(D**2, axis=1)[0]
+    z, v = (u @ D.T).T
     state = joint.initial_state(z[0])
     force = np.empty(z.shape)
     force[0] = joint.step(Motion(z[0], v[0]), state)[0]
     for i in range(1, len(z)):
         force[i], state = joint.step(Motion(z[i], v[i], step), state)
-    time = step * np.arange(len(z))
-    return ReferenceRun(("time", "displacement", "velocity", "force"), np.column_stack([time, z, v, force]))
+    return _run(system, step, u, force[:, None] @ system.H.T)
+
+
+def _under_forces(system: System) -> ReferenceRun:
+    """Rest, forces that jump from step to step, decay: six periods of the slowest motion, at most 60 of the fastest."""
+    low, high = system.band
+    step = (min(6 / low, 60 / high) if low else 1.0) / 120
+    rng = np.random.default_rng(_SEED)
+    u = np.zeros((121, len(system.inputs)))
+    u[3:80] = rng.uniform(-1, 1, (77, len(system.inputs))) * [s.size for s in system.inputs]
+    return _run(system, step, u, simulate(system, u, step))
+
+
+def _run(system: System, step: float, u: Array, y: Array) -> ReferenceRun:
+    names = ("time", *(s.name for s in (*system.inputs, *system.outputs)))
+    return ReferenceRun(names, np.column_stack([step * np.arange(len(u)), u, y]))
 
 
 def csv_text(run: ReferenceRun) -> str:

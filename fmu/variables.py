@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -33,6 +33,10 @@ class Variable:
     derivative_of: str | None = None
     """The state whose rate this is."""
 
+    def renamed(self, name: str, *, sized: bool = True) -> Variable:
+        """The same variable by another name; one that no solver integrates needs no usual size."""
+        return replace(self, name=name, nominal=self.nominal if sized else None)
+
     @property
     def causality(self) -> str:
         """FMI's ``causality``."""
@@ -47,8 +51,10 @@ class Variable:
 
     @property
     def initial(self) -> str | None:
-        """FMI's ``initial``; inputs and time have none."""
-        return {"parameter": "exact", "input": None, "time": None}.get(self.kind, "calculated")
+        """FMI's ``initial``; inputs and time have none, and a state that starts where it is told is exact."""
+        if self.kind in {"input", "time"}:
+            return None
+        return "calculated" if self.start is None else "exact"
 
     @property
     def minimum(self) -> float | None:

@@ -26,7 +26,11 @@ from .native_members import BUILD, SOURCES
 from .reference import CSV, FOLDER, MANIFEST, ReferenceRun, read_csv
 
 TOLERANCE = 1e-12
-"""Largest difference allowed, relative to the largest force of the run."""
+"""Largest difference allowed, relative to the largest value of the run, where the FMU states none."""
+_LOOSEST = 1e-6
+"""No FMU may ask for more than that to be overlooked."""
+_SMALL = 1e-6
+"""An output that stays below this share of the largest of its unit is held against that share."""
 _TIME_LIMIT = 120.0
 _LONGEST = 300
 
@@ -71,10 +75,11 @@ def verify_fmu(path: Path | str, data: bytes | None = None) -> Verification:
         unpack(path, members, Path(folder))
         _check_description(path, Path(folder))
         request = {"fmi": found.fmi, "guid": found.token, "identifier": found.identifier, "folder": folder}
-        difference = _replay(path, request, found.description, found.run)
-    annotation = found.description.find(ANNOTATION[found.fmi])
-    stated = annotation.get("maxStep") if annotation is not None else None
-    limit = _seconds(path, stated) if stated else None
+        allowed = _stated(path, found, "referenceTolerance") or TOLERANCE
+        if allowed > _LOOSEST:
+            raise InputError(f"{path}: referenceTolerance is {allowed:g}, expected at most {_LOOSEST:g}")
+        difference = _replay(path, request, found.description, found.run, allowed)
+    limit = _stated(path, found, "maxStep")
     return Verification(path, found.platforms, limit, (f"FMPy {version('fmpy')}",), len(found.run.rows), difference)
 
 
@@ -102,6 +107,21 @@ def _content(path: Path, members: dict[str, bytes]) -> _Content:
     return _Content(description, fmi, identifier, token, _platforms(members, identifier), run)
 
 
+def _stated(path: Path, found: _Content, key: str) -> float | None:
+    """A positive number in our own annotation; None where there is none."""
+    annotation = found.description.find(ANNOTATION[found.fmi])
+    text = annotation.get(key) if annotation is not None else None
+    if not text:
+        return None
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not 0.0 < value < float("inf"):
+        raise InputError(f"{path}: {key} is {text!r}, expected a positive number")
+    return value
+
+
 def _xml(path: Path, members: dict[str, bytes], name: str) -> ElementTree.Element:
     """A document without a DOCTYPE: entities can neither expand without bound nor read other files."""
     if name not in members:
@@ -117,16 +137,6 @@ def _xml(path: Path, members: dict[str, bytes], name: str) -> ElementTree.Elemen
         return ElementTree.fromstring(members[name])
     except (expat.ExpatError, ElementTree.ParseError, LookupError) as error:
         raise InputError(f"{path}: {name} is not well-formed XML ({error})") from None
-
-
-def _seconds(path: Path, text: str) -> float:
-    try:
-        step = float(text)
-    except ValueError:
-        step = 0.0
-    if not 0.0 < step < float("inf"):
-        raise InputError(f"{path}: maxStep is {text!r}, expected a time in s")
-    return step
 
 
 def _version(path: Path, description: ElementTree.Element) -> int:
@@ -194,8 +204,10 @@ def _check_description(path: Path, folder: Path) -> None:
         raise CheckFailed(f"{path}: FMPy finds the description invalid: {' '.join(problems[0].split())}{more}")
 
 
-def _replay(path: Path, model: dict[str, object], description: ElementTree.Element, run: ReferenceRun) -> float:
-    """Largest relative difference of the outputs; more than :data:`TOLERANCE` fails the check."""
+def _replay(
+    path: Path, model: dict[str, object], description: ElementTree.Element, run: ReferenceRun, tolerance: float
+) -> float:
+    """Largest relative difference of the outputs; more than the tolerance fails the check."""
     scalars = {s.get("name"): s for s in description.iterfind("ModelVariables/*")}
     for name in run.names[1:]:
         if name not in scalars:
@@ -216,15 +228,27 @@ def _replay(path: Path, model: dict[str, object], description: ElementTree.Eleme
     if not np.array_equal(first, second):
         raise CheckFailed(f"{path}: after a reset the FMU does not repeat itself")
     expected = run.rows[:, [column[name] for name in outputs]]
-    size = np.maximum(np.max(np.abs(expected), axis=0), np.finfo(float).tiny)
+    size = _sizes(expected, [_unit(scalars[name]) for name in outputs])
     difference = np.abs(first - expected) / size
-    if not np.all(difference <= TOLERANCE):
+    if not np.all(difference <= tolerance):
         row, place = np.unravel_index(np.argmax(np.nan_to_num(difference, nan=np.inf)), difference.shape)
         raise CheckFailed(
             f"{path}: {outputs[place]} at t = {run.rows[row, 0]:g} s is {float(first[row, place])!r}, the reference "
             f"has {float(expected[row, place])!r}, a difference of {difference[row, place]:.1e} of its largest value"
         )
     return float(np.max(difference))
+
+
+def _unit(scalar: ElementTree.Element) -> str:
+    real = scalar.find("Real")
+    return (scalar if real is None else real).get("unit", "")
+
+
+def _sizes(expected: Array, units: list[str]) -> Array:
+    """Largest absolute value of each output, not less than a small share of the largest of its unit."""
+    own = np.max(np.abs(expected), axis=0)
+    shared = [max(x for x, other in zip(own, units, strict=True) if other == unit) for unit in units]
+    return np.asarray(np.maximum(np.maximum(own, _SMALL * np.array(shared)), np.finfo(float).tiny))
 
 
 def _run(path: Path, request: dict[str, object]) -> Array:

@@ -10,19 +10,29 @@
 
 #include <math.h>
 
+static double hertz_guide_slope(const double *p)
+{
+    const double root = cbrt(p[0]);
+    return sin(p[2]) / (p[1] * root * root);
+}
+
+static double hertz_guide_row(double u)
+{
+    return u > 0.0 ? u * sqrt(u) : 0.0;
+}
+
 static double hertz_guide_force(const double *p, const int *n, const double *s, const int *m,
     double z, double v)
 {
-    const double u = z * sin(p[2]) / (p[1] * pow(p[0], 2.0 / 3.0));
-    const double rows = pow(fmax(1.0 + u, 0.0), 1.5) - pow(fmax(1.0 - u, 0.0), 1.5);
+    const double u = z * hertz_guide_slope(p);
     (void)n; (void)s; (void)m; (void)v;
-    return 2.0 * sin(p[2]) * p[0] * rows;
+    return 2.0 * sin(p[2]) * p[0] * (hertz_guide_row(1.0 + u) - hertz_guide_row(1.0 - u));
 }
 
 static void hertz_guide_partials(const double *p, const int *n, const double *s, const int *m,
     double z, double v, double *dF, double *dR)
 {
-    const double slope = sin(p[2]) / (p[1] * pow(p[0], 2.0 / 3.0)), u = z * slope;
+    const double slope = hertz_guide_slope(p), u = z * slope;
     (void)n; (void)s; (void)m; (void)v; (void)dR;
     dF[0] = 3.0 * sin(p[2]) * p[0] * slope * (sqrt(fmax(1.0 + u, 0.0)) + sqrt(fmax(1.0 - u, 0.0)));
     dF[1] = 0.0;

@@ -1,55 +1,100 @@
-/* Directional and adjoint derivatives: analytic partials of the force and the rates by inputs and states. */
+/* Directional and adjoint derivatives: analytic partials of the joints carried through the structure (chain rule). */
 #include <string.h>
 #include "instance.h"
 
-enum { JL_WIDTH = 2 + JL_STATES };
+enum { JL_UNKNOWNS = JL_OUTPUTS + JL_STATES, JL_KNOWNS = JL_INPUTS + JL_STATES };
 
-/* One row of JL_WIDTH partials for the force, then one for the rate of each state. */
-typedef double jl_table[(1 + JL_STATES) * JL_WIDTH];
+/* Partials of the joints at the present point. */
+typedef struct {
+    double dF[JL_ROOM(JL_JOINTS * JL_WIDTH)], dR[JL_ROOM(JL_MEMORY * JL_WIDTH)];
+    double follow[JL_ROOM(JL_MEMORY)]; /* slope of each state by the displacement of its joint */
+} jl_tangent;
 
 /* A virgin state follows the displacement, which laws let it do linearly: its slope is exact over any distance. */
-static void jl_virgin(const jl_values *v, jl_table table)
+static void jl_virgin(const jl_values *v, const double *motion, double *follow)
 {
-    double s[JL_ROOM(JL_STATES)];
-    int m[JL_ROOM(JL_MODES)], i, j;
-    jl_initial(v->p, v->input[0] + 1.0, s, m);
-    for (i = 0; i <= JL_STATES; i++)
-        for (j = 0; j < JL_STATES; j++) table[i * JL_WIDTH] += table[i * JL_WIDTH + 2 + j] * (s[j] - v->s[j]);
+    double moved[JL_ROOM(JL_MOTIONS)], s[JL_ROOM(JL_MEMORY)];
+    int m[JL_ROOM(JL_MODES)], i;
+    for (i = 0; i < JL_MOTIONS; i++) moved[i] = motion[i] + (i % 2 ? 0.0 : 1.0);
+    jl_initial(v->p, moved, s, m);
+    for (i = 0; i < JL_MEMORY; i++) follow[i] = s[i] - v->s[JL_STRUCTURE + i];
 }
 
-/* Co-simulation holds the states; only before initialization ends do they follow the displacement. */
-static void jl_fill(const jl_values *v, jl_table table)
+/* Where co-simulation takes the joints' own steps the states are held; only before initialization ends do they follow
+ * the displacement. */
+static void jl_linearize(const jl_values *v, jl_tangent *at)
 {
-    double held[2];
-    memset(table, 0, sizeof(jl_table));
-    if (v->exchange || !v->initialized)
-        jl_partials(v->p, v->s, v->m, v->input[0], v->input[1], table, table + JL_WIDTH);
-    if (!v->initialized) jl_virgin(v, table);
-    if (v->exchange) return;
-    jl_step_partials(v->p, v->s, v->input[0], v->input[1], held);
-    if (v->initialized) table[0] = held[0];
-    table[1] = held[1];
+    double motion[JL_ROOM(JL_MOTIONS)], held[JL_ROOM(JL_MOTIONS)];
+    const int steps = !v->exchange && !JL_STRUCTURE;
+    int i;
+    memset(at, 0, sizeof *at);
+    jl_motion(v->s, v->u, motion);
+    if (!steps || !v->initialized)
+        jl_partials(v->p, v->s + JL_STRUCTURE, v->m, motion, at->dF, at->dR);
+    if (!v->initialized) jl_virgin(v, motion, at->follow);
+    if (!steps) return;
+    jl_step_partials(v->p, v->s + JL_STRUCTURE, motion, held);
+    for (i = 0; i < JL_JOINTS; i++) {
+        if (v->initialized) at->dF[i * JL_WIDTH] = held[2 * i];
+        at->dF[i * JL_WIDTH + 1] = held[2 * i + 1];
+    }
 }
 
-/* Row of an unknown, -1 if it is none. */
-static int jl_row(const jl_values *v, unsigned int reference)
+/* A row of partials times its joint's motion and the states. */
+static double jl_along(const double *row, const double *motion, const double *ds)
 {
-    if (reference == JL_FORCE) return 0;
+    double sum = row[0] * motion[0] + row[1] * motion[1];
+    int i;
+    for (i = 0; i < JL_MEMORY; i++) sum += row[2 + i] * ds[i];
+    return sum;
+}
+
+/* What every output and every rate does when one known moves by 1: inputs, then states. */
+static void jl_respond(const jl_tangent *at, int known, double *column)
+{
+    double all[JL_KNOWNS] = { 0.0 }, motion[JL_ROOM(JL_MOTIONS)], ds[JL_ROOM(JL_MEMORY)], df[JL_ROOM(JL_JOINTS)];
+    const double *du = all, *dx = all + JL_INPUTS;
+    int i;
+    all[known] = 1.0;
+    jl_motion(dx, du, motion);
+    for (i = 0; i < JL_MEMORY; i++) ds[i] = dx[JL_STRUCTURE + i] + at->follow[i] * motion[2 * jl_owner[i]];
+    for (i = 0; i < JL_JOINTS; i++) df[i] = jl_along(at->dF + i * JL_WIDTH, motion + 2 * i, ds);
+    jl_outputs(dx, du, df, column);
+    jl_slopes(dx, du, df, column + JL_OUTPUTS);
+    for (i = 0; i < JL_MEMORY; i++)
+        column[JL_OUTPUTS + JL_STRUCTURE + i] = jl_along(at->dR + i * JL_WIDTH, motion + 2 * jl_owner[i], ds);
+}
+
+/* Place of an unknown in a column, -1 if it is none. */
+static int jl_unknown(const jl_values *v, unsigned int reference)
+{
+    if (reference >= JL_FIRST_OUTPUT && reference < JL_FIRST_PARAMETER) return (int)reference - JL_FIRST_OUTPUT;
     if (v->exchange && reference >= JL_FIRST_RATE && reference < JL_FIRST_INDICATOR)
-        return 1 + jl_continuous[reference - JL_FIRST_RATE];
+        return JL_OUTPUTS + jl_continuous[reference - JL_FIRST_RATE];
     return -1;
 }
 
-/* Column of a known, -1 if it is none. */
-static int jl_column(const jl_values *v, unsigned int reference)
+/* An input that displaces a joint at once. */
+static int jl_displaces(int input)
 {
+    int i, k;
+    for (i = 0; i < JL_MOTIONS; i += 2)
+        for (k = jl_first[JL_STRUCTURE + i]; k < jl_first[JL_STRUCTURE + i + 1]; k++)
+            if (jl_column[k] == JL_STRUCTURE + input) return 1;
+    return 0;
+}
+
+/* Number of a known, -1 if it is none. */
+static int jl_known(const jl_values *v, unsigned int reference)
+{
+    const int input = reference < JL_INPUTS ? (int)reference : -1;
     int i;
-    /* How the force hangs on the states, which a virgin one follows, is only known where there is model exchange. */
-    if (reference == 0 && !v->initialized && JL_STATES && !JL_EXCHANGE) return -1;
-    if (reference < 2) return (int)reference;
+    /* How the forces hang on the states, which virgin ones follow, is only known where there is model exchange. */
+    if (input >= 0) return !v->initialized && JL_MEMORY && !JL_EXCHANGE && jl_displaces(input) ? -1 : input;
     for (i = 0; i < JL_CONTINUOUS; i++)
-        if (v->exchange && v->initialized && (int)reference == JL_FIRST_STATE + jl_continuous[i])
-            return 2 + jl_continuous[i];
+        if (v->exchange && (v->initialized || jl_continuous[i] < JL_STRUCTURE)
+            && (int)reference == JL_FIRST_STATE + jl_continuous[i])
+            return JL_INPUTS + jl_continuous[i];
     return -1;
 }
 
@@ -59,7 +104,7 @@ int jl_derivative(void *c, jl_call call, const jl_directions *asked)
     const jl_values *v;
     const size_t rows = asked->unknown_count, columns = asked->known_count;
     const size_t seeds = asked->adjoint ? rows : columns, results = asked->adjoint ? columns : rows;
-    jl_table table;
+    jl_tangent at;
     size_t i, j;
     if (jl_enter(instance, call)) return JL_ERROR;
     if (asked->seed_count != seeds || asked->result_count != results)
@@ -71,19 +116,22 @@ int jl_derivative(void *c, jl_call call, const jl_directions *asked)
         return jl_fail(instance, call, "the references, the seed or the result are NULL");
     v = &instance->values;
     for (i = 0; i < rows; i++)
-        if (jl_row(v, asked->unknowns[i]) < 0)
+        if (jl_unknown(v, asked->unknowns[i]) < 0)
             return jl_fail(instance, call, "value reference %u is no unknown here", asked->unknowns[i]);
     for (j = 0; j < columns; j++)
-        if (jl_column(v, asked->knowns[j]) < 0)
+        if (jl_known(v, asked->knowns[j]) < 0)
             return jl_fail(instance, call, "value reference %u is no known here", asked->knowns[j]);
     if (jl_prepare(instance, call)) return JL_ERROR;
-    jl_fill(v, table);
+    jl_linearize(v, &at);
     for (i = 0; i < results; i++) asked->result[i] = 0.0;
-    for (i = 0; i < rows; i++)
-        for (j = 0; j < columns; j++) {
-            const double partial = table[jl_row(v, asked->unknowns[i]) * JL_WIDTH + jl_column(v, asked->knowns[j])];
+    for (j = 0; j < columns; j++) {
+        double column[JL_UNKNOWNS];
+        jl_respond(&at, jl_known(v, asked->knowns[j]), column);
+        for (i = 0; i < rows; i++) {
+            const double partial = column[jl_unknown(v, asked->unknowns[i])];
             if (asked->adjoint) asked->result[j] += partial * asked->seed[i];
             else asked->result[i] += partial * asked->seed[j];
         }
+    }
     return JL_OK;
 }

@@ -16,11 +16,12 @@ int jl_new_discrete_states(void *c, jl_call call, int *jumped)
 {
     jl_instance *instance = (jl_instance *)c;
     jl_values *v;
-    double before[JL_ROOM(JL_STATES)];
+    double before[JL_ROOM(JL_STATES)], motion[JL_ROOM(JL_MOTIONS)];
     if (jl_refuse(c, call, !jumped, "the place of the answer is NULL") || jl_prepare(instance, call)) return JL_ERROR;
     v = &instance->values;
     memcpy(before, v->s, sizeof before);
-    *jumped = jl_event(v->p, v->s, v->m, v->input[0], v->input[1]) && jl_moved(before, v->s);
+    jl_motion(v->s, v->u, motion);
+    *jumped = jl_event(v->p, v->s + JL_STRUCTURE, v->m, motion) && jl_moved(before, v->s);
     v->fresh = 0;
     if (!jl_all_finite(v->s, JL_STATES)) return jl_no_number(instance, call, "a state after the event");
     jl_watch(instance, call);

@@ -211,7 +211,7 @@ fmi2Status JL_2(GetRealOutputDerivatives)(fmi2Component c, const fmi2ValueRefere
                                           const fmi2Integer order[], fmi2Real value[])
 {
     (void)vr, (void)order, (void)value;
-    JL_STATUS_2(jl_refuse(c, call_fmi2GetRealOutputDerivatives, n, "the force has no derivatives by time"));
+    JL_STATUS_2(jl_refuse(c, call_fmi2GetRealOutputDerivatives, n, "outputs have no derivatives by time"));
 }
 
 fmi2Status JL_2(DoStep)(fmi2Component c, fmi2Real time, fmi2Real h, fmi2Boolean noSetFMUStatePriorToCurrentPoint)

@@ -27,6 +27,11 @@
 #define jl_no_number JL_NAME(jl_no_number)
 #define jl_prepare JL_NAME(jl_prepare)
 #define jl_look JL_NAME(jl_look)
+#define jl_motion JL_NAME(jl_motion)
+#define jl_slopes JL_NAME(jl_slopes)
+#define jl_outputs JL_NAME(jl_outputs)
+#define jl_all_rates JL_NAME(jl_all_rates)
+#define jl_integrate JL_NAME(jl_integrate)
 #define jl_watch JL_NAME(jl_watch)
 #define jl_get JL_NAME(jl_get)
 #define jl_set JL_NAME(jl_set)
@@ -192,16 +197,17 @@ enum { JL_OK, JL_WARNING, JL_DISCARD, JL_ERROR };
 /* All that a saved state holds: plain values, zero-filled, copied as one block. */
 typedef struct {
     double time, stop; /* s */
-    double input[2];   /* displacement in m, velocity in m/s */
-    double force;      /* N, valid while `fresh` */
+    double stride;     /* s, what the integrator would step next; 0 before it stepped */
+    double u[JL_ROOM(JL_INPUTS)];
+    double y[JL_ROOM(JL_OUTPUTS)]; /* valid while `fresh` */
     double p[JL_ROOM(JL_PARAMETERS)];
     double s[JL_ROOM(JL_STATES)];
     int m[JL_ROOM(JL_MODES)];
     int state;       /* what may be called */
     int exchange;    /* model exchange */
-    int initialized; /* before, the joint is virgin at the displacement that is set */
+    int initialized; /* before, the joints are virgin at the displacements that are set */
     int sound;       /* the parameters were checked since they were set */
-    int fresh;       /* the force was computed since anything was set */
+    int fresh;       /* the outputs were computed since anything was set */
 } jl_values;
 
 typedef struct jl_instance jl_instance;
@@ -248,6 +254,15 @@ int jl_exit_initialization(void *instance, jl_call call);
 int jl_get(void *instance, jl_call call, const unsigned int *references, size_t count, double *x, size_t places);
 int jl_set(void *instance, jl_call call, const unsigned int *references, size_t count, const double *x, size_t places);
 int jl_do_step(void *instance, jl_call call, double time, double h);
+
+/* The structure (structure.c): products with its matrices. f and df may be NULL where no force enters. */
+void jl_motion(const double *x, const double *u, double *motion);
+void jl_slopes(const double *x, const double *u, const double *f, double *slope);
+void jl_outputs(const double *x, const double *u, const double *f, double *y);
+void jl_all_rates(const double *p, const double *s, const int *m, const double *u, double *rate);
+
+/* Co-simulation with a structure (integrate.c): h seconds at held inputs; NULL or a sentence on why not. */
+const char *jl_integrate(jl_values *values, double h);
 
 /* Model exchange (exchange.c). */
 int jl_new_discrete_states(void *instance, jl_call call, int *jumped); /* NULL: the host has no place for it */

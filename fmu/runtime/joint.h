@@ -1,15 +1,19 @@
-/* What the FMI wrapper asks of a joint: the generated joint.c answers, joint_sizes.h gives the counts.
+/* What the FMI wrapper asks of a model: the generated joint.c answers, joint_sizes.h gives the counts.
  *
- * A joint is the force F(z, v, s) in N between two machine parts, z their relative displacement in m, v the relative
- * velocity in m/s, s the internal states. Every function is pure: no statics, no allocation, no input or output.
- * Parameters p, states s and modes m come in the order of their variables. */
+ * A model is a linear structure with joints between its parts:
+ *     x' = A x + B u + G f     structure states x (none in a lone joint), inputs u, joint forces f in N
+ *     [z; v] = C x + D u       relative displacement in m and velocity in m/s of each joint
+ *     y = E x + F u + H f      outputs
+ * and each joint is a force f(z, v, s) with internal states s of its own. A lone joint has u = [z; v] and y = f.
+ * Every function is pure: no statics, no allocation, no input or output. Parameters p, states and modes m come in the
+ * order of their variables; the states are those of the structure, then those of the joints. */
 #ifndef JOINT_H
 #define JOINT_H
 
 #include <stddef.h>
 #include "joint_sizes.h"
 
-/* Joints linked into one program need names of their own: the standard's FMI2_FUNCTION_PREFIX or FMI3_FUNCTION_PREFIX
+/* Models linked into one program need names of their own: the standard's FMI2_FUNCTION_PREFIX or FMI3_FUNCTION_PREFIX
  * (-DFMI2_FUNCTION_PREFIX=name_) goes before every name. A shared library has none. */
 #if defined(FMI2_FUNCTION_PREFIX)
 #define JL_PREFIX FMI2_FUNCTION_PREFIX
@@ -25,6 +29,11 @@
 #define jl_variables JL_NAME(jl_variables)
 #define jl_continuous JL_NAME(jl_continuous)
 #define jl_validity JL_NAME(jl_validity)
+#define jl_motion_names JL_NAME(jl_motion_names)
+#define jl_owner JL_NAME(jl_owner)
+#define jl_first JL_NAME(jl_first)
+#define jl_column JL_NAME(jl_column)
+#define jl_entry JL_NAME(jl_entry)
 #define jl_check JL_NAME(jl_check)
 #define jl_initial JL_NAME(jl_initial)
 #define jl_step JL_NAME(jl_step)
@@ -38,16 +47,21 @@
 #define JL_NAME(name) name
 #endif
 
-/* Variables in the order of their value references: displacement, velocity, force, the parameters, the states, the
- * rates of the continuous states, the event indicators, and time. FMI 2 has no variables of the last two kinds. */
+/* Variables in the order of their value references: inputs, outputs, the parameters, the states, the rates of the
+ * continuous states, the event indicators, and time. FMI 2 has no variables of the last two kinds. */
 enum { JL_INPUT, JL_OUTPUT, JL_PARAMETER, JL_STATE, JL_RATE, JL_INDICATOR, JL_TIME };
 
 enum {
-    JL_FORCE = 2,
-    JL_FIRST_PARAMETER = 3,
+    JL_FIRST_OUTPUT = JL_INPUTS,
+    JL_FIRST_PARAMETER = JL_FIRST_OUTPUT + JL_OUTPUTS,
     JL_FIRST_STATE = JL_FIRST_PARAMETER + JL_PARAMETERS,
     JL_FIRST_RATE = JL_FIRST_STATE + JL_STATES,
-    JL_FIRST_INDICATOR = JL_FIRST_RATE + JL_CONTINUOUS
+    JL_FIRST_INDICATOR = JL_FIRST_RATE + JL_CONTINUOUS,
+    JL_MEMORY = JL_STATES - JL_STRUCTURE,  /* states of the joints */
+    JL_MOTIONS = 2 * JL_JOINTS,            /* displacement and velocity of each joint in turn */
+    JL_WIDTH = 2 + JL_MEMORY,              /* what a joint depends on: its own motion, and states */
+    JL_ROWS = JL_STRUCTURE + JL_MOTIONS + JL_OUTPUTS,
+    JL_COLUMNS = JL_STRUCTURE + JL_INPUTS + JL_JOINTS
 };
 
 /* Length of an array that C does not allow to be empty. */
@@ -63,30 +77,43 @@ typedef struct {
 extern const char jl_token[];      /* instantiation token (FMI 3), guid (FMI 2) */
 extern const char jl_identifier[]; /* model identifier */
 extern const jl_variable jl_variables[JL_VARIABLES];
-extern const int jl_continuous[];    /* for each continuous state of model exchange its place among the states */
-extern const double jl_validity[4];  /* identified range: displacement from, to, velocity from, to; or infinite */
+extern const int jl_continuous[];           /* for each continuous state of model exchange its place among the states */
+extern const double jl_validity[];          /* identified range, for each joint: z from, to, v from, to; or infinite */
+extern const char *const jl_motion_names[]; /* name of each joint's displacement and velocity */
+extern const int jl_owner[];                /* for each state of the joints the joint that it belongs to */
+
+/* The matrices row by row, without their zeros: rows [A B G; C D 0; E F H], columns x, u, f. Row i holds
+ * jl_entry[jl_first[i]] to jl_entry[jl_first[i + 1] - 1]. */
+extern const int jl_first[];
+extern const int jl_column[];
+extern const double jl_entry[];
 
 /* 0 if the parameters are sound, else a sentence: which one, what was found, what was expected. */
 int jl_check(const double *p, char *message, size_t size);
 
-/* The virgin joint at displacement z. */
-void jl_initial(const double *p, double z, double *s, int *m);
+/* The joints. `motion` is z, v of each in turn, s their states alone, f their forces. */
 
-/* Co-simulation: force after h seconds at the held inputs, and the states then (`after`, apart from s). */
-double jl_step(const double *p, const double *s, double z, double v, double h, double *after);
+/* The virgin joints at these displacements. */
+void jl_initial(const double *p, const double *motion, double *s, int *m);
 
-/* Partial derivatives of that force at h = 0 with the states held: dF[0] by z, dF[1] by v. */
-void jl_step_partials(const double *p, const double *s, double z, double v, double *dF);
+/* Co-simulation without structure: forces after h seconds at the held motion, and the states then (`after`, apart from
+ * s). */
+void jl_step(const double *p, const double *s, const double *motion, double h, double *after, double *f);
 
-/* Model exchange. rate and the rows of dR: one for each state, also for those that are not continuous. */
-double jl_force(const double *p, const double *s, const int *m, double z, double v);
-void jl_rates(const double *p, const double *s, const int *m, double z, double v, double *rate);
-void jl_indicators(const double *p, const double *s, const int *m, double z, double v, double *g);
+/* Partial derivatives of those forces at h = 0 with the states held: dF[2 * i] by z, dF[2 * i + 1] by v. */
+void jl_step_partials(const double *p, const double *s, const double *motion, double *dF);
+
+/* Model exchange, and every model with a structure. rate and the rows of dR: one for each state, also for those that are
+ * not continuous. */
+void jl_force(const double *p, const double *s, const int *m, const double *motion, double *f);
+void jl_rates(const double *p, const double *s, const int *m, const double *motion, double *rate);
+void jl_indicators(const double *p, const double *s, const int *m, const double *motion, double *g);
 
 /* Settles the modes at an event; 1 if a state jumped. */
-int jl_event(const double *p, double *s, int *m, double z, double v);
+int jl_event(const double *p, double *s, int *m, const double *motion);
 
-/* dF[2 + JL_STATES]: of the force by z, v and each state; dR[JL_STATES][2 + JL_STATES] the same of each rate. */
-void jl_partials(const double *p, const double *s, const int *m, double z, double v, double *dF, double *dR);
+/* dF[JL_JOINTS][JL_WIDTH]: of each force by its own z and v and by every state; dR[JL_MEMORY][JL_WIDTH] the same of the
+ * rate of each state. */
+void jl_partials(const double *p, const double *s, const int *m, const double *motion, double *dF, double *dR);
 
 #endif

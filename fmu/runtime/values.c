@@ -4,14 +4,12 @@
 #include <string.h>
 #include "instance.h"
 
-static const char jl_inputs[2][13] = { "displacement", "velocity" };
-
 void jl_start(jl_values *v)
 {
     int i;
     v->state = JL_INSTANTIATED;
     v->stop = (double)INFINITY;
-    for (i = 0; i < 2; i++) v->input[i] = jl_variables[i].start;
+    for (i = 0; i < JL_INPUTS; i++) v->u[i] = jl_variables[i].start;
     for (i = 0; i < JL_PARAMETERS; i++) v->p[i] = jl_variables[JL_FIRST_PARAMETER + i].start;
 }
 
@@ -27,15 +25,19 @@ int jl_all_finite(const double *x, int count)
 int jl_no_number(jl_instance *instance, jl_call call, const char *what)
 {
     const jl_values *v = &instance->values;
-    char message[256];
-    snprintf(message, sizeof message, "%s is no finite number at displacement %.17g m, velocity %.17g m/s", what,
-             v->input[0], v->input[1]);
+    double motion[JL_ROOM(JL_MOTIONS)] = { 0.0 };
+    char message[512];
+    jl_motion(v->s, v->u, motion);
+    if (JL_JOINTS)
+        snprintf(message, sizeof message, "%s is no finite number at %s %.17g m, %s %.17g m/s", what,
+                 jl_motion_names[0], motion[0], jl_motion_names[1], motion[1]);
+    else snprintf(message, sizeof message, "%s is no finite number", what);
     if (v->state != JL_CONTINUOUS_TIME) return jl_fail(instance, call, "%s", message);
     jl_report(instance, call, JL_DISCARD, message);
     return JL_DISCARD;
 }
 
-/* The parameters are sound, and the virgin state follows the displacement until initialization ends. */
+/* The parameters are sound, and virgin joints follow the displacement until initialization ends. */
 int jl_prepare(jl_instance *instance, jl_call call)
 {
     jl_values *v = &instance->values;
@@ -44,50 +46,61 @@ int jl_prepare(jl_instance *instance, jl_call call)
         if (jl_check(v->p, message, sizeof message)) return jl_fail(instance, call, "%s", message);
         v->sound = 1;
     }
-    if (!v->initialized && !v->fresh) jl_initial(v->p, v->input[0], v->s, v->m);
+    if (!v->initialized && !v->fresh) {
+        double motion[JL_ROOM(JL_MOTIONS)];
+        jl_motion(v->s, v->u, motion);
+        jl_initial(v->p, motion, v->s + JL_STRUCTURE, v->m);
+    }
     return JL_OK;
 }
 
-/* The force of the present inputs, parameters and states; no state moves. */
+/* The outputs of the present inputs, parameters and states; no state moves. */
 static int jl_present(jl_instance *instance, jl_call call)
 {
     jl_values *v = &instance->values;
-    double after[JL_ROOM(JL_STATES)], force;
+    double motion[JL_ROOM(JL_MOTIONS)], after[JL_ROOM(JL_MEMORY)], f[JL_ROOM(JL_JOINTS)], y[JL_ROOM(JL_OUTPUTS)];
     if (jl_prepare(instance, call)) return JL_ERROR;
     if (v->fresh) return JL_OK;
-    force = v->exchange ? jl_force(v->p, v->s, v->m, v->input[0], v->input[1])
-                        : jl_step(v->p, v->s, v->input[0], v->input[1], 0.0, after);
-    if (!isfinite(force)) return jl_no_number(instance, call, "the force");
-    v->force = force;
+    jl_motion(v->s, v->u, motion);
+    if (v->exchange || JL_STRUCTURE) jl_force(v->p, v->s + JL_STRUCTURE, v->m, motion, f);
+    else jl_step(v->p, v->s, motion, 0.0, after, f);
+    jl_outputs(v->s, v->u, f, y);
+    if (!jl_all_finite(y, JL_OUTPUTS))
+        return jl_no_number(instance, call, JL_OUTPUTS == 1 ? "the force" : "an output");
+    memcpy(v->y, y, JL_OUTPUTS * sizeof *y);
     v->fresh = 1;
     return JL_OK;
 }
 
-/* Rates of the continuous states and event indicators. In co-simulation nothing keeps the modes: they are settled
- * for the look on copies. */
+/* Rates of the continuous states and event indicators. Where co-simulation takes the joints' own steps nothing keeps
+ * the modes: they are settled for the look on copies. */
 void jl_look(const jl_values *v, double *rate, double *g)
 {
-    double s[JL_ROOM(JL_STATES)], every[JL_ROOM(JL_STATES)];
+    double s[JL_ROOM(JL_STATES)], motion[JL_ROOM(JL_MOTIONS)], every[JL_ROOM(JL_STATES)];
     int m[JL_ROOM(JL_MODES)], i;
     memcpy(s, v->s, sizeof s);
     memcpy(m, v->m, sizeof m);
-    if (!v->exchange) (void)jl_event(v->p, s, m, v->input[0], v->input[1]);
-    if (g) jl_indicators(v->p, s, m, v->input[0], v->input[1], g);
+    jl_motion(s, v->u, motion);
+    if (!v->exchange && !JL_STRUCTURE) (void)jl_event(v->p, s + JL_STRUCTURE, m, motion);
+    if (g) jl_indicators(v->p, s + JL_STRUCTURE, m, motion, g);
     if (!rate) return;
-    jl_rates(v->p, s, m, v->input[0], v->input[1], every);
+    jl_all_rates(v->p, s, m, v->u, every);
     for (i = 0; i < JL_CONTINUOUS; i++) rate[i] = every[jl_continuous[i]];
 }
 
-/* Says once that an accepted point lies outside the range in which the joint was identified. */
+/* Says once that an accepted point lies outside the range in which a joint was identified. */
 void jl_watch(jl_instance *instance, jl_call call)
 {
+    double motion[JL_ROOM(JL_MOTIONS)];
     int i;
-    for (i = 0; i < 2 && !instance->outside; i++) {
-        const double x = instance->values.input[i], low = jl_validity[2 * i], high = jl_validity[2 * i + 1];
-        char message[256];
+    if (instance->outside) return;
+    jl_motion(instance->values.s, instance->values.u, motion);
+    for (i = 0; i < JL_MOTIONS && !instance->outside; i++) {
+        const double x = motion[i], low = jl_validity[2 * i], high = jl_validity[2 * i + 1];
+        char message[512];
         if (x >= low && x <= high) continue;
         snprintf(message, sizeof message, "%s is %.6g, the joint was identified from %.6g to %.6g (said once)",
-                 jl_inputs[i], x, low, high);
+                 jl_motion_names[i], x, low, high);
         jl_report(instance, call, JL_WARNING, message);
         instance->outside = 1;
     }
@@ -118,6 +131,12 @@ static int jl_listed(jl_instance *instance, jl_call call, const unsigned int *re
     return JL_OK;
 }
 
+/* A state of the structure: it has a start value. */
+static int jl_is_structure(int at)
+{
+    return at >= JL_FIRST_STATE && at < JL_FIRST_STATE + JL_STRUCTURE;
+}
+
 int jl_get(void *c, jl_call call, const unsigned int *references, size_t count, double *x, size_t places)
 {
     jl_instance *instance = (jl_instance *)c;
@@ -128,15 +147,15 @@ int jl_get(void *c, jl_call call, const unsigned int *references, size_t count, 
     for (i = 0; i < count; i++) {
         const int at = (int)references[i], kind = jl_variables[at].kind;
         const jl_values *v = &instance->values;
-        if (kind == JL_INPUT) x[i] = v->input[at];
+        if (kind == JL_INPUT) x[i] = v->u[at];
         else if (kind == JL_PARAMETER) x[i] = v->p[at - JL_FIRST_PARAMETER];
         else if (kind == JL_TIME) x[i] = v->time;
         else {
-            if (v->state == JL_INSTANTIATED)
+            if (v->state == JL_INSTANTIATED && !jl_is_structure(at))
                 return jl_fail(instance, call, "%s has no value before initialization", jl_variables[at].name);
-            status = jl_present(instance, call);
+            status = jl_is_structure(at) ? JL_OK : jl_present(instance, call);
             if (status) return status;
-            if (kind == JL_OUTPUT) x[i] = v->force;
+            if (kind == JL_OUTPUT) x[i] = v->y[at - JL_FIRST_OUTPUT];
             else if (kind == JL_STATE) x[i] = v->s[at - JL_FIRST_STATE];
             else {
                 if (!looked) jl_look(v, rate, g);
@@ -157,11 +176,12 @@ static int jl_is_continuous(int state)
 }
 
 /* Inputs always (FMI 2 gives them no start value, yet hosts set one); parameters but in continuous time; continuous
- * states there, in FMI 2 only. */
+ * states there, in FMI 2 only; those of the structure before initialization ends, as they have a start value. */
 static int jl_settable(const jl_instance *instance, int at)
 {
     const int state = instance->values.state, kind = jl_variables[at].kind;
     if (kind == JL_PARAMETER) return state != JL_CONTINUOUS_TIME;
+    if (jl_is_structure(at) && !instance->values.initialized) return 1;
     if (kind == JL_STATE)
         return state == JL_CONTINUOUS_TIME && instance->version == 2 && jl_is_continuous(at - JL_FIRST_STATE);
     return kind == JL_INPUT;
@@ -180,7 +200,7 @@ int jl_set(void *c, jl_call call, const unsigned int *references, size_t count, 
     for (i = 0; i < count; i++) {
         jl_values *v = &instance->values;
         const int at = (int)references[i], kind = jl_variables[at].kind;
-        if (kind == JL_INPUT) v->input[at] = x[i];
+        if (kind == JL_INPUT) v->u[at] = x[i];
         else if (kind == JL_STATE) v->s[at - JL_FIRST_STATE] = x[i];
         else {
             v->p[at - JL_FIRST_PARAMETER] = x[i];
@@ -191,11 +211,24 @@ int jl_set(void *c, jl_call call, const unsigned int *references, size_t count, 
     return JL_OK;
 }
 
+/* The joints' own steps at the held motion; NULL or what is no number. */
+static const char *jl_advance(jl_values *v, double h)
+{
+    double motion[JL_ROOM(JL_MOTIONS)], after[JL_ROOM(JL_MEMORY)], f[JL_ROOM(JL_JOINTS)], y[JL_ROOM(JL_OUTPUTS)];
+    jl_motion(v->s, v->u, motion);
+    jl_step(v->p, v->s, motion, h, after, f);
+    jl_outputs(v->s, v->u, f, y);
+    if (!jl_all_finite(y, JL_OUTPUTS) || !jl_all_finite(after, JL_MEMORY)) return "the force or a state after the step";
+    memcpy(v->s, after, JL_MEMORY * sizeof *after);
+    memcpy(v->y, y, JL_OUTPUTS * sizeof *y);
+    return NULL;
+}
+
 int jl_do_step(void *c, jl_call call, double time, double h)
 {
     jl_instance *instance = (jl_instance *)c;
     jl_values *v;
-    double after[JL_ROOM(JL_STATES)], force;
+    const char *fault;
     if (jl_enter(instance, call)) return JL_ERROR;
     v = &instance->values;
     if (!isfinite(time) || !isfinite(h) || !(h > 0.0))
@@ -205,12 +238,16 @@ int jl_do_step(void *c, jl_call call, double time, double h)
     if (time + h > v->stop + 1e-3 * h)
         return jl_fail(instance, call, "a step to %.17g s, the stop time is %.17g s", time + h, v->stop);
     if (jl_prepare(instance, call)) return JL_ERROR;
-    force = jl_step(v->p, v->s, v->input[0], v->input[1], h, after);
-    if (!isfinite(force) || !jl_all_finite(after, JL_STATES))
-        return jl_no_number(instance, call, "the force or a state after the step");
-    memcpy(v->s, after, JL_STATES * sizeof *after);
-    v->force = force;
-    v->fresh = 1;
+    if (JL_STRUCTURE) {
+        fault = jl_integrate(v, h);
+        if (fault) return jl_fail(instance, call, "between %.9g s and %.9g s %s", time, time + h, fault);
+        v->fresh = 0;
+        if (jl_present(instance, call)) return JL_ERROR;
+    } else {
+        fault = jl_advance(v, h);
+        if (fault) return jl_no_number(instance, call, fault);
+        v->fresh = 1;
+    }
     v->time = time + h;
     jl_watch(instance, call);
     return JL_OK;

@@ -1,8 +1,10 @@
-"""``jointlib fmu``: export a joint as an FMU and verify it, or verify one."""
+"""``jointlib fmu``: export a joint or a machine as an FMU and verify it, or verify one."""
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -10,9 +12,13 @@ from jointlib.cli.arguments import Target, Verb, input_file, json_option
 from jointlib.cli.output import emit, working, wrote
 from jointlib.errors import InputError
 
+if TYPE_CHECKING:
+    from jointlib.joint import Joint
+    from machines import Machine
+
 
 @click.command("fmu", cls=Verb)
-@input_file("joint", required=False)
+@input_file("model", required=False)
 @click.option("-o", "output", type=Target(".fmu"), help="The .fmu file to write.")
 @click.option("--fmi", type=click.Choice(["2", "3"]), default="2", help="Version of the standard.")
 @click.option(
@@ -21,28 +27,28 @@ from jointlib.errors import InputError
 @click.option("--verify", type=click.Path(path_type=Path), help="Verify this FMU instead.")
 @json_option
 def command(
-    joint: Path | None, output: Path | None, fmi: str, runtime: str | None, verify: Path | None, as_json: bool
+    model: Path | None, output: Path | None, fmi: str, runtime: str | None, verify: Path | None, as_json: bool
 ) -> None:
-    """Write JOINT as an FMU; it is validated and replays its reference run before it appears.
+    """Write MODEL, a joint or a machine, as an FMU; it is validated and replays its reference run before it appears.
 
     \b
     Example:
       jointlib fmu machines/library/guide.joint.toml -o guide.fmu
       jointlib fmu machines/library/guide.joint.toml -o guide.fmu --fmi 3
+      jointlib fmu machines/library/two_mass.toml -o two_mass.fmu
       jointlib fmu --verify guide.fmu
     """
     if verify is not None:
-        if joint is not None or output is not None:
-            raise InputError("--verify: takes the FMU alone, leave out the joint and -o")
+        if model is not None or output is not None:
+            raise InputError("--verify: takes the FMU alone, leave out the joint or machine and -o")
         _verify(verify, as_json)
         return
-    if joint is None or output is None:
-        raise InputError("fmu: expected a joint file and -o X.fmu, or --verify X.fmu")
+    if model is None or output is None:
+        raise InputError("fmu: expected a joint file and -o X.fmu, a machine file and -o X.fmu, or --verify X.fmu")
     from fmu.export import export_fmu
-    from jointlib.io.joint_file import read_joint
 
     with working("exporting and verifying"):
-        done = export_fmu(read_joint(joint), output, fmi=int(fmi), runtime=runtime)
+        done = export_fmu(_read(model), output, fmi=int(fmi), runtime=runtime)
     data = {
         "file": str(done.file),
         "platforms": list(done.platforms),
@@ -54,6 +60,21 @@ def command(
     lines = [wrote(done.file), f"platforms: {', '.join(done.platforms) or 'none'}, {done.runtime} runtime"]
     lines += [f"verified with {', '.join(done.verified_with) or 'nothing'}", *done.messages]
     emit(as_json, data, lines)
+
+
+def _read(path: Path) -> Joint | Machine:
+    """What the file's schema says it is; anything that is no machine is read as a joint, and refused as one."""
+    from jointlib.io.joint_file import read_joint
+
+    try:
+        schema = tomllib.loads(path.read_bytes().decode("utf-8-sig")).get("schema")
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
+        schema = None
+    if schema != "jointlib/machine/1":
+        return read_joint(path)
+    from machines.files import read_machine
+
+    return read_machine(path)
 
 
 def _verify(path: Path, as_json: bool) -> None:
@@ -71,6 +92,6 @@ def _verify(path: Path, as_json: bool) -> None:
     }
     lines = [
         f"{path}: verified with {', '.join(done.verified_with)}",
-        f"replayed {done.samples} samples, largest difference {done.difference:.2g} of the largest force",
+        f"replayed {done.samples} samples, largest difference {done.difference:.2g} of the largest value",
     ]
     emit(as_json, data, lines)

@@ -31,6 +31,7 @@ from fmu.export import Export, export_fmu
 from fmu.native import native_parts, native_variables
 from fmu.native_members import native_sources
 from fmu.replay import replay
+from fmu.system import system_of_joint
 from fmu.verify import verify_fmu
 from jointlib.arrays import Array
 from jointlib.errors import CheckFailed, InputError
@@ -61,7 +62,7 @@ def native(joint: Joint, fmi: int) -> Export:
 
 
 def described(joint: Joint, fmi: int) -> str:
-    return description_text(joint, Card("model", "token", "c", fmi, 1e-5, 1.0, ("all.c",)))
+    return description_text(system_of_joint(joint), Card("model", "token", "c", fmi, 1e-5, 1.0, ("all.c",)))
 
 
 def forces(file: Path, fmi: int, z: Array, v: Array, h: float, folder: Path) -> list[Array]:
@@ -84,7 +85,7 @@ def forces(file: Path, fmi: int, z: Array, v: Array, h: float, folder: Path) -> 
 @both_versions
 @every_joint
 def test_fmpy_finds_no_problem_in_the_description_of_any_law(joint: Joint, fmi: int, tmp_path: Path) -> None:
-    for name, text in native_sources(joint, fmi, "model", "token").items():
+    for name, text in native_sources(system_of_joint(joint), fmi, "model", "token").items():
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text(text)
     (tmp_path / "modelDescription.xml").write_text(described(joint, fmi))
@@ -96,7 +97,7 @@ def test_fmpy_finds_no_problem_in_the_description_of_any_law(joint: Joint, fmi: 
 @every_joint
 def test_generated_c_pleases_a_strict_compiler(joint: Joint, tmp_path: Path) -> None:
     gcc = require("gcc")
-    for name, text in native_sources(joint, 3, "model", "token").items():
+    for name, text in native_sources(system_of_joint(joint), 3, "model", "token").items():
         (tmp_path / Path(name).name).write_text(text)
     flags = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-fsyntax-only", "-I."]
     done = subprocess.run([gcc, *flags, "joint.c"], cwd=tmp_path, capture_output=True, text=True)
@@ -105,10 +106,10 @@ def test_generated_c_pleases_a_strict_compiler(joint: Joint, tmp_path: Path) -> 
 
 @every_joint
 def test_c_kernels_declare_the_states_of_the_python_laws(joint: Joint) -> None:
-    parts = native_parts(joint)
+    parts = native_parts(system_of_joint(joint))
     assert tuple(name for part in parts for name, _ in part.states) == joint.states
     assert parts[-1].parameters[1] == len(joint.parameters)
-    units = {v.name: v.unit for v in native_variables(joint)}
+    units = {v.name: v.unit for v in native_variables(system_of_joint(joint))}
     for part in parts:
         for name, state in part.states:
             assert state.unit == units[name]
@@ -369,8 +370,8 @@ def test_errors_and_range_of_the_identification_travel_as_annotations(fmi: int) 
     assert found.attrib == {"name": "viscous.damping", "standardError": "2.0", "unit": "N s/m"}
     told = {v.get("quantity"): (v.get("high"), v.get("unit")) for v in root.iter("Validity")}
     assert told == {"amplitude": ("3e-06", "m"), "velocity": ("0.1", "m/s")}
-    source = native_sources(joint, fmi, "model", "token")["sources/joint.c"]
-    assert "jl_validity[4] = { -3e-06, 3e-06, -0.1, 0.1 }" in source
+    source = native_sources(system_of_joint(joint), fmi, "model", "token")["sources/joint.c"]
+    assert "jl_validity[] = { -3e-06, 3e-06, -0.1, 0.1 }" in source
 
 
 def test_only_fmi_3_has_time_and_event_indicators_as_variables() -> None:

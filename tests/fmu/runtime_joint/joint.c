@@ -26,7 +26,12 @@ const jl_variable jl_variables[JL_VARIABLES] = {
     { "time", JL_TIME, 0.0, -INFINITY, INFINITY, -INFINITY },
 };
 const int jl_continuous[] = { 0 };
-const double jl_validity[4] = { -1e-4, 1e-4, -0.1, 0.1 };
+const double jl_validity[] = { -1e-4, 1e-4, -0.1, 0.1 };
+const char *const jl_motion_names[] = { "displacement", "velocity" };
+const int jl_owner[] = { 0 };
+const int jl_first[] = { 0, 1, 2, 3 };
+const int jl_column[] = { 0, 1, 2 };
+const double jl_entry[] = { 1.0, 1.0, 1.0 };
 
 int jl_check(const double *p, char *message, size_t size)
 {
@@ -44,8 +49,9 @@ int jl_check(const double *p, char *message, size_t size)
     return 0;
 }
 
-void jl_initial(const double *p, double z, double *s, int *m)
+void jl_initial(const double *p, const double *motion, double *s, int *m)
 {
+    const double z = motion[0];
     s[0] = z;
     m[0] = 0;
     m[1] = z > p[5];
@@ -53,43 +59,48 @@ void jl_initial(const double *p, double z, double *s, int *m)
 
 static double spring(const double *p, double z, double v) { return p[0] * z + p[1] * v + p[6] * z * z * z; }
 
-double jl_step(const double *p, const double *s, double z, double v, double h, double *after)
+void jl_step(const double *p, const double *s, const double *motion, double h, double *after, double *f)
 {
+    const double z = motion[0], v = motion[1];
     const double reach = p[3] / p[2], stretch = fmin(fmax(z - s[0], -reach), reach);
     (void)h;
     after[0] = z - stretch;
-    return spring(p, z, v) + p[2] * stretch + p[4] * fmax(z - p[5], 0.0);
+    f[0] = spring(p, z, v) + p[2] * stretch + p[4] * fmax(z - p[5], 0.0);
 }
 
-void jl_step_partials(const double *p, const double *s, double z, double v, double *dF)
+void jl_step_partials(const double *p, const double *s, const double *motion, double *dF)
 {
-    (void)v;
+    const double z = motion[0];
     dF[0] = p[0] + 3.0 * p[6] * z * z + (fabs(z - s[0]) < p[3] / p[2] ? p[2] : 0.0) + (z > p[5] ? p[4] : 0.0);
     dF[1] = p[1];
 }
 
-double jl_force(const double *p, const double *s, const int *m, double z, double v)
+void jl_force(const double *p, const double *s, const int *m, const double *motion, double *f)
 {
-    return spring(p, z, v) + p[2] * (z - s[0]) + (m[1] ? p[4] * (z - p[5]) : 0.0);
+    const double z = motion[0], v = motion[1];
+    f[0] = spring(p, z, v) + p[2] * (z - s[0]) + (m[1] ? p[4] * (z - p[5]) : 0.0);
 }
 
-void jl_rates(const double *p, const double *s, const int *m, double z, double v, double *rate)
+void jl_rates(const double *p, const double *s, const int *m, const double *motion, double *rate)
 {
-    (void)p, (void)s, (void)z;
+    const double v = motion[1];
+    (void)p, (void)s;
     rate[0] = m[0] ? v : 0.0;
 }
 
-void jl_indicators(const double *p, const double *s, const int *m, double z, double v, double *g)
+void jl_indicators(const double *p, const double *s, const int *m, const double *motion, double *g)
 {
+    const double z = motion[0], v = motion[1];
     const double reach = p[3] / p[2];
     g[0] = m[0] ? m[0] * v / 1e-3 + 1e-6 : 1.0 + 1e-6 - fabs(z - s[0]) / reach;
     g[1] = (z - p[5]) / p[5] - (m[1] ? -1e-6 : 1e-6);
 }
 
-int jl_event(const double *p, double *s, int *m, double z, double v)
+int jl_event(const double *p, double *s, int *m, const double *motion)
 {
+    const double z = motion[0];
     double g[2];
-    jl_indicators(p, s, m, z, v, g);
+    jl_indicators(p, s, m, motion, g);
     if (g[0] <= 0.0) {
         m[0] = m[0] ? 0 : (z > s[0] ? 1 : -1);
         if (m[0]) s[0] = z - m[0] * p[3] / p[2]; /* where it began to slip, between two steps of the solver */
@@ -98,9 +109,10 @@ int jl_event(const double *p, double *s, int *m, double z, double v)
     return 1; /* too much said: a jump is what moved a continuous state */
 }
 
-void jl_partials(const double *p, const double *s, const int *m, double z, double v, double *dF, double *dR)
+void jl_partials(const double *p, const double *s, const int *m, const double *motion, double *dF, double *dR)
 {
-    (void)s, (void)v;
+    const double z = motion[0];
+    (void)s;
     dF[0] = p[0] + 3.0 * p[6] * z * z + p[2] + (m[1] ? p[4] : 0.0);
     dF[1] = p[1];
     dF[2] = -p[2];

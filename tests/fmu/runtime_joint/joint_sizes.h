@@ -4,7 +4,11 @@
 
 enum {
     JL_VARIABLES = 15,
+    JL_INPUTS = 2,
+    JL_OUTPUTS = 1,
     JL_PARAMETERS = 7,
+    JL_STRUCTURE = 0,
+    JL_JOINTS = 1,
     JL_STATES = 1,
     JL_CONTINUOUS = 1,
     JL_MODES = 2,

@@ -14,7 +14,12 @@ const jl_variable jl_variables[JL_VARIABLES] = {
     { "time", JL_TIME, 0.0, -INFINITY, INFINITY, -INFINITY },
 };
 const int jl_continuous[] = { 0 };
-const double jl_validity[4] = { -INFINITY, INFINITY, -INFINITY, INFINITY };
+const double jl_validity[] = { -INFINITY, INFINITY, -INFINITY, INFINITY };
+const char *const jl_motion_names[] = { "displacement", "velocity" };
+const int jl_owner[] = { 0 };
+const int jl_first[] = { 0, 1, 2, 3 };
+const int jl_column[] = { 0, 1, 2 };
+const double jl_entry[] = { 1.0, 1.0, 1.0 };
 
 int jl_check(const double *p, char *message, size_t size)
 {
@@ -23,45 +28,45 @@ int jl_check(const double *p, char *message, size_t size)
     return 1;
 }
 
-void jl_initial(const double *p, double z, double *s, int *m) { (void)p, (void)z, (void)s, (void)m; }
+void jl_initial(const double *p, const double *motion, double *s, int *m) { (void)p, (void)motion, (void)s, (void)m; }
 
-double jl_force(const double *p, const double *s, const int *m, double z, double v)
+void jl_force(const double *p, const double *s, const int *m, const double *motion, double *f)
 {
-    (void)s, (void)m, (void)v;
-    return p[0] > 1e6 ? NAN : p[0] * z;
+    (void)s, (void)m;
+    f[0] = p[0] > 1e6 ? NAN : p[0] * motion[0];
 }
 
-double jl_step(const double *p, const double *s, double z, double v, double h, double *after)
+void jl_step(const double *p, const double *s, const double *motion, double h, double *after, double *f)
 {
     (void)h, (void)after;
-    return jl_force(p, s, NULL, z, v);
+    jl_force(p, s, NULL, motion, f);
 }
 
-void jl_step_partials(const double *p, const double *s, double z, double v, double *dF)
+void jl_step_partials(const double *p, const double *s, const double *motion, double *dF)
 {
-    (void)s, (void)z, (void)v;
+    (void)s, (void)motion;
     dF[0] = p[0];
     dF[1] = 0.0;
 }
 
-void jl_rates(const double *p, const double *s, const int *m, double z, double v, double *rate)
+void jl_rates(const double *p, const double *s, const int *m, const double *motion, double *rate)
 {
-    (void)p, (void)s, (void)m, (void)z, (void)v, (void)rate;
+    (void)p, (void)s, (void)m, (void)motion, (void)rate;
 }
 
-void jl_indicators(const double *p, const double *s, const int *m, double z, double v, double *g)
+void jl_indicators(const double *p, const double *s, const int *m, const double *motion, double *g)
 {
-    (void)p, (void)s, (void)m, (void)z, (void)v, (void)g;
+    (void)p, (void)s, (void)m, (void)motion, (void)g;
 }
 
-int jl_event(const double *p, double *s, int *m, double z, double v)
+int jl_event(const double *p, double *s, int *m, const double *motion)
 {
-    (void)p, (void)s, (void)m, (void)z, (void)v;
+    (void)p, (void)s, (void)m, (void)motion;
     return 0;
 }
 
-void jl_partials(const double *p, const double *s, const int *m, double z, double v, double *dF, double *dR)
+void jl_partials(const double *p, const double *s, const int *m, const double *motion, double *dF, double *dR)
 {
     (void)m, (void)dR;
-    jl_step_partials(p, s, z, v, dF);
+    jl_step_partials(p, s, motion, dF);
 }

@@ -4,7 +4,11 @@
 
 enum {
     JL_VARIABLES = 5,
+    JL_INPUTS = 2,
+    JL_OUTPUTS = 1,
     JL_PARAMETERS = 1,
+    JL_STRUCTURE = 0,
+    JL_JOINTS = 1,
     JL_STATES = 0,
     JL_CONTINUOUS = 0,
     JL_MODES = 0,

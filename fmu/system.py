@@ -1,0 +1,134 @@
+"""What an FMU computes: a linear structure with joints in it; a lone joint is the structure that is not there."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from jointlib.arrays import Array
+from jointlib.errors import InputError
+from jointlib.joint import Joint
+
+from .variables import variables_of
+
+
+@dataclass(frozen=True)
+class Signal:
+    """An input, an output or a state of the structure; ``size`` is how large it usually is."""
+
+    name: str
+    unit: str
+    description: str
+    size: float = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class System:
+    """x' = A x + B u + G f, [z; v] = C x + D u, y = E x + F u + H f.
+
+    Structure states x, inputs u, outputs y; f are the joints' forces in N, and the rows of C and D give displacement
+    (m) and velocity (m/s) of each joint in turn: z₀, v₀, z₁, v₁ …
+    """
+
+    name: str
+    title: str
+    """What it is, in one sentence without a full stop."""
+    inputs: tuple[Signal, ...]
+    outputs: tuple[Signal, ...]
+    joints: tuple[tuple[str, Joint], ...]
+    """Each joint with what stands before the names of its variables; nothing before those of a lone joint."""
+    C: Array
+    D: Array
+    E: Array
+    F: Array
+    H: Array
+    A: Array
+    B: Array
+    G: Array
+    states: tuple[Signal, ...] = ()
+    lone: Joint | None = None
+    """The joint, where the system is a joint and nothing else."""
+    band: tuple[float, float] = (0.0, 0.0)
+    """Lowest and highest natural frequency in Hz, joints linear; 0 where nothing swings by itself."""
+    step: float | None = None
+    """Communication step in s that resolves the inputs, where the structure is integrated inside."""
+
+    def matrix(self) -> Array:
+        """[[A, B, G], [C, D, 0], [E, F, H]]: every row that is computed over states, inputs and joint forces."""
+        none = np.zeros((len(self.C), len(self.joints)))
+        return np.block([[self.A, self.B, self.G], [self.C, self.D, none], [self.E, self.F, self.H]])
+
+
+def fmi_name(text: str) -> str:
+    """A name as FMI's structured naming takes it: in quotes where it is more than letters, digits and _."""
+    if re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", text):
+        return text
+    return "'" + re.sub(r"(['\\])", r"\\\1", text) + "'"
+
+
+def prefixed(prefix: str, name: str) -> str:
+    """``guide.hertz_guide.preload``; nothing goes before the names of a lone joint."""
+    return f"{prefix}.{name}" if prefix else name
+
+
+def system_of_joint(joint: Joint) -> System:
+    """A joint alone: displacement and velocity in, force out."""
+    every = variables_of(joint)
+    inputs, outputs = (
+        tuple(Signal(v.name, v.unit, v.description) for v in every if v.kind == kind) for kind in ("input", "output")
+    )
+    title = f"Restoring force of the joint {joint.name}: " + " + ".join(law.kind for law in joint.laws)
+    return _of_joint(joint.name, title, inputs, outputs, joint, np.eye(2), np.ones((1, 1)), joint)
+
+
+def system_of_connection(name: str, joint: Joint, sides: int) -> System:
+    """A joint between two sides (or one, the other being the ground) that move by themselves.
+
+    Displacement and velocity of each side in; out the force on each side, −f on the first and +f on the second.
+    """
+    if sides not in {1, 2}:
+        raise InputError(f"connection {name!r}: {sides} sides, expected 1 (the other is the ground) or 2")
+    numbers = range(1, sides + 1)
+    inputs = [
+        Signal(f"{quantity}_{i}", unit, f"{quantity} of side {i} along the connection")
+        for i in numbers
+        for quantity, unit in (("displacement", "m"), ("velocity", "m/s"))
+    ]
+    outputs = [Signal(f"force_{i}", "N", f"force of the joint on side {i}") for i in numbers]
+    sign = np.array([1.0, -1.0])[:sides]
+    title = f"Connection {name}: " + " + ".join(law.kind for law in joint.laws)
+    return _of_joint(name, title, inputs, outputs, joint, np.kron(sign, np.eye(2)), -sign[:, None], None)
+
+
+def _of_joint(
+    name: str,
+    title: str,
+    inputs: Sequence[Signal],
+    outputs: Sequence[Signal],
+    joint: Joint,
+    D: Array,
+    H: Array,
+    lone: Joint | None,
+) -> System:
+    """A joint without structure."""
+    nu, ny = len(inputs), len(outputs)
+    none = np.zeros((0, 0))
+    return System(
+        name,
+        title,
+        tuple(inputs),
+        tuple(outputs),
+        (("", joint),),
+        C=np.zeros((2, 0)),
+        D=D,
+        E=np.zeros((ny, 0)),
+        F=np.zeros((ny, nu)),
+        H=H,
+        A=none,
+        B=np.zeros((0, nu)),
+        G=np.zeros((0, 1)),
+        lone=lone,
+    )

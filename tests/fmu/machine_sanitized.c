@@ -1,0 +1,83 @@
+/* A whole machine FMU linked into one program for the sanitizers: steps, events, partials, saved states, both kinds. */
+#include <stdarg.h>
+#include "all.c"
+
+static int failures;
+#define CHECK(condition) ((condition) ? (void)0 : (void)(failures++, printf("line %d: %s\n", __LINE__, #condition)))
+
+static void tell(fmi2ComponentEnvironment where, fmi2String name, fmi2Status status, fmi2String category, fmi2String text,
+                 ...)
+{
+    va_list list;
+    (void)where, (void)name, (void)status, (void)category;
+    va_start(list, text);
+    vprintf(text, list);
+    va_end(list);
+    printf("\n");
+    failures++;
+}
+
+static fmi2Component start(int exchange)
+{
+    static const fmi2CallbackFunctions callbacks = { tell, NULL, NULL, NULL, NULL };
+    fmi2Component c = fmi2Instantiate("it", exchange ? fmi2ModelExchange : fmi2CoSimulation, jl_token, NULL, &callbacks,
+                                      fmi2False, fmi2True);
+    CHECK(c && fmi2SetupExperiment(c, fmi2False, 0.0, 0.0, fmi2False, 0.0) == fmi2OK);
+    CHECK(fmi2EnterInitializationMode(c) == fmi2OK && fmi2ExitInitializationMode(c) == fmi2OK);
+    return c;
+}
+
+static void outputs(fmi2Component c, double *y)
+{
+    unsigned int reference[JL_OUTPUTS], i;
+    for (i = 0; i < JL_OUTPUTS; i++) reference[i] = JL_FIRST_OUTPUT + i;
+    CHECK(fmi2GetReal(c, reference, JL_OUTPUTS, y) == fmi2OK);
+}
+
+static void steps(void)
+{
+    fmi2Component c = start(0);
+    fmi2FMUstate saved = NULL;
+    const unsigned int force = 0;
+    double y[2][JL_OUTPUTS];
+    int run, i;
+    CHECK(fmi2GetFMUstate(c, &saved) == fmi2OK);
+    for (run = 0; run < 2; run++) {
+        CHECK(fmi2SetFMUstate(c, saved) == fmi2OK);
+        for (i = 0; i < 100; i++) {
+            const double level = (i % 3 - 1) * 3.0 * i;
+            CHECK(fmi2SetReal(c, &force, 1, &level) == fmi2OK && fmi2DoStep(c, i * 1e-4, 1e-4, fmi2True) == fmi2OK);
+        }
+        outputs(c, y[run]);
+    }
+    CHECK(memcmp(y[0], y[1], sizeof y[0]) == 0 && y[0][0] != 0.0);
+    CHECK(fmi2FreeFMUstate(c, &saved) == fmi2OK);
+    fmi2FreeInstance(c);
+}
+
+static void exchange(void)
+{
+    fmi2Component c = start(1);
+    fmi2EventInfo info;
+    double y[JL_OUTPUTS], x[JL_ROOM(JL_CONTINUOUS)], g[JL_ROOM(JL_INDICATORS)], result[JL_OUTPUTS];
+    int i;
+    CHECK(fmi2NewDiscreteStates(c, &info) == fmi2OK && fmi2EnterContinuousTimeMode(c) == fmi2OK);
+    for (i = 0; i < JL_CONTINUOUS; i++) x[i] = i % 2 ? 1e-2 : 1e-6;
+    CHECK(fmi2SetContinuousStates(c, x, JL_CONTINUOUS) == fmi2OK);
+    CHECK(fmi2GetDerivatives(c, x, JL_CONTINUOUS) == fmi2OK && fmi2GetEventIndicators(c, g, JL_INDICATORS) == fmi2OK);
+    for (i = 0; i < JL_CONTINUOUS; i++) {
+        const unsigned int known = JL_FIRST_STATE + (unsigned int)jl_continuous[i], unknown = JL_FIRST_OUTPUT;
+        const double one = 1.0;
+        CHECK(fmi2GetDirectionalDerivative(c, &unknown, 1, &known, 1, &one, result) == fmi2OK);
+    }
+    outputs(c, y);
+    CHECK(fmi2EnterEventMode(c) == fmi2OK && fmi2NewDiscreteStates(c, &info) == fmi2OK);
+    fmi2FreeInstance(c);
+}
+
+int main(void)
+{
+    steps();
+    exchange();
+    return failures != 0;
+}
