@@ -21,6 +21,7 @@ VERBS = {
     "check": "Compare the coupled machine, joints linearised, with python-control.",
     "lobes": "Stability lobes of a machine.",
     "fmu": "Export a joint as an FMU and verify it, or verify one.",
+    "ssp": "Export a machine as a system of FMUs.",
     "laws": "The joint laws that are installed, with their fields and units.",
     "doctor": "What this computer can do.",
 }

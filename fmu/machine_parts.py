@@ -1,0 +1,169 @@
+"""A machine cut at its joints: what becomes an FMU of its own, and where its parts touch."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from jointlib.arrays import Array
+from jointlib.errors import InputError
+from jointlib.joint import Joint
+from machines.component import Component
+from machines.lumped import Lumped
+from machines.machine import AXES
+from machines.machine import Machine as Machine
+from machines.second_order import MachineEquations, machine_equations
+
+_NOTHING = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """Components that rigid connections tie together, in their generalised coordinates p."""
+
+    name: str
+    component: Component
+    ports: Mapping[str, Array]
+    """Rows over p: a force on the port acts along its row, the motion of the port is read along it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Link:
+    """A joint and the ports it acts on: −f on the first and, unless the other side stands still, +f on the second.
+
+    With one port the row of that port gives the whole relative displacement.
+    """
+
+    name: str
+    joint: Joint
+    ends: tuple[tuple[str, str], ...]
+    """Names of body and port, one or two."""
+
+
+@dataclass(frozen=True, eq=False)
+class Parts:
+    """What a machine consists of, bodies and links in the order of their names."""
+
+    word: str
+    """The machine's name, as far as it is letters, digits and underscores."""
+    bodies: tuple[Body, ...]
+    links: tuple[Link, ...]
+    outside: Mapping[str, tuple[str, str]]
+    """Body and port by ``x`` and ``y``, the axes of the tool, and ``drive`` where the driven dof is neither."""
+    equations: MachineEquations
+    """Of the machine before it was cut."""
+    joints: tuple[tuple[str, Joint], ...]
+    """Link and joint in the order of the rows of ``equations.joints``."""
+    outside_rows: Array
+    """One row over the coordinates of the machine for each entry of ``outside``."""
+    untouched: tuple[str, ...]
+    """Bodies that nothing acts on, which are left out."""
+    highest: float | None
+    """Highest frequency of interest in Hz, if the machine states one."""
+
+
+def parts_of_machine(machine: Machine) -> Parts:
+    """Cut a machine at its flexible connections.
+
+    Every connection has a port of its own on each body it touches, and so have the tool's axes and the drive: a body
+    sums the forces itself. A side that rigid connections hold to the ground counts as ground.
+    """
+    joints = machine.joints()
+    if not joints:
+        raise InputError(f"{machine.where}: no flexible connection, so it is no system; export it as one FMU")
+    equations = machine_equations(machine)
+    home = _homes(machine, equations)
+    taken: set[str] = set()
+    names = {
+        block: _unique("_".join(name for name, place in home.items() if place == block), taken)
+        for block in sorted(set(home.values()))
+    }
+    ports: dict[int, dict[str, Array]] = {block: {} for block in names}
+    used = {block: {*AXES, "drive"} for block in names}
+    outside, rows = {}, _outside(machine)
+    for name, row in rows.items():
+        pieces = _pieces(row @ equations.shapes, equations)
+        if not pieces:
+            raise InputError(f"{machine.where}: the {name} of tool or drive is held rigidly, expected it to move")
+        ((block, ports[block][name]),) = pieces.items()
+        outside[name] = (names[block], name)
+    links = []
+    for connection, joint, row in zip(machine.flexible, joints, equations.joints, strict=True):
+        pieces = _pieces(row, equations)
+        if not pieces:
+            raise InputError(f"{machine.where}: rigid connections leave {connection.name!r} nothing that moves")
+        first = home.get(connection.between[0].split(".")[0])
+        ends: list[tuple[str, str]] = []
+        for block in sorted(pieces, key=lambda i: i != first):
+            port = _unique(connection.name, used[block])
+            ports[block][port] = pieces[block] if not ends else -pieces[block]
+            ends.append((names[block], port))
+        links.append(Link(_unique(connection.name, taken), joint, tuple(ends)))
+    bodies = [
+        Body(name, _component(name, equations.blocks[block], machine, equations), ports[block])
+        for block, name in names.items()
+        if ports[block]
+    ]
+    return Parts(
+        _unique(machine.name, set()),
+        tuple(sorted(bodies, key=lambda body: body.name)),
+        tuple(sorted(links, key=lambda link: link.name)),
+        outside,
+        equations,
+        tuple((link.name, link.joint) for link in links),
+        np.array(list(rows.values())) @ equations.shapes,
+        tuple(name for block, name in names.items() if not ports[block]),
+        machine.frequency[1] if machine.frequency else None,
+    )
+
+
+def _outside(machine: Machine) -> dict[str, Array]:
+    """Rows over the machine's dofs of the tool's axes and, where it is none of them, the drive."""
+    dofs = {axis: machine.tool[axis] for axis in AXES if axis in machine.tool}
+    driven = machine.driven_dof()
+    if driven not in dofs.values():
+        dofs["drive"] = driven
+    return dict(zip(dofs, machine.dof_rows(list(dofs.values()), "[tool]"), strict=True))
+
+
+def _homes(machine: Machine, equations: MachineEquations) -> dict[str, int]:
+    """The block that each component moves with; one that cannot move has none."""
+    owner = np.repeat(np.arange(len(machine.components)), [len(c.dofs) for c in machine.components])
+    found = {}
+    for i, component in enumerate(machine.components):
+        reach = np.max(np.abs(equations.shapes[owner == i]), axis=0)
+        for block, part in enumerate(equations.blocks):
+            if np.any(reach[part] > _NOTHING * np.max(np.abs(equations.shapes))):
+                found[component.name] = block
+    return found
+
+
+def _pieces(row: Array, equations: MachineEquations) -> dict[int, Array]:
+    """The part of a row on every block that it touches by more than rounding."""
+    least = _NOTHING * float(np.max(np.abs(equations.shapes), initial=0.0))
+    return {i: row[part] for i, part in enumerate(equations.blocks) if np.max(np.abs(row[part]), initial=0.0) > least}
+
+
+def _component(name: str, block: slice, machine: Machine, equations: MachineEquations) -> Component:
+    """The block as a component whose degrees of freedom are its coordinates."""
+    M, C, K = (matrix[block, block] for matrix in (equations.mass, equations.damping, equations.stiffness))
+    alone = [c for c in machine.components if c.name == name and len(c.dofs) == len(M)]
+    start = [dof.split(".")[0] for dof in machine.dofs].index(name) if alone else 0
+    same = alone and np.array_equal(equations.shapes[start : start + len(M), block], np.eye(len(M)))
+    dofs = alone[0].dofs if same else tuple(f"coordinate_{i + 1}" for i in range(len(M)))
+    return Lumped(name, dofs, M, C, K)
+
+
+def _unique(name: str, taken: set[str]) -> str:
+    """A word of letters, digits and underscores that is not taken yet, which it then is."""
+    plain = re.sub(r"\W+", "_", name, flags=re.ASCII).strip("_")
+    word = plain = plain if plain[:1].isalpha() else f"part_{plain}".strip("_")
+    number = 1
+    while word in taken:
+        number += 1
+        word = f"{plain}_{number}"
+    taken.add(word)
+    return word

@@ -1,0 +1,142 @@
+"""Export of a machine as a system of FMUs (SSP 1.0): one FMU for each body and one for each flexible connection."""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+
+from jointlib.errors import InputError
+from jointlib.io import atomic
+
+from .archive import archive_bytes
+from .export import Export, export_fmu
+from .loop_step import Loop, Master, largest_step, natural_frequencies
+from .machine_parts import Machine, Parts, parts_of_machine
+from .machine_system import system_of_component
+from .ssd import INNER_SSD, SSD, Connector, Element, End, Structure, check_structure, inner, ssd_text
+from .ssp_notes import runtime_notes, step_notes
+from .ssp_verify import verify_ssp
+from .step_limit import StepLimit, operating_range, step_limit
+from .system import System, system_of_connection
+
+
+@dataclass(frozen=True)
+class SspExport:
+    """A system of FMUs that was written, and what its user must know."""
+
+    file: Path
+    max_step: float | None
+    """Largest stable communication step in s of a Jacobi master, None where no step is, or where every step is."""
+    recommended_step: float | None
+    """Step in s that keeps the damping within 5 %."""
+    masters: dict[str, float | None]
+    """Largest stable step in s with a master of each kind."""
+    platforms: tuple[str, ...]
+    verified_with: tuple[str, ...]
+    messages: tuple[str, ...]
+    """Sentences for the user."""
+
+
+def export_ssp(machine: Machine, path: Path | str) -> SspExport:
+    """Write a machine as an SSP whose FMUs exchange forces and motions once per communication step.
+
+    Components that rigid connections tie together are one FMU. The identified parameters are the start values of the
+    FMUs. Before the file appears every FMU has been verified, the structure has been compared with the FMUs and with
+    the schema of SSP 1.0, and a short run in FMPy agreed with the machine's own equations.
+    """
+    path = Path(path)
+    if path.suffix != ".ssp":
+        raise InputError(f"{path}: the file name of a system of FMUs, expected one that ends in .ssp")
+    if path.is_dir():
+        raise InputError(f"{path}: a folder, expected the name of a file to write")
+    parts = parts_of_machine(machine)
+    loop, tangents = stiffest_loop(parts)
+    steps = {master: largest_step(loop, master) for master in Master}
+    systems = _systems(parts)
+    members: dict[str, bytes] = {}
+    exports: list[Export] = []
+    with tempfile.TemporaryDirectory(prefix="jointlib-") as folder:
+        for name, system in systems.items():
+            file = Path(folder) / f"{name}.fmu"
+            exports.append(export_fmu(system, file))
+            members[f"resources/{file.name}"] = file.read_bytes()
+    structure = _structure(parts, systems)
+    coupling = {f"{_word(master)}MaxStep": repr(step) for master, step in steps.items() if _finite(step)}
+    jacobi = _finite(steps[Master.JACOBI])
+    recommended = jacobi / 20 if jacobi else None
+    coupling |= {"recommendedStep": repr(recommended)} if recommended else {}
+    slowest = float(min((f for f in natural_frequencies(loop) if f > 0), default=1.0))
+    for name, shown in ((SSD, structure), (INNER_SSD, inner(structure))):
+        members[name] = ssd_text(shown, coupling, recommended, 10 / slowest).encode("utf-8")
+    check_structure(path, members)
+    data = archive_bytes(members)
+    verify_ssp(path, data, parts, loop, jacobi)
+    atomic.write(path, lambda file: file.write(data))
+    platforms = sorted(set.intersection(*(set(done.platforms) for done in exports)))
+    told = [*step_notes(parts, loop, steps, tangents), *runtime_notes(platforms, {done.runtime for done in exports})]
+    return SspExport(
+        path,
+        jacobi,
+        recommended,
+        {master.name.lower(): _finite(step) for master, step in steps.items()},
+        tuple(platforms),
+        (f"FMPy {version('fmpy')}",),
+        tuple(told),
+    )
+
+
+def _finite(step: float | None) -> float | None:
+    return step if step is not None and math.isfinite(step) else None
+
+
+def _word(master: Master) -> str:
+    first, *rest = master.name.lower().split("_")
+    return first + "".join(word.capitalize() for word in rest)
+
+
+def stiffest_loop(parts: Parts) -> tuple[Loop, dict[str, StepLimit]]:
+    """The assembled machine with every joint at its largest stiffness and smallest damping, and these by name."""
+    equations = parts.equations
+    limits = {name: step_limit(joint, operating_range(joint)) for name, joint in parts.joints}
+    k = np.array([limit.stiffness for limit in limits.values()])
+    c = np.array([limit.damping for limit in limits.values()])
+    return Loop(equations.mass, equations.damping, equations.stiffness, equations.joints, k, c), limits
+
+
+def _systems(parts: Parts) -> dict[str, System]:
+    """One system for each FMU by the name of its element; bodies first, so that joints answer their new motion."""
+    bodies = {body.name: system_of_component(body.component, body.ports) for body in parts.bodies}
+    links = {link.name: system_of_connection(link.name, link.joint, len(link.ends)) for link in parts.links}
+    return bodies | links
+
+
+def _structure(parts: Parts, systems: Mapping[str, System]) -> Structure:
+    """Elements and wires; a body's port takes a force from the link, or the outside, that it belongs to."""
+    elements = {name: _element(name, system) for name, system in systems.items()}
+    connectors: list[Connector] = []
+    wires: list[tuple[End, End]] = []
+    for name, (body, port) in parts.outside.items():
+        own = {c.name: c for c in elements[body].connectors}
+        for quantity in ("force", "displacement", "velocity"):
+            inside: End = (body, f"{quantity}_{port}")
+            shown: End = (None, f"{quantity}_{name}")
+            connectors.append(replace(own[inside[1]], name=shown[1]))
+            wires.append((shown, inside) if quantity == "force" else (inside, shown))
+    for link in parts.links:
+        for side, (body, port) in enumerate(link.ends, start=1):
+            wires.append(((link.name, f"force_{side}"), (body, f"force_{port}")))
+            wires += [((body, f"{q}_{port}"), (link.name, f"{q}_{side}")) for q in ("displacement", "velocity")]
+    order = sorted(wires, key=lambda wire: [end[0] or "" for end in wire] + [end[1] for end in wire])
+    return Structure(parts.word, tuple(connectors), tuple(elements.values()), tuple(order))
+
+
+def _element(name: str, system: System) -> Element:
+    signals = [*(("input", s) for s in system.inputs), *(("output", s) for s in system.outputs)]
+    connectors = tuple(Connector(s.name, kind, s.unit, s.description) for kind, s in signals)
+    return Element(name, f"resources/{name}.fmu", connectors, system.title)

@@ -1,0 +1,45 @@
+"""``jointlib ssp``: export a machine as a system of FMUs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from jointlib.cli.arguments import Target, Verb, input_file, json_option
+from jointlib.cli.output import emit, working, wrote
+
+
+@click.command("ssp", cls=Verb)
+@input_file("machine")
+@click.option("-o", "output", type=Target(".ssp"), required=True, help="The .ssp file to write.")
+@json_option
+def command(machine: Path, output: Path, as_json: bool) -> None:
+    """Write MACHINE as a system of FMUs (SSP 1.0): one for each component, one for each flexible connection.
+
+    It is run and compared with the machine's equations before it appears. The largest communication step at which
+    the exchange is stable is computed for the assembled machine.
+
+    \b
+    Example:
+      jointlib ssp machines/library/two_mass.toml -o two_mass.ssp
+    """
+    from fmu.ssp import export_ssp
+    from jointlib.cli.joints import with_joints
+    from machines import read_machine
+
+    with working("exporting and verifying"):
+        model, remarks = with_joints(read_machine(machine))
+        done = export_ssp(model, output)
+    messages = [*done.messages, *remarks]
+    data = {
+        "file": str(done.file),
+        "max_step": done.max_step,
+        "recommended_step": done.recommended_step,
+        "masters": done.masters,
+        "platforms": list(done.platforms),
+        "verified_with": list(done.verified_with),
+        "messages": messages,
+    }
+    lines = [wrote(done.file), f"platforms: {', '.join(done.platforms)}"]
+    emit(as_json, data, [*lines, f"verified with {', '.join(done.verified_with)}", *messages])
