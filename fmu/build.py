@@ -10,13 +10,13 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from jointlib.errors import InputError
+from jointlib.errors import InputError, nearest
 from jointlib.io import atomic
 
 FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fvisibility=hidden", "-shared", "-s")
@@ -71,6 +71,24 @@ def compilers() -> tuple[Compiler, ...]:
     # Without the last flag mingw's linker writes the time into the library.
     special = {".dll": ("-static-libgcc", "-Wl,--no-insert-timestamp")}
     return tuple(Compiler(p, known[p.fmi3], special.get(p.suffix, ())) for p in PLATFORMS if known.get(p.fmi3))
+
+
+def compilers_for(platforms: Sequence[str]) -> tuple[Compiler, ...]:
+    """Compilers for these platforms, by their names in FMI 2.0 or 3.0, and for this computer, which verifies.
+
+    A platform that is asked for by name and cannot be had is refused; without names it is every one that can be had.
+    """
+    known = compilers()
+    if not platforms:
+        return known
+    names = {name: p for p in PLATFORMS for name in (p.fmi2, p.fmi3)}
+    for name in platforms:
+        if name not in names:
+            raise InputError(f"platform {name!r} is not known, {nearest(name, dict.fromkeys(names))}")
+        if names[name] not in {c.platform for c in known}:
+            raise InputError(f"no compiler for platform {name!r} here, expected pip install 'jointlib[native]'")
+    wanted = {names[name].fmi3 for name in platforms} | {here()}
+    return tuple(c for c in known if c.platform.fmi3 in wanted)
 
 
 def here() -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,7 +13,7 @@ from jointlib.io import atomic
 from jointlib.joint import Joint
 
 from .archive import archive_bytes
-from .build import can_compile, compilers
+from .build import can_compile, compilers_for
 from .description import NAMELESS, Card, description_text, fingerprint
 from .documentation import documentation_text, licence_of, machine_notes, native_notes, python_notes, step_notes
 from .native import joints_of, without_kernel
@@ -49,7 +50,12 @@ class Export:
 
 
 def export_fmu(
-    joint: Joint | Machine | System, path: Path | str, *, fmi: int = 2, runtime: str | None = None
+    joint: Joint | Machine | System,
+    path: Path | str,
+    *,
+    fmi: int = 2,
+    runtime: str | None = None,
+    platforms: Sequence[str] = (),
 ) -> Export:
     """Write a joint as an FMU (displacement, velocity in, force out), a machine (forces in, motions out) or a system.
 
@@ -58,7 +64,8 @@ def export_fmu(
     native one where a C compiler is found. Co-simulation holds the inputs over a step; a machine is integrated inside.
     Before the file appears FMPy has validated it and repeated a run of the Python laws, within 1e-12 of the largest
     force of a joint, or within 1e-6 of the largest values of a machine. Where ``"c"`` is asked for and no compiler is
-    found, the FMU holds its sources, is validated, and says that it was not run.
+    found, the FMU holds its sources, is validated, and says that it was not run. ``platforms`` (``"win64"`` as in FMI
+    2.0, or ``"x86_64-windows"`` as in 3.0) are compiled for beside this computer's own; without them all that can be.
     """
     path = Path(path)
     _check_path(path, fmi, runtime)
@@ -67,6 +74,8 @@ def export_fmu(
     obstacle = _obstacle(system)
     chosen = runtime or ("python" if obstacle and system.lone else "c")
     _check_runtime(system, fmi, chosen, runtime is None)
+    if platforms and chosen == "python":
+        raise InputError(f"platform {platforms[0]!r}: the Python runtime brings its own, expected runtime 'c'")
     runs_here = chosen == "python" or can_compile()
     coupled = None if system.states else system.joints[0][1]
     over = operating_range(coupled) if coupled else None
@@ -80,7 +89,7 @@ def export_fmu(
         card = replace(card, sources=(TRANSLATION_UNIT,))
     reference = csv_text(run)
     card = _named(system, card, reference)
-    members = _native(system, card) if chosen == "c" else _python(system, card)
+    members = _native(system, card, platforms) if chosen == "c" else _python(system, card)
     present = {name.split("/")[1] for name in members if name.startswith("binaries/")}
     told = native_notes(system, fmi, present) if chosen == "c" else python_notes("" if runtime else obstacle)
     if not runs_here:
@@ -96,11 +105,11 @@ def export_fmu(
     data = archive_bytes(members)
     if runs_here:
         verified = verify_fmu(path, data)
-        platforms, clients = verified.platforms, verified.verified_with
+        made, clients = verified.platforms, verified.verified_with
     else:
-        platforms, clients = validate_fmu(path, data), ()
+        made, clients = validate_fmu(path, data), ()
     atomic.write(path, lambda file: file.write(data))
-    return Export(path, platforms, max_step, clients, chosen, messages)
+    return Export(path, made, max_step, clients, chosen, messages)
 
 
 def _system_of(model: Joint | Machine | System) -> System:
@@ -184,8 +193,9 @@ def _source(system: System, card: Card) -> dict[str, str]:
     return {f"resources/{card.identifier}.py": slave_source(_lone(system), card.identifier)}
 
 
-def _native(system: System, card: Card) -> dict[str, bytes]:
-    members = native_members(_source(system, card), card.fmi, card.identifier, compilers())
+def _native(system: System, card: Card, platforms: Sequence[str]) -> dict[str, bytes]:
+    known = compilers_for(platforms)
+    members = native_members(_source(system, card), card.fmi, card.identifier, known, all_needed=bool(platforms))
     return members | {"documentation/licenses/jointlib.txt": licence_of("jointlib").encode("utf-8")}
 
 

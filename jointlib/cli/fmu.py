@@ -24,10 +24,19 @@ if TYPE_CHECKING:
 @click.option(
     "--runtime", type=click.Choice(["c", "python"]), help="What computes inside; c where a compiler is found."
 )
+@click.option(
+    "--platform", "platforms", multiple=True, help="Compile for this platform, win64 for example; repeatable."
+)
 @click.option("--verify", type=click.Path(path_type=Path), help="Verify this FMU instead.")
 @json_option
 def command(
-    model: Path | None, output: Path | None, fmi: str, runtime: str | None, verify: Path | None, as_json: bool
+    model: Path | None,
+    output: Path | None,
+    fmi: str,
+    runtime: str | None,
+    platforms: tuple[str, ...],
+    verify: Path | None,
+    as_json: bool,
 ) -> None:
     """Write MODEL, a joint or a machine, as an FMU; it is validated and replays its reference run before it appears.
 
@@ -48,7 +57,7 @@ def command(
     from fmu.export import export_fmu
 
     with working("exporting and verifying"):
-        done = export_fmu(_read(model), output, fmi=int(fmi), runtime=runtime)
+        done = export_fmu(_read(model), output, fmi=int(fmi), runtime=runtime, platforms=platforms)
     data = {
         "file": str(done.file),
         "platforms": list(done.platforms),

@@ -391,7 +391,7 @@ def _no_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def _broken_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
     (own,) = (p for p in PLATFORMS if p.fmi3 == platform_tuple)
-    monkeypatch.setattr("fmu.export.compilers", lambda: (Compiler(own, ("false",)),))
+    monkeypatch.setattr("fmu.build.compilers", lambda: (Compiler(own, ("false",)),))
 
 
 @pytest.mark.parametrize(
@@ -438,10 +438,28 @@ def test_compiler_that_fails_for_another_platform_leaves_that_platform_out(
     require("cc")
     foreign = next(p for p in PLATFORMS if p.fmi3 != platform_tuple)
     own = tuple(compiler for compiler in compilers() if compiler.platform.fmi3 == platform_tuple)
-    monkeypatch.setattr("fmu.export.compilers", lambda: (*own, Compiler(foreign, ("false",))))
+    monkeypatch.setattr("fmu.build.compilers", lambda: (*own, Compiler(foreign, ("false",))))
     told = export_fmu(Joint((Viscous(10.0),)), tmp_path / "a.fmu")
     assert told.platforms == (platform,)
     assert any(f"It has no library for {foreign.fmi2}" in text for text in told.messages)
+
+
+def test_a_platform_asked_for_by_name_stands_beside_this_computer_and_no_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    require("cc")
+    (own,) = (compiler for compiler in compilers() if compiler.platform.fmi3 == platform_tuple)
+    # This computer's library in place of those of other platforms, which would ask for other compilers.
+    others = [Compiler(p, own.command) for p in PLATFORMS if p != own.platform and p.suffix == own.platform.suffix]
+    monkeypatch.setattr("fmu.build.compilers", lambda: (own, *others))
+    foreign = others[0].platform
+    for fmi, name in ((2, foreign.fmi2), (3, foreign.fmi3)):
+        told = export_fmu(Joint((Viscous(10.0),)), tmp_path / "a.fmu", fmi=fmi, platforms=[name])
+        assert set(told.platforms) == {own.platform.folder(fmi), foreign.folder(fmi)}
+    monkeypatch.setattr("fmu.build.compilers", lambda: (own, Compiler(foreign, ("false",))))
+    with pytest.raises(InputError, match="cannot compile the FMU for"):
+        export_fmu(Joint((Viscous(10.0),)), tmp_path / "b.fmu", platforms=[foreign.fmi2])
+    assert not (tmp_path / "b.fmu").exists()
 
 
 @both_versions
