@@ -32,14 +32,21 @@ class Model:
 
     @cached_property
     def basis(self) -> Array:
-        """Orthonormal rows that span the columns; dependent columns are dropped."""
+        """Orthonormal rows that span the columns; dependent columns are dropped.
+
+        Columns that one record has of its own come first, so that their rows stay 0 on all others: left out, that
+        record must not lend them a coefficient from what the others share with it.
+        """
         if not len(self.columns):
             return self.columns
         size = np.linalg.norm(self.columns, axis=1, keepdims=True)
-        scaled = (self.columns / np.where(size > 0, size, 1)).T
-        Q, R, _ = qr(scaled, mode="economic", pivoting=True)
-        rank = int(np.sum(np.abs(np.diag(R)) > DEPENDENT))
-        return np.ascontiguousarray(Q[:, :rank].T)
+        scaled = self.columns / np.where(size > 0, size, 1)
+        reached = np.array([np.any(scaled[:, s], axis=1) for s in self.records]).reshape(-1, len(scaled)).sum(axis=0)
+        own, shared = scaled[reached == 1], scaled[reached != 1]
+        first = _orthonormal(own)
+        for _ in range(2):
+            shared = shared - (shared @ first.T) @ first
+        return np.concatenate([first, _orthonormal(shared)])
 
     @cached_property
     def left(self) -> Array:
@@ -106,6 +113,15 @@ class Model:
             x = self.coarse.in_time(i, rows)
             out.append((np.ascontiguousarray(x[:-1]), x[-1]))
         return tuple(out)
+
+
+def _orthonormal(rows: Array) -> Array:
+    """Orthonormal rows that span rows of at most unit length, those left out that nearly depend on others."""
+    if not len(rows):
+        return rows
+    Q, R, _ = qr(rows.T, mode="economic", pivoting=True)
+    rank = int(np.sum(np.abs(np.diag(R)) > DEPENDENT))
+    return np.ascontiguousarray(Q[:, :rank].T)
 
 
 def prediction_error(model: Model) -> Array:
