@@ -10,6 +10,7 @@ from jointlib.laws.coulomb import Coulomb
 from jointlib.laws.cubic import Cubic
 from jointlib.laws.dahl import Dahl
 from jointlib.laws.gap import Gap
+from jointlib.laws.hertz_contact import HertzContact
 from jointlib.laws.hertz_guide import HertzGuide
 from jointlib.laws.iwan import Iwan
 from jointlib.laws.jenkins import Jenkins
@@ -32,6 +33,7 @@ SURFACE = ((0.0, 463.062), (654.164e6, 0.0), (0.0, -19.8415e12), (-1.7083e18, 0.
 
 LAWS: tuple[JointLaw, ...] = (
     HertzGuide(630.0, KAPPA),
+    HertzContact(630.0, KAPPA),
     Polynomial(SURFACE),
     Polynomial(((1.0, 400.0, 3.0), (6e8, 2e7, 1e6), (1e13, 1e12, 5e11))),
     Chebyshev(((3.0, 60.0), (2600.0, -4.0), (5.0, 7.0), (-40.0, 2.0)), 4e-6, 0.12),
