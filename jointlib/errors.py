@@ -31,6 +31,7 @@ class Outcome(Enum):
     NEGATIVE_DAMPING = "The joint feeds energy in at this amplitude, an artefact of the fit. Lower the force."
     FRF_TOO_SHORT = "A receptance ends below the harmonics that are needed. Extend its frequency range."
     STALLED = "The joint amplitudes did not settle. Raise the force in smaller steps."
+    NO_EQUILIBRIUM = "The mean force of a joint cannot balance the static load at this amplitude. Lower the force."
     PEAK_AT_EDGE = "The largest response lies at the edge of the frequency range. Widen the range."
 
 

@@ -14,6 +14,8 @@ from .operating import OperatingPoint, frozen_receptance, operating_point
 from .peaks import Peak
 from .response import AmplitudeMap, Newton, Response, response
 from .rigid import Rigid
+from .static_load import StaticLoad
+from .statics import StaticPoint, static_point
 
 __all__ = [
     "AmplitudeMap",
@@ -32,6 +34,8 @@ __all__ = [
     "Rigid",
     "SecondOrder",
     "StabilityLobes",
+    "StaticLoad",
+    "StaticPoint",
     "couple",
     "frozen_receptance",
     "linear_check",
@@ -40,4 +44,5 @@ __all__ = [
     "read_machine",
     "response",
     "stability_lobes",
+    "static_point",
 ]

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
-from jointlib.errors import InputError
+from jointlib.errors import InputError, Outcome
 from jointlib.joint import Joint
 
+from .bias import Biased, Drifting, Together, at_working_point, keeps_mean
 from .coupling import couple
 from .indices import Index, Mask
 from .limits import Limit, amplitude_limit
@@ -62,18 +64,46 @@ class Assembly:
 
     @cached_property
     def joints(self) -> tuple[Joint, ...]:
-        """All joints, linear or not, in the order of `Machine.flexible`."""
-        return self.machine.joints()
+        """All joints, linear or not, in the order of `Machine.flexible`; under a static load about where they stand."""
+        if self.biased is None:
+            return self._standing.joints()
+        joints = list(self._standing.joints())
+        if len(self.biased.members) == 1:
+            i = self.biased.members[0]
+            joints[i] = replace(joints[i], laws=(Drifting(self.biased),))
+        return tuple(joints)
+
+    @cached_property
+    def _standing(self) -> Machine:
+        return at_working_point(self.machine)
+
+    @cached_property
+    def biased(self) -> Biased | None:
+        """How the means of the nonlinear joints balance a static load; None without one."""
+        if self.machine.static is None or not self.nonlinear:
+            return None
+        return Biased.of(self.machine, self.nonlinear)
+
+    @cached_property
+    def moving(self) -> Sequence[Joint]:
+        """The nonlinear joints, as the solvers take them."""
+        joints = tuple(self.joints[i] for i in self.nonlinear)
+        return joints if self.biased is None or len(joints) == 1 else Together(joints, self.biased)
 
     @cached_property
     def nonlinear(self) -> tuple[int, ...]:
         """Indices of the joints whose gain depends on amplitude."""
-        return tuple(i for i, joint in enumerate(self.joints) if not is_linear(joint))
+        joints = self._standing.joints()
+        resting = self.machine.static is None
+        return tuple(i for i, joint in enumerate(joints) if not (is_linear(joint) and (resting or keeps_mean(joint))))
 
     @cached_property
     def limits(self) -> tuple[Limit, ...]:
         """Up to where each nonlinear joint may be used."""
-        return tuple(amplitude_limit(self.joints[i]) for i in self.nonlinear)
+        limits = tuple(amplitude_limit(self.joints[i]) for i in self.nonlinear)
+        if self.biased is None or len(limits) != 1 or limits[0].amplitude <= self.biased.limit:
+            return limits
+        return (Limit(self.biased.limit, Outcome.NO_EQUILIBRIUM),)
 
     @cached_property
     def _ports(self) -> Array:

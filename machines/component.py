@@ -60,6 +60,10 @@ class Component(ABC):
         """
         return None
 
+    def weight(self, gravity: Array) -> Array | None:
+        """Static force of gravity (acceleration in m/s², machine axes) on every dof in N; None if no mass is known."""
+        return None
+
 
 def checked_dofs(where: str, dofs: Sequence[str]) -> tuple[str, ...]:
     """Names of degrees of freedom, which must differ and hold no dot."""

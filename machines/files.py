@@ -11,10 +11,12 @@ from jointlib.io.toml import Section, read_toml
 from jointlib.joint import Joint
 from jointlib.registry import plugin
 
+from .bundles import expand
 from .component import Component
 from .connection import Connection, Identify
 from .lobes.cutting import Cutting
 from .machine import Machine
+from .static_load import StaticLoad
 
 _CUTTING_UNITS = {
     "tangential": "N/m^2",
@@ -33,6 +35,8 @@ def read_machine(path: Path | str) -> Machine:
     name = document.text("name", path.name.removesuffix(".toml").removesuffix(".machine"))
     components = tuple(_component(section) for section in document.sections("component"))
     connections = tuple(_connection(section) for section in document.sections("connection"))
+    bundled = [c for section in document.sections("bundle") for c in expand(section)]
+    static = StaticLoad.from_section(document.section("static")) if document.has("static") else None
     tool_section = document.section("tool")
     tool = {axis: tool_section.text(axis) for axis in ("x", "y") if tool_section.has(axis)}
     tool_section.done()
@@ -45,13 +49,14 @@ def read_machine(path: Path | str) -> Machine:
     document.done()
     return Machine(
         components=components,
-        connections=connections,
+        connections=(*connections, *bundled),
         name=name,
         tool=tool,
         drive=drive,
         force=force,
         frequency=None if frequency is None else (frequency[0], frequency[1]),
         cutting=cutting,
+        static=static,
         source=path,
     )
 

@@ -14,6 +14,7 @@ from jointlib.joint import Joint
 from jointlib.law import JointLaw, Motion
 
 from .assembly import Assembly
+from .bias import at_working_point
 from .limits import amplitude_limit
 from .machine import Machine
 from .second_order import MachineEquations, machine_equations
@@ -82,6 +83,7 @@ def linear_check(machine: Machine, amplitude: float | None = None, frequency: Ar
     """
     if amplitude is not None and not (np.isfinite(amplitude) and amplitude > 0):
         raise InputError(f"check: amplitude is {amplitude!r} m, expected more than 0, or none for the tangent at rest")
+    machine = at_working_point(machine)
     for connection, joint in zip(machine.flexible, machine.joints(), strict=True):
         limit = amplitude_limit(joint)
         if amplitude is not None and amplitude > limit.amplitude:

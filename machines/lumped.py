@@ -12,6 +12,7 @@ from jointlib.errors import InputError
 from jointlib.io.toml import Section
 
 from .component import Component, SecondOrder, checked_dofs, checked_square
+from .static_load import axis_of
 
 _BLOCK = 2**22
 """Matrix entries that are solved at a time; bounds the memory to about 64 MB."""
@@ -72,3 +73,8 @@ class Lumped(Component):
         damping = zero if self.damping is None else self.damping
         stiffness = zero if self.stiffness is None else self.stiffness
         return SecondOrder(self.mass, damping, stiffness, np.eye(n))
+
+    def weight(self, gravity: Array) -> Array:
+        """M a, a the acceleration along each dof, whose axis its name tells (x, uy, z_2); others carry none."""
+        axes = [axis_of(dof) for dof in self.dofs]
+        return np.asarray(self.mass @ [0.0 if axis is None else gravity[axis] for axis in axes])

@@ -15,6 +15,7 @@ from jointlib.joint import Joint
 
 from .component import Component
 from .connection import Connection, unit_row
+from .static_load import StaticLoad
 
 AXES = ("x", "y")
 
@@ -35,6 +36,8 @@ class Machine:
         Lowest and highest frequency of interest in Hz.
     cutting
         Fields of `machines.lobes.Cutting` in SI, or None.
+    static
+        What it carries while it vibrates, or None: joints then vibrate about zero.
     source
         The file it came from.
     """
@@ -47,6 +50,7 @@ class Machine:
     force: tuple[float, ...] = ()
     frequency: tuple[float, float] | None = None
     cutting: Mapping[str, Any] | None = None
+    static: StaticLoad | None = None
     source: Path | None = None
 
     def __post_init__(self) -> None:
@@ -73,6 +77,8 @@ class Machine:
         if self.drive is not None:
             unit_row(self.drive, self.components, f"{where}: [response]: drive")
         checked_forces(self.force, f"{where}: [response]")
+        if self.static is not None:
+            self.static.check(self.dofs, [c.name for c in self.flexible], f"{where}: [static]")
         if self.frequency is not None:
             checked_range(self.frequency, f"{where}: [response]")
 

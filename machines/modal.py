@@ -12,6 +12,7 @@ from jointlib.errors import InputError
 from jointlib.io.toml import Section
 
 from .component import Component, SecondOrder, checked_dofs
+from .static_load import axis_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,6 +29,11 @@ class Modal(Component):
         One column per mode, one row per degree of freedom.
     modal_mass
         kg, shape (modes,); 1 where the shapes are normalised to unit modal mass.
+    mass
+        kg of the whole part, for its weight; modes do not tell it.
+    carries
+        Degrees of freedom at which the weight acts, one per machine axis at most (the axis is told by the name: x, uy,
+        z_2); default: all that are named after an axis.
     """
 
     name: str
@@ -36,6 +42,8 @@ class Modal(Component):
     damping_ratio: Array
     shapes: Array
     modal_mass: Array | None = None
+    mass: float | None = None
+    carries: tuple[str, ...] | None = None
 
     kind: ClassVar[str] = "modal"
 
@@ -65,6 +73,13 @@ class Modal(Component):
         for key, value in {**values, "shapes": shapes}.items():
             object.__setattr__(self, key, value)
         object.__setattr__(self, "dofs", dofs)
+        if self.mass is not None and not (np.isfinite(self.mass) and self.mass > 0):
+            raise InputError(f"{where}: mass is {self.mass!r} kg, expected more than 0")
+        for dof in self.carries or ():
+            if dof not in dofs or axis_of(dof) is None:
+                raise InputError(
+                    f"{where}: carries names {dof!r}, expected dofs named after an axis, such as z or uz_2"
+                )
 
     @classmethod
     def from_section(cls, section: Section) -> Modal:
@@ -76,6 +91,8 @@ class Modal(Component):
             np.array(section.numbers("damping_ratio", "1")),
             np.array(section.matrix("shapes", "1")),
             None if mass is None else np.array(mass),
+            section.number("mass", "kg", None),
+            section.words("carries", None),
         )
 
     def receptance(self, omega: Array, ports: Array | None = None) -> ComplexArray:
@@ -93,3 +110,21 @@ class Modal(Component):
         return SecondOrder(
             np.diag(mass), np.diag(2 * self.damping_ratio * natural * mass), np.diag(natural**2 * mass), self.shapes
         )
+
+    def weight(self, gravity: Array) -> Array | None:
+        """The whole weight at the dofs that carry it; an axis along which there is none is taken as held rigidly."""
+        if self.mass is None:
+            return None
+        out, taken = np.zeros(len(self.dofs)), set()
+        for i, dof in enumerate(self.dofs):
+            axis = axis_of(dof)
+            if axis is None or (self.carries is not None and dof not in self.carries):
+                continue
+            if axis in taken:
+                raise InputError(
+                    f"component {self.name!r}: several dofs move along {'xyz'[axis]}, expected carries with the ones "
+                    "that carry the weight"
+                )
+            taken.add(axis)
+            out[i] = self.mass * gravity[axis]
+        return out

@@ -11,6 +11,7 @@ from jointlib.arrays import Array, ComplexArray
 from jointlib.joint import Joint
 
 from .assembly import View
+from .bias import Together, force_slopes
 from .indices import Index, Mask
 
 _ITERATIONS = 60
@@ -76,7 +77,7 @@ class Problem:
     """z + H (G − G0) z = driven at all points, with the gain at rest G0 coupled into H and into the driving."""
 
     omega: Array
-    joints: tuple[Joint, ...]
+    joints: Sequence[Joint]
     base: ComplexArray
     Hzz: ComplexArray
     driven: ComplexArray
@@ -91,7 +92,7 @@ class Problem:
         system = np.eye(nj) + view.Hzz * base[:, None, :]
         both = np.concatenate([view.Hzz, view.Hzf[:, :, :1] * force[:, None, None]], axis=2)
         both = np.asarray(np.linalg.solve(system, both), dtype=complex)
-        return cls(view.omega, tuple(joints), base, both[:, :, :nj], both[:, :, nj], cap)
+        return cls(view.omega, joints, base, both[:, :, :nj], both[:, :, nj], cap)
 
     def at(self, points: Index | Mask) -> Problem:
         return Problem(
@@ -106,10 +107,14 @@ class Problem:
     def jacobian(self, z: ComplexArray, gain: ComplexArray, slope: ComplexArray) -> Array:
         """Real Jacobian over [Re z, Im z], shape (points, 2nj, 2nj)."""
         A = np.abs(z)
-        half = slope * A / 2
-        turn = np.where(A > 0, z / np.where(A > 0, A, 1.0), 0.0) ** 2
-        by_z = np.eye(z.shape[1]) + self.Hzz * (gain - self.base + half)[:, None, :]
-        by_conjugate = self.Hzz * (turn * half)[:, None, :]
+        if slope.ndim == 3:
+            by_z, by_conjugate = (self.Hzz @ part for part in force_slopes(z, gain - self.base, slope))
+            by_z += np.eye(z.shape[1])
+        else:
+            half = slope * A / 2
+            turn = np.where(A > 0, z / np.where(A > 0, A, 1.0), 0.0) ** 2
+            by_z = np.eye(z.shape[1]) + self.Hzz * (gain - self.base + half)[:, None, :]
+            by_conjugate = self.Hzz * (turn * half)[:, None, :]
         plus, minus = by_z + by_conjugate, by_z - by_conjugate
         return np.concatenate(
             [np.concatenate([plus.real, -minus.imag], axis=2), np.concatenate([plus.imag, minus.real], axis=2)], axis=1
@@ -161,7 +166,12 @@ class Problem:
 
 
 def gains(joints: Sequence[Joint], amplitude: Array, omega: Array) -> tuple[ComplexArray, ComplexArray]:
-    """G and dG/dA of every joint at every point, shape (points, nj); equal joints are asked together."""
+    """G and dG/dA of every joint at every point, shape (points, nj); equal joints are asked together.
+
+    Where the mean forces of joints move together (`Together`), dG/dA has shape (points, nj, nj): by every amplitude.
+    """
+    if isinstance(joints, Together):
+        return joints.biased.gains(amplitude, omega)
     gain = np.empty(amplitude.shape, dtype=complex)
     slope = np.empty_like(gain)
     together: dict[int, list[int]] = {}

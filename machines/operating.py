@@ -66,7 +66,8 @@ def operating_point(
 
     On each line a harmonic force acts on the tool along ``direction``, large enough for the larger of the amplitudes
     in x and y to be ``amplitude``; of several such states the one with the smallest joint motion counts. This is a
-    secant: it describes a developed vibration. At amplitude 0 it is the tangent at rest, without a static load.
+    secant: it describes a developed vibration. At amplitude 0 it is the tangent at rest, under the static load if the
+    machine has one.
 
     Parameters
     ----------
@@ -225,7 +226,7 @@ def _root(function: object, at: Index, low: Array, high: Array) -> Array:
 
 def _joints(assembly: Assembly, view: View, axes: int, amplitude: float) -> _State:
     """Several joints, or none."""
-    joints = [assembly.joints[i] for i in assembly.nonlinear]
+    joints = assembly.moving
     first, lines = len(assembly.joints), len(view.omega)
     direct, through = view.Hof[:, first : first + axes, 0], view.Hoz[:, first : first + axes]
     if not joints:

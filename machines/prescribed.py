@@ -11,6 +11,7 @@ from jointlib.arrays import Array, ComplexArray
 from jointlib.joint import Joint
 
 from .assembly import View
+from .bias import force_slopes
 from .indices import Index, Mask
 from .nonlinear import Problem
 
@@ -129,12 +130,17 @@ class _Tool:
         by_force = -self.problem.driven * (F / size)[:, None]
         J[:, :nj, -1], J[:, nj:-1, -1] = by_force.real, by_force.imag
         A = np.abs(z)
-        turn = np.where(A > 0, z / np.where(A > 0, A, 1.0), 0.0) ** 2
-        half = slope * A / 2
         path = self.through[np.arange(lines), axis]
         towards = (x.conj() / np.maximum(np.abs(x), 1e-300))[:, None] / amplitude
-        J[:, -1, :nj] = -(towards * path * (gain + half + turn * half)).real * size[:, None]
-        J[:, -1, nj:-1] = -(towards * path * 1j * (gain + half - turn * half)).real * size[:, None]
+        if slope.ndim == 3:
+            plus, minus = ((path[:, None, :] @ part)[:, 0] for part in force_slopes(z, gain, slope))
+            J[:, -1, :nj] = -(towards * (plus + minus)).real * size[:, None]
+            J[:, -1, nj:-1] = -(towards * 1j * (plus - minus)).real * size[:, None]
+        else:
+            turn = np.where(A > 0, z / np.where(A > 0, A, 1.0), 0.0) ** 2
+            half = slope * A / 2
+            J[:, -1, :nj] = -(towards * path * (gain + half + turn * half)).real * size[:, None]
+            J[:, -1, nj:-1] = -(towards * path * 1j * (gain + half - turn * half)).real * size[:, None]
         J[:, -1, -1] = (towards[:, 0] * self.direct[np.arange(lines), axis]).real * F
         return J
 

@@ -14,12 +14,14 @@ from jointlib.frf import FRF, ReceptanceKind
 
 from .assembly import Assembly
 from .branches import Branch, Chain, Stability, chains
+from .bundles.bundle import said_by
 from .folds import fold_lines
 from .limits import beyond_frequency
 from .machine import Machine, checked_forces, checked_range
 from .peaks import Peak
 from .resonances import resonances
 from .solutions import Solutions, by_amplitude_map, by_newton
+from .statics import static_point
 
 _POINTS = 600
 _AROUND = np.sinh(np.linspace(-3.0, 3.0, 33))
@@ -140,8 +142,13 @@ def response(
         tuple(_frf(assembly, found, f, float(forces[f])) for f in every),
         tuple(_outcome(found, f, [p for p in peaks if p.force == forces[f]]) for f in every),
         tuple(peaks),
-        beyond_frequency(machine, float(lines[0]), float(lines[-1])),
+        _warnings(machine, float(lines[0]), float(lines[-1])),
     )
+
+
+def _warnings(machine: Machine, low: float, high: float) -> tuple[str, ...]:
+    under_load = () if machine.static is None else static_point(machine).warnings
+    return (*beyond_frequency(machine, low, high), *said_by(machine.joints()), *under_load)
 
 
 def _forces(machine: Machine, force: float | Sequence[float] | None) -> Array:

@@ -79,6 +79,10 @@ class Rigid(Component):
         mass[3:, 3:] = self.inertia
         return SecondOrder(mass, np.zeros((6, 6)), np.zeros((6, 6)), np.eye(6))
 
+    def weight(self, gravity: Array) -> Array:
+        """It acts at the centre of mass."""
+        return np.concatenate([self.mass * gravity, np.zeros(3)])
+
     def motion_at(self, point: Array, direction: Array) -> Array:
         """n·(u + ϑ × ρ) = n·u + (ρ × n)·ϑ with ρ from the centre to the point."""
         assert self.centre is not None

@@ -126,7 +126,7 @@ def balance(
     if not assembly.nonlinear:
         fine = np.ones(points, dtype=bool)
         return view.Hof[:, :, 0] * force[:, None], np.zeros(points), fine, fine, why
-    joints = [assembly.joints[i] for i in assembly.nonlinear]
+    joints = assembly.moving
     caps = np.array([limit.amplitude / 4 for limit in assembly.limits])
     found = nonlinear.solve(view, joints, force, caps, start, ramp)
     motion = view.Hof[:, :, 0] * force[:, None] - (view.Hoz @ found.force[:, :, None])[:, :, 0]

@@ -63,6 +63,4 @@ class HertzContact(MemorylessLaw):
         above = np.maximum(a, 1e-300)
         slope = np.where((a > 0) & (r < _SERIES * a), -3 / 32 * r * above**-1.5, slope)
         scale = self.preload / self.indentation
-        return closed_form(
-            scale * first / x, scale / self.indentation * slope, 0.0, self.preload * (mean - 1), A.shape
-        )
+        return closed_form(scale * first / x, scale / self.indentation * slope, 0.0, self.preload * (mean - 1), A.shape)

@@ -1,0 +1,280 @@
+"""Joints that vibrate about a static working point, which moves with their amplitudes: dual-input describing functions.
+
+For z = z0 + A cos ωt the mean force N0(z0, A) must go on balancing the static load: whatever a joint's mean loses or
+gains as the amplitude grows, the machine's static compliance turns into a shift of z0. Given all amplitudes, that
+balance fixes all z0, so that gains are functions of the amplitudes again, and the solvers need not know.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import ClassVar, overload
+
+import numpy as np
+
+from jointlib.arrays import Array, ArrayLike, ComplexArray
+from jointlib.harmonic import FirstHarmonic, broadcast, closed_form
+from jointlib.joint import Joint
+from jointlib.law import JointLaw, Motion
+
+from .indices import Mask
+from .machine import Machine
+from .mean_force import MeanForce, Slopes
+from .statics import static_point
+
+_ITERATIONS = 60
+_SETTLED = 1e-13
+_ROUNDING = 1e-18
+"""m; what the rounding of contact forces makes of a displacement, far below any that matters."""
+_SHORTEST = 2.0**-12
+_PROBE = np.geomspace(1e-10, 1e-1, 46)
+_SLOW = 1e6
+
+
+@dataclass(frozen=True)
+class AtBias(JointLaw):
+    """A law seen from a static displacement ``bias`` (m), less the force it carries there."""
+
+    law: JointLaw
+    bias: float
+
+    kind: ClassVar[str] = "at-bias"
+
+    def __post_init__(self) -> None:
+        for key in ("kind", "in_time", "passive", "linear", "states"):
+            object.__setattr__(self, key, getattr(self.law, key))
+
+    @cached_property
+    def _loaded(self) -> tuple[float, Array]:
+        """Force and state after slow loading from rest."""
+        force, state = self.law.step(
+            Motion(np.asarray(self.bias), np.zeros(()), _SLOW), self.law.initial_state(np.zeros(()))
+        )
+        return float(force), state
+
+    def initial_state(self, displacement: Array) -> Array:
+        z = np.asarray(displacement, dtype=float)
+        if not self.states:
+            return self.law.initial_state(z)
+        return np.broadcast_to(self._loaded[1], (*z.shape, len(self.states))).copy()
+
+    def step(self, motion: Motion, state: Array) -> tuple[Array, Array]:
+        force, after = self.law.step(replace(motion, displacement=motion.displacement + self.bias), state)
+        return force - self._loaded[0], after
+
+    def jacobian(self, motion: Motion, state: Array) -> tuple[Array, Array]:
+        return self.law.jacobian(replace(motion, displacement=motion.displacement + self.bias), state)
+
+    def kink_angles(self, amplitude: Array, omega: Array, bias: Array) -> Array:
+        return self.law.kink_angles(amplitude, omega, bias + self.bias)
+
+    def first_harmonic(self, amplitude: ArrayLike, omega: ArrayLike = 1.0, bias: ArrayLike = 0.0) -> FirstHarmonic:
+        return self.law.first_harmonic(amplitude, omega, np.asarray(bias) + self.bias)
+
+
+def at_working_point(machine: Machine) -> Machine:
+    """The machine as small vibrations see it: joints at their static displacements, and no static load any more."""
+    if machine.static is None:
+        return machine
+    point = static_point(machine)
+    place = dict(zip(point.connections, point.displacement, strict=True))
+    connections = tuple(
+        c if c.joint is None else replace(c, joint=_moved(c.joint, float(place[c.name]))) for c in machine.connections
+    )
+    return replace(machine, connections=connections, static=None)
+
+
+def _moved(joint: Joint, bias: float) -> Joint:
+    """The range that is left of the one it was identified on goes with it."""
+    validity = dict(joint.validity)
+    if "amplitude" in validity:
+        low, high = validity["amplitude"]
+        validity["amplitude"] = (low, max(high - abs(bias), 0.0))
+    laws = tuple(AtBias(law, bias) for law in joint.laws)
+    return Joint(laws, joint.name, validity=validity, provenance=joint.provenance)
+
+
+def keeps_mean(joint: Joint) -> bool:
+    """Whether the mean force is the same at every amplitude from 0.1 nm to 0.1 m."""
+    mean = joint.first_harmonic(_PROBE[:, None], np.array([1.0, 1e3, 1e5])).mean
+    return bool(np.all(mean == mean[0]))
+
+
+@dataclass(frozen=True, eq=False)
+class Biased:
+    """The joints of a machine under static load whose mean can move, and the compliance that their means work on."""
+
+    members: tuple[int, ...]
+    """Indices of these joints among the flexible connections."""
+    means: tuple[MeanForce, ...]
+    rest: Array
+    """Their static displacements in m."""
+    carried: Array
+    """Their static forces in N."""
+    reference: Array
+    """Stiffness in N/m that is left in the compliance; any positive one serves."""
+    compliance: Array
+    """m/N, (members, members), of the machine with all other joints and the reference stiffness."""
+
+    @classmethod
+    def of(cls, machine: Machine, members: Sequence[int]) -> Biased:
+        point = static_point(machine)
+        balance = point.balance
+        m = list(members)
+        k = point.stiffness.copy()
+        probe = np.concatenate([-_PROBE[:20], _PROBE[:20]])
+        for i in m:
+            # A contact that is lost holds nothing now, but its preload tells what it would hold.
+            k[i] = max(k[i], 1e-3 * float(np.max(balance.means[i].static(probe)[1])))
+        tangent = balance.stiffness + balance.rows.T @ (k[:, None] * balance.rows)
+        S = balance.rows[m] @ np.linalg.solve(tangent, balance.rows[m].T)
+        means = tuple(balance.means[i] for i in m)
+        return cls(tuple(m), means, point.displacement[m], point.force[m], k[m], (S + S.T) / 2)
+
+    def shift(self, amplitude: Array, omega: Array) -> tuple[Array, Mask]:
+        """z0 less its value at rest in m, (points, members), and where the means balance at all."""
+        points, n = amplitude.shape
+        floor = _ROUNDING + 1e-14 * float(np.max(np.abs(self.rest) + np.abs(self.compliance) @ np.abs(self.carried)))
+        out, settled = np.zeros((points, n)), np.zeros(points, dtype=bool)
+        left, share = np.arange(points), np.ones(points)
+        x = out.copy()
+        r, slope = self._residual(x, amplitude, omega)
+        for _ in range(_ITERATIONS):
+            matrix = np.eye(n) + self.compliance * (slope - self.reference)[:, None, :]
+            try:
+                step = -np.linalg.solve(matrix, r[:, :, None])[:, :, 0]
+            except np.linalg.LinAlgError:
+                break
+            size = np.max(np.abs(x) + amplitude[left], axis=1)
+            small = np.max(np.abs(step), axis=1) <= _SETTLED * size + floor
+            out[left], settled[left] = np.where(small[:, None], x + step, x), small
+            go = ~small & np.all(np.isfinite(step), axis=1)
+            left, x, r, step, slope = left[go], x[go], r[go], step[go], slope[go]
+            if not len(left):
+                break
+            before, share = np.linalg.norm(r, axis=1), np.ones(len(left))
+            base = x
+            while True:
+                x = base + share[:, None] * step
+                r, slope = self._residual(x, amplitude[left], omega[left])
+                worse = (np.linalg.norm(r, axis=1) > before + floor) & (share > _SHORTEST)
+                if not np.any(worse):
+                    break
+                share = np.where(worse, share / 2, share)
+        return out, settled
+
+    def _residual(self, shift: Array, amplitude: Array, omega: Array) -> tuple[Array, Array]:
+        mean, slope = np.empty_like(shift), np.empty_like(shift)
+        for joint, columns in self._alike:
+            z0 = self.rest[columns] + shift[:, columns]
+            mean[:, columns], slope[:, columns] = joint.mean_with_slope(amplitude[:, columns], omega[:, None], z0)
+        excess = mean - self.carried - self.reference * shift
+        return shift + excess @ self.compliance, slope
+
+    @cached_property
+    def _alike(self) -> list[tuple[MeanForce, list[int]]]:
+        """Equal joints are asked together."""
+        groups: dict[int, list[int]] = {}
+        for i, mean in enumerate(self.means):
+            groups.setdefault(id(mean.joint), []).append(i)
+        return [(self.means[columns[0]], columns) for columns in groups.values()]
+
+    def gains(self, amplitude: Array, omega: Array) -> tuple[ComplexArray, ComplexArray]:
+        """G of every joint, (points, members), and ∂G/∂A of every joint by every amplitude; nan without a balance."""
+        shift, settled = self.shift(amplitude, omega)
+        parts = [
+            (columns, joint.slopes(amplitude[:, columns], omega[:, None], self.rest[columns] + shift[:, columns]))
+            for joint, columns in self._alike
+        ]
+
+        def gathered(key: str) -> ComplexArray:
+            out = np.empty(amplitude.shape, dtype=complex)
+            for columns, slopes in parts:
+                out[:, columns] = getattr(slopes, key)
+            return out
+
+        gain, own, by_bias, _, mean_by_amplitude, mean_by_bias = (gathered(key) for key in Slopes.__annotations__)
+        n = amplitude.shape[1]
+        matrix = np.eye(n) + self.compliance * (mean_by_bias.real - self.reference)[:, None, :]
+        moved = -np.linalg.solve(matrix, self.compliance * mean_by_amplitude.real[:, None, :])
+        slope = by_bias[:, :, None] * moved
+        slope[:, np.arange(n), np.arange(n)] += own
+        lost = ~settled
+        gain[lost], slope[lost] = np.nan, np.nan
+        return gain, slope
+
+    @cached_property
+    def limit(self) -> float:
+        """Largest amplitude in m up to which the mean of a single joint balances."""
+        settled = self.shift(_PROBE[:, None], np.ones(len(_PROBE)))[1]
+        return float(_PROBE[max(int(np.argmin(settled)) - 1, 0)]) if not np.all(settled) else np.inf
+
+
+@dataclass(frozen=True, eq=False)
+class Drifting(JointLaw):
+    """The one joint of a machine whose mean moves, as a law of its amplitude alone."""
+
+    biased: Biased
+
+    kind: ClassVar[str] = "drifting"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "states", self._moved.states)
+
+    @cached_property
+    def _moved(self) -> Joint:
+        return _moved(self.biased.means[0].joint, float(self.biased.rest[0]))
+
+    def initial_state(self, displacement: Array) -> Array:
+        return self._moved.initial_state(displacement)
+
+    def step(self, motion: Motion, state: Array) -> tuple[Array, Array]:
+        return self._moved.step(motion, state)
+
+    def jacobian(self, motion: Motion, state: Array) -> tuple[Array, Array]:
+        return self._moved.jacobian(motion, state)
+
+    def first_harmonic(self, amplitude: ArrayLike, omega: ArrayLike = 1.0, bias: ArrayLike = 0.0) -> FirstHarmonic:
+        """G at the mean that balances the static load at this amplitude, with the whole derivative by it."""
+        A, w, _ = broadcast(amplitude, omega, bias)
+        flat = A.reshape(-1, 1), w.ravel()
+        gain, slope = self.biased.gains(*flat)
+        shift = self.biased.shift(*flat)[0] + self.biased.rest
+        found = self.biased.means[0].harmonic(flat[0], flat[1][:, None], shift)
+        full = closed_form(gain[:, 0], slope[:, 0, 0], found.d_omega[:, 0], found.mean[:, 0], (A.size,))
+        parts = (full.gain, full.d_amplitude, full.d_omega, full.mean, full.error)
+        return FirstHarmonic(*(part.reshape(A.shape) for part in parts))  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True, eq=False)
+class Together(Sequence[Joint]):
+    """Several joints whose means move together; `gains` takes the amplitudes of all of them."""
+
+    joints: tuple[Joint, ...]
+    biased: Biased
+
+    def __len__(self) -> int:
+        return len(self.joints)
+
+    @overload
+    def __getitem__(self, index: int) -> Joint: ...
+    @overload
+    def __getitem__(self, index: slice) -> Sequence[Joint]: ...
+    def __getitem__(self, index: int | slice) -> Joint | Sequence[Joint]:
+        return self.joints[index]
+
+    def __iter__(self) -> Iterator[Joint]:
+        return iter(self.joints)
+
+
+def force_slopes(z: ComplexArray, gain: ComplexArray, slope: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+    """∂g/∂Z and ∂g/∂Z* of g_m = G_m Z_m, (points, nj, nj), where every gain depends on every amplitude."""
+    A = np.abs(z)
+    turn = np.where(A > 0, z / np.where(A > 0, A, 1.0), 0.0)
+    half = z[:, :, None] * slope / 2
+    by_z = half * turn.conj()[:, None, :]
+    n = np.arange(z.shape[1])
+    by_z[:, n, n] += gain
+    return by_z, half * turn[:, None, :]

@@ -1,0 +1,102 @@
+"""Ball screw and nut: shaft, nut contact and support bearings in series along the screw."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from jointlib.errors import InputError
+from jointlib.io.joint_file import read_joint
+from jointlib.io.toml import Section
+from jointlib.joint import Joint
+from jointlib.laws.linear import Linear
+
+from .bundle import Bundle, Row, assumed_value, positive
+
+MOUNTINGS = ("fixed-free", "fixed-fixed")
+STEEL_MODULUS = 206e9
+"""N/m²."""
+STEEL_SHEAR = 79e9
+"""N/m²."""
+
+
+@dataclass(frozen=True, eq=False)
+class BallScrew(Bundle):
+    """One row, ``axial``, between the nut's part and the part that holds the bearings; axis: the screw."""
+
+    joint: Joint
+    assumed: tuple[str, ...] = ()
+
+    kind: ClassVar[str] = "ball-screw"
+    main: ClassVar[tuple[float, float, float]] = (1.0, 0.0, 0.0)
+
+    @classmethod
+    def from_section(cls, section: Section) -> BallScrew:
+        if section.has("joint"):
+            return cls(read_joint(section.path("joint")))
+        said: list[str] = []
+        diameter, position, length = (section.number(key, "m") for key in ("diameter", "position", "length"))
+        nut = section.number("nut_stiffness", "N/m")
+        if section.has("nut_preload"):
+            # Known at one preload, the preloaded nut goes with the cube root (Hertz).
+            preload, reference = section.number("nut_preload", "N"), section.number("reference_preload", "N")
+            positive(cls.kind, nut_preload=preload, reference_preload=reference)
+            nut *= float(np.cbrt(preload / reference))
+        bearing = section.number("bearing_stiffness", "N/m")
+        if not section.has("mounting"):
+            said.append("mounting = fixed-free")
+        mounting = section.text("mounting", MOUNTINGS[0], choices=MOUNTINGS)
+        modulus = assumed_value(section, said, "modulus", "N/m^2", STEEL_MODULUS, "206 GPa")
+        lead = section.number("lead", "m", None)
+        if lead is not None:
+            said.append("shear modulus = 79 GPa")
+        stiffness = screw_stiffness(diameter, position, length, nut, bearing, mounting, modulus, lead)
+        return cls(Joint((Linear(stiffness),)), tuple(said))
+
+    def rows(self) -> tuple[Row, ...]:
+        return (Row("axial", np.zeros(3), np.array([1.0, 0.0, 0.0]), self.joint),)
+
+
+def screw_stiffness(
+    diameter: float,
+    position: float,
+    length: float,
+    nut: float,
+    bearing: float,
+    mounting: str = "fixed-free",
+    modulus: float = STEEL_MODULUS,
+    lead: float | None = None,
+) -> float:
+    """Axial stiffness of screw, nut and bearings in series, N/m.
+
+    1/k = 1/k_nut + 1/k_shaft. With the nut at x from the fixed bearing the shaft is EA/x in series with that bearing;
+    fixed-fixed it is held both ways at once, over x and over L − x. With a lead p its twist between nut and drive
+    gives way too: (G I_p/x)(2π/p)² in series.
+
+    Parameters
+    ----------
+    diameter
+        Root diameter of the shaft in m.
+    position, length
+        From the fixed bearing to the nut, and between the bearings, m.
+    nut, bearing
+        Stiffness along the screw of the nut and of the bearing at one end, N/m.
+    lead
+        m per revolution; None: twist is left out.
+    """
+    values = {"diameter": diameter, "position": position, "length": length, "modulus": modulus}
+    positive(BallScrew.kind, **values, nut_stiffness=nut, bearing_stiffness=bearing)
+    if not position < length:
+        raise InputError(
+            f"{BallScrew.kind}: position is {position:g} m, expected the nut between the bearings, which are "
+            f"{length:g} m apart"
+        )
+    area = np.pi * diameter**2 / 4
+    reach = [position] if mounting == "fixed-free" else [position, length - position]
+    give = 1 / nut + 1 / sum(1 / (x / (modulus * area) + 1 / bearing) for x in reach)
+    if lead is not None:
+        positive(BallScrew.kind, lead=lead)
+        give += position / (STEEL_SHEAR * np.pi * diameter**4 / 32) * (lead / (2 * np.pi)) ** 2
+    return float(1 / give)

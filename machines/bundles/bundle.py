@@ -1,0 +1,156 @@
+"""A bundle: scalar connections made from the geometry of one machine element, so that nothing else knows of it."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+
+from jointlib.arrays import Array
+from jointlib.errors import InputError
+from jointlib.io.toml import Section
+from jointlib.joint import Joint
+from jointlib.laws.viscous import Viscous
+from jointlib.motion import Motion
+from jointlib.registry import plugin
+
+from ..connection import GROUND, Connection
+
+_SQUARE = 1e-6
+ASSUMED = "assumed"
+"""Key of a joint's provenance under which a bundle says what it took for granted."""
+
+
+@dataclass(frozen=True, eq=False)
+class Row:
+    """One scalar contact of a bundle, in the bundle's own axes: z grows as the first side moves along ``direction``."""
+
+    name: str
+    at: Array
+    """m from the bundle's centre."""
+    direction: Array
+    joint: Joint
+
+
+class Bundle(ABC):
+    """A machine element as rows; its axes are given by ``axes`` in the machine file, the first one being its own."""
+
+    kind: ClassVar[str]
+    """The word for it in machine files."""
+    main: ClassVar[tuple[float, float, float]]
+    """Direction in the bundle's axes in which its damping is stated."""
+    assumed: tuple[str, ...]
+    """What the file did not say and was taken for granted, as ``contact_angle = 45 deg``."""
+
+    @classmethod
+    @abstractmethod
+    def from_section(cls, section: Section) -> Bundle:
+        """Build from a ``[[bundle]]`` table whose common keys have been read."""
+
+    @abstractmethod
+    def rows(self) -> tuple[Row, ...]:
+        """The contacts, each with its joint."""
+
+
+def expand(section: Section) -> tuple[Connection, ...]:
+    """The connections that a ``[[bundle]]`` table stands for, named ``<bundle>.<row>``."""
+    name, between = section.text("name"), section.words("between")
+    if len(between) != 2:
+        raise InputError(f"{section.where}: between names {len(between)} sides, expected two")
+    scalar = all(side == GROUND or "." in side for side in between)
+    at = np.array(section.numbers("at", "m", (0.0, 0.0, 0.0), length=3))
+    axes = _axes(section)
+    damping = section.number("damping", "N s/m", None)
+    cls: type[Bundle] = plugin("jointlib.bundles", section.text("kind"), section.where)
+    try:
+        bundle = cls.from_section(section)
+        rows = _damped(bundle, bundle.rows(), damping)
+    except InputError as error:
+        text = str(error)
+        raise InputError(text if text.startswith(section.where) else f"{section.where}: {text}") from None
+    section.done()
+    if scalar and len(rows) > 1:
+        raise InputError(f"{section.where}: between is {list(between)}, expected rigid bodies, or one and 'ground'")
+    provenance = {"bundle": f"{name} ({bundle.kind})"}
+    if bundle.assumed:
+        provenance[ASSUMED] = ", ".join(bundle.assumed)
+    joints: dict[int, Joint] = {}
+    out = []
+    for row in rows:
+        # Rows that share a joint go on sharing it: equal joints are asked together.
+        shared = row.joint
+        joint = joints.setdefault(
+            id(shared), replace(shared, name=name, provenance={**shared.provenance, **provenance})
+        )
+        place, direction = (None, None) if scalar else (_triple(at + axes.T @ row.at), _triple(axes.T @ row.direction))
+        out.append(Connection(f"{name}.{row.name}", (between[0], between[1]), joint, at=place, direction=direction))
+    return tuple(out)
+
+
+def _triple(vector: Array) -> tuple[float, float, float]:
+    return float(vector[0]), float(vector[1]), float(vector[2])
+
+
+def _axes(section: Section) -> Array:
+    """Unit vectors of the bundle as rows; a second one that is not given is any normal to the first."""
+    given = np.array(section.matrix("axes", "1", ((1.0, 0.0, 0.0),)), dtype=float)
+    if given.shape not in ((1, 3), (2, 3)) or not np.all(np.linalg.norm(given, axis=1) > 0):
+        raise InputError(f"{section.where}: axes is {given.tolist()}, expected one or two vectors that are not zero")
+    first = given[0] / np.linalg.norm(given[0])
+    if len(given) == 1:
+        helper = np.eye(3)[int(np.argmin(np.abs(first)))]
+        second = np.cross(first, helper)
+    else:
+        second = given[1] / np.linalg.norm(given[1])
+        if abs(first @ second) > _SQUARE:
+            raise InputError(f"{section.where}: axes are not perpendicular, expected two that are")
+        second = second - (first @ second) * first
+    second /= np.linalg.norm(second)
+    return np.array([first, second, np.cross(first, second)])
+
+
+def _damped(bundle: Bundle, rows: tuple[Row, ...], damping: float | None) -> tuple[Row, ...]:
+    """Viscous damping shared among the rows as their stiffness is, so much in all along the main direction."""
+    if damping is None:
+        return rows
+    if damping < 0:
+        raise InputError(f"damping is {damping:g} N s/m, expected at least 0")
+    stiffness = [_stiffness(row.joint) for row in rows]
+    along = sum(k * float(row.direction @ np.array(bundle.main)) ** 2 for k, row in zip(stiffness, rows, strict=True))
+    joints = {id(row.joint): row.joint + Viscous(damping * k / along) for k, row in zip(stiffness, rows, strict=True)}
+    return tuple(replace(row, joint=joints[id(row.joint)]) for row in rows)
+
+
+def _stiffness(joint: Joint) -> float:
+    rest = np.zeros(())
+    return float(joint.jacobian(Motion(rest, rest), joint.initial_state(rest))[0])
+
+
+def assumed_value(section: Section, said: list[str], key: str, unit: str, default: float, shown: str) -> float:
+    """A number from the file, or a default that is noted as assumed."""
+    if section.has(key):
+        return float(section.number(key, unit))
+    said.append(f"{key} = {shown}")
+    return default
+
+
+def positive(kind: str, **values: float) -> None:
+    """Refuse a dimension or load that is not above zero."""
+    for key, value in values.items():
+        if not value > 0:
+            raise InputError(f"{kind}: {key} is {value:g}, expected more than 0")
+
+
+def gauss(count: int, length: float) -> Iterable[tuple[float, float]]:
+    """Places along a length about its middle and shares of it: sums that are exact for force and moment."""
+    x, w = np.polynomial.legendre.leggauss(count)
+    return [(float(a), float(b)) for a, b in zip(x * length / 2, w / 2, strict=True)]
+
+
+def said_by(joints: Iterable[Joint]) -> tuple[str, ...]:
+    """One sentence for every bundle that took something for granted."""
+    found = {str(j.provenance["bundle"]): str(j.provenance[ASSUMED]) for j in joints if ASSUMED in j.provenance}
+    return tuple(f"{bundle}: assumed {what}." for bundle, what in found.items())
