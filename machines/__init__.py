@@ -1,5 +1,6 @@
 """Machines: components and joints assembled by nonlinear receptance coupling, their response and their lobes."""
 
+from .assembly import mean_displacement
 from .component import Component, SecondOrder
 from .connection import Connection, Identify
 from .coupling import couple
@@ -40,6 +41,7 @@ __all__ = [
     "frozen_receptance",
     "linear_check",
     "lobes_at_amplitude",
+    "mean_displacement",
     "operating_point",
     "read_machine",
     "response",

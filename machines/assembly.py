@@ -8,15 +8,17 @@ from functools import cached_property
 
 import numpy as np
 
-from jointlib.arrays import Array, ComplexArray
+from jointlib.arrays import Array, ArrayLike, ComplexArray
 from jointlib.errors import InputError, Outcome
 from jointlib.joint import Joint
 
-from .bias import Biased, Drifting, Together, at_working_point, keeps_mean
+from .bias import Biased, Drifting, Together, keeps_mean
 from .coupling import couple
 from .indices import Index, Mask
 from .limits import Limit, amplitude_limit
 from .machine import Machine
+from .statics import static_point
+from .working_point import at_working_point
 
 _PROBE = np.geomspace(1e-10, 1e-1, 46)
 _SINGULAR = 1e13
@@ -174,3 +176,24 @@ def is_linear(joint: Joint) -> bool:
     """Whether the gain is the same at every amplitude from 0.1 nm to 0.1 m."""
     found = joint.first_harmonic(_PROBE[:, None], np.array([1.0, 1e3, 1e5]))
     return bool(np.all(found.d_amplitude == 0) and np.all(found.gain == found.gain[0]))
+
+
+def mean_displacement(machine: Machine, amplitude: ArrayLike, frequency: ArrayLike) -> Array:
+    """Where the joints of a machine under static load stand while they vibrate, m, (points, connections).
+
+    Parameters
+    ----------
+    amplitude
+        Of every flexible connection in m, (points, connections), as the absolute values of `Branch.joint`.
+    frequency
+        Hz, (points,).
+    """
+    if machine.static is None:
+        raise InputError(f"{machine.where}: no [static] section, so joints vibrate about zero")
+    assembly = Assembly(machine, (), ())
+    A = np.atleast_2d(np.asarray(amplitude, dtype=float))
+    rest = static_point(machine).displacement
+    if assembly.biased is None:
+        return np.tile(rest, (len(A), 1))
+    omega = 2 * np.pi * np.broadcast_to(np.asarray(frequency, dtype=float), len(A))
+    return rest + assembly.biased.everywhere(A[:, list(assembly.nonlinear)], omega)

@@ -8,7 +8,7 @@ balance fixes all z0, so that gains are functions of the amplitudes again, and t
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar, overload
 
@@ -23,6 +23,7 @@ from .indices import Mask
 from .machine import Machine
 from .mean_force import MeanForce, Slopes
 from .statics import static_point
+from .working_point import about
 
 _ITERATIONS = 60
 _SETTLED = 1e-13
@@ -30,70 +31,6 @@ _ROUNDING = 1e-18
 """m; what the rounding of contact forces makes of a displacement, far below any that matters."""
 _SHORTEST = 2.0**-12
 _PROBE = np.geomspace(1e-10, 1e-1, 46)
-_SLOW = 1e6
-
-
-@dataclass(frozen=True)
-class AtBias(JointLaw):
-    """A law seen from a static displacement ``bias`` (m), less the force it carries there."""
-
-    law: JointLaw
-    bias: float
-
-    kind: ClassVar[str] = "at-bias"
-
-    def __post_init__(self) -> None:
-        for key in ("kind", "in_time", "passive", "linear", "states"):
-            object.__setattr__(self, key, getattr(self.law, key))
-
-    @cached_property
-    def _loaded(self) -> tuple[float, Array]:
-        """Force and state after slow loading from rest."""
-        force, state = self.law.step(
-            Motion(np.asarray(self.bias), np.zeros(()), _SLOW), self.law.initial_state(np.zeros(()))
-        )
-        return float(force), state
-
-    def initial_state(self, displacement: Array) -> Array:
-        z = np.asarray(displacement, dtype=float)
-        if not self.states:
-            return self.law.initial_state(z)
-        return np.broadcast_to(self._loaded[1], (*z.shape, len(self.states))).copy()
-
-    def step(self, motion: Motion, state: Array) -> tuple[Array, Array]:
-        force, after = self.law.step(replace(motion, displacement=motion.displacement + self.bias), state)
-        return force - self._loaded[0], after
-
-    def jacobian(self, motion: Motion, state: Array) -> tuple[Array, Array]:
-        return self.law.jacobian(replace(motion, displacement=motion.displacement + self.bias), state)
-
-    def kink_angles(self, amplitude: Array, omega: Array, bias: Array) -> Array:
-        return self.law.kink_angles(amplitude, omega, bias + self.bias)
-
-    def first_harmonic(self, amplitude: ArrayLike, omega: ArrayLike = 1.0, bias: ArrayLike = 0.0) -> FirstHarmonic:
-        return self.law.first_harmonic(amplitude, omega, np.asarray(bias) + self.bias)
-
-
-def at_working_point(machine: Machine) -> Machine:
-    """The machine as small vibrations see it: joints at their static displacements, and no static load any more."""
-    if machine.static is None:
-        return machine
-    point = static_point(machine)
-    place = dict(zip(point.connections, point.displacement, strict=True))
-    connections = tuple(
-        c if c.joint is None else replace(c, joint=_moved(c.joint, float(place[c.name]))) for c in machine.connections
-    )
-    return replace(machine, connections=connections, static=None)
-
-
-def _moved(joint: Joint, bias: float) -> Joint:
-    """The range that is left of the one it was identified on goes with it."""
-    validity = dict(joint.validity)
-    if "amplitude" in validity:
-        low, high = validity["amplitude"]
-        validity["amplitude"] = (low, max(high - abs(bias), 0.0))
-    laws = tuple(AtBias(law, bias) for law in joint.laws)
-    return Joint(laws, joint.name, validity=validity, provenance=joint.provenance)
 
 
 def keeps_mean(joint: Joint) -> bool:
@@ -115,8 +52,14 @@ class Biased:
     """Their static forces in N."""
     reference: Array
     """Stiffness in N/m that is left in the compliance; any positive one serves."""
-    compliance: Array
-    """m/N, (members, members), of the machine with all other joints and the reference stiffness."""
+    spread: Array
+    """m/N, (connections, members), of the machine with all other joints and the reference stiffness: what a force of a
+    member does to every connection."""
+
+    @property
+    def compliance(self) -> Array:
+        """m/N, (members, members)."""
+        return self.spread[list(self.members)]
 
     @classmethod
     def of(cls, machine: Machine, members: Sequence[int]) -> Biased:
@@ -129,9 +72,9 @@ class Biased:
             # A contact that is lost holds nothing now, but its preload tells what it would hold.
             k[i] = max(k[i], 1e-3 * float(np.max(balance.means[i].static(probe)[1])))
         tangent = balance.stiffness + balance.rows.T @ (k[:, None] * balance.rows)
-        S = balance.rows[m] @ np.linalg.solve(tangent, balance.rows[m].T)
+        spread = balance.rows @ np.linalg.solve(tangent, balance.rows[m].T)
         means = tuple(balance.means[i] for i in m)
-        return cls(tuple(m), means, point.displacement[m], point.force[m], k[m], (S + S.T) / 2)
+        return cls(tuple(m), means, point.displacement[m], point.force[m], k[m], spread)
 
     def shift(self, amplitude: Array, omega: Array) -> tuple[Array, Mask]:
         """z0 less its value at rest in m, (points, members), and where the means balance at all."""
@@ -165,13 +108,22 @@ class Biased:
                 share = np.where(worse, share / 2, share)
         return out, settled
 
+    def everywhere(self, amplitude: Array, omega: Array) -> Array:
+        """Shift of every connection in m, (points, connections)."""
+        shift, settled = self.shift(amplitude, omega)
+        mean = np.empty_like(shift)
+        for joint, columns in self._alike:
+            mean[:, columns] = joint.mean(amplitude[:, columns], omega[:, None], self.rest[columns] + shift[:, columns])
+        out = -(mean - self.carried - self.reference * shift) @ self.spread.T
+        return np.where(settled[:, None], out, np.nan)
+
     def _residual(self, shift: Array, amplitude: Array, omega: Array) -> tuple[Array, Array]:
         mean, slope = np.empty_like(shift), np.empty_like(shift)
         for joint, columns in self._alike:
             z0 = self.rest[columns] + shift[:, columns]
             mean[:, columns], slope[:, columns] = joint.mean_with_slope(amplitude[:, columns], omega[:, None], z0)
         excess = mean - self.carried - self.reference * shift
-        return shift + excess @ self.compliance, slope
+        return shift + excess @ self.compliance.T, slope
 
     @cached_property
     def _alike(self) -> list[tuple[MeanForce, list[int]]]:
@@ -225,7 +177,7 @@ class Drifting(JointLaw):
 
     @cached_property
     def _moved(self) -> Joint:
-        return _moved(self.biased.means[0].joint, float(self.biased.rest[0]))
+        return about(self.biased.means[0].joint, float(self.biased.rest[0]))
 
     def initial_state(self, displacement: Array) -> Array:
         return self._moved.initial_state(displacement)

@@ -14,10 +14,10 @@ from jointlib.joint import Joint
 from jointlib.law import JointLaw, Motion
 
 from .assembly import Assembly
-from .bias import at_working_point
 from .limits import amplitude_limit
 from .machine import Machine
 from .second_order import MachineEquations, machine_equations
+from .working_point import at_working_point
 
 TOLERANCE = 1e-8
 _LINES = 400

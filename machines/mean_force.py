@@ -12,7 +12,7 @@ from jointlib.harmonic import FirstHarmonic
 from jointlib.joint import Joint
 from jointlib.law import Motion
 
-_SLOW = 1e6
+SLOW = 1e6
 """s; how long a quasi-static step takes."""
 _STEP = 1e-4
 """Differences are taken over this share of the amplitude or position."""
@@ -84,7 +84,7 @@ class MeanForce:
 
     @staticmethod
     def _slowly(displacement: Array) -> Motion:
-        return Motion(displacement, np.zeros_like(displacement), _SLOW)
+        return Motion(displacement, np.zeros_like(displacement), SLOW)
 
     def slopes(self, amplitude: Array, omega: Array, bias: Array) -> Slopes:
         """Everything Newton's method asks for; differences where the law does not give a derivative itself."""

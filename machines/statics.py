@@ -81,18 +81,18 @@ class Balance:
             pull = self.stiffness @ y + self.rows.T @ force - self.load
             scale = np.linalg.norm(self.load) + np.linalg.norm(np.abs(self.rows).T @ np.abs(force))
             if np.linalg.norm(pull) <= _SETTLED * scale:
-                if np.linalg.eigvalsh(self._tangent(k))[0] < -shift if len(y) else False:
+                if len(y) and np.linalg.eigvalsh(self._tangent(k))[0] < -shift:
                     break
                 return y
             if np.max(np.abs(z), initial=0.0) > _FURTHEST:
                 break
             step = -_solve(self._tangent(k), pull, shift)
             y = y + self._along(y, step, float(step @ pull)) * step
-        worst = names[int(np.argmax(np.abs(self.joints(y)[0])))] if names else "none"
+        z, force, _ = self.joints(y)
+        worst = int(np.argmax(np.abs(z)))
         raise InputError(
-            f"{where}: static: no equilibrium under the static load: connection {worst!r} gives way, its force "
-            f"comes to {self.joints(y)[1][names.index(worst)] if names else 0.0:.4g} N and cannot rise to what is "
-            "asked; lower the load or raise the preload"
+            f"{where}: static: no equilibrium under the static load: connection {names[worst]!r} gives way, its force "
+            f"stays at {force[worst]:.4g} N however far it moves; lower the load or raise the preload"
         )
 
     def _tangent(self, k: Array) -> Array:
@@ -137,6 +137,11 @@ class StaticPoint:
 
     balance: Balance
     """The equations it solves."""
+
+    @property
+    def table(self) -> tuple[tuple[str, ...], list[float], list[float]]:
+        """Names, displacements in m and forces in N."""
+        return self.connections, self.displacement.tolist(), self.force.tolist()
 
     def of(self, connection: str) -> tuple[float, float]:
         """Displacement in m and force in N of one connection."""

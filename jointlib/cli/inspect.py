@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -10,6 +11,9 @@ from jointlib.cli.arguments import Verb, input_file, json_option
 from jointlib.cli.output import emit, table
 from jointlib.errors import InputError
 from jointlib.units import shown
+
+if TYPE_CHECKING:
+    from machines.machine import Machine
 
 
 @click.command("inspect", cls=Verb)
@@ -114,6 +118,20 @@ def _machine(file: Path) -> list[str]:
     lines += [f"tool {axis}: {dof}" for axis, dof in machine.tool.items()]
     if machine.cutting:
         lines.append("cutting: " + ", ".join(f"{key} = {value}" for key, value in machine.cutting.items()))
+    if all(c.joint is not None for c in machine.flexible):
+        lines += _under_load(machine)
+    return lines
+
+
+def _under_load(machine: Machine) -> list[str]:
+    from machines.bundles.bundle import said_by
+    from machines.statics import static_point
+
+    lines = list(said_by(machine.joints()))
+    if machine.static is not None:
+        point = static_point(machine)
+        rows = [(n, f"{z * 1e6:.4f}", f"{f:.4g}") for n, z, f in zip(*point.table, strict=True)]
+        lines += [*table(("under static load", "at [um]", "force [N]"), rows), *point.warnings]
     return lines
 
 

@@ -60,7 +60,7 @@ class HertzContact(MemorylessLaw):
         first, mean, by_r = row_harmonics(a, x)
         slope = (by_r - first / x) / x
         # Small against the depth of contact the difference cancels, and the first term of the Gauss series stands.
-        above = np.maximum(a, 1e-300)
-        slope = np.where((a > 0) & (r < _SERIES * a), -3 / 32 * r * above**-1.5, slope)
+        shallow = r < _SERIES * a
+        slope = np.where(shallow, -3 / 32 * r * np.where(shallow, a, 1.0) ** -1.5, slope)
         scale = self.preload / self.indentation
         return closed_form(scale * first / x, scale / self.indentation * slope, 0.0, self.preload * (mean - 1), A.shape)
