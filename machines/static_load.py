@@ -25,7 +25,7 @@ class StaticLoad:
     gravity
         Acceleration in m/s², machine axes; None: weight is left out.
     force
-        Constant forces in N by ``component.dof``, such as the mean of a cutting force.
+        Constant forces in N by ``component.dof``, such as the mean of a cutting force; moments in N m on rotations.
     offset
         m, by connection: the joint is at z + offset where its sides do not move, as by thermal growth or a shim.
     """
@@ -63,9 +63,14 @@ class StaticLoad:
 def _table(section: Section, key: str, unit: str) -> dict[str, float]:
     table = section.section(key)
     names = table.keys()
-    found = {name: table.number(name, unit) for name in names}
+    found = {name: table.number(name, f"{unit} m" if turns(name) else unit) for name in names}
     table.done()
     return found
+
+
+def turns(dof: str) -> bool:
+    """Whether a ``component.dof`` is a rotation of a rigid body, on which a moment acts."""
+    return dof.rpartition(".")[2] in ("rx", "ry", "rz")
 
 
 def axis_of(dof: str) -> int | None:

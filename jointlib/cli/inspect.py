@@ -130,7 +130,11 @@ def _under_load(machine: Machine) -> list[str]:
     lines = list(said_by(machine.joints()))
     if machine.static is not None:
         point = static_point(machine)
-        rows = [(n, f"{z * 1e6:.4f}", f"{f:.4g}") for n, z, f in zip(*point.table, strict=True)]
+        rounding = 1e-12 * max((abs(f) for f in point.table[2]), default=0.0)
+        rows = [
+            (name, f"{z * 1e6:.4f}", f"{f if abs(f) > rounding else 0.0:.4g}")
+            for name, z, f in zip(*point.table, strict=True)
+        ]
         lines += [*table(("under static load", "at [um]", "force [N]"), rows), *point.warnings]
     return lines
 

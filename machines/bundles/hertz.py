@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.optimize import brentq
-from scipy.special import ellipe, ellipk
+from scipy.special import elliprd, elliprf
 
 STEEL_MODULUS = 208e9
 """N/m², rolling bearing steel."""
@@ -31,20 +31,16 @@ def groove_contact(ball: float, conformity: float, along: float, modulus: float 
 def point_contact(first: float, second: float, modulus: float) -> float:
     """κ for sums of curvatures of both bodies in the two principal planes in 1/m.
 
-    Johnson, Contact Mechanics (1985), eq. 4.25 to 4.27: with A ≤ B half these sums, semi-axes a ≥ b and e² = 1 − b²/a²,
-    B/A = ((a/b)² E − K)/(K − E), a³ = 3Q(K − E)/(2π E* e² A), δ = 3Q K/(2π a E*), K and E complete elliptic integrals.
+    Johnson, Contact Mechanics (1985), eq. 4.25 to 4.27, with A ≤ B half these sums, semi-axes a ≥ b and Carlson's
+    integrals R_F and R_D at p = b²/a²: B/A = R_D(0, 1, p)/R_D(0, p, 1), a³ = Q R_D(0, p, 1)/(2π E* A),
+    δ = 3Q R_F(0, p, 1)/(2π a E*).
     """
     A, B = sorted((first / 2, second / 2))
     reduced = modulus / (2 * (1 - STEEL_RATIO**2))
-    if B - A <= 1e-9 * B:
-        return float(np.cbrt(9 * (A + B) / (16 * reduced**2)))
 
     def excess(log_ratio: float) -> float:
-        b2 = np.exp(-2 * log_ratio)
-        K, E = ellipk(1 - b2), ellipe(1 - b2)
-        return float((E / b2 - K) / (K - E) - B / A)
+        p = np.exp(-2 * log_ratio)
+        return float(elliprd(0, 1, p) / elliprd(0, p, 1) - B / A)
 
-    b2 = np.exp(-2 * brentq(excess, 1e-6, 20.0, xtol=1e-14))
-    m = 1 - b2
-    K, E = ellipk(m), ellipe(m)
-    return float(3 * K / (2 * np.pi * reduced) * np.cbrt(2 * np.pi * reduced * m * A / (3 * (K - E))))
+    p = np.exp(-2 * brentq(excess, 0.0, 20.0, xtol=1e-15))
+    return float(3 * elliprf(0, p, 1) / (2 * np.pi * reduced) * np.cbrt(2 * np.pi * reduced * A / elliprd(0, p, 1)))

@@ -107,7 +107,7 @@ def test_amplitude_and_mean_are_those_of_the_motion_in_time(
     error = np.hypot(z0 - mean, abs(z - first))
     estimate = neglected(law, omega, z0, z)
     assert estimate < 0.05 * abs(z)
-    assert error < 1.6 * estimate + 1e-5 * abs(z)
+    assert error < 1.2 * estimate + 1e-5 * abs(z)
     # The mean moves, by more than the describing function errs, and the gain at the static position would not do.
     assert abs(z0 - static_point(machine).of("guide")[0]) > 2 * abs(z0 - mean)
 
@@ -164,7 +164,7 @@ def test_several_joints_whose_means_move_together_have_the_exact_jacobian() -> N
     view = assembly.at(2 * np.pi * np.array([350.0, 420.0, 700.0]))
     problem = Problem.of(view, assembly.moving, np.full(3, 300.0), np.ones(2))
     z = np.array([[3e-6 + 1e-6j, -1e-6j], [2e-6, 4e-6 - 3e-6j], [6e-6j, 5e-6]])
-    residual, gain, slope = problem.residual(z, problem.driven)
+    _, gain, slope = problem.residual(z, problem.driven)
     J = problem.jacobian(z, gain, slope)
     assert slope.shape == (3, 2, 2)
     for k in range(4):
