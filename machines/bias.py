@@ -25,11 +25,13 @@ from .mean_force import MeanForce, Slopes
 from .statics import static_point
 from .working_point import about
 
-_ITERATIONS = 60
+_ITERATIONS = 40
 _SETTLED = 1e-13
 _ROUNDING = 1e-18
 """m; what the rounding of contact forces makes of a displacement, far below any that matters."""
-_SHORTEST = 2.0**-12
+_SHORTEST = 2.0**-8
+_SECANT = 1e-6
+"""A move smaller than this share of the amplitude tells no slope."""
 _PROBE = np.geomspace(1e-10, 1e-1, 46)
 
 
@@ -83,7 +85,9 @@ class Biased:
         out, settled = np.zeros((points, n)), np.zeros(points, dtype=bool)
         left, share = np.arange(points), np.ones(points)
         x = out.copy()
-        r, slope = self._residual(x, amplitude, omega)
+        mean = self._mean(x, amplitude, omega)
+        slope = self._slope(x, amplitude, omega, mean)
+        r = self._residual(x, mean)
         for _ in range(_ITERATIONS):
             matrix = np.eye(n) + self.compliance * (slope - self.reference)[:, None, :]
             try:
@@ -94,36 +98,47 @@ class Biased:
             small = np.max(np.abs(step), axis=1) <= _SETTLED * size + floor
             out[left], settled[left] = np.where(small[:, None], x + step, x), small
             go = ~small & np.all(np.isfinite(step), axis=1)
-            left, x, r, step, slope = left[go], x[go], r[go], step[go], slope[go]
+            left, x, r, step, slope, mean = left[go], x[go], r[go], step[go], slope[go], mean[go]
             if not len(left):
                 break
             before, share = np.linalg.norm(r, axis=1), np.ones(len(left))
-            base = x
+            base, known = x, mean
             while True:
                 x = base + share[:, None] * step
-                r, slope = self._residual(x, amplitude[left], omega[left])
+                mean = self._mean(x, amplitude[left], omega[left])
+                r = self._residual(x, mean)
                 worse = (np.linalg.norm(r, axis=1) > before + floor) & (share > _SHORTEST)
                 if not np.any(worse):
                     break
                 share = np.where(worse, share / 2, share)
+            # A mean depends on the place of its own joint alone, so the secant of every joint is its slope.
+            moved = np.abs(x - base) > _SECANT * (np.abs(x) + amplitude[left]) + 100 * floor
+            slope = np.where(moved, (mean - known) / np.where(moved, x - base, 1.0), slope)
         return out, settled
 
     def everywhere(self, amplitude: Array, omega: Array) -> Array:
         """Shift of every connection in m, (points, connections)."""
         shift, settled = self.shift(amplitude, omega)
-        mean = np.empty_like(shift)
-        for joint, columns in self._alike:
-            mean[:, columns] = joint.mean(amplitude[:, columns], omega[:, None], self.rest[columns] + shift[:, columns])
+        mean = self._mean(shift, amplitude, omega)
         out = -(mean - self.carried - self.reference * shift) @ self.spread.T
         return np.where(settled[:, None], out, np.nan)
 
-    def _residual(self, shift: Array, amplitude: Array, omega: Array) -> tuple[Array, Array]:
-        mean, slope = np.empty_like(shift), np.empty_like(shift)
+    def _mean(self, shift: Array, amplitude: Array, omega: Array) -> Array:
+        out = np.empty_like(shift)
         for joint, columns in self._alike:
             z0 = self.rest[columns] + shift[:, columns]
-            mean[:, columns], slope[:, columns] = joint.mean_with_slope(amplitude[:, columns], omega[:, None], z0)
-        excess = mean - self.carried - self.reference * shift
-        return shift + excess @ self.compliance.T, slope
+            out[:, columns] = joint.mean(amplitude[:, columns], omega[:, None], z0)
+        return out
+
+    def _slope(self, shift: Array, amplitude: Array, omega: Array, mean: Array) -> Array:
+        out = np.empty_like(shift)
+        for joint, columns in self._alike:
+            z0 = self.rest[columns] + shift[:, columns]
+            out[:, columns] = joint.mean_slope(amplitude[:, columns], omega[:, None], z0, mean[:, columns])
+        return out
+
+    def _residual(self, shift: Array, mean: Array) -> Array:
+        return shift + (mean - self.carried - self.reference * shift) @ self.compliance.T
 
     @cached_property
     def _alike(self) -> list[tuple[MeanForce, list[int]]]:

@@ -63,8 +63,7 @@ class MeanForce:
             return found
         kept = self._kept.first_harmonic(amplitude, omega)
         total = found + kept
-        shape = total.gain.shape
-        mean = found.mean + self._centre(np.broadcast_to(amplitude, shape), np.broadcast_to(bias, shape))
+        mean = found.mean + self._centre(amplitude, bias)
         return FirstHarmonic(total.gain, total.d_amplitude, total.d_omega, mean, total.error)
 
     def mean(self, amplitude: Array, omega: Array, bias: Array) -> Array:
@@ -72,9 +71,10 @@ class MeanForce:
         found = self._free.first_harmonic(amplitude, omega, bias).mean
         if not self._kept.laws:
             return found
-        return found + self._centre(np.broadcast_to(amplitude, found.shape), np.broadcast_to(bias, found.shape))
+        return found + self._centre(amplitude, bias)
 
     def _centre(self, amplitude: Array, bias: Array) -> Array:
+        amplitude, bias = np.broadcast_arrays(amplitude, bias)
         state = self._kept.initial_state(np.zeros_like(bias))
         ends = []
         for side in (1.0, -1.0, 1.0, -1.0):
@@ -91,7 +91,9 @@ class MeanForce:
         here = self.harmonic(amplitude, omega, bias)
         h = _STEP * np.maximum(np.maximum(amplitude, np.abs(bias)), _LEAST)
         up, down = (self._free.first_harmonic(amplitude, omega, bias + s * h) for s in (1.0, -1.0))
-        further, nearer = (self.mean(amplitude, omega, bias + s * h) for s in (1.0, -1.0))
+        further, nearer = up.mean, down.mean
+        if self._kept.laws:
+            further, nearer = further + self._centre(amplitude, bias + h), nearer + self._centre(amplitude, bias - h)
         a = _STEP * amplitude
         more, less = (self.mean(amplitude + s * a, omega, bias) for s in (1.0, -1.0))
         return Slopes(
@@ -103,11 +105,10 @@ class MeanForce:
             (further - nearer) / (2 * h),
         )
 
-    def mean_with_slope(self, amplitude: Array, omega: Array, bias: Array) -> tuple[Array, Array]:
-        """N0 and ∂N0/∂z0, the latter by a difference that is good enough for a Newton step."""
+    def mean_slope(self, amplitude: Array, omega: Array, bias: Array, mean: Array) -> Array:
+        """∂N0/∂z0 in N/m beside a known N0, by a difference that is good enough to start a secant."""
         h = _STEP * np.maximum(np.maximum(amplitude, np.abs(bias)), _LEAST)
-        here = self.mean(amplitude, omega, bias)
-        return here, (self.mean(amplitude, omega, bias + h) - here) / h
+        return (self.mean(amplitude, omega, bias + h) - mean) / h
 
     def static(self, displacement: Array) -> tuple[Array, Array]:
         """Force in N and tangent stiffness in N/m at rest."""
