@@ -43,7 +43,7 @@ class StaticLoad:
             gravity = STANDARD_GRAVITY if raw else None
         else:
             gravity = Section({"gravity": raw}, section.where, section.folder).numbers("gravity", "m/s^2", length=3)
-        tables = [_table(section, "force", "N"), _table(section, "offset", "m")]
+        tables = [_table(section.section("force"), "N"), _table(section.section("offset"), "m")]
         section.done()
         return cls(None if gravity is None else (gravity[0], gravity[1], gravity[2]), *tables)
 
@@ -60,8 +60,7 @@ class StaticLoad:
             raise InputError(f"{where}: gravity is {self.gravity!r}, expected three finite components in m/s^2")
 
 
-def _table(section: Section, key: str, unit: str) -> dict[str, float]:
-    table = section.section(key)
+def _table(table: Section, unit: str) -> dict[str, float]:
     names = table.keys()
     found = {name: table.number(name, f"{unit} m" if turns(name) else unit) for name in names}
     table.done()

@@ -258,7 +258,10 @@ _TAKERS = {"text", "number", "numbers", "matrix", "words", "flag", "integer", "t
 _READERS = {
     "Measurement": ["jointlib/io/measurement_file.py"],
     "Joint": ["jointlib/io/joint_file.py"],
-    "Machine": ["machines/files.py", "machines/lumped.py", "machines/modal.py", "machines/rigid.py"],
+    "Machine": [
+        *(f"machines/{name}.py" for name in ("files", "lumped", "modal", "rigid", "static_load")),
+    ],
+    "Bundles": sorted(str(path.relative_to(ROOT)) for path in (ROOT / "machines" / "bundles").glob("*.py")),
 }
 
 
@@ -274,6 +277,10 @@ def keys_of(path: Path) -> Iterator[str]:
             and isinstance(node.args[0].value, str)
         ):
             yield node.args[0].value
+        elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "assumed_value":
+            key = node.args[2]
+            assert isinstance(key, ast.Constant)
+            yield str(key.value)
 
 
 @pytest.mark.parametrize("kind", _READERS)
@@ -286,6 +293,7 @@ def test_every_key_that_a_reader_knows_is_documented(kind: str) -> None:
         "Measurement": {"schema"},
         "Joint": set(joint_file._VALIDITY) | {"schema"},
         "Machine": set(files._CUTTING_UNITS) | {"x", "y", "at", "direction", "law", "schema"},
+        "Bundles": set(),
     }[kind]
     documented = {key for row in rows(section("files.md", kind)) for key in _SPAN.findall(row[0])}
     assert documented == known

@@ -37,7 +37,8 @@ class BallScrew(Bundle):
         if section.has("joint"):
             return cls(read_joint(section.path("joint")))
         said: list[str] = []
-        diameter, position, length = (section.number(key, "m") for key in ("diameter", "position", "length"))
+        diameter, length = section.number("diameter", "m"), section.number("length", "m")
+        position = section.number("position", "m")
         nut = section.number("nut_stiffness", "N/m")
         if section.has("nut_preload"):
             # Known at one preload, the preloaded nut goes with the cube root (Hertz).
