@@ -172,7 +172,7 @@ def maxima(
         low = minimum(1 / np.maximum(value, 1e-150) ** 2)
         search.narrow(left, low)
         before, amplitude[left] = amplitude[left], 1 / np.sqrt(np.maximum(low.value, 1e-300))
-        settled = search.steady[left] & (np.abs(amplitude[left] - before) <= _SETTLED * before)
+        settled = search.steady[left] & (np.abs(amplitude[left] - before) <= _SETTLED * before) & (low.value > 0)
         for i in left[settled]:
             outcomes[i] = Outcome.PEAK_AT_EDGE if search.edge[i] else Outcome.CONVERGED
         left = left[~settled]
