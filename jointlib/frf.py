@@ -24,6 +24,24 @@ class ReceptanceKind(Enum):
     """Small motion on top of a state: joints held at their incremental stiffness and damping."""
 
 
+class Quantity(Enum):
+    """Motion over force as it was measured; the value is its SI unit."""
+
+    RECEPTANCE = "m/N"
+    MOBILITY = "m/s/N"
+    ACCELERANCE = "m/s^2/N"
+
+    @property
+    def word(self) -> str:
+        """The word in files."""
+        return self.name.lower()
+
+    def per_receptance(self, frequency: ArrayLike) -> ComplexArray:
+        """This quantity over the receptance, 1, jω or −ω², at frequencies in Hz."""
+        jw = 2j * np.pi * np.asarray(frequency, dtype=float)
+        return np.asarray(jw ** [Quantity.RECEPTANCE, Quantity.MOBILITY, Quantity.ACCELERANCE].index(self))
+
+
 @dataclass(frozen=True)
 class FRF:
     """Receptance H = X/F, displacement per force, time factor e^(+jωt), peak amplitudes.

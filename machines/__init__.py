@@ -1,7 +1,8 @@
 """Machines: components and joints assembled by nonlinear receptance coupling, their response and their lobes."""
 
 from .assembly import mean_displacement
-from .component import Component, SecondOrder
+from .beam import Beam, Segment
+from .component import Component, FirstOrder, SecondOrder
 from .connection import Connection, Identify
 from .coupling import couple
 from .files import read_machine
@@ -10,23 +11,32 @@ from .lobes import Cutting, StabilityLobes, stability_lobes
 from .lobes.amplitude import lobes_at_amplitude
 from .lumped import Lumped
 from .machine import Machine
+from .matrices import Matrices
+from .measured import Measured
 from .modal import Modal
 from .operating import OperatingPoint, frozen_receptance, operating_point
 from .peaks import Peak
+from .profile import Material
 from .response import AmplitudeMap, Newton, Response, response
 from .rigid import Rigid
+from .state_space import StateSpace
 from .static_load import StaticLoad
 from .statics import StaticPoint, static_point
 
 __all__ = [
     "AmplitudeMap",
+    "Beam",
     "Component",
     "Connection",
     "Cutting",
+    "FirstOrder",
     "Identify",
     "LinearCheck",
     "Lumped",
     "Machine",
+    "Material",
+    "Matrices",
+    "Measured",
     "Modal",
     "Newton",
     "OperatingPoint",
@@ -34,7 +44,9 @@ __all__ = [
     "Response",
     "Rigid",
     "SecondOrder",
+    "Segment",
     "StabilityLobes",
+    "StateSpace",
     "StaticLoad",
     "StaticPoint",
     "couple",

@@ -28,6 +28,19 @@ class SecondOrder:
     shapes: Array
 
 
+@dataclass(frozen=True, eq=False)
+class FirstOrder:
+    """ẋ = A x + B f, displacement = C x + D f: states behind a receptance that has no second-order form.
+
+    Forces (N) in and displacements (m) out, one per degree of freedom of the component, in the same order.
+    """
+
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+
+
 class Component(ABC):
     """A linear part of a machine, known at its degrees of freedom; nothing holds it but its own stiffness."""
 
@@ -51,7 +64,15 @@ class Component(ABC):
 
     @abstractmethod
     def second_order(self) -> SecondOrder | None:
-        """The equations of motion, or None where only a receptance is known."""
+        """The equations of motion, or None where there are none of this form."""
+
+    def first_order(self) -> FirstOrder | None:
+        """The state equations of a component without `second_order`; None where only a receptance is known."""
+        return None
+
+    def remarks(self) -> tuple[str, ...]:
+        """What a user must be told: reduction and interpolation errors, checks that failed; a sentence each."""
+        return ()
 
     def motion_at(self, point: Array, direction: Array) -> Array | None:
         """Row over the dofs that gives the motion of a point (m, machine axes) along a unit direction.
@@ -66,13 +87,13 @@ class Component(ABC):
 
 
 def checked_dofs(where: str, dofs: Sequence[str]) -> tuple[str, ...]:
-    """Names of degrees of freedom, which must differ and hold no dot."""
+    """Names of degrees of freedom, which must differ; one dot may part the node from the direction (``nose.x``)."""
     names = tuple(dofs)
     if not names:
         raise InputError(f"{where}: dofs is empty, expected at least one name")
     for name in names:
-        if not isinstance(name, str) or not name or "." in name:
-            raise InputError(f"{where}: dof {name!r}, expected a name without a dot")
+        if not isinstance(name, str) or not all(name.split(".")) or name.count(".") > 1:
+            raise InputError(f"{where}: dof {name!r}, expected a name like 'x' or, at a node, 'nose.x'")
         if names.count(name) > 1:
             raise InputError(f"{where}: dof {name!r} is named twice, expected different names")
     return names

@@ -33,11 +33,12 @@ class Connection:
     Parameters
     ----------
     between
-        Two sides, each ``component.dof``, ``"ground"`` or the name of a rigid body.
+        Two sides, each ``component.dof``, ``"ground"`` or the name of a component with a shape in space: a
+        rigid body, or a beam or matrices at one of their nodes.
     joint
         Restoring force along z; None where ``rigid`` holds z at zero, or where ``identify`` says how to get it.
     at, direction
-        Point (m, machine axes) and direction on which a rigid body is held; the direction is made a unit vector.
+        Point (m, machine axes) and direction on which such a component is held; the direction is made a unit vector.
     """
 
     name: str
@@ -71,7 +72,7 @@ class Connection:
         rows = [self._side(side, components, where) for side in self.between]
         bodies = any(side != GROUND and "." not in side for side in self.between)
         if self.at is not None and not bodies:
-            raise InputError(f"{where}: at and direction are given, but neither side is a rigid body")
+            raise InputError(f"{where}: at and direction are given, but neither side is the name of a component alone")
         return rows[0] - rows[1]
 
     def _side(self, side: str, components: Sequence[Component], where: str) -> Array:
@@ -84,11 +85,11 @@ class Connection:
             raise InputError(f"{where}: no component {side!r}, {nearest(side, [*known, GROUND])}")
         if self.at is None or self.direction is None:
             dofs = ", ".join(f"{side}.{dof}" for dof in known[side].dofs)
-            raise InputError(f"{where}: side {side!r} needs a dof ({dofs}) or, for a rigid body, at and direction")
+            raise InputError(f"{where}: side {side!r} needs a dof ({dofs}) or at and direction")
         direction = np.array(self.direction, dtype=float)
         held = known[side].motion_at(np.array(self.at, dtype=float), direction / np.linalg.norm(direction))
         if held is None:
-            raise InputError(f"{where}: component {side!r} is no rigid body, so its side must name a dof")
+            raise InputError(f"{where}: component {side!r} has no shape in space, so its side must name a dof")
         before = [c is known[side] for c in components].index(True)
         pieces = [np.zeros(len(c.dofs)) for c in components]
         pieces[before] = held

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -14,11 +13,14 @@ from jointlib.joint import Joint
 from jointlib.law import JointLaw, Motion
 
 from .assembly import Assembly
+from .control_model import by_control
 from .limits import amplitude_limit
 from .machine import Machine
 from .second_order import MachineEquations, machine_equations
+from .state_equations import MachineStates, machine_states
 from .working_point import at_working_point
 
+Equations = MachineEquations | MachineStates
 TOLERANCE = 1e-8
 _LINES = 400
 _MANY = 24
@@ -91,13 +93,13 @@ def linear_check(machine: Machine, amplitude: float | None = None, frequency: Ar
                 f"check: amplitude is {amplitude:g} m, the joint {connection.name} ends at {limit.amplitude:g} m "
                 f"({limit.outcome.name.lower()})"
             )
-    equations = machine_equations(machine)
+    equations = _equations(machine)
     joints, excluded = _kept(machine, amplitude is None)
     K, C, resonance = _linearised(equations, joints, amplitude)
     lines = _band(machine, equations, K, frequency)
     names = _points(machine)
     coupled = Assembly(machine, names, names).coupled(2 * np.pi * lines, K + 2j * np.pi * lines[:, None] * C)
-    second = _by_control(equations, machine.dof_rows(names, "check"), K, C, 2 * np.pi * lines)
+    second = by_control(machine, machine_states(machine), machine.dof_rows(names, "check"), K, C, 2 * np.pi * lines)
     difference = _difference(coupled, second)
     return LinearCheck(
         difference,
@@ -110,6 +112,12 @@ def linear_check(machine: Machine, amplitude: float | None = None, frequency: Ar
         FRF(lines, coupled, names, names),
         FRF(lines, second, names, names),
     )
+
+
+def _equations(machine: Machine) -> Equations:
+    if any(c.second_order() is None and c.first_order() is not None for c in machine.components):
+        return machine_states(machine)
+    return machine_equations(machine)
 
 
 def _kept(machine: Machine, at_rest: bool) -> tuple[list[Joint], tuple[Excluded, ...]]:
@@ -143,9 +151,7 @@ def _tangent(law: JointLaw) -> tuple[float, float]:
     return float(stiffness), float(damping)
 
 
-def _linearised(
-    equations: MachineEquations, joints: list[Joint], amplitude: float | None
-) -> tuple[Array, Array, float]:
+def _linearised(equations: Equations, joints: list[Joint], amplitude: float | None) -> tuple[Array, Array, float]:
     """Stiffness and damping of every joint, and the first natural frequency in Hz."""
     tangents = np.array([np.sum([_tangent(law) for law in j.laws] or [(0.0, 0.0)], axis=0) for j in joints])
     K, C = tangents.reshape(len(joints), 2).T.copy()
@@ -162,12 +168,12 @@ def _linearised(
     return K, C, first
 
 
-def _first(equations: MachineEquations, K: Array) -> float:
+def _first(equations: Equations, K: Array) -> float:
     found = equations.natural_frequencies(K)
     return float(found[found > 0][0]) if np.any(found > 0) else 0.0
 
 
-def _band(machine: Machine, equations: MachineEquations, K: Array, frequency: ArrayLike | None) -> Array:
+def _band(machine: Machine, equations: Equations, K: Array, frequency: ArrayLike | None) -> Array:
     given = machine.frequency if frequency is None else frequency
     if given is None:
         found = equations.natural_frequencies(K)
@@ -185,53 +191,6 @@ def _points(machine: Machine) -> tuple[str, ...]:
         return machine.dofs
     chosen = dict.fromkeys([*machine.tool.values(), *([machine.drive] if machine.drive else [])])
     return tuple(chosen) or machine.dofs[:_MANY]
-
-
-def _by_control(equations: MachineEquations, rows: Array, K: Array, C: Array, omega: Array) -> ComplexArray:
-    """Receptance between ``rows`` from blocks per group of components, appended and closed by the joints."""
-    import control
-
-    outputs = rows @ equations.shapes
-    joints = equations.joints
-    # Time is counted in units that make the fastest motion of order one: the states stay comparable.
-    fastest = 2 * np.pi * float(np.max(equations.natural_frequencies(np.maximum(K, 0.0)), initial=0.0)) or 1.0
-    blocks = [_block(control, equations, part, np.concatenate([joints, outputs]), fastest) for part in equations.blocks]
-    apart = control.append(*blocks)
-    ports, nj = len(joints) + len(outputs), len(joints)
-    # Every block has all ports; the same force acts on all blocks and their motions add up.
-    copies = len(blocks)
-    spread = np.tile(np.eye(ports), (copies, 1))
-    gather = np.tile(np.eye(2 * ports), (1, copies))
-    plant = control.ss(apart.A, apart.B @ spread, gather @ apart.C, gather @ apart.D @ spread)
-    spring = [control.ss([], [], [], [[k, c * fastest]]) for k, c in zip(K, C, strict=True)]
-    loops = np.zeros((ports, 2 * ports))
-    if nj:
-        law = control.append(*spring)
-        pick = np.zeros((2 * nj, 2 * ports))
-        for j in range(nj):
-            pick[2 * j, j] = pick[2 * j + 1, ports + j] = 1.0
-        loops[:nj] = np.asarray(law.D) @ pick
-    closed = control.feedback(plant, control.ss([], [], [], loops), sign=-1)
-    value = np.asarray(closed(1j * omega / fastest, squeeze=False))
-    return np.asarray(np.moveaxis(value[nj:ports, nj:, :], 2, 0))
-
-
-def _block(control: Any, equations: MachineEquations, part: slice, ports: Array, fastest: float) -> Any:
-    """Block of one group of components: forces on the ports in, displacements and scaled velocities out.
-
-    With M = L Lᵀ and p = L⁻ᵀ y the states are y and ẏ over the time unit; velocities are in m per time unit.
-    """
-    L = np.linalg.cholesky(equations.mass[part, part])
-    n = len(L)
-    inverse = np.linalg.inv(L)
-    K = inverse @ equations.stiffness[part, part] @ inverse.T / fastest**2
-    C = inverse @ equations.damping[part, part] @ inverse.T / fastest
-    S = ports[:, part] @ inverse.T
-    zero = np.zeros((n, n))
-    A = np.block([[zero, np.eye(n)], [-K, -C]])
-    B = np.concatenate([np.zeros((n, len(ports))), S.T / fastest**2])
-    out = np.block([[S, np.zeros_like(S)], [np.zeros_like(S), S]])
-    return control.ss(A, B, out, np.zeros((2 * len(ports), len(ports))))
 
 
 def _difference(first: ComplexArray, second: ComplexArray) -> float:

@@ -57,15 +57,7 @@ class Lumped(Component):
         return cls(name, dofs, mass, damping, stiffness)
 
     def receptance(self, omega: Array, ports: Array | None = None) -> ComplexArray:
-        n = len(self.dofs)
-        P = np.eye(n) if ports is None else ports
-        model, out = self.second_order(), np.empty((len(omega), len(P), len(P)), dtype=complex)
-        step = max(1, _BLOCK // n**2)
-        for start in range(0, len(omega), step):
-            w = omega[start : start + step, None, None]
-            dynamic = model.stiffness - w**2 * model.mass + 1j * w * model.damping
-            out[start : start + step] = P @ np.linalg.solve(dynamic, P.T.astype(complex))
-        return out
+        return receptance_of(self.second_order(), omega, ports)
 
     def second_order(self) -> SecondOrder:
         n = len(self.dofs)
@@ -78,3 +70,25 @@ class Lumped(Component):
         """M a, a the acceleration along each dof, whose axis its name tells (x, uy, z_2); others carry none."""
         axes = [axis_of(dof) for dof in self.dofs]
         return np.asarray(self.mass @ [0.0 if axis is None else gravity[axis] for axis in axes])
+
+
+def receptance_of(model: SecondOrder, omega: Array, ports: Array | None) -> ComplexArray:
+    """P Φ (K − ω²M + jωC)⁻¹ Φᵀ Pᵀ in m/N; without ``ports`` P is the unit matrix.
+
+    Diagonal matrices make a sum of modes, others a solve per line.
+    """
+    P = model.shapes if ports is None else ports @ model.shapes
+    mass, damping, stiffness = (np.diag(matrix) for matrix in (model.mass, model.damping, model.stiffness))
+    if all(
+        np.array_equal(np.diag(d), m)
+        for d, m in zip((mass, damping, stiffness), (model.mass, model.damping, model.stiffness), strict=True)
+    ):
+        w = omega[:, None]
+        return np.asarray((P / (stiffness - w**2 * mass + 1j * w * damping)[:, None, :]) @ P.T)
+    out = np.empty((len(omega), len(P), len(P)), dtype=complex)
+    step = max(1, _BLOCK // len(model.mass) ** 2)
+    for start in range(0, len(omega), step):
+        w = omega[start : start + step, None, None]
+        dynamic = model.stiffness - w**2 * model.mass + 1j * w * model.damping
+        out[start : start + step] = P @ np.linalg.solve(dynamic, P.T.astype(complex))
+    return out

@@ -109,6 +109,15 @@ class Machine:
         """All degrees of freedom as ``component.dof``, in order."""
         return tuple(f"{c.name}.{dof}" for c in self.components for dof in c.dofs)
 
+    def remarks(self) -> tuple[str, ...]:
+        """What the components have to tell of themselves, a sentence each."""
+        return tuple(sentence for component in self.components for sentence in component.remarks())
+
+    @property
+    def without_equations(self) -> tuple[str, ...]:
+        """Components that only a receptance is known of; the check against python-control needs equations."""
+        return tuple(c.name for c in self.components if c.second_order() is None and c.first_order() is None)
+
     @property
     def flexible(self) -> tuple[Connection, ...]:
         """The connections that carry a joint."""

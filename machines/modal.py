@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
+from jointlib.io.mode_files import read_modes
 from jointlib.io.toml import Section
 
 from .component import Component, SecondOrder, checked_dofs
@@ -34,6 +36,8 @@ class Modal(Component):
     carries
         Degrees of freedom at which the weight acts, one per machine axis at most (the axis is told by the name: x, uy,
         z_2); default: all that are named after an axis.
+    notes
+        What was said on reading.
     """
 
     name: str
@@ -44,6 +48,7 @@ class Modal(Component):
     modal_mass: Array | None = None
     mass: float | None = None
     carries: tuple[str, ...] | None = None
+    notes: tuple[str, ...] = ()
 
     kind: ClassVar[str] = "modal"
 
@@ -83,6 +88,8 @@ class Modal(Component):
 
     @classmethod
     def from_section(cls, section: Section) -> Modal:
+        if section.has("file"):
+            return cls._from_file(section)
         mass = section.numbers("modal_mass", "kg", None)
         return cls(
             section.text("name"),
@@ -95,6 +102,20 @@ class Modal(Component):
             section.words("carries", None),
         )
 
+    @classmethod
+    def _from_file(cls, section: Section) -> Modal:
+        name, dofs, path = section.text("name"), section.words("dofs"), Path(section.path("file"))
+        given = section.numbers("damping_ratio", "1", None)
+        try:
+            modes = read_modes(path, dofs, section.words("at", None))
+        except InputError as error:
+            raise InputError(f"{section.where}: {error}") from None
+        ratio = modes.damping_ratio if given is None else np.array(given)
+        if ratio is None:
+            raise InputError(f"{section.where}: {path} tells no damping, expected damping_ratio, one per mode")
+        weight = section.number("mass", "kg", None), section.words("carries", None)
+        return cls(name, dofs, modes.frequency, ratio, modes.shapes, modes.modal_mass, *weight, modes.notes)
+
     def receptance(self, omega: Array, ports: Array | None = None) -> ComplexArray:
         natural = 2 * np.pi * self.frequency
         w = omega[:, None]
@@ -102,6 +123,9 @@ class Modal(Component):
         modal = 1 / (self.modal_mass * (natural**2 - w**2 + 2j * self.damping_ratio * natural * w))
         S = self.shapes if ports is None else ports @ self.shapes
         return np.asarray((S * modal[:, None, :]) @ S.T)
+
+    def remarks(self) -> tuple[str, ...]:
+        return tuple(f"{self.name}: {note}" for note in self.notes)
 
     def second_order(self) -> SecondOrder:
         natural = 2 * np.pi * self.frequency

@@ -53,11 +53,9 @@ def machine_equations(machine: Machine) -> MachineEquations:
     rigid = machine.rows([c for c in machine.connections if c.rigid]) @ shapes
     owner = np.repeat(np.arange(len(parts)), [len(p.mass) for p in parts])
     columns, blocks, start = [], [], 0
-    for group in _groups(rigid, owner, len(parts)):
+    for group in groups(rigid, owner, len(parts)):
         inside = np.flatnonzero(np.isin(owner, group))
-        rows = rigid[:, inside]
-        rows = rows[np.any(rows != 0, axis=1)]
-        kept = null_space(rows / np.linalg.norm(rows, axis=1, keepdims=True)) if len(rows) else np.eye(len(inside))
+        kept = motions(rigid[:, inside])
         placed = np.zeros((len(owner), kept.shape[1]))
         placed[inside] = kept
         columns.append(placed)
@@ -75,7 +73,13 @@ def machine_equations(machine: Machine) -> MachineEquations:
     )
 
 
-def _groups(rigid: Array, owner: Index, count: int) -> list[list[int]]:
+def motions(held: Array) -> Array:
+    """Orthonormal motions that the rows ``held`` leave free, one per column."""
+    rows = held[np.any(held != 0, axis=1)]
+    return null_space(rows / np.linalg.norm(rows, axis=1, keepdims=True)) if len(rows) else np.eye(held.shape[1])
+
+
+def groups(rigid: Array, owner: Index, count: int) -> list[list[int]]:
     """Components that rigid connections tie together, directly or in a chain."""
     label = list(range(count))
     for row in rigid:

@@ -259,7 +259,20 @@ _READERS = {
     "Measurement": ["jointlib/io/measurement_file.py"],
     "Joint": ["jointlib/io/joint_file.py"],
     "Machine": [
-        *(f"machines/{name}.py" for name in ("files", "lumped", "modal", "rigid", "static_load")),
+        *(
+            f"machines/{name}.py"
+            for name in (
+                "files",
+                "lumped",
+                "modal",
+                "rigid",
+                "static_load",
+                "beam",
+                "matrices",
+                "measured",
+                "state_space",
+            )
+        ),
     ],
     "Bundles": sorted(str(path.relative_to(ROOT)) for path in (ROOT / "machines" / "bundles").glob("*.py")),
 }

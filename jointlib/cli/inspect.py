@@ -110,7 +110,8 @@ def _machine(file: Path) -> list[str]:
 
     machine = read_machine(file)
     lines = [f"machine {machine.name!r}: {len(machine.components)} components, {len(machine.connections)} connections"]
-    lines += [f"component {c.name}: {type(c).__name__.lower()}, {', '.join(c.dofs)}" for c in machine.components]
+    lines += [f"component {c.name}: {type(c).kind}, {', '.join(c.dofs)}" for c in machine.components]
+    lines += machine.remarks()
     for c in machine.connections:
         joint = " + ".join(law.kind for law in c.joint.laws) if c.joint else ""
         what = joint or ("rigid" if c.rigid else "to be identified from its records")

@@ -9,10 +9,13 @@ if TYPE_CHECKING:
 
 
 def with_joints(machine: Machine) -> tuple[Machine, tuple[str, ...]]:
-    """The machine with every ``identify`` carried out, and a sentence for each; the trace is left to ``run``."""
+    """The machine with every ``identify`` carried out, and a sentence for each; the trace is left to ``run``.
+
+    First come the remarks of the components.
+    """
     from jointlib import identify, read_joint, read_measurement
 
-    said = []
+    said = list(machine.remarks())
     for connection in machine.connections:
         if connection.identify is not None:
             start = connection.identify.start

@@ -125,7 +125,7 @@ BAD = [
     ('"slide.x", "base.x"', '"slide.x", "slide.x"', "both sides"),
     ('"slide.x", "base.x"', '"slide.x"', "expected two"),
     ('"slide.x", "base.x"', '"slide.x", "base"', "needs a dof"),
-    ('"body", "ground"', '"slide", "ground"', "no rigid body"),
+    ('"body", "ground"', '"slide", "ground"', "no shape in space"),
     ('"body", "ground"', '"boddy", "ground"', "did you mean 'body'"),
     ("direction = [0, 0, 2]", "direction = [0, 0, 0]", "not zero"),
     ("direction = [0, 0, 2]", "", "at and direction together"),

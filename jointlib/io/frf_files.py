@@ -1,0 +1,128 @@
+"""Measured frequency response functions from universal files (data set 58), CSV, npz and mat."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from jointlib.arrays import Array, ComplexArray
+from jointlib.errors import InputError
+from jointlib.frf import Quantity
+from jointlib.io.matrix_files import read_arrays
+from jointlib.io.readers import read_csv
+from jointlib.io.universal import AXES, NO_UNITS, read_sets, units
+
+SUFFIXES = (".uff", ".unv", ".csv", ".npz", ".mat")
+_MOTION = {8: Quantity.RECEPTANCE, 11: Quantity.MOBILITY, 12: Quantity.ACCELERANCE}
+_FORCE = (13, 9)
+_FRF = 4
+
+
+@dataclass(frozen=True, eq=False)
+class FrfRecord:
+    """Motion over force at lines in Hz; a value per line, or a matrix [line, response, drive]."""
+
+    frequency: Array
+    value: ComplexArray
+    variance: Array | None = None
+    """E|error|² of ``value``, same shape."""
+    quantity: Quantity | None = None
+    """As the file says it; None where it says nothing."""
+    response: str | None = None
+    """Node and direction, as ``12+X``."""
+    drive: str | None = None
+    units: str = ""
+    """What the file says of its units."""
+
+
+def read_frfs(path: Path) -> list[FrfRecord]:
+    """Every frequency response of a file, values in SI where the file says its units."""
+    if not path.is_file():
+        found = "a folder" if path.is_dir() else "no such file"
+        raise InputError(f"{path}: {found}, expected frequency responses")
+    suffix = path.suffix.lower()
+    if suffix in (".uff", ".unv"):
+        return _universal(path)
+    if suffix == ".csv":
+        return [_csv(path)]
+    if suffix in (".npz", ".mat"):
+        return [_arrays(path)]
+    raise InputError(f"{path}: no reader for {path.suffix!r} frequency responses, expected {', '.join(SUFFIXES)}")
+
+
+def _csv(path: Path) -> FrfRecord:
+    columns = list(read_csv(path).values())
+    if len(columns) not in (3, 4):
+        raise InputError(f"{path}: has {len(columns)} columns, expected f, Re, Im and, where known, the variance")
+    variance = columns[3] if len(columns) == 4 else None
+    return _checked(path, FrfRecord(columns[0], columns[1] + 1j * columns[2], variance))
+
+
+def _arrays(path: Path) -> FrfRecord:
+    held = read_arrays(path)
+    names = ["H", *(q.word for q in Quantity)]
+    found = [name for name in names if name in held]
+    if "frequency" not in held or len(found) != 1:
+        raise InputError(
+            f"{path}: holds {', '.join(held) or 'no arrays'}, expected 'frequency' and one of {', '.join(names)}"
+        )
+    quantity = None if found[0] == "H" else Quantity[found[0].upper()]
+    value = held[found[0]]
+    value = value.ravel() if value.ndim == 2 and 1 in value.shape else value
+    variance = held.get("variance")
+    variance = (
+        None if variance is None else variance.astype(float).reshape(value.shape if variance.size == value.size else -1)
+    )
+    frequency = held["frequency"].astype(float).ravel()
+    return _checked(path, FrfRecord(frequency, value.astype(complex), variance, quantity))
+
+
+def _universal(path: Path) -> list[FrfRecord]:
+    factor, note, out = 1.0, NO_UNITS, []
+    for s in read_sets(path):
+        if s.get("type") == 164:
+            factor, note = units(path, s)
+        elif s.get("type") == 58 and s.get("func_type") == _FRF:
+            out.append(_checked(path, _set(path, s, factor, note)))
+    if not out:
+        raise InputError(f"{path}: holds no frequency response (data set 58 of function type 4)")
+    return out
+
+
+def _set(path: Path, s: dict[str, Any], factor: float, note: str) -> FrfRecord:
+    motion, force = (int(s.get(key) or 0) for key in ("ordinate_spec_data_type", "orddenom_spec_data_type"))
+    where = f"{path}: set 58 ({str(s.get('id1', '')).strip()})"
+    if motion and motion not in _MOTION:
+        raise InputError(
+            f"{where} has ordinate type {motion}, expected 8, 11 or 12: displacement, velocity, acceleration"
+        )
+    if force and force not in _FORCE:
+        raise InputError(f"{where} has denominator type {force}, expected 13: excitation force")
+    labels = []
+    for side in ("rsp", "ref"):
+        node, direction = int(s.get(f"{side}_node") or 0), int(s.get(f"{side}_dir") or 0)
+        if abs(direction) >= len(AXES):
+            raise InputError(f"{where} has direction {direction}, expected -6 to 6")
+        labels.append(f"{node}{'-' if direction < 0 else '+'}{AXES[abs(direction)]}")
+    value = np.asarray(s["data"], dtype=np.complex128) * np.complex128(factor)
+    return FrfRecord(np.asarray(s["x"], dtype=float), value, None, _MOTION.get(motion), labels[0], labels[1], note)
+
+
+def _checked(path: Path, record: FrfRecord) -> FrfRecord:
+    f, shape = record.frequency, record.value.shape
+    if f.ndim != 1 or shape[:1] != f.shape or len(shape) not in (1, 3) or len(f) < 2:
+        raise InputError(
+            f"{path}: {f.size} frequencies and values of shape {shape}, expected a value or matrix per line"
+        )
+    if not np.all(np.isfinite(f)) or np.any(np.diff(f) <= 0) or f[0] < 0:
+        raise InputError(f"{path}: frequencies must be finite, not negative and ascending")
+    if not np.all(np.isfinite(record.value)):
+        bad = f[~np.all(np.isfinite(record.value.reshape(len(f), -1)), axis=1)][0]
+        raise InputError(f"{path}: the value at {bad:g} Hz is not finite")
+    v = record.variance
+    if v is not None and (v.shape != shape or not np.all(np.isfinite(v)) or np.any(v < 0)):
+        raise InputError(f"{path}: the variance must be finite, not negative and of the shape of the values {shape}")
+    return record

@@ -1,0 +1,66 @@
+"""What a receptance of a passive linear structure must obey: reciprocity and passivity, said with the frequencies."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from jointlib.arrays import Array, ComplexArray
+
+from .indices import Mask
+
+_UNEQUAL = 0.05
+"""Two transfer receptances that differ by more than this share of their size are not reciprocal."""
+_NOISE = 1e-9
+_SIGMAS = 3.0
+
+
+def spans(frequency: Array, failing: Mask) -> str:
+    """Runs of lines as words: ``120 to 135 Hz and 410 Hz``, at most four of them."""
+    at = np.flatnonzero(failing)
+    runs = np.split(at, np.flatnonzero(np.diff(at) > 1) + 1)
+    said = [f"{frequency[r[0]]:.5g}" + (f" to {frequency[r[-1]]:.5g}" if len(r) > 1 else "") + " Hz" for r in runs[:4]]
+    more = len(runs) - len(said)
+    return ", ".join(said) + (f" and {more} more ranges" if more > 0 else "")
+
+
+def not_reciprocal(frequency: Array, H: ComplexArray, dofs: Sequence[str], variance: Array | None = None) -> list[str]:
+    """Pairs whose H_ij and H_ji (m/N) differ by more than 5 % of their size, and by more than three deviations."""
+    said = []
+    for i in range(len(dofs)):
+        for j in range(i):
+            apart = np.abs(H[:, i, j] - H[:, j, i])
+            allowed = _UNEQUAL * (np.abs(H[:, i, j]) + np.abs(H[:, j, i])) / 2
+            if variance is not None:
+                allowed = np.maximum(allowed, _SIGMAS * np.sqrt(variance[:, i, j] + variance[:, j, i]))
+            failing = apart > np.maximum(allowed, _NOISE * np.max(np.abs(H[:, i, j]), initial=0.0))
+            if np.any(failing):
+                share = np.linalg.norm(apart) / max(float(np.linalg.norm(H[:, i, j])), 1e-300)
+                said.append(
+                    f"{dofs[i]} from {dofs[j]} and back are not reciprocal at {spans(frequency, failing)} "
+                    f"(difference in norm {share:.2g})."
+                )
+    return said
+
+
+def not_passive(frequency: Array, H: ComplexArray, dofs: Sequence[str], variance: Array | None = None) -> list[str]:
+    """Driving points with Im H > 0, that is a mobility jωH of negative real part: energy would come out."""
+    said = []
+    for i in range(len(dofs)):
+        value = H[:, i, i]
+        allowed = _NOISE * np.abs(value)
+        if variance is not None:
+            allowed = np.maximum(allowed, _SIGMAS * np.sqrt(variance[:, i, i]))
+        failing = value.imag > allowed
+        if np.all(failing):
+            said.append(
+                f"the driving point {dofs[i]} yields energy at every frequency (Im H > 0); the record may count time "
+                "as exp(-jωt), then say conjugate = true, or carry the wrong sign."
+            )
+        elif np.any(failing):
+            said.append(
+                f"the driving point {dofs[i]} yields energy (real part of its mobility below 0, Im H > 0) at "
+                f"{spans(frequency, failing)}."
+            )
+    return said
