@@ -30,8 +30,10 @@ class Outcome(Enum):
     PAST_FORCE_PEAK = "The joint force falls with displacement there, an artefact of the fit. Lower the force."
     NEGATIVE_DAMPING = "The joint feeds energy in at this amplitude, an artefact of the fit. Lower the force."
     FRF_TOO_SHORT = "A receptance ends below the harmonics that are needed. Extend its frequency range."
-    STALLED = "The joint amplitudes did not settle. Raise the force in smaller steps."
+    STALLED = "The joint amplitudes did not settle. Follow the branch by arc length, or lower the force."
     NO_EQUILIBRIUM = "The mean force of a joint cannot balance the static load at this amplitude. Lower the force."
+    STEP_TOO_SMALL = "Arc length cannot follow the branch further. Narrow the range or lower the force."
+    HARMONICS_SIGNIFICANT = "Harmonics that were not solved for matter there. Ask for more of them or lower the force."
     PEAK_AT_EDGE = "The largest response lies at the edge of the frequency range. Widen the range."
 
 

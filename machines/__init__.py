@@ -4,6 +4,7 @@ from .assembly import mean_displacement
 from .beam import Beam, Segment
 from .component import Component, FirstOrder, SecondOrder
 from .connection import Connection, Identify
+from .constant_amplitude import ConstantAmplitude, constant_amplitude
 from .coupling import couple
 from .files import read_machine
 from .linear import LinearCheck, linear_check
@@ -17,7 +18,7 @@ from .modal import Modal
 from .operating import OperatingPoint, frozen_receptance, operating_point
 from .peaks import Peak
 from .profile import Material
-from .response import AmplitudeMap, Newton, Response, response
+from .response import AmplitudeMap, ArcLength, Newton, Response, response
 from .rigid import Rigid
 from .state_space import StateSpace
 from .static_load import StaticLoad
@@ -25,9 +26,11 @@ from .statics import StaticPoint, static_point
 
 __all__ = [
     "AmplitudeMap",
+    "ArcLength",
     "Beam",
     "Component",
     "Connection",
+    "ConstantAmplitude",
     "Cutting",
     "FirstOrder",
     "Identify",
@@ -49,6 +52,7 @@ __all__ = [
     "StateSpace",
     "StaticLoad",
     "StaticPoint",
+    "constant_amplitude",
     "couple",
     "frozen_receptance",
     "linear_check",

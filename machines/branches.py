@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 
 import numpy as np
@@ -20,10 +20,12 @@ class Stability(Enum):
 
     FOLD_STABLE = "fold_stable"
     """∂F/∂A > 0: no fold was passed. Instabilities of Hopf kind and period doublings are not excluded."""
+    STABLE = "stable"
+    """Every small disturbance dies out (Hill's method on the equations of motion)."""
     UNSTABLE = "unstable"
-    """∂F/∂A < 0: motion leaves it."""
+    """Motion leaves it: a fold was passed, or Hill's method finds a disturbance that grows."""
     UNKNOWN = "unknown"
-    """Several joints, and the Jacobian's determinant alone does not tell."""
+    """Several joints, and the Jacobian's determinant alone does not tell; or not the same all along a branch."""
 
 
 class End(Enum):
@@ -49,6 +51,16 @@ class Branch:
     ends: tuple[End, End]
     outcome: Outcome
     """CONVERGED, or the limit at which it ends."""
+    harmonics: tuple[int, ...] = (1,)
+    """What was solved for; ``joint`` and ``output`` are the first of them."""
+    overtones: ComplexArray = field(default_factory=lambda: np.empty((0, 0, 0), dtype=complex))
+    """Relative displacement of every connection in the other harmonics, m, (n, harmonics − 1, connections)."""
+    error: Array = field(default_factory=lambda: np.empty(0))
+    """Estimated relative error of the first harmonic because of those left out, (n,); nan where it cannot be told."""
+    labels: tuple[Stability, ...] = ()
+    """Stability point by point, (n,)."""
+    outcomes: tuple[Outcome, ...] = ()
+    """Per point: CONVERGED, or why more harmonics are needed than were solved for, (n,)."""
 
 
 @dataclass(frozen=True, eq=False)

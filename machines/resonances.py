@@ -13,7 +13,7 @@ from .peaks import Peak, local_maxima, maxima, tips
 from .solutions import Solutions, balance
 
 _SAME = 1e-6
-_NO_MOTION = 1e-12
+NO_MOTION = 1e-12
 """Share of the largest motion of the machine below which a joint does not move; what is left is rounding."""
 
 
@@ -31,7 +31,7 @@ def resonances(assembly: Assembly, forces: Array, found: Solutions, mapped: bool
     for f in range(len(forces)):
         for k in range(len(names)):
             level, holder = _envelope(found, f, k)
-            if np.nanmax(level, initial=0.0) <= _NO_MOTION * np.max(np.abs(found.motion), initial=0.0) > 0:
+            if np.nanmax(level, initial=0.0) <= NO_MOTION * np.max(np.abs(found.motion), initial=0.0) > 0:
                 continue
             tip = mapped and k == assembly.nonlinear[0]
             shown = _with_limits(level, found.cut[f], assembly) if tip else _plateaus(level, found.cut[f])
@@ -50,7 +50,7 @@ def resonances(assembly: Assembly, forces: Array, found: Solutions, mapped: bool
     if starts:
         peaks += _maxima(assembly, forces, found, starts)
     order = {name: i for i, name in enumerate(names)}
-    return _distinct(sorted(peaks, key=lambda p: (p.force, order[p.connection], p.frequency)))
+    return distinct(sorted(peaks, key=lambda p: (p.force, order[p.connection], p.frequency)))
 
 
 def _envelope(found: Solutions, f: int, k: int) -> tuple[Array, Index]:
@@ -168,7 +168,7 @@ def _along(assembly: Assembly, found: Solutions, path: Index, omega: Array) -> C
     return np.array(columns, dtype=complex).reshape(z.shape[1], len(omega)).T
 
 
-def _distinct(peaks: list[Peak]) -> list[Peak]:
+def distinct(peaks: list[Peak]) -> list[Peak]:
     """Two searches that ended on one top count once."""
     out: list[Peak] = []
     for p in peaks:

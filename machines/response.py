@@ -2,30 +2,31 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from jointlib.arrays import Array, ComplexArray
+from jointlib.arrays import Array
 from jointlib.errors import InputError, Outcome
-from jointlib.frf import FRF, ReceptanceKind
+from jointlib.frf import FRF
 
 from .assembly import Assembly
-from .branches import Branch, Chain, Stability, chains
+from .branches import Branch
 from .bundles.bundle import said_by
-from .folds import fold_lines
+from .followed import Followed, by_arc_length
+from .following import by_raising_the_force, from_branches
+from .hill import hill_equations
+from .labels import with_errors, with_labels
 from .limits import beyond_frequency
 from .machine import Machine, checked_forces, checked_range
+from .on_lines import by_lines
+from .overtones import Overtones, refined
 from .peaks import Peak
-from .resonances import resonances
-from .solutions import Solutions, by_amplitude_map, by_newton
 from .statics import static_point
 
 _POINTS = 600
-_AROUND = np.sinh(np.linspace(-3.0, 3.0, 33))
-"""Lines round a peak, in half-power half widths."""
+_FEW = 6
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,16 @@ class AmplitudeMap:
 
 @dataclass(frozen=True)
 class Newton:
-    """For any number of nonlinear joints: the branch that grows out of the linear response."""
+    """For any number of nonlinear joints: the branch that grows out of the linear response, line by line."""
+
+
+@dataclass(frozen=True)
+class ArcLength:
+    """For any number of nonlinear joints: curves followed round their folds over a range of frequency.
+
+    They are begun at the edges of the range and, so that isolated curves are found as well, on every branch of the
+    amplitude map (one joint) or wherever raising the force from nothing to three times the largest leads (several).
+    """
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,16 +83,17 @@ def response(
     force: float | Sequence[float] | None = None,
     frequency: Sequence[float] | Array | None = None,
     drive: str | None = None,
-    method: AmplitudeMap | Newton | None = None,
+    method: AmplitudeMap | Newton | ArcLength | None = None,
     *,
     outputs: Sequence[str] | None = None,
     points: int = _POINTS,
-    harmonics: int = 1,
+    harmonics: int | str | Sequence[int] = 1,
+    stability: str = "folds",
 ) -> Response:
     """Steady response to harmonic forces, each joint replaced by its describing function at its own amplitude.
 
     Nonlinear receptance coupling (Dhupia et al. 2008, eqs 17–20) in the form z + Hzz g(z) = Hzf F, exact from an
-    open joint to a rigid one.
+    open joint to a rigid one. Every point carries an estimate of the error made by leaving out further harmonics.
 
     Parameters
     ----------
@@ -96,59 +107,88 @@ def response(
     drive
         Degree of freedom the force acts on; default: that of the file, else the tool's x, else y.
     method
-        `AmplitudeMap` or `Newton`; default: the map where one joint is nonlinear at most.
+        `AmplitudeMap`, `ArcLength` or `Newton`; default: the map where one joint is nonlinear at most, arc length over
+        a range where there are several, Newton's method on given lines.
     outputs
         Degrees of freedom of the receptances; default: the tool's and ``drive``.
     harmonics
-        1 is all that this version knows.
+        1; ascending multiples of the frequency such as (1, 3, 5), by arc length; or "auto": further harmonics at those
+        forces at which the estimated error of the first exceeds 0.1 % somewhere.
+    stability
+        "folds"; "hill": Hill's method as well, where there are equations of motion; "auto": that where it takes little
+        time, for up to 6 coordinates.
     """
-    if harmonics != 1:
-        raise InputError(f"response: harmonics is {harmonics!r}, this version solves for the first harmonic only")
+    wanted = Overtones.of(harmonics)
+    if stability not in ("folds", "hill", "auto"):
+        raise InputError(f"response: stability is {stability!r}, expected 'folds', 'hill' or 'auto'")
     driven = machine.driven_dof(drive)
     forces = _forces(machine, force)
     lines, refine = _lines(machine, frequency, points)
     names = tuple(dict.fromkeys([*machine.tool.values(), driven] if outputs is None else outputs))
     assembly = Assembly(machine, names, (driven,))
-    count = len(assembly.nonlinear)
-    if isinstance(method, AmplitudeMap) and count > 1:
-        raise InputError(
-            f"{machine.where}: the amplitude map takes one nonlinear joint and there are {count}; use Newton()"
-        )
-    mapped = count == 1 and not isinstance(method, Newton)
-    axis = (method if isinstance(method, AmplitudeMap) else AmplitudeMap()).amplitudes
-
-    def solve(at: Array) -> Solutions:
-        return by_amplitude_map(assembly, forces, at, axis) if mapped else by_newton(assembly, forces, at)
-
-    found = solve(lines)
-    peaks = resonances(assembly, forces, found, mapped)
-    if refine:
-        around = [p.frequency + p.width * _AROUND for p in peaks if p.width > 0]
-        extra = np.unique(np.concatenate([lines[:0], *around]))
-        extra = extra[(extra > lines[0]) & (extra < lines[-1]) & ~np.isin(extra, lines)]
-        if len(extra):
-            found = found.merged(solve(extra))
-    if mapped:
-        closing = fold_lines(assembly, forces, found)
-        if len(closing):
-            found = found.merged(replace(solve(closing), regular=np.zeros(len(closing), dtype=bool)))
-    every = range(len(forces))
+    if assembly.biased is not None:
+        _check_under_load(machine, method, wanted, stability)
+    found = _first_harmonic(assembly, forces, lines, refine, method)
+    estimated = with_errors(assembly, forces, [part.branches for part in found])
+    found, remarks = refined(assembly, forces, lines, found, estimated, wanted)
+    equations = hill_equations(machine) if stability != "folds" and assembly.biased is None else None
+    if isinstance(equations, str):
+        remarks, equations = (*remarks, equations) if stability == "hill" else remarks, None
+    elif equations is not None and stability == "auto" and len(equations.mass) > _FEW:
+        equations = None
     return Response(
         driven,
         tuple(forces.tolist()),
         tuple(c.name for c in machine.flexible),
         names,
-        tuple(_branches(assembly, found, f, mapped or count == 0) for f in every),
-        tuple(_frf(assembly, found, f, float(forces[f])) for f in every),
-        tuple(_outcome(found, f, [p for p in peaks if p.force == forces[f]]) for f in every),
-        tuple(peaks),
-        _warnings(machine, float(lines[0]), float(lines[-1])),
+        tuple(with_labels(assembly, part.branches, equations) for part in found),
+        tuple(part.frf for part in found),
+        tuple(part.outcome for part in found),
+        tuple(sorted((p for part in found for p in part.peaks), key=lambda p: p.force)),
+        (*_warnings(machine, float(lines[0]), float(lines[-1])), *remarks),
     )
 
 
 def _warnings(machine: Machine, low: float, high: float) -> tuple[str, ...]:
     under_load = () if machine.static is None else static_point(machine).warnings
     return (*beyond_frequency(machine, low, high), *said_by(machine.joints()), *under_load)
+
+
+def _check_under_load(machine: Machine, method: object, wanted: Overtones, stability: str) -> None:
+    """Where means move with the amplitudes there is one harmonic, by the amplitude map or by Newton's method."""
+    asked = {
+        "arc length": isinstance(method, ArcLength),
+        "further harmonics": wanted.harmonics not in (None, (1,)),
+        "Hill's method": stability == "hill",
+    }
+    for what, is_asked in asked.items():
+        if is_asked:
+            raise InputError(
+                f"{machine.where}: {what} is not available for joints whose mean moves under [static]; leave it out"
+            )
+
+
+def _first_harmonic(
+    assembly: Assembly, forces: Array, lines: Array, refine: bool, method: AmplitudeMap | Newton | ArcLength | None
+) -> list[Followed]:
+    """Branches of describing functions, per force."""
+    count = len(assembly.nonlinear)
+    if isinstance(method, AmplitudeMap) and count > 1:
+        raise InputError(
+            f"{assembly.machine.where}: the amplitude map takes one nonlinear joint and there are {count}; "
+            "use ArcLength() or Newton()"
+        )
+    traced = isinstance(method, ArcLength) or (method is None and count > 1 and refine and assembly.biased is None)
+    if traced and len(lines) > 1 and count > 1:
+        low, high = 2 * np.pi * float(lines[0]), 2 * np.pi * float(lines[-1])
+        return by_arc_length(assembly, forces, lines, (1,), by_raising_the_force(assembly, forces, low, high))
+    mapped = count == 1 and not isinstance(method, Newton)
+    axis = (method if isinstance(method, AmplitudeMap) else AmplitudeMap()).amplitudes
+    found = by_lines(assembly, forces, lines, refine, axis if mapped else None)
+    if traced and len(lines) > 1 and count:
+        starts = from_branches(assembly, [part.branches for part in found], (1,))
+        return by_arc_length(assembly, forces, lines, (1,), starts)
+    return found
 
 
 def _forces(machine: Machine, force: float | Sequence[float] | None) -> Array:
@@ -175,47 +215,3 @@ def _lines(machine: Machine, frequency: Sequence[float] | Array | None, points: 
     if values[0] <= 0 or np.any(np.diff(values) <= 0):
         raise InputError("response: lines of frequency must be positive and ascending")
     return values, False
-
-
-def _branches(assembly: Assembly, found: Solutions, f: int, labelled: bool) -> tuple[Branch, ...]:
-    rows = np.flatnonzero(found.force == f)
-    reasons = tuple(found.reasons[f])
-    joints = len(assembly.joints)
-    out = []
-    for chain in chains(found.line[rows], found.size[rows], found.rising[rows], found.cut[f], reasons):
-        members = rows[chain.members]
-        motion = found.motion[members]
-        out.append(
-            Branch(
-                found.frequency[found.line[members]],
-                motion[:, :joints],
-                motion[:, joints:],
-                _stability(chain, labelled),
-                chain.ends,
-                chain.outcome,
-            )
-        )
-    return tuple(out)
-
-
-def _stability(chain: Chain, labelled: bool) -> Stability:
-    if not chain.rising:
-        return Stability.UNSTABLE
-    return Stability.FOLD_STABLE if labelled else Stability.UNKNOWN
-
-
-def _frf(assembly: Assembly, found: Solutions, f: int, force: float) -> FRF:
-    rows = np.flatnonzero(found.force == f)
-    lines, first = np.unique(found.line[rows], return_index=True)
-    value: ComplexArray = np.full((len(found.frequency), len(assembly.outputs), 1), np.nan, dtype=complex)
-    value[lines, :, 0] = found.motion[rows[first], len(assembly.joints) :] / force
-    kind = ReceptanceKind.OPERATING if assembly.nonlinear else ReceptanceKind.LINEAR
-    frf = FRF(found.frequency, value, assembly.outputs, assembly.inputs, kind)
-    return replace(frf, frequency=frf.frequency[found.regular], receptance=value[found.regular])
-
-
-def _outcome(found: Solutions, f: int, peaks: list[Peak]) -> Outcome:
-    """The commonest reason why a solution is missing, else why a peak is."""
-    missing = Counter(found.reasons[f, found.cut[f]].tolist())
-    missing = missing or Counter(p.outcome for p in peaks if p.outcome not in (Outcome.CONVERGED, Outcome.PEAK_AT_EDGE))
-    return max(missing, key=lambda o: (missing[o], o.name)) if missing else Outcome.CONVERGED

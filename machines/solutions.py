@@ -127,8 +127,7 @@ def balance(
         fine = np.ones(points, dtype=bool)
         return view.Hof[:, :, 0] * force[:, None], np.zeros(points), fine, fine, why
     joints = assembly.moving
-    caps = np.array([limit.amplitude / 4 for limit in assembly.limits])
-    found = nonlinear.solve(view, joints, force, caps, start, ramp)
+    found = nonlinear.solve(view, joints, force, caps_of(assembly), start, ramp)
     motion = view.Hof[:, :, 0] * force[:, None] - (view.Hoz @ found.force[:, :, None])[:, :, 0]
     motion[:, list(assembly.nonlinear)] = found.z
     fine = found.converged.copy()
@@ -140,3 +139,8 @@ def balance(
             why[wrong & fine] = outcome
             fine &= ~wrong
     return motion, np.max(np.abs(found.z), axis=1), fine, ~found.turning, why
+
+
+def caps_of(assembly: Assembly) -> Array:
+    """Longest step of each nonlinear joint in m."""
+    return np.array([limit.amplitude / 4 for limit in assembly.limits])

@@ -17,7 +17,11 @@ from jointlib.errors import InputError
 @click.option("--force", type=Quantity("N"), multiple=True, help="Peak force; default: those of the file.")
 @click.option("--frequency", type=FrequencyRange(), help="lo:hi:n; default: the range of the file.")
 @click.option("--drive", help="Degree of freedom the force acts on; default: that of the file, else the tool.")
-@click.option("--harmonics", default="1", help="1 is what this version knows.")
+@click.option(
+    "--harmonics",
+    default="1",
+    help="1, auto (further ones where they matter by more than 0.1 %) or multiples such as 1,3,5.",
+)
 @click.option("-o", "output", type=Target(".npz"), required=True, help="Where the curves go, an .npz file.")
 @json_option
 def command(
@@ -38,13 +42,12 @@ def command(
     from jointlib.cli.joints import with_joints
     from machines import read_machine, response
 
-    if harmonics != "1":
-        raise InputError(f"--harmonics: {harmonics!r}, expected 1 (several harmonics are not in this version)")
+    wanted = _harmonics(harmonics)
     with working("coupling the machine"):
         model, remarks = with_joints(read_machine(machine))
         band = None if frequency is None else (frequency[0], frequency[1])
         points = 600 if frequency is None or frequency[2] is None else frequency[2]
-        result = response(model, force or None, band, drive, points=points)
+        result = response(model, force or None, band, drive, points=points, harmonics=wanted, stability="auto")
     write_response(output, result)
     peaks = peak_rows(result)
     rows = [
@@ -57,6 +60,16 @@ def command(
     lines += warnings
     data = {"peaks": peaks, "file": str(output), "warnings": warnings}
     emit(as_json, data, [*lines, wrote(output)])
+
+
+def _harmonics(text: str) -> int | str | tuple[int, ...]:
+    """1, "auto" or multiples from a comma-separated list; whether they make sense is for the solver to say."""
+    if text == "auto":
+        return text
+    parts = [part.strip() for part in text.split(",")]
+    if not all(part.isdigit() for part in parts):
+        raise InputError(f"--harmonics: {text!r}, expected 1, auto or multiples such as 1,3,5")
+    return tuple(int(part) for part in parts)
 
 
 def peak_rows(result: Any) -> list[dict[str, Any]]:
@@ -75,7 +88,11 @@ def peak_rows(result: Any) -> list[dict[str, Any]]:
 
 
 def write_response(path: Path, result: Any) -> None:
-    """Receptances per force, and every branch: ``frequency_0`` … (Hz), ``receptance_0`` … (m/N), ``branch_0_0_…``."""
+    """Receptances per force, and every branch: ``frequency_0`` … (Hz), ``receptance_0`` … (m/N), ``branch_0_0_…``.
+
+    Of a branch: motions of the joints and outputs (m), stability of the whole and of every point, estimated error of
+    the first harmonic, outcome of every point, harmonics and, where there are several, the motions in the others.
+    """
     import numpy as np
 
     from jointlib.io.atomic import write_npz
@@ -93,4 +110,10 @@ def write_response(path: Path, result: Any) -> None:
             arrays[f"branch_{i}_{k}_joint"] = branch.joint
             arrays[f"branch_{i}_{k}_output"] = branch.output
             arrays[f"branch_{i}_{k}_stability"] = np.array(branch.stability.value)
+            arrays[f"branch_{i}_{k}_labels"] = np.array([label.value for label in branch.labels])
+            arrays[f"branch_{i}_{k}_outcomes"] = np.array([outcome.name.lower() for outcome in branch.outcomes])
+            arrays[f"branch_{i}_{k}_error"] = branch.error
+            arrays[f"branch_{i}_{k}_harmonics"] = np.array(branch.harmonics)
+            if len(branch.harmonics) > 1:
+                arrays[f"branch_{i}_{k}_overtones"] = branch.overtones
     write_npz(path, arrays)

@@ -1,0 +1,233 @@
+"""A joint that moves with several harmonics at once: the harmonics of its force and how they follow the motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from jointlib.arrays import Array, ComplexArray
+from jointlib.joint import Joint
+from jointlib.law import JointLaw, MemorylessLaw, Motion
+
+from .nonlinear import gains
+
+Harmonics = tuple[int, ...]
+"""Ascending multiples of the driving frequency, the first of them 1."""
+
+_SMOOTH, _BENT, _REMEMBERING = 64, 1024, 512
+"""Samples of a cycle for laws that are smooth, for those that are not, and for those that remember."""
+_CYCLES = 200
+_REPEATS = 1e-10
+_NUDGE = 1e-6
+_PROBE = np.geomspace(1e-9, 1e-3, 25)
+_EVEN = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Forces:
+    """Phasors of the joint forces in N and their derivatives by the motions and by their conjugates in N/m."""
+
+    force: ComplexArray
+    """(points, nh, nj)."""
+    by_z: ComplexArray
+    """∂g_h/∂Z_m, (points, nh, nh, nj)."""
+    by_conjugate: ComplexArray
+    """∂g_h/∂Z_m*, (points, nh, nh, nj)."""
+    travel: Array
+    """Largest displacement in the cycle in m, (points, nj)."""
+
+
+def joint_forces(
+    joints: Sequence[Joint], z: ComplexArray, omega: Array, harmonics: Harmonics, most: int = _BENT
+) -> Forces:
+    """Forces of joints that move by Σ Re(Z_h e^(jhωt)), z of shape (points, nh, nj) in m; ω in rad/s, (points,).
+
+    One harmonic: the exact describing function. Several: the laws are sampled over the cycle (alternating frequency
+    and time), those with memory over whole cycles until their state repeats; a cycle that does not repeat is nan.
+    """
+    if harmonics == (1,):
+        A, Z = np.abs(z[:, 0]), z[:, 0]
+        gain, slope = gains(joints, A, omega)
+        half = slope * A / 2
+        turn = np.where(A > 0, Z / np.where(A > 0, A, 1.0), 0.0) ** 2
+        return Forces((gain * Z)[:, None], (gain + half)[:, None, None], (turn * half)[:, None, None], A)
+    out = Forces(
+        np.empty(z.shape, dtype=complex),
+        np.empty((len(z), len(harmonics), *z.shape[1:]), dtype=complex),
+        np.empty((len(z), len(harmonics), *z.shape[1:]), dtype=complex),
+        np.empty((len(z), z.shape[2])),
+    )
+    for columns in _together(joints):
+        joint, c = joints[columns[0]], len(columns)
+        cases = np.moveaxis(z[:, :, columns], 1, 2).reshape(-1, len(harmonics))
+        found = _one(joint, cases, np.repeat(omega, c), harmonics, most)
+        for whole, part in zip((out.force, out.by_z, out.by_conjugate, out.travel), found, strict=True):
+            whole[..., columns] = np.moveaxis(part.reshape(len(z), c, *part.shape[1:]), 1, -1)
+    return out
+
+
+def is_odd(joint: Joint) -> bool:
+    """Whether a motion without a mean and even harmonics leaves the force without them too."""
+    still = np.zeros((len(_PROBE), 1))
+    z = np.concatenate([_PROBE[:, None], still], axis=1)[:, :, None].astype(complex)
+    found = joint_forces([joint], z, np.full(len(_PROBE), 1e3), (1, 2)).force[:, :, 0]
+    return bool(np.all(np.abs(found[:, 1]) <= _EVEN * np.abs(found[:, 0])))
+
+
+def jumps(joint: Joint) -> bool:
+    """Whether a force jumps with the velocity, as ideal friction does: a sampled cycle cannot carry its derivative."""
+    sliding = [law for law in joint.laws if isinstance(law, MemorylessLaw) and not law.linear]
+    ends = np.array([-1e-12, 1e-12, -1.0, 1.0])
+    for law in sliding:
+        f = law.force(np.zeros(4), ends)
+        if abs(f[1] - f[0]) > 1e-3 * abs(f[3] - f[2]) > 0:
+            return True
+    return False
+
+
+def _together(joints: Sequence[Joint]) -> list[list[int]]:
+    columns: dict[int, list[int]] = {}
+    for j, joint in enumerate(joints):
+        columns.setdefault(id(joint), []).append(j)
+    return list(columns.values())
+
+
+def _bent(law: JointLaw) -> bool:
+    return isinstance(law, MemorylessLaw) and any(len(where) for where in law.kinks())
+
+
+def _one(
+    joint: Joint, z: ComplexArray, omega: Array, harmonics: Harmonics, most: int
+) -> tuple[ComplexArray, ComplexArray, ComplexArray, Array]:
+    """Force, its two derivatives and the travel of one joint over cases z (cases, nh)."""
+    linear = [law for law in joint.laws if law.linear]
+    memoryless = Joint(tuple(law for law in joint.laws if not law.linear and not law.states))
+    remembering = Joint(tuple(law for law in joint.laws if not law.linear and law.states))
+    nh = len(harmonics)
+    cycle = _cycle(joint, harmonics, most)
+    force = np.zeros(z.shape, dtype=complex)
+    by_z = np.zeros((len(z), nh, nh), dtype=complex)
+    by_conjugate = np.zeros_like(by_z)
+    for law in linear:
+        gain = law.first_harmonic(0.0, omega[:, None] * np.array(harmonics)).gain
+        force += gain * z
+        by_z[:, np.arange(nh), np.arange(nh)] += gain
+    motion = cycle.motion(z, omega)
+    if memoryless.laws:
+        force += cycle.project(memoryless.step(motion, np.empty((*motion.displacement.shape, 0)))[0])
+        slopes = tangent(memoryless, cycle, motion, 2 * harmonics[-1])
+        first, second = slopes_of_harmonics(slopes, harmonics, omega)
+        by_z, by_conjugate = by_z + first, by_conjugate + second
+    if remembering.laws:
+        first, second, third = _with_memory(remembering, cycle, z, omega)
+        force, by_z, by_conjugate = force + first, by_z + second, by_conjugate + third
+    return force, by_z, by_conjugate, np.max(np.abs(motion.displacement), axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class Cycle:
+    """Equal samples of a cycle, and the harmonics of a motion there."""
+
+    angle: Array
+    harmonics: Array
+    basis: ComplexArray
+    """e^(jhθ), (nh, samples)."""
+
+    @staticmethod
+    @lru_cache(maxsize=16)
+    def of(harmonics: Harmonics, samples: int) -> Cycle:
+        angle = 2 * np.pi * np.arange(samples) / samples
+        h = np.array(harmonics, dtype=float)
+        return Cycle(angle, h, np.exp(1j * h[:, None] * angle))
+
+    def motion(self, z: ComplexArray, omega: Array) -> Motion:
+        """Displacement and velocity of cases z (cases, nh), each (cases, samples)."""
+        rate = 1j * self.harmonics * omega[:, None] * z
+        return Motion((z @ self.basis).real, (rate @ self.basis).real)
+
+    def project(self, force: Array) -> ComplexArray:
+        """Phasors of a sampled force, (cases, nh)."""
+        return np.asarray(force @ self.basis.conj().T * (2 / len(self.angle)))
+
+
+def tangent(joint: Joint, cycle: Cycle, motion: Motion, highest: int) -> tuple[ComplexArray, ComplexArray]:
+    """Fourier coefficients 0 … highest of the tangent stiffness and damping along a cycle, (cases, highest + 1)."""
+    k, c = joint.jacobian(motion, np.empty((*motion.displacement.shape, 0)))
+    wave = np.exp(-1j * cycle.angle[:, None] * np.arange(highest + 1)) / len(cycle.angle)
+    return k @ wave, c @ wave
+
+
+def slopes_of_harmonics(
+    slopes: tuple[ComplexArray, ComplexArray], harmonics: Harmonics, omega: Array
+) -> tuple[ComplexArray, ComplexArray]:
+    """∂g_h/∂Z_m = κ_(h−m) + jmω γ_(h−m) and ∂g_h/∂Z_m* = κ_(h+m) − jmω γ_(h+m), (cases, nh, nh)."""
+    h = np.array(harmonics)
+    difference, total = h[:, None] - h, h[:, None] + h
+    rate = 1j * omega[:, None, None] * h
+
+    def at(coefficient: ComplexArray, n: np.ndarray) -> ComplexArray:
+        value = coefficient[:, np.abs(n)]
+        return np.asarray(np.where(n < 0, value.conj(), value))
+
+    k, c = slopes
+    return at(k, difference) + rate * at(c, difference), at(k, total) - rate * at(c, total)
+
+
+def tangent_harmonics(
+    joints: Sequence[Joint], z: ComplexArray, omega: Array, harmonics: Harmonics, highest: int
+) -> tuple[ComplexArray, ComplexArray]:
+    """Fourier coefficients 0 … highest of the tangents of joints without memory, (points, highest + 1, nj)."""
+    k = np.empty((len(z), highest + 1, z.shape[2]), dtype=complex)
+    c = np.empty_like(k)
+    for j, joint in enumerate(joints):
+        cycle = _cycle(joint, harmonics)
+        k[:, :, j], c[:, :, j] = tangent(joint, cycle, cycle.motion(z[:, :, j], omega), highest)
+    return k, c
+
+
+def _cycle(joint: Joint, harmonics: Harmonics, most: int = _BENT) -> Cycle:
+    samples = _REMEMBERING if joint.states else _BENT if any(_bent(law) for law in joint.laws) else _SMOOTH
+    return Cycle.of(harmonics, max(min(samples, most), 16 * harmonics[-1]))
+
+
+def _with_memory(
+    joint: Joint, cycle: Cycle, z: ComplexArray, omega: Array
+) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+    """Force and derivatives by small changes of every part, all stepped side by side."""
+    cases, nh = z.shape
+    size = np.maximum(np.max(np.abs(z), axis=1), 1e-300)
+    nudges = np.zeros((2 * nh + 1, nh), dtype=complex)
+    nudges[1 : nh + 1], nudges[nh + 1 :] = _NUDGE * np.eye(nh), 1j * _NUDGE * np.eye(nh)
+    moved = z[:, None] + size[:, None, None] * nudges
+    steady = _steady_force(joint, cycle, moved.reshape(-1, nh), np.repeat(omega, 2 * nh + 1))
+    g = cycle.project(steady).reshape(cases, 2 * nh + 1, nh)
+    change = (g[:, 1:] - g[:, :1]) / (_NUDGE * size[:, None, None])
+    by_real, by_imaginary = (np.swapaxes(part, 1, 2) for part in (change[:, :nh], change[:, nh:]))
+    return g[:, 0], (by_real - 1j * by_imaginary) / 2, (by_real + 1j * by_imaginary) / 2
+
+
+def _steady_force(joint: Joint, cycle: Cycle, z: ComplexArray, omega: Array) -> Array:
+    """Force over the steady cycle, (cases, samples), begun at the largest displacement from the virgin state."""
+    motion, n = cycle.motion(z, omega), len(cycle.angle)
+    begin = np.argmax(motion.displacement, axis=1)
+    order = (begin[:, None] + np.arange(n)) % n
+    x, v = (np.take_along_axis(part, order, axis=1) for part in (motion.displacement, motion.velocity))
+    step = 2 * np.pi / n / omega
+    state = joint.initial_state(x[:, 0])
+    rolled = np.empty_like(x)
+    for _ in range(_CYCLES):
+        before = low = high = state
+        for i in range(n):
+            rolled[:, i], state = joint.step(Motion(x[:, i], v[:, i], step), state)
+            low, high = np.minimum(low, state), np.maximum(high, state)
+        open_ = np.any(np.abs(state - before) > _REPEATS * (high - low) + 1e-14 * np.abs(high), axis=1)
+        if not np.any(open_):
+            break
+    else:
+        rolled[open_] = np.nan
+    force = np.empty_like(rolled)
+    np.put_along_axis(force, order, rolled, axis=1)
+    return force

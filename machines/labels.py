@@ -1,0 +1,95 @@
+"""What is known of every point of a branch: its stability, its error, and whether more harmonics are needed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from jointlib.arrays import Array
+from jointlib.errors import Outcome
+
+from .assembly import Assembly
+from .branches import Branch, End, Stability
+from .hill import grows, growth
+from .second_order import MachineEquations
+from .truncation import more_harmonics, truncation_error
+
+Branches = list[tuple[Branch, ...]]
+"""Per force."""
+
+TOLERANCE = 1e-3
+"""Estimated error above which one harmonic is not enough."""
+
+
+def with_errors(assembly: Assembly, forces: Array, branches: Sequence[Sequence[Branch]]) -> Branches:
+    """Branches with the estimated error of every point, all those of the same harmonics side by side.
+
+    nan where the means of the joints move under a static load: further harmonics are not known there.
+    """
+    if assembly.biased is not None:
+        return [tuple(replace(b, error=np.full(len(b.frequency), np.nan)) for b in of_force) for of_force in branches]
+    flat = [(f, k) for f, of_force in enumerate(branches) for k in range(len(of_force))]
+    out = [list(of_force) for of_force in branches]
+    for own in {branches[f][k].harmonics for f, k in flat}:
+        wider = more_harmonics(assembly, own)
+        some = [(f, k) for f, k in flat if branches[f][k].harmonics == own]
+        chosen = [branches[f][k] for f, k in some]
+        omega = 2 * np.pi * np.concatenate([b.frequency for b in chosen])
+        force = np.concatenate([np.full(len(branches[f][k].frequency), forces[f]) for f, k in some])
+        z = np.concatenate([motions(b)[:, :, list(assembly.nonlinear)] for b in chosen])
+        error = truncation_error(assembly, omega, force, z, own, wider)
+        ends = np.cumsum([len(b.frequency) for b in chosen])[:-1]
+        for (f, k), part in zip(some, np.split(error, ends), strict=True):
+            out[f][k] = replace(out[f][k], error=part)
+    return [tuple(of_force) for of_force in out]
+
+
+def motions(branch: Branch) -> np.ndarray:
+    """All harmonics of all connections in m, (n, nh, connections)."""
+    first = branch.joint[:, None]
+    return np.concatenate([first, branch.overtones], axis=1) if len(branch.harmonics) > 1 else first
+
+
+def worst(branches: Sequence[Branch]) -> float:
+    """Largest estimated error; infinite where one is not known."""
+    errors = np.concatenate([np.zeros(1), *(b.error for b in branches)])
+    return float(np.max(np.where(np.isnan(errors), np.inf, errors)))
+
+
+def with_outcomes(branches: Sequence[Branch], wanted: bool, unknown: Outcome) -> tuple[Branch, ...]:
+    """Branches with an outcome per point; ``wanted`` says that more harmonics were to be solved for where they matter.
+
+    ``unknown`` is what an error that is not known means then.
+    """
+    out = []
+    for b in branches:
+        outcomes = [Outcome.CONVERGED] * len(b.frequency)
+        if wanted:
+            # On a fold itself the error at fixed frequency has no bound, however small it is along the curve.
+            folds = [i for i, end in ((0, b.ends[0]), (len(outcomes) - 1, b.ends[1])) if end is End.FOLD]
+            for i in np.setdiff1d(np.flatnonzero(~(b.error <= TOLERANCE)), folds):
+                outcomes[i] = unknown if np.isnan(b.error[i]) else Outcome.HARMONICS_SIGNIFICANT
+        out.append(replace(b, outcomes=tuple(outcomes)))
+    return tuple(out)
+
+
+def with_labels(
+    assembly: Assembly, branches: Sequence[Branch], equations: MachineEquations | None
+) -> tuple[Branch, ...]:
+    """Branches with a stability label per point: from folds, and from Hill's method where there are equations."""
+    out = []
+    for b in branches:
+        labels = [b.stability] * len(b.frequency)
+        summary = b.stability
+        if equations is not None and b.stability is not Stability.UNSTABLE and assembly.joints:
+            omega = 2 * np.pi * b.frequency
+            rate = growth(equations, assembly.joints, motions(b), omega, b.harmonics)
+            # On a fold itself a disturbance neither grows nor dies out; what it is depends on rounding.
+            found = grows(rate, omega)
+            labels = [Stability.UNSTABLE if bad else Stability.STABLE for bad in found]
+            kinds = set(labels)
+            summary = labels[0] if len(kinds) == 1 else Stability.UNKNOWN
+        out.append(replace(b, labels=tuple(labels), stability=summary))
+    return tuple(out)

@@ -1,0 +1,97 @@
+"""What the harmonics that were left out would change: an estimate for every solution, without solving again."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from jointlib.arrays import Array, ComplexArray
+from jointlib.errors import FrequencyMismatch
+from jointlib.joint import Joint
+
+from .assembly import Assembly
+from .balance import Balance, solve_complex
+from .harmonics import Harmonics, is_odd, jumps
+from .indices import Mask
+
+_POINTS = 4096
+"""Solved at a time; bounds the memory that sampled cycles take."""
+_SAMPLES = 256
+"""Of a cycle; an estimate needs no more."""
+
+
+def more_harmonics(assembly: Assembly, harmonics: Harmonics) -> Harmonics:
+    """The next harmonics that the joints raise: up to the fifth, or one more; odd ones alone where all laws are odd."""
+    highest = 5 if harmonics[-1] < 5 else harmonics[-1] + 2
+    step = 2 if odd(assembly) else 1
+    return tuple(sorted({*harmonics, *range(1, highest + 1, step)}))
+
+
+def odd(assembly: Assembly) -> bool:
+    """Whether the joints keep a motion free of even harmonics."""
+    return all(is_odd(joint) for joint in _nonlinear(assembly))
+
+
+def unsuited(assembly: Assembly) -> tuple[str, ...]:
+    """A sentence for every joint whose higher harmonics cannot be solved for."""
+    names = [assembly.machine.flexible[i].name for i in assembly.nonlinear]
+    return tuple(
+        f"{name}: its force jumps as the velocity changes sign, so only the first harmonic is solved for and its error "
+        "is not known; give the friction a smoothing_velocity"
+        for name, joint in zip(names, _nonlinear(assembly), strict=True)
+        if jumps(joint)
+    )
+
+
+def truncation_error(
+    assembly: Assembly, omega: Array, force: Array, z: ComplexArray, own: Harmonics, wider: Harmonics
+) -> Array:
+    """Estimated error of the first harmonic of solutions z (points, nh, nj) in m, relative to the largest joint.
+
+    ``own`` are the harmonics of z. The estimate is the first harmonic of one Newton step in the ``wider`` ones, begun
+    where those of them that are new rest: their residual, carried through the joints' tangents and the receptances
+    back to the first. nan where a receptance does not reach the highest, or a force jumps.
+    """
+    out = np.zeros(len(omega))
+    if not z.shape[2] or not len(omega):
+        return out
+    known = reached(assembly, omega, wider[-1]) & (len(unsuited(assembly)) == 0)
+    out[~known] = np.nan
+    rows = np.flatnonzero(known)
+    here = [wider.index(h) for h in own]
+    for begin in range(0, len(rows), _POINTS):
+        now = rows[begin : begin + _POINTS]
+        balance = Balance.of(assembly, omega[now], force[now], wider)
+        start = np.zeros((len(now), len(wider), z.shape[2]), dtype=complex)
+        start[:, here] = z[now]
+        forces = balance.forces(start, _SAMPLES)
+        r = balance.residual(start, forces.force)
+        # These were solved for; what sampling the cycle leaves of them is not counted.
+        r[:, here] = 0.0
+        step = solve_complex(balance.jacobian(forces), -r)
+        size = np.maximum(np.max(np.abs(z[now, 0]), axis=1), 1e-300)
+        out[now] = np.max(np.abs(step[:, 0]), axis=1) / size
+    return out
+
+
+def reached(assembly: Assembly, omega: Array, highest: int) -> Mask:
+    """Where the receptances of all components reach the highest harmonic."""
+
+    def known(w: float) -> bool:
+        try:
+            assembly.at(np.array([highest * w]))
+        except FrequencyMismatch:
+            return False
+        return True
+
+    lines = np.unique(omega)
+    if known(float(lines[-1])):
+        return np.ones(len(omega), dtype=bool)
+    low, high = 0, len(lines) - 1
+    while low < high:
+        middle = (low + high) // 2
+        low, high = (middle + 1, high) if known(float(lines[middle])) else (low, middle)
+    return np.asarray(omega < lines[low])
+
+
+def _nonlinear(assembly: Assembly) -> list[Joint]:
+    return [assembly.joints[i] for i in assembly.nonlinear]
