@@ -270,10 +270,11 @@ def _run(path: Path, request: dict[str, object]) -> Array:
             )
         except subprocess.TimeoutExpired:
             raise CheckFailed(f"{path}: the FMU did not finish its reference run in {_TIME_LIMIT:g} s") from None
+        said = [_last_line(text) for text in (done.stdout, done.stderr) if text.strip()]
         if done.returncode < 0:
-            raise CheckFailed(f"{path}: the FMU ended the process that ran it (signal {-done.returncode})")
+            ended = "; ".join([f"signal {-done.returncode}", *said])
+            raise CheckFailed(f"{path}: the FMU ended the process that ran it ({ended})")
         if done.returncode or not answer.is_file():
-            said = [_last_line(text) for text in (done.stdout, done.stderr) if text.strip()]
             raise CheckFailed(f"{path}: the FMU does not run in FMPy ({'; '.join(said) or 'no message'})")
         return np.array(json.loads(answer.read_text(encoding="utf-8")))
 
