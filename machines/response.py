@@ -164,7 +164,7 @@ def _check_under_load(machine: Machine, method: object, wanted: Overtones, stabi
     for what, is_asked in asked.items():
         if is_asked:
             raise InputError(
-                f"{machine.where}: {what} is not available for joints whose mean moves under [static]; leave it out"
+                f"{machine.where}: {what}: not available for joints whose mean moves under [static], leave it out"
             )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from jointlib.errors import InputError
 from jointlib.joint import Covariance, Joint
 from jointlib.loop.bench import Found, Raw, columns_in, observe, view_of
 from jointlib.loop.equations import Observed
+from jointlib.loop.excess import localisation
 from jointlib.loop.layout import Layout
 from jointlib.loop.model import Model
 from jointlib.loop.refit import bounds_of
@@ -90,6 +92,11 @@ class Fitted:
         for o, r in zip(self.records, self.whitened(), strict=True):
             total += float(np.sum(np.abs(r[:, :2]) ** 2) + np.sum(np.abs(r[o.informative, 2]) ** 2))
         return total
+
+    @cached_property
+    def localised(self) -> dict[str, dict[str, Any]]:
+        """Where its residuals on the training records exceed their noise."""
+        return localisation(self.records, self.whitened())
 
     def whitened(self) -> list[ComplexArray]:
         """Whitened residuals of each training record."""

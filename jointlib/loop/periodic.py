@@ -77,7 +77,7 @@ def trace_periodic(measurement: Measurement, joint: Joint, *, seed: int = 0) -> 
         terms, rivals = (), ()
     chosen = chosen_of(last, terms[0], explained) if terms else None
     shown_before, shown_after = (f.on(sealed) if sealed else f for f in (start, last))
-    table_after = excess.localisation(last.records, last.whitened())
+    table_after = last.localised
     first = terms[0].row.contestant.effect if terms else None
     what_next = verdict.next_experiment(word, rivals, first, found)
     return TraceReport(
@@ -124,11 +124,10 @@ def _spectra(raws: Sequence[Raw]) -> list[Any]:
 
 
 def _judged(start: Fitted, terms: Sequence[Term]) -> verdict.Findings:
-    table = excess.localisation(start.records, start.whitened())
+    table = start.localised
     before = after = excess.total_excess(table)
     if terms:
-        alone = terms[0].alone
-        after = excess.total_excess(excess.localisation(alone.records, alone.whitened()))
+        after = excess.total_excess(terms[0].alone.localised)
     return verdict.Findings(table, before, after, {e: excess.total_excess(table, e) for e in table})
 
 

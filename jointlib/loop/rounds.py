@@ -10,7 +10,7 @@ from jointlib.arrays import Array
 from jointlib.fault import Shape
 from jointlib.loop.contest import Score, refined, rivals_of, score, simplest_of_ties
 from jointlib.loop.contestant import Contestant, InJoint, InRig, tried
-from jointlib.loop.excess import localisation, total_excess
+from jointlib.loop.excess import total_excess
 from jointlib.loop.fitted import Fitted
 from jointlib.loop.model import Model, prediction_error
 from jointlib.loop.naming import NAMED_FROM
@@ -113,7 +113,7 @@ class _Contest:
     @cached_property
     def outside_joint(self) -> float:
         """Excess of the balance and redundancy equations."""
-        table = localisation(self.fitted.records, self.fitted.whitened())
+        table = self.fitted.localised
         return sum(total_excess(table, e) for e in ("balance", "redundancy") if e in table)
 
     def distance(self, a: Score, b: Score) -> float:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from jointlib.loop import excess
 from jointlib.loop.contestant import Contestant
+from jointlib.loop.excess import total_excess
 from jointlib.loop.fitted import Fitted
 from jointlib.loop.model import Model
 from jointlib.loop.naming import NAMED_ON_A_RIG_FROM
@@ -36,7 +36,7 @@ class Term:
 
 def explained(start: Fitted, mended: Fitted) -> float:
     """Share of the excess of the start that is gone from a mended model; 1 where there was none."""
-    before, after = (excess.total_excess(excess.localisation(f.records, f.whitened())) for f in (start, mended))
+    before, after = (total_excess(f.localised) for f in (start, mended))
     return 1.0 if before <= 0 else 1 - after / before
 
 

@@ -297,7 +297,7 @@ def test_what_moving_means_do_not_allow_is_refused_and_errors_are_not_claimed() 
         ({"harmonics": (1, 3)}, "further harmonics"),
         ({"stability": "hill"}, "Hill's method"),
     ):
-        with pytest.raises(InputError, match=f"{what} is not available for joints whose mean moves"):
+        with pytest.raises(InputError, match=f"{what}: not available for joints whose mean moves"):
             response(machine, 20.0, [1000.0, 1400.0], points=5, **refused)  # type: ignore[arg-type]
     found = response(machine, 20.0, np.linspace(1000.0, 1400.0, 5), harmonics="auto")
     errors = np.concatenate([b.error for b in found.branches[0]])
