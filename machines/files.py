@@ -24,6 +24,7 @@ _CUTTING_UNITS = {
     "specific": "N/m^2",
     "immersion": "1",
     "feed": "m",
+    "diameter": "m",
     "exponent": "1",
 }
 

@@ -58,8 +58,8 @@ class Target(click.ParamType[Path]):
 
     name = "path"
 
-    def __init__(self, suffix: str = "", folder: bool = False) -> None:
-        self.suffix = suffix
+    def __init__(self, *suffixes: str, folder: bool = False) -> None:
+        self.suffixes = suffixes
         self.folder = folder
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
@@ -67,8 +67,8 @@ class Target(click.ParamType[Path]):
         path = Path(value)
         if not self.folder and path.is_dir():
             raise InputError(f"{where}: {path} is a folder, expected the name of a file to write")
-        if not self.folder and path.suffix != self.suffix != "":
-            raise InputError(f"{where}: {path} ends in {path.suffix!r}, expected {self.suffix}")
+        if self.suffixes and path.suffix not in self.suffixes:
+            raise InputError(f"{where}: {path} ends in {path.suffix!r}, expected {', '.join(self.suffixes)}")
         folder = path if self.folder else path.parent
         while not folder.exists() and folder != folder.parent:
             folder = folder.parent

@@ -22,7 +22,13 @@ from jointlib.errors import InputError
     default="1",
     help="1, auto (further ones where they matter by more than 0.1 %) or multiples such as 1,3,5.",
 )
-@click.option("-o", "output", type=Target(".npz"), required=True, help="Where the curves go, an .npz file.")
+@click.option(
+    "-o",
+    "output",
+    type=Target(".npz", ".csv", ".frf"),
+    required=True,
+    help=".npz: every branch; .csv or .frf (CutPro): receptances, one file per force and output.",
+)
 @json_option
 def command(
     machine: Path,
@@ -48,7 +54,7 @@ def command(
         band = None if frequency is None else (frequency[0], frequency[1])
         points = 600 if frequency is None or frequency[2] is None else frequency[2]
         result = response(model, force or None, band, drive, points=points, harmonics=wanted, stability="auto")
-    write_response(output, result)
+    written = write_response(output, result) if output.suffix == ".npz" else write_receptances(output, result, points)
     peaks = peak_rows(result)
     rows = [
         (f"{p['force']:g}", p["connection"], f"{p['amplitude'] * 1e6:.5g}", f"{p['frequency']:.6g}", p["outcome"])
@@ -58,8 +64,8 @@ def command(
     lines += [f"{f:g} N: {o.value}" for f, o in zip(result.force, result.outcomes, strict=True) if o.value]
     warnings = [*remarks, *result.warnings]
     lines += warnings
-    data = {"peaks": peaks, "file": str(output), "warnings": warnings}
-    emit(as_json, data, [*lines, wrote(output)])
+    data = {"peaks": peaks, "file": str(written[0]), "files": [str(path) for path in written], "warnings": warnings}
+    emit(as_json, data, [*lines, *(wrote(path) for path in written)])
 
 
 def _harmonics(text: str) -> int | str | tuple[int, ...]:
@@ -87,7 +93,7 @@ def peak_rows(result: Any) -> list[dict[str, Any]]:
     ]
 
 
-def write_response(path: Path, result: Any) -> None:
+def write_response(path: Path, result: Any) -> list[Path]:
     """Receptances per force, and every branch: ``frequency_0`` … (Hz), ``receptance_0`` … (m/N), ``branch_0_0_…``.
 
     Of a branch: motions of the joints and outputs (m), stability of the whole and of every point, estimated error of
@@ -117,3 +123,38 @@ def write_response(path: Path, result: Any) -> None:
             if len(branch.harmonics) > 1:
                 arrays[f"branch_{i}_{k}_overtones"] = branch.overtones
     write_npz(path, arrays)
+    return [path]
+
+
+def write_receptances(path: Path, result: Any, points: int) -> list[Path]:
+    """The receptance of each force and output in m/N, in a file of its own where there are several.
+
+    A ``.csv`` has the lines that were computed, closer at the peaks, as far as there is a solution; a ``.frf`` has
+    ``points`` lines of one step, as its readers expect.
+    """
+    import numpy as np
+
+    from jointlib.io.atomic import write_text
+    from jointlib.io.cutpro import write_cutpro
+
+    several = len(result.force) > 1, len(result.outputs) > 1
+    written = []
+    for force, frf in zip(result.force, result.frfs, strict=True):
+        for o, output in enumerate(result.outputs):
+            label = f"_{output}" * several[1] + f"_{force:g}N" * several[0]
+            target = path.with_name(f"{path.stem}{label}{path.suffix}")
+            found = np.isfinite(frf.receptance[:, o, 0])
+            if path.suffix == ".frf":
+                if not found.all():
+                    raise InputError(
+                        f"-o {path}: at {force:g} N there is no solution inside the valid range at "
+                        f"{frf.frequency[~found][0]:g} Hz, and this format has no gaps; expected .csv or less force"
+                    )
+                even = frf.on(np.linspace(frf.frequency[0], frf.frequency[-1], points))
+                write_cutpro(target, even.frequency, even.receptance[:, o, 0])
+            else:
+                rows = zip(frf.frequency[found].tolist(), frf.receptance[found, o, 0].tolist(), strict=True)
+                text = "".join(f"{f:.12g},{H.real:.12e},{H.imag:.12e}\n" for f, H in rows)
+                write_text(target, f"frequency,real,imaginary\n{text}")
+            written.append(target)
+    return written

@@ -25,7 +25,7 @@ from jointlib.errors import InputError
     "--depth", type=Quantity("m", lower=0), multiple=True, help="Not in this version: needs the collocation method."
 )
 @click.option("--witness", is_flag=True, help="Not in this version: check by time simulation.")
-@click.option("-o", "output", type=Target(".npz"), help="Also write the charts to this .npz file.")
+@click.option("-o", "output", type=Target(".npz", ".csv", ".svg"), help="Also write the charts: numbers or a picture.")
 @json_option
 def command(
     machine: Path,
@@ -44,7 +44,8 @@ def command(
       jointlib lobes machines/library/two_mode_tool.toml --speed 6000 9000 12000
     """
     from jointlib.cli.joints import with_joints
-    from machines import lobes_at_amplitude, read_machine
+    from machines import Cutting, lobes_at_amplitude, read_machine
+    from machines.lobes.pocket import pocket
 
     if depth or witness:
         word = "--depth" if depth else "--witness"
@@ -73,8 +74,13 @@ def command(
             ]
             lines += table(("speed [rpm]", "depth [mm]", "chatter [Hz]", "lobe"), rows)
         lines += chart.warnings
+    cutting = Cutting(**(model.cutting or {}))
+    best = None if speed else pocket(charts, cutting)
+    if best is not None:
+        lines.append(f"recommended: {best.words()}")
+        data["pocket"] = {"speed": best.speed, "depth": best.depth, "margin": best.margin}
     if output is not None:
-        write_lobes(output, charts, speeds, amplitude or (0.0,))
+        _write(output, charts, speeds, amplitude or (0.0,), cutting)
         lines.append(wrote(output))
     emit(as_json, data, lines)
 
@@ -109,6 +115,25 @@ def chart_data(charts: Sequence[Any], speeds: Any, amplitude: Sequence[float]) -
         "warnings": sorted({w for c in charts for w in c.warnings}),
         **({"amplitude": list(amplitude)} if amplitude else {}),
     }
+
+
+def _write(path: Path, charts: Sequence[Any], speeds: Any, amplitude: Sequence[float], cutting: Any) -> None:
+    """The charts by the suffix of the file."""
+    if path.suffix == ".npz":
+        write_lobes(path, charts, speeds, amplitude)
+        return
+    from jointlib.io.atomic import write_text
+
+    if path.suffix == ".svg":
+        from machines.report.lobes_figure import lobes_figure
+
+        write_text(path, lobes_figure(list(zip(amplitude, charts, strict=True)), cutting).svg)
+        return
+    rows = ["amplitude,speed,depth,chatter_frequency,kind,lobe"]
+    for A, c in zip(amplitude, charts, strict=True):
+        columns = (speeds, c.depth, c.chatter_frequency, c.kind, c.lobe)
+        rows += [f"{A:g},{n:.10g},{b:.10g},{f:.10g},{kind},{k}" for n, b, f, kind, k in zip(*columns, strict=True)]
+    write_text(path, "\n".join(["# m, rpm, m, Hz; an infinite depth is stable at any depth", *rows]) + "\n")
 
 
 def write_lobes(path: Path, charts: Sequence[Any], speeds: Any, amplitude: Sequence[float]) -> None:

@@ -199,24 +199,24 @@ class Road:
     def cut(self, amplitudes: tuple[float, ...]) -> None:
         """Stability lobes at each tool-point amplitude."""
         from jointlib.cli.lobes import chart_data, default_speeds, write_lobes
-        from machines import lobes_at_amplitude
+        from machines import Cutting, lobes_at_amplitude
         from machines.lobes.advice import advice
         from machines.report.sections import lobes_section
 
-        speeds = default_speeds(self.machine)
-        charts = []
+        speeds, charts = default_speeds(self.machine), []
         for A in amplitudes:
             size = f"a tool-point amplitude of {A * 1e6:g} um" if A else "vanishing vibration"
             with self.progress.step(f"stability lobes at {size}"):
                 charts.append(lobes_at_amplitude(self.machine, speeds, A))
         write_lobes(self._path("lobes.npz"), charts, speeds, amplitudes)
         self._json("lobes.json", chart_data(charts, speeds, amplitudes))
-        lowest = {A: c.minimum_depth for A, c in zip(amplitudes, charts, strict=True)}
-        self.steps.append({"step": "lobes", "minimum_depth": list(lowest.values()), "amplitude": list(amplitudes)})
-        self.sections.append(lobes_section(list(zip(amplitudes, charts, strict=True))))
+        lowest = [c.minimum_depth for c in charts]
+        self.steps.append({"step": "lobes", "minimum_depth": lowest, "amplitude": list(amplitudes)})
+        pairs, cutting = list(zip(amplitudes, charts, strict=True)), Cutting(**(self.machine.cutting or {}))
+        self.sections.append(lobes_section(pairs, cutting))
         self.warnings += sorted({w for c in charts for w in c.warnings})
-        self.numbers.append(("safe depth at every speed", f"{min(lowest.values()) * 1e3:.3g} mm"))
-        self.advice += advice(list(zip(amplitudes, charts, strict=True)))
+        self.numbers.append(("safe depth at every speed", f"{min(lowest) * 1e3:.3g} mm"))
+        self.advice += advice(pairs, cutting)
         self.said += self.advice
 
     def export(self) -> None:

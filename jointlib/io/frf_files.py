@@ -1,4 +1,4 @@
-"""Measured frequency response functions from universal files (data set 58), CSV, npz and mat."""
+"""Measured frequency response functions from universal files (data set 58), CSV, npz, mat and CutPro's .frf."""
 
 from __future__ import annotations
 
@@ -11,11 +11,12 @@ import numpy as np
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
 from jointlib.frf import Quantity
+from jointlib.io import cutpro
 from jointlib.io.matrix_files import read_arrays
 from jointlib.io.readers import read_csv
 from jointlib.io.universal import AXES, NO_UNITS, read_sets, units
 
-SUFFIXES = (".uff", ".unv", ".csv", ".npz", ".mat")
+SUFFIXES = (".uff", ".unv", ".csv", ".npz", ".mat", cutpro.SUFFIX)
 _MOTION = {8: Quantity.RECEPTANCE, 11: Quantity.MOBILITY, 12: Quantity.ACCELERANCE}
 _FORCE = (13, 9)
 _FRF = 4
@@ -50,6 +51,8 @@ def read_frfs(path: Path) -> list[FrfRecord]:
         return [_csv(path)]
     if suffix in (".npz", ".mat"):
         return [_arrays(path)]
+    if suffix == cutpro.SUFFIX:
+        return [_checked(path, FrfRecord(*cutpro.read_cutpro(path), quantity=Quantity.RECEPTANCE, units="m/N"))]
     raise InputError(f"{path}: no reader for {path.suffix!r} frequency responses, expected {', '.join(SUFFIXES)}")
 
 

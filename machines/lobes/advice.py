@@ -7,13 +7,15 @@ from collections.abc import Sequence
 import numpy as np
 
 from .chart import StabilityLobes
+from .cutting import Cutting
+from .pocket import WANDER, pocket
 
 _MATTERS = 0.05
 """Share by which the depth must change with amplitude before a sentence is made of it."""
 
 
-def advice(charts: Sequence[tuple[float, StabilityLobes]]) -> tuple[str, ...]:
-    """Sentences on the depth that is safe at every speed, the best speed, and what amplitude does.
+def advice(charts: Sequence[tuple[float, StabilityLobes]], cutting: Cutting) -> tuple[str, ...]:
+    """Sentences on the depth that is safe at every speed, the recommended pocket, and what amplitude does.
 
     ``charts`` holds (tool-point amplitude in m, chart) with the same speeds, amplitudes ascending. Where the limiting
     depth grows with amplitude, a vibration settles at the amplitude whose limit is the depth of the cut; where it
@@ -23,15 +25,13 @@ def advice(charts: Sequence[tuple[float, StabilityLobes]]) -> tuple[str, ...]:
     lowest = [chart.minimum_depth for _, chart in charts]
     k = int(np.argmin(lowest))
     speeds = charts[0][1].speed.ravel()
-    everywhere = depths.min(axis=0)
-    best = int(np.argmax(everywhere))
+    best = pocket([chart for _, chart in charts], cutting)
     chatter = charts[k][1].minimum_frequency
     if not np.isfinite(lowest[k]):
         return ("No chatter was found at any speed and depth, inside the frequencies that were searched.",)
-    said = [
-        f"Below {_mm(lowest[k])} every speed is stable (chatter would come at {chatter:.0f} Hz); "
-        f"the best speed in the range is {speeds[best]:.0f} rpm with {_mm(everywhere[best])}."
-    ]
+    said = [f"Below {_mm(lowest[k])} every speed is stable (chatter would come at {chatter:.0f} Hz)."]
+    if best is not None:
+        said.append(f"Recommended: {best.words()}; it holds for speeds {100 * WANDER:g} % off as well.")
     if len(charts) > 1 and charts[0][0] == 0:
         worst = int(np.argmin(depths[0]))
         first, last = depths[0, worst], depths[-1, worst]

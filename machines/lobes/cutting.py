@@ -36,7 +36,9 @@ class Cutting:
     specific
         K_s in N/m² along the chip thickness, the tool's x axis (turning).
     feed
-        m per tooth (milling) or per revolution (turning); only loss of contact needs it.
+        m per tooth (milling) or per revolution (turning); loss of contact and the removal rate need it.
+    diameter
+        m, of the cutter (milling) or of the workpiece (turning); only the removal rate needs it.
     speed
         Lowest and highest spindle speed of interest in rpm.
     exponent
@@ -51,6 +53,7 @@ class Cutting:
     immersion: float | None = None
     specific: float | None = None
     feed: float | None = None
+    diameter: float | None = None
     speed: tuple[float, float] | None = None
     exponent: float = 1.0
 
@@ -62,8 +65,9 @@ class Cutting:
             self._check_milling()
         else:
             self._check_turning()
-        if self.feed is not None:
-            _positive("feed", self.feed)
+        for key in ("feed", "diameter"):
+            if getattr(self, key) is not None:
+                _positive(key, getattr(self, key))
         _positive("exponent", self.exponent)
         if self.speed is not None:
             object.__setattr__(self, "speed", _speed_range(self.speed))

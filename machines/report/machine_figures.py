@@ -1,4 +1,4 @@
-"""Pictures of a machine: the linear check, forced responses with all branches, stability lobes."""
+"""Pictures of a machine: the linear check, forced responses with all branches."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ import numpy as np
 from jointlib.arrays import Array, ComplexArray
 
 from ..branches import Stability
-from ..lobes import StabilityLobes
 from ..peaks import Peak
 from ..response import Response
 from .drawing import AFTER, BEFORE, shades, sheet
@@ -74,30 +73,4 @@ def check_figure(frequency: Array, ours: ComplexArray, theirs: ComplexArray) -> 
         right.set(xlabel="frequency [Hz]", ylabel="difference / largest", title="Difference (limit broken)")
     return Figure(
         paper.svg, "The coupled machine against a state-space model that was built from feedback interconnections."
-    )
-
-
-def lobes_figure(charts: Sequence[tuple[float, StabilityLobes]]) -> Figure:
-    """Limiting depth in mm over speed in rpm, one curve per tool-point amplitude (m), over the chatter frequency."""
-    import matplotlib.ticker
-
-    with sheet(1, 2, width=9.5, height=5.6, sharex=True, height_ratios=[2, 1]) as paper:
-        depth, chatter = paper.axes
-        widths = np.linspace(4.0, 1.2, len(charts))
-        for (amplitude, chart), colour, width in zip(charts, shades(len(charts)), widths, strict=True):
-            label = f"{amplitude * 1e6:g} µm" if amplitude else "vanishing"
-            limit = np.where(np.isfinite(chart.depth), chart.depth * 1e3, np.nan)
-            depth.plot(chart.speed, limit, color=colour, linewidth=width, label=label)
-            chatter.plot(chart.speed, chart.chatter_frequency, ".", color=colour, markersize=width + 1)
-        finite = np.concatenate([c.depth[np.isfinite(c.depth)] for _, c in charts]) * 1e3
-        if len(finite):
-            depth.set_ylim(0, min(float(finite.max()), 6 * float(np.median(finite))) * 1.05)
-        depth.set(ylabel="limiting depth of cut [mm]", title="Stable below the curve")
-        depth.legend(title="tool-point amplitude")
-        chatter.set(xlabel="spindle speed [rpm]", ylabel="chatter frequency [Hz]")
-        chatter.xaxis.set_major_formatter(matplotlib.ticker.StrMethodFormatter("{x:,.0f}"))
-    return Figure(
-        paper.svg,
-        "Stability lobes: the limiting depth of cut where vibration of the stated tool-point amplitude "
-        "neither grows nor dies, and the frequency it has.",
     )

@@ -11,10 +11,11 @@ from jointlib.identification.force_samples import RestoringForce
 from jointlib.joint import Joint
 
 from ..linear import LinearCheck
-from ..lobes import StabilityLobes
+from ..lobes import Cutting, StabilityLobes
 from ..response import Response
 from .joint_figures import gain, gain_over_frequency, static_fit, surface
-from .machine_figures import check_figure, lobes_figure, response_figure
+from .lobes_figure import lobes_figure
+from .machine_figures import check_figure, response_figure
 from .page import Figure, Section, Table
 from .parameter_table import parameter_table
 from .trace_section import trace_section as trace_section
@@ -84,8 +85,8 @@ def response_section(result: Response) -> Section:
     return Section("Forced response", text, [response_figure(result, result.outputs[0])], [table])
 
 
-def lobes_section(charts: Sequence[tuple[float, StabilityLobes]]) -> Section:
-    """Stability lobes at several tool-point amplitudes."""
+def lobes_section(charts: Sequence[tuple[float, StabilityLobes]], cutting: Cutting) -> Section:
+    """Stability lobes at several tool-point amplitudes, with the recommended pocket."""
     rows = [
         (
             "vanishing" if A == 0 else f"{A * 1e6:g}",
@@ -97,4 +98,4 @@ def lobes_section(charts: Sequence[tuple[float, StabilityLobes]]) -> Section:
     ]
     header = ("tool-point amplitude [µm]", "minimum depth [mm]", "chatter frequency [Hz]", "method")
     notes = sorted({*charts[0][1].notes, *(w for _, c in charts for w in c.warnings)})
-    return Section("Stability lobes", notes, [lobes_figure(charts)], [Table(header, rows)])
+    return Section("Stability lobes", notes, [lobes_figure(charts, cutting)], [Table(header, rows)])

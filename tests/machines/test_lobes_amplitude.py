@@ -171,7 +171,8 @@ def test_advice_tells_a_growing_limit_from_a_falling_one() -> None:
     speeds = np.array([SPEED])
 
     def said(law: JointLaw) -> tuple[str, ...]:
-        return advice([(A, lobes_at_amplitude(lathe(law), speeds, A)) for A in (0.0, 60e-6)])
+        charts = [(A, lobes_at_amplitude(lathe(law), speeds, A)) for A in (0.0, 60e-6)]
+        return advice(charts, Cutting(**dict(lathe().cutting or {})))
 
     assert "dies out below 0.753 mm" in said(Cubic(-CUBIC))[1]
     assert "lasts from 0.663 mm on, below the 0.699 mm" in said(Cubic(CUBIC))[1]

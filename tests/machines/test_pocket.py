@@ -1,0 +1,79 @@
+"""The recommended pocket: stable when the speed is a little off, and the best of its kind."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from jointlib.errors import InputError
+from machines import lobes_at_amplitude, read_machine
+from machines.lobes import Cutting, StabilityLobes
+from machines.lobes.pocket import WANDER, pocket, removal_rate
+from machines.report.lobes_figure import lobes_figure
+
+TOOL = read_machine("machines/library/two_mode_tool.toml")
+CUT = Cutting(**(TOOL.cutting or {}))
+
+
+@pytest.fixture(scope="module")
+def chart() -> StabilityLobes:
+    return lobes_at_amplitude(TOOL, np.linspace(4000.0, 25000.0, 800))
+
+
+def test_the_pocket_is_stable_at_every_speed_inside_its_band(chart: StabilityLobes) -> None:
+    found = pocket([chart], CUT)
+    assert found is not None
+    near = found.speed * np.linspace(1 - WANDER, 1 + WANDER, 101)
+    finer = lobes_at_amplitude(TOOL, near)
+    assert finer.depth.min() > found.depth
+    assert finer.depth[50] == pytest.approx(found.limit, rel=1e-9)
+    assert found.margin == pytest.approx(found.limit / found.depth - 1)
+
+
+def test_no_other_speed_removes_more_with_the_same_reserve(chart: StabilityLobes) -> None:
+    found = pocket([chart], CUT)
+    assert found is not None
+    for speed in np.linspace(4200.0, 24000.0, 60):
+        inside = np.abs(chart.speed / speed - 1) <= WANDER
+        assert 0.9 * chart.depth[inside].min() * speed <= found.depth * found.speed * (1 + 1e-2)
+
+
+def test_a_deeper_limit_at_one_amplitude_does_not_count_where_another_is_lower(chart: StabilityLobes) -> None:
+    lower = dataclasses.replace(chart, depth=0.5 * chart.depth)
+    alone, both = pocket([chart], CUT), pocket([chart, lower], CUT)
+    assert alone is not None
+    assert both is not None
+    assert both.depth == pytest.approx(alone.depth / 2)
+
+
+def test_removal_rate_is_the_volume_swept_in_a_minute() -> None:
+    """A slot 20 mm wide and 2 mm deep, fed at 3 teeth × 0.1 mm × 5000 rpm = 1500 mm/min: 60 cm³/min."""
+    slot = dataclasses.replace(CUT, mode="slot", immersion=None, feed=1e-4, diameter=0.02)
+    assert removal_rate(slot, 5000.0, 2e-3) == pytest.approx(60e-6 / 60)
+    bar = Cutting(process="turning", specific=1e9, feed=2e-4, diameter=0.1)
+    assert removal_rate(bar, 600.0, 1e-3) == pytest.approx(np.pi * 0.1 * 10 * 2e-4 * 1e-3)
+    assert removal_rate(dataclasses.replace(CUT, diameter=None), 5000.0, 2e-3) is None
+
+
+def test_too_few_speeds_recommend_nothing(chart: StabilityLobes) -> None:
+    few = lobes_at_amplitude(TOOL, [6000.0, 9000.0, 12000.0])
+    assert pocket([few], CUT) is None
+    with pytest.raises(InputError, match="different speeds"):
+        pocket([chart, few], CUT)
+
+
+def test_a_chart_without_a_limit_recommends_nothing(chart: StabilityLobes) -> None:
+    assert pocket([dataclasses.replace(chart, depth=np.full(chart.speed.shape, np.inf))], CUT) is None
+
+
+def test_the_picture_shows_pocket_and_removal_rates(chart: StabilityLobes) -> None:
+    found = pocket([chart], CUT)
+    assert found is not None
+    figure = lobes_figure([(0.0, chart)], CUT)
+    assert found.words() in figure.caption
+    assert "cm³/min" in figure.caption
+    plain = lobes_figure([(0.0, chart)], dataclasses.replace(CUT, feed=None))
+    assert "Broken lines" not in plain.caption
+    assert len(plain.svg) < len(figure.svg)
