@@ -68,16 +68,17 @@ class Assembly:
     def joints(self) -> tuple[Joint, ...]:
         """All joints, linear or not, in the order of `Machine.flexible`; under a static load about where they stand."""
         if self.biased is None:
-            return self._standing.joints()
-        joints = list(self._standing.joints())
+            return self.standing
+        joints = list(self.standing)
         if len(self.biased.members) == 1:
             i = self.biased.members[0]
             joints[i] = replace(joints[i], laws=(Drifting(self.biased),))
         return tuple(joints)
 
     @cached_property
-    def _standing(self) -> Machine:
-        return at_working_point(self.machine)
+    def standing(self) -> tuple[Joint, ...]:
+        """All joints about where they stand under a static load, as if their means did not move."""
+        return at_working_point(self.machine).joints()
 
     @cached_property
     def biased(self) -> Biased | None:
@@ -95,7 +96,7 @@ class Assembly:
     @cached_property
     def nonlinear(self) -> tuple[int, ...]:
         """Indices of the joints whose gain depends on amplitude."""
-        joints = self._standing.joints()
+        joints = self.standing
         resting = self.machine.static is None
         return tuple(i for i, joint in enumerate(joints) if not (is_linear(joint) and (resting or keeps_mean(joint))))
 

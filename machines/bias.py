@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar, overload
+from typing import Any, ClassVar, overload
 
 import numpy as np
 
@@ -54,6 +54,8 @@ class Biased:
     """Their static forces in N."""
     reference: Array
     """Stiffness in N/m that is left in the compliance; any positive one serves."""
+    stands: Array
+    """Static displacements of all flexible connections in m."""
     spread: Array
     """m/N, (connections, members), of the machine with all other joints and the reference stiffness: what a force of a
     member does to every connection."""
@@ -76,7 +78,7 @@ class Biased:
         tangent = balance.stiffness + balance.rows.T @ (k[:, None] * balance.rows)
         spread = balance.rows @ np.linalg.solve(tangent, balance.rows[m].T)
         means = tuple(balance.means[i] for i in m)
-        return cls(tuple(m), means, point.displacement[m], point.force[m], k[m], spread)
+        return cls(tuple(m), means, point.displacement[m], point.force[m], k[m], point.displacement, spread)
 
     def shift(self, amplitude: Array, omega: Array) -> tuple[Array, Mask]:
         """z0 less its value at rest in m, (points, members), and where the means balance at all."""
@@ -120,8 +122,11 @@ class Biased:
         """Shift of every connection in m, (points, connections)."""
         shift, settled = self.shift(amplitude, omega)
         mean = self._mean(shift, amplitude, omega)
-        out = -(mean - self.carried - self.reference * shift) @ self.spread.T
-        return np.where(settled[:, None], out, np.nan)
+        return np.where(settled[:, None], self.carried_on(shift, mean - self.carried), np.nan)
+
+    def carried_on(self, shift: Array, force: Array) -> Array:
+        """Shift of every connection in m where the members are shifted and carry so much (N) more than at rest."""
+        return np.asarray(-(force - self.reference * shift) @ self.spread.T)
 
     def _mean(self, shift: Array, amplitude: Array, omega: Array) -> Array:
         out = np.empty_like(shift)
@@ -151,26 +156,36 @@ class Biased:
     def gains(self, amplitude: Array, omega: Array) -> tuple[ComplexArray, ComplexArray]:
         """G of every joint, (points, members), and ∂G/∂A of every joint by every amplitude; nan without a balance."""
         shift, settled = self.shift(amplitude, omega)
+        found, n = self.slopes(amplitude, omega, shift), amplitude.shape[1]
+        matrix = np.eye(n) + self.compliance * (found.mean_by_bias - self.reference)[:, None, :]
+        moved = -np.linalg.solve(matrix, self.compliance * found.mean_by_amplitude[:, None, :])
+        gain, slope = found.gain, found.gain_by_bias[:, :, None] * moved
+        slope[:, np.arange(n), np.arange(n)] += found.gain_by_amplitude
+        lost = ~settled
+        gain[lost], slope[lost] = np.nan, np.nan
+        return gain, slope
+
+    def about_rest(self, amplitude: Array, omega: Array) -> ComplexArray:
+        """G of every joint about its static position, (points, members)."""
+        out = np.empty(amplitude.shape, dtype=complex)
+        for joint, columns in self._alike:
+            out[:, columns] = joint.harmonic(amplitude[:, columns], omega[:, None], self.rest[columns]).gain
+        return out
+
+    def slopes(self, amplitude: Array, omega: Array, shift: Array) -> Slopes:
+        """Gain and mean of every joint with their derivatives, (points, members), at shifts from where they stand."""
         parts = [
             (columns, joint.slopes(amplitude[:, columns], omega[:, None], self.rest[columns] + shift[:, columns]))
             for joint, columns in self._alike
         ]
 
-        def gathered(key: str) -> ComplexArray:
-            out = np.empty(amplitude.shape, dtype=complex)
+        def gathered(key: str) -> Any:
+            out = np.empty(amplitude.shape, dtype=complex if key.startswith("gain") else float)
             for columns, slopes in parts:
                 out[:, columns] = getattr(slopes, key)
             return out
 
-        gain, own, by_bias, _, mean_by_amplitude, mean_by_bias = (gathered(key) for key in Slopes.__annotations__)
-        n = amplitude.shape[1]
-        matrix = np.eye(n) + self.compliance * (mean_by_bias.real - self.reference)[:, None, :]
-        moved = -np.linalg.solve(matrix, self.compliance * mean_by_amplitude.real[:, None, :])
-        slope = by_bias[:, :, None] * moved
-        slope[:, np.arange(n), np.arange(n)] += own
-        lost = ~settled
-        gain[lost], slope[lost] = np.nan, np.nan
-        return gain, slope
+        return Slopes(*(gathered(key) for key in Slopes.__annotations__))
 
     @cached_property
     def limit(self) -> float:

@@ -14,7 +14,7 @@ from .arclength import Path, Points, Stop, march
 from .assembly import Assembly
 from .branches import Branch, End
 from .curves import Curve, curves_of
-from .harmonics import Harmonics
+from .harmonics import Harmonics, with_mean
 from .indices import Index
 from .solutions import caps_of
 
@@ -35,7 +35,7 @@ class Starts:
     omega: Array
     """rad/s."""
     z: ComplexArray
-    """m, (starts, nh, nj)."""
+    """m, (starts, nh, nj); the mean, where it moves, is the last."""
 
     def at(self, rows: Index | Sequence[int]) -> Starts:
         chosen = np.asarray(rows, dtype=int)
@@ -53,10 +53,19 @@ def from_branches(assembly: Assembly, branches: Sequence[Sequence[Branch]], harm
                 force.append(f)
                 omega.append(2 * np.pi * branch.frequency[row])
                 z.append(branch.joint[row][list(assembly.nonlinear)])
-    whole = np.zeros((len(z), len(harmonics), len(assembly.nonlinear)), dtype=complex)
-    if z:
-        whole[:, 0] = np.array(z)
-    return Starts(np.array(force, dtype=int), np.array(omega), whole)
+    motions = np.array(z, dtype=complex).reshape(len(z), len(assembly.nonlinear))
+    return Starts(np.array(force, dtype=int), np.array(omega), _started(assembly, harmonics, motions, np.array(omega)))
+
+
+def _started(assembly: Assembly, harmonics: Harmonics, first: ComplexArray, omega: Array) -> ComplexArray:
+    """First harmonics (points, nj) with others at rest, and the mean where it balances."""
+    biased = assembly.biased
+    every = with_mean(harmonics, biased is not None)
+    whole = np.zeros((len(first), len(every), first.shape[1]), dtype=complex)
+    whole[:, 0] = first
+    if biased is not None and len(first):
+        whole[:, -1] = biased.shift(np.abs(first), omega)[0]
+    return whole
 
 
 def by_raising_the_force(assembly: Assembly, forces: Array, low: float, high: float) -> Starts:
@@ -69,7 +78,7 @@ def by_raising_the_force(assembly: Assembly, forces: Array, low: float, high: fl
     coarse = np.linspace(low, high, _PROBES)
     first = _raised(assembly, forces, coarse)
     most = np.array([_FURTHER * float(np.max(forces))])
-    path = Path(assembly, (1,), low, high)
+    path = Path(assembly, with_mean((1,), assembly.biased is not None), low, high)
     tall = _raised(assembly, most, ends)
     fine = [_round_resonances(curve) for curve in follow(path, most, tall, ends)[0]]
     further = np.setdiff1d(np.concatenate([coarse[:0], *fine]), coarse)
@@ -97,26 +106,27 @@ def _round_resonances(curve: Curve) -> Array:
 
 def _raised(assembly: Assembly, forces: Array, omega: Array) -> Starts:
     """Solutions at these forces along curves over the force at fixed frequencies (rad/s), one harmonic."""
-    joints = [assembly.joints[i] for i in assembly.nonlinear]
+    joints, harmonics = assembly.moving, with_mean((1,), assembly.biased is not None)
     if not len(omega):
-        return Starts(np.empty(0, dtype=int), omega, np.empty((0, 1, len(joints)), dtype=complex))
+        return Starts(np.empty(0, dtype=int), omega, np.empty((0, len(harmonics), len(joints)), dtype=complex))
     first = np.full(len(omega), _LOWEST * np.min(forces))
     view = assembly.at(omega)
     rest = nonlinear.solve(view, joints, first, caps_of(assembly))
     fine = rest.converged
-    path = Path(assembly, (1,), float(first[0]) / 2, _FURTHER * float(np.max(forces)), False, view)
-    start = path.begin(rest.z[fine][:, None], first[fine], omega[fine], np.ones(int(np.sum(fine)), dtype=bool))
+    path = Path(assembly, harmonics, float(first[0]) / 2, _FURTHER * float(np.max(forces)), False, view)
+    z = _started(assembly, (1,), rest.z[fine], omega[fine])
+    start = path.begin(z, first[fine], omega[fine], np.ones(len(z), dtype=bool))
     levels = np.unique(forces)
     found = curves_of(path, march(path, start), levels)
-    force, at, z = [], [], []
+    force, at, found_z = [], [], []
     for w, curve in zip(omega[fine], found, strict=True):
         for row in np.flatnonzero(curve.line >= 0):
             for f in np.flatnonzero(forces == levels[curve.line[row]]):
                 force.append(f)
                 at.append(w)
-                z.append(curve.z[row])
-    shape = (len(force), 1, len(joints))
-    return Starts(np.array(force, dtype=int), np.array(at), np.array(z, dtype=complex).reshape(shape))
+                found_z.append(curve.z[row])
+    shape = (len(force), len(harmonics), len(joints))
+    return Starts(np.array(force, dtype=int), np.array(at), np.array(found_z, dtype=complex).reshape(shape))
 
 
 def follow(path: Path, forces: Array, starts: Starts, lines: Array) -> list[list[Curve]]:

@@ -118,7 +118,7 @@ def response(
         "folds"; "hill": Hill's method as well, where there are equations of motion; "auto": that where it takes little
         time, for up to 6 coordinates.
     """
-    wanted = Overtones.of(harmonics)
+    wanted = Overtones.of(harmonics, machine.static is not None)
     if stability not in ("folds", "hill", "auto"):
         raise InputError(f"response: stability is {stability!r}, expected 'folds', 'hill' or 'auto'")
     driven = machine.driven_dof(drive)
@@ -126,12 +126,10 @@ def response(
     lines, refine = _lines(machine, frequency, points)
     names = tuple(dict.fromkeys([*machine.tool.values(), driven] if outputs is None else outputs))
     assembly = Assembly(machine, names, (driven,))
-    if assembly.biased is not None:
-        _check_under_load(machine, method, wanted, stability)
     found = _first_harmonic(assembly, forces, lines, refine, method)
     estimated = with_errors(assembly, forces, [part.branches for part in found])
     found, remarks = refined(assembly, forces, lines, found, estimated, wanted)
-    equations = hill_equations(machine) if stability != "folds" and assembly.biased is None else None
+    equations = hill_equations(machine) if stability != "folds" else None
     if isinstance(equations, str):
         remarks, equations = (*remarks, equations) if stability == "hill" else remarks, None
     elif equations is not None and stability == "auto" and len(equations.mass) > _FEW:
@@ -152,20 +150,6 @@ def response(
 def _warnings(machine: Machine, low: float, high: float) -> tuple[str, ...]:
     under_load = () if machine.static is None else static_point(machine).warnings
     return (*beyond_frequency(machine, low, high), *said_by(machine.joints()), *under_load)
-
-
-def _check_under_load(machine: Machine, method: object, wanted: Overtones, stability: str) -> None:
-    """Where means move with the amplitudes there is one harmonic, by the amplitude map or by Newton's method."""
-    asked = {
-        "arc length": isinstance(method, ArcLength),
-        "further harmonics": wanted.harmonics not in (None, (1,)),
-        "Hill's method": stability == "hill",
-    }
-    for what, is_asked in asked.items():
-        if is_asked:
-            raise InputError(
-                f"{machine.where}: {what}: not available for joints whose mean moves under [static], leave it out"
-            )
 
 
 def _first_harmonic(
