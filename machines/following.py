@@ -35,7 +35,7 @@ class Starts:
     omega: Array
     """rad/s."""
     z: ComplexArray
-    """m, (starts, nh, nj)."""
+    """m, (starts, nh, r)."""
 
     def at(self, rows: Index | Sequence[int]) -> Starts:
         chosen = np.asarray(rows, dtype=int)
@@ -53,9 +53,9 @@ def from_branches(assembly: Assembly, branches: Sequence[Sequence[Branch]], harm
                 force.append(f)
                 omega.append(2 * np.pi * branch.frequency[row])
                 z.append(branch.joint[row][list(assembly.nonlinear)])
-    whole = np.zeros((len(z), len(harmonics), len(assembly.nonlinear)), dtype=complex)
+    whole = np.zeros((len(z), len(harmonics), len(assembly.coordinates.rows)), dtype=complex)
     if z:
-        whole[:, 0] = np.array(z)
+        whole[:, 0] = assembly.coordinates.of_motions(np.array(z))
     return Starts(np.array(force, dtype=int), np.array(omega), whole)
 
 
@@ -99,13 +99,13 @@ def _raised(assembly: Assembly, forces: Array, omega: Array) -> Starts:
     """Solutions at these forces along curves over the force at fixed frequencies (rad/s), one harmonic."""
     joints = [assembly.joints[i] for i in assembly.nonlinear]
     if not len(omega):
-        return Starts(np.empty(0, dtype=int), omega, np.empty((0, 1, len(joints)), dtype=complex))
+        return Starts(np.empty(0, dtype=int), omega, np.empty((0, 1, len(assembly.coordinates.rows)), dtype=complex))
     first = np.full(len(omega), _LOWEST * np.min(forces))
     view = assembly.at(omega)
     rest = nonlinear.solve(view, joints, first, caps_of(assembly))
     fine = rest.converged
     path = Path(assembly, (1,), float(first[0]) / 2, _FURTHER * float(np.max(forces)), False, view)
-    start = path.begin(rest.z[fine][:, None], first[fine], omega[fine], np.ones(int(np.sum(fine)), dtype=bool))
+    start = path.begin(assembly.coordinates.of_motions(rest.z)[fine][:, None], first[fine], omega[fine], np.ones(int(np.sum(fine)), dtype=bool))
     levels = np.unique(forces)
     found = curves_of(path, march(path, start), levels)
     force, at, z = [], [], []
@@ -115,7 +115,7 @@ def _raised(assembly: Assembly, forces: Array, omega: Array) -> Starts:
                 force.append(f)
                 at.append(w)
                 z.append(curve.z[row])
-    shape = (len(force), 1, len(joints))
+    shape = (len(force), 1, len(assembly.coordinates.rows))
     return Starts(np.array(force, dtype=int), np.array(at), np.array(z, dtype=complex).reshape(shape))
 
 

@@ -61,15 +61,15 @@ def truncation_error(
     for begin in range(0, len(rows), _POINTS):
         now = rows[begin : begin + _POINTS]
         balance = Balance.of(assembly, omega[now], force[now], wider)
-        start = np.zeros((len(now), len(wider), z.shape[2]), dtype=complex)
-        start[:, here] = z[now]
+        start = np.zeros((len(now), len(wider), len(assembly.coordinates.rows)), dtype=complex)
+        start[:, here] = assembly.coordinates.of_motions(z[now])
         forces = balance.forces(start, _SAMPLES)
         r = balance.residual(start, forces.force)
         # These were solved for; what sampling the cycle leaves of them is not counted.
         r[:, here] = 0.0
         step = solve_complex(balance.jacobian(forces), -r)
         size = np.maximum(np.max(np.abs(z[now, 0]), axis=1), 1e-300)
-        out[now] = np.max(np.abs(step[:, 0]), axis=1) / size
+        out[now] = np.max(np.abs(assembly.coordinates.motions(step[:, 0])), axis=1) / size
     return out
 
 
