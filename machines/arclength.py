@@ -257,9 +257,9 @@ def _factor(count: Index, angle: Array) -> Array:
 def _past(path: Path, new: Points) -> Array:
     """`excess` at points, (n, 2 nj)."""
     if not len(new.p):
-        return np.zeros((0, 2 * new.z.shape[2]))
+        return np.zeros((0, 2 * len(path.assembly.nonlinear)))
     forces = path.balance(new.p, new.other).forces(new.z)
-    return excess(forces, new.z, path.harmonics, path.assembly.limits)
+    return excess(forces, path.assembly.coordinates.motions(new.z), path.harmonics, path.assembly.limits)
 
 
 def _to_the_edge(

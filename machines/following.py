@@ -35,7 +35,7 @@ class Starts:
     omega: Array
     """rad/s."""
     z: ComplexArray
-    """m, (starts, nh, nj); the mean, where it moves, is the last."""
+    """m, (starts, nh, r); the mean, where it moves, is the last."""
 
     def at(self, rows: Index | Sequence[int]) -> Starts:
         chosen = np.asarray(rows, dtype=int)
@@ -58,13 +58,13 @@ def from_branches(assembly: Assembly, branches: Sequence[Sequence[Branch]], harm
 
 
 def _started(assembly: Assembly, harmonics: Harmonics, first: ComplexArray, omega: Array) -> ComplexArray:
-    """First harmonics (points, nj) with others at rest, and the mean where it balances."""
-    biased = assembly.biased
+    """First harmonics (points, nj) with others at rest, and the mean where it balances: (points, nh, r)."""
+    biased, coordinates = assembly.biased, assembly.coordinates
     every = with_mean(harmonics, biased is not None)
-    whole = np.zeros((len(first), len(every), first.shape[1]), dtype=complex)
-    whole[:, 0] = first
+    whole = np.zeros((len(first), len(every), len(coordinates.rows)), dtype=complex)
+    whole[:, 0] = coordinates.of_motions(first)
     if biased is not None and len(first):
-        whole[:, -1] = biased.shift(np.abs(first), omega)[0]
+        whole[:, -1] = coordinates.of_motions(biased.shift(np.abs(first), omega)[0])
     return whole
 
 
@@ -108,7 +108,8 @@ def _raised(assembly: Assembly, forces: Array, omega: Array) -> Starts:
     """Solutions at these forces along curves over the force at fixed frequencies (rad/s), one harmonic."""
     joints, harmonics = assembly.moving, with_mean((1,), assembly.biased is not None)
     if not len(omega):
-        return Starts(np.empty(0, dtype=int), omega, np.empty((0, len(harmonics), len(joints)), dtype=complex))
+        shape = (0, len(harmonics), len(assembly.coordinates.rows))
+        return Starts(np.empty(0, dtype=int), omega, np.empty(shape, dtype=complex))
     first = np.full(len(omega), _LOWEST * np.min(forces))
     view = assembly.at(omega)
     rest = nonlinear.solve(view, joints, first, caps_of(assembly))
@@ -125,7 +126,7 @@ def _raised(assembly: Assembly, forces: Array, omega: Array) -> Starts:
                 force.append(f)
                 at.append(w)
                 found_z.append(curve.z[row])
-    shape = (len(force), len(harmonics), len(joints))
+    shape = (len(force), len(harmonics), len(assembly.coordinates.rows))
     return Starts(np.array(force, dtype=int), np.array(at), np.array(found_z, dtype=complex).reshape(shape))
 
 

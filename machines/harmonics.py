@@ -20,6 +20,8 @@ Harmonics = tuple[int, ...]
 
 _SMOOTH, _BENT, _REMEMBERING = 64, 1024, 512
 """Samples of a cycle for laws that are smooth, for those that are not, and for those that remember."""
+_BLOCK = 2**23
+"""Samples of all harmonics held at a time; bounds the memory."""
 _CYCLES = 200
 _REPEATS = 1e-10
 _NUDGE = 1e-6
@@ -72,8 +74,11 @@ def joint_forces(
         joint, c = joints[columns[0]], len(columns)
         cases = np.moveaxis(z[:, :, columns], 1, 2).reshape(-1, len(harmonics))
         place = np.tile(np.broadcast_to(rest, len(joints))[columns], len(z))
-        found = _one(joint, cases, np.repeat(omega, c), harmonics, most, place)
-        for whole, part in zip((out.force, out.by_z, out.by_conjugate, out.travel), found, strict=True):
+        every, chunk = np.repeat(omega, c), max(1, _BLOCK // (most * len(harmonics)))
+        pieces = [slice(begin, begin + chunk) for begin in range(0, len(cases), chunk)]
+        parts = [_one(joint, cases[now], every[now], harmonics, most, place[now]) for now in pieces]
+        found = [np.concatenate(same) for same in zip(*parts, strict=True)] if parts else []
+        for whole, part in zip((out.force, out.by_z, out.by_conjugate, out.travel), found, strict=bool(parts)):
             whole[..., columns] = np.moveaxis(part.reshape(len(z), c, *part.shape[1:]), 1, -1)
     return out
 

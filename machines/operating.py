@@ -137,10 +137,10 @@ def _motions(view: View, gain: ComplexArray, force: Array) -> ComplexArray:
     """All motions in m at frozen gains, (nf, motions)."""
     if gain.shape[1] == 0:
         return view.Hof[:, :, 0] * force[:, None]
-    system = np.eye(gain.shape[1]) + view.Hzz * gain[:, None, :]
-    z = np.linalg.solve(system, view.Hzf)
-    moved = view.Hof - view.Hoz @ (gain[:, :, None] * z)
-    return np.asarray(moved[:, :, 0] * force[:, None])
+    c = view.coordinates
+    q = np.linalg.solve(np.eye(len(c.rows)) + c.through(view.Hzz, gain), view.Hzf[:, :, :1])[:, :, 0]
+    moved = view.Hof[:, :, 0] - (view.Hoz @ c.together(gain * c.motions(q))[:, :, None])[:, :, 0]
+    return np.asarray(moved * force[:, None])
 
 
 def _one_joint(assembly: Assembly, view: View, axes: int, amplitude: float) -> _State:

@@ -12,8 +12,8 @@ from .balance import Balance, solve_complex
 from .harmonics import Harmonics, is_odd, jumps, with_mean
 from .indices import Mask
 
-_POINTS = 4096
-"""Solved at a time; bounds the memory that sampled cycles take."""
+_BLOCK = 2**24
+"""Entries of Jacobians held at a time; bounds the memory."""
 _SAMPLES = 256
 """Of a cycle; an estimate needs no more."""
 
@@ -58,18 +58,20 @@ def truncation_error(
     out[~known] = np.nan
     rows = np.flatnonzero(known)
     here = [wider.index(h) for h in own]
-    for begin in range(0, len(rows), _POINTS):
-        now = rows[begin : begin + _POINTS]
+    unknown = 2 * len(wider) * len(assembly.coordinates.rows)
+    most = max(1, _BLOCK // max(unknown**2, len(wider) ** 2 * z.shape[2]))
+    for begin in range(0, len(rows), most):
+        now = rows[begin : begin + most]
         balance = Balance.of(assembly, omega[now], force[now], wider)
-        start = np.zeros((len(now), len(wider), z.shape[2]), dtype=complex)
-        start[:, here] = z[now]
+        start = np.zeros((len(now), len(wider), len(assembly.coordinates.rows)), dtype=complex)
+        start[:, here] = assembly.coordinates.of_motions(z[now])
         forces = balance.forces(start, _SAMPLES)
         r = balance.residual(start, forces.force)
         # These were solved for; what sampling the cycle leaves of them is not counted.
         r[:, here] = 0.0
         step = solve_complex(balance.jacobian(forces), -r)
         size = np.maximum(np.max(np.abs(z[now, 0]), axis=1), 1e-300)
-        out[now] = np.max(np.abs(step[:, 0]), axis=1) / size
+        out[now] = np.max(np.abs(assembly.coordinates.motions(step[:, 0])), axis=1) / size
     return out
 
 
