@@ -89,7 +89,7 @@ class Assembly:
         """How the means of the nonlinear joints balance a static load; None without one."""
         if self.machine.static is None or not self.nonlinear:
             return None
-        return Biased.of(self.machine, self.nonlinear)
+        return Biased.of(self.machine, self.nonlinear, self.coordinates)
 
     @cached_property
     def moving(self) -> Sequence[Joint]:

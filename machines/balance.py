@@ -85,9 +85,7 @@ class Balance:
         H = np.swapaxes(both[:, :, :r].reshape(nh, points, r, r), 0, 1)
         base = np.swapaxes(base.reshape(nh, points, nj), 0, 1)
         if biased is not None:
-            own = view.coordinates.rows
-            static = np.broadcast_to(biased.compliance[np.ix_(own, own)], (points, 1, r, r))
-            H = np.concatenate([H, static], axis=1)
+            H = np.concatenate([H, np.broadcast_to(biased.compliance, (points, 1, r, r))], axis=1)
             base = np.concatenate([base, np.broadcast_to(biased.reference, (points, 1, nj))], axis=1)
         driven = np.asarray(both[:points, :, r], dtype=complex)
         return cls(tuple(joints), harmonics, omega, force, base, H, driven, view.coordinates, biased)
