@@ -82,7 +82,9 @@ class Biased:
         tangent = balance.stiffness + balance.rows.T @ (k[:, None] * balance.rows)
         spread = balance.rows @ np.linalg.solve(tangent, balance.rows[m].T)
         means = tuple(balance.means[i] for i in m)
-        return cls(tuple(m), means, point.displacement[m], point.force[m], k[m], point.displacement, spread, coordinates)
+        return cls(
+            tuple(m), means, point.displacement[m], point.force[m], k[m], point.displacement, spread, coordinates
+        )
 
     def shift(self, amplitude: Array, omega: Array) -> tuple[Array, Mask]:
         """z0 less its value at rest in m, (points, members), and where the means balance at all."""
@@ -154,7 +156,8 @@ class Biased:
 
     def _matrix(self, slope: Array) -> Array:
         """Jacobian of the residual where the means have these slopes in N/m, (points, r, r)."""
-        return np.eye(len(self.compliance)) + self.coordinates.through(self.compliance, slope - self.reference).real
+        T = self.coordinates.T
+        return np.asarray(np.eye(len(T.T)) + self.compliance @ ((T.T * (slope - self.reference)[:, None, :]) @ T))
 
     @cached_property
     def _alike(self) -> list[tuple[MeanForce, list[int]]]:

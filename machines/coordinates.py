@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 from scipy.linalg import qr, solve_triangular
@@ -12,6 +13,7 @@ from jointlib.arrays import Array, ComplexArray
 
 from .indices import Index
 
+Numbers = TypeVar("Numbers", Array, ComplexArray)
 _RANK = 1e-12
 _NOTHING = 1e-14
 
@@ -60,15 +62,15 @@ class Coordinates:
         """t_i t_iᵀ, (nj, r²)."""
         return (self.T[:, :, None] * self.T[:, None, :]).reshape(len(self.T), -1)
 
-    def motions(self, q: ComplexArray) -> ComplexArray:
+    def motions(self, q: Numbers) -> Numbers:
         """z of all joints, (..., nj)."""
         return q if self.complete else np.asarray(q @ self.T.T)
 
-    def of_motions(self, z: ComplexArray) -> ComplexArray:
+    def of_motions(self, z: Numbers) -> Numbers:
         """q, (..., r)."""
         return z if self.complete else z[..., self.rows]
 
-    def together(self, force: ComplexArray) -> ComplexArray:
+    def together(self, force: Numbers) -> Numbers:
         """Tᵀ g, what the forces g of all joints come to, (..., r)."""
         return force if self.complete else np.asarray(force @ self.T)
 

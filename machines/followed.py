@@ -60,7 +60,8 @@ def by_arc_length(
     assembly: Assembly, forces: Array, lines: Array, harmonics: Harmonics, starts: Starts
 ) -> list[Followed]:
     """Per force the curves through all starts between the first and the last of the lines (Hz)."""
-    path = Path(assembly, with_mean(harmonics, assembly.biased is not None), 2 * np.pi * float(lines[0]), 2 * np.pi * float(lines[-1]))
+    low, high = 2 * np.pi * float(lines[0]), 2 * np.pi * float(lines[-1])
+    path = Path(assembly, with_mean(harmonics, assembly.biased is not None), low, high)
     curves = follow(path, forces, starts, 2 * np.pi * lines)
     return [followed(path, float(F), found, lines) for F, found in zip(forces, curves, strict=True)]
 

@@ -12,8 +12,8 @@ from jointlib.arrays import Array, ComplexArray
 from jointlib.joint import Joint
 from jointlib.law import JointLaw, MemorylessLaw, Motion
 
-from .nonlinear import gains
 from .mean_force import SLOW
+from .nonlinear import gains
 
 Harmonics = tuple[int, ...]
 """Multiples of the driving frequency, ascending from 1; 0, the mean, stands last where it is solved for."""

@@ -47,7 +47,7 @@ def with_errors(assembly: Assembly, forces: Array, branches: Sequence[Sequence[B
 
 
 def _with_means(assembly: Assembly, branches: Sequence[Sequence[Branch]]) -> Branches:
-    """Branches that say where the joints stand under a static load, all points of those that do not yet side by side."""
+    """Branches that say where the joints stand under a static load, all points side by side."""
     biased = assembly.biased
     bare = [] if biased is None else [b for of_force in branches for b in of_force if not b.mean.size]
     if biased is None or not bare:
@@ -99,7 +99,8 @@ def with_labels(
         summary = b.stability
         if equations is not None and b.stability is not Stability.UNSTABLE and assembly.joints:
             omega = 2 * np.pi * b.frequency
-            rate = growth(equations, assembly.machine.joints(), motions(b), omega, with_mean(b.harmonics, b.mean.size > 0))
+            harmonics = with_mean(b.harmonics, b.mean.size > 0)
+            rate = growth(equations, assembly.machine.joints(), motions(b), omega, harmonics)
             # On a fold itself a disturbance neither grows nor dies out; what it is depends on rounding.
             found = grows(rate, omega)
             labels = [Stability.UNSTABLE if bad else Stability.STABLE for bad in found]
