@@ -10,7 +10,7 @@ import numpy as np
 from jointlib.arrays import Array, ComplexArray
 
 from . import nonlinear
-from .arclength import Path, Points, Stop, march
+from .arclength import SHARE, Path, Points, Stop, march
 from .assembly import Assembly
 from .branches import Branch, End
 from .curves import Curve, curves_of
@@ -22,7 +22,9 @@ _PROBES = 17
 _FURTHER = 3.0
 _LOWEST = 0.05
 _ROUND = 20
-_NEAR = 0.02
+_NEAR = 0.1
+"""Share of a chord that the curve may bow out."""
+_TOUCHING = 1e-6
 _ON_THE_EDGE = 1e-12
 
 
@@ -36,6 +38,11 @@ class Starts:
     """rad/s."""
     z: ComplexArray
     """m, (starts, nh, r)."""
+
+    def and_then(self, others: Starts) -> Starts:
+        """These and then others."""
+        pairs = zip(_fields(self), _fields(others), strict=True)
+        return Starts(*(np.concatenate(pair) for pair in pairs))
 
     def at(self, rows: Index | Sequence[int]) -> Starts:
         chosen = np.asarray(rows, dtype=int)
@@ -74,10 +81,9 @@ def by_raising_the_force(assembly: Assembly, forces: Array, low: float, high: fl
     fine = [_round_resonances(curve) for curve in follow(path, most, tall, ends)[0]]
     further = np.setdiff1d(np.concatenate([coarse[:0], *fine]), coarse)
     second = _raised(assembly, forces, further)
-    force, omega, z = (np.concatenate(pair) for pair in zip(_fields(first), _fields(second), strict=True))
+    every = first.and_then(second)
     # Edges first: their curves are the longest.
-    order = np.lexsort((np.minimum(omega - low, high - omega), force))
-    return Starts(force[order], omega[order], z[order])
+    return every.at(np.lexsort((np.minimum(every.omega - low, high - every.omega), every.force)))
 
 
 def _fields(starts: Starts) -> tuple[np.ndarray, ...]:
@@ -105,7 +111,12 @@ def _raised(assembly: Assembly, forces: Array, omega: Array) -> Starts:
     rest = nonlinear.solve(view, joints, first, caps_of(assembly))
     fine = rest.converged
     path = Path(assembly, (1,), float(first[0]) / 2, _FURTHER * float(np.max(forces)), False, view)
-    start = path.begin(assembly.coordinates.of_motions(rest.z)[fine][:, None], first[fine], omega[fine], np.ones(int(np.sum(fine)), dtype=bool))
+    start = path.begin(
+        assembly.coordinates.of_motions(rest.z)[fine][:, None],
+        first[fine],
+        omega[fine],
+        np.ones(int(np.sum(fine)), dtype=bool),
+    )
     levels = np.unique(forces)
     found = curves_of(path, march(path, start), levels)
     force, at, z = [], [], []
@@ -158,13 +169,12 @@ def _merged(down: Curve, up: Curve) -> Curve:
 
 
 def passes(curve: Curve, p: float, z: ComplexArray) -> bool:
-    """Whether a curve runs through a solution."""
-    a, b = curve.p[:-1], curve.p[1:]
-    on = np.flatnonzero((np.minimum(a, b) <= p) & (p <= np.maximum(a, b)))
-    if not len(on):
-        return False
-    share = (p - a[on]) / np.where(b[on] != a[on], b[on] - a[on], 1.0)
-    between = curve.z[on] + share[:, None, None] * (curve.z[on + 1] - curve.z[on])
-    gap = np.max(np.abs(between - z), axis=(1, 2))
-    span = np.max(np.abs(curve.z[on + 1] - curve.z[on]), axis=(1, 2))
-    return bool(np.any(gap <= _NEAR * np.max(np.abs(z)) + 0.05 * span))
+    """Whether a curve runs through a solution: its distance from the chords, of motion and p, round folds too."""
+    scale, pace = max(float(np.max(np.abs(z))), 1e-300), SHARE[True] * p
+    points = np.concatenate([curve.z.reshape(len(curve.p), -1) / scale, (curve.p / pace)[:, None]], axis=1)
+    gap = np.append(z.ravel() / scale, p / pace) - points[:-1]
+    chord = np.diff(points, axis=0)
+    length = np.linalg.norm(chord, axis=1)
+    along = np.sum(chord.conj() * gap, axis=1).real / np.maximum(length, 1e-300) ** 2
+    aside = np.linalg.norm(gap - np.clip(along, 0.0, 1.0)[:, None] * chord, axis=1)
+    return bool(np.any(aside <= _NEAR * length + _TOUCHING))

@@ -24,6 +24,7 @@ from .on_lines import by_lines
 from .overtones import Overtones, refined
 from .peaks import Peak
 from .statics import static_point
+from .windows import by_windows
 
 _POINTS = 600
 _FEW = 6
@@ -178,7 +179,9 @@ def _first_harmonic(
             f"{assembly.machine.where}: the amplitude map takes one nonlinear joint and there are {count}; "
             "use ArcLength() or Newton()"
         )
-    traced = isinstance(method, ArcLength) or (method is None and count > 1 and refine and assembly.biased is None)
+    traced = isinstance(method, ArcLength)
+    if method is None and count > 1 and refine and assembly.biased is None:
+        return by_windows(assembly, forces, lines)
     if traced and len(lines) > 1 and count > 1:
         low, high = 2 * np.pi * float(lines[0]), 2 * np.pi * float(lines[-1])
         return by_arc_length(assembly, forces, lines, (1,), by_raising_the_force(assembly, forces, low, high))
