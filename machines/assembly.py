@@ -145,6 +145,13 @@ class Assembly:
             H = couple(H, np.eye(locked, len(R)), np.inf, np.eye(locked, len(C)))[:, locked:, locked:]
         return H
 
+    @property
+    def entries(self) -> int:
+        """Of the largest array that one line needs: its receptances, or the Jacobian of the joints."""
+        r, motions = len(self.coordinates.rows), len(self.joints) + len(self.outputs)
+        ports = len(self._rigid) + motions - len(self.nonlinear) + r
+        return max(ports * (ports + len(self.inputs)), 4 * r**2, motions * (r + len(self.inputs)))
+
     def _check_lock(self, Hzz: ComplexArray) -> None:
         own = np.sqrt(np.abs(np.diag(Hzz)))
         if not np.all(own > 0) or np.linalg.cond(Hzz / own[:, None] / own) > _SINGULAR:

@@ -11,8 +11,9 @@ from jointlib.arrays import Array, ComplexArray
 from .arclength import Path
 from .assembly import Assembly
 from .balance import solve_each
+from .blocks import blocks
 from .indices import Index, Mask
-from .solutions import Solutions, balance, by_newton
+from .solutions import Solutions, balance_at, by_newton
 
 _MISMATCH = 0.25
 _ROUNDING = 1e-6
@@ -63,10 +64,12 @@ def _rough(assembly: Assembly, forces: Array, found: Solutions) -> Mask:
     omega = 2 * np.pi * found.frequency
     path = Path(assembly, (1,), float(omega[0]), float(omega[-1]))
     q = assembly.coordinates.of_motions(found.motion[:, list(assembly.nonlinear)])
-    one = np.ones(len(q))
-    J = path.system(q[:, None], omega[found.line], forces[found.force], one, one)[1]
-    slope = -solve_each(J[:, :, :-1], J[:, :, -1:])[:, :, 0]
     half = q.shape[1]
+    slope = np.empty((len(q), 2 * half))
+    for some in blocks(len(q), 3 * assembly.entries):
+        one = np.ones(some.stop - some.start)
+        J = path.system(q[some, None], omega[found.line[some]], forces[found.force[some]], one, one)[1]
+        slope[some] = -solve_each(J[:, :, :-1], J[:, :, -1:])[:, :, 0]
     tangent = slope[:, :half] + 1j * slope[:, half:]
     following = np.flatnonzero((np.diff(found.line) == 1) & (np.diff(found.force) == 0))
     a, b = following, following + 1
@@ -152,7 +155,6 @@ class _Sweep:
 
 def _solve(assembly: Assembly, frequency: Array, force: Array, start: ComplexArray | None) -> tuple[ComplexArray, Mask]:
     """Joint motions by Newton's method, without a ramp, and where they may be used."""
-    view = assembly.at(2 * np.pi * frequency)
-    motion, _, fine, rising, _ = balance(assembly, view, force, start, ramp=False)
+    motion, _, fine, rising, _ = balance_at(assembly, frequency, force, start, ramp=False)
     usable = fine & rising if start is None else fine
     return motion[:, list(assembly.nonlinear)], usable

@@ -74,13 +74,13 @@ def by_raising_the_force(assembly: Assembly, forces: Array, low: float, high: fl
     """
     ends = np.array([low, high])
     coarse = np.linspace(low, high, _PROBES)
-    first = _raised(assembly, forces, coarse)
+    first = raised(assembly, forces, coarse)
     most = np.array([_FURTHER * float(np.max(forces))])
     path = Path(assembly, (1,), low, high)
-    tall = _raised(assembly, most, ends)
+    tall = raised(assembly, most, ends)
     fine = [_round_resonances(curve) for curve in follow(path, most, tall, ends)[0]]
     further = np.setdiff1d(np.concatenate([coarse[:0], *fine]), coarse)
-    second = _raised(assembly, forces, further)
+    second = raised(assembly, forces, further)
     every = first.and_then(second)
     # Edges first: their curves are the longest.
     return every.at(np.lexsort((np.minimum(every.omega - low, high - every.omega), every.force)))
@@ -101,7 +101,7 @@ def _round_resonances(curve: Curve) -> Array:
     return np.unique(curve.p[near[near < n]])
 
 
-def _raised(assembly: Assembly, forces: Array, omega: Array) -> Starts:
+def raised(assembly: Assembly, forces: Array, omega: Array) -> Starts:
     """Solutions at these forces along curves over the force at fixed frequencies (rad/s), one harmonic."""
     joints = [assembly.joints[i] for i in assembly.nonlinear]
     if not len(omega):
@@ -148,11 +148,11 @@ def follow(path: Path, forces: Array, starts: Starts, lines: Array) -> list[list
         curves = curves_of(path, traces, lines)
         for i, f in enumerate(chosen.force):
             found[f].append(_merged(curves[i], curves[len(now) + i]))
-        open_ = [
-            i
-            for i in np.setdiff1d(np.arange(len(left.omega)), now)
-            if not passes(found[left.force[i]][-1], float(left.omega[i]), left.z[i])
-        ]
+        open_ = []
+        for i in np.setdiff1d(np.arange(len(left.omega)), now):
+            last = found[left.force[i]][-1]
+            if not passes(last.z, last.p, float(left.omega[i]), left.z[i]):
+                open_.append(int(i))
         left = left.at(open_)
     return found
 
@@ -168,13 +168,13 @@ def _merged(down: Curve, up: Curve) -> Curve:
     return Curve(parts[0], parts[1], parts[2], parts[3], parts[4], (down.ends[1], up.ends[1]))
 
 
-def passes(curve: Curve, p: float, z: ComplexArray) -> bool:
-    """Whether a curve runs through a solution: its distance from the chords, of motion and p, round folds too."""
+def passes(points_z: ComplexArray, points_p: Array, p: float, z: ComplexArray) -> bool:
+    """Whether a curve through these points has that solution: its distance from the chords in motion and p."""
     scale, pace = max(float(np.max(np.abs(z))), 1e-300), SHARE[True] * p
-    points = np.concatenate([curve.z.reshape(len(curve.p), -1) / scale, (curve.p / pace)[:, None]], axis=1)
+    points = np.concatenate([points_z.reshape(len(points_p), -1) / scale, (points_p / pace)[:, None]], axis=1)
     gap = np.append(z.ravel() / scale, p / pace) - points[:-1]
     chord = np.diff(points, axis=0)
     length = np.linalg.norm(chord, axis=1)
-    along = np.sum(chord.conj() * gap, axis=1).real / np.maximum(length, 1e-300) ** 2
+    along = np.sum(chord.conj() * gap, axis=1).real / np.maximum(length**2, 1e-300)
     aside = np.linalg.norm(gap - np.clip(along, 0.0, 1.0)[:, None] * chord, axis=1)
     return bool(np.any(aside <= _NEAR * length + _TOUCHING))

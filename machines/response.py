@@ -23,6 +23,7 @@ from .machine import Machine, checked_forces, checked_range
 from .on_lines import by_lines
 from .overtones import Overtones, refined
 from .peaks import Peak
+from .resonances import known_between
 from .statics import static_point
 from .windows import by_windows
 
@@ -132,6 +133,8 @@ def response(
     found = _first_harmonic(assembly, forces, lines, refine, method)
     estimated = with_errors(assembly, forces, [part.branches for part in found])
     found, remarks = refined(assembly, forces, lines, found, estimated, wanted)
+    if not known_between(assembly, lines):
+        remarks = ("a part is known on the lines only, so peaks are the largest values on them", *remarks)
     equations = hill_equations(machine) if stability != "folds" and assembly.biased is None else None
     if isinstance(equations, str):
         remarks, equations = (*remarks, equations) if stability == "hill" else remarks, None

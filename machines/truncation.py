@@ -10,11 +10,10 @@ from jointlib.joint import Joint
 
 from .assembly import Assembly
 from .balance import Balance, solve_complex
+from .blocks import blocks
 from .harmonics import Harmonics, is_odd, jumps
 from .indices import Mask
 
-_POINTS = 4096
-"""Solved at a time; bounds the memory that sampled cycles take."""
 _SAMPLES = 256
 """Of a cycle; an estimate needs no more."""
 
@@ -58,8 +57,9 @@ def truncation_error(
     out[~known] = np.nan
     rows = np.flatnonzero(known)
     here = [wider.index(h) for h in own]
-    for begin in range(0, len(rows), _POINTS):
-        now = rows[begin : begin + _POINTS]
+    each = len(wider) ** 2 * assembly.entries + z.shape[2] * _SAMPLES
+    for some in blocks(len(rows), each):
+        now = rows[some]
         balance = Balance.of(assembly, omega[now], force[now], wider)
         start = np.zeros((len(now), len(wider), len(assembly.coordinates.rows)), dtype=complex)
         start[:, here] = assembly.coordinates.of_motions(z[now])

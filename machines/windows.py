@@ -16,13 +16,14 @@ from .assembly import Assembly
 from .branches import Branch, End, Stability
 from .doubts import Elsewhere, doubtful, elsewhere
 from .followed import Followed, by_arc_length
-from .following import Starts, by_raising_the_force
+from .following import Starts, passes, raised
 from .indices import Index, Mask
 from .on_lines import solved
 from .peaks import Peak
 from .resonances import distinct
 from .solutions import Solutions
 
+_PROBES = 9
 _MARGIN, _SHARE = 2, 5
 """A window reaches so many lines past what is doubtful, or a fifth of its own width."""
 _SAME = 1e-6
@@ -88,10 +89,11 @@ def _followed(assembly: Assembly, here: _Lines, bad: Mask, others: Elsewhere, f:
         part = by_arc_length(assembly, force, lines, (1,), starts)[0]
         wider = _wider(assembly, here, bad, part, (i, j))
         if wider is None:
-            ends = float(lines[0]), float(lines[-1])
-            raised = by_raising_the_force(assembly, force, 2 * np.pi * ends[0], 2 * np.pi * ends[1])
-            part = by_arc_length(assembly, force, lines, (1,), starts.and_then(raised))[0]
-            wider = _wider(assembly, here, bad, part, (i, j))
+            further = raised(assembly, force, 2 * np.pi * np.linspace(lines[0], lines[-1], _PROBES + 2)[1:-1])
+            new = [k for k in range(len(further.omega)) if not _on(assembly, part, further, k)]
+            if new:
+                part = by_arc_length(assembly, force, lines, (1,), starts.and_then(further.at(new)))[0]
+                wider = _wider(assembly, here, bad, part, (i, j))
         if wider is None:
             done.append(_Window(i, j, part))
         else:
@@ -108,6 +110,20 @@ def _wider(
     if not (down and i > 0) and not (up and j < len(bad) - 1):
         return None
     return _edges(bad, i - (j - i) if down else i, j + (j - i) if up else j)
+
+
+def _on(assembly: Assembly, part: Followed, starts: Starts, k: int) -> bool:
+    """Whether a branch runs through a start."""
+    chosen = list(assembly.nonlinear)
+    return any(
+        passes(
+            assembly.coordinates.of_motions(b.joint[:, chosen]),
+            2 * np.pi * b.frequency,
+            float(starts.omega[k]),
+            starts.z[k],
+        )
+        for b in part.branches
+    )
 
 
 def _stretches(bad: Mask) -> list[tuple[int, int]]:
