@@ -29,8 +29,8 @@ _SINGULAR = 1e13
 class View:
     """Receptances in m/N at some lines: motions are all joints (in order) and then the outputs, forces the inputs.
 
-    q + Hzz Tᵀ g(T q) = Hzf F and x = Hof F − Hoz Tᵀ g hold for the nonlinear joints' motions z = T q and forces g; where
-    all move independently q is z.
+    q + Hzz Tᵀ g(T q) = Hzf F and x = Hof F − Hoz Tᵀ g hold for the nonlinear joints' motions z = T q and forces g;
+    where all move independently q is z.
     """
 
     omega: Array
@@ -47,8 +47,8 @@ class View:
 
     def at(self, lines: Index | Mask) -> View:
         """The same view on lines picked by index (which may repeat)."""
-        parts = (part[lines] for part in (self.omega, self.Hzz, self.Hzf, self.Hoz, self.Hof))
-        return View(*parts, self.coordinates)
+        Hzz, Hzf, Hoz, Hof = (part[lines] for part in (self.Hzz, self.Hzf, self.Hoz, self.Hof))
+        return View(self.omega[lines], Hzz, Hzf, Hoz, Hof, self.coordinates)
 
     def directed(self, direction: ComplexArray) -> View:
         """One input instead of several: the forces act together with these complex weights, (nf, inputs)."""
@@ -145,6 +145,13 @@ class Assembly:
             self._check_lock(H[len(omega) // 2, :locked, :locked])
             H = couple(H, np.eye(locked, len(R)), np.inf, np.eye(locked, len(C)))[:, locked:, locked:]
         return H
+
+    @property
+    def entries(self) -> int:
+        """Of the largest array that one line needs: its receptances, or the Jacobian of the joints."""
+        r, motions = len(self.coordinates.rows), len(self.joints) + len(self.outputs)
+        ports = len(self._rigid) + motions - len(self.nonlinear) + r
+        return max(ports * (ports + len(self.inputs)), 4 * r**2, motions * (r + len(self.inputs)))
 
     def _check_lock(self, Hzz: ComplexArray) -> None:
         own = np.sqrt(np.abs(np.diag(Hzz)))

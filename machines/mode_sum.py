@@ -9,6 +9,8 @@ from scipy.linalg import eigh
 
 from jointlib.arrays import Array, ComplexArray
 
+from .indices import Index
+
 _SHIFT = 1e-4
 _FREE = 1e-13
 _NOTHING = 1e-14
@@ -38,7 +40,7 @@ class ModeSum:
     real: Array
     right_real: Array
     left_real: Array
-    free: Array
+    free: Index
     """Indices of free, undamped modes."""
     mixed: bool
     """Whether damping couples the modes, so that the residues of pairs have a real part."""
@@ -82,7 +84,7 @@ class ModeSum:
             out[:, real].real,
             into[real].real,
             free,
-            bool(np.any(C != np.diag(np.diag(C)))),
+            bool(np.any(np.diag(np.diag(C)) != C)),
         )
         whole = np.zeros((len(squared), len(squared)))
         whole[np.ix_(held, held)] = C
@@ -115,20 +117,21 @@ class ModeSum:
 
     def _in_modes(self, omega: Array, left: Array, right: Array) -> ComplexArray:
         """The sum between rows and columns over the modes."""
-        s, p = 1j * omega[:, None], self.pairs
+        s = np.asarray(1j * omega[:, None], dtype=complex)
+        p = self.pairs
         ahead, back = left @ self.right, self.left @ right.T
         residue = ahead.T[:, :, None] * back[:, None, :]
-        below = 1 / (np.abs(p) ** 2 - omega[:, None] ** 2 - 2 * s * p.real)
-        basis = [below]
-        weight = [-2 * (residue * p.conj()[:, None, None]).real]
+        below = np.asarray(1 / (np.abs(p) ** 2 - omega[:, None] ** 2 - 2 * s * p.real), dtype=complex)
+        basis: list[ComplexArray] = [below]
+        weight: list[Array] = [-2 * (residue * p.conj()[:, None, None]).real]
         if self.mixed:
             basis.append(s * below)
             weight.append(2 * residue.real)
         if len(self.real):
-            basis.append(1 / (s - self.real))
+            basis.append(np.asarray(1 / (s - self.real), dtype=complex))
             weight.append((left @ self.right_real).T[:, :, None] * (self.left_real @ right.T)[:, None, :])
         if len(self.free):
-            basis.append(-1 / omega[:, None] ** 2 + 0j)
+            basis.append(np.asarray(-1 / omega[:, None] ** 2, dtype=complex))
             weight.append((left[:, self.free] @ right[:, self.free].T)[None])
         table = np.concatenate(basis, axis=1)
         W = np.concatenate(weight).reshape(table.shape[1], -1)

@@ -102,8 +102,8 @@ class Problem:
         return cls(view.omega, joints, base, both[:, :, :r], both[:, :, r], cap, view.coordinates)
 
     def at(self, points: Index | Mask) -> Problem:
-        parts = (part[points] for part in (self.base, self.Hzz, self.driven))
-        return Problem(self.omega[points], self.joints, *parts, self.cap, self.coordinates)
+        base, H, driven = (part[points] for part in (self.base, self.Hzz, self.driven))
+        return Problem(self.omega[points], self.joints, base, H, driven, self.cap, self.coordinates)
 
     def residual(self, z: ComplexArray, driven: ComplexArray) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
         motion = self.coordinates.motions(z)

@@ -138,9 +138,11 @@ def _motions(view: View, gain: ComplexArray, force: Array) -> ComplexArray:
     if gain.shape[1] == 0:
         return view.Hof[:, :, 0] * force[:, None]
     c = view.coordinates
-    q = np.linalg.solve(np.eye(len(c.rows)) + c.through(view.Hzz, gain), view.Hzf[:, :, :1])[:, :, 0]
-    moved = view.Hof[:, :, 0] - (view.Hoz @ c.together(gain * c.motions(q))[:, :, None])[:, :, 0]
-    return np.asarray(moved * force[:, None])
+    system: ComplexArray = np.eye(len(c.rows)) + c.through(view.Hzz, gain)
+    q = np.asarray(np.linalg.solve(system, view.Hzf[:, :, :1])[:, :, 0], dtype=complex)
+    pull = c.together(gain * c.motions(q))
+    moved: ComplexArray = view.Hof[:, :, 0] - (view.Hoz @ pull[:, :, None])[:, :, 0]
+    return moved * force[:, None]
 
 
 def _one_joint(assembly: Assembly, view: View, axes: int, amplitude: float) -> _State:

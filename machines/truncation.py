@@ -9,11 +9,10 @@ from jointlib.errors import FrequencyMismatch
 
 from .assembly import Assembly
 from .balance import Balance, solve_complex
+from .blocks import blocks
 from .harmonics import Harmonics, is_odd, jumps, with_mean
 from .indices import Mask
 
-_BLOCK = 2**24
-"""Entries of Jacobians held at a time; bounds the memory."""
 _SAMPLES = 256
 """Of a cycle; an estimate needs no more."""
 
@@ -58,10 +57,9 @@ def truncation_error(
     out[~known] = np.nan
     rows = np.flatnonzero(known)
     here = [wider.index(h) for h in own]
-    unknown = 2 * len(wider) * len(assembly.coordinates.rows)
-    most = max(1, _BLOCK // max(unknown**2, len(wider) ** 2 * z.shape[2]))
-    for begin in range(0, len(rows), most):
-        now = rows[begin : begin + most]
+    each = len(wider) ** 2 * assembly.entries + z.shape[2] * _SAMPLES
+    for some in blocks(len(rows), each):
+        now = rows[some]
         balance = Balance.of(assembly, omega[now], force[now], wider)
         start = np.zeros((len(now), len(wider), len(assembly.coordinates.rows)), dtype=complex)
         start[:, here] = assembly.coordinates.of_motions(z[now])
