@@ -149,7 +149,10 @@ class Balance:
                 break
             delta = part.step(z[left])
             size = np.max(np.abs(z[left]), axis=(1, 2))
-            length = np.max(np.abs(delta), axis=(1, 2)) / np.maximum(size, 1e-300)
+            moved = np.abs(delta)
+            if self.biased is not None:
+                moved[:, -1] = np.maximum(moved[:, -1] - self.biased.floor, 0.0)
+            length = np.max(moved, axis=(1, 2)) / np.maximum(size, 1e-300)
             fine = np.isfinite(length)
             share = np.minimum(1.0, _LONGEST / np.maximum(length, 1e-300))
             z[left[fine]] += (share[:, None, None] * delta)[fine]

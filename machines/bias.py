@@ -69,6 +69,12 @@ class Biased:
         """m/N, (r, r), over the coordinates."""
         return self.spread[list(self.members)][np.ix_(self.coordinates.rows, self.coordinates.rows)]
 
+    @cached_property
+    def floor(self) -> float:
+        """What rounding makes of a shift, m."""
+        pulled = np.abs(self.spread[list(self.members)]) @ np.abs(self.carried)
+        return _ROUNDING + 1e-14 * float(np.max(np.abs(self.rest) + pulled))
+
     @classmethod
     def of(cls, machine: Machine, members: Sequence[int], coordinates: Coordinates) -> Biased:
         point = static_point(machine)
@@ -88,9 +94,7 @@ class Biased:
 
     def shift(self, amplitude: Array, omega: Array) -> tuple[Array, Mask]:
         """z0 less its value at rest in m, (points, members), and where the means balance at all."""
-        points, c = len(amplitude), self.coordinates
-        pulled = np.abs(self.spread[list(self.members)]) @ np.abs(self.carried)
-        floor = _ROUNDING + 1e-14 * float(np.max(np.abs(self.rest) + pulled))
+        points, c, floor = len(amplitude), self.coordinates, self.floor
         out, settled = np.zeros((points, len(c.rows))), np.zeros(points, dtype=bool)
         left, share = np.arange(points), np.ones(points)
         x = out.copy()
