@@ -62,6 +62,11 @@ def step_notes(joint: Joint, runtime: str, over: Range, limit: StepLimit) -> lis
 def machine_notes(system: System) -> list[str]:
     """About the communication step of what is integrated inside."""
     said = ["The equations of motion are integrated inside with steps of their own; the inputs are held over a step."]
+    if system.load is not None:
+        said.append(
+            "It begins at rest at the working point of its static load, which acts on it as constant forces; its "
+            "displacements count from the machine without load."
+        )
     if system.step is None:
         return [*said, "Nothing in it swings by itself, so it sets no limit to the co-simulation step."]
     return [

@@ -15,6 +15,7 @@ from jointlib.parameter import Role, parameters_of
 from machines.component import Component
 from machines.machine import AXES, Machine
 from machines.second_order import MachineEquations, machine_equations
+from machines.statics import StaticPoint, static_point
 
 from .native import only_in_steps
 from .step_limit import operating_range
@@ -36,7 +37,8 @@ _PER_PERIOD = 20
 def system_of_machine(machine: Machine) -> System:
     """The machine from forces at the tool (and the drive where that is elsewhere) to motions there and in the joints.
 
-    Rigid connections are eliminated; the structure with its joints open is written in modes of 1 kg modal mass.
+    Rigid connections are eliminated; the structure with its joints open is written in modes of 1 kg modal mass. Under
+    a static load it begins at its working point; displacements count from the machine without load.
     """
     equations = machine_equations(machine)
     joints = tuple((fmi_name(c.name), j) for c, j in zip(machine.flexible, machine.joints(), strict=True))
@@ -53,7 +55,8 @@ def system_of_machine(machine: Machine) -> System:
     if joints:
         title += f"; joints {', '.join(c.name for c in machine.flexible)}"
     told = {port: f"at {dof}" for port, dof in ports.items()}
-    return _system(machine.name, title, equations, joints, told, rows, force, top)
+    point = None if machine.static is None else static_point(machine)
+    return _system(machine.name, title, equations, joints, told, rows, force, top, point)
 
 
 def system_of_component(component: Component, ports: Mapping[str, Array]) -> System:
@@ -98,12 +101,15 @@ def _system(
     rows: Array,
     force: float,
     top: float,
+    point: StaticPoint | None = None,
 ) -> System:
     """``rows`` are the ports over the generalised coordinates; ``force`` (N) and ``top`` (Hz) are 0 where not known."""
     T, squared, damping = _modes(equations)
     P, J = _clean(rows @ T), _clean(equations.joints @ T)
     n, nu, nj = len(squared), len(rows), len(joints)
     stiffness = np.array([_stiffness(joint) for _, joint in joints])
+    if point is not None:
+        stiffness = np.maximum(point.stiffness, 0.0)
     natural = 2 * np.pi * equations.natural_frequencies(stiffness)
     natural = natural[natural > 0]
     travel = min((operating_range(joint).amplitude for _, joint in joints), default=_TRAVEL)
@@ -119,6 +125,8 @@ def _system(
     told[0::3], told[1::3] = C[0::2], C[1::2]
     H = np.zeros((2 * nu + 3 * nj, nj))
     H[2 * nu + 2 :: 3] = np.eye(nj)
+    E = np.concatenate([E, told])
+    load, rest = (None, None) if point is None else _balanced(point, equations, T, A, G, C, E, H)
     size = force or 0.1 * travel / _compliance(equations, rows, stiffness, low)
     return System(
         name,
@@ -128,7 +136,7 @@ def _system(
         joints,
         C=C,
         D=np.zeros((2 * nj, nu)),
-        E=np.concatenate([E, told]),
+        E=E,
         F=np.zeros((2 * nu + 3 * nj, nu)),
         H=H,
         A=A,
@@ -137,7 +145,30 @@ def _system(
         states=_states(np.concatenate([P, J]), travel, low),
         band=(low / (2 * np.pi), high / (2 * np.pi)),
         step=1 / (_PER_PERIOD * (top or high / (2 * np.pi))) if top or high else None,
+        load=load,
+        rest=rest,
     )
+
+
+def _balanced(
+    point: StaticPoint, equations: MachineEquations, T: Array, A: Array, G: Array, C: Array, E: Array, H: Array
+) -> tuple[Array, Array]:
+    """Constants of the static load, and x at its working point.
+
+    The constant accelerations are those that keep x there to the last digit: weight and forces as far as the machine
+    can hold them. Offsets go into the joints' displacements, and where these are told, into the outputs.
+    """
+    rest = np.zeros(len(A))
+    rest[0::2] = T.T @ equations.mass @ point.coordinates
+    offset = np.zeros(len(C))
+    offset[0::2] = point.balance.offset
+    z = (C @ rest + offset)[0::2]
+    force = np.array([float(mean.static(np.array(x))[0]) for mean, x in zip(point.balance.means, z, strict=True)])
+    pushed = np.where(np.arange(len(A)) % 2, -(A @ rest + G @ force), 0.0)
+    shown = np.zeros(len(E))
+    ports = len(E) - 3 * len(z)
+    shown[ports::3] = offset[0::2]
+    return np.concatenate([pushed, offset, shown]), rest
 
 
 def _outputs(ports: Mapping[str, str], prefixes: Sequence[str]) -> tuple[Signal, ...]:

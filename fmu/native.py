@@ -141,7 +141,10 @@ def native_variables(system: System) -> tuple[Variable, ...]:
     out += [Variable(s.name, "output", s.unit, s.description) for s in system.outputs]
     for prefix, joint in system.joints:
         out += [v.renamed(prefixed(prefix, v.name)) for v in variables_of(joint) if v.kind == "parameter"]
-    states = [Variable(s.name, "state", s.unit, s.description, 0.0, nominal=s.size) for s in system.states]
+    states = [
+        Variable(s.name, "state", s.unit, s.description, float(x), nominal=s.size)
+        for s, x in zip(system.states, system.start, strict=True)
+    ]
     for part in parts:
         told = f"internal state of the law {part.kernel.word.replace('_', '-')}"
         states += [Variable(name, "state", s.unit, told, nominal=part.nominal(s)) for name, s in part.states]

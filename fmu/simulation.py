@@ -12,7 +12,7 @@ from jointlib.arrays import Array
 from jointlib.errors import InputError
 from jointlib.law import JointLaw, Motion
 
-from .system import System
+from .system import SLOW, System
 
 _RELATIVE, _ABSOLUTE = 1e-11, 1e-13
 """Tolerances of the integration, relative to each state and to its usual size."""
@@ -27,9 +27,10 @@ _MOST = 300_000
 def simulate(system: System, u: Array, step: float) -> Array:
     """Outputs (samples, outputs) where the inputs u[i] are held over the step that ends at sample i.
 
-    The first sample is the start, at rest, with the joints virgin. The method is Dormand and Prince's of order 8
-    (scipy's DOP853). Where a law's own step is exact along a path without reversal, what it remembers is held over a
-    step of the solver, and steps end at reversals; the rest is integrated, by rates that short steps of the law tell.
+    The first sample is the start, at rest, with the joints virgin, or loaded as the system is. The method is Dormand
+    and Prince's of order 8 (scipy's DOP853). Where a law's own step is exact along a path without reversal, what it
+    remembers is held over a step of the solver, and steps end at reversals; the rest is integrated, by rates that short
+    steps of the law tell.
     """
     run = _Run(system, u[0])
     out = [run.outputs(u[0])]
@@ -66,13 +67,17 @@ class _Run:
 
     def __init__(self, system: System, u: Array) -> None:
         self.system, self.n = system, len(system.states)
-        x, sizes = np.zeros(self.n), [s.size for s in system.states]
-        z = (system.C @ x + system.D @ u)[0::2]
+        x, sizes = system.start, [s.size for s in system.states]
+        self.pushed, self.moved, self.shown = system.constants
+        z = (system.C @ x + system.D @ u + self.moved)[0::2]
         self.laws: list[_Remembering] = []
         pieces, end = [x], self.n
         for j, (_, joint) in enumerate(system.joints):
             for law in joint.laws:
                 state, place = law.initial_state(z[j]), None
+                if law.states and system.load is not None:
+                    virgin = law.initial_state(np.zeros(()))
+                    state = law.step(Motion(z[j], np.zeros(()), SLOW), virgin)[1]
                 if _is_integrated(law):
                     place = slice(end, end + len(law.states))
                     pieces.append(state)
@@ -84,7 +89,7 @@ class _Run:
         self.count, self.stride = 0, np.inf
 
     def motion(self, y: Array, u: Array) -> Array:
-        return np.asarray(self.system.C @ y[: self.n] + self.system.D @ u)
+        return np.asarray(self.system.C @ y[: self.n] + self.system.D @ u + self.moved)
 
     def forces(self, y: Array, motion: Array) -> Array:
         f = np.zeros(len(self.system.joints))
@@ -95,13 +100,14 @@ class _Run:
 
     def outputs(self, u: Array) -> Array:
         s, y = self.system, self.y
-        return np.asarray(s.E @ y[: self.n] + s.F @ u + s.H @ self.forces(y, self.motion(y, u)))
+        f = self.forces(y, self.motion(y, u))
+        return np.asarray(s.E @ y[: self.n] + s.F @ u + s.H @ f + self.shown)
 
     def rates(self, u: Array, _time: float, y: Array) -> Array:
         s, motion = self.system, self.motion(y, u)
         self.count += 1
         rate = np.empty_like(y)
-        rate[: self.n] = s.A @ y[: self.n] + s.B @ u + s.G @ self.forces(y, motion)
+        rate[: self.n] = s.A @ y[: self.n] + s.B @ u + s.G @ self.forces(y, motion) + self.pushed
         for entry in self.laws:
             if entry.place is not None:
                 z, v = motion[2 * entry.joint : 2 * entry.joint + 2]

@@ -62,6 +62,7 @@ def _sizes(system: System) -> str:
         "JL_MODES": parts[-1].modes[1] if parts else 0,
         "JL_INDICATORS": parts[-1].indicators[1] if parts else 0,
         "JL_EXCHANGE": int(exchangeable(system)),
+        "JL_LOADED": int(system.load is not None),
     }
     lines = "".join(f"    {name} = {size},\n" for name, size in sizes.items())[:-2]
     return (
@@ -81,6 +82,7 @@ def _model(system: System, identifier: str, token: str) -> str:
         _variables(system),
         _places(system),
         _matrix(system.matrix()),
+        _load(system),
         *kernels.values(),
         *(f"static const int jl_n{i}[] = {{ {listed(part.lengths)} }};" for i, part in enumerate(parts)),
         *joint_functions(parts, exchangeable(system)),
@@ -127,6 +129,12 @@ def _matrix(matrix: np.ndarray) -> str:
         f"const int jl_column[] = {{\n{_lines(columns)}\n}};\n"
         f"const double jl_entry[] = {{\n{_lines(entries)}\n}};"
     )
+
+
+def _load(system: System) -> str:
+    """What a static load adds to every row, and where the structure stands under it."""
+    load, rest = (map(number, part) for part in (np.concatenate(system.constants), system.start))
+    return f"const double jl_load[] = {{\n{_lines(load)}\n}};\nconst double jl_rest[] = {{\n{_lines(rest)}\n}};"
 
 
 def _lines(numbers: Iterable[str]) -> str:

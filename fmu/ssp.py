@@ -55,6 +55,11 @@ def export_ssp(machine: Machine, path: Path | str) -> SspExport:
         raise InputError(f"{path}: the file name of a system of FMUs, expected one that ends in .ssp")
     if path.is_dir():
         raise InputError(f"{path}: a folder, expected the name of a file to write")
+    if machine.static is not None:
+        raise InputError(
+            f"{machine.where}: static: the parts of a system of FMUs begin without each other's forces, so it would "
+            "not begin at rest under its load; export it as one FMU (jointlib fmu), or leave [static] out"
+        )
     parts = parts_of_machine(machine)
     loop, tangents = stiffest_loop(parts)
     steps = {master: largest_step(loop, master) for master in Master}

@@ -71,7 +71,10 @@ def native_structure(system: System) -> Structure:
     for part in native_parts(system):
         moved = motion[part.joint]
         own = {name for name, _ in part.states if name in held}
-        starts = [moved["z"] if part.kernel.starts_at_displacement(i) else set() for i in range(len(part.states))]
+        loaded = system.load is not None
+        starts = [
+            moved["z"] if loaded or part.kernel.starts_at_displacement(i) else set() for i in range(len(part.states))
+        ]
         placed: set[str] = set().union(*starts)
         tuned = set(parameters[slice(*part.parameters)])
         direct = set().union(*(moved[letter] for letter in part.kernel.inputs))

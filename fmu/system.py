@@ -14,6 +14,9 @@ from jointlib.joint import Joint
 
 from .variables import variables_of
 
+SLOW = 1e6
+"""s; how long a joint takes to be loaded."""
+
 
 @dataclass(frozen=True)
 class Signal:
@@ -27,7 +30,7 @@ class Signal:
 
 @dataclass(frozen=True, eq=False)
 class System:
-    """x' = A x + B u + G f, [z; v] = C x + D u, y = E x + F u + H f.
+    """x' = A x + B u + G f, [z; v] = C x + D u, y = E x + F u + H f, and to each the constants of a static load.
 
     Structure states x, inputs u, outputs y; f are the joints' forces in N, and the rows of C and D give displacement
     (m) and velocity (m/s) of each joint in turn: z₀, v₀, z₁, v₁ …
@@ -55,6 +58,27 @@ class System:
     """Lowest and highest natural frequency in Hz, joints linear; 0 where nothing swings by itself."""
     step: float | None = None
     """Communication step in s that resolves the inputs, where the structure is integrated inside."""
+    load: Array | None = None
+    """What is added to x', [z; v] and y in that order under a static load: constant accelerations and offsets.
+
+    Joints that remember were then loaded slowly from z = 0."""
+    rest: Array | None = None
+    """x at the start, in balance with that load; 0 without one."""
+
+    @property
+    def constants(self) -> tuple[Array, Array, Array]:
+        """``load`` by what it is added to; zeros without one."""
+        sizes = (len(self.A), len(self.C), len(self.E))
+        return tuple(np.split(self._load, np.cumsum(sizes)[:-1]))  # type: ignore[return-value]
+
+    @property
+    def _load(self) -> Array:
+        return np.zeros(len(self.A) + len(self.C) + len(self.E)) if self.load is None else self.load
+
+    @property
+    def start(self) -> Array:
+        """x at the start."""
+        return np.zeros(len(self.A)) if self.rest is None else self.rest
 
     def matrix(self) -> Array:
         """[[A, B, G], [C, D, 0], [E, F, H]]: every row that is computed over states, inputs and joint forces."""

@@ -12,6 +12,9 @@ from jointlib.errors import Outcome
 from jointlib.joint import Joint
 
 from .assembly import Assembly, View
+from .bias import Biased
+from .coordinates import Coordinates
+from .dual_input import dual_input_forces
 from .harmonics import Forces, Harmonics, joint_forces
 from .indices import Index, Mask
 from .limits import Limit
@@ -28,7 +31,11 @@ _FEEDING = 1e-12
 class Balance:
     """Z_h + Hzz(hω) (g_h(Z) − G0 Z_h) = driven_h F, with the gain at rest G0 coupled into Hzz and the driving.
 
-    Arrays have one entry per point first, then one per harmonic, then one per nonlinear joint.
+    Where means move under a static load, harmonic 0 is the shift of each joint from its static position, over the
+    static compliance that `Biased` knows; joints and their forces then count from there.
+
+    Arrays have one entry per point first, then one per harmonic, then one per coordinate of the joints' motions, of
+    which r are independent; where that is not all of them, Z stands for these, the joints move by T Z.
     """
 
     joints: tuple[Joint, ...]
@@ -40,9 +47,11 @@ class Balance:
     base: ComplexArray
     """G0(hω) in N/m, (points, nh, nj)."""
     H: ComplexArray
-    """m/N, (points, nh, nj, nj)."""
+    """m/N, (points, nh, r, r)."""
     driven: ComplexArray
-    """m/N, (points, nj); only the first harmonic is driven."""
+    """m/N, (points, r); only the first harmonic is driven."""
+    coordinates: Coordinates
+    biased: Biased | None = None
 
     @classmethod
     def of(
@@ -52,26 +61,34 @@ class Balance:
 
         ``held`` is the view at all frequencies that occur, ascending, where they are known beforehand.
         """
-        joints, points, nh = [assembly.joints[i] for i in assembly.nonlinear], len(omega), len(harmonics)
-        lines, place = np.unique((np.array(harmonics)[:, None] * omega).ravel(), return_inverse=True)
+        biased = assembly.biased if 0 in harmonics else None
+        joints: Sequence[Joint] = [assembly.joints[i] for i in assembly.nonlinear]
+        if biased is not None:
+            joints = [mean.joint for mean in biased.means]
+        points = len(omega)
+        dynamic = [h for h in harmonics if h]
+        nh = len(dynamic)
+        lines, place = np.unique((np.array(dynamic)[:, None] * omega).ravel(), return_inverse=True)
         view = assembly.at(lines).at(place) if held is None else held.at(np.searchsorted(held.omega, lines)[place])
         nj = len(joints)
-        base = gains(joints, np.zeros((len(view.omega), nj)), view.omega)[0]
+
+        def gain(amplitude: float) -> ComplexArray:
+            A = np.full((len(view.omega), nj), amplitude)
+            return gains(joints, A, view.omega)[0] if biased is None else biased.about_rest(A, view.omega)
+
+        base = gain(0.0)
         if not np.all(np.isfinite(base)):
-            tiny = gains(joints, np.full((len(view.omega), nj), _BARELY_MOVING), view.omega)[0]
-            base = np.where(np.isfinite(base), base, tiny)
-        system = np.eye(nj) + view.Hzz * base[:, None, :]
+            base = np.where(np.isfinite(base), base, gain(_BARELY_MOVING))
+        r = len(view.coordinates.rows)
+        system = np.eye(r) + view.coordinates.through(view.Hzz, base)
         both = np.linalg.solve(system, np.concatenate([view.Hzz, view.Hzf[:, :, :1]], axis=2))
-        H = np.swapaxes(both[:, :, :nj].reshape(nh, points, nj, nj), 0, 1)
-        return cls(
-            tuple(joints),
-            harmonics,
-            omega,
-            force,
-            np.swapaxes(base.reshape(nh, points, nj), 0, 1),
-            H,
-            np.asarray(both[:points, :, nj], dtype=complex),
-        )
+        H = np.swapaxes(both[:, :, :r].reshape(nh, points, r, r), 0, 1)
+        base = np.swapaxes(base.reshape(nh, points, nj), 0, 1)
+        if biased is not None:
+            H = np.concatenate([H, np.broadcast_to(biased.compliance, (points, 1, r, r))], axis=1)
+            base = np.concatenate([base, np.broadcast_to(biased.reference, (points, 1, nj))], axis=1)
+        driven = np.asarray(both[:points, :, r], dtype=complex)
+        return cls(tuple(joints), harmonics, omega, force, base, H, driven, view.coordinates, biased)
 
     def at(self, points: Index | Mask) -> Balance:
         """The same equations at some of the points."""
@@ -85,26 +102,37 @@ class Balance:
         )
 
     def forces(self, z: ComplexArray, most: int = 1024) -> Forces:
-        """Joint forces at motions z, (points, nh, nj), from at most so many samples of a cycle."""
-        return joint_forces(self.joints, z, self.omega, self.harmonics, most)
+        """Joint forces at motions z, (points, nh, r), from at most so many samples of a cycle."""
+        motion = self.coordinates.motions(z)
+        if self.biased is None:
+            return joint_forces(self.joints, motion, self.omega, self.harmonics, most)
+        if self.harmonics == (1, 0):
+            return dual_input_forces(self.biased, motion, self.omega)
+        placed = motion.astype(complex)
+        placed[:, -1] += self.biased.rest
+        found = joint_forces(self.joints, placed, self.omega, self.harmonics, most, self.biased.rest)
+        found.force[:, -1] -= self.biased.carried
+        return found
 
     def residual(self, z: ComplexArray, g: ComplexArray) -> ComplexArray:
-        """What is left of the equations in m, (points, nh, nj), at motions z and joint forces g."""
-        r = z + (self.H @ (g - self.base * z)[..., None])[..., 0]
+        """What is left of the equations in m, (points, nh, r), at motions z and joint forces g."""
+        pull = self.coordinates.together(g - self.base * self.coordinates.motions(z))
+        r = z + (self.H @ pull[..., None])[..., 0]
         r[:, 0] -= self.driven * self.force[:, None]
         return np.asarray(r)
 
     def jacobian(self, forces: Forces) -> Array:
-        """Real Jacobian over [Re Z, Im Z], (points, 2m, 2m) with m = nh·nj."""
-        points, nh, nj = self.base.shape
+        """Real Jacobian over [Re Z, Im Z], (points, 2m, 2m) with m = nh·r."""
+        points, nh, r = self.H.shape[:3]
         every = np.arange(nh)
-        by_z = forces.by_z.copy()
-        by_z[:, every, every] -= self.base
-        size = nh * nj
-        first, second = (
-            (self.H[:, :, :, None, :] * part[:, :, None]).reshape(points, size, size)
-            for part in (by_z, forces.by_conjugate)
-        )
+        by_z, by_conjugate = forces.by_z.copy(), forces.by_conjugate.copy()
+        mean = np.array(self.harmonics)[:, None] == 0
+        by_z[:, every, every] -= np.where(mean, 0.5, 1.0) * self.base
+        by_conjugate[:, every, every] -= np.where(mean, 0.5, 0.0) * self.base
+        size = nh * r
+        # (points, nh, nh, r, r): how harmonic h follows harmonic m.
+        blocks = (self.coordinates.through(self.H[:, :, None], part) for part in (by_z, by_conjugate))
+        first, second = (np.swapaxes(block, 2, 3).reshape(points, size, size) for block in blocks)
         first = first + np.eye(size)
         plus, minus = first + second, first - second
         J = np.empty((points, 2 * size, 2 * size))
@@ -121,7 +149,10 @@ class Balance:
                 break
             delta = part.step(z[left])
             size = np.max(np.abs(z[left]), axis=(1, 2))
-            length = np.max(np.abs(delta), axis=(1, 2)) / np.maximum(size, 1e-300)
+            moved = np.abs(delta)
+            if self.biased is not None:
+                moved[:, -1] = np.maximum(moved[:, -1] - self.biased.floor, 0.0)
+            length = np.max(moved, axis=(1, 2)) / np.maximum(size, 1e-300)
             fine = np.isfinite(length)
             share = np.minimum(1.0, _LONGEST / np.maximum(length, 1e-300))
             z[left[fine]] += (share[:, None, None] * delta)[fine]

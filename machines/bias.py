@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar, overload
+from typing import Any, ClassVar, overload
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from jointlib.harmonic import FirstHarmonic, broadcast, closed_form
 from jointlib.joint import Joint
 from jointlib.law import JointLaw, Motion
 
+from .coordinates import Coordinates
 from .indices import Mask
 from .machine import Machine
 from .mean_force import MeanForce, Slopes
@@ -54,17 +55,28 @@ class Biased:
     """Their static forces in N."""
     reference: Array
     """Stiffness in N/m that is left in the compliance; any positive one serves."""
+    stands: Array
+    """Static displacements of all flexible connections in m."""
     spread: Array
     """m/N, (connections, members), of the machine with all other joints and the reference stiffness: what a force of a
     member does to every connection."""
 
-    @property
+    coordinates: Coordinates
+    """The independent ones of the members' motions."""
+
+    @cached_property
     def compliance(self) -> Array:
-        """m/N, (members, members)."""
-        return self.spread[list(self.members)]
+        """m/N, (r, r), over the coordinates."""
+        return self.spread[list(self.members)][np.ix_(self.coordinates.rows, self.coordinates.rows)]
+
+    @cached_property
+    def floor(self) -> float:
+        """What rounding makes of a shift, m."""
+        pulled = np.abs(self.spread[list(self.members)]) @ np.abs(self.carried)
+        return _ROUNDING + 1e-14 * float(np.max(np.abs(self.rest) + pulled))
 
     @classmethod
-    def of(cls, machine: Machine, members: Sequence[int]) -> Biased:
+    def of(cls, machine: Machine, members: Sequence[int], coordinates: Coordinates) -> Biased:
         point = static_point(machine)
         balance = point.balance
         m = list(members)
@@ -76,25 +88,26 @@ class Biased:
         tangent = balance.stiffness + balance.rows.T @ (k[:, None] * balance.rows)
         spread = balance.rows @ np.linalg.solve(tangent, balance.rows[m].T)
         means = tuple(balance.means[i] for i in m)
-        return cls(tuple(m), means, point.displacement[m], point.force[m], k[m], spread)
+        return cls(
+            tuple(m), means, point.displacement[m], point.force[m], k[m], point.displacement, spread, coordinates
+        )
 
     def shift(self, amplitude: Array, omega: Array) -> tuple[Array, Mask]:
         """z0 less its value at rest in m, (points, members), and where the means balance at all."""
-        points, n = amplitude.shape
-        floor = _ROUNDING + 1e-14 * float(np.max(np.abs(self.rest) + np.abs(self.compliance) @ np.abs(self.carried)))
-        out, settled = np.zeros((points, n)), np.zeros(points, dtype=bool)
+        points, c, floor = len(amplitude), self.coordinates, self.floor
+        out, settled = np.zeros((points, len(c.rows))), np.zeros(points, dtype=bool)
         left, share = np.arange(points), np.ones(points)
         x = out.copy()
-        mean = self._mean(x, amplitude, omega)
-        slope = self._slope(x, amplitude, omega, mean)
+        mean = self._mean(c.motions(x), amplitude, omega)
+        slope = self._slope(c.motions(x), amplitude, omega, mean)
         r = self._residual(x, mean)
         for _ in range(_ITERATIONS):
-            matrix = np.eye(n) + self.compliance * (slope - self.reference)[:, None, :]
+            matrix = self._matrix(slope)
             try:
                 step = -np.linalg.solve(matrix, r[:, :, None])[:, :, 0]
             except np.linalg.LinAlgError:
                 break
-            size = np.max(np.abs(x) + amplitude[left], axis=1)
+            size = np.max(np.abs(c.motions(x)) + amplitude[left], axis=1)
             small = np.max(np.abs(step), axis=1) <= _SETTLED * size + floor
             out[left], settled[left] = np.where(small[:, None], x + step, x), small
             go = ~small & np.all(np.isfinite(step), axis=1)
@@ -105,23 +118,27 @@ class Biased:
             base, known = x, mean
             while True:
                 x = base + share[:, None] * step
-                mean = self._mean(x, amplitude[left], omega[left])
+                mean = self._mean(c.motions(x), amplitude[left], omega[left])
                 r = self._residual(x, mean)
                 worse = (np.linalg.norm(r, axis=1) > before + floor) & (share > _SHORTEST)
                 if not np.any(worse):
                     break
                 share = np.where(worse, share / 2, share)
             # A mean depends on the place of its own joint alone, so the secant of every joint is its slope.
-            moved = np.abs(x - base) > _SECANT * (np.abs(x) + amplitude[left]) + 100 * floor
-            slope = np.where(moved, (mean - known) / np.where(moved, x - base, 1.0), slope)
-        return out, settled
+            went = c.motions(x - base)
+            moved = np.abs(went) > _SECANT * (np.abs(c.motions(x)) + amplitude[left]) + 100 * floor
+            slope = np.where(moved, (mean - known) / np.where(moved, went, 1.0), slope)
+        return c.motions(out), settled
 
     def everywhere(self, amplitude: Array, omega: Array) -> Array:
         """Shift of every connection in m, (points, connections)."""
         shift, settled = self.shift(amplitude, omega)
         mean = self._mean(shift, amplitude, omega)
-        out = -(mean - self.carried - self.reference * shift) @ self.spread.T
-        return np.where(settled[:, None], out, np.nan)
+        return np.where(settled[:, None], self.carried_on(shift, mean - self.carried), np.nan)
+
+    def carried_on(self, shift: Array, force: Array) -> Array:
+        """Shift of every connection in m where the members are shifted and carry so much (N) more than at rest."""
+        return np.asarray(-(force - self.reference * shift) @ self.spread.T)
 
     def _mean(self, shift: Array, amplitude: Array, omega: Array) -> Array:
         out = np.empty_like(shift)
@@ -137,8 +154,14 @@ class Biased:
             out[:, columns] = joint.mean_slope(amplitude[:, columns], omega[:, None], z0, mean[:, columns])
         return out
 
-    def _residual(self, shift: Array, mean: Array) -> Array:
-        return shift + (mean - self.carried - self.reference * shift) @ self.compliance.T
+    def _residual(self, x: Array, mean: Array) -> Array:
+        pull = mean - self.carried - self.reference * self.coordinates.motions(x)
+        return np.asarray(x + self.coordinates.together(pull) @ self.compliance.T)
+
+    def _matrix(self, slope: Array) -> Array:
+        """Jacobian of the residual where the means have these slopes in N/m, (points, r, r)."""
+        T = self.coordinates.T
+        return np.asarray(np.eye(len(T.T)) + self.compliance @ ((T.T * (slope - self.reference)[:, None, :]) @ T))
 
     @cached_property
     def _alike(self) -> list[tuple[MeanForce, list[int]]]:
@@ -151,26 +174,36 @@ class Biased:
     def gains(self, amplitude: Array, omega: Array) -> tuple[ComplexArray, ComplexArray]:
         """G of every joint, (points, members), and ∂G/∂A of every joint by every amplitude; nan without a balance."""
         shift, settled = self.shift(amplitude, omega)
+        found, n = self.slopes(amplitude, omega, shift), amplitude.shape[1]
+        lifted = (self.compliance @ self.coordinates.T.T) * found.mean_by_amplitude[:, None, :]
+        moved = -self.coordinates.T @ np.linalg.solve(self._matrix(found.mean_by_bias), lifted)
+        gain, slope = found.gain, found.gain_by_bias[:, :, None] * moved
+        slope[:, np.arange(n), np.arange(n)] += found.gain_by_amplitude
+        lost = ~settled
+        gain[lost], slope[lost] = np.nan, np.nan
+        return gain, slope
+
+    def about_rest(self, amplitude: Array, omega: Array) -> ComplexArray:
+        """G of every joint about its static position, (points, members)."""
+        out = np.empty(amplitude.shape, dtype=complex)
+        for joint, columns in self._alike:
+            out[:, columns] = joint.harmonic(amplitude[:, columns], omega[:, None], self.rest[columns]).gain
+        return out
+
+    def slopes(self, amplitude: Array, omega: Array, shift: Array) -> Slopes:
+        """Gain and mean of every joint with their derivatives, (points, members), at shifts from where they stand."""
         parts = [
             (columns, joint.slopes(amplitude[:, columns], omega[:, None], self.rest[columns] + shift[:, columns]))
             for joint, columns in self._alike
         ]
 
-        def gathered(key: str) -> ComplexArray:
-            out = np.empty(amplitude.shape, dtype=complex)
+        def gathered(key: str) -> Any:
+            out = np.empty(amplitude.shape, dtype=complex if key.startswith("gain") else float)
             for columns, slopes in parts:
                 out[:, columns] = getattr(slopes, key)
             return out
 
-        gain, own, by_bias, _, mean_by_amplitude, mean_by_bias = (gathered(key) for key in Slopes.__annotations__)
-        n = amplitude.shape[1]
-        matrix = np.eye(n) + self.compliance * (mean_by_bias.real - self.reference)[:, None, :]
-        moved = -np.linalg.solve(matrix, self.compliance * mean_by_amplitude.real[:, None, :])
-        slope = by_bias[:, :, None] * moved
-        slope[:, np.arange(n), np.arange(n)] += own
-        lost = ~settled
-        gain[lost], slope[lost] = np.nan, np.nan
-        return gain, slope
+        return Slopes(*(gathered(key) for key in Slopes.__annotations__))
 
     @cached_property
     def limit(self) -> float:

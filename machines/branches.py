@@ -55,6 +55,8 @@ class Branch:
     """What was solved for; ``joint`` and ``output`` are the first of them."""
     overtones: ComplexArray = field(default_factory=lambda: np.empty((0, 0, 0), dtype=complex))
     """Relative displacement of every connection in the other harmonics, m, (n, harmonics − 1, connections)."""
+    mean: Array = field(default_factory=lambda: np.empty((0, 0)))
+    """Mean displacement of every connection under a static load in m, (n, connections); empty without one."""
     error: Array = field(default_factory=lambda: np.empty(0))
     """Estimated relative error of the first harmonic because of those left out, (n,); nan where it cannot be told."""
     labels: tuple[Stability, ...] = ()

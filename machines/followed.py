@@ -18,7 +18,7 @@ from .assembly import Assembly
 from .branches import Branch, End, Stability
 from .curves import Curve, first_harmonics
 from .following import Starts, follow
-from .harmonics import Harmonics
+from .harmonics import Harmonics, overtones_of, with_mean
 from .indices import Mask
 from .peaks import Peak
 from .resonances import NO_MOTION, distinct
@@ -46,6 +46,7 @@ class _Seen:
     """Hz, (n,)."""
     motion: ComplexArray
     overtones: ComplexArray
+    mean: Array
     upright: Mask
     """True where the determinant of the Jacobian at fixed frequency has its sign at rest: no fold was passed."""
 
@@ -59,7 +60,8 @@ def by_arc_length(
     assembly: Assembly, forces: Array, lines: Array, harmonics: Harmonics, starts: Starts
 ) -> list[Followed]:
     """Per force the curves through all starts between the first and the last of the lines (Hz)."""
-    path = Path(assembly, harmonics, 2 * np.pi * float(lines[0]), 2 * np.pi * float(lines[-1]))
+    low, high = 2 * np.pi * float(lines[0]), 2 * np.pi * float(lines[-1])
+    path = Path(assembly, with_mean(harmonics, assembly.biased is not None), low, high)
     curves = follow(path, forces, starts, 2 * np.pi * lines)
     return [followed(path, float(F), found, lines) for F, found in zip(forces, curves, strict=True)]
 
@@ -82,15 +84,20 @@ def _seen(path: Path, force: float, curve: Curve, lines: Array) -> _Seen:
     balance = path.balance(curve.p, other)
     forces = balance.forces(curve.z)
     sign = np.linalg.slogdet(balance.jacobian(forces))[0]
-    joints, higher = len(path.assembly.joints), path.harmonics[1:]
+    joints, higher = len(path.assembly.joints), overtones_of(path.harmonics)
     overtones = np.empty((len(curve.p), len(higher), joints), dtype=complex)
     for k, h in enumerate(higher, start=1):
         view = path.assembly.at(h * curve.p)
-        overtones[:, k - 1] = -(view.Hoz[:, :joints] @ forces.force[:, k, :, None])[:, :, 0]
-        overtones[:, k - 1, list(path.assembly.nonlinear)] = curve.z[:, k]
+        pull = view.coordinates.together(forces.force[:, k])
+        overtones[:, k - 1] = -(view.Hoz[:, :joints] @ pull[:, :, None])[:, :, 0]
+        overtones[:, k - 1, list(path.assembly.nonlinear)] = view.coordinates.motions(curve.z[:, k])
     frequency = np.where(curve.line >= 0, lines[curve.line], curve.p / (2 * np.pi))
     motion = first_harmonics(path, curve.z, curve.p, other, forces)
-    return _Seen(curve, frequency, motion, overtones, sign > 0)
+    mean, biased = np.empty((len(curve.p), 0)), path.assembly.biased
+    if biased is not None:
+        shift = path.assembly.coordinates.motions(curve.z[:, -1]).real
+        mean = biased.stands + biased.carried_on(shift, forces.force[:, -1].real)
+    return _Seen(curve, frequency, motion, overtones, mean, sign > 0)
 
 
 def _branches(path: Path, seen: _Seen) -> list[Branch]:
@@ -128,8 +135,9 @@ def _branches(path: Path, seen: _Seen) -> list[Branch]:
                 label,
                 (ends[0], ends[1]),
                 why,
-                path.harmonics,
+                with_mean(path.harmonics, False),
                 seen.overtones[rows],
+                seen.mean[rows],
             )
         )
     return out
@@ -174,7 +182,7 @@ def _frf(path: Path, force: float, seen: Sequence[_Seen], lines: Array) -> FRF:
 
 def _peaks(path: Path, force: float, seen: Sequence[_Seen]) -> list[Peak]:
     """Tops of the largest solution of every joint, the largest values before a limit, else the largest at an edge."""
-    count = len(path.harmonics)
+    count = len(with_mean(path.harmonics, False))
     most = max((float(np.max(np.abs(s.motion))) for s in seen), default=0.0)
     peaks: list[Peak] = []
     for k, connection in enumerate(path.assembly.machine.flexible):

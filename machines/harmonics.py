@@ -12,13 +12,16 @@ from jointlib.arrays import Array, ComplexArray
 from jointlib.joint import Joint
 from jointlib.law import JointLaw, MemorylessLaw, Motion
 
+from .mean_force import SLOW
 from .nonlinear import gains
 
 Harmonics = tuple[int, ...]
-"""Ascending multiples of the driving frequency, the first of them 1."""
+"""Multiples of the driving frequency, ascending from 1; 0, the mean, stands last where it is solved for."""
 
 _SMOOTH, _BENT, _REMEMBERING = 64, 1024, 512
 """Samples of a cycle for laws that are smooth, for those that are not, and for those that remember."""
+_BLOCK = 2**23
+"""Samples of all harmonics held at a time; bounds the memory."""
 _CYCLES = 200
 _REPEATS = 1e-10
 _NUDGE = 1e-6
@@ -41,12 +44,19 @@ class Forces:
 
 
 def joint_forces(
-    joints: Sequence[Joint], z: ComplexArray, omega: Array, harmonics: Harmonics, most: int = _BENT
+    joints: Sequence[Joint],
+    z: ComplexArray,
+    omega: Array,
+    harmonics: Harmonics,
+    most: int = _BENT,
+    rest: Array | float = 0.0,
 ) -> Forces:
     """Forces of joints that move by Σ Re(Z_h e^(jhωt)), z of shape (points, nh, nj) in m; ω in rad/s, (points,).
 
     One harmonic: the exact describing function. Several: the laws are sampled over the cycle (alternating frequency
-    and time), those with memory over whole cycles until their state repeats; a cycle that does not repeat is nan.
+    and time), those with memory over whole cycles until their state repeats; a cycle that does not repeat is nan. The
+    mean, harmonic 0, is real: Z_0 counts by its real part, the force by its average. The travel counts from ``rest``
+    (m, per joint), and what remembers was loaded from 0, slowly.
     """
     if harmonics == (1,):
         A, Z = np.abs(z[:, 0]), z[:, 0]
@@ -63,10 +73,24 @@ def joint_forces(
     for columns in _together(joints):
         joint, c = joints[columns[0]], len(columns)
         cases = np.moveaxis(z[:, :, columns], 1, 2).reshape(-1, len(harmonics))
-        found = _one(joint, cases, np.repeat(omega, c), harmonics, most)
-        for whole, part in zip((out.force, out.by_z, out.by_conjugate, out.travel), found, strict=True):
+        place = np.tile(np.broadcast_to(rest, len(joints))[columns], len(z))
+        every, chunk = np.repeat(omega, c), max(1, _BLOCK // (most * len(harmonics)))
+        pieces = [slice(begin, begin + chunk) for begin in range(0, len(cases), chunk)]
+        parts = [_one(joint, cases[now], every[now], harmonics, most, place[now]) for now in pieces]
+        found = [np.concatenate(same) for same in zip(*parts, strict=True)] if parts else []
+        for whole, part in zip((out.force, out.by_z, out.by_conjugate, out.travel), found, strict=bool(parts)):
             whole[..., columns] = np.moveaxis(part.reshape(len(z), c, *part.shape[1:]), 1, -1)
     return out
+
+
+def with_mean(harmonics: Harmonics, moves: bool) -> Harmonics:
+    """These harmonics, and the mean where it moves."""
+    return (*(h for h in harmonics if h), *([0] if moves else []))
+
+
+def overtones_of(harmonics: Harmonics) -> Harmonics:
+    """Those above the first."""
+    return tuple(h for h in harmonics if h > 1)
 
 
 def is_odd(joint: Joint) -> bool:
@@ -95,36 +119,43 @@ def _together(joints: Sequence[Joint]) -> list[list[int]]:
     return list(columns.values())
 
 
+def _shares(harmonics: Harmonics) -> Array:
+    """What of a derivative goes to Z: the mean is real, so half of its goes to Z*."""
+    return np.where(np.array(harmonics) > 0, 1.0, 0.5)
+
+
 def _bent(law: JointLaw) -> bool:
     return isinstance(law, MemorylessLaw) and any(len(where) for where in law.kinks())
 
 
 def _one(
-    joint: Joint, z: ComplexArray, omega: Array, harmonics: Harmonics, most: int
+    joint: Joint, z: ComplexArray, omega: Array, harmonics: Harmonics, most: int, rest: Array
 ) -> tuple[ComplexArray, ComplexArray, ComplexArray, Array]:
     """Force, its two derivatives and the travel of one joint over cases z (cases, nh)."""
     linear = [law for law in joint.laws if law.linear]
     memoryless = Joint(tuple(law for law in joint.laws if not law.linear and not law.states))
     remembering = Joint(tuple(law for law in joint.laws if not law.linear and law.states))
-    nh = len(harmonics)
+    h, share = np.array(harmonics), _shares(harmonics)
+    nh, every = len(h), np.arange(len(h))
     cycle = _cycle(joint, harmonics, most)
     force = np.zeros(z.shape, dtype=complex)
     by_z = np.zeros((len(z), nh, nh), dtype=complex)
     by_conjugate = np.zeros_like(by_z)
     for law in linear:
-        gain = law.first_harmonic(0.0, omega[:, None] * np.array(harmonics)).gain
+        gain = law.first_harmonic(0.0, omega[:, None] * h).gain
         force += gain * z
-        by_z[:, np.arange(nh), np.arange(nh)] += gain
+        by_z[:, every, every] += gain * share
+        by_conjugate[:, every, every] += gain * (1 - share)
     motion = cycle.motion(z, omega)
     if memoryless.laws:
         force += cycle.project(memoryless.step(motion, np.empty((*motion.displacement.shape, 0)))[0])
-        slopes = tangent(memoryless, cycle, motion, 2 * harmonics[-1])
+        slopes = tangent(memoryless, cycle, motion, 2 * max(harmonics))
         first, second = slopes_of_harmonics(slopes, harmonics, omega)
         by_z, by_conjugate = by_z + first, by_conjugate + second
     if remembering.laws:
         first, second, third = _with_memory(remembering, cycle, z, omega)
         force, by_z, by_conjugate = force + first, by_z + second, by_conjugate + third
-    return force, by_z, by_conjugate, np.max(np.abs(motion.displacement), axis=1)
+    return force, by_z, by_conjugate, np.max(np.abs(motion.displacement - rest[:, None]), axis=1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,7 +181,7 @@ class Cycle:
 
     def project(self, force: Array) -> ComplexArray:
         """Phasors of a sampled force, (cases, nh)."""
-        return np.asarray(force @ self.basis.conj().T * (2 / len(self.angle)))
+        return np.asarray(force @ self.basis.conj().T * np.where(self.harmonics > 0, 2, 1) / len(self.angle))
 
 
 def tangent(joint: Joint, cycle: Cycle, motion: Motion, highest: int) -> tuple[ComplexArray, ComplexArray]:
@@ -163,7 +194,7 @@ def tangent(joint: Joint, cycle: Cycle, motion: Motion, highest: int) -> tuple[C
 def slopes_of_harmonics(
     slopes: tuple[ComplexArray, ComplexArray], harmonics: Harmonics, omega: Array
 ) -> tuple[ComplexArray, ComplexArray]:
-    """∂g_h/∂Z_m = κ_(h−m) + jmω γ_(h−m) and ∂g_h/∂Z_m* = κ_(h+m) − jmω γ_(h+m), (cases, nh, nh)."""
+    """∂g_h/∂Z_m = κ_(h−m) + jmω γ_(h−m) and ∂g_h/∂Z_m* = κ_(h+m) − jmω γ_(h+m), (cases, nh, nh); half for h = 0."""
     h = np.array(harmonics)
     difference, total = h[:, None] - h, h[:, None] + h
     rate = 1j * omega[:, None, None] * h
@@ -172,8 +203,9 @@ def slopes_of_harmonics(
         value = coefficient[:, np.abs(n)]
         return np.asarray(np.where(n < 0, value.conj(), value))
 
-    k, c = slopes
-    return at(k, difference) + rate * at(c, difference), at(k, total) - rate * at(c, total)
+    (k, c), share = slopes, _shares(harmonics)[:, None]
+    by_z, by_conjugate = at(k, difference) + rate * at(c, difference), at(k, total) - rate * at(c, total)
+    return share * by_z, share * by_conjugate
 
 
 def tangent_harmonics(
@@ -190,7 +222,7 @@ def tangent_harmonics(
 
 def _cycle(joint: Joint, harmonics: Harmonics, most: int = _BENT) -> Cycle:
     samples = _REMEMBERING if joint.states else _BENT if any(_bent(law) for law in joint.laws) else _SMOOTH
-    return Cycle.of(harmonics, max(min(samples, most), 16 * harmonics[-1]))
+    return Cycle.of(harmonics, max(min(samples, most), 16 * max(harmonics)))
 
 
 def _with_memory(
@@ -210,13 +242,20 @@ def _with_memory(
 
 
 def _steady_force(joint: Joint, cycle: Cycle, z: ComplexArray, omega: Array) -> Array:
-    """Force over the steady cycle, (cases, samples), begun at the largest displacement from the virgin state."""
+    """Force over the steady cycle, (cases, samples), begun at the largest displacement from the virgin state.
+
+    Where the mean is told the virgin state is that at 0, and the joint was loaded from there.
+    """
     motion, n = cycle.motion(z, omega), len(cycle.angle)
     begin = np.argmax(motion.displacement, axis=1)
     order = (begin[:, None] + np.arange(n)) % n
     x, v = (np.take_along_axis(part, order, axis=1) for part in (motion.displacement, motion.velocity))
     step = 2 * np.pi / n / omega
-    state = joint.initial_state(x[:, 0])
+    if np.any(cycle.harmonics == 0):
+        loaded = joint.initial_state(np.zeros(len(x)))
+        state = joint.step(Motion(x[:, 0], np.zeros(len(x)), SLOW), loaded)[1]
+    else:
+        state = joint.initial_state(x[:, 0])
     rolled = np.empty_like(x)
     for _ in range(_CYCLES):
         before = low = high = state

@@ -41,14 +41,15 @@ def floquet_exponents(
 
     (M s_p² + C s_p + K) q_p + Rᵀ Σ_q (κ_(p−q) + s_q γ_(p−q)) R q_q = 0 with s_p = λ + jpω, R the rows of the joints and
     κ, γ the Fourier coefficients of their tangent stiffness and damping along the cycle. One harmonic: the lowest
-    block, exact for what the describing function knows; its determinant at λ = 0 vanishes where a branch folds.
+    block, exact for what the describing function knows; its determinant at λ = 0 vanishes where a branch folds. Where
+    the mean moves (harmonic 0), p = 0 is among the disturbances.
 
     Parameters
     ----------
     z
         Motions of all flexible joints in m, shape (points, nh, joints).
     """
-    p = np.array([*(-h for h in reversed(harmonics)), *harmonics])
+    p = np.array(sorted({*(-h for h in harmonics), *harmonics}))
     n, blocks, points = len(equations.mass), len(p), len(omega)
     size = n * blocks
     inverse, R = np.linalg.inv(equations.mass), equations.joints
@@ -56,7 +57,7 @@ def floquet_exponents(
     for begin in range(0, points, max(1, _BLOCK // (2 * size) ** 2)):
         now = slice(begin, min(points, begin + max(1, _BLOCK // (2 * size) ** 2)))
         w = omega[now]
-        k, c = tangent_harmonics(joints, z[now], w, harmonics, 2 * harmonics[-1])
+        k, c = tangent_harmonics(joints, z[now], w, harmonics, 2 * max(harmonics))
         gap = p[:, None] - p
         stiffness, damping = (_spread(part, gap, R) for part in (k, c))
         unit = np.eye(blocks)[None, :, :, None, None]

@@ -12,6 +12,7 @@ from jointlib.errors import Outcome
 
 from .assembly import Assembly
 from .branches import Branch, End, Stability
+from .harmonics import with_mean
 from .hill import grows, growth
 from .second_order import MachineEquations
 from .truncation import more_harmonics, truncation_error
@@ -24,32 +25,45 @@ TOLERANCE = 1e-3
 
 
 def with_errors(assembly: Assembly, forces: Array, branches: Sequence[Sequence[Branch]]) -> Branches:
-    """Branches with the estimated error of every point, all those of the same harmonics side by side.
-
-    nan where the means of the joints move under a static load: further harmonics are not known there.
-    """
-    if assembly.biased is not None:
-        return [tuple(replace(b, error=np.full(len(b.frequency), np.nan)) for b in of_force) for of_force in branches]
+    """Branches with the estimated error of every point, all those of the same harmonics side by side."""
+    branches = _with_means(assembly, branches)
     flat = [(f, k) for f, of_force in enumerate(branches) for k in range(len(of_force))]
     out = [list(of_force) for of_force in branches]
     for own in {branches[f][k].harmonics for f, k in flat}:
-        wider = more_harmonics(assembly, own)
+        solved = with_mean(own, assembly.biased is not None)
+        wider = more_harmonics(assembly, solved)
         some = [(f, k) for f, k in flat if branches[f][k].harmonics == own]
         chosen = [branches[f][k] for f, k in some]
         omega = 2 * np.pi * np.concatenate([b.frequency for b in chosen])
         force = np.concatenate([np.full(len(branches[f][k].frequency), forces[f]) for f, k in some])
         z = np.concatenate([motions(b)[:, :, list(assembly.nonlinear)] for b in chosen])
-        error = truncation_error(assembly, omega, force, z, own, wider)
+        if assembly.biased is not None:
+            z[:, -1] -= assembly.biased.rest
+        error = truncation_error(assembly, omega, force, z, solved, wider)
         ends = np.cumsum([len(b.frequency) for b in chosen])[:-1]
         for (f, k), part in zip(some, np.split(error, ends), strict=True):
             out[f][k] = replace(out[f][k], error=part)
     return [tuple(of_force) for of_force in out]
 
 
+def _with_means(assembly: Assembly, branches: Sequence[Sequence[Branch]]) -> Branches:
+    """Branches that say where the joints stand under a static load, all points side by side."""
+    biased = assembly.biased
+    bare = [] if biased is None else [b for of_force in branches for b in of_force if not b.mean.size]
+    if biased is None or not bare:
+        return [tuple(of_force) for of_force in branches]
+    A = np.concatenate([np.abs(b.joint[:, list(assembly.nonlinear)]) for b in bare])
+    omega = 2 * np.pi * np.concatenate([b.frequency for b in bare])
+    means = np.split(biased.stands + biased.everywhere(A, omega), np.cumsum([len(b.frequency) for b in bare])[:-1])
+    found = {id(b): replace(b, mean=mean) for b, mean in zip(bare, means, strict=True)}
+    return [tuple(found.get(id(b), b) for b in of_force) for of_force in branches]
+
+
 def motions(branch: Branch) -> np.ndarray:
-    """All harmonics of all connections in m, (n, nh, connections)."""
+    """All harmonics of all connections in m, (n, nh, connections), and the mean behind them where it moves."""
     first = branch.joint[:, None]
-    return np.concatenate([first, branch.overtones], axis=1) if len(branch.harmonics) > 1 else first
+    higher = [branch.overtones] if len(branch.harmonics) > 1 else []
+    return np.concatenate([first, *higher, *([branch.mean[:, None]] if branch.mean.size else [])], axis=1)
 
 
 def worst(branches: Sequence[Branch]) -> float:
@@ -85,7 +99,8 @@ def with_labels(
         summary = b.stability
         if equations is not None and b.stability is not Stability.UNSTABLE and assembly.joints:
             omega = 2 * np.pi * b.frequency
-            rate = growth(equations, assembly.joints, motions(b), omega, b.harmonics)
+            harmonics = with_mean(b.harmonics, b.mean.size > 0)
+            rate = growth(equations, assembly.machine.joints(), motions(b), omega, harmonics)
             # On a fold itself a disturbance neither grows nor dies out; what it is depends on rounding.
             found = grows(rate, omega)
             labels = [Stability.UNSTABLE if bad else Stability.STABLE for bad in found]

@@ -12,13 +12,13 @@ from jointlib.frf import FRF
 from jointlib.joint import Joint
 from jointlib.law import JointLaw, Motion
 
-from .assembly import Assembly
+from .assembly import Assembly, mean_displacement
 from .control_model import by_control
 from .limits import amplitude_limit
 from .machine import Machine
 from .second_order import MachineEquations, machine_equations
 from .state_equations import MachineStates, machine_states
-from .working_point import at_working_point
+from .working_point import at_working_point, placed
 
 Equations = MachineEquations | MachineStates
 TOLERANCE = 1e-8
@@ -72,7 +72,8 @@ def linear_check(machine: Machine, amplitude: float | None = None, frequency: Ar
     """Compare receptance coupling with a python-control state space built by feedback interconnection.
 
     Every joint becomes a spring and a damper: K = ∂f/∂z and C = ∂f/∂ż at rest, or at a joint amplitude A the
-    describing function's K = Re G and C = Im G/ω at the first resonance. The state space starts from the
+    describing function's K = Re G and C = Im G/ω at the first resonance, about the means that balance a static load
+    at that amplitude. The state space starts from the
     components' matrices, with rigid connections eliminated there, and closes one feedback loop per joint; it shares
     no receptance with the coupling.
 
@@ -85,7 +86,7 @@ def linear_check(machine: Machine, amplitude: float | None = None, frequency: Ar
     """
     if amplitude is not None and not (np.isfinite(amplitude) and amplitude > 0):
         raise InputError(f"check: amplitude is {amplitude!r} m, expected more than 0, or none for the tangent at rest")
-    machine = at_working_point(machine)
+    loaded, machine = machine, at_working_point(machine)
     for connection, joint in zip(machine.flexible, machine.joints(), strict=True):
         limit = amplitude_limit(joint)
         if amplitude is not None and amplitude > limit.amplitude:
@@ -96,6 +97,14 @@ def linear_check(machine: Machine, amplitude: float | None = None, frequency: Ar
     equations = _equations(machine)
     joints, excluded = _kept(machine, amplitude is None)
     K, C, resonance = _linearised(equations, joints, amplitude)
+    if amplitude is not None and loaded.static is not None:
+        # The means move with the amplitude.
+        place = mean_displacement(loaded, np.full(len(joints), amplitude), resonance or 1.0)[0]
+        if not np.all(np.isfinite(place)):
+            raise InputError(f"{loaded.where}: check: the means do not balance the static load at {amplitude:g} m")
+        machine = placed(loaded, place)
+        joints, excluded = _kept(machine, False)
+        K, C, resonance = _linearised(equations, joints, amplitude)
     lines = _band(machine, equations, K, frequency)
     names = _points(machine)
     coupled = Assembly(machine, names, names).coupled(2 * np.pi * lines, K + 2j * np.pi * lines[:, None] * C)

@@ -19,10 +19,13 @@ from jointlib.io.universal import place
 from jointlib.units import scale
 
 from .component import Component, checked_dofs
+from .indices import Index
 from .interpolation import METHODS, Curve, curve, left_out
 from .plausibility import not_passive, not_reciprocal
 
 _SAME = 1e-9
+_WHOLE = 2**25
+"""Entries of a record up to which all are looked at; of a larger one those that are used."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,8 +70,10 @@ class Measured(Component):
         f, ports = np.array(self.frequency, dtype=float), len(self.dofs)
         if f.ndim != 1 or len(f) < 2 or not np.all(np.isfinite(f)) or f[0] <= 0 or np.any(np.diff(f) <= 0):
             raise InputError(f"{where}: expected at least two frequencies, finite, above 0 and ascending")
-        value = np.array(self.value, dtype=complex)
-        if value.shape != (len(f), ports, ports) or not np.all(np.isfinite(value)):
+        # Not copied: a record of many dofs may be larger than the memory, and lie in a file (np.memmap).
+        value = np.asarray(self.value, dtype=complex)
+        whole = value.size <= _WHOLE
+        if value.shape != (len(f), ports, ports) or (whole and not np.all(np.isfinite(value))):
             raise InputError(
                 f"{where}: values of shape {value.shape}, expected finite ones of shape {(len(f), ports, ports)}: "
                 "line, response, drive"
@@ -113,12 +118,38 @@ class Measured(Component):
     def _between(self) -> tuple[Curve, int]:
         return curve(self.frequency, self._accelerance, self.interpolation)
 
+    @cached_property
+    def _curves(self) -> dict[tuple[bytes, bytes], Curve]:
+        """Interpolations of those entries that have been asked for, by rows and columns."""
+        return {}
+
+    def _entries(self, lines: Index, i: Index, k: Index) -> ComplexArray:
+        """Receptance on measured lines between some dofs, (lines, rows, columns)."""
+        held = self.value[lines[:, None, None], i[:, None], k]
+        if not np.all(np.isfinite(held)):
+            raise InputError(f"{self._where}: the record holds values that are not finite")
+        return np.asarray(held / self.quantity.per_receptance(self.frequency[lines])[:, None, None])
+
+    def _curve(self, i: Index, k: Index) -> Curve:
+        key = i.tobytes(), k.tobytes()
+        if key not in self._curves:
+            every = np.arange(len(self.frequency))
+            per = Quantity.ACCELERANCE.per_receptance(self.frequency)[:, None, None]
+            self._curves[key] = curve(self.frequency, self._entries(every, i, k) * per, self.interpolation)[0]
+        return self._curves[key]
+
     @property
     def _accelerance(self) -> ComplexArray:
         """It is smooth where a free body's receptance is steep, at low frequencies."""
         return self.frf.receptance * Quantity.ACCELERANCE.per_receptance(self.frequency)[:, None, None]
 
     def receptance(self, omega: Array, ports: Array | None = None) -> ComplexArray:
+        P = np.eye(len(self.dofs)) if ports is None else ports
+        return self.between(omega, P, P)
+
+    def between(self, omega: Array, rows: Array, columns: Array) -> ComplexArray:
+        """Of the record only the entries that the rows and columns touch are taken up."""
+        i, k = (np.flatnonzero(np.any(part, axis=0)) for part in (rows, columns))
         lines, f = omega / (2 * np.pi), self.frequency
         slack = _SAME * f[-1]
         if np.min(lines) < f[0] - slack or np.max(lines) > f[-1] + slack:
@@ -129,7 +160,7 @@ class Measured(Component):
         near = np.clip(np.searchsorted(f, lines), 1, len(f) - 1)
         near = near - (np.abs(f[near - 1] - lines) < np.abs(f[near] - lines))
         off = np.abs(f[near] - lines) > slack
-        H = self.frf.receptance[near]
+        H = self._entries(near, i, k)
         if np.any(off):
             if self.interpolation == "none":
                 raise FrequencyMismatch(
@@ -138,9 +169,8 @@ class Measured(Component):
                 )
             inside = np.clip(lines[off], f[0], f[-1])
             per = Quantity.ACCELERANCE.per_receptance(inside)[:, None, None]
-            H = H.copy()
-            H[off] = self._between[0](inside) / per
-        return H if ports is None else np.asarray(ports @ H @ ports.T)
+            H[off] = self._curve(i, k)(inside) / per
+        return np.asarray(rows[:, i] @ H @ columns[:, k].T)
 
     def second_order(self) -> None:
         return None

@@ -28,14 +28,16 @@ class Overtones:
     harmonics: Harmonics | None
 
     @classmethod
-    def of(cls, given: int | str | Sequence[int]) -> Overtones:
-        """From 1, "auto" or ascending multiples that begin with 1."""
+    def of(cls, given: int | str | Sequence[int], moves: bool = False) -> Overtones:
+        """From 1, "auto" or ascending multiples that begin with 1; where means move they may begin with 0, the mean."""
         if given == "auto":
             return cls(None)
         if given == 1:
             return cls((1,))
         if not isinstance(given, (int, str)):
             values = tuple(given)
+            if moves and values[:1] == (0,):
+                values = values[1:]
             whole = all(isinstance(h, (int, np.integer)) for h in values)
             if whole and values[:1] == (1,) and all(a < b for a, b in pairwise(values)):
                 return cls(tuple(int(h) for h in values))
@@ -61,7 +63,7 @@ def refined(
     remarks: list[str] = []
     automatic = wanted.harmonics is None
     several = wanted.harmonics or more_harmonics(assembly, (1,))
-    if len(several) == 1 or not assembly.nonlinear or assembly.biased is not None:
+    if len(several) == 1 or not assembly.nonlinear:
         remarks += _first_only(forces, estimated)
     else:
         need = [f for f, branches in enumerate(estimated) if not automatic or worst(branches) > TOLERANCE]
@@ -109,7 +111,7 @@ def _solved(
         for f in need:
             out[f] = replace(out[f], outcome=why if out[f].outcome is Outcome.CONVERGED else out[f].outcome)
         return remarks
-    if not odd(assembly):
+    if assembly.biased is None and not odd(assembly):
         remarks.append("a joint pulls harder one way than the other; its mean displacement is held at 0")
     chosen = forces[need]
     starts = from_branches(assembly, [out[f].branches for f in need], several)

@@ -23,7 +23,9 @@ from .machine import Machine, checked_forces, checked_range
 from .on_lines import by_lines
 from .overtones import Overtones, refined
 from .peaks import Peak
+from .resonances import known_between
 from .statics import static_point
+from .windows import by_windows
 
 _POINTS = 600
 _FEW = 6
@@ -118,7 +120,7 @@ def response(
         "folds"; "hill": Hill's method as well, where there are equations of motion; "auto": that where it takes little
         time, for up to 6 coordinates.
     """
-    wanted = Overtones.of(harmonics)
+    wanted = Overtones.of(harmonics, machine.static is not None)
     if stability not in ("folds", "hill", "auto"):
         raise InputError(f"response: stability is {stability!r}, expected 'folds', 'hill' or 'auto'")
     driven = machine.driven_dof(drive)
@@ -126,12 +128,12 @@ def response(
     lines, refine = _lines(machine, frequency, points)
     names = tuple(dict.fromkeys([*machine.tool.values(), driven] if outputs is None else outputs))
     assembly = Assembly(machine, names, (driven,))
-    if assembly.biased is not None:
-        _check_under_load(machine, method, wanted, stability)
     found = _first_harmonic(assembly, forces, lines, refine, method)
     estimated = with_errors(assembly, forces, [part.branches for part in found])
     found, remarks = refined(assembly, forces, lines, found, estimated, wanted)
-    equations = hill_equations(machine) if stability != "folds" and assembly.biased is None else None
+    if not known_between(assembly, lines):
+        remarks = ("a part is known on the lines only, so peaks are the largest values on them", *remarks)
+    equations = hill_equations(machine) if stability != "folds" else None
     if isinstance(equations, str):
         remarks, equations = (*remarks, equations) if stability == "hill" else remarks, None
     elif equations is not None and stability == "auto" and len(equations.mass) > _FEW:
@@ -154,20 +156,6 @@ def _warnings(machine: Machine, low: float, high: float) -> tuple[str, ...]:
     return (*beyond_frequency(machine, low, high), *said_by(machine.joints()), *under_load)
 
 
-def _check_under_load(machine: Machine, method: object, wanted: Overtones, stability: str) -> None:
-    """Where means move with the amplitudes there is one harmonic, by the amplitude map or by Newton's method."""
-    asked = {
-        "arc length": isinstance(method, ArcLength),
-        "further harmonics": wanted.harmonics not in (None, (1,)),
-        "Hill's method": stability == "hill",
-    }
-    for what, is_asked in asked.items():
-        if is_asked:
-            raise InputError(
-                f"{machine.where}: {what}: not available for joints whose mean moves under [static], leave it out"
-            )
-
-
 def _first_harmonic(
     assembly: Assembly, forces: Array, lines: Array, refine: bool, method: AmplitudeMap | Newton | ArcLength | None
 ) -> list[Followed]:
@@ -178,7 +166,9 @@ def _first_harmonic(
             f"{assembly.machine.where}: the amplitude map takes one nonlinear joint and there are {count}; "
             "use ArcLength() or Newton()"
         )
-    traced = isinstance(method, ArcLength) or (method is None and count > 1 and refine and assembly.biased is None)
+    traced = isinstance(method, ArcLength)
+    if method is None and count > 1 and refine:
+        return by_windows(assembly, forces, lines)
     if traced and len(lines) > 1 and count > 1:
         low, high = 2 * np.pi * float(lines[0]), 2 * np.pi * float(lines[-1])
         return by_arc_length(assembly, forces, lines, (1,), by_raising_the_force(assembly, forces, low, high))

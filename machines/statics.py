@@ -137,6 +137,8 @@ class StaticPoint:
 
     balance: Balance
     """The equations it solves."""
+    coordinates: Array
+    """Generalised coordinates p of `machine_equations`; those that nothing holds are 0."""
 
     @property
     def table(self) -> tuple[tuple[str, ...], list[float], list[float]]:
@@ -206,4 +208,5 @@ def static_point(machine: Machine) -> StaticPoint:
             said.append(
                 f"{name}: stands at {at * 1e6:.4g} um under the static load, identified up to {valid * 1e6:.4g} um."
             )
-    return StaticPoint(names, z, force, stiffness, equations.shapes @ (balance.transform @ y), tuple(said), balance)
+    p = balance.transform @ y
+    return StaticPoint(names, z, force, stiffness, equations.shapes @ p, tuple(said), balance, p)

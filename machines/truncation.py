@@ -6,38 +6,37 @@ import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import FrequencyMismatch
-from jointlib.joint import Joint
 
 from .assembly import Assembly
 from .balance import Balance, solve_complex
-from .harmonics import Harmonics, is_odd, jumps
+from .blocks import blocks
+from .harmonics import Harmonics, is_odd, jumps, with_mean
 from .indices import Mask
 
-_POINTS = 4096
-"""Solved at a time; bounds the memory that sampled cycles take."""
 _SAMPLES = 256
 """Of a cycle; an estimate needs no more."""
 
 
 def more_harmonics(assembly: Assembly, harmonics: Harmonics) -> Harmonics:
     """The next harmonics that the joints raise: up to the fifth, or one more; odd ones alone where all laws are odd."""
-    highest = 5 if harmonics[-1] < 5 else harmonics[-1] + 2
+    highest = 5 if max(harmonics) < 5 else max(harmonics) + 2
     step = 2 if odd(assembly) else 1
-    return tuple(sorted({*harmonics, *range(1, highest + 1, step)}))
+    return with_mean(tuple(sorted({*harmonics, *range(1, highest + 1, step)})), 0 in harmonics)
 
 
 def odd(assembly: Assembly) -> bool:
     """Whether the joints keep a motion free of even harmonics."""
-    return all(is_odd(joint) for joint in _nonlinear(assembly))
+    return all(is_odd(assembly.standing[i]) for i in assembly.nonlinear)
 
 
 def unsuited(assembly: Assembly) -> tuple[str, ...]:
     """A sentence for every joint whose higher harmonics cannot be solved for."""
     names = [assembly.machine.flexible[i].name for i in assembly.nonlinear]
+    joints = [assembly.machine.joints()[i] for i in assembly.nonlinear]
     return tuple(
         f"{name}: its force jumps as the velocity changes sign, so only the first harmonic is solved for and its error "
         "is not known; give the friction a smoothing_velocity"
-        for name, joint in zip(names, _nonlinear(assembly), strict=True)
+        for name, joint in zip(names, joints, strict=True)
         if jumps(joint)
     )
 
@@ -54,22 +53,23 @@ def truncation_error(
     out = np.zeros(len(omega))
     if not z.shape[2] or not len(omega):
         return out
-    known = reached(assembly, omega, wider[-1]) & (len(unsuited(assembly)) == 0)
+    known = reached(assembly, omega, max(wider)) & (len(unsuited(assembly)) == 0)
     out[~known] = np.nan
     rows = np.flatnonzero(known)
     here = [wider.index(h) for h in own]
-    for begin in range(0, len(rows), _POINTS):
-        now = rows[begin : begin + _POINTS]
+    each = len(wider) ** 2 * assembly.entries + z.shape[2] * _SAMPLES
+    for some in blocks(len(rows), each):
+        now = rows[some]
         balance = Balance.of(assembly, omega[now], force[now], wider)
-        start = np.zeros((len(now), len(wider), z.shape[2]), dtype=complex)
-        start[:, here] = z[now]
+        start = np.zeros((len(now), len(wider), len(assembly.coordinates.rows)), dtype=complex)
+        start[:, here] = assembly.coordinates.of_motions(z[now])
         forces = balance.forces(start, _SAMPLES)
         r = balance.residual(start, forces.force)
         # These were solved for; what sampling the cycle leaves of them is not counted.
         r[:, here] = 0.0
         step = solve_complex(balance.jacobian(forces), -r)
         size = np.maximum(np.max(np.abs(z[now, 0]), axis=1), 1e-300)
-        out[now] = np.max(np.abs(step[:, 0]), axis=1) / size
+        out[now] = np.max(np.abs(assembly.coordinates.motions(step[:, 0])), axis=1) / size
     return out
 
 
@@ -91,7 +91,3 @@ def reached(assembly: Assembly, omega: Array, highest: int) -> Mask:
         middle = (low + high) // 2
         low, high = (middle + 1, high) if known(float(lines[middle])) else (low, middle)
     return np.asarray(omega < lines[low])
-
-
-def _nonlinear(assembly: Assembly) -> list[Joint]:
-    return [assembly.joints[i] for i in assembly.nonlinear]

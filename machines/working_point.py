@@ -63,8 +63,12 @@ def at_working_point(machine: Machine) -> Machine:
     """The machine as small vibrations see it: joints at their static displacements, and no static load any more."""
     if machine.static is None:
         return machine
-    point = static_point(machine)
-    place = dict(zip(point.connections, point.displacement, strict=True))
+    return placed(machine, static_point(machine).displacement)
+
+
+def placed(machine: Machine, displacement: Array) -> Machine:
+    """The machine with its joints about these displacements (m, one per flexible connection), and no static load."""
+    place = dict(zip((c.name for c in machine.flexible), displacement, strict=True))
     connections = tuple(
         c if c.joint is None else replace(c, joint=about(c.joint, float(place[c.name]))) for c in machine.connections
     )

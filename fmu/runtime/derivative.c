@@ -10,14 +10,16 @@ typedef struct {
     double follow[JL_ROOM(JL_MEMORY)]; /* slope of each state by the displacement of its joint */
 } jl_tangent;
 
-/* A virgin state follows the displacement, which laws let it do linearly: its slope is exact over any distance. */
+/* A virgin state follows the displacement, which laws let it do linearly: its slope is exact over any distance. One that
+ * was loaded does so piece by piece, and takes a small one. */
 static void jl_virgin(const jl_values *v, const double *motion, double *follow)
 {
     double moved[JL_ROOM(JL_MOTIONS)], s[JL_ROOM(JL_MEMORY)];
+    const double far = JL_LOADED ? 1e-10 : 1.0;
     int m[JL_ROOM(JL_MODES)], i;
-    for (i = 0; i < JL_MOTIONS; i++) moved[i] = motion[i] + (i % 2 ? 0.0 : 1.0);
-    jl_initial(v->p, moved, s, m);
-    for (i = 0; i < JL_MEMORY; i++) follow[i] = s[i] - v->s[JL_STRUCTURE + i];
+    for (i = 0; i < JL_MOTIONS; i++) moved[i] = motion[i] + (i % 2 ? 0.0 : far);
+    jl_begin(v->p, moved, s, m);
+    for (i = 0; i < JL_MEMORY; i++) follow[i] = (s[i] - v->s[JL_STRUCTURE + i]) / far;
 }
 
 /* Where co-simulation takes the joints' own steps the states are held; only before initialization ends do they follow
@@ -56,11 +58,11 @@ static void jl_respond(const jl_tangent *at, int known, double *column)
     const double *du = all, *dx = all + JL_INPUTS;
     int i;
     all[known] = 1.0;
-    jl_motion(dx, du, motion);
+    jl_moves(JL_STRUCTURE, JL_MOTIONS, dx, du, NULL, motion);
     for (i = 0; i < JL_MEMORY; i++) ds[i] = dx[JL_STRUCTURE + i] + at->follow[i] * motion[2 * jl_owner[i]];
     for (i = 0; i < JL_JOINTS; i++) df[i] = jl_along(at->dF + i * JL_WIDTH, motion + 2 * i, ds);
-    jl_outputs(dx, du, df, column);
-    jl_slopes(dx, du, df, column + JL_OUTPUTS);
+    jl_moves(JL_STRUCTURE + JL_MOTIONS, JL_OUTPUTS, dx, du, df, column);
+    jl_moves(0, JL_STRUCTURE, dx, du, df, column + JL_OUTPUTS);
     for (i = 0; i < JL_MEMORY; i++)
         column[JL_OUTPUTS + JL_STRUCTURE + i] = jl_along(at->dR + i * JL_WIDTH, motion + 2 * jl_owner[i], ds);
 }

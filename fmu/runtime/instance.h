@@ -27,6 +27,8 @@
 #define jl_no_number JL_NAME(jl_no_number)
 #define jl_prepare JL_NAME(jl_prepare)
 #define jl_look JL_NAME(jl_look)
+#define jl_begin JL_NAME(jl_begin)
+#define jl_moves JL_NAME(jl_moves)
 #define jl_motion JL_NAME(jl_motion)
 #define jl_slopes JL_NAME(jl_slopes)
 #define jl_outputs JL_NAME(jl_outputs)
@@ -255,7 +257,10 @@ int jl_get(void *instance, jl_call call, const unsigned int *references, size_t 
 int jl_set(void *instance, jl_call call, const unsigned int *references, size_t count, const double *x, size_t places);
 int jl_do_step(void *instance, jl_call call, double time, double h);
 
-/* The structure (structure.c): products with its matrices. f and df may be NULL where no force enters. */
+/* The structure (structure.c): products with its matrices. f may be NULL where no force enters. jl_moves is what small
+ * changes of x, u and f do to rows from `first` on: the static load has no part in it. */
+void jl_begin(const double *p, const double *motion, double *s, int *m);
+void jl_moves(int first, int count, const double *x, const double *u, const double *f, double *result);
 void jl_motion(const double *x, const double *u, double *motion);
 void jl_slopes(const double *x, const double *u, const double *f, double *slope);
 void jl_outputs(const double *x, const double *u, const double *f, double *y);

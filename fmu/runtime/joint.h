@@ -4,7 +4,8 @@
  *     x' = A x + B u + G f     structure states x (none in a lone joint), inputs u, joint forces f in N
  *     [z; v] = C x + D u       relative displacement in m and velocity in m/s of each joint
  *     y = E x + F u + H f      outputs
- * and each joint is a force f(z, v, s) with internal states s of its own. A lone joint has u = [z; v] and y = f.
+ * with the constants of a static load added to every row, and each joint is a force f(z, v, s) with internal states s of
+ * its own. A lone joint has u = [z; v] and y = f.
  * Every function is pure: no statics, no allocation, no input or output. Parameters p, states and modes m come in the
  * order of their variables; the states are those of the structure, then those of the joints. */
 #ifndef JOINT_H
@@ -34,6 +35,8 @@
 #define jl_first JL_NAME(jl_first)
 #define jl_column JL_NAME(jl_column)
 #define jl_entry JL_NAME(jl_entry)
+#define jl_load JL_NAME(jl_load)
+#define jl_rest JL_NAME(jl_rest)
 #define jl_check JL_NAME(jl_check)
 #define jl_initial JL_NAME(jl_initial)
 #define jl_step JL_NAME(jl_step)
@@ -87,6 +90,8 @@ extern const int jl_owner[];                /* for each state of the joints the 
 extern const int jl_first[];
 extern const int jl_column[];
 extern const double jl_entry[];
+extern const double jl_load[]; /* added to each row; all 0 unless JL_LOADED */
+extern const double jl_rest[]; /* x at the start, in balance with that */
 
 /* 0 if the parameters are sound, else a sentence: which one, what was found, what was expected. */
 int jl_check(const double *p, char *message, size_t size);

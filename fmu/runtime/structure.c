@@ -2,8 +2,10 @@
 #include <string.h>
 #include "instance.h"
 
-/* Rows from `first` on of the matrices times [x; u; f]; forces that are not given are 0. */
-static void jl_product(int first, int count, const double *x, const double *u, const double *f, double *result)
+#define JL_SLOW 1e6 /* s, how long a joint takes to be loaded */
+
+/* Forces that are not given are 0. */
+void jl_moves(int first, int count, const double *x, const double *u, const double *f, double *result)
 {
     double all[JL_ROOM(JL_COLUMNS)] = { 0.0 };
     int i, k;
@@ -15,6 +17,30 @@ static void jl_product(int first, int count, const double *x, const double *u, c
         for (k = jl_first[first + i]; k < jl_first[first + i + 1]; k++) sum += jl_entry[k] * all[jl_column[k]];
         result[i] = sum;
     }
+}
+
+/* Rows from `first` on. */
+static void jl_product(int first, int count, const double *x, const double *u, const double *f, double *result)
+{
+    int i;
+    jl_moves(first, count, x, u, f, result);
+    for (i = 0; i < count && JL_LOADED; i++) result[i] += jl_load[first + i];
+}
+
+/* The joints before the first step: virgin where they are, or loaded there slowly from 0. */
+void jl_begin(const double *p, const double *motion, double *s, int *m)
+{
+    double zero[JL_ROOM(JL_MOTIONS)] = { 0.0 }, still[JL_ROOM(JL_MOTIONS)] = { 0.0 };
+    double virgin[JL_ROOM(JL_MEMORY)] = { 0.0 }, f[JL_ROOM(JL_JOINTS)];
+    int i;
+    if (!JL_LOADED) {
+        jl_initial(p, motion, s, m);
+        return;
+    }
+    for (i = 0; i < JL_MOTIONS; i += 2) still[i] = motion[i];
+    jl_initial(p, zero, virgin, m);
+    jl_step(p, virgin, still, JL_SLOW, s, f);
+    (void)jl_event(p, s, m, still);
 }
 
 void jl_motion(const double *x, const double *u, double *motion)

@@ -10,6 +10,7 @@ void jl_start(jl_values *v)
     v->state = JL_INSTANTIATED;
     v->stop = (double)INFINITY;
     for (i = 0; i < JL_INPUTS; i++) v->u[i] = jl_variables[i].start;
+    for (i = 0; i < JL_STRUCTURE; i++) v->s[i] = jl_rest[i];
     for (i = 0; i < JL_PARAMETERS; i++) v->p[i] = jl_variables[JL_FIRST_PARAMETER + i].start;
 }
 
@@ -37,7 +38,7 @@ int jl_no_number(jl_instance *instance, jl_call call, const char *what)
     return JL_DISCARD;
 }
 
-/* The parameters are sound, and virgin joints follow the displacement until initialization ends. */
+/* The parameters are sound, and the joints follow the displacement until initialization ends. */
 int jl_prepare(jl_instance *instance, jl_call call)
 {
     jl_values *v = &instance->values;
@@ -49,7 +50,7 @@ int jl_prepare(jl_instance *instance, jl_call call)
     if (!v->initialized && !v->fresh) {
         double motion[JL_ROOM(JL_MOTIONS)];
         jl_motion(v->s, v->u, motion);
-        jl_initial(v->p, motion, v->s + JL_STRUCTURE, v->m);
+        jl_begin(v->p, motion, v->s + JL_STRUCTURE, v->m);
     }
     return JL_OK;
 }

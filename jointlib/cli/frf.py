@@ -97,7 +97,8 @@ def write_response(path: Path, result: Any) -> list[Path]:
     """Receptances per force, and every branch: ``frequency_0`` … (Hz), ``receptance_0`` … (m/N), ``branch_0_0_…``.
 
     Of a branch: motions of the joints and outputs (m), stability of the whole and of every point, estimated error of
-    the first harmonic, outcome of every point, harmonics and, where there are several, the motions in the others.
+    the first harmonic, outcome of every point, harmonics and, where there are several, the motions in
+    the others; under a static load where the joints stand.
     """
     import numpy as np
 
@@ -122,6 +123,8 @@ def write_response(path: Path, result: Any) -> list[Path]:
             arrays[f"branch_{i}_{k}_harmonics"] = np.array(branch.harmonics)
             if len(branch.harmonics) > 1:
                 arrays[f"branch_{i}_{k}_overtones"] = branch.overtones
+            if branch.mean.size:
+                arrays[f"branch_{i}_{k}_mean"] = branch.mean
     write_npz(path, arrays)
     return [path]
 

@@ -148,8 +148,13 @@ class Road:
         from jointlib.cli.frf import peak_rows, write_response
         from machines import response
         from machines.report.sections import response_section
+        from machines.report.working_point import working_point
 
         self.warnings += self.machine.remarks()
+        if self.machine.static is not None:
+            step, section = working_point(self.machine)
+            self.steps.append(step)
+            self.sections.append(section)
         if bare := ", ".join(self.machine.without_equations):
             self.warnings.append(f"Only FRFs are known of {bare}: not checked against python-control.")
         else:
@@ -160,12 +165,8 @@ class Road:
         self._json("frf.json", {"peaks": peak_rows(result), "file": "frf.npz"})
         outcomes = {f"{f:g} N": o.name.lower() for f, o in zip(result.force, result.outcomes, strict=True)}
         self.steps.append({"step": "frf", "outcomes": outcomes})
-        self.warnings += result.warnings
-        self.warnings += [
-            f"Forced response at {f:g} N: {o.value}"
-            for f, o in zip(result.force, result.outcomes, strict=True)
-            if o.value
-        ]
+        short = [(f, o.value) for f, o in zip(result.force, result.outcomes, strict=True) if o.value]
+        self.warnings += [*result.warnings, *(f"Forced response at {f:g} N: {why}" for f, why in short)]
         self.sections.append(response_section(result))
         reached = [p for p in result.peaks if np.isfinite(p.amplitude)]
         if reached and self.machine.cutting is None:
@@ -259,19 +260,18 @@ class Road:
 
         main = next(iter(self.traces.values()), None)
         opening = [r.sentence for r in self.traces.values()] or ["Every joint was given; nothing was identified."]
-        finding = " ".join([*opening, *self.advice])
-        source = self.machine.source
+        source, mean = self.machine.source, "zero mean" if self.machine.static is None else "means in static balance"
         inputs = [(file.name, sha256(file)) for file in ([] if source is None else [source]) + self.starts]
         Page(
             title=f"{self.machine.name}: joints, response and stability",
-            finding=finding,
+            finding=" ".join([*opening, *self.advice]),
             numbers=[*(trace_numbers(main) if main else []), *self.numbers],
             sections=self.sections,
             inputs=[*inputs, *inputs_of(self.tests)],
             assumptions=[
                 *assumptions_of(self.tests),
                 *self.assumptions,
-                "Joints are replaced by their describing functions: one harmonic, zero mean.",
+                f"Joints are replaced by their describing functions: one harmonic, {mean}.",
                 "Bodies and modes are linear; the tool point is reached along the axes named in the machine file.",
             ],
             warnings=list(dict.fromkeys(self.warnings)),

@@ -211,3 +211,46 @@ def test_a_second_run_gives_the_same_bytes(here: Path) -> None:
     for path in Path("one/out").iterdir():
         again = Path("two/out") / path.name
         assert path.read_text("latin-1") == again.read_text("latin-1").replace("two/out", "one/out"), path.name
+
+
+def test_a_run_under_a_static_load_tells_where_the_joints_stand(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("press.toml").write_text(
+        """
+        schema = "jointlib/machine/1"
+        name = "press"
+        [[component]]
+        name = "slide"
+        kind = "lumped"
+        dofs = ["z"]
+        mass = [[60.0]]
+        [[connection]]
+        name = "rest"
+        between = ["slide.z", "ground"]
+        joint = { law = [ { kind = "hertz-contact", preload = "2000 N", kappa = 3.931408125e-8 },
+                          { kind = "viscous", damping = 40000 } ] }
+        [static]
+        gravity = true
+        [response]
+        drive = "slide.z"
+        force = ["400 N"]
+        frequency = ["300 Hz", "600 Hz"]
+        """,
+        encoding="utf-8",
+    )
+    assert jointlib("run press.toml -o out").status == 0
+    (step,) = [s for s in json.loads(Path("out/run.json").read_text())["steps"] if s["step"] == "static"]
+    weight = 60 * 9.80665
+    assert step["force"] == [pytest.approx(-weight, rel=1e-9)]
+    stands = 3.931408125e-8 * ((2000 - weight) ** (2 / 3) - 2000 ** (2 / 3))
+    assert step["displacement"] == [pytest.approx(stands, rel=1e-9)]
+    text = read(Path("out"))
+    assert "Static working point" in text
+    assert "means in static balance" in text
+    with np.load("out/frf.npz") as curves:
+        mean = curves["branch_0_0_mean"]
+    # Shaken, a contact carries the same load at a smaller approach.
+    assert np.all(mean < stands)
+    assert np.ptp(mean) > 1e-8

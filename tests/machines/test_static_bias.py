@@ -12,7 +12,7 @@ from test_statics import KAPPA, hung, written
 
 import machines
 from jointlib.arrays import Array
-from jointlib.errors import InputError, Outcome
+from jointlib.errors import Outcome
 from jointlib.harmonic import numerical_first_harmonic
 from jointlib.joint import Joint
 from jointlib.law import JointLaw, MemorylessLaw, Motion
@@ -288,18 +288,3 @@ def test_a_mean_that_cannot_be_balanced_ends_the_branch_by_name() -> None:
     assert assembly.biased is not None
     assert assembly.limits[0].amplitude <= end
     assert assembly.limits[0].outcome in (Outcome.NO_EQUILIBRIUM, Outcome.PAST_FORCE_PEAK)
-
-
-def test_what_moving_means_do_not_allow_is_refused_and_errors_are_not_claimed() -> None:
-    machine = two_guides(900.0)
-    for refused, what in (
-        ({"method": machines.ArcLength()}, "arc length"),
-        ({"harmonics": (1, 3)}, "further harmonics"),
-        ({"stability": "hill"}, "Hill's method"),
-    ):
-        with pytest.raises(InputError, match=f"{what}: not available for joints whose mean moves"):
-            response(machine, 20.0, [1000.0, 1400.0], points=5, **refused)  # type: ignore[arg-type]
-    found = response(machine, 20.0, np.linspace(1000.0, 1400.0, 5), harmonics="auto")
-    errors = np.concatenate([b.error for b in found.branches[0]])
-    assert len(errors) == 5
-    assert np.all(np.isnan(errors))

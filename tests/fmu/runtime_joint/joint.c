@@ -32,6 +32,8 @@ const int jl_owner[] = { 0 };
 const int jl_first[] = { 0, 1, 2, 3 };
 const int jl_column[] = { 0, 1, 2 };
 const double jl_entry[] = { 1.0, 1.0, 1.0 };
+const double jl_load[] = { 0.0, 0.0, 0.0 };
+const double jl_rest[] = { 0.0 };
 
 int jl_check(const double *p, char *message, size_t size)
 {

@@ -13,7 +13,8 @@ enum {
     JL_CONTINUOUS = 1,
     JL_MODES = 2,
     JL_INDICATORS = 2,
-    JL_EXCHANGE = 1
+    JL_EXCHANGE = 1,
+    JL_LOADED = 0
 };
 
 #endif

@@ -13,7 +13,8 @@ enum {
     JL_CONTINUOUS = 0,
     JL_MODES = 0,
     JL_INDICATORS = 0,
-    JL_EXCHANGE = 0
+    JL_EXCHANGE = 0,
+    JL_LOADED = 0
 };
 
 #endif
