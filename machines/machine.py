@@ -14,7 +14,7 @@ from jointlib.errors import InputError, nearest
 from jointlib.joint import Joint
 
 from .component import Component
-from .connection import Connection, unit_row
+from .connection import Connection, motion_row
 from .static_load import StaticLoad
 
 AXES = ("x", "y")
@@ -27,9 +27,10 @@ class Machine:
     Parameters
     ----------
     tool
-        Degrees of freedom of the tool point by axis: the feed x, the normal y; one that is left out is rigid.
+        Degrees of freedom of the tool point by axis: the feed x, the normal y; one that is left out is rigid. A
+        difference, ``cutter.tip.x - table.ux``, is the motion relative to the workpiece.
     drive
-        Degree of freedom a force acts on; the tool's x, else y, where it is not given.
+        Degree of freedom, or difference, that a force acts on; the tool's x, else y, where it is not given.
     force
         Peak forces in N.
     frequency
@@ -73,9 +74,9 @@ class Machine:
         for axis, dof in self.tool.items():
             if axis not in AXES:
                 raise InputError(f"{where}: [tool]: unknown axis {axis!r}, {nearest(axis, AXES)}")
-            unit_row(dof, self.components, f"{where}: [tool]: {axis}")
+            motion_row(dof, self.components, f"{where}: [tool]: {axis}")
         if self.drive is not None:
-            unit_row(self.drive, self.components, f"{where}: [response]: drive")
+            motion_row(self.drive, self.components, f"{where}: [response]: drive")
         checked_forces(self.force, f"{where}: [response]")
         if self.static is not None:
             self.static.check(self.dofs, [c.name for c in self.flexible], f"{where}: [static]")
@@ -129,8 +130,8 @@ class Machine:
         return np.array(rows).reshape(len(rows), len(self.dofs))
 
     def dof_rows(self, dofs: Sequence[str], what: str) -> Array:
-        """Unit rows of these dofs, shape (number of names, number of dofs)."""
-        rows = [unit_row(dof, self.components, f"{self.where}: {what}") for dof in dofs]
+        """Rows of these dofs, or differences of two, shape (number of names, number of dofs)."""
+        rows = [motion_row(dof, self.components, f"{self.where}: {what}") for dof in dofs]
         return np.array(rows).reshape(len(rows), len(self.dofs))
 
     def joints(self) -> tuple[Joint, ...]:
