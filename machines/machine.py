@@ -15,6 +15,7 @@ from jointlib.joint import Joint
 
 from .component import Component
 from .connection import Connection, motion_row
+from .groups import unmoved
 from .static_load import StaticLoad
 
 AXES = ("x", "y")
@@ -111,8 +112,12 @@ class Machine:
         return tuple(f"{c.name}.{dof}" for c in self.components for dof in c.dofs)
 
     def remarks(self) -> tuple[str, ...]:
-        """What the components have to tell of themselves, a sentence each."""
-        return tuple(sentence for component in self.components for sentence in component.remarks())
+        """What the components have to tell of themselves, and what tool and drive do not move, a sentence each."""
+        own = tuple(sentence for component in self.components for sentence in component.remarks())
+        owner = np.repeat(np.arange(len(self.components)), [len(c.dofs) for c in self.components])
+        names = [c.name for c in self.components]
+        moved = self.dof_rows([*self.tool.values(), *([self.drive] if self.drive else [])], "remarks")
+        return own + unmoved(owner, names, self.rows(self.connections), self.rows(self.flexible), moved)
 
     @property
     def without_equations(self) -> tuple[str, ...]:

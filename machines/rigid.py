@@ -74,9 +74,12 @@ class Rigid(Component):
         inertia = again.matrix("inertia", "kg m^2") if nested else again.numbers("inertia", "kg m^2", length=3)
         centre = section.numbers("centre", "m", None, length=3)
         dofs = section.words("dofs", DOFS)
-        points = {}
+        points: dict[str, Array] = {}
         for part in section.sections("point"):
-            points[part.text("name")] = np.array(part.numbers("at", "m", length=3))
+            point = part.text("name")
+            if point in points:
+                raise InputError(f"{section.where}: point {point!r} is named twice, expected different names")
+            points[point] = np.array(part.numbers("at", "m", length=3))
             part.done()
         return cls(name, mass, np.array(inertia), None if centre is None else np.array(centre), dofs, points)
 
