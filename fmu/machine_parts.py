@@ -88,6 +88,12 @@ def parts_of_machine(machine: Machine) -> Parts:
         pieces = _pieces(row @ equations.shapes, equations)
         if not pieces:
             raise InputError(f"{machine.where}: the {name} of tool or drive is held rigidly, expected it to move")
+        if len(pieces) > 1:
+            both = " and ".join(names[i] for i in pieces)
+            raise InputError(
+                f"{machine.where}: the {name} of tool or drive moves {both} against each other, expected one of them; "
+                "export it as one FMU, or give the motion of one"
+            )
         ((block, ports[block][name]),) = pieces.items()
         outside[name] = (names[block], name)
     links = []

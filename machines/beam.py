@@ -168,7 +168,7 @@ class Beam(Component):
         return cls(name, segments, stations, np.array(start), np.array(axis), across, up_to, tolerance)
 
     @cached_property
-    def _reduced(self) -> tuple[Reduction, SecondOrder]:
+    def _reduced(self) -> tuple[Reduction, SecondOrder, Array]:
         ends = np.cumsum([s.length for s in self.segments])
         held = np.clip(np.array(list(self.stations.values())), 0.0, ends[-1])
         mesh = beam_mesh(
@@ -187,7 +187,16 @@ class Beam(Component):
         shapes = np.zeros((len(self.dofs), len(zero)))
         shapes[:, : len(interface)] = block_diag(*([self.frame.T] * (2 * len(at))))
         model = SecondOrder(found.reduced(csc_matrix(mesh.mass)), C, sum(parts, zero), shapes)
-        return found, in_modes(model, lossy)
+        # Unit accelerations along the machine axes: bubbles and rotations take no part in a translation.
+        moved = np.zeros((len(mesh.mass), 3))
+        for v in range(len(mesh.vertices)):
+            moved[FIELDS * v : FIELDS * v + 3] = self.frame
+        carried = shapes[:, : len(interface)] @ (found.basis[:, : len(interface)].T @ (mesh.mass @ moved))
+        return found, in_modes(model, lossy), carried
+
+    def weight(self, gravity: Array) -> Array:
+        """Ψᵀ M r g with the static shapes Ψ of the stations: exact forces and moments of the weight spread over it."""
+        return np.asarray(self._reduced[2] @ gravity)
 
     def receptance(self, omega: Array, ports: Array | None = None) -> ComplexArray:
         P = np.eye(len(self.dofs)) if ports is None else ports

@@ -96,6 +96,16 @@ class Connection:
         return np.concatenate(pieces)
 
 
+def motion_row(motion: str, components: Sequence[Component], where: str) -> Array:
+    """The row of one ``component.dof``, or of the motion of one relative to another, ``component.dof - component.dof``.
+
+    A force on a relative motion acts on the first and, the other way round, on the second.
+    """
+    first, minus, second = motion.partition(" - ")
+    row = unit_row(first, components, where)
+    return row - unit_row(second, components, where) if minus else row
+
+
 def unit_row(dof: str, components: Sequence[Component], where: str) -> Array:
     """The row that picks one ``component.dof``; an unknown name is refused with the nearest one."""
     names = [f"{c.name}.{d}" for c in components for d in c.dofs]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from scipy.linalg import matrix_balance
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
@@ -55,8 +56,14 @@ def by_control(machine: Machine, states: MachineStates, rows: Array, K: Array, C
     for k, j in enumerate(damped):
         law[j, count + k] = C[j] * fastest
     closed = control.feedback(speed, control.ss([], [], [], law), sign=-1)
-    value = np.asarray(closed(1j * omega / fastest, squeeze=False))
-    return np.asarray(np.moveaxis(value[nj:count, nj:, :], 2, 0))
+    # States scaled by powers of two: the same system, whose matrix is no larger than its poles are fast.
+    balanced, (scale, _) = matrix_balance(closed.A, permute=False, separate=True)
+    wanted = slice(nj, count)
+    seen = control.ss(
+        balanced, closed.B[:, wanted] / scale[:, None], closed.C[wanted] * scale, closed.D[wanted, wanted]
+    )
+    value = np.asarray(seen(1j * omega / fastest, squeeze=False))
+    return np.asarray(np.moveaxis(value, 2, 0))
 
 
 def _closed_on_jump(control: Any, machine: Machine, plant: Any, j: int, stiffness: float, damping: float) -> Any:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -39,6 +39,8 @@ class Reduction:
     """Largest relative difference in norm of the interface receptance from the full one."""
     checked: Array
     """Frequencies in Hz at which the two were compared."""
+    held: bool = True
+    """Whether the interface, held, leaves the inside no free motion; only then are its static shapes exact."""
 
     def reduced(self, matrix: csc_matrix) -> Array:
         """Tᵀ A T, symmetric to the last bit."""
@@ -81,7 +83,7 @@ def craig_bampton(
         basis = np.zeros((n, len(interface) + inside.shape[1]))
         basis[interface, : len(interface)] = np.eye(len(interface))
         basis[inner] = np.concatenate([static, inside], axis=1)
-        found = Reduction(basis, modes.shape[1], corrections, 0.0, checked)
+        found = Reduction(basis, modes.shape[1], corrections, 0.0, checked, shift == 0)
         error = _error(found, mass, stiffness, len(interface), full)
         if error <= tolerance or corrections == _BLOCKS:
             break
@@ -90,7 +92,24 @@ def craig_bampton(
             fresh -= inside @ (inside.T @ (M @ fresh))
         fresh = _ritz(M, K - shift * M, fresh)
         inside, block = np.concatenate([inside, fresh], axis=1), M @ fresh
-    return Reduction(basis, modes.shape[1], corrections, error, checked)
+    return replace(found, error=error)
+
+
+def static_shapes(stiffness: csc_matrix, interface: Index) -> Array | None:
+    """Displacement of every row for a unit displacement of each of the interface, the inside unloaded.
+
+    None where the inside can move freely with the interface held.
+    """
+    n = stiffness.shape[0]
+    inner = np.setdiff1d(np.arange(n), interface)
+    shapes = np.zeros((n, len(interface)))
+    shapes[interface] = np.eye(len(interface))
+    if len(inner):
+        solver = _factor(stiffness[inner][:, inner].tocsc())
+        if solver is None:
+            return None
+        shapes[inner] = -solver.solve(stiffness[inner][:, interface].toarray())
+    return shapes
 
 
 def _ritz(M: csc_matrix, K: csc_matrix, shapes: Array) -> Array:

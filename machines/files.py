@@ -34,9 +34,13 @@ def read_machine(path: Path | str) -> Machine:
     path = Path(path)
     document = read_toml(path, "machine")
     name = document.text("name", path.name.removesuffix(".toml").removesuffix(".machine"))
-    components = tuple(_component(section) for section in document.sections("component"))
-    connections = tuple(_connection(section) for section in document.sections("connection"))
-    bundled = [c for section in document.sections("bundle") for c in expand(section)]
+    parts = [_part(document, file) for file in document.words("parts", ())]
+    all_of = [*parts, document]
+    components = tuple(_component(section) for each in all_of for section in each.sections("component"))
+    connections = tuple(_connection(section) for each in all_of for section in each.sections("connection"))
+    bundled = [c for each in all_of for section in each.sections("bundle") for c in expand(section)]
+    for part in parts:
+        part.done()
     static = StaticLoad.from_section(document.section("static")) if document.has("static") else None
     tool_section = document.section("tool")
     tool = {axis: tool_section.text(axis) for axis in ("x", "y") if tool_section.has(axis)}
@@ -60,6 +64,14 @@ def read_machine(path: Path | str) -> Machine:
         static=static,
         source=path,
     )
+
+
+def _part(document: Section, file: str) -> Section:
+    """A file of components, connections and bundles that several machines share."""
+    path = document.folder / file
+    if not path.is_file():
+        raise InputError(f"{document.where}: parts refers to {path}, which does not exist")
+    return read_toml(path, "parts")
 
 
 def _component(section: Section) -> Component:

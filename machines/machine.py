@@ -14,7 +14,8 @@ from jointlib.errors import InputError, nearest
 from jointlib.joint import Joint
 
 from .component import Component
-from .connection import Connection, unit_row
+from .connection import Connection, motion_row
+from .groups import unmoved
 from .static_load import StaticLoad
 
 AXES = ("x", "y")
@@ -27,9 +28,10 @@ class Machine:
     Parameters
     ----------
     tool
-        Degrees of freedom of the tool point by axis: the feed x, the normal y; one that is left out is rigid.
+        Degrees of freedom of the tool point by axis: the feed x, the normal y; one that is left out is rigid. A
+        difference, ``cutter.tip.x - table.ux``, is the motion relative to the workpiece.
     drive
-        Degree of freedom a force acts on; the tool's x, else y, where it is not given.
+        Degree of freedom, or difference, that a force acts on; the tool's x, else y, where it is not given.
     force
         Peak forces in N.
     frequency
@@ -73,9 +75,9 @@ class Machine:
         for axis, dof in self.tool.items():
             if axis not in AXES:
                 raise InputError(f"{where}: [tool]: unknown axis {axis!r}, {nearest(axis, AXES)}")
-            unit_row(dof, self.components, f"{where}: [tool]: {axis}")
+            motion_row(dof, self.components, f"{where}: [tool]: {axis}")
         if self.drive is not None:
-            unit_row(self.drive, self.components, f"{where}: [response]: drive")
+            motion_row(self.drive, self.components, f"{where}: [response]: drive")
         checked_forces(self.force, f"{where}: [response]")
         if self.static is not None:
             self.static.check(self.dofs, [c.name for c in self.flexible], f"{where}: [static]")
@@ -110,8 +112,12 @@ class Machine:
         return tuple(f"{c.name}.{dof}" for c in self.components for dof in c.dofs)
 
     def remarks(self) -> tuple[str, ...]:
-        """What the components have to tell of themselves, a sentence each."""
-        return tuple(sentence for component in self.components for sentence in component.remarks())
+        """What the components have to tell of themselves, and what tool and drive do not move, a sentence each."""
+        own = tuple(sentence for component in self.components for sentence in component.remarks())
+        owner = np.repeat(np.arange(len(self.components)), [len(c.dofs) for c in self.components])
+        names = [c.name for c in self.components]
+        moved = self.dof_rows([*self.tool.values(), *([self.drive] if self.drive else [])], "remarks")
+        return own + unmoved(owner, names, self.rows(self.connections), self.rows(self.flexible), moved)
 
     @property
     def without_equations(self) -> tuple[str, ...]:
@@ -129,8 +135,8 @@ class Machine:
         return np.array(rows).reshape(len(rows), len(self.dofs))
 
     def dof_rows(self, dofs: Sequence[str], what: str) -> Array:
-        """Unit rows of these dofs, shape (number of names, number of dofs)."""
-        rows = [unit_row(dof, self.components, f"{self.where}: {what}") for dof in dofs]
+        """Rows of these dofs, or differences of two, shape (number of names, number of dofs)."""
+        rows = [motion_row(dof, self.components, f"{self.where}: {what}") for dof in dofs]
         return np.array(rows).reshape(len(rows), len(self.dofs))
 
     def joints(self) -> tuple[Joint, ...]:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
@@ -13,19 +12,21 @@ from scipy.sparse import csc_matrix
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError, nearest
-from jointlib.io.dmig import Label
-from jointlib.io.matrix_files import MatrixFile, read_matrix
 from jointlib.io.toml import Section
 
 from .component import Component, SecondOrder, checked_dofs, checked_square
-from .craig_bampton import Reduction, craig_bampton
+from .craig_bampton import Reduction, craig_bampton, static_shapes
 from .lumped import receptance_of
+from .matrix_rows import aligned, matrix_file, named_rows
 from .modes import in_modes
-from .nodes import DIRECTIONS, TOLERANCE, Nodes, checked_nodes
+from .nodes import TOLERANCE, Nodes, checked_nodes
+from .static_load import axis_of
 
 SMALL = 200
 """Models of at most so many rows are not reduced."""
 _ERROR = 1e-6
+_STRAINED = 1e-6
+"""Share of the forces inside a part that may be left where it moves as a rigid body."""
 _UNITS = {"SI": 1.0, "mm": 1e3}
 """Stiffness of a translation in N/m per unit of the file; mm stands for mm, t, s, N."""
 
@@ -50,6 +51,9 @@ class Matrices(Component):
         Where the named rows lie; None where that is not known.
     units
         "SI", or "mm" for matrices in mm, t, s, N; angles are in rad in both.
+    axes
+        Machine axis 0, 1 or 2 along which every row of the matrices moves, −1 for all others; None where that is not
+        known. It is needed for the weight of a part that its matrices tie to the ground.
     """
 
     name: str
@@ -64,6 +68,7 @@ class Matrices(Component):
     up_to: float | None = None
     nodes: Nodes | None = None
     units: str = "SI"
+    axes: tuple[int, ...] | None = None
 
     kind: ClassVar[str] = "matrices"
 
@@ -102,12 +107,12 @@ class Matrices(Component):
     @classmethod
     def from_section(cls, section: Section) -> Matrices:
         name = section.text("name")
-        files = {key: _file(section, key) for key in ("mass", "stiffness", "damping") if section.has(key)}
+        files = {key: matrix_file(section, key) for key in ("mass", "stiffness", "damping") if section.has(key)}
         for key in ("mass", "stiffness"):
             if key not in files:
                 section.take(key)
-        matrices, labels = _aligned(section.where, files)
-        dofs, rows, names, places = _named_rows(section, labels)
+        matrices, labels = aligned(section.where, files)
+        dofs, rows, names, places = named_rows(section, labels)
         tolerance = section.number("tolerance", "m", TOLERANCE)
         found = cls(
             name,
@@ -122,6 +127,8 @@ class Matrices(Component):
             section.number("up_to", "Hz", None),
             checked_nodes(section.where, names, np.array(places), tolerance) if names else None,
             section.text("units", "SI"),
+            # Components 1 to 3 of a grid point are its translations.
+            None if labels is None else tuple(c - 1 if 1 <= c <= 3 else -1 for _, c in labels),
         )
         found.second_order()  # so that what is wrong with the matrices is said where they are read
         return found
@@ -166,6 +173,41 @@ class Matrices(Component):
     def second_order(self) -> SecondOrder:
         return self._reduced[1]
 
+    def weight(self, gravity: Array) -> Array:
+        """Ψᵀ M r with the static shapes Ψ of the named rows and r the translation of all rows along gravity.
+
+        Displacements of the named rows under it are exact. Without `axes` a free body moves as its named rows do,
+        r = Ψ r_named, which its stiffness confirms by K r = 0.
+        """
+        shapes = self._static_shapes
+        if shapes is None:
+            raise InputError(
+                f"{self._where}: with its named rows held it can still move, so its weight does not come down to them; "
+                "name more rows, or leave gravity out and give the weights as forces"
+            )
+        if self.axes is None:
+            r = shapes @ _along(gravity, [axis_of(dof.rpartition(".")[2]) for dof in self.dofs])
+            strain, size = np.abs(self.stiffness @ r), abs(self.stiffness) @ np.abs(r)
+            if np.max(strain) > _STRAINED * np.max(size, initial=1e-300):
+                raise InputError(
+                    f"{self._where}: its stiffness ties it to the ground and its rows do not name their directions "
+                    "(those of a DMIG file do), so its weight is not known; leave gravity out and give the weights as "
+                    "forces"
+                )
+        else:
+            r = _along(gravity, self.axes)
+        # In t and mm/s² a mass matrix gives N and N mm.
+        unit = _UNITS[self.units]
+        turns = np.array([axis_of(dof.rpartition(".")[2]) is None for dof in self.dofs])
+        return np.asarray(np.where(turns, 1.0, unit) * (shapes.T @ (self.mass @ r)))
+
+    @cached_property
+    def _static_shapes(self) -> Array | None:
+        found = self._reduced[0]
+        if found is None:
+            return static_shapes(self.stiffness, np.array(self.rows))
+        return found.basis[:, : len(self.rows)] if found.held else None
+
     def remarks(self) -> tuple[str, ...]:
         found, size = self._reduced[0], self.mass.shape[0]
         said = []
@@ -190,6 +232,11 @@ def _small(T: Array, matrix: csc_matrix) -> Array:
     return np.asarray((small + small.T) / 2)
 
 
+def _along(gravity: Array, axes: Sequence[int | None]) -> Array:
+    """The acceleration along every row."""
+    return np.array([gravity[axis] if axis in (0, 1, 2) else 0.0 for axis in axes])
+
+
 def _checked(where: str, key: str, matrix: csc_matrix, size: int) -> csc_matrix:
     if matrix.shape != (size, size):
         raise InputError(f"{where}: {key} has shape {matrix.shape}, expected {(size, size)} like the mass")
@@ -203,70 +250,3 @@ def _checked(where: str, key: str, matrix: csc_matrix, size: int) -> csc_matrix:
             "expected a symmetric matrix"
         )
     return csc_matrix((matrix + matrix.T) / 2)
-
-
-def _file(section: Section, key: str) -> MatrixFile:
-    value = section.take(key)
-    table = {"file": value} if isinstance(value, str) else value
-    if not isinstance(table, dict):
-        raise InputError(f'{section.where}: {key} is {value!r}, expected a file name or {{ file = "…", name = "…" }}')
-    inline = Section(table, f"{section.where}: {key}", section.folder)
-    path, name = inline.path("file"), inline.text("name", None)
-    inline.done()
-    try:
-        return read_matrix(Path(path), name)
-    except InputError as error:
-        raise InputError(f"{section.where}: {key}: {error}") from None
-
-
-def _aligned(where: str, files: Mapping[str, MatrixFile]) -> tuple[dict[str, csc_matrix], tuple[Label, ...] | None]:
-    """Matrices over the same rows: a grid point that only one of them names is empty in the others."""
-    given = {key: found.labels for key, found in files.items()}
-    if all(labels is None for labels in given.values()):
-        return {key: found.matrix for key, found in files.items()}, None
-    for key, labels in given.items():
-        if labels is None:
-            raise InputError(f"{where}: {key} names no grid points and the others do, expected all in one format")
-    union = sorted({label for labels in given.values() for label in labels or ()})
-    place = {label: i for i, label in enumerate(union)}
-    out = {}
-    for key, found in files.items():
-        at = np.array([place[label] for label in found.labels or ()])
-        entries = found.matrix.tocoo()
-        rows, columns = (at[k] for k in entries.coords)
-        out[key] = csc_matrix((entries.data, (rows, columns)), shape=(len(union), len(union)))
-    return out, tuple(union)
-
-
-def _named_rows(
-    section: Section, labels: Sequence[Label] | None
-) -> tuple[tuple[str, ...], tuple[int, ...], list[str], list[tuple[float, ...]]]:
-    """Dofs and their rows from the nodes, and the nodes whose position is given."""
-    dofs: list[str] = []
-    rows: list[int] = []
-    names: list[str] = []
-    places: list[tuple[float, ...]] = []
-    for part in section.sections("node"):
-        name = part.text("name")
-        if part.has("grid"):
-            grid = part.integer("grid", lower=1)
-            own = {DIRECTIONS[max(c - 1, 0)]: i for i, (g, c) in enumerate(labels or ()) if g == grid and c <= 6}
-            if not own:
-                found = "the matrices name no grid points" if labels is None else f"no row of grid point {grid}"
-                raise InputError(f"{part.where}: {found}, expected {'rows' if labels is None else 'one they hold'}")
-        else:
-            table = part.section("rows")
-            own = {word: table.integer(word, lower=1) - 1 for word in DIRECTIONS if table.has(word)}
-            table.done()
-            if not own:
-                raise InputError(f"{part.where}: neither rows nor grid, expected rows = {{ x = 1, … }} or grid = 1")
-        dofs += [f"{name}.{word}" for word in own]
-        rows += own.values()
-        at = part.numbers("at", "m", None, length=3)
-        if at is not None:
-            names.append(name)
-            places.append(at)
-        part.done()
-    if not dofs:
-        raise InputError(f"{section.where}: no [[component.node]], expected the rows that are of interest")
-    return tuple(dofs), tuple(rows), names, places

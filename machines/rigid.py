@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
@@ -12,6 +13,7 @@ from jointlib.errors import InputError
 from jointlib.io.toml import Section
 
 from .component import Component, SecondOrder, checked_square
+from .nodes import DIRECTIONS, checked_nodes
 
 DOFS = ("ux", "uy", "uz", "rx", "ry", "rz")
 
@@ -28,6 +30,8 @@ class Rigid(Component):
         About the centre, machine axes, kg m²: three principal values or a (3, 3) matrix.
     centre
         Position of the centre of mass in m, machine axes; the points of connections are taken relative to it.
+    points
+        Named points in m, machine axes; each adds the dofs ``name.x``, ``name.y``, ``name.z``, its translations.
     """
 
     name: str
@@ -35,6 +39,7 @@ class Rigid(Component):
     inertia: Array
     centre: Array | None = None
     dofs: tuple[str, ...] = DOFS
+    points: Mapping[str, Array] = field(default_factory=dict)
 
     kind: ClassVar[str] = "rigid"
 
@@ -53,9 +58,12 @@ class Rigid(Component):
         centre = np.zeros(3) if self.centre is None else np.array(self.centre, dtype=float)
         if centre.shape != (3,) or not np.all(np.isfinite(centre)):
             raise InputError(f"{where}: centre is {centre.tolist()}, expected three finite coordinates in m")
-        object.__setattr__(self, "dofs", DOFS)
-        object.__setattr__(self, "inertia", inertia)
-        object.__setattr__(self, "centre", centre)
+        points = {name: np.array(at, dtype=float) for name, at in self.points.items()}
+        if points:
+            checked_nodes(where, tuple(points), np.array(list(points.values())))
+        named = tuple(f"{name}.{axis}" for name in points for axis in DIRECTIONS[:3])
+        for key, value in (("inertia", inertia), ("centre", centre), ("points", points), ("dofs", DOFS + named)):
+            object.__setattr__(self, key, value)
 
     @classmethod
     def from_section(cls, section: Section) -> Rigid:
@@ -66,27 +74,39 @@ class Rigid(Component):
         inertia = again.matrix("inertia", "kg m^2") if nested else again.numbers("inertia", "kg m^2", length=3)
         centre = section.numbers("centre", "m", None, length=3)
         dofs = section.words("dofs", DOFS)
-        return cls(name, mass, np.array(inertia), None if centre is None else np.array(centre), dofs)
+        points: dict[str, Array] = {}
+        for part in section.sections("point"):
+            point = part.text("name")
+            if point in points:
+                raise InputError(f"{section.where}: point {point!r} is named twice, expected different names")
+            points[point] = np.array(part.numbers("at", "m", length=3))
+            part.done()
+        return cls(name, mass, np.array(inertia), None if centre is None else np.array(centre), dofs, points)
 
     def receptance(self, omega: Array, ports: Array | None = None) -> ComplexArray:
-        P = np.eye(6) if ports is None else ports
+        P = np.eye(len(self.dofs)) if ports is None else ports
         return self.between(omega, P, P)
 
     def between(self, omega: Array, rows: Array, columns: Array) -> ComplexArray:
-        accelerance = rows @ np.linalg.solve(self.second_order().mass, columns.T)
+        model = self.second_order()
+        accelerance = rows @ model.shapes @ np.linalg.solve(model.mass, (columns @ model.shapes).T)
         return np.asarray(-accelerance / omega[:, None, None] ** 2 + 0j)
 
     def second_order(self) -> SecondOrder:
         mass = np.zeros((6, 6))
         mass[:3, :3] = self.mass * np.eye(3)
         mass[3:, 3:] = self.inertia
-        return SecondOrder(mass, np.zeros((6, 6)), np.zeros((6, 6)), np.eye(6))
+        moved = [self._twist(at, n) for at in self.points.values() for n in np.eye(3)]
+        return SecondOrder(mass, np.zeros((6, 6)), np.zeros((6, 6)), np.array([*np.eye(6), *moved]))
 
     def weight(self, gravity: Array) -> Array:
         """It acts at the centre of mass."""
-        return np.concatenate([self.mass * gravity, np.zeros(3)])
+        return np.concatenate([self.mass * gravity, np.zeros(len(self.dofs) - 3)])
 
     def motion_at(self, point: Array, direction: Array) -> Array:
         """n·(u + ϑ × ρ) = n·u + (ρ × n)·ϑ with ρ from the centre to the point."""
+        return np.concatenate([self._twist(point, direction), np.zeros(len(self.dofs) - 6)])
+
+    def _twist(self, point: Array, direction: Array) -> Array:
         assert self.centre is not None
         return np.concatenate([direction, np.cross(point - self.centre, direction)])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +10,7 @@ from scipy.linalg import block_diag, eigh, null_space
 from jointlib.arrays import Array
 from jointlib.errors import InputError
 
-from .indices import Index
+from .groups import groups
 from .machine import Machine
 
 
@@ -77,12 +76,3 @@ def motions(held: Array) -> Array:
     """Orthonormal motions that the rows ``held`` leave free, one per column."""
     rows = held[np.any(held != 0, axis=1)]
     return null_space(rows / np.linalg.norm(rows, axis=1, keepdims=True)) if len(rows) else np.eye(held.shape[1])
-
-
-def groups(rigid: Array, owner: Index, count: int) -> list[list[int]]:
-    """Components that rigid connections tie together, directly or in a chain."""
-    label = list(range(count))
-    for row in rigid:
-        tied: Sequence[int] = sorted({label[i] for i in owner[row != 0]})
-        label = [tied[0] if group in tied else group for group in label]
-    return [[i for i in range(count) if label[i] == group] for group in sorted(set(label))]

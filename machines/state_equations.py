@@ -12,9 +12,10 @@ from jointlib.arrays import Array
 from jointlib.errors import InputError
 
 from .component import FirstOrder, SecondOrder
+from .groups import groups
 from .machine import Machine
 from .mode_sum import modes
-from .second_order import groups, motions
+from .second_order import motions
 
 _RANK = 1e-9
 _SLOW = 1e-6

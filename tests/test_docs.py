@@ -269,6 +269,7 @@ _READERS = {
                 "static_load",
                 "beam",
                 "matrices",
+                "matrix_rows",
                 "measured",
                 "state_space",
             )
@@ -341,7 +342,7 @@ def test_shipped_files_and_those_of_the_pages_are_read(desk: Path) -> None:
     count = 0
     for path in [*(desk / "machines" / "library").rglob("*.toml"), *desk.glob("*.toml")]:
         schema = tomllib.loads(path.read_text("utf-8")).get("schema", "")
-        if schema:
+        if schema and schema != "jointlib/parts/1":  # parts are read with the machines that name them
             readers[schema.split("/")[1]](path)
             count += 1
     assert count >= 5

@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import ClassVar
 
 import numpy as np
@@ -56,12 +57,15 @@ class Bundle(ABC):
 
 
 def expand(section: Section) -> tuple[Connection, ...]:
-    """The connections that a ``[[bundle]]`` table stands for, named ``<bundle>.<row>``."""
+    """The connections that a ``[[bundle]]`` table stands for, named ``<bundle>.<row>``.
+
+    With a list of places in ``at`` there is one alike at each, ``<bundle>_1.<row>`` and so on.
+    """
     name, between = section.text("name"), section.words("between")
     if len(between) != 2:
         raise InputError(f"{section.where}: between names {len(between)} sides, expected two")
     scalar = all(side == GROUND or "." in side for side in between)
-    at = np.array(section.numbers("at", "m", (0.0, 0.0, 0.0), length=3))
+    places = _places(section)
     axes = _axes(section)
     damping = section.number("damping", "N s/m", None)
     cls: type[Bundle] = plugin("jointlib.bundles", section.text("kind"), section.where)
@@ -79,15 +83,28 @@ def expand(section: Section) -> tuple[Connection, ...]:
         provenance[ASSUMED] = ", ".join(bundle.assumed)
     joints: dict[int, Joint] = {}
     out = []
-    for row in rows:
+    for (label, at), row in product(places.items(), rows):
         # Rows that share a joint go on sharing it: equal joints are asked together.
         shared = row.joint
         joint = joints.setdefault(
             id(shared), replace(shared, name=name, provenance={**shared.provenance, **provenance})
         )
         place, direction = (None, None) if scalar else (_triple(at + axes.T @ row.at), _triple(axes.T @ row.direction))
-        out.append(Connection(f"{name}.{row.name}", (between[0], between[1]), joint, at=place, direction=direction))
+        sides = between[0], between[1]
+        out.append(Connection(f"{name}{label}.{row.name}", sides, joint, at=place, direction=direction))
     return tuple(out)
+
+
+def _places(section: Section) -> dict[str, Array]:
+    """Centres by what is added to the name: nothing for one alone, ``_1``, ``_2``, … for a list of several."""
+    raw = section.take("at", [0.0, 0.0, 0.0])
+    again = Section({"at": raw}, section.where, section.folder)
+    if not (isinstance(raw, list) and raw and isinstance(raw[0], list)):
+        return {"": np.array(again.numbers("at", "m", length=3))}
+    rows = again.matrix("at", "m")
+    if len(rows[0]) != 3:
+        raise InputError(f"{section.where}: at has rows of {len(rows[0])} values, expected points x, y, z in m")
+    return {f"_{number}": np.array(row) for number, row in enumerate(rows, start=1)}
 
 
 def _triple(vector: Array) -> tuple[float, float, float]:
