@@ -109,6 +109,10 @@ class Measured(Component):
         variance = None if self.variance is None else self.variance / np.abs(per) ** 2
         return FRF(self.frequency, self.value / per, names, names, variance=variance)
 
+    @property
+    def band(self) -> tuple[float, float]:
+        return float(self.frequency[0]), float(self.frequency[-1])
+
     @cached_property
     def _between(self) -> tuple[Curve, int]:
         return curve(self.frequency, self._accelerance, self.interpolation)

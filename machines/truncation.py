@@ -5,13 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
-from jointlib.errors import FrequencyMismatch
 from jointlib.joint import Joint
 
 from .assembly import Assembly
 from .balance import Balance, solve_complex
 from .harmonics import Harmonics, is_odd, jumps
-from .indices import Mask
+from .reach import reached
 
 _POINTS = 4096
 """Solved at a time; bounds the memory that sampled cycles take."""
@@ -49,12 +48,12 @@ def truncation_error(
 
     ``own`` are the harmonics of z. The estimate is the first harmonic of one Newton step in the ``wider`` ones, begun
     where those of them that are new rest: their residual, carried through the joints' tangents and the receptances
-    back to the first. nan where a receptance does not reach the highest, or a force jumps.
+    back to the first. nan where a receptance is not known at one of them, or a force jumps.
     """
     out = np.zeros(len(omega))
     if not z.shape[2] or not len(omega):
         return out
-    known = reached(assembly, omega, wider[-1]) & (len(unsuited(assembly)) == 0)
+    known = reached(assembly.machine, omega, wider) & (len(unsuited(assembly)) == 0)
     out[~known] = np.nan
     rows = np.flatnonzero(known)
     here = [wider.index(h) for h in own]
@@ -71,26 +70,6 @@ def truncation_error(
         size = np.maximum(np.max(np.abs(z[now, 0]), axis=1), 1e-300)
         out[now] = np.max(np.abs(step[:, 0]), axis=1) / size
     return out
-
-
-def reached(assembly: Assembly, omega: Array, highest: int) -> Mask:
-    """Where the receptances of all components reach the highest harmonic."""
-
-    def known(w: float) -> bool:
-        try:
-            assembly.at(np.array([highest * w]))
-        except FrequencyMismatch:
-            return False
-        return True
-
-    lines = np.unique(omega)
-    if known(float(lines[-1])):
-        return np.ones(len(omega), dtype=bool)
-    low, high = 0, len(lines) - 1
-    while low < high:
-        middle = (low + high) // 2
-        low, high = (middle + 1, high) if known(float(lines[middle])) else (low, middle)
-    return np.asarray(omega < lines[low])
 
 
 def _nonlinear(assembly: Assembly) -> list[Joint]:
