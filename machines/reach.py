@@ -1,4 +1,4 @@
-"""How far receptances are known: measured ones end somewhere, and harmonics of a vibration ask for more than it does."""
+"""How far receptances are known: measured ones end somewhere, and harmonics of a vibration ask for more than that."""
 
 from __future__ import annotations
 
