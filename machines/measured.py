@@ -19,8 +19,8 @@ from jointlib.io.universal import place
 from jointlib.units import scale
 
 from .component import Component, checked_dofs
-from .interpolation import METHODS, Curve, curve, left_out
-from .plausibility import not_passive, not_reciprocal
+from .interpolation import METHODS, Curve, curve, gaps, left_out
+from .plausibility import broken, not_passive, not_reciprocal
 
 _SAME = 1e-9
 
@@ -78,6 +78,8 @@ class Measured(Component):
             raise InputError(f"{where}: variance must not be negative and have the shape of the values {value.shape}")
         for key, array in (("frequency", f), ("value", value), ("variance", variance)):
             object.__setattr__(self, key, array)
+        for sentence in broken(f, self.frf.receptance, self.dofs):
+            raise InputError(f"{where}: {sentence}")
 
     @property
     def _where(self) -> str:
@@ -141,6 +143,13 @@ class Measured(Component):
                     '"rational" or "spline" to go between them'
                 )
             inside = np.clip(lines[off], f[0], f[-1])
+            for low, high in gaps(f):
+                lost = inside[(inside > low) & (inside < high)]
+                if len(lost):
+                    raise FrequencyMismatch(
+                        f"{self._where}: asked for {lost[0]:.8g} Hz, but no line lies between {low:.6g} and {high:.6g} "
+                        "Hz, much further apart than the others; measure there or leave that range out"
+                    )
             per = Quantity.ACCELERANCE.per_receptance(inside)[:, None, None]
             H = H.copy()
             H[off] = self._between[0](inside) / per

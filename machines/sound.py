@@ -1,0 +1,54 @@
+"""What a machine file can get wrong although every part of it makes sense: parts left loose, a joint written twice."""
+
+from __future__ import annotations
+
+from jointlib.errors import InputError
+
+from .connection import GROUND, Connection
+from .machine import Machine
+
+
+def check_sound(machine: Machine) -> None:
+    """Refuse parts that nothing joins to the tool or the drive, and connections that stand there twice."""
+    _not_loose(machine)
+    _not_twice(machine)
+
+
+def _not_loose(machine: Machine) -> None:
+    """What stands on the ground is no oversight."""
+    group = {name: name for name in (*(c.name for c in machine.components), GROUND)}
+    for connection in machine.connections:
+        sides = {group[_part(side)] for side in connection.between}
+        group = {name: min(sides) if own in sides else own for name, own in group.items()}
+    asked = [dof for dof in (*machine.tool.values(), machine.drive) if dof is not None]
+    reached = {group[_part(dof)] for dof in asked} or {group[machine.components[0].name]}
+    reached.add(group[GROUND])
+    loose = [c.name for c in machine.components if group[c.name] not in reached]
+    if loose:
+        to = ", ".join(dict.fromkeys(asked)) or machine.components[0].name
+        raise InputError(
+            f"{machine.where}: component {loose[0]!r} is joined neither directly nor through others to {to} or "
+            "the ground, expected a connection that does, or a machine without it"
+        )
+
+
+def _not_twice(machine: Machine) -> None:
+    seen: dict[str, Connection] = {}
+    for connection in machine.connections:
+        if connection.rigid:
+            continue
+        key = repr((sorted(connection.between), connection.at, connection.direction, _held_by(connection)))
+        if key in seen:
+            raise InputError(
+                f"{machine.where}: connections {seen[key].name!r} and {connection.name!r} hold the same motion by the "
+                "same joint, expected it once, or one joint of twice the stiffness"
+            )
+        seen[key] = connection
+
+
+def _held_by(connection: Connection) -> object:
+    return connection.identify if connection.joint is None else connection.joint.laws
+
+
+def _part(side: str) -> str:
+    return side.partition(".")[0]
