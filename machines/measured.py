@@ -227,10 +227,10 @@ def _record(
 
 def _chosen(path: Path, records: Sequence[FrfRecord], at: Sequence[str | None]) -> tuple[FrfRecord, int]:
     """The record between the places that are asked for, and the sign that their directions give."""
+    held = ", ".join(f"{r.response} from {r.drive}" for r in records[:6]) + ", …" * (len(records) > 6)
     if all(label is None for label in at):
         if len(records) > 1:
-            held = ", ".join(f"{r.response} from {r.drive}" for r in records[:6])
-            raise InputError(f"{path}: holds {held}{', …' * (len(records) > 6)}; expected response_at and drive_at")
+            raise InputError(f"{path}: holds {held}; expected response_at and drive_at")
         return records[0], 1
     if None in at:
         raise InputError(f"{path}: expected response_at and drive_at together")
@@ -245,7 +245,9 @@ def _chosen(path: Path, records: Sequence[FrfRecord], at: Sequence[str | None]) 
             if (a, b) == (response, drive):
                 fit.append((record, up * along * p * q))
     if len(fit) != 1:
-        raise InputError(f"{path}: holds {len(fit) or 'no'} responses at {at[0]} to a force at {at[1]}, expected one")
+        raise InputError(
+            f"{path}: holds {len(fit) or 'no'} responses at {at[0]} to a force at {at[1]}, expected one; it has {held}"
+        )
     return fit[0]
 
 

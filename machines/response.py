@@ -23,6 +23,7 @@ from .machine import Machine, checked_forces, checked_range
 from .on_lines import by_lines
 from .overtones import Overtones, refined
 from .peaks import Peak
+from .sound import unmoved
 from .statics import static_point
 
 _POINTS = 600
@@ -136,6 +137,7 @@ def response(
         remarks, equations = (*remarks, equations) if stability == "hill" else remarks, None
     elif equations is not None and stability == "auto" and len(equations.mass) > _FEW:
         equations = None
+    still = unmoved(machine, driven, (b for part in found for b in part.branches))
     return Response(
         driven,
         tuple(forces.tolist()),
@@ -145,7 +147,7 @@ def response(
         tuple(part.frf for part in found),
         tuple(part.outcome for part in found),
         tuple(sorted((p for part in found for p in part.peaks), key=lambda p: p.force)),
-        (*_warnings(machine, float(lines[0]), float(lines[-1])), *remarks),
+        (*_warnings(machine, float(lines[0]), float(lines[-1])), *still, *remarks),
     )
 
 

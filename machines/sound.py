@@ -2,16 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
+import numpy as np
+
 from jointlib.errors import InputError
 
+from .branches import Branch
 from .connection import GROUND, Connection
 from .machine import Machine
+from .resonances import NO_MOTION
 
 
 def check_sound(machine: Machine) -> None:
     """Refuse parts that nothing joins to the tool or the drive, and connections that stand there twice."""
     _not_loose(machine)
     _not_twice(machine)
+
+
+def unmoved(machine: Machine, driven: str, branches: Iterable[Branch]) -> tuple[str, ...]:
+    """A sentence where a force moves none of the joints: the machine is then linear, whatever they are."""
+    names = [c.name for c in machine.flexible]
+    sizes = [(float(np.max(np.abs(b.joint))), float(np.max(np.abs(b.output), initial=0.0))) for b in branches if names]
+    if not sizes or max(z for z, _ in sizes) > NO_MOTION * max(x for _, x in sizes):
+        return ()
+    return (f"the force on {driven} moves no joint ({', '.join(names)}), so none of them bears on the answer",)
 
 
 def _not_loose(machine: Machine) -> None:
