@@ -59,7 +59,7 @@ static double lugre_bristle(const double *p, const double *s, double z, double l
         const double side = (move > 0.0) - (move < 0.0), to_zero = length * log1p(fmax(-side * y, 0.0) / length);
         const double past = fmax(fabs(move) - to_zero, 0.0), room = clearance - side * *gap;
         const double lost = side * fmin(past, room);
-        *is_free = fabs(move) >= to_zero && past < room;
+        *is_free = side != 0.0 ? fabs(move) >= to_zero && past < room : fabs(*gap) < clearance;
         move -= lost;
         *gap += lost;
     }
@@ -91,8 +91,6 @@ static void lugre_step_partials(const double *p, const int *n, const double *s, 
     (void)n;
     y = lugre_bristle(p, s, z, length, &gap, &left, &is_free);
     side = z != s[0] ? (left > 0.0) - (left < 0.0) : sign;
-    if (z == s[0])
-        is_free = p[5] > 0.0 && fabs(s[1]) < p[5];
     by_length = -side * expm1(-fabs(left) / length) + (y - side * length) * fabs(left) / (length * length);
     dF[0] = (p[0] - p[1] * fabs(v) / length) * (1.0 - side * y / length);
     dF[1] = (p[0] - p[1] * fabs(v) / length) * by_length * bend
