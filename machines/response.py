@@ -23,6 +23,7 @@ from .machine import Machine, checked_forces, checked_range
 from .on_lines import by_lines
 from .overtones import Overtones, refined
 from .peaks import Peak
+from .resonances import NO_MOTION
 from .sound import unmoved
 from .statics import static_point
 
@@ -180,6 +181,8 @@ def _first_harmonic(
             f"{assembly.machine.where}: the amplitude map takes one nonlinear joint and there are {count}; "
             "use ArcLength() or Newton()"
         )
+    if _at_rest(assembly, lines):
+        return by_lines(assembly, forces, lines, refine, None)
     traced = isinstance(method, ArcLength) or (method is None and count > 1 and refine and assembly.biased is None)
     if traced and len(lines) > 1 and count > 1:
         low, high = 2 * np.pi * float(lines[0]), 2 * np.pi * float(lines[-1])
@@ -191,6 +194,12 @@ def _first_harmonic(
         starts = from_branches(assembly, [part.branches for part in found], (1,))
         return by_arc_length(assembly, forces, lines, (1,), starts)
     return found
+
+
+def _at_rest(assembly: Assembly, lines: Array) -> bool:
+    """Whether the force moves no nonlinear joint, so that there is no amplitude to map or to follow."""
+    view = assembly.at(2 * np.pi * lines[[0, len(lines) // 2, -1]])
+    return bool(np.max(np.abs(view.Hzf), initial=0.0) <= NO_MOTION * np.max(np.abs(view.Hof), initial=0.0))
 
 
 def _forces(machine: Machine, force: float | Sequence[float] | None) -> Array:

@@ -201,16 +201,21 @@ def test_a_universal_file_without_the_function_that_is_asked_for(own: Path) -> N
     refused("frf m.toml -o out.npz", "(column): no record of x from y, nor back")
 
 
-def test_a_tool_that_moves_no_joint_is_told(own: Path) -> None:
-    """The body turns freely about x; a moment about it leaves both joints alone."""
-    text = LUMPED.replace('x = "slide.x"', 'x = "body.rx"')
+@pytest.mark.parametrize("soft", ["", ', { kind = "cubic", stiffness3 = -1e17 }'])
+@pytest.mark.parametrize("joints", [1, 2])
+def test_a_tool_that_moves_no_joint_is_told(soft: str, joints: int, own: Path) -> None:
+    """The body turns freely about x; a moment about it leaves both joints alone, curved or not."""
+    text = LUMPED.replace('x = "slide.x"', 'x = "body.rx"').replace(
+        "damping = 300 }", f"damping = 300 }}{soft}", joints
+    )
     Path("m.toml").write_text(text)
     done = jointlib(f"{FRF} --json")
     assert done.status == 0
-    assert (
-        "the force on body.rx moves no joint (guide, foot), so none of them bears on the answer"
-        in done.json["warnings"]
-    )
+    said = "the force on body.rx moves no joint (guide, foot), so none of them bears on the answer"
+    assert done.json["warnings"] == [said]
+    with np.load("out.npz") as found:
+        w = 2 * np.pi * found["frequency_0"]
+        assert found["receptance_0"][:, 0] == pytest.approx(-1 / (0.1 * w**2), rel=1e-9)
 
 
 @pytest.mark.parametrize("start", range(0, 600, 60))
