@@ -78,11 +78,16 @@ def closed_form(
 def broadcast(amplitude: ArrayLike, omega: ArrayLike, bias: ArrayLike) -> tuple[Array, Array, Array]:
     """Amplitude, angular frequency and bias as float arrays of one shape; refuses what no cycle can have."""
     A, w, z0 = np.broadcast_arrays(*(np.asarray(x, dtype=float) for x in (amplitude, omega, bias)))
-    if not (np.all(np.isfinite(A)) and np.all(A >= 0)):
+    if not _allowed(A):
         raise InputError(f"describing function: amplitude {amplitude!r}, expected finite values of at least 0 m")
-    if not (np.all(np.isfinite(w)) and np.all(w >= 0)):
+    if not _allowed(w):
         raise InputError(f"describing function: angular frequency {omega!r}, expected finite values of at least 0")
     return A, w, z0
+
+
+def _allowed(value: Array) -> bool:
+    """Finite and not negative."""
+    return bool(value.size == 0 or (value.min() >= 0 and value.max() < np.inf))
 
 
 def numerical_first_harmonic(

@@ -21,7 +21,7 @@ _DIFFERENCE = 1e-6
 _ITERATIONS = 8
 _SETTLED = 3e-7
 _LONGEST, _FIRST, _SHORTEST = 0.25, 0.02, 1e-7
-_SHARE = {True: 0.1, False: 0.5}
+SHARE = {True: 0.1, False: 0.5}
 """Share of the frequency or of the force that counts as much as the motion itself."""
 _ANGLE, _SHARP = 0.2, 0.5
 _STEPS = 20_000
@@ -138,7 +138,7 @@ class Path:
     def metric(self, z: ComplexArray, p: Array) -> tuple[Array, Array]:
         """Scale of the motion and pace of p at points: what counts as a change of order one there."""
         size = np.sqrt(np.sum(np.abs(z) ** 2, axis=(1, 2)))
-        return np.maximum(size, 1e-15), _SHARE[self.over_frequency] * p
+        return np.maximum(size, 1e-15), SHARE[self.over_frequency] * p
 
     def rescaled(self, points: Points) -> Points:
         """The same points and directions in the metric of where they are now."""
@@ -218,9 +218,9 @@ def _factor(count: Index, angle: Array) -> Array:
 def _past(path: Path, new: Points) -> Array:
     """`excess` at points, (n, 2 nj)."""
     if not len(new.p):
-        return np.zeros((0, 2 * new.z.shape[2]))
+        return np.zeros((0, 2 * len(path.assembly.nonlinear)))
     forces = path.balance(new.p, new.other).forces(new.z)
-    return excess(forces, new.z, path.harmonics, path.assembly.limits)
+    return excess(forces, path.assembly.coordinates.motions(new.z), path.harmonics, path.assembly.limits)
 
 
 def _to_the_edge(

@@ -13,6 +13,7 @@ from jointlib.errors import InputError, Outcome
 from jointlib.joint import Joint
 
 from .bias import Biased, Drifting, Together, keeps_mean
+from .coordinates import Coordinates
 from .coupling import couple
 from .indices import Index, Mask
 from .limits import Limit, amplitude_limit
@@ -28,28 +29,31 @@ _SINGULAR = 1e13
 class View:
     """Receptances in m/N at some lines: motions are all joints (in order) and then the outputs, forces the inputs.
 
-    z + Hzz g(z) = Hzf F and x = Hof F − Hoz g hold for the nonlinear joints' motions z and forces g.
+    q + Hzz Tᵀ g(T q) = Hzf F and x = Hof F − Hoz Tᵀ g hold for the nonlinear joints' motions z = T q and forces g;
+    where all move independently q is z.
     """
 
     omega: Array
     """Angular frequency in rad/s, (nf,)."""
     Hzz: ComplexArray
-    """(nf, nj, nj) over the nonlinear joints."""
+    """(nf, r, r) over the coordinates q."""
     Hzf: ComplexArray
-    """(nf, nj, inputs)."""
+    """(nf, r, inputs)."""
     Hoz: ComplexArray
-    """(nf, motions, nj); motions are every joint and then the outputs."""
+    """(nf, motions, r); motions are every joint and then the outputs."""
     Hof: ComplexArray
     """(nf, motions, inputs)."""
+    coordinates: Coordinates
 
     def at(self, lines: Index | Mask) -> View:
         """The same view on lines picked by index (which may repeat)."""
-        return View(self.omega[lines], self.Hzz[lines], self.Hzf[lines], self.Hoz[lines], self.Hof[lines])
+        Hzz, Hzf, Hoz, Hof = (part[lines] for part in (self.Hzz, self.Hzf, self.Hoz, self.Hof))
+        return View(self.omega[lines], Hzz, Hzf, Hoz, Hof, self.coordinates)
 
     def directed(self, direction: ComplexArray) -> View:
         """One input instead of several: the forces act together with these complex weights, (nf, inputs)."""
         weight = direction[:, :, None]
-        return View(self.omega, self.Hzz, self.Hzf @ weight, self.Hoz, self.Hof @ weight)
+        return View(self.omega, self.Hzz, self.Hzf @ weight, self.Hoz, self.Hof @ weight, self.coordinates)
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,32 +112,45 @@ class Assembly:
         return (Limit(self.biased.limit, Outcome.NO_EQUILIBRIUM),)
 
     @cached_property
-    def _ports(self) -> Array:
-        machine = self.machine
-        rigid = machine.rows([c for c in machine.connections if c.rigid])
-        flexible = machine.rows(machine.flexible)
-        outputs, inputs = (machine.dof_rows(dofs, "receptance") for dofs in (self.outputs, self.inputs))
-        return np.concatenate([rigid, flexible, outputs, inputs])
+    def coordinates(self) -> Coordinates:
+        """The independent ones of the nonlinear joints' motions."""
+        flexible = self.machine.flexible
+        rows = self.machine.rows([flexible[i] for i in self.nonlinear])
+        parts, start = [], 0
+        for component in self.machine.components:
+            part = rows[:, start : start + len(component.dofs)]
+            model = component.second_order()
+            parts.append(part if model is None else part @ model.shapes)
+            start += len(component.dofs)
+        return Coordinates.of(np.concatenate(parts, axis=1))
 
-    def free(self, omega: Array) -> ComplexArray:
-        """Receptance between all ports with rigid connections locked and every joint open.
+    @cached_property
+    def _rigid(self) -> Array:
+        return self.machine.rows([c for c in self.machine.connections if c.rigid])
 
-        The ports are the joints, then the outputs, then the inputs.
-        """
-        P = self._ports
-        H = np.zeros((len(omega), len(P), len(P)), dtype=complex)
+    def _free(self, omega: Array, rows: Array, columns: Array) -> ComplexArray:
+        """Receptance (nf, rows, columns) over the dofs, with rigid connections locked and every joint open."""
+        locked = len(self._rigid)
+        R, C = np.concatenate([self._rigid, rows]), np.concatenate([self._rigid, columns])
+        H = np.zeros((len(omega), len(R), len(C)), dtype=complex)
         start = 0
         for component in self.machine.components:
-            part = P[:, start : start + len(component.dofs)]
-            touched = np.flatnonzero(np.any(part, axis=1))
-            if len(touched):
-                H[:, touched[:, None], touched] += component.receptance(omega, part[touched])
+            dofs = slice(start, start + len(component.dofs))
+            i, k = (np.flatnonzero(np.any(part[:, dofs], axis=1)) for part in (R, C))
+            if len(i) and len(k):
+                H[:, i[:, None], k] += component.between(omega, R[i, dofs], C[k, dofs])
             start += len(component.dofs)
-        locked = len(self.machine.connections) - len(self.joints)
         if locked:
             self._check_lock(H[len(omega) // 2, :locked, :locked])
-            H = couple(H, np.eye(locked, len(P)), np.inf)
-        return H[:, locked:, locked:]
+            H = couple(H, np.eye(locked, len(R)), np.inf, np.eye(locked, len(C)))[:, locked:, locked:]
+        return H
+
+    @property
+    def entries(self) -> int:
+        """Of the largest array that one line needs: its receptances, or the Jacobian of the joints."""
+        r, motions = len(self.coordinates.rows), len(self.joints) + len(self.outputs)
+        ports = len(self._rigid) + motions - len(self.nonlinear) + r
+        return max(ports * (ports + len(self.inputs)), 4 * r**2, motions * (r + len(self.inputs)))
 
     def _check_lock(self, Hzz: ComplexArray) -> None:
         own = np.sqrt(np.abs(np.diag(Hzz)))
@@ -145,31 +162,41 @@ class Assembly:
             )
 
     def at(self, omega: Array) -> View:
-        """The view at angular frequencies in rad/s."""
-        H, joints, n = self.free(omega), self.joints, len(self.joints)
-        linear = [i for i in range(n) if i not in self.nonlinear]
+        """The view at angular frequencies in rad/s, from no more columns of receptance than it has."""
+        machine, joints, coordinates = self.machine, self.joints, self.coordinates
+        linear = [i for i in range(len(joints)) if i not in self.nonlinear]
+        chosen = [*linear, *(self.nonlinear[k] for k in coordinates.rows)]
+        ports = machine.rows([machine.flexible[i] for i in chosen])
+        shown, driven = (machine.dof_rows(dofs, "receptance") for dofs in (self.outputs, self.inputs))
+        R, C = np.concatenate([ports, shown]), np.concatenate([ports, driven])
+        H, first, last = self._free(omega, R, C), len(linear), len(chosen)
         if linear:
             gain = np.stack([joints[i].first_harmonic(0.0, omega).gain for i in linear], axis=-1)
-            H = couple(H, np.eye(H.shape[1])[linear], gain)
-        z = list(self.nonlinear)
-        motions = list(range(n + len(self.outputs)))
-        forces = list(range(n + len(self.outputs), H.shape[1]))
-        lines = slice(None)
+            H = couple(H, np.eye(first, len(R)), gain, np.eye(first, len(C)))
+        motions = np.empty((len(omega), len(joints) + len(self.outputs), H.shape[2] - first), dtype=complex)
+        motions[:, linear] = H[:, :first, first:]
+        motions[:, list(self.nonlinear)] = coordinates.T @ H[:, first:last, first:]
+        motions[:, len(joints) :] = H[:, last:, first:]
+        r = last - first
         return View(
             omega,
-            H[np.ix_(range(len(omega)), z, z)] if z else H[:, :0, :0],
-            H[lines][:, z][:, :, forces],
-            H[lines][:, motions][:, :, z],
-            H[lines][:, motions][:, :, forces],
+            H[:, first:last, first:last],
+            H[:, first:last, last:],
+            motions[:, :, :r],
+            motions[:, :, r:],
+            coordinates,
         )
 
     def coupled(self, omega: Array, gains: ComplexArray) -> ComplexArray:
         """Receptance outputs × inputs with all joints held at these gains, (nf, number of joints)."""
-        H, n = self.free(omega), len(self.joints)
+        machine, n = self.machine, len(self.joints)
+        ports = machine.rows(machine.flexible)
+        shown, driven = (machine.dof_rows(dofs, "receptance") for dofs in (self.outputs, self.inputs))
+        R, C = np.concatenate([ports, shown]), np.concatenate([ports, driven])
+        H = self._free(omega, R, C)
         if n:
-            H = couple(H, np.eye(n, H.shape[1]), gains)
-        outputs = n + len(self.outputs)
-        return H[:, n:outputs, outputs:]
+            H = couple(H, np.eye(n, len(R)), gains, np.eye(n, len(C)))
+        return H[:, n:, n:]
 
 
 def is_linear(joint: Joint) -> bool:

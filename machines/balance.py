@@ -12,6 +12,7 @@ from jointlib.errors import Outcome
 from jointlib.joint import Joint
 
 from .assembly import Assembly, View
+from .coordinates import Coordinates
 from .harmonics import Forces, Harmonics, joint_forces
 from .indices import Index, Mask
 from .limits import Limit
@@ -28,7 +29,8 @@ _FEEDING = 1e-12
 class Balance:
     """Z_h + Hzz(hω) (g_h(Z) − G0 Z_h) = driven_h F, with the gain at rest G0 coupled into Hzz and the driving.
 
-    Arrays have one entry per point first, then one per harmonic, then one per nonlinear joint.
+    Arrays have one entry per point first, then one per harmonic, then one per coordinate of the joints' motions, of
+    which r are independent; where that is not all of them, Z stands for these, the joints move by T Z.
     """
 
     joints: tuple[Joint, ...]
@@ -40,9 +42,10 @@ class Balance:
     base: ComplexArray
     """G0(hω) in N/m, (points, nh, nj)."""
     H: ComplexArray
-    """m/N, (points, nh, nj, nj)."""
+    """m/N, (points, nh, r, r)."""
     driven: ComplexArray
-    """m/N, (points, nj); only the first harmonic is driven."""
+    """m/N, (points, r); only the first harmonic is driven."""
+    coordinates: Coordinates
 
     @classmethod
     def of(
@@ -60,9 +63,10 @@ class Balance:
         if not np.all(np.isfinite(base)):
             tiny = gains(joints, np.full((len(view.omega), nj), _BARELY_MOVING), view.omega)[0]
             base = np.where(np.isfinite(base), base, tiny)
-        system = np.eye(nj) + view.Hzz * base[:, None, :]
+        r = len(view.coordinates.rows)
+        system = np.eye(r) + view.coordinates.through(view.Hzz, base)
         both = np.linalg.solve(system, np.concatenate([view.Hzz, view.Hzf[:, :, :1]], axis=2))
-        H = np.swapaxes(both[:, :, :nj].reshape(nh, points, nj, nj), 0, 1)
+        H = np.swapaxes(both[:, :, :r].reshape(nh, points, r, r), 0, 1)
         return cls(
             tuple(joints),
             harmonics,
@@ -70,7 +74,8 @@ class Balance:
             force,
             np.swapaxes(base.reshape(nh, points, nj), 0, 1),
             H,
-            np.asarray(both[:points, :, nj], dtype=complex),
+            np.asarray(both[:points, :, r], dtype=complex),
+            view.coordinates,
         )
 
     def at(self, points: Index | Mask) -> Balance:
@@ -85,26 +90,26 @@ class Balance:
         )
 
     def forces(self, z: ComplexArray, most: int = 1024) -> Forces:
-        """Joint forces at motions z, (points, nh, nj), from at most so many samples of a cycle."""
-        return joint_forces(self.joints, z, self.omega, self.harmonics, most)
+        """Joint forces at motions z, (points, nh, r), from at most so many samples of a cycle."""
+        return joint_forces(self.joints, self.coordinates.motions(z), self.omega, self.harmonics, most)
 
     def residual(self, z: ComplexArray, g: ComplexArray) -> ComplexArray:
-        """What is left of the equations in m, (points, nh, nj), at motions z and joint forces g."""
-        r = z + (self.H @ (g - self.base * z)[..., None])[..., 0]
+        """What is left of the equations in m, (points, nh, r), at motions z and joint forces g."""
+        pull = self.coordinates.together(g - self.base * self.coordinates.motions(z))
+        r = z + (self.H @ pull[..., None])[..., 0]
         r[:, 0] -= self.driven * self.force[:, None]
         return np.asarray(r)
 
     def jacobian(self, forces: Forces) -> Array:
-        """Real Jacobian over [Re Z, Im Z], (points, 2m, 2m) with m = nh·nj."""
-        points, nh, nj = self.base.shape
+        """Real Jacobian over [Re Z, Im Z], (points, 2m, 2m) with m = nh·r."""
+        points, nh, r = self.H.shape[:3]
         every = np.arange(nh)
         by_z = forces.by_z.copy()
         by_z[:, every, every] -= self.base
-        size = nh * nj
-        first, second = (
-            (self.H[:, :, :, None, :] * part[:, :, None]).reshape(points, size, size)
-            for part in (by_z, forces.by_conjugate)
-        )
+        size = nh * r
+        # (points, nh, nh, r, r): how harmonic h follows harmonic m.
+        blocks = (self.coordinates.through(self.H[:, :, None], part) for part in (by_z, forces.by_conjugate))
+        first, second = (np.swapaxes(block, 2, 3).reshape(points, size, size) for block in blocks)
         first = first + np.eye(size)
         plus, minus = first + second, first - second
         J = np.empty((points, 2 * size, 2 * size))

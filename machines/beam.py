@@ -190,7 +190,11 @@ class Beam(Component):
         return found, in_modes(model, lossy)
 
     def receptance(self, omega: Array, ports: Array | None = None) -> ComplexArray:
-        return receptance_of(self.second_order(), omega, ports)
+        P = np.eye(len(self.dofs)) if ports is None else ports
+        return self.between(omega, P, P)
+
+    def between(self, omega: Array, rows: Array, columns: Array) -> ComplexArray:
+        return receptance_of(self.second_order(), omega, rows, columns)
 
     def second_order(self) -> SecondOrder:
         return self._reduced[1]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
@@ -12,6 +13,8 @@ import numpy as np
 from jointlib.arrays import Array, ArrayLike, ComplexArray
 from jointlib.errors import InputError
 from jointlib.io.toml import Section
+
+from .mode_sum import ModeSum
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,6 +29,11 @@ class SecondOrder:
     damping: Array
     stiffness: Array
     shapes: Array
+
+    @cached_property
+    def poles(self) -> ModeSum | None:
+        """The receptance as a sum over poles, for any number of frequencies."""
+        return ModeSum.of(self.mass, self.damping, self.stiffness)
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +69,14 @@ class Component(ABC):
         ``ports`` P has shape (p, number of dofs), one row per force or motion that is of interest; without it
         P is the unit matrix.
         """
+
+    def between(self, omega: Array, rows: Array, columns: Array) -> ComplexArray:
+        """R H Cᵀ in m/N, (nf, rows, columns): motions along ``rows`` for forces along ``columns``, each over the dofs.
+
+        A component that can do without the rest of the matrix overrides this.
+        """
+        both = self.receptance(omega, np.concatenate([rows, columns]))
+        return both[:, : len(rows), len(rows) :]
 
     @abstractmethod
     def second_order(self) -> SecondOrder | None:

@@ -71,7 +71,8 @@ def constant_amplitude(
     row = names.index(of) if of in names else len(names) + assembly.outputs.index(of)
     view = assembly.at(2 * np.pi * lines)
     found = _state(assembly, view, row, amplitude)
-    motion = view.Hof[:, :, 0] * found.force[:, None] - (view.Hoz @ (found.gain * found.z)[:, :, None])[:, :, 0]
+    pull = view.coordinates.together(found.gain * found.z)
+    motion = view.Hof[:, :, 0] * found.force[:, None] - (view.Hoz @ pull[:, :, None])[:, :, 0]
     motion[:, list(assembly.nonlinear)] = found.z
     outcomes = np.array([Outcome.CONVERGED if c else Outcome.STALLED for c in found.converged], dtype=object)
     for j, limit in enumerate(assembly.limits):

@@ -8,7 +8,7 @@ from jointlib.arrays import Array, ArrayLike, ComplexArray
 from jointlib.errors import InputError
 
 
-def couple(H: ComplexArray, B: Array, Z: ArrayLike) -> ComplexArray:
+def couple(H: ComplexArray, B: Array, Z: ArrayLike, forced: Array | None = None) -> ComplexArray:
     """Receptance of parts ``H`` joined through joints of dynamic stiffness ``Z``.
 
     H_C = H − H Bᵀ (I + Z Hzz)⁻¹ Z B H with Hzz = B H Bᵀ, which equals H − H Bᵀ (Hzz + Z⁻¹)⁻¹ B H (Dhupia et al.
@@ -18,14 +18,17 @@ def couple(H: ComplexArray, B: Array, Z: ArrayLike) -> ComplexArray:
     Parameters
     ----------
     H
-        m/N, shape (nf, n, n), or any leading shape.
+        m/N, shape (nf, n, m), or any leading shape.
     B
         Relative displacements z = B x, shape (nj, n).
+    forced
+        The same over the columns of H, (nj, m), where those are other than its rows.
     Z
         N/m, one gain per joint, broadcast against shape (..., nj); an infinite one is a rigid joint.
     """
+    across = B if forced is None else forced
     rows: ComplexArray = B @ H
-    Hzz = rows @ B.T
+    Hzz = rows @ across.T
     gain = np.broadcast_to(np.asarray(Z, dtype=complex), Hzz.shape[:-1])
     rigid = ~np.isfinite(gain)
     # Each row is scaled to be of order one, whatever the stiffness.
@@ -40,4 +43,4 @@ def couple(H: ComplexArray, B: Array, Z: ArrayLike) -> ComplexArray:
         force = np.linalg.solve(system, b[..., None] * rows)
     except np.linalg.LinAlgError:
         raise InputError("coupling: a rigid connection asks for a motion that its parts cannot make") from None
-    return H - (H @ B.T) @ force
+    return H - (H @ across.T) @ force

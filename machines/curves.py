@@ -194,7 +194,7 @@ def _up_to_limits(path: Path, traces: list[Trace]) -> list[Trace]:
 
     def over(points: Points) -> Array:
         forces = path.balance(points.p, points.other).forces(points.z)
-        past = excess(forces, points.z, path.harmonics, path.assembly.limits)
+        past = excess(forces, path.assembly.coordinates.motions(points.z), path.harmonics, path.assembly.limits)
         return np.asarray(np.max(past, axis=1) + _INSIDE)
 
     low, high = over(parts.base), over(parts.point(path, parts.step)[0])
@@ -234,8 +234,9 @@ def first_harmonics(path: Path, z: ComplexArray, p: Array, other: Array, forces:
     omega, force = (p, other) if path.over_frequency else (other, p)
     forces = path.balance(p, other).forces(z) if forces is None else forces
     view = path.assembly.at(path.within(omega))
-    moved = view.Hof[:, :, 0] * force[:, None] - (view.Hoz @ forces.force[:, 0, :, None])[:, :, 0]
-    moved[:, list(path.assembly.nonlinear)] = z[:, 0]
+    pull = view.coordinates.together(forces.force[:, 0])
+    moved = view.Hof[:, :, 0] * force[:, None] - (view.Hoz @ pull[:, :, None])[:, :, 0]
+    moved[:, list(path.assembly.nonlinear)] = view.coordinates.motions(z[:, 0])
     return np.asarray(moved)
 
 

@@ -86,8 +86,9 @@ def _seen(path: Path, force: float, curve: Curve, lines: Array) -> _Seen:
     overtones = np.empty((len(curve.p), len(higher), joints), dtype=complex)
     for k, h in enumerate(higher, start=1):
         view = path.assembly.at(h * curve.p)
-        overtones[:, k - 1] = -(view.Hoz[:, :joints] @ forces.force[:, k, :, None])[:, :, 0]
-        overtones[:, k - 1, list(path.assembly.nonlinear)] = curve.z[:, k]
+        pull = view.coordinates.together(forces.force[:, k])
+        overtones[:, k - 1] = -(view.Hoz[:, :joints] @ pull[:, :, None])[:, :, 0]
+        overtones[:, k - 1, list(path.assembly.nonlinear)] = view.coordinates.motions(curve.z[:, k])
     frequency = np.where(curve.line >= 0, lines[curve.line], curve.p / (2 * np.pi))
     motion = first_harmonics(path, curve.z, curve.p, other, forces)
     return _Seen(curve, frequency, motion, overtones, sign > 0)

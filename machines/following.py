@@ -10,7 +10,7 @@ import numpy as np
 from jointlib.arrays import Array, ComplexArray
 
 from . import nonlinear
-from .arclength import Path, Stop, march
+from .arclength import SHARE, Path, Stop, march
 from .assembly import Assembly
 from .branches import Branch, End
 from .curves import Curve, curves_of
@@ -23,7 +23,9 @@ _PROBES = 17
 _FURTHER = 3.0
 _LOWEST = 0.05
 _ROUND = 20
-_NEAR = 0.02
+_NEAR = 0.1
+"""Share of a chord that the curve may bow out."""
+_TOUCHING = 1e-6
 _ON_THE_EDGE = 1e-12
 
 
@@ -36,7 +38,12 @@ class Starts:
     omega: Array
     """rad/s."""
     z: ComplexArray
-    """m, (starts, nh, nj)."""
+    """m, (starts, nh, r)."""
+
+    def and_then(self, others: Starts) -> Starts:
+        """These and then others."""
+        pairs = zip(_fields(self), _fields(others), strict=True)
+        return Starts(*(np.concatenate(pair) for pair in pairs))
 
     def at(self, rows: Index | Sequence[int]) -> Starts:
         chosen = np.asarray(rows, dtype=int)
@@ -54,9 +61,9 @@ def from_branches(assembly: Assembly, branches: Sequence[Sequence[Branch]], harm
                 force.append(f)
                 omega.append(2 * np.pi * branch.frequency[row])
                 z.append(branch.joint[row][list(assembly.nonlinear)])
-    whole = np.zeros((len(z), len(harmonics), len(assembly.nonlinear)), dtype=complex)
+    whole = np.zeros((len(z), len(harmonics), len(assembly.coordinates.rows)), dtype=complex)
     if z:
-        whole[:, 0] = np.array(z)
+        whole[:, 0] = assembly.coordinates.of_motions(np.array(z))
     return Starts(np.array(force, dtype=int), np.array(omega), whole)
 
 
@@ -68,17 +75,16 @@ def by_raising_the_force(assembly: Assembly, forces: Array, low: float, high: fl
     """
     ends = np.array([low, high])
     coarse = np.linspace(low, high, _PROBES)
-    first = _raised(assembly, forces, coarse)
+    first = raised(assembly, forces, coarse)
     most = np.array([_FURTHER * float(np.max(forces))])
     path = Path(assembly, (1,), low, high)
-    tall = _raised(assembly, most, ends)
+    tall = raised(assembly, most, ends)
     fine = [_round_resonances(curve) for curve in follow(path, most, tall, ends)[0]]
     further = np.setdiff1d(np.concatenate([coarse[:0], *fine]), coarse)
-    second = _raised(assembly, forces, further)
-    force, omega, z = (np.concatenate(pair) for pair in zip(_fields(first), _fields(second), strict=True))
+    second = raised(assembly, forces, further)
+    every = first.and_then(second)
     # Edges first: their curves are the longest.
-    order = np.lexsort((np.minimum(omega - low, high - omega), force))
-    return Starts(force[order], omega[order], z[order])
+    return every.at(np.lexsort((np.minimum(every.omega - low, high - every.omega), every.force)))
 
 
 def _fields(starts: Starts) -> tuple[np.ndarray, ...]:
@@ -96,17 +102,22 @@ def _round_resonances(curve: Curve) -> Array:
     return np.unique(curve.p[near[near < n]])
 
 
-def _raised(assembly: Assembly, forces: Array, omega: Array) -> Starts:
+def raised(assembly: Assembly, forces: Array, omega: Array) -> Starts:
     """Solutions at these forces along curves over the force at fixed frequencies (rad/s), one harmonic."""
     joints = [assembly.joints[i] for i in assembly.nonlinear]
     if not len(omega):
-        return Starts(np.empty(0, dtype=int), omega, np.empty((0, 1, len(joints)), dtype=complex))
+        return Starts(np.empty(0, dtype=int), omega, np.empty((0, 1, len(assembly.coordinates.rows)), dtype=complex))
     first = np.full(len(omega), _LOWEST * np.min(forces))
     view = assembly.at(omega)
     rest = nonlinear.solve(view, joints, first, caps_of(assembly))
     fine = rest.converged
     path = Path(assembly, (1,), float(first[0]) / 2, _FURTHER * float(np.max(forces)), False, view)
-    start = path.begin(rest.z[fine][:, None], first[fine], omega[fine], np.ones(int(np.sum(fine)), dtype=bool))
+    start = path.begin(
+        assembly.coordinates.of_motions(rest.z)[fine][:, None],
+        first[fine],
+        omega[fine],
+        np.ones(int(np.sum(fine)), dtype=bool),
+    )
     levels = np.unique(forces)
     found = curves_of(path, march(path, start), levels)
     force, at, z = [], [], []
@@ -116,7 +127,7 @@ def _raised(assembly: Assembly, forces: Array, omega: Array) -> Starts:
                 force.append(f)
                 at.append(w)
                 z.append(curve.z[row])
-    shape = (len(force), 1, len(joints))
+    shape = (len(force), 1, len(assembly.coordinates.rows))
     return Starts(np.array(force, dtype=int), np.array(at), np.array(z, dtype=complex).reshape(shape))
 
 
@@ -138,11 +149,11 @@ def follow(path: Path, forces: Array, starts: Starts, lines: Array) -> list[list
         curves = curves_of(path, traces, lines)
         for i, f in enumerate(chosen.force):
             found[f].append(_merged(curves[i], curves[len(now) + i]))
-        open_ = [
-            i
-            for i in np.setdiff1d(np.arange(len(left.omega)), now)
-            if not passes(found[left.force[i]][-1], float(left.omega[i]), left.z[i])
-        ]
+        open_ = []
+        for i in np.setdiff1d(np.arange(len(left.omega)), now):
+            last = found[left.force[i]][-1]
+            if not passes(last.z, last.p, float(left.omega[i]), left.z[i]):
+                open_.append(int(i))
         left = left.at(open_)
     return found
 
@@ -158,14 +169,13 @@ def _merged(down: Curve, up: Curve) -> Curve:
     return Curve(parts[0], parts[1], parts[2], parts[3], parts[4], (down.ends[1], up.ends[1]))
 
 
-def passes(curve: Curve, p: float, z: ComplexArray) -> bool:
-    """Whether a curve runs through a solution."""
-    a, b = curve.p[:-1], curve.p[1:]
-    on = np.flatnonzero((np.minimum(a, b) <= p) & (p <= np.maximum(a, b)))
-    if not len(on):
-        return False
-    share = (p - a[on]) / np.where(b[on] != a[on], b[on] - a[on], 1.0)
-    between = curve.z[on] + share[:, None, None] * (curve.z[on + 1] - curve.z[on])
-    gap = np.max(np.abs(between - z), axis=(1, 2))
-    span = np.max(np.abs(curve.z[on + 1] - curve.z[on]), axis=(1, 2))
-    return bool(np.any(gap <= _NEAR * np.max(np.abs(z)) + 0.05 * span))
+def passes(points_z: ComplexArray, points_p: Array, p: float, z: ComplexArray) -> bool:
+    """Whether a curve through these points has that solution: its distance from the chords in motion and p."""
+    scale, pace = max(float(np.max(np.abs(z))), 1e-300), SHARE[True] * p
+    points = np.concatenate([points_z.reshape(len(points_p), -1) / scale, (points_p / pace)[:, None]], axis=1)
+    gap = np.append(z.ravel() / scale, p / pace) - points[:-1]
+    chord = np.diff(points, axis=0)
+    length = np.linalg.norm(chord, axis=1)
+    along = np.sum(chord.conj() * gap, axis=1).real / np.maximum(length**2, 1e-300)
+    aside = np.linalg.norm(gap - np.clip(along, 0.0, 1.0)[:, None] * chord, axis=1)
+    return bool(np.any(aside <= _NEAR * length + _TOUCHING))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
@@ -57,9 +58,17 @@ class Lumped(Component):
         return cls(name, dofs, mass, damping, stiffness)
 
     def receptance(self, omega: Array, ports: Array | None = None) -> ComplexArray:
-        return receptance_of(self.second_order(), omega, ports)
+        P = np.eye(len(self.dofs)) if ports is None else ports
+        return self.between(omega, P, P)
+
+    def between(self, omega: Array, rows: Array, columns: Array) -> ComplexArray:
+        return receptance_of(self._equations, omega, rows, columns)
 
     def second_order(self) -> SecondOrder:
+        return self._equations
+
+    @cached_property
+    def _equations(self) -> SecondOrder:
         n = len(self.dofs)
         zero = np.zeros((n, n))
         damping = zero if self.damping is None else self.damping
@@ -72,23 +81,18 @@ class Lumped(Component):
         return np.asarray(self.mass @ [0.0 if axis is None else gravity[axis] for axis in axes])
 
 
-def receptance_of(model: SecondOrder, omega: Array, ports: Array | None) -> ComplexArray:
-    """P Φ (K − ω²M + jωC)⁻¹ Φᵀ Pᵀ in m/N; without ``ports`` P is the unit matrix.
+def receptance_of(model: SecondOrder, omega: Array, rows: Array, columns: Array) -> ComplexArray:
+    """R Φ (K − ω²M + jωC)⁻¹ Φᵀ Cᵀ in m/N, R and C over the dofs.
 
-    Diagonal matrices make a sum of modes, others a solve per line.
+    A sum over the poles; where that would lose accuracy, a solve per line.
     """
-    P = model.shapes if ports is None else ports @ model.shapes
-    mass, damping, stiffness = (np.diag(matrix) for matrix in (model.mass, model.damping, model.stiffness))
-    if all(
-        np.array_equal(np.diag(d), m)
-        for d, m in zip((mass, damping, stiffness), (model.mass, model.damping, model.stiffness), strict=True)
-    ):
-        w = omega[:, None]
-        return np.asarray((P / (stiffness - w**2 * mass + 1j * w * damping)[:, None, :]) @ P.T)
-    out = np.empty((len(omega), len(P), len(P)), dtype=complex)
+    left, right = rows @ model.shapes, columns @ model.shapes
+    if model.poles is not None:
+        return model.poles.receptance(omega, left, right)
+    out = np.empty((len(omega), len(left), len(right)), dtype=complex)
     step = max(1, _BLOCK // len(model.mass) ** 2)
     for start in range(0, len(omega), step):
         w = omega[start : start + step, None, None]
         dynamic = model.stiffness - w**2 * model.mass + 1j * w * model.damping
-        out[start : start + step] = P @ np.linalg.solve(dynamic, P.T.astype(complex))
+        out[start : start + step] = left @ np.linalg.solve(dynamic, right.T.astype(complex))
     return out

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
@@ -13,16 +11,18 @@ import numpy as np
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import FrequencyMismatch, InputError, nearest
 from jointlib.frf import FRF, Quantity
-from jointlib.io.frf_files import FrfRecord, read_frfs
+from jointlib.io.frf_files import FrfRecord
 from jointlib.io.toml import Section
-from jointlib.io.universal import place
-from jointlib.units import scale
 
 from .component import Component, checked_dofs
+from .indices import Index
 from .interpolation import METHODS, Curve, curve, gaps, left_out
+from .measured_records import entries_of
 from .plausibility import broken, not_passive, not_reciprocal
 
 _SAME = 1e-9
+_WHOLE = 2**25
+"""Entries of a record up to which all are looked at; of a larger one those that are used."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,8 +67,10 @@ class Measured(Component):
         f, ports = np.array(self.frequency, dtype=float), len(self.dofs)
         if f.ndim != 1 or len(f) < 2 or not np.all(np.isfinite(f)) or f[0] <= 0 or np.any(np.diff(f) <= 0):
             raise InputError(f"{where}: expected at least two frequencies, finite, above 0 and ascending")
-        value = np.array(self.value, dtype=complex)
-        if value.shape != (len(f), ports, ports) or not np.all(np.isfinite(value)):
+        # Not copied: a record of many dofs may be larger than the memory, and lie in a file (np.memmap).
+        value = np.asarray(self.value, dtype=complex)
+        whole = value.size <= _WHOLE
+        if value.shape != (len(f), ports, ports) or (whole and not np.all(np.isfinite(value))):
             raise InputError(
                 f"{where}: values of shape {value.shape}, expected finite ones of shape {(len(f), ports, ports)}: "
                 "line, response, drive"
@@ -78,7 +80,7 @@ class Measured(Component):
             raise InputError(f"{where}: variance must not be negative and have the shape of the values {value.shape}")
         for key, array in (("frequency", f), ("value", value), ("variance", variance)):
             object.__setattr__(self, key, array)
-        for sentence in broken(f, self.frf.receptance, self.dofs):
+        for sentence in broken(f, self.frf.receptance, self.dofs) if whole else ():
             raise InputError(f"{where}: {sentence}")
 
     @property
@@ -95,7 +97,7 @@ class Measured(Component):
         entries: dict[tuple[int, int], tuple[FrfRecord, Quantity]] = {}
         notes: list[str] = []
         for part in section.sections("record"):
-            for pair, record, quantity in _record(part, dofs, default):
+            for pair, record, quantity in entries_of(part, dofs, default):
                 if pair in entries:
                     raise InputError(f"{part.where}: {dofs[pair[0]]} from {dofs[pair[1]]} is there already")
                 entries[pair] = record, quantity
@@ -119,12 +121,38 @@ class Measured(Component):
     def _between(self) -> tuple[Curve, int]:
         return curve(self.frequency, self._accelerance, self.interpolation)
 
+    @cached_property
+    def _curves(self) -> dict[tuple[bytes, bytes], Curve]:
+        """Interpolations of those entries that have been asked for, by rows and columns."""
+        return {}
+
+    def _entries(self, lines: Index, i: Index, k: Index) -> ComplexArray:
+        """Receptance on measured lines between some dofs, (lines, rows, columns)."""
+        held = self.value[lines[:, None, None], i[:, None], k]
+        if not np.all(np.isfinite(held)):
+            raise InputError(f"{self._where}: the record holds values that are not finite")
+        return np.asarray(held / self.quantity.per_receptance(self.frequency[lines])[:, None, None])
+
+    def _curve(self, i: Index, k: Index) -> Curve:
+        key = i.tobytes(), k.tobytes()
+        if key not in self._curves:
+            every = np.arange(len(self.frequency))
+            per = Quantity.ACCELERANCE.per_receptance(self.frequency)[:, None, None]
+            self._curves[key] = curve(self.frequency, self._entries(every, i, k) * per, self.interpolation)[0]
+        return self._curves[key]
+
     @property
     def _accelerance(self) -> ComplexArray:
         """It is smooth where a free body's receptance is steep, at low frequencies."""
         return self.frf.receptance * Quantity.ACCELERANCE.per_receptance(self.frequency)[:, None, None]
 
     def receptance(self, omega: Array, ports: Array | None = None) -> ComplexArray:
+        P = np.eye(len(self.dofs)) if ports is None else ports
+        return self.between(omega, P, P)
+
+    def between(self, omega: Array, rows: Array, columns: Array) -> ComplexArray:
+        """Of the record only the entries that the rows and columns touch are taken up."""
+        i, k = (np.flatnonzero(np.any(part, axis=0)) for part in (rows, columns))
         lines, f = omega / (2 * np.pi), self.frequency
         slack = _SAME * f[-1]
         if np.min(lines) < f[0] - slack or np.max(lines) > f[-1] + slack:
@@ -135,7 +163,7 @@ class Measured(Component):
         near = np.clip(np.searchsorted(f, lines), 1, len(f) - 1)
         near = near - (np.abs(f[near - 1] - lines) < np.abs(f[near] - lines))
         off = np.abs(f[near] - lines) > slack
-        H = self.frf.receptance[near]
+        H = self._entries(near, i, k)
         if np.any(off):
             if self.interpolation == "none":
                 raise FrequencyMismatch(
@@ -151,9 +179,8 @@ class Measured(Component):
                         "Hz, much further apart than the others; measure there or leave that range out"
                     )
             per = Quantity.ACCELERANCE.per_receptance(inside)[:, None, None]
-            H = H.copy()
-            H[off] = self._between[0](inside) / per
-        return H if ports is None else np.asarray(ports @ H @ ports.T)
+            H[off] = self._curve(i, k)(inside) / per
+        return np.asarray(rows[:, i] @ H @ columns[:, k].T)
 
     def second_order(self) -> None:
         return None
@@ -177,78 +204,6 @@ class Measured(Component):
                 )
         said += not_reciprocal(f, H, self.dofs, variance) + not_passive(f, H, self.dofs, variance)
         return tuple(f"{self.name}: {sentence}" for sentence in said)
-
-
-def _record(
-    part: Section, dofs: tuple[str, ...], default: str | None
-) -> list[tuple[tuple[int, int], FrfRecord, Quantity]]:
-    """What one ``[[record]]`` brings: an entry, or the whole matrix."""
-    path = Path(part.path("file"))
-    word = part.text("quantity", default, tuple(q.word for q in Quantity))
-    unit = part.text("unit", None)
-    sides = part.text("response", None, dofs), part.text("drive", None, dofs)
-    at = part.text("response_at", None), part.text("drive_at", None)
-    part.done()
-    try:
-        found, sign = _chosen(path, read_frfs(path), at)
-    except InputError as error:
-        raise InputError(f"{part.where}: {error}") from None
-    quantity = found.quantity if word is None else Quantity[word.upper()]
-    if quantity is None:
-        raise InputError(
-            f"{part.where}: {path} does not say what it holds, expected quantity = receptance, mobility or accelerance"
-        )
-    if found.quantity not in (None, quantity):
-        raise InputError(f"{part.where}: quantity is {word!r}, but {path} holds {found.quantity.word}")
-    factor = sign * (1.0 if unit is None else scale(unit, quantity.value, f"{part.where}: unit"))
-    variance = None if found.variance is None else found.variance * factor**2
-    value = found.value * factor
-    if value.ndim == 1:
-        if sides[0] is None or sides[1] is None:
-            raise InputError(
-                f"{part.where}: response and drive are missing, expected two of the dofs {', '.join(dofs)}"
-            )
-        pair = dofs.index(sides[0]), dofs.index(sides[1])
-        return [(pair, FrfRecord(found.frequency, value, variance, quantity, units=found.units), quantity)]
-    if any(side is not None for side in sides):
-        raise InputError(f"{part.where}: response or drive is given, but {path} holds a matrix for all dofs")
-    if value.shape[1:] != (len(dofs), len(dofs)):
-        raise InputError(f"{part.where}: {path} holds {value.shape[1:]} entries a line, expected {(len(dofs),) * 2}")
-    return [
-        (
-            (i, j),
-            FrfRecord(found.frequency, value[:, i, j], None if variance is None else variance[:, i, j], quantity),
-            quantity,
-        )
-        for i in range(len(dofs))
-        for j in range(len(dofs))
-    ]
-
-
-def _chosen(path: Path, records: Sequence[FrfRecord], at: Sequence[str | None]) -> tuple[FrfRecord, int]:
-    """The record between the places that are asked for, and the sign that their directions give."""
-    held = ", ".join(f"{r.response} from {r.drive}" for r in records[:6]) + ", …" * (len(records) > 6)
-    if all(label is None for label in at):
-        if len(records) > 1:
-            raise InputError(f"{path}: holds {held}; expected response_at and drive_at")
-        return records[0], 1
-    if None in at:
-        raise InputError(f"{path}: expected response_at and drive_at together")
-    try:
-        (response, up), (drive, along) = (place(str(label)) for label in at)
-    except ValueError as error:
-        raise InputError(f"{path}: response_at or drive_at is {error}") from None
-    fit = []
-    for record in records:
-        if record.response is not None and record.drive is not None:
-            (a, p), (b, q) = place(record.response), place(record.drive)
-            if (a, b) == (response, drive):
-                fit.append((record, up * along * p * q))
-    if len(fit) != 1:
-        raise InputError(
-            f"{path}: holds {len(fit) or 'no'} responses at {at[0]} to a force at {at[1]}, expected one; it has {held}"
-        )
-    return fit[0]
 
 
 def _assembled(

@@ -117,12 +117,16 @@ class Modal(Component):
         return cls(name, dofs, modes.frequency, ratio, modes.shapes, modes.modal_mass, *weight, modes.notes)
 
     def receptance(self, omega: Array, ports: Array | None = None) -> ComplexArray:
+        P = np.eye(len(self.dofs)) if ports is None else ports
+        return self.between(omega, P, P)
+
+    def between(self, omega: Array, rows: Array, columns: Array) -> ComplexArray:
         natural = 2 * np.pi * self.frequency
         w = omega[:, None]
         assert self.modal_mass is not None
         modal = 1 / (self.modal_mass * (natural**2 - w**2 + 2j * self.damping_ratio * natural * w))
-        S = self.shapes if ports is None else ports @ self.shapes
-        return np.asarray((S * modal[:, None, :]) @ S.T)
+        left, right = rows @ self.shapes, columns @ self.shapes
+        return np.asarray((left * modal[:, None, :]) @ right.T)
 
     def remarks(self) -> tuple[str, ...]:
         return tuple(f"{self.name}: {note}" for note in self.notes)

@@ -3,35 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import LinAlgError, eigh
 
 from jointlib.arrays import Array
-from jointlib.errors import InputError
 
 from .component import SecondOrder
+from .mode_sum import modes
 
-_SHIFT = 1e-4
-_FREE = 1e-13
 _DIAGONAL = 1e-10
-
-
-def modes(mass: Array, stiffness: Array) -> tuple[Array, Array, float]:
-    """ω² in (rad/s)², descending, mass-normalised shapes, and a bound of the fastest ω².
-
-    They are those of M φ = ν (K + σM) φ with ω² = 1/ν − σ: the slow modes, which decide a receptance, have the
-    largest ν and come out to rounding, and so does what each fast one adds to the static compliance. σ, a
-    ten-thousandth of the fastest ω², is there for free bodies; motions slower than rounding count as free.
-    """
-    fastest = float(np.max(np.diag(stiffness) / np.diag(mass), initial=0.0)) or 1.0
-    shift = _SHIFT * fastest
-    try:
-        inverse, shapes = eigh(mass, stiffness + shift * mass)
-    except LinAlgError:
-        raise InputError(
-            "equations of motion: masses or stiffnesses lie too far apart for floats, expected ones of like size"
-        ) from None
-    squared = 1 / inverse - shift
-    return np.where(squared < _FREE * fastest, 0.0, squared), shapes / np.sqrt(inverse), fastest
 
 
 def in_modes(model: SecondOrder, lossy: Array | None = None) -> SecondOrder:

@@ -12,6 +12,7 @@ from jointlib.joint import Joint
 
 from .assembly import View
 from .bias import Together, force_slopes
+from .coordinates import Coordinates
 from .indices import Index, Mask
 
 _ITERATIONS = 60
@@ -34,11 +35,12 @@ class Solution:
     """True where the residual and the step fell below the tolerance."""
     turning: Mask
     """True where the determinant of the Jacobian has changed sign: a fold was passed, the solution is unstable."""
+    coordinates: Coordinates
 
     @property
     def force(self) -> ComplexArray:
-        """Joint forces g = G z in N."""
-        return self.gain * self.z
+        """What the joint forces g = G z come to in the coordinates of the view, N, (points, r)."""
+        return self.coordinates.together(self.gain * self.z)
 
 
 def solve(
@@ -49,15 +51,15 @@ def solve(
     start: ComplexArray | None = None,
     ramp: bool = True,
 ) -> Solution:
-    """Balance z + Hzz g(z) = Hzf F at every point; one line of ``view`` and one force per point.
+    """Balance q + Hzz Tᵀ g(T q) = Hzf F at every point; one line of ``view`` and one force per point.
 
     g = G(abs z, ω) z is not holomorphic: both Wirtinger derivatives enter, g_Z = G + A G'/2 and
-    g_Z* = (z²/A) G'/2, as a real system of 2 nj unknowns per point. The gain at rest is first coupled into Hzz, so
+    g_Z* = (z²/A) G'/2, as a real system of 2 r unknowns per point. The gain at rest is first coupled into Hzz, so
     that free parts stay well conditioned and the start is the linear response. A point that does not settle is tried
     again with the force raised in steps. ``cap`` is the longest step of each joint in m.
     """
     problem = Problem.of(view, joints, force, np.full(len(joints), np.inf) if cap is None else cap)
-    first = problem.driven if start is None else start
+    first = problem.driven if start is None else view.coordinates.of_motions(start)
     z, gain, converged, turning = problem.newton(first, problem.driven)
     lost = np.flatnonzero(~converged)
     if ramp and len(lost):
@@ -69,12 +71,15 @@ def solve(
             if k < _RAMP:
                 s = s * (k + 1) / k
         z[lost], gain[lost], converged[lost], turning[lost] = s, g, climbing, turned
-    return Solution(z, gain, converged, turning)
+    return Solution(view.coordinates.motions(z), gain, converged, turning, view.coordinates)
 
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """z + H (G − G0) z = driven at all points, with the gain at rest G0 coupled into H and into the driving."""
+    """q + H Tᵀ (G − G0) T q = driven at all points, with the gain at rest G0 coupled into H and into the driving.
+
+    The unknowns are the coordinates q, named z below; the joints move by T z.
+    """
 
     omega: Array
     joints: Sequence[Joint]
@@ -82,6 +87,7 @@ class Problem:
     Hzz: ComplexArray
     driven: ComplexArray
     cap: Array
+    coordinates: Coordinates
 
     @classmethod
     def of(cls, view: View, joints: Sequence[Joint], force: Array, cap: Array) -> Problem:
@@ -89,32 +95,31 @@ class Problem:
         base = gains(joints, np.zeros((len(view.omega), nj)), view.omega)[0]
         tiny = gains(joints, np.full((len(view.omega), nj), _BARELY_MOVING), view.omega)[0]
         base = np.where(np.isfinite(base), base, tiny)
-        system = np.eye(nj) + view.Hzz * base[:, None, :]
+        r = len(view.coordinates.rows)
+        system = np.eye(r) + view.coordinates.through(view.Hzz, base)
         both = np.concatenate([view.Hzz, view.Hzf[:, :, :1] * force[:, None, None]], axis=2)
         both = np.asarray(np.linalg.solve(system, both), dtype=complex)
-        return cls(view.omega, joints, base, both[:, :, :nj], both[:, :, nj], cap)
+        return cls(view.omega, joints, base, both[:, :, :r], both[:, :, r], cap, view.coordinates)
 
     def at(self, points: Index | Mask) -> Problem:
-        return Problem(
-            self.omega[points], self.joints, self.base[points], self.Hzz[points], self.driven[points], self.cap
-        )
+        base, H, driven = (part[points] for part in (self.base, self.Hzz, self.driven))
+        return Problem(self.omega[points], self.joints, base, H, driven, self.cap, self.coordinates)
 
     def residual(self, z: ComplexArray, driven: ComplexArray) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
-        gain, slope = gains(self.joints, np.abs(z), self.omega)
-        force = (gain - self.base) * z
+        motion = self.coordinates.motions(z)
+        gain, slope = gains(self.joints, np.abs(motion), self.omega)
+        force = self.coordinates.together((gain - self.base) * motion)
         return z + (self.Hzz @ force[:, :, None])[:, :, 0] - driven, gain, slope
 
     def jacobian(self, z: ComplexArray, gain: ComplexArray, slope: ComplexArray) -> Array:
-        """Real Jacobian over [Re z, Im z], shape (points, 2nj, 2nj)."""
-        A = np.abs(z)
+        """Real Jacobian over [Re z, Im z], shape (points, 2r, 2r)."""
+        c, motion = self.coordinates, self.coordinates.motions(z)
         if slope.ndim == 3:
-            by_z, by_conjugate = (self.Hzz @ part for part in force_slopes(z, gain - self.base, slope))
-            by_z += np.eye(z.shape[1])
+            by_z, by_conjugate = (c.across(self.Hzz, part) for part in force_slopes(motion, gain - self.base, slope))
         else:
-            half = slope * A / 2
-            turn = np.where(A > 0, z / np.where(A > 0, A, 1.0), 0.0) ** 2
-            by_z = np.eye(z.shape[1]) + self.Hzz * (gain - self.base + half)[:, None, :]
-            by_conjugate = self.Hzz * (turn * half)[:, None, :]
+            own, crossed = own_slopes(motion, slope)
+            by_z, by_conjugate = c.through(self.Hzz, gain - self.base + own), c.through(self.Hzz, crossed)
+        by_z = by_z + np.eye(z.shape[1])
         plus, minus = by_z + by_conjugate, by_z - by_conjugate
         return np.concatenate(
             [np.concatenate([plus.real, -minus.imag], axis=2), np.concatenate([plus.imag, minus.real], axis=2)], axis=1
@@ -123,7 +128,7 @@ class Problem:
     def newton(self, start: ComplexArray, driven: ComplexArray) -> tuple[ComplexArray, ComplexArray, Mask, Mask]:
         """z, gain, converged and turning from one start per point; points drop out as they settle."""
         points, nj = start.shape
-        z, gain = start.astype(complex), np.zeros((points, nj), dtype=complex)
+        z, gain = start.astype(complex), np.zeros((points, len(self.joints)), dtype=complex)
         converged, turning = np.zeros(points, dtype=bool), np.zeros(points, dtype=bool)
         left = np.arange(points)
         part, target, x = self, driven, z
@@ -151,7 +156,7 @@ class Problem:
         self, x: ComplexArray, delta: ComplexArray, r: ComplexArray, target: ComplexArray
     ) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray]:
         """A step no longer than the cap, halved where it does not reduce the residual."""
-        share = 1 / np.maximum(1.0, np.max(np.abs(delta) / self.cap, axis=1))
+        share = 1 / np.maximum(1.0, np.max(np.abs(self.coordinates.motions(delta)) / self.cap, axis=1))
         before = np.linalg.norm(r, axis=1)
         rounding = 1e-13 * np.linalg.norm(target, axis=1)
         new = x + share[:, None] * delta
@@ -163,6 +168,13 @@ class Problem:
             share = np.where(worse, share / 2, share)
             new[worse] = x[worse] + share[worse, None] * delta[worse]
             r_new[worse], G[worse], slope[worse] = self.at(worse).residual(new[worse], target[worse])
+
+
+def own_slopes(z: ComplexArray, slope: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+    """What dG/dA adds to ∂g/∂Z beside G, A G'/2, and ∂g/∂Z* = (Z²/A) G'/2."""
+    A = np.abs(z)
+    half = slope * A / 2
+    return half, np.where(A > 0, z / np.where(A > 0, A, 1.0), 0.0) ** 2 * half
 
 
 def gains(joints: Sequence[Joint], amplitude: Array, omega: Array) -> tuple[ComplexArray, ComplexArray]:

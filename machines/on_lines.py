@@ -21,6 +21,7 @@ from .solutions import Solutions, by_amplitude_map, by_newton
 
 _AROUND = np.sinh(np.linspace(-3.0, 3.0, 33))
 """Lines round a peak, in half-power half widths."""
+_TOGETHER = 0.25
 
 
 def by_lines(assembly: Assembly, forces: Array, lines: Array, refine: bool, axis: int | None) -> list[Followed]:
@@ -28,6 +29,20 @@ def by_lines(assembly: Assembly, forces: Array, lines: Array, refine: bool, axis
 
     ``axis`` is the number of amplitudes of the map, None for Newton's method.
     """
+    found, peaks = solved(assembly, forces, lines, refine, axis)
+    labelled = axis is not None or not assembly.nonlinear
+    out = []
+    for f, force in enumerate(forces.tolist()):
+        own = tuple(p for p in peaks if p.force == force)
+        branches = _branches(assembly, found, f, labelled)
+        out.append(Followed(branches, _frf(assembly, found, f, force), own, _outcome(found, f, list(own))))
+    return out
+
+
+def solved(
+    assembly: Assembly, forces: Array, lines: Array, refine: bool, axis: int | None
+) -> tuple[Solutions, list[Peak]]:
+    """Solutions and peaks; arguments as for `by_lines`."""
     mapped = axis is not None
 
     def solve(at: Array) -> Solutions:
@@ -36,8 +51,7 @@ def by_lines(assembly: Assembly, forces: Array, lines: Array, refine: bool, axis
     found = solve(lines)
     peaks = resonances(assembly, forces, found, mapped)
     if refine:
-        around = [p.frequency + p.width * _AROUND for p in peaks if p.width > 0]
-        extra = np.unique(np.concatenate([lines[:0], *around]))
+        extra = _around(peaks)
         extra = extra[(extra > lines[0]) & (extra < lines[-1]) & ~np.isin(extra, lines)]
         if len(extra):
             found = found.merged(solve(extra))
@@ -45,13 +59,19 @@ def by_lines(assembly: Assembly, forces: Array, lines: Array, refine: bool, axis
         closing = fold_lines(assembly, forces, found)
         if len(closing):
             found = found.merged(replace(solve(closing), regular=np.zeros(len(closing), dtype=bool)))
-    labelled = mapped or not assembly.nonlinear
-    out = []
-    for f, force in enumerate(forces.tolist()):
-        own = tuple(p for p in peaks if p.force == force)
-        branches = _branches(assembly, found, f, labelled)
-        out.append(Followed(branches, _frf(assembly, found, f, force), own, _outcome(found, f, list(own))))
-    return out
+    return found, peaks
+
+
+def _around(peaks: list[Peak]) -> Array:
+    """Lines round the peaks; joints that peak together share theirs."""
+    out = [np.empty(0)]
+    taken: list[Peak] = []
+    for p in sorted((p for p in peaks if p.width > 0), key=lambda p: p.frequency):
+        near = [q for q in taken if abs(q.frequency - p.frequency) <= _TOGETHER * min(q.width, p.width)]
+        if not any(0.5 < q.width / p.width < 2 for q in near):
+            taken.append(p)
+            out.append(p.frequency + p.width * _AROUND)
+    return np.unique(np.concatenate(out))
 
 
 def _branches(assembly: Assembly, found: Solutions, f: int, labelled: bool) -> tuple[Branch, ...]:

@@ -142,10 +142,12 @@ def _motions(view: View, gain: ComplexArray, force: Array) -> ComplexArray:
     """All motions in m at frozen gains, (nf, motions)."""
     if gain.shape[1] == 0:
         return view.Hof[:, :, 0] * force[:, None]
-    system = np.eye(gain.shape[1]) + view.Hzz * gain[:, None, :]
-    z = np.linalg.solve(system, view.Hzf)
-    moved = view.Hof - view.Hoz @ (gain[:, :, None] * z)
-    return np.asarray(moved[:, :, 0] * force[:, None])
+    c = view.coordinates
+    system: ComplexArray = np.eye(len(c.rows)) + c.through(view.Hzz, gain)
+    q = np.asarray(np.linalg.solve(system, view.Hzf[:, :, :1])[:, :, 0], dtype=complex)
+    pull = c.together(gain * c.motions(q))
+    moved: ComplexArray = view.Hof[:, :, 0] - (view.Hoz @ pull[:, :, None])[:, :, 0]
+    return moved * force[:, None]
 
 
 def _one_joint(assembly: Assembly, view: View, axes: int, amplitude: float) -> _State:

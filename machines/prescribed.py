@@ -13,7 +13,7 @@ from jointlib.joint import Joint
 from .assembly import View
 from .bias import force_slopes
 from .indices import Index, Mask
-from .nonlinear import Problem
+from .nonlinear import Problem, own_slopes
 
 _ITERATIONS = 60
 _SETTLED = 1e-11
@@ -35,9 +35,9 @@ class Prescribed:
 def solve_prescribed(
     view: View, joints: Sequence[Joint], cap: Array, direct: ComplexArray, through: ComplexArray, amplitude: float
 ) -> Prescribed:
-    """Solve z + Hzz g = Hzf F and max over the axes of abs(direct F − through g) = ``amplitude`` for z and F.
+    """Solve q + Hzz Tᵀ g = Hzf F and max over the axes of abs(direct F − through Tᵀ g) = ``amplitude`` for q and F.
 
-    ``direct`` (nf, axes) and ``through`` (nf, axes, nj) are receptances to the tool. Folds in the force are no
+    ``direct`` (nf, axes) and ``through`` (nf, axes, r) are receptances to the tool. Folds in the force are no
     obstacle, as the force is not given. Starts from the machine at rest; a line that does not settle is tried again
     with the amplitude raised in steps.
     """
@@ -53,7 +53,7 @@ def solve_prescribed(
             if k < _RAMP:
                 s, F = s * (k + 1) / k, F * (k + 1) / k
         z[lost], gain[lost], force[lost], converged[lost] = s, G, F, done
-    return Prescribed(z, gain, force, converged)
+    return Prescribed(view.coordinates.motions(z), gain, force, converged)
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +67,9 @@ class _Tool:
 
     def motion(self, z: ComplexArray, gain: ComplexArray, force: Array) -> ComplexArray:
         """Tool displacements in m, (lines, axes)."""
-        return np.asarray(self.direct * force[:, None] - (self.through @ (gain * z)[:, :, None])[:, :, 0])
+        c = self.problem.coordinates
+        pull = c.together(gain * c.motions(z))
+        return np.asarray(self.direct * force[:, None] - (self.through @ pull[:, :, None])[:, :, 0])
 
     def start(self, amplitude: float) -> tuple[ComplexArray, Array]:
         """Joint motions and force of the machine with its gains at rest."""
@@ -90,7 +92,7 @@ class _Tool:
     def newton(self, z: ComplexArray, force: Array, amplitude: float) -> tuple[ComplexArray, ComplexArray, Array, Mask]:
         """Newton's method on [Re z, Im z, force]; lines drop out as they settle."""
         lines, nj = z.shape
-        z, force, gain = z.copy(), force.copy(), np.zeros((lines, nj), dtype=complex)
+        z, force, gain = z.copy(), force.copy(), np.zeros((lines, len(self.problem.joints)), dtype=complex)
         converged = np.zeros(lines, dtype=bool)
         left, part, x, F = np.arange(lines), self, z, force
         for _ in range(_ITERATIONS):
@@ -129,18 +131,16 @@ class _Tool:
         size = np.maximum(np.max(np.abs(z), axis=1), 1e-300)
         by_force = -self.problem.driven * (F / size)[:, None]
         J[:, :nj, -1], J[:, nj:-1, -1] = by_force.real, by_force.imag
-        A = np.abs(z)
-        path = self.through[np.arange(lines), axis]
+        c, motion = self.problem.coordinates, self.problem.coordinates.motions(z)
+        path = self.through[np.arange(lines), axis][:, None, :]
         towards = (x.conj() / np.maximum(np.abs(x), 1e-300))[:, None] / amplitude
         if slope.ndim == 3:
-            plus, minus = ((path[:, None, :] @ part)[:, 0] for part in force_slopes(z, gain, slope))
-            J[:, -1, :nj] = -(towards * (plus + minus)).real * size[:, None]
-            J[:, -1, nj:-1] = -(towards * 1j * (plus - minus)).real * size[:, None]
+            plus, minus = (c.across(path, part)[:, 0] for part in force_slopes(motion, gain, slope))
         else:
-            turn = np.where(A > 0, z / np.where(A > 0, A, 1.0), 0.0) ** 2
-            half = slope * A / 2
-            J[:, -1, :nj] = -(towards * path * (gain + half + turn * half)).real * size[:, None]
-            J[:, -1, nj:-1] = -(towards * path * 1j * (gain + half - turn * half)).real * size[:, None]
+            own, crossed = own_slopes(motion, slope)
+            plus, minus = c.through(path, gain + own)[:, 0], c.through(path, crossed)[:, 0]
+        J[:, -1, :nj] = -(towards * (plus + minus)).real * size[:, None]
+        J[:, -1, nj:-1] = -(towards * 1j * (plus - minus)).real * size[:, None]
         J[:, -1, -1] = (towards[:, 0] * self.direct[np.arange(lines), axis]).real * F
         return J
 
@@ -148,7 +148,8 @@ class _Tool:
         self, z: ComplexArray, F: Array, delta: ComplexArray, change: Array, r: Array, amplitude: float
     ) -> tuple[ComplexArray, Array]:
         """A capped step, halved where the residual grows tenfold; the force keeps its sign."""
-        longest = np.maximum(np.max(np.abs(delta) / self.problem.cap, axis=1), np.abs(change) / 0.7)
+        motion = self.problem.coordinates.motions(delta)
+        longest = np.maximum(np.max(np.abs(motion) / self.problem.cap, axis=1), np.abs(change) / 0.7)
         share = 1 / np.maximum(1.0, longest)
         before = np.linalg.norm(r, axis=1) + 1e-12
         while True:

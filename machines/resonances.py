@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
-from jointlib.errors import Outcome
+from jointlib.errors import FrequencyMismatch, Outcome
 
 from .assembly import Assembly
 from .indices import Index, Mask
 from .peaks import Peak, local_maxima, maxima, tips
-from .solutions import Solutions, balance
+from .solutions import Solutions, balance_at
 
 _SAME = 1e-6
 NO_MOTION = 1e-12
@@ -22,8 +22,10 @@ def resonances(assembly: Assembly, forces: Array, found: Solutions, mapped: bool
 
     On the lines the largest solution counts. Where a limit hides it the largest admissible one before stands, with
     the limit as its outcome. A connection without any maximum inside the range has its largest value at an edge; one
-    that does not move has no entry.
+    that does not move has no entry. Where nothing is known between the lines (a measured part without interpolation)
+    the largest values on them stand.
     """
+    between = known_between(assembly, found.frequency)
     names = [c.name for c in assembly.machine.flexible]
     peaks: list[Peak] = []
     starts: list[tuple[int, int, int, Index]] = []
@@ -39,7 +41,10 @@ def resonances(assembly: Assembly, forces: Array, found: Solutions, mapped: bool
             if not len(tops):
                 peaks += _largest(forces[f], names[k], found, level, f)
             for i in tops:
-                if tip:
+                if not between and not found.cut[f, i]:
+                    at = float(found.frequency[i])
+                    peaks.append(Peak(float(forces[f]), names[k], float(level[i]), at, Outcome.CONVERGED))
+                elif tip and between:
                     by_map.append((f, int(i), float(shown[i])))
                 elif found.cut[f, i]:
                     peaks.append(_before_limit(forces[f], names[k], found, level, f, int(i)))
@@ -51,6 +56,17 @@ def resonances(assembly: Assembly, forces: Array, found: Solutions, mapped: bool
         peaks += _maxima(assembly, forces, found, starts)
     order = {name: i for i, name in enumerate(names)}
     return distinct(sorted(peaks, key=lambda p: (p.force, order[p.connection], p.frequency)))
+
+
+def known_between(assembly: Assembly, lines: Array) -> bool:
+    """Whether the machine is known between the lines (Hz), too."""
+    if len(lines) < 2:
+        return True
+    try:
+        assembly.at(np.pi * (lines[:1] + lines[1:2]))
+    except FrequencyMismatch:
+        return False
+    return True
 
 
 def _envelope(found: Solutions, f: int, k: int) -> tuple[Array, Index]:
@@ -143,8 +159,7 @@ def _maxima(
         points = omega.shape[1]
         each = np.repeat(search, points)
         start = np.concatenate([_along(assembly, found, paths[n], w) for n, w in zip(search, omega, strict=True)])
-        view = assembly.at(omega.ravel())
-        moved, _, fine, _, _ = balance(assembly, view, forces[f[each]], start)
+        moved, _, fine, _, _ = balance_at(assembly, omega.ravel() / (2 * np.pi), forces[f[each]], start)
         value = np.abs(moved[np.arange(len(each)), k[each]]).reshape(omega.shape)
         return value, np.asarray(np.all(fine.reshape(omega.shape), axis=1))
 

@@ -23,9 +23,10 @@ from .machine import Machine, checked_forces, checked_range
 from .on_lines import by_lines
 from .overtones import Overtones, refined
 from .peaks import Peak
-from .resonances import NO_MOTION
+from .resonances import NO_MOTION, known_between
 from .sound import unmoved
 from .statics import static_point
+from .windows import by_windows
 
 _POINTS = 600
 _FEW = 6
@@ -133,6 +134,8 @@ def response(
     found = _first_harmonic(assembly, forces, lines, refine, method)
     estimated = with_errors(assembly, forces, [part.branches for part in found])
     found, remarks = refined(assembly, forces, lines, found, estimated, wanted)
+    if not known_between(assembly, lines):
+        remarks = ("a part is known on the lines only, so peaks are the largest values on them", *remarks)
     equations = hill_equations(machine) if stability != "folds" and assembly.biased is None else None
     if isinstance(equations, str):
         remarks, equations = (*remarks, equations) if stability == "hill" else remarks, None
@@ -183,7 +186,9 @@ def _first_harmonic(
         )
     if _at_rest(assembly, lines):
         return by_lines(assembly, forces, lines, refine, None)
-    traced = isinstance(method, ArcLength) or (method is None and count > 1 and refine and assembly.biased is None)
+    traced = isinstance(method, ArcLength)
+    if method is None and count > 1 and refine and assembly.biased is None:
+        return by_windows(assembly, forces, lines)
     if traced and len(lines) > 1 and count > 1:
         low, high = 2 * np.pi * float(lines[0]), 2 * np.pi * float(lines[-1])
         return by_arc_length(assembly, forces, lines, (1,), by_raising_the_force(assembly, forces, low, high))

@@ -70,7 +70,10 @@ class Rigid(Component):
 
     def receptance(self, omega: Array, ports: Array | None = None) -> ComplexArray:
         P = np.eye(6) if ports is None else ports
-        accelerance = P @ np.linalg.solve(self.second_order().mass, P.T)
+        return self.between(omega, P, P)
+
+    def between(self, omega: Array, rows: Array, columns: Array) -> ComplexArray:
+        accelerance = rows @ np.linalg.solve(self.second_order().mass, columns.T)
         return np.asarray(-accelerance / omega[:, None, None] ** 2 + 0j)
 
     def second_order(self) -> SecondOrder:

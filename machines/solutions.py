@@ -11,6 +11,7 @@ from jointlib.errors import Outcome
 
 from . import amplitude_map, nonlinear
 from .assembly import Assembly, View
+from .blocks import blocks
 from .indices import Index, Mask, Reasons
 from .limits import feeds_energy
 
@@ -102,8 +103,7 @@ def by_newton(assembly: Assembly, forces: Array, frequency: Array) -> Solutions:
     """One solution per force and line for any number of nonlinear joints, from the linear response."""
     lines, count = len(frequency), len(forces)
     force, line = np.repeat(np.arange(count), lines), np.tile(np.arange(lines), count)
-    view = assembly.at(2 * np.pi * frequency).at(line)
-    motion, size, fine, rising, why = balance(assembly, view, forces[force])
+    motion, size, fine, rising, why = balance_at(assembly, frequency[line], forces[force])
     return Solutions(
         frequency,
         np.ones(lines, dtype=bool),
@@ -139,6 +139,26 @@ def balance(
             why[wrong & fine] = outcome
             fine &= ~wrong
     return motion, np.max(np.abs(found.z), axis=1), fine, ~found.turning, why
+
+
+def balance_at(
+    assembly: Assembly, frequency: Array, force: Array, start: ComplexArray | None = None, ramp: bool = True
+) -> tuple[ComplexArray, Array, Mask, Mask, Reasons]:
+    """As `balance` at frequencies in Hz, without holding the receptances of all of them at a time."""
+    parts = []
+    lines, place = np.unique(frequency, return_inverse=True)
+    order = np.argsort(place, kind="stable")
+    count = np.bincount(place, minlength=len(lines))
+    ends = np.concatenate([[0], np.cumsum(count)])
+    most = int(np.max(count, initial=1))
+    for some in blocks(len(lines), most * assembly.entries):
+        rows = order[ends[some.start] : ends[some.stop]]
+        view = assembly.at(2 * np.pi * lines[some]).at(place[rows] - some.start)
+        found = balance(assembly, view, force[rows], None if start is None else start[rows], ramp)
+        parts.append(found)
+    back = np.argsort(order)
+    motion, size, fine, rising, why = (np.concatenate(part)[back] for part in zip(*parts, strict=True))
+    return motion, size, fine, rising, why
 
 
 def caps_of(assembly: Assembly) -> Array:

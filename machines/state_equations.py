@@ -13,7 +13,7 @@ from jointlib.errors import InputError
 
 from .component import FirstOrder, SecondOrder
 from .machine import Machine
-from .modes import modes
+from .mode_sum import modes
 from .second_order import groups, motions
 
 _RANK = 1e-9

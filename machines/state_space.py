@@ -101,14 +101,17 @@ class StateSpace(Component):
 
     def receptance(self, omega: Array, ports: Array | None = None) -> ComplexArray:
         P = np.eye(len(self.dofs)) if ports is None else ports
+        return self.between(omega, P, P)
+
+    def between(self, omega: Array, rows: Array, columns: Array) -> ComplexArray:
         A, B, C = self._balanced
         assert self.D is not None
-        out = np.empty((len(omega), len(P), len(P)), dtype=complex)
+        out = np.empty((len(omega), len(rows), len(columns)), dtype=complex)
         step = max(1, _BLOCK // max(len(A), 1) ** 2)
         for start in range(0, len(omega), step):
             s = 1j * omega[start : start + step, None, None]
-            inner = np.linalg.solve(s * np.eye(len(A)) - A, (B @ P.T).astype(complex))
-            out[start : start + step] = (P @ C) @ inner + P @ self.D @ P.T
+            inner = np.linalg.solve(s * np.eye(len(A)) - A, (B @ columns.T).astype(complex))
+            out[start : start + step] = (rows @ C) @ inner + rows @ self.D @ columns.T
         return out
 
     def second_order(self) -> None:

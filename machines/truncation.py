@@ -9,11 +9,10 @@ from jointlib.joint import Joint
 
 from .assembly import Assembly
 from .balance import Balance, solve_complex
+from .blocks import blocks
 from .harmonics import Harmonics, is_odd, jumps
 from .reach import reached
 
-_POINTS = 4096
-"""Solved at a time; bounds the memory that sampled cycles take."""
 _SAMPLES = 256
 """Of a cycle; an estimate needs no more."""
 
@@ -57,18 +56,19 @@ def truncation_error(
     out[~known] = np.nan
     rows = np.flatnonzero(known)
     here = [wider.index(h) for h in own]
-    for begin in range(0, len(rows), _POINTS):
-        now = rows[begin : begin + _POINTS]
+    each = len(wider) ** 2 * assembly.entries + z.shape[2] * _SAMPLES
+    for some in blocks(len(rows), each):
+        now = rows[some]
         balance = Balance.of(assembly, omega[now], force[now], wider)
-        start = np.zeros((len(now), len(wider), z.shape[2]), dtype=complex)
-        start[:, here] = z[now]
+        start = np.zeros((len(now), len(wider), len(assembly.coordinates.rows)), dtype=complex)
+        start[:, here] = assembly.coordinates.of_motions(z[now])
         forces = balance.forces(start, _SAMPLES)
         r = balance.residual(start, forces.force)
         # These were solved for; what sampling the cycle leaves of them is not counted.
         r[:, here] = 0.0
         step = solve_complex(balance.jacobian(forces), -r)
         size = np.maximum(np.max(np.abs(z[now, 0]), axis=1), 1e-300)
-        out[now] = np.max(np.abs(step[:, 0]), axis=1) / size
+        out[now] = np.max(np.abs(assembly.coordinates.motions(step[:, 0])), axis=1) / size
     return out
 
 

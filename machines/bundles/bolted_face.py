@@ -8,12 +8,13 @@ from typing import ClassVar
 import numpy as np
 
 from jointlib.errors import InputError
+from jointlib.io.joint_file import read_joint
 from jointlib.io.toml import Section
 from jointlib.joint import Joint
 
 from .bundle import Bundle, Row, gauss, positive
 from .contact_patch import Face
-from .shared import joint_of, shared
+from .shared import shared
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +57,8 @@ class BoltedFace(Bundle):
         said: list[str] = []
         length, width = section.number("length", "m"), section.number("width", "m")
         positive(cls.kind, length=length, width=width)
-        normal, tangential = joint_of(section, "normal_joint"), joint_of(section, "tangential_joint")
+        normal = read_joint(section.path("normal_joint")) if section.has("normal_joint") else None
+        tangential = read_joint(section.path("tangential_joint")) if section.has("tangential_joint") else None
         face, preload = None, 0.0
         if normal is None or tangential is None:
             if section.has("bolts"):

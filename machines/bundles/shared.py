@@ -8,8 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from jointlib.errors import InputError
-from jointlib.io.joint_file import read_joint
-from jointlib.io.toml import Section
 from jointlib.joint import Joint
 from jointlib.laws.hertz_contact import HertzContact
 from jointlib.laws.hertz_guide import HertzGuide
@@ -18,11 +16,6 @@ from jointlib.laws.viscous import Viscous
 _FORCE = re.compile(r"N(?:[ /].*)?")
 _COMPLIANCE = re.compile(r"m/N\^\((\d+)/(\d+)\)")
 _MASS = re.compile(r"\b(?:N|kg|Pa|J|W)\b")
-
-
-def joint_of(section: Section, key: str) -> Joint | None:
-    """The joint in the file that a key names, or None without the key."""
-    return read_joint(section.path(key)) if section.has(key) else None
 
 
 def shared(joint: Joint, share: float) -> Joint:
