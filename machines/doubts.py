@@ -102,6 +102,9 @@ def elsewhere(assembly: Assembly, forces: Array, found: Solutions) -> Elsewhere:
     raised, fine = _solve(assembly, found.frequency, np.full(n, top), None)
     apart = np.max(np.abs(raised * forces[most] / top - z0), axis=1)
     swept = np.flatnonzero(~np.isnan(z0[:, 0]) & ~(fine & (apart <= _PROPORTIONAL * np.max(np.abs(z0), axis=1))))
+    if not len(swept):
+        none = np.zeros(0, dtype=int)
+        return Elsewhere(np.zeros((len(forces), n), dtype=bool), none, none, np.zeros((0, nj), dtype=complex))
     least = _LEAST * np.min(forces)
     steps = int(np.ceil(np.log(top / least) / np.log(_STEP)))
     levels = np.unique(np.concatenate([forces, np.geomspace(least, top, steps)]))
