@@ -270,6 +270,7 @@ _READERS = {
                 "beam",
                 "matrices",
                 "measured",
+                "measured_records",
                 "state_space",
             )
         ),
