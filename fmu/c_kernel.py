@@ -108,7 +108,17 @@ def c_kernel_of(law: JointLaw) -> CKernel | None:
     """The C kernel of a law; None where there is none."""
     word = word_of(law)
     file = kernel_file(law, FOLDER / f"{word}.h", f"{word}.h")
-    return read_kernel(word, file.read_text(encoding="utf-8")) if file else None
+    return read_kernel(word, _whole_text(file)) if file else None
+
+
+def _whole_text(file: Path) -> str:
+    """A header with those put in that it includes from beside it; what several include guards itself."""
+
+    def put_in(line: re.Match[str]) -> str:
+        other = file.parent / line[1]
+        return _whole_text(other).strip() if other.is_file() else line[0]
+
+    return re.sub(r'^#include "([^"]+)"$', put_in, file.read_text(encoding="utf-8"), flags=re.MULTILINE)
 
 
 def read_kernel(word: str, text: str) -> CKernel:

@@ -14,6 +14,8 @@ _BY_RULE = {
     "Hz": {"Hz": 1.0, "kHz": 1e3, "MHz": 1e6, "mHz": 1e-3, "1/s": 1.0},
     "rpm": {"rpm": 1.0, "krpm": 1e3, "Hz": 60.0},
 }
+_HUGE = 1e75
+"""Beyond this, products of a few quantities are no floats any more."""
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*$")
 
 
@@ -58,11 +60,14 @@ def quantity(value: Any, expected: str, where: str) -> float:
         # Dividing by a whole reciprocal keeps "25 um" the float that 25e-6 is.
         out = number / round(1 / factor) if 0 < factor < 1 and (1 / factor).is_integer() else number * factor
     elif isinstance(value, int | float) and not isinstance(value, bool):
-        out = float(value)
+        out = float(value) if isinstance(value, float) or abs(value) < 10**300 else math.inf
     else:
         raise InputError(f"{where}: {value!r}, expected a number or a string with a unit like {expected!r}")
     if not math.isfinite(out):
-        raise InputError(f"{where}: {value!r}, expected a finite value in {expected}")
+        shown = repr(value) if len(repr(value)) < 30 else "a number of many digits"
+        raise InputError(f"{where}: {shown}, expected a finite value in {expected}")
+    if abs(out) > _HUGE or 0 < abs(out) < 1 / _HUGE:
+        raise InputError(f"{where}: {value!r}, expected 0 or a size between {1 / _HUGE:g} and {_HUGE:g} {expected}")
     return out
 
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
@@ -15,6 +14,8 @@ from .assembly import Assembly, View
 from .balance import Balance, excess, reason, solve_each
 from .harmonics import Harmonics
 from .indices import Index, Mask
+from .points import Points
+from .reach import held
 
 _DIFFERENCE = 1e-6
 _ITERATIONS = 8
@@ -34,52 +35,6 @@ class Stop(Enum):
     LIMIT = "limit of a joint"
     GAVE_UP = "no step was short enough"
     CLOSED = "back at its start"
-
-
-@dataclass(frozen=True, eq=False)
-class Points:
-    """Points of curves with their tangents; the plane t·(u − u_i) = δ meets the curve once beyond each.
-
-    u = [Re Z/scale, Im Z/scale, p/pace]; p is the frequency in rad/s or the force in N that varies.
-    """
-
-    z: ComplexArray
-    """Motions in m, (n, nh, nj)."""
-    p: Array
-    other: Array
-    """The one of frequency and force that does not vary, (n,)."""
-    tangent: Array
-    """Unit tangents in u, (n, 2m + 1)."""
-    scale: Array
-    """m, (n,)."""
-    pace: Array
-    """Of p, (n,)."""
-
-    def at(self, rows: Index | Mask) -> Points:
-        return Points(
-            self.z[rows], self.p[rows], self.other[rows], self.tangent[rows], self.scale[rows], self.pace[rows]
-        )
-
-    @staticmethod
-    def joined(parts: Sequence[Points]) -> Points:
-        return Points(*(np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(Points)))
-
-    def put(self, rows: Index, by: Points) -> Points:
-        """These points with others in some rows."""
-        source = np.arange(len(self.p))
-        source[rows] = len(self.p) + np.arange(len(rows))
-        return Points.joined([self, by]).at(source)
-
-    def moved(self, change: Array) -> tuple[ComplexArray, Array]:
-        """Motions and p at u + change."""
-        half = (change.shape[1] - 1) // 2
-        dz = (change[:, :half] + 1j * change[:, half:-1]) * self.scale[:, None]
-        return self.z + dz.reshape(self.z.shape), self.p + change[:, -1] * self.pace
-
-    def change(self, z: ComplexArray, p: Array) -> Array:
-        """u at other motions and p, less u here."""
-        dz = ((z - self.z) / self.scale[:, None, None]).reshape(len(z), -1)
-        return np.concatenate([dz.real, dz.imag, ((p - self.p) / self.pace)[:, None]], axis=1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,9 +60,13 @@ class Path:
     over_frequency: bool = True
     held: View | None = None  # where the force varies: the machine at the frequencies held, ascending
 
+    def within(self, omega: Array) -> Array:
+        """Frequencies in rad/s, held where a measured receptance ends."""
+        return held(self.assembly.machine, omega, self.harmonics[-1])
+
     def balance(self, p: Array, other: Array) -> Balance:
         """The equations at these values."""
-        omega, force = (p, other) if self.over_frequency else (other, p)
+        omega, force = (self.within(p), other) if self.over_frequency else (other, p)
         return Balance.of(self.assembly, omega, force, self.harmonics, self.held)
 
     def system(self, z: ComplexArray, p: Array, other: Array, scale: Array, pace: Array) -> tuple[Array, Array]:
@@ -115,10 +74,11 @@ class Path:
         n = len(p)
         if self.over_frequency:
             d = _DIFFERENCE * p
+            apart = self.within(p + d) - self.within(p - d)
             balance = self.balance(np.concatenate([p, p + d, p - d]), np.tile(other, 3))
             forces = balance.forces(np.tile(z, (3, 1, 1)))
             r = balance.residual(np.tile(z, (3, 1, 1)), forces.force).reshape(3, n, -1)
-            by_p = (r[1] - r[2]) / (2 * d[:, None])
+            by_p = (r[1] - r[2]) / np.maximum(apart, d)[:, None]
             left, here = r[0], slice(0, n)
             forces = replace(forces, by_z=forces.by_z[here], by_conjugate=forces.by_conjugate[here])
             J = balance.at(np.arange(n)).jacobian(forces)
@@ -204,7 +164,8 @@ def march(path: Path, start: Points) -> list[Trace]:
         guess = here.moved(ds[:, None] * here.tangent + 0.5 * ds[:, None] ** 2 * bend)
         new, count, done = path.correct(here, here.tangent, ds, guess)
         angle = np.arccos(np.clip(np.sum(new.tangent * here.tangent, axis=1), -1, 1))
-        done &= angle < _SHARP
+        ahead = path.over_frequency & (path.within(new.p) != new.p)  # the tangent is not that of the curve there
+        done &= (angle < _SHARP) | ahead
         ds_used = ds.copy()
         ds = np.where(done, ds * _factor(count, angle), ds / 2)
         for k in np.flatnonzero(~done & (ds < _SHORTEST)):

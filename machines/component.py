@@ -82,6 +82,11 @@ class Component(ABC):
     def second_order(self) -> SecondOrder | None:
         """The equations of motion, or None where there are none of this form."""
 
+    @property
+    def band(self) -> tuple[float, float]:
+        """Frequencies in Hz that the receptance is known at: all of them, but for measured ones."""
+        return 0.0, np.inf
+
     def first_order(self) -> FirstOrder | None:
         """The state equations of a component without `second_order`; None where only a receptance is known."""
         return None

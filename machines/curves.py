@@ -10,10 +10,11 @@ import numpy as np
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import Outcome
 
-from .arclength import Path, Points, Stop, Trace
+from .arclength import Path, Stop, Trace
 from .balance import excess
 from .harmonics import Forces
 from .indices import Index, Mask
+from .points import Points
 
 _ALONG = 1e-5
 _PASSES = 40
@@ -232,7 +233,7 @@ def first_harmonics(path: Path, z: ComplexArray, p: Array, other: Array, forces:
     """First harmonics in m of all joints and then of the outputs, (points, motions)."""
     omega, force = (p, other) if path.over_frequency else (other, p)
     forces = path.balance(p, other).forces(z) if forces is None else forces
-    view = path.assembly.at(omega)
+    view = path.assembly.at(path.within(omega))
     pull = view.coordinates.together(forces.force[:, 0])
     moved = view.Hof[:, :, 0] * force[:, None] - (view.Hoz @ pull[:, :, None])[:, :, 0]
     moved[:, list(path.assembly.nonlinear)] = view.coordinates.motions(z[:, 0])

@@ -16,6 +16,7 @@ from .component import Component
 from .connection import Connection, Identify
 from .lobes.cutting import Cutting
 from .machine import Machine
+from .sound import check_sound
 from .static_load import StaticLoad
 
 _CUTTING_UNITS = {
@@ -52,7 +53,7 @@ def read_machine(path: Path | str) -> Machine:
     response.done()
     cutting = _cutting(document.section("cutting")) if document.has("cutting") else None
     document.done()
-    return Machine(
+    machine = Machine(
         components=components,
         connections=(*connections, *bundled),
         name=name,
@@ -64,6 +65,8 @@ def read_machine(path: Path | str) -> Machine:
         static=static,
         source=path,
     )
+    check_sound(machine)
+    return machine
 
 
 def _part(document: Section, file: str) -> Section:

@@ -10,12 +10,13 @@ import numpy as np
 from jointlib.arrays import Array, ComplexArray
 
 from . import nonlinear
-from .arclength import SHARE, Path, Points, Stop, march
+from .arclength import SHARE, Path, Stop, march
 from .assembly import Assembly
 from .branches import Branch, End
 from .curves import Curve, curves_of
 from .harmonics import Harmonics, with_mean
 from .indices import Index
+from .points import Points
 from .solutions import caps_of
 
 _PROBES = 17

@@ -13,6 +13,7 @@ from jointlib.arrays import Array, ComplexArray
 METHODS = ("none", "rational", "spline")
 Curve = Callable[[Array], ComplexArray]
 _POINTS = 4
+_GAP = 3.0
 _ON_AXIS = 0.05
 """A pole nearer to the line between two frequencies than this share of their distance is one of noise."""
 
@@ -68,6 +69,14 @@ def curve(frequency: Array, value: ComplexArray, method: str) -> tuple[Curve, in
         return np.asarray(found.reshape(len(lines), *value.shape[1:]))
 
     return at, int(np.sum(noise))
+
+
+def gaps(frequency: Array) -> list[tuple[float, float]]:
+    """Neighbouring lines in Hz that lie much further apart than those on either side: something is missing there."""
+    width = np.diff(frequency)
+    beside = np.maximum(np.append(width[1:], 0.0), np.append(0.0, width[:-1]))
+    wide = np.flatnonzero((width > _GAP * beside) & (beside > 0))
+    return [(float(frequency[i]), float(frequency[i + 1])) for i in wide]
 
 
 def left_out(frequency: Array, value: ComplexArray, method: str) -> LeftOut:

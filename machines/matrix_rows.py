@@ -34,8 +34,8 @@ def matrix_file(section: Section, key: str) -> MatrixFile:
 def aligned(where: str, files: Mapping[str, MatrixFile]) -> tuple[dict[str, csc_matrix], tuple[Label, ...] | None]:
     """Matrices over the same rows: a grid point that only one of them names is empty in the others."""
     given = {key: found.labels for key, found in files.items()}
-    if all(labels is None for labels in given.values()):
-        return {key: found.matrix for key, found in files.items()}, None
+    if len(set(given.values())) == 1:
+        return {key: found.matrix for key, found in files.items()}, next(iter(given.values()))
     for key, labels in given.items():
         if labels is None:
             raise InputError(f"{where}: {key} names no grid points and the others do, expected all in one format")

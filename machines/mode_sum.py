@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import eigh
+from scipy.linalg import LinAlgError, eigh
 
 from jointlib.arrays import Array, ComplexArray
+from jointlib.errors import InputError
 
 from .indices import Index
 
@@ -151,6 +152,11 @@ def modes(mass: Array, stiffness: Array) -> tuple[Array, Array, float]:
     """
     fastest = float(np.max(np.diag(stiffness) / np.diag(mass), initial=0.0)) or 1.0
     shift = _SHIFT * fastest
-    inverse, shapes = eigh(mass, stiffness + shift * mass)
+    try:
+        inverse, shapes = eigh(mass, stiffness + shift * mass)
+    except LinAlgError:
+        raise InputError(
+            "equations of motion: masses or stiffnesses lie too far apart for floats, expected ones of like size"
+        ) from None
     squared = 1 / inverse - shift
     return np.where(squared < _FREE * fastest, 0.0, squared), shapes / np.sqrt(inverse), fastest

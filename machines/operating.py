@@ -102,6 +102,11 @@ def operating_point(
     kind = ReceptanceKind.TANGENT if moving else ReceptanceKind.LINEAR
     if amplitude > 0:
         view = assembly.at(omega).directed(towards)
+        if not np.all(np.any(view.Hof[:, len(joints) : len(joints) + len(tool), 0], axis=1)):
+            raise InputError(
+                f"{machine.where}: a force on the tool {', '.join(tool)} moves nothing there, expected shapes or "
+                "connections that let it"
+            )
         state = (_one_joint if len(moving) == 1 else _joints)(assembly, view, len(tool), amplitude)
         gains[:, moving], force, outcomes = state.gain, state.force, list(state.outcomes)
         joint_amplitude = np.abs(_motions(view, state.gain, state.force))[:, : len(joints)]

@@ -16,9 +16,11 @@ from .followed import Followed, by_arc_length
 from .following import from_branches
 from .harmonics import Harmonics
 from .labels import TOLERANCE, Branches, with_errors, with_outcomes, worst
-from .truncation import more_harmonics, odd, reached, unsuited
+from .reach import reached, too_short
+from .truncation import more_harmonics, odd, unsuited
 
 _FAR = 0.2
+_REMEDY = "measure further, give modal data of the part, or keep the range lower"
 
 
 @dataclass(frozen=True)
@@ -69,26 +71,44 @@ def refined(
         need = [f for f, branches in enumerate(estimated) if not automatic or worst(branches) > TOLERANCE]
         remarks += _solved(assembly, forces, lines, out, need, several) if need else []
     unknown = Outcome.HARMONICS_SIGNIFICANT if unsuited(assembly) else Outcome.FRF_TOO_SHORT
-    done = [_pointwise(part, automatic, unknown) for part in out]
+    if not any(part.outcome is Outcome.FRF_TOO_SHORT for part in out):
+        remarks += _unknown(assembly, [part.branches for part in out])
+    done = [_pointwise(part, automatic, len(several), unknown) for part in out]
     return done, tuple(remarks)
 
 
-def _pointwise(part: Followed, automatic: bool, unknown: Outcome) -> Followed:
+def _pointwise(part: Followed, automatic: bool, count: int, unknown: Outcome) -> Followed:
     """Outcomes of the points; where all went well otherwise, theirs is that of the force too."""
-    branches = with_outcomes(part.branches, automatic, unknown)
+    branches = tuple(
+        b for one in part.branches for b in with_outcomes([one], automatic or len(one.harmonics) < count, unknown)
+    )
     left = [o for b in branches for o in b.outcomes if o is not Outcome.CONVERGED]
     outcome = left[0] if left and part.outcome is Outcome.CONVERGED else part.outcome
     return replace(part, branches=branches, outcome=outcome)
 
 
-def _first_only(forces: Array, branches: Branches) -> list[str]:
-    errors = [worst(of_force) for of_force in branches]
-    finite = [e for e in errors if np.isfinite(e)]
-    if not finite or max(finite) <= TOLERANCE:
+def _unknown(assembly: Assembly, branches: Branches) -> list[str]:
+    """Where the error of what was solved for is not known because a receptance does not reach further harmonics."""
+    if assembly.biased is not None or unsuited(assembly):
         return []
-    force = forces[int(np.argmax([e if np.isfinite(e) else -1 for e in errors]))]
+    said = []
+    for own in sorted({b.harmonics for of_force in branches for b in of_force}):
+        points = [b for of_force in branches for b in of_force if b.harmonics == own]
+        omega = 2 * np.pi * np.concatenate([b.frequency[np.isnan(b.error)] for b in points])
+        why = too_short(assembly.machine, omega, more_harmonics(assembly, own)) if len(omega) else ""
+        if why:
+            solved = "one harmonic alone is" if len(own) == 1 else f"harmonics {', '.join(map(str, own))} are"
+            said.append(f"how far {solved} off is not known everywhere: {why}; {_REMEDY}")
+    return said
+
+
+def _first_only(forces: Array, branches: Branches) -> list[str]:
+    errors = [float(np.nanmax(np.concatenate([np.zeros(1), *(b.error for b in of_force)]))) for of_force in branches]
+    if max(errors, default=0.0) <= TOLERANCE:
+        return []
+    force = forces[int(np.argmax(errors))]
     # Next to a fold a small change of the equations moves the solution at fixed frequency far.
-    size = f"an estimated {100 * max(finite):.2g} %" if max(finite) < _FAR else f"more than {100 * _FAR:g} %"
+    size = f"an estimated {100 * max(errors):.2g} %" if max(errors) < _FAR else f"more than {100 * _FAR:g} %"
     return [
         f"at {force:g} N one harmonic alone is off by {size} at worst; harmonics = auto takes the others into account"
     ]
@@ -101,15 +121,15 @@ def _solved(
     if len(lines) < 2:
         raise InputError("response: several harmonics are followed over a range, expected more than one line")
     remarks = list(unsuited(assembly))
-    short = not bool(reached(assembly, np.array([2 * np.pi * lines[-1]]), several[-1])[0])
+    short = not np.all(reached(assembly.machine, 2 * np.pi * lines, several))
     if short:
-        remarks.append(
-            f"a receptance ends below {several[-1] * lines[-1]:g} Hz, so only the first harmonic is solved for"
-        )
+        why = too_short(assembly.machine, 2 * np.pi * lines, several)
+        moved = ", ".join(assembly.machine.flexible[i].name for i in assembly.nonlinear)
+        remarks.append(f"{moved}: only the first harmonic is solved for: {why}; {_REMEDY}")
     if remarks:
-        why = Outcome.FRF_TOO_SHORT if short else Outcome.HARMONICS_SIGNIFICANT
+        kind = Outcome.FRF_TOO_SHORT if short else Outcome.HARMONICS_SIGNIFICANT
         for f in need:
-            out[f] = replace(out[f], outcome=why if out[f].outcome is Outcome.CONVERGED else out[f].outcome)
+            out[f] = replace(out[f], outcome=kind if out[f].outcome is Outcome.CONVERGED else out[f].outcome)
         return remarks
     if assembly.biased is None and not odd(assembly):
         remarks.append("a joint pulls harder one way than the other; its mean displacement is held at 0")

@@ -12,6 +12,10 @@ from .indices import Mask
 
 _UNEQUAL = 0.05
 """Two transfer receptances that differ by more than this share of their size are not reciprocal."""
+_UNLIKE = 0.5
+"""A difference of this share of the norm is no matter of noise."""
+_YIELDING = 0.5
+"""Share by which energy that comes out must outweigh what goes in before a record counts as upside down."""
 _NOISE = 1e-9
 _SIGMAS = 3.0
 
@@ -23,6 +27,33 @@ def spans(frequency: Array, failing: Mask) -> str:
     said = [f"{frequency[r[0]]:.5g}" + (f" to {frequency[r[-1]]:.5g}" if len(r) > 1 else "") + " Hz" for r in runs[:4]]
     more = len(runs) - len(said)
     return ", ".join(said) + (f" and {more} more ranges" if more > 0 else "")
+
+
+def broken(frequency: Array, H: ComplexArray, dofs: Sequence[str]) -> list[str]:
+    """What no machine can be computed with: a driving point that yields energy, a pair that has nothing in common.
+
+    A driving point is judged by the energy over the whole band, Σ Re(jωH), to which resonances contribute most; a
+    pair by the norm of its difference over the larger of its norms.
+    """
+    said = []
+    for i in range(len(dofs)):
+        power = frequency * H[:, i, i].imag
+        if np.sum(power) > _YIELDING * np.sum(np.abs(power)):
+            said.append(
+                f"the driving point {dofs[i]} yields energy over the band as a whole (Im H > 0 at its resonances), "
+                "expected a passive record; it may count time as exp(-jωt), then say conjugate = true, or carry the "
+                "wrong sign"
+            )
+        for j in range(i):
+            pair = H[:, i, j], H[:, j, i]
+            size = max(float(np.linalg.norm(one)) for one in pair)
+            share = float(np.linalg.norm(pair[0] - pair[1])) / max(size, 1e-300)
+            if share > _UNLIKE:
+                said.append(
+                    f"{dofs[i]} from {dofs[j]} and back differ by {share:.2g} of their norm, expected reciprocal "
+                    "records; one may have another sign, unit, or pair of points"
+                )
+    return said
 
 
 def not_reciprocal(frequency: Array, H: ComplexArray, dofs: Sequence[str], variance: Array | None = None) -> list[str]:
@@ -53,12 +84,7 @@ def not_passive(frequency: Array, H: ComplexArray, dofs: Sequence[str], variance
         if variance is not None:
             allowed = np.maximum(allowed, _SIGMAS * np.sqrt(variance[:, i, i]))
         failing = value.imag > allowed
-        if np.all(failing):
-            said.append(
-                f"the driving point {dofs[i]} yields energy at every frequency (Im H > 0); the record may count time "
-                "as exp(-jωt), then say conjugate = true, or carry the wrong sign."
-            )
-        elif np.any(failing):
+        if np.any(failing):
             said.append(
                 f"the driving point {dofs[i]} yields energy (real part of its mobility below 0, Im H > 0) at "
                 f"{spans(frequency, failing)}."

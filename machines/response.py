@@ -23,7 +23,8 @@ from .machine import Machine, checked_forces, checked_range
 from .on_lines import by_lines
 from .overtones import Overtones, refined
 from .peaks import Peak
-from .resonances import known_between
+from .resonances import NO_MOTION, known_between
+from .sound import unmoved
 from .statics import static_point
 from .windows import by_windows
 
@@ -138,6 +139,7 @@ def response(
         remarks, equations = (*remarks, equations) if stability == "hill" else remarks, None
     elif equations is not None and stability == "auto" and len(equations.mass) > _FEW:
         equations = None
+    still = unmoved(machine, driven, (b for part in found for b in part.branches))
     return Response(
         driven,
         tuple(forces.tolist()),
@@ -147,7 +149,7 @@ def response(
         tuple(part.frf for part in found),
         tuple(part.outcome for part in found),
         tuple(sorted((p for part in found for p in part.peaks), key=lambda p: p.force)),
-        (*_warnings(machine, float(lines[0]), float(lines[-1])), *remarks),
+        (*_warnings(machine, float(lines[0]), float(lines[-1])), *still, *remarks),
     )
 
 
@@ -166,6 +168,8 @@ def _first_harmonic(
             f"{assembly.machine.where}: the amplitude map takes one nonlinear joint and there are {count}; "
             "use ArcLength() or Newton()"
         )
+    if _at_rest(assembly, lines):
+        return by_lines(assembly, forces, lines, refine, None)
     traced = isinstance(method, ArcLength)
     if method is None and count > 1 and refine:
         return by_windows(assembly, forces, lines)
@@ -179,6 +183,12 @@ def _first_harmonic(
         starts = from_branches(assembly, [part.branches for part in found], (1,))
         return by_arc_length(assembly, forces, lines, (1,), starts)
     return found
+
+
+def _at_rest(assembly: Assembly, lines: Array) -> bool:
+    """Whether the force moves no nonlinear joint, so that there is no amplitude to map or to follow."""
+    view = assembly.at(2 * np.pi * lines[[0, len(lines) // 2, -1]])
+    return bool(np.max(np.abs(view.Hzf), initial=0.0) <= NO_MOTION * np.max(np.abs(view.Hof), initial=0.0))
 
 
 def _forces(machine: Machine, force: float | Sequence[float] | None) -> Array:

@@ -13,6 +13,8 @@ from jointlib.errors import InputError
 from .groups import groups
 from .machine import Machine
 
+_ROUNDING = 1e-15
+
 
 @dataclass(frozen=True, eq=False)
 class MachineEquations:
@@ -62,14 +64,26 @@ def machine_equations(machine: Machine) -> MachineEquations:
         start += kept.shape[1]
     N = np.concatenate(columns, axis=1)
     M, C, K = (block_diag(*(getattr(p, key) for p in parts)) for key in ("mass", "damping", "stiffness"))
+    mass = N.T @ M @ N
+    if not is_positive(mass):
+        raise InputError(
+            f"{machine.where}: the masses that rigid connections tie together lie too far apart for floats, expected "
+            "ones of like size"
+        )
     return MachineEquations(
-        N.T @ M @ N,
+        mass,
         N.T @ C @ N,
         N.T @ K @ N,
         shapes @ N,
         machine.rows(machine.flexible) @ shapes @ N,
         tuple(blocks),
     )
+
+
+def is_positive(mass: Array) -> bool:
+    """Whether a mass matrix can be divided by: positive definite beyond rounding, whatever the units of its rows."""
+    own = np.sqrt(np.maximum(np.diag(mass), 1e-300))
+    return bool(np.linalg.eigvalsh(mass / own / own[:, None])[0] > _ROUNDING * len(mass)) if len(mass) else True
 
 
 def motions(held: Array) -> Array:

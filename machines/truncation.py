@@ -5,13 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
-from jointlib.errors import FrequencyMismatch
 
 from .assembly import Assembly
 from .balance import Balance, solve_complex
 from .blocks import blocks
 from .harmonics import Harmonics, is_odd, jumps, with_mean
-from .indices import Mask
+from .reach import reached
 
 _SAMPLES = 256
 """Of a cycle; an estimate needs no more."""
@@ -48,12 +47,12 @@ def truncation_error(
 
     ``own`` are the harmonics of z. The estimate is the first harmonic of one Newton step in the ``wider`` ones, begun
     where those of them that are new rest: their residual, carried through the joints' tangents and the receptances
-    back to the first. nan where a receptance does not reach the highest, or a force jumps.
+    back to the first. nan where a receptance is not known at one of them, or a force jumps.
     """
     out = np.zeros(len(omega))
     if not z.shape[2] or not len(omega):
         return out
-    known = reached(assembly, omega, max(wider)) & (len(unsuited(assembly)) == 0)
+    known = reached(assembly.machine, omega, wider) & (len(unsuited(assembly)) == 0)
     out[~known] = np.nan
     rows = np.flatnonzero(known)
     here = [wider.index(h) for h in own]
@@ -73,21 +72,3 @@ def truncation_error(
     return out
 
 
-def reached(assembly: Assembly, omega: Array, highest: int) -> Mask:
-    """Where the receptances of all components reach the highest harmonic."""
-
-    def known(w: float) -> bool:
-        try:
-            assembly.at(np.array([highest * w]))
-        except FrequencyMismatch:
-            return False
-        return True
-
-    lines = np.unique(omega)
-    if known(float(lines[-1])):
-        return np.ones(len(omega), dtype=bool)
-    low, high = 0, len(lines) - 1
-    while low < high:
-        middle = (low + high) // 2
-        low, high = (middle + 1, high) if known(float(lines[middle])) else (low, middle)
-    return np.asarray(omega < lines[low])

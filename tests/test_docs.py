@@ -271,6 +271,7 @@ _READERS = {
                 "matrices",
                 "matrix_rows",
                 "measured",
+                "measured_records",
                 "state_space",
             )
         ),

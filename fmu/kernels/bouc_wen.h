@@ -14,14 +14,12 @@
    length + clearance behind the ends of the play; without play they are constant. The position serves co-simulation
    only. */
 
-#include <math.h>
+#include "shared/play.h"
 
 static void bouc_wen_initial(const double *p, const int *n, double z, double *s, int *m)
 {
     (void)p; (void)n;
-    s[0] = z;
-    s[1] = 0.0;
-    m[0] = 0;
+    play_initial(z, s, m);
 }
 
 /* du over a travel of one length, to the positive side. */
@@ -58,11 +56,11 @@ static double bouc_wen_start(const double *p, const double *s, double z, double 
     u = *side * (s[1] - *gap) / length;
     if (clearance > 0.0) {
         const double to_zero = length * bouc_wen_to_zero(p, u);
-        const double past = fmax(*travel - to_zero, 0.0), room = clearance - *side * *gap, lost = fmin(past, room);
+        const double lost = play_lost(clearance, *side, *travel, to_zero, *gap);
         if (*travel < to_zero) {
             *bound = u < 0.0 ? 0.0 : 1.0;
         } else {
-            *bound = past < room ? 0.0 : 1.0;
+            *bound = lost < clearance - *side * *gap ? 0.0 : 1.0;
             if (u < 0.0) {
                 u = 0.0;
                 *travel -= to_zero;
@@ -118,14 +116,10 @@ static void bouc_wen_step_partials(const double *p, const int *n, const double *
     }
 }
 
-static int bouc_wen_is_free(const double *p, const int *m)
-{
-    return p[4] > 0.0 && m[0] == 0;
-}
-
+/* Deflection of the element in units of its length. */
 static double bouc_wen_share(const double *p, const double *s, const int *m)
 {
-    return bouc_wen_is_free(p, m) ? 0.0 : (s[1] - m[0] * p[4]) * p[0] / p[1];
+    return play_deflection(p[4], s, m) * p[0] / p[1];
 }
 
 static double bouc_wen_force(const double *p, const int *n, const double *s, const int *m, double z, double v)
@@ -146,16 +140,14 @@ static void bouc_wen_rates(const double *p, const int *n, const double *s, const
 static void bouc_wen_indicators(const double *p, const int *n, const double *s, const int *m,
     double z, double v, double *g)
 {
-    const double clearance = p[4], hysteresis = 1e-6 * (p[1] / p[0] + clearance);
     (void)n; (void)z; (void)v;
-    g[0] = clearance > 0.0 ? s[1] - clearance + (m[0] > 0 ? hysteresis : -hysteresis) : 1.0;
-    g[1] = clearance > 0.0 ? s[1] + clearance + (m[0] < 0 ? -hysteresis : hysteresis) : 1.0;
+    play_indicators(p[4], p[1] / p[0], s, m, g);
 }
 
 static int bouc_wen_event(const double *p, const int *n, double *s, int *m, double z, double v)
 {
     (void)n; (void)z; (void)v;
-    m[0] = p[4] > 0.0 ? (s[1] > p[4]) - (s[1] < -p[4]) : 0;
+    play_event(p[4], s, m);
     return 0;
 }
 
@@ -163,7 +155,7 @@ static void bouc_wen_partials(const double *p, const int *n, const double *s, co
     double z, double v, double *dF, double *dR)
 {
     const double u = bouc_wen_share(p, s, m), sign = (u > 0.0) - (u < 0.0), motion = (v > 0.0) - (v < 0.0);
-    const int loaded = !bouc_wen_is_free(p, m);
+    const int loaded = !play_is_free(p[4], m);
     int i;
     (void)n; (void)z;
     for (i = 0; i < 4; i++)

@@ -13,14 +13,12 @@
    length + clearance behind the ends of the play; without play they are constant. The position serves co-simulation
    only. */
 
-#include <math.h>
+#include "shared/play.h"
 
 static void dahl_initial(const double *p, const int *n, double z, double *s, int *m)
 {
     (void)p; (void)n;
-    s[0] = z;
-    s[1] = 0.0;
-    m[0] = 0;
+    play_initial(z, s, m);
 }
 
 static double dahl_step(const double *p, const int *n, const double *s, double z, double v, double h,
@@ -31,7 +29,7 @@ static double dahl_step(const double *p, const int *n, const double *s, double z
     (void)n; (void)v; (void)h;
     if (clearance > 0.0 && move != 0.0) {
         const double side = copysign(1.0, move), to_zero = length * log1p(fmax(-side * q, 0.0));
-        const double lost = side * fmin(fmax(fabs(move) - to_zero, 0.0), clearance - side * gap);
+        const double lost = side * play_lost(clearance, side, fabs(move), to_zero, gap);
         move -= lost;
         gap += lost;
     }
@@ -52,15 +50,10 @@ static void dahl_step_partials(const double *p, const int *n, const double *s, d
     dF[1] = 0.0;
 }
 
-static int dahl_is_free(const double *p, const int *m)
-{
-    return p[2] > 0.0 && m[0] == 0;
-}
-
 /* Deflection of the element in units of its length. */
 static double dahl_share(const double *p, const double *s, const int *m)
 {
-    return dahl_is_free(p, m) ? 0.0 : (s[1] - m[0] * p[2]) * p[0] / p[1];
+    return play_deflection(p[2], s, m) * p[0] / p[1];
 }
 
 static double dahl_force(const double *p, const int *n, const double *s, const int *m, double z, double v)
@@ -80,16 +73,14 @@ static void dahl_rates(const double *p, const int *n, const double *s, const int
 static void dahl_indicators(const double *p, const int *n, const double *s, const int *m,
     double z, double v, double *g)
 {
-    const double clearance = p[2], hysteresis = 1e-6 * (p[1] / p[0] + clearance);
     (void)n; (void)z; (void)v;
-    g[0] = clearance > 0.0 ? s[1] - clearance + (m[0] > 0 ? hysteresis : -hysteresis) : 1.0;
-    g[1] = clearance > 0.0 ? s[1] + clearance + (m[0] < 0 ? -hysteresis : hysteresis) : 1.0;
+    play_indicators(p[2], p[1] / p[0], s, m, g);
 }
 
 static int dahl_event(const double *p, const int *n, double *s, int *m, double z, double v)
 {
     (void)n; (void)z; (void)v;
-    m[0] = p[2] > 0.0 ? (s[1] > p[2]) - (s[1] < -p[2]) : 0;
+    play_event(p[2], s, m);
     return 0;
 }
 
@@ -97,7 +88,7 @@ static void dahl_partials(const double *p, const int *n, const double *s, const 
     double z, double v, double *dF, double *dR)
 {
     const double share = dahl_share(p, s, m);
-    const int loaded = !dahl_is_free(p, m);
+    const int loaded = !play_is_free(p[2], m);
     int i;
     (void)n; (void)z;
     for (i = 0; i < 4; i++)

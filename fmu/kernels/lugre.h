@@ -16,7 +16,7 @@
    static_force / stiffness + clearance behind the ends of the play; without play they are constant. The position serves
    co-simulation only. */
 
-#include <math.h>
+#include "shared/play.h"
 #include <stddef.h>
 
 static const char *lugre_check(const double *p, const int *n)
@@ -41,9 +41,7 @@ static double lugre_bend(const double *p, double v)
 static void lugre_initial(const double *p, const int *n, double z, double *s, int *m)
 {
     (void)p; (void)n;
-    s[0] = z;
-    s[1] = 0.0;
-    m[0] = 0;
+    play_initial(z, s, m);
 }
 
 /* Bristle after a travel at one length; gap: the play after it, left: the travel that the play did not take. */
@@ -57,11 +55,11 @@ static double lugre_bristle(const double *p, const double *s, double z, double l
     y = s[1] - *gap;
     if (clearance > 0.0) {
         const double side = (move > 0.0) - (move < 0.0), to_zero = length * log1p(fmax(-side * y, 0.0) / length);
-        const double past = fmax(fabs(move) - to_zero, 0.0), room = clearance - side * *gap;
-        const double lost = side * fmin(past, room);
-        *is_free = fabs(move) >= to_zero && past < room;
-        move -= lost;
-        *gap += lost;
+        const double lost = play_lost(clearance, side, fabs(move), to_zero, *gap);
+        const int ends_inside = fabs(move) >= to_zero && lost < clearance - side * *gap;
+        *is_free = side != 0.0 ? ends_inside : fabs(*gap) < clearance;
+        move -= side * lost;
+        *gap += side * lost;
     }
     *left = move;
     decay = expm1(-fabs(move) / length);
@@ -91,8 +89,6 @@ static void lugre_step_partials(const double *p, const int *n, const double *s, 
     (void)n;
     y = lugre_bristle(p, s, z, length, &gap, &left, &is_free);
     side = z != s[0] ? (left > 0.0) - (left < 0.0) : sign;
-    if (z == s[0])
-        is_free = p[5] > 0.0 && fabs(s[1]) < p[5];
     by_length = -side * expm1(-fabs(left) / length) + (y - side * length) * fabs(left) / (length * length);
     dF[0] = (p[0] - p[1] * fabs(v) / length) * (1.0 - side * y / length);
     dF[1] = (p[0] - p[1] * fabs(v) / length) * by_length * bend
@@ -101,21 +97,11 @@ static void lugre_step_partials(const double *p, const int *n, const double *s, 
         dF[0] = dF[1] = 0.0;
 }
 
-static int lugre_is_free(const double *p, const int *m)
-{
-    return p[5] > 0.0 && m[0] == 0;
-}
-
-static double lugre_deflection(const double *p, const double *s, const int *m)
-{
-    return lugre_is_free(p, m) ? 0.0 : s[1] - m[0] * p[5];
-}
-
 static double lugre_force(const double *p, const int *n, const double *s, const int *m, double z, double v)
 {
-    const double y = lugre_deflection(p, s, m);
+    const double y = play_deflection(p[5], s, m);
     (void)n; (void)z;
-    return lugre_is_free(p, m) ? 0.0 : p[0] * y + p[1] * (v - fabs(v) * y / lugre_length(p, v));
+    return play_is_free(p[5], m) ? 0.0 : p[0] * y + p[1] * (v - fabs(v) * y / lugre_length(p, v));
 }
 
 static void lugre_rates(const double *p, const int *n, const double *s, const int *m,
@@ -123,31 +109,29 @@ static void lugre_rates(const double *p, const int *n, const double *s, const in
 {
     (void)n; (void)z;
     rate[0] = 0.0;
-    rate[1] = v - fabs(v) * lugre_deflection(p, s, m) / lugre_length(p, v);
+    rate[1] = v - fabs(v) * play_deflection(p[5], s, m) / lugre_length(p, v);
 }
 
 static void lugre_indicators(const double *p, const int *n, const double *s, const int *m,
     double z, double v, double *g)
 {
-    const double clearance = p[5], hysteresis = 1e-6 * (p[3] / p[0] + clearance);
     (void)n; (void)z; (void)v;
-    g[0] = clearance > 0.0 ? s[1] - clearance + (m[0] > 0 ? hysteresis : -hysteresis) : 1.0;
-    g[1] = clearance > 0.0 ? s[1] + clearance + (m[0] < 0 ? -hysteresis : hysteresis) : 1.0;
+    play_indicators(p[5], p[3] / p[0], s, m, g);
 }
 
 static int lugre_event(const double *p, const int *n, double *s, int *m, double z, double v)
 {
     (void)n; (void)z; (void)v;
-    m[0] = p[5] > 0.0 ? (s[1] > p[5]) - (s[1] < -p[5]) : 0;
+    play_event(p[5], s, m);
     return 0;
 }
 
 static void lugre_partials(const double *p, const int *n, const double *s, const int *m,
     double z, double v, double *dF, double *dR)
 {
-    const double length = lugre_length(p, v), share = lugre_deflection(p, s, m) / length;
+    const double length = lugre_length(p, v), share = play_deflection(p[5], s, m) / length;
     const double sign = (v > 0.0) - (v < 0.0);
-    const int loaded = !lugre_is_free(p, m);
+    const int loaded = !play_is_free(p[5], m);
     int i;
     (void)n; (void)z;
     for (i = 0; i < 4; i++)

@@ -60,7 +60,7 @@ def lugre_step(
         side = math.copysign(1.0, move) if move != 0.0 else 0.0
         to_zero = length * math.log1p(max(-side * y, 0.0) / length)
         past, room = max(abs(move) - to_zero, 0.0), clearance - side * gap
-        free = abs(move) >= to_zero and past < room
+        free = abs(move) >= to_zero and past < room if side else abs(gap) < clearance
         lost = side * min(past, room)
         move, gap = move - lost, gap + lost
     decay = math.expm1(-abs(move) / length)

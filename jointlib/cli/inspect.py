@@ -44,7 +44,7 @@ def _lines(file: Path) -> list[str]:
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"{file}: not valid TOML: {error}") from None
     readers = {"jointlib/joint/1": _joint, "jointlib/measurement/1": _measurement, "jointlib/machine/1": _machine}
-    if schema not in readers:
+    if not isinstance(schema, str) or schema not in readers:
         raise InputError(f"{file}: schema is {schema!r}, expected one of {', '.join(readers)}")
     return readers[schema](file)
 

@@ -1,4 +1,4 @@
-"""Large matrices from files: MatrixMarket, Harwell–Boeing, npz, mat, Nastran DMIG and OUTPUT4."""
+"""Large matrices from files: MatrixMarket, Harwell–Boeing, npz, mat, Nastran DMIG and OUTPUT4, CalculiX."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from scipy.sparse import csc_matrix, issparse
 
 from jointlib.errors import InputError, nearest
 
+from .calculix import read_calculix
 from .dmig import Label, read_dmig
 from .harwell_boeing import read_harwell_boeing
 from .op4 import read_op4
@@ -23,7 +24,8 @@ MATRIX_MARKET = (".mtx", ".mm")
 HARWELL_BOEING = (".hb", ".rsa", ".rua", ".rb", ".matrix")
 DMIG = (".pch", ".bdf", ".dat", ".nas", ".dmig")
 _UNREADABLE = (ValueError, OSError, EOFError, KeyError, TypeError, RuntimeError, zipfile.BadZipFile, zlib.error)
-SUFFIXES = (*MATRIX_MARKET, *HARWELL_BOEING, *DMIG, ".op4", ".npz", ".mat")
+CALCULIX = (".sti", ".mas")
+SUFFIXES = (*MATRIX_MARKET, *HARWELL_BOEING, *DMIG, *CALCULIX, ".op4", ".npz", ".mat")
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +68,8 @@ def _read(path: Path, suffix: str, name: str | None) -> MatrixFile:
     if suffix in DMIG:
         matrix, labels = _named(path, read_dmig(path), name)
         return MatrixFile(matrix, labels)
+    if suffix in CALCULIX:
+        return MatrixFile(*read_calculix(path))
     if suffix == ".op4":
         return MatrixFile(_named(path, read_op4(path), name))
     if suffix == ".npz":

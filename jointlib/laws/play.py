@@ -35,8 +35,12 @@ def swallowed(direction: Array, travel: Array, to_zero: Array, gap: Array, clear
 
 
 def is_free(direction: Array, travel: Array, to_zero: Array, gap: Array, clearance: float | Array) -> Mask:
-    """Where a travel ends inside the play, the element without load."""
-    return np.asarray((travel >= to_zero) & (np.maximum(travel - to_zero, 0.0) < clearance - direction * gap))
+    """Where a travel ends inside the play, the element without load; without a travel, where it stands inside.
+
+    A play that has been used up is told from one that is open by its bounds, which `split` meets exactly.
+    """
+    ends_inside = (travel >= to_zero) & (np.maximum(travel - to_zero, 0.0) < clearance - direction * gap)
+    return np.asarray(np.where(direction == 0.0, np.abs(gap) < clearance, ends_inside))
 
 
 def remembered(position: Array, stretch: Array) -> Array:

@@ -24,7 +24,11 @@ STEEL_SHEAR = 79e9
 
 @dataclass(frozen=True, eq=False)
 class BallScrew(Bundle):
-    """One row, ``axial``, between the nut's part and the part that holds the bearings; axis: the screw."""
+    """One row, ``axial``, between the nut's part and the part that holds the bearings; axis: the screw.
+
+    A nut that is not linear is a connection of its own, with its joint, between the nut's part and a part that has the
+    mass of the screw; the row ``without_nut`` then holds that part: shaft and bearings alone.
+    """
 
     joint: Joint
     assumed: tuple[str, ...] = ()
@@ -39,8 +43,9 @@ class BallScrew(Bundle):
         said: list[str] = []
         diameter, length = section.number("diameter", "m"), section.number("length", "m")
         position = section.number("position", "m")
-        nut = section.number("nut_stiffness", "N/m")
-        if section.has("nut_preload"):
+        alone = section.flag("without_nut")
+        nut = np.inf if alone else section.number("nut_stiffness", "N/m")
+        if not alone and section.has("nut_preload"):
             # Known at one preload, the preloaded nut goes with the cube root (Hertz).
             preload, reference = section.number("nut_preload", "N"), section.number("reference_preload", "N")
             positive(cls.kind, nut_preload=preload, reference_preload=reference)

@@ -8,12 +8,14 @@ from typing import ClassVar
 import numpy as np
 
 from jointlib.errors import InputError
+from jointlib.io.joint_file import read_joint
 from jointlib.io.toml import Section
 from jointlib.joint import Joint
 from jointlib.laws.hertz_contact import HertzContact
 
 from .bundle import Bundle, Row, assumed_value, positive
 from .hertz import groove_contact
+from .shared import guide_of, guide_row
 
 _POINTS = 6
 """Three already have the stiffness of any number evenly spread; six keep the contact loss of few balls apart."""
@@ -39,6 +41,9 @@ class BearingPair(Bundle):
         m between the two ball planes.
     conformity
         Groove radius over ball diameter, both rings.
+    measured
+        The pair's joint along its axis, in "O" or "X" a ``hertz-guide`` whose rows 1 and 2 are one bearing; then only
+        pitch diameter, spacing, arrangement and points count besides.
     """
 
     balls: int
@@ -50,12 +55,17 @@ class BearingPair(Bundle):
     arrangement: str
     conformity: float = 0.52
     points: int = _POINTS
+    measured: Joint | None = None
     assumed: tuple[str, ...] = ()
 
     kind: ClassVar[str] = "bearing-pair"
     main: ClassVar[tuple[float, float, float]] = (1.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
+        if self.measured is not None:
+            guide_of(self.measured, self.kind)
+            if self.arrangement == "tandem":
+                raise InputError(f"{self.kind}: joint is given for a tandem, expected it for a pair that is preloaded")
         keys = ("ball_diameter", "pitch_diameter", "contact_angle", "preload", "spacing")
         positive(self.kind, **{key: getattr(self, key) for key in keys})
         if not self.contact_angle < np.pi / 2:
@@ -67,6 +77,8 @@ class BearingPair(Bundle):
 
     @classmethod
     def from_section(cls, section: Section) -> BearingPair:
+        if section.has("joint"):
+            return cls._as_measured(section, read_joint(section.path("joint")))
         said = ["rings and balls of steel (208 GPa)"]
         balls = section.integer("balls", lower=3)
         ball, pitch = section.number("ball_diameter", "m"), section.number("pitch_diameter", "m")
@@ -75,7 +87,16 @@ class BearingPair(Bundle):
         arrangement = section.text("arrangement", choices=("O", "X", "tandem"))
         conformity = assumed_value(section, said, "conformity", "1", 0.52, "0.52")
         points = section.integer("points", min(balls, _POINTS), lower=3)
-        return cls(balls, ball, pitch, angle, preload, spacing, arrangement, conformity, points, tuple(said))
+        return cls(balls, ball, pitch, angle, preload, spacing, arrangement, conformity, points, None, tuple(said))
+
+    @classmethod
+    def _as_measured(cls, section: Section, joint: Joint) -> BearingPair:
+        law = guide_of(joint, cls.kind)
+        pitch, spacing = section.number("pitch_diameter", "m"), section.number("spacing", "m")
+        arrangement = section.text("arrangement", choices=("O", "X", "tandem"))
+        points = section.integer("points", _POINTS, lower=3)
+        axial = 2 * law.preload * np.sin(law.contact_angle)
+        return cls(points, pitch / 4, pitch, law.contact_angle, axial, spacing, arrangement, 0.52, points, joint)
 
     @property
     def kappa(self) -> float:
@@ -84,12 +105,15 @@ class BearingPair(Bundle):
         inner = groove_contact(D, self.conformity, 2 / D * gamma / (1 - gamma))
         return inner + groove_contact(D, self.conformity, -2 / D * gamma / (1 + gamma))
 
+    def _joint(self) -> Joint:
+        """The joint of one contact: Q = preload/(Z sin α) on a ball, balls/points of them."""
+        each = self.balls / self.points
+        load = self.preload / (self.balls * np.sin(self.contact_angle))
+        return Joint((HertzContact(load * each, self.kappa * each ** (-2 / 3)),))
+
     def rows(self) -> tuple[Row, ...]:
         cos, sin = np.cos(self.contact_angle), np.sin(self.contact_angle)
-        each = self.balls / self.points
-        # Q = preload/(Z sin α) on a ball; `each` balls share one contact, so it has their load and their compliance.
-        load = self.preload / (self.balls * sin)
-        joint = Joint((HertzContact(load * each, self.kappa * each ** (-2 / 3)),))
+        joint = self._joint() if self.measured is None else guide_row(self.measured, self.kind, 2 / self.points)
         towards = {"O": (1.0, -1.0), "X": (-1.0, 1.0), "tandem": (1.0, 1.0)}[self.arrangement]
         out = []
         for letter, place, sign in zip("ab", (-0.5, 0.5), towards, strict=True):

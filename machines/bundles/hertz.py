@@ -31,7 +31,7 @@ def groove_contact(ball: float, conformity: float, along: float, modulus: float 
 def point_contact(first: float, second: float, modulus: float) -> float:
     """κ for sums of curvatures of both bodies in the two principal planes in 1/m.
 
-    Johnson, Contact Mechanics (1985), eq. 4.25 to 4.27, with A ≤ B half these sums, semi-axes a ≥ b and Carlson's
+    Hertz, as in Johnson, Contact Mechanics (1985), chapter 4, with A ≤ B half these sums, semi-axes a ≥ b and Carlson's
     integrals R_F and R_D at p = b²/a²: B/A = R_D(0, 1, p)/R_D(0, p, 1), a³ = Q R_D(0, p, 1)/(2π E* A),
     δ = 3Q R_F(0, p, 1)/(2π a E*).
     """

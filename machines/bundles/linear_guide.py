@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -12,11 +12,10 @@ from jointlib.io.joint_file import read_joint
 from jointlib.io.toml import Section
 from jointlib.joint import Joint
 from jointlib.laws.hertz_contact import HertzContact
-from jointlib.laws.hertz_guide import HertzGuide
-from jointlib.laws.viscous import Viscous
 
 from .bundle import Bundle, Row, assumed_value, gauss, positive
 from .hertz import groove_contact
+from .shared import guide_of, guide_row
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +74,7 @@ class LinearGuide(Bundle):
             said.append("arrangement = O")
         if section.has("joint"):
             joint = read_joint(section.path("joint"))
-            law = _guide_of(joint)
+            law = guide_of(joint, cls.kind)
             values = law.preload, law.kappa, law.contact_angle
             return cls(*values, width, length, height, arrangement, points, joint, tuple(said))
         preload = section.number("preload", "N")
@@ -120,28 +119,6 @@ class LinearGuide(Bundle):
 
     def _joint(self, share: float) -> Joint:
         """The joint of one point, which carries this share of its row."""
-        joint = Joint((HertzContact(self.preload * share, self.kappa * share ** (-2 / 3)),))
-        if self.measured is None:
-            return joint
-        sin = float(np.sin(self.contact_angle))
-        validity = {}
-        for key, (low, high) in self.measured.validity.items():
-            # What was measured along the normal moves a row by sin φ of it.
-            factor = sin if key in ("amplitude", "velocity") else 1.0
-            validity[key] = (low * factor, high * factor)
-        for law in self.measured.laws:
-            if isinstance(law, Viscous):
-                joint = joint + Viscous(law.damping * share / (4 * sin**2))
-        return replace(joint, validity=validity, provenance=dict(self.measured.provenance))
-
-
-def _guide_of(joint: Joint) -> HertzGuide:
-    guides = [law for law in joint.laws if isinstance(law, HertzGuide)]
-    others = [law.kind for law in joint.laws if not isinstance(law, HertzGuide | Viscous)]
-    if len(guides) != 1 or others:
-        found = " + ".join(law.kind for law in joint.laws)
-        raise InputError(
-            f"linear-guide: joint {joint.name!r} is {found}, expected hertz-guide with viscous at most: only those can "
-            "be shared among the rows"
-        )
-    return guides[0]
+        if self.measured is not None:
+            return guide_row(self.measured, self.kind, share)
+        return Joint((HertzContact(self.preload * share, self.kappa * share ** (-2 / 3)),))

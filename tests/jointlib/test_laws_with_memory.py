@@ -224,6 +224,23 @@ def test_small_motion_sticks_and_large_motion_rubs_with_the_slip_force(law: Join
         assert large.gain.imag == pytest.approx(4 * F / (np.pi * 1e4 * F / K), rel=5e-3)
 
 
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_joint_that_stands_still_at_the_end_of_its_play_is_loaded(side: float) -> None:
+    """A step that ends where it began, while the joint still moves: force and tangents are those without play."""
+    c, y, v = 1e-6, side * 3e-7, np.array([0.0, 0.02, -0.02])
+    for law in (LuGre(K, 900.0, F, 1.4 * F, 1e-3), Dahl(K, F), BoucWen(K, F, 1.5, 0.6)):
+        motion, z = Motion(np.full(3, 1e-5), v, 1e-6), np.full(3, 1e-5)
+        state = np.stack([z, np.full(3, y)], axis=-1)
+        behind = np.stack([z, np.full(3, y + side * c)], axis=-1)
+        with_play = dataclasses.replace(law, clearance=c)
+        assert with_play.step(motion, behind)[0] == pytest.approx(law.step(motion, state)[0], rel=1e-9)
+        for mine, other in zip(with_play.jacobian(motion, behind), law.jacobian(motion, state), strict=True):
+            assert mine == pytest.approx(other, rel=1e-9)
+        # Inside the play nothing is felt, however fast it is crossed.
+        inside = np.stack([z, np.full(3, 0.4 * side * c)], axis=-1)
+        assert np.all(with_play.step(motion, inside)[0] == 0)
+
+
 def test_below_the_play_nothing_is_felt() -> None:
     for law in (Dahl(K, F, 1e-6), BoucWen(K, F, 2.0, 0.5, 1e-6), LuGre(K, 200.0, F, F, 1.0, 1e-6)):
         assert abs(law.describing_function(0.9e-6, 100.0)) < 1e-9 * K

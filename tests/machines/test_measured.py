@@ -17,7 +17,7 @@ from jointlib.joint import Joint
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from machines import Connection, Lumped, Machine, Modal, frozen_receptance, linear_check, read_machine, response
-from machines.interpolation import curve, left_out
+from machines.interpolation import curve, gaps, left_out
 from machines.measured import Measured
 
 LINES = np.linspace(50.0, 1500.0, 581)
@@ -108,7 +108,32 @@ def test_record_that_is_not_reciprocal_or_not_passive_is_named_with_its_frequenc
     # What three standard deviations explain is no fault.
     variance = np.abs(H) ** 2
     assert len(Measured("c", ("x", "y"), LINES, H, variance=variance).remarks()) == 1
-    assert "conjugate = true" in " ".join(Measured("c", ("x", "y"), LINES, truth().conj()).remarks())
+
+
+def test_record_that_no_passive_machine_can_have_is_refused() -> None:
+    with pytest.raises(InputError, match=r"driving point x yields energy over the band .* conjugate = true"):
+        Measured("c", ("x", "y"), LINES, truth().conj())
+    with pytest.raises(InputError, match="driving point y yields energy"):
+        Measured("c", ("x", "y"), LINES, truth() * np.array([[1, 1], [1, -1]]))
+    for factor, share in ((-1, "2"), (1e3, "1"), (0.4, "0.6")):
+        with pytest.raises(InputError, match=f"y from x and back differ by {share} of their norm"):
+            Measured("c", ("x", "y"), LINES, truth() * np.array([[1, factor], [1, 1]]))
+    # Noise is no fault of that kind, nor is a wrong line.
+    rng = np.random.default_rng(2)
+    noise = rng.normal(size=(2, *truth().shape)) * 0.2 * np.abs(truth())
+    Measured("c", ("x", "y"), LINES, truth() + noise[0] + 1j * noise[1])
+
+
+@pytest.mark.parametrize("method", ["rational", "spline"])
+def test_nothing_is_put_into_a_gap_of_the_record(method: str) -> None:
+    keep = (LINES < 400.0) | (LINES > 450.0)
+    part = Measured("c", ("x", "y"), LINES[keep], truth()[keep], interpolation=method)
+    part.receptance(2 * np.pi * np.array([396.0, 397.5, 452.5, 453.0]))
+    with pytest.raises(FrequencyMismatch, match=r"asked for 420 Hz, but no line lies between 397\.5 and 452\.5 Hz"):
+        part.receptance(2 * np.pi * np.array([300.0, 420.0]))
+    # Lines may grow apart, as they do by octaves, or change their step once.
+    for lines in (np.geomspace(50, 1500, 90), np.concatenate([LINES[:40:10], LINES[40:80], LINES[80:200:10]])):
+        assert not gaps(lines)
 
 
 def test_machine_with_a_measured_part_answers_like_one_with_its_model() -> None:
@@ -238,8 +263,8 @@ def accelerance() -> ComplexArray:
     return truth() * Quantity.ACCELERANCE.per_receptance(LINES)[:, None, None]
 
 
-def files(folder: Path) -> None:
-    a, var = accelerance(), 1e-4 * np.abs(accelerance()) ** 2
+def files(folder: Path, conjugate: bool = False) -> None:
+    a, var = accelerance().conj() if conjugate else accelerance(), 1e-4 * np.abs(accelerance()) ** 2
     for word, (i, j) in {"xx": (0, 0), "yx": (1, 0), "yy": (1, 1)}.items():
         table = np.column_stack([LINES, a[:, i, j].real, a[:, i, j].imag, var[:, i, j]])
         np.savetxt(folder / f"{word}.csv", table, delimiter=",", header="f,Re,Im,variance", comments="", fmt="%.17g")
@@ -306,11 +331,15 @@ def test_units_of_a_universal_file_are_converted_and_told(tmp_path: Path) -> Non
 
 
 def test_unit_and_conjugate_are_applied(tmp_path: Path) -> None:
-    text = GOOD.replace('drive = "x"\n', 'drive = "x"\nunit = "g_0/N"\n', 1).replace(
-        'interpolation = "rational"', "conjugate = true"
-    )
-    part = read(tmp_path, text)
-    assert part.frf.receptance[:, 0, 0] == pytest.approx(9.80665 * truth()[:, 0, 0].conj())
+    part = read(tmp_path, GOOD.replace('drive = "x"\n', 'drive = "x"\nunit = "g_0/N"\n', 1))
+    assert part.frf.receptance[:, 0, 0] == pytest.approx(9.80665 * truth()[:, 0, 0])
+    files(tmp_path, conjugate=True)
+    with pytest.raises(InputError, match="conjugate = true"):
+        read_machine(tmp_path / "m.toml")
+    (tmp_path / "m.toml").write_text(GOOD.replace('interpolation = "rational"', "conjugate = true"))
+    (part,) = read_machine(tmp_path / "m.toml").components
+    assert isinstance(part, Measured)
+    assert part.frf.receptance == pytest.approx(truth())
 
 
 XX = 'file = "xx.csv"\nresponse = "x"\ndrive = "x"'

@@ -1,0 +1,69 @@
+"""What a machine file can get wrong although every part of it makes sense: parts left loose, a joint written twice."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from jointlib.errors import InputError
+
+from .branches import Branch
+from .connection import GROUND, Connection
+from .machine import Machine
+from .resonances import NO_MOTION
+
+
+def check_sound(machine: Machine) -> None:
+    """Refuse parts that nothing joins to the tool or the drive, and connections that stand there twice."""
+    _not_loose(machine)
+    _not_twice(machine)
+
+
+def unmoved(machine: Machine, driven: str, branches: Iterable[Branch]) -> tuple[str, ...]:
+    """A sentence where a force moves none of the joints: the machine is then linear, whatever they are."""
+    names = [c.name for c in machine.flexible]
+    sizes = [(float(np.max(np.abs(b.joint))), float(np.max(np.abs(b.output), initial=0.0))) for b in branches if names]
+    if not sizes or max(z for z, _ in sizes) > NO_MOTION * max(x for _, x in sizes):
+        return ()
+    return (f"the force on {driven} moves no joint ({', '.join(names)}), so none of them bears on the answer",)
+
+
+def _not_loose(machine: Machine) -> None:
+    """What stands on the ground is no oversight."""
+    group = {name: name for name in (*(c.name for c in machine.components), GROUND)}
+    for connection in machine.connections:
+        sides = {group[_part(side)] for side in connection.between}
+        group = {name: min(sides) if own in sides else own for name, own in group.items()}
+    asked = [dof for dof in (*machine.tool.values(), machine.drive) if dof is not None]
+    reached = {group[_part(dof)] for dof in asked} or {group[machine.components[0].name]}
+    reached.add(group[GROUND])
+    loose = [c.name for c in machine.components if group[c.name] not in reached]
+    if loose:
+        to = ", ".join(dict.fromkeys(asked)) or machine.components[0].name
+        raise InputError(
+            f"{machine.where}: component {loose[0]!r} is joined neither directly nor through others to {to} or "
+            "the ground, expected a connection that does, or a machine without it"
+        )
+
+
+def _not_twice(machine: Machine) -> None:
+    seen: dict[str, Connection] = {}
+    for connection in machine.connections:
+        if connection.rigid:
+            continue
+        key = repr((sorted(connection.between), connection.at, connection.direction, _held_by(connection)))
+        if key in seen:
+            raise InputError(
+                f"{machine.where}: connections {seen[key].name!r} and {connection.name!r} hold the same motion by the "
+                "same joint, expected it once, or one joint of twice the stiffness"
+            )
+        seen[key] = connection
+
+
+def _held_by(connection: Connection) -> object:
+    return connection.identify if connection.joint is None else connection.joint.laws
+
+
+def _part(side: str) -> str:
+    return side.partition(".")[0]
