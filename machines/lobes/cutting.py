@@ -152,6 +152,19 @@ class Cutting:
         assert self.tangential is not None
         return -self.cuts_per_revolution * self.tangential / (4 * np.pi) * self.directional_factors
 
+    def tooth(self, angle: Array) -> tuple[Array, Array]:
+        """Directions u (N/m²) and v of a tooth at angles φ, shape (n, 2) each: its force on the tool is −b·u·(vᵀΔq).
+
+        v = (sin φ, cos φ) is along the chip thickness, u = (K_t·cos φ + K_n·sin φ, −K_t·sin φ + K_n·cos φ), and
+        u·vᵀ is H₁(φ).
+        """
+        self._require_milling("a tooth")
+        assert self.tangential is not None
+        assert self.normal is not None
+        s, c = np.sin(angle), np.cos(angle)
+        force = np.stack([self.tangential * c + self.normal * s, -self.tangential * s + self.normal * c], axis=-1)
+        return force, np.stack([s, c], axis=-1)
+
     def speeds(self, count: int = 400) -> Array:
         """Evenly spaced spindle speeds in rpm over the range of the table."""
         if self.speed is None:
