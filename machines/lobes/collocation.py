@@ -24,11 +24,11 @@ from jointlib.errors import CheckFailed
 from .cutting import Cutting
 from .tool_model import ToolModel
 
-_MORE = 10
+MORE = 10
 """Nodes beyond θ = ω_max·t of a stretch of cut."""
 _LONGEST = 60.0
 """θ above which a stretch is split."""
-_FINER = 4
+FINER = 4
 _RAISES = 8
 _GUARD = 1e-7
 _BLOCK = 1_000_000
@@ -38,7 +38,7 @@ _BLOCK = 1_000_000
 class ArcMap:
     """One tooth period at one speed; see the module for R, T, E and L.
 
-    ``time`` of the nodes in tooth periods, ``weight`` of a quadrature over them, ``force`` U (nodes, axes, r).
+    ``time`` of the nodes in tooth periods, ``weight`` of a quadrature over them, ``along`` U, shape (nodes, axes, r).
     """
 
     entry: Array
@@ -47,13 +47,19 @@ class ArcMap:
     push: Array
     time: Array
     weight: Array
-    force: Array
+    along: Array
 
     def __call__(self, fraction: Array) -> ComplexArray:
         """The loop at ν = ωτ/2π, shape (g, nodes·r, nodes·r), for the search of the boundary."""
         turn = np.exp(2j * np.pi * fraction)[:, None, None]
         ring = np.linalg.solve(turn * np.eye(len(self.period)) - self.period, self.push.astype(complex))
         return np.asarray(self.volterra + self.entry @ ring)
+
+    def force(self, fraction: float, carried: ComplexArray, orders: Array) -> ComplexArray:
+        """Harmonics of the force at ω + qω_T for an eigenvector of the loop, shape (orders, axes)."""
+        chip = carried.reshape(len(self.time), -1) * self.weight[:, None]
+        turn = np.exp(-2j * np.pi * (fraction + orders)[:, None] * self.time)
+        return np.asarray(turn @ np.einsum("kar,kr->ka", self.along, chip))
 
     def multipliers(self, depth: Array) -> Array:
         """Largest size of a Floquet multiplier at depths in m, shape (d,)."""
@@ -75,7 +81,7 @@ class ArcMap:
         return np.asarray(np.max(np.abs(np.linalg.eigvals(whole)), axis=1))
 
 
-def arc_map(model: ToolModel, cutting: Cutting, speed: float, more: int = _MORE) -> ArcMap:
+def arc_map(model: ToolModel, cutting: Cutting, speed: float, more: int = MORE) -> ArcMap:
     """The map over one tooth period at a speed in rpm, with ⌈θ⌉ + ``more`` nodes per stretch of cut."""
     modes, axes = len(model.poles), ["xy".index(axis) for axis in model.axes]
     pitch = 2 * np.pi / cutting.cuts_per_revolution
@@ -84,9 +90,7 @@ def arc_map(model: ToolModel, cutting: Cutting, speed: float, more: int = _MORE)
     pushed: list[ComplexArray] = []
     entry, rows, times, weights, forces = [], [], [], [], []
     seen = model.weight[:, None] * model.outputs
-    edges = np.unique(np.concatenate([[0.0, pitch], np.mod([cutting.entry_angle, cutting.exit_angle], pitch)]))
-    edges = edges[np.append(np.diff(edges) > 1e-12 * pitch, True)]
-    edges[-1] = pitch
+    edges = _edges(cutting, pitch)
     for start, end in zip(edges[:-1], edges[1:], strict=True):
         cut = _teeth(cutting, (start + end) / 2)
         duration = (end - start) / turning
@@ -114,7 +118,7 @@ def arc_map(model: ToolModel, cutting: Cutting, speed: float, more: int = _MORE)
             state = free[:, -1, None] * state
             pushed = [free[:, -1, None] * part for part in pushed]
             pushed.append(driven[:, -1].reshape(modes, -1))
-            times.append(angle / pitch)
+            times.append(angle[1:] / pitch)
             weights.append(rule * (end - start) / pieces / 2 / pitch)
             forces.append(U)
     total = sum(part.shape[1] for part in pushed)
@@ -148,7 +152,7 @@ def largest_multipliers(model: ToolModel, cutting: Cutting, speed: Array, depth:
         coarse = arc_map(model, cutting, float(rpm))
         before = coarse.multipliers(check)
         for raise_ in range(_RAISES):
-            found = arc_map(model, cutting, float(rpm), _MORE + _FINER * (raise_ + 1))
+            found = arc_map(model, cutting, float(rpm), MORE + FINER * (raise_ + 1))
             after = found.multipliers(check)
             if np.all(np.abs(after - before) <= _GUARD * np.maximum(after, 1.0)):
                 break
@@ -162,8 +166,20 @@ def largest_multipliers(model: ToolModel, cutting: Cutting, speed: Array, depth:
     return out
 
 
+def _edges(cutting: Cutting, pitch: float) -> Array:
+    """Angles of tooth 0 over one pitch at which a tooth enters or leaves the cut, and both ends."""
+    if cutting.process != "milling":
+        return np.array([0.0, pitch])
+    edges = np.unique(np.concatenate([[0.0, pitch], np.mod([cutting.entry_angle, cutting.exit_angle], pitch)]))
+    edges = edges[np.append(np.diff(edges) > 1e-12 * pitch, True)]
+    edges[-1] = pitch
+    return edges
+
+
 def _teeth(cutting: Cutting, angle: float) -> Array:
     """Angles, relative to tooth 0, of the teeth in the cut when tooth 0 is at ``angle``."""
+    if cutting.process != "milling":
+        return np.zeros(1)
     offset = 2 * np.pi / cutting.cuts_per_revolution * np.arange(cutting.cuts_per_revolution)
     place = np.mod(angle + offset, 2 * np.pi)
     return offset[(place > cutting.entry_angle) & (place < cutting.exit_angle)]
@@ -173,7 +189,9 @@ def _directions(cutting: Cutting, axes: list[int], angle: Array) -> tuple[Array,
     """U and V with H = U·Vᵀ at the nodes but the first, shape (nodes, axes, r); r = 1 while one tooth cuts."""
     u, v = cutting.tooth(angle[1:])
     u, v = u[..., axes], v[..., axes]
-    alone = cutting.exit_angle - cutting.entry_angle <= 2 * np.pi / cutting.cuts_per_revolution * (1 + 1e-12)
+    alone = cutting.process != "milling" or (
+        cutting.exit_angle - cutting.entry_angle <= 2 * np.pi / cutting.cuts_per_revolution * (1 + 1e-12)
+    )
     if len(axes) == 2 and alone:
         return u[:, 0, :, None], v[:, 0, :, None]
     H = np.einsum("kja,kjb->kab", u, v)

@@ -124,6 +124,12 @@ def near(loop: Loop, crossing: Crossing) -> Crossing:
     return NONE
 
 
+def eigenvector(loop: Loop, crossing: Crossing) -> ComplexArray:
+    """What the loop carries round at a crossing, shape (m,)."""
+    values, vectors = np.linalg.eig(loop(np.array([crossing.fraction]))[0])
+    return np.asarray(vectors[:, np.argmin(np.abs(values - crossing.eigenvalue))])
+
+
 def _nearest(matrix: ComplexArray, guess: complex) -> complex:
     """The eigenvalue nearest to a guess, by inverse iteration."""
     size = len(matrix)

@@ -64,17 +64,33 @@ class HarmonicLoop:
         return np.arange(-self.harmonics - 1.0, self.harmonics + 1.0)
 
     def __call__(self, fraction: Array) -> ComplexArray:
-        angle, weight = self.nodes
-        n, lines = len(self.axes), len(self.orders)
-        u, v = (part[:, list(self.axes)] for part in self.cutting.tooth(angle))
-        turn = np.exp(1j * self.cutting.cuts_per_revolution * angle[:, None] * self.orders)
-        into = (turn.conj()[:, :, None] * u[:, None, :] * weight[:, None, None]).reshape(len(angle), lines * n)
-        out = (turn[:, :, None] * v[:, None, :]).reshape(len(angle), lines * n)
+        into, out = self._directions
+        nodes, lines, n = out.shape
         parts = []
-        block = max(1, _BLOCK // (len(angle) * lines * n))
+        block = max(1, _BLOCK // out.size)
         for start in range(0, len(fraction), block):
-            G = self.lines(fraction[start : start + block])
-            felt = np.einsum("kqa,gqab->gkqb", out.reshape(len(angle), lines, n), G, optimize=True)
-            felt = felt.reshape(len(G), len(angle), lines * n)
-            parts.append(felt @ into.T if len(angle) <= lines * n else into.T @ felt)
+            felt = self._felt(out, self.lines(fraction[start : start + block])).reshape(-1, nodes, lines * n)
+            flat = into.reshape(nodes, lines * n).T
+            parts.append(felt @ flat if nodes <= lines * n else flat @ felt)
         return np.concatenate(parts)
+
+    def motion(self, fraction: float, carried: ComplexArray) -> Array:
+        """Size of the tool's displacement at ω + qω_T, q as `orders`, for an eigenvector of the loop."""
+        into, _ = self._directions
+        nodes, lines, n = into.shape
+        force = np.tensordot(carried, into, 1) if nodes <= lines * n else carried.reshape(lines, n)
+        moved = np.einsum("qab,qb->qa", self.lines(np.array([fraction]))[0], force)
+        return np.asarray(np.linalg.norm(moved, axis=1))
+
+    @property
+    def _directions(self) -> tuple[ComplexArray, ComplexArray]:
+        """u·W·e^(−jqNφ) and v·e^(jqNφ), shape (nodes, lines, n)."""
+        angle, weight = self.nodes
+        u, v = (part[:, None, list(self.axes)] for part in self.cutting.tooth(angle))
+        turn = np.exp(1j * self.cutting.cuts_per_revolution * angle[:, None] * self.orders)[:, :, None]
+        return np.asarray(turn.conj() * u * weight[:, None, None]), np.asarray(turn * v)
+
+    @staticmethod
+    def _felt(out: ComplexArray, G: ComplexArray) -> ComplexArray:
+        """vᵀG at every node and line, shape (g, nodes, lines, n)."""
+        return np.asarray(np.einsum("kqa,gqab->gkqb", out, G, optimize=True))

@@ -104,9 +104,11 @@ class ToolModel:
         value = (1 / (jw - self.poles)) @ flat + (1 / (jw - self.poles.conj())) @ flat.conj()
         return np.asarray(value.reshape(*jw.shape[:-1], *self.direct.shape) + self.direct)
 
-    def turned(self, rotation: Array) -> ToolModel:
-        """The same tool seen along other axes x and y, R·G·Rᵀ; a direction that was rigid stays so."""
-        rows = rotation[:, ["xy".index(axis) for axis in self.axes]]
-        return ToolModel(
-            self.poles, self.inputs @ rows.T, self.outputs @ rows.T, rows @ self.direct @ rows.T, ("x", "y")
-        )
+    @property
+    def lines(self) -> Array:
+        """Lines in Hz on which every mode leaves its trace, from a tenth of the lowest to twice the highest."""
+        size, width = np.abs(self.poles), np.abs(self.poles.real)
+        around = size[:, None] + width[:, None] * np.linspace(-6, 6, 13)
+        grid = np.geomspace(0.1 * np.min(size), 2 * np.max(size), 60)
+        lines = np.unique(np.concatenate([around.ravel(), grid])) / (2 * np.pi)
+        return lines[lines > 0]
