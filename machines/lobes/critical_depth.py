@@ -24,7 +24,7 @@ from ..indices import Mask
 Loop = Callable[[Array], ComplexArray]
 """ν, shape (g,) → the matrices of the loop in 1/m, shape (g, m, m)."""
 
-_LEVELS = (0.3, 0.08, 0.02, 0.004, 5e-4)
+_LEVELS = (0.6, 0.3, 0.15, 0.07, 0.02, 0.004, 5e-4)
 """Shares of the strongest loop down to which branches are followed, one after the other until a crossing is found."""
 _ROUNDS = 10
 _STEP = 0.35
@@ -65,14 +65,13 @@ def first_crossing(loop: Loop, fraction: Array) -> Crossing:
     norm of the loop shows that no eigenvalue can matter, none is computed.
     """
     matrices = loop(fraction)
-    bound = np.sqrt(np.linalg.norm(matrices @ matrices, axis=(1, 2))) * np.abs(regeneration(fraction))
+    bound = _largest(matrices) * np.abs(regeneration(fraction))
     values = np.full(matrices.shape[:2], np.nan, dtype=complex)
     values[-1] = np.linalg.eigvals(matrices[-1])
     best = _flip(values[-1])
     for share in _LEVELS:
         level = share * float(np.max(bound))
-        if 1 / best.depth >= level / share * _LEVELS[0] and np.isfinite(best.depth):
-            level = 1 / best.depth
+        level = max(level, 1 / best.depth)
         for _ in range(_ROUNDS):
             matters = (bound[:-1] >= level) | (bound[1:] >= level)
             missing = np.isnan(values[:, 0]) & (np.append(matters, False) | np.insert(matters, 0, False))
@@ -97,6 +96,15 @@ def first_crossing(loop: Loop, fraction: Array) -> Crossing:
         if 1 / best.depth >= level:
             break
     return best
+
+
+def _largest(matrices: ComplexArray) -> Array:
+    """An upper bound of the largest eigenvalue: the norm of the eighth power, to the power 1/8."""
+    scale = np.linalg.norm(matrices, axis=(1, 2))
+    power = matrices / scale[:, None, None]
+    for _ in range(3):
+        power = power @ power
+    return np.asarray(scale * np.linalg.norm(power, axis=(1, 2)) ** (1 / 8))
 
 
 def near(loop: Loop, crossing: Crossing) -> Crossing:
@@ -213,8 +221,7 @@ def _closed(loop: Loop, bracket: _Bracket) -> Crossing | None:
     for _ in range(80):
         nu = right - above * (right - left) / (above - below)
         nu = min(max(nu, min(left, right)), max(left, right))
-        values = np.linalg.eigvals(loop(np.array([nu])))[0]
-        value = complex(values[np.argmin(np.abs(values - start - chord * (nu - origin)))])
+        value = _nearest(loop(np.array([nu]))[0], start + chord * (nu - origin))
         turned = value * complex(regeneration(np.array(nu)))
         if abs(turned.imag) <= _TOLERANCE * abs(turned) or abs(right - left) <= 4e-15 * nu:
             return Crossing(-1 / turned.real, float(nu), value) if turned.real < 0 else None

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -31,6 +32,9 @@ _BEYOND = 5
 _BLOCK = 2_000_000
 
 
+_gauss = lru_cache(maxsize=64)(np.polynomial.legendre.leggauss)
+
+
 @dataclass(frozen=True)
 class HarmonicLoop:
     """The loop at one speed with P harmonics on either side; called with ν = ω/ω_T.
@@ -44,13 +48,13 @@ class HarmonicLoop:
     tooth_frequency: float
     harmonics: int
 
-    @property
+    @cached_property
     def nodes(self) -> tuple[Array, Array]:
         """Angles φ_k in rad and weights (N/2π)·W_k of a Gauss rule that integrates the products of all harmonics."""
         arc = self.cutting.exit_angle - self.cutting.entry_angle
         turns = (self.harmonics + 1) * self.cutting.cuts_per_revolution * arc
         count = int(np.ceil(0.5 * turns + 4 * max(turns, 1.0) ** (1 / 3))) + 8
-        x, w = np.polynomial.legendre.leggauss(count)
+        x, w = _gauss(count)
         angle = self.cutting.entry_angle + arc * (x + 1) / 2
         return angle, w * arc / 2 * self.cutting.cuts_per_revolution / (2 * np.pi)
 
@@ -82,7 +86,7 @@ class HarmonicLoop:
         moved = np.einsum("qab,qb->qa", self.lines(np.array([fraction]))[0], force)
         return np.asarray(np.linalg.norm(moved, axis=1))
 
-    @property
+    @cached_property
     def _directions(self) -> tuple[ComplexArray, ComplexArray]:
         """u·W·e^(−jqNφ) and v·e^(jqNφ), shape (nodes, lines, n)."""
         angle, weight = self.nodes
