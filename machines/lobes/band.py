@@ -20,10 +20,10 @@ _FAINT = 1e-3
 
 @dataclass(frozen=True)
 class Spectrum:
-    """G(f) for f of either sign. Past the last known line it goes on as a mass, below the first one as a spring.
+    """G(f) for f of either sign. Past the last known line it goes on as a mass, below the first one as one mode does.
 
-    ``known`` is (lowest, highest) frequency in Hz at which it is known; with ``carried_on`` false the receptance is
-    zero outside, which bounds what the assumption is worth.
+    ``known`` is (lowest, highest) frequency in Hz at which it is known. With ``carried_on`` false the receptance is
+    zero above and constant below, which tells what the assumption is worth.
     """
 
     point: ToolPoint
@@ -35,10 +35,30 @@ class Spectrum:
         low, high = self.known
         G = self.point(np.clip(f, low, high))
         above, below = f > high, f < low
-        G[above] = G[above].real * ((high / f[above]) ** 2)[:, None, None] if self.carried_on else 0.0
-        G[below] = G[below].real if self.carried_on else 0.0
+        if self.carried_on:
+            for outside, edge, inward in ((above, high, 1 / 1.1), (below, low, 1.1)):
+                if outside.any():
+                    G[outside] = self._past(f[outside], edge, inward)
+        else:
+            G[above] = 0.0
+            G[below] = G[below].real
         G = np.where((frequency.ravel() < 0)[:, None, None], G.conj(), G)
         return np.asarray(G.reshape(*frequency.shape, *G.shape[1:]))
+
+
+    def _past(self, frequency: Array, edge: float, inward: float) -> Array:
+        """1/G of every entry straight in f², as a spring with a mass has it, from the last tenth of the band on.
+
+        Where that would put a resonance outside the band, or the entry changes sign, it is a mass above the band and a
+        spring below it.
+        """
+        last, before = self.point(np.array([edge, inward * edge])).real
+        steady = (last * before > 0) & (np.abs(last) <= np.abs(before))
+        start = 1 / np.where(steady, last, 1.0)
+        slope = (1 / np.where(steady, before, 1.0) - start) / (inward**2 - 1)
+        ratio = ((frequency / edge) ** 2)[:, None, None]
+        inverse = np.where(steady, start + slope * (ratio - 1), 1.0)
+        return np.where(steady, 1 / inverse, last / np.maximum(ratio, 1.0))
 
 
 def spectrum(point: ToolPoint, highest: float) -> Spectrum:
@@ -98,6 +118,6 @@ def _thinned(f: Array, G: ComplexArray, size: Array) -> Shape:
     """Leave out lines from which the receptance has hardly turned."""
     kept = [0]
     for i in range(1, len(f)):
-        if np.linalg.norm(G[i] - G[kept[-1]]) > _STEP / 2 * min(size[i], size[kept[-1]]) or i == len(f) - 1:
+        if np.linalg.norm(G[i] - G[kept[-1]]) > _STEP * min(size[i], size[kept[-1]]) or i == len(f) - 1:
             kept.append(i)
     return Shape(f[kept], size[kept])

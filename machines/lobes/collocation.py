@@ -81,8 +81,8 @@ class ArcMap:
         return np.asarray(np.max(np.abs(np.linalg.eigvals(whole)), axis=1))
 
 
-def arc_map(model: ToolModel, cutting: Cutting, speed: float, more: int = MORE) -> ArcMap:
-    """The map over one tooth period at a speed in rpm, with ⌈θ⌉ + ``more`` nodes per stretch of cut."""
+def arc_map(model: ToolModel, cutting: Cutting, speed: float, more: int = MORE, share: float = 1.0) -> ArcMap:
+    """The map over one tooth period at a speed in rpm, with ⌈``share``·θ⌉ + ``more`` nodes per stretch of cut."""
     modes, axes = len(model.poles), ["xy".index(axis) for axis in model.axes]
     pitch = 2 * np.pi / cutting.cuts_per_revolution
     turning = 2 * np.pi * speed / 60
@@ -100,7 +100,7 @@ def arc_map(model: ToolModel, cutting: Cutting, speed: float, more: int = MORE) 
             continue
         theta = (model.fastest + 2 * turning) * duration
         pieces = max(1, int(np.ceil(theta / _LONGEST)))
-        count = int(np.ceil(theta / pieces)) + more
+        count = int(np.ceil(share * theta / pieces)) + more
         x, derivative, rule = _chebyshev(count)
         step = duration / pieces
         inverse = np.linalg.inv(2 / step * derivative[1:, 1:] - model.poles[:, None, None] * np.eye(count))

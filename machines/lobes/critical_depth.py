@@ -31,6 +31,7 @@ _STEP = 0.35
 _APART = 0.5
 _REAL = 1e-8
 _TOLERANCE = 1e-12
+_CLOSE = 1.1
 
 
 @dataclass(frozen=True)
@@ -57,8 +58,8 @@ def regeneration(fraction: Array) -> ComplexArray:
     return np.asarray(1 - np.exp(-2j * np.pi * fraction))
 
 
-def first_crossing(loop: Loop, fraction: Array) -> Crossing:
-    """Lowest depth at which an eigenvalue of the loop closes on itself.
+def first_crossings(loop: Loop, fraction: Array) -> list[Crossing]:
+    """The lowest depth at which an eigenvalue of the loop closes on itself, and those up to a tenth above it.
 
     ``fraction`` are the ν to begin with, ascending, the last one 1/2; intervals over which an eigenvalue that may hold
     the lowest crossing turns by more than a third of itself, or is not told from its neighbour, are halved. Where a
@@ -68,10 +69,9 @@ def first_crossing(loop: Loop, fraction: Array) -> Crossing:
     bound = _largest(matrices) * np.abs(regeneration(fraction))
     values = np.full(matrices.shape[:2], np.nan, dtype=complex)
     values[-1] = np.linalg.eigvals(matrices[-1])
-    best = _flip(values[-1])
+    found = _flips(values[-1])
     for share in _LEVELS:
-        level = share * float(np.max(bound))
-        level = max(level, 1 / best.depth)
+        level = max(share * float(np.max(bound)), 1 / (_CLOSE * min((one.depth for one in found), default=np.inf)))
         for _ in range(_ROUNDS):
             matters = (bound[:-1] >= level) | (bound[1:] >= level)
             missing = np.isnan(values[:, 0]) & (np.append(matters, False) | np.insert(matters, 0, False))
@@ -87,15 +87,16 @@ def first_crossing(loop: Loop, fraction: Array) -> Crossing:
             fraction = np.concatenate([fraction, middle])[order]
             matrices = np.concatenate([matrices, between])[order]
             values, bound = np.concatenate([values, closed])[order], np.concatenate([bound, reach])[order]
-        for bracket in sorted(brackets, key=lambda bracket: bracket.floor):
-            if bracket.floor > best.depth:
+        found = _flips(values[-1])
+        for bracket in sorted(brackets, key=lambda one: one.floor):
+            if bracket.floor > _CLOSE * min((one.depth for one in found), default=np.inf):
                 break
-            found = _closed(loop, bracket)
-            if found is not None and found.depth < best.depth:
-                best = found
-        if 1 / best.depth >= level:
+            closed_at = _closed(loop, bracket)
+            found += [] if closed_at is None else [closed_at]
+        if found and 1 / (_CLOSE * min(one.depth for one in found)) >= level:
             break
-    return best
+    lowest = min((one.depth for one in found), default=np.inf)
+    return sorted((one for one in found if one.depth <= _CLOSE * lowest), key=lambda one: one.depth)
 
 
 def _largest(matrices: ComplexArray) -> Array:
@@ -156,13 +157,10 @@ def _nearest(matrix: ComplexArray, guess: complex) -> complex:
     return complex(values[np.argmin(np.abs(values - guess))])
 
 
-def _flip(values: ComplexArray) -> Crossing:
-    """The lowest period doubling, from the eigenvalues at ν = 1/2."""
+def _flips(values: ComplexArray) -> list[Crossing]:
+    """Period doublings, from the eigenvalues at ν = 1/2."""
     real = values.real[(np.abs(values.imag) <= _REAL * np.max(np.abs(values))) & (values.real < 0)]
-    if not len(real):
-        return NONE
-    lowest = float(np.min(real))
-    return Crossing(-0.5 / lowest, 0.5, complex(lowest))
+    return [Crossing(-0.5 / value, 0.5, complex(value)) for value in np.sort(real)[:2].tolist()]
 
 
 @dataclass(frozen=True)

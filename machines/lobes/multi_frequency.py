@@ -27,8 +27,6 @@ from .cutting import Cutting
 Spectrum = Callable[[Array], ComplexArray]
 """G at frequencies in Hz of either sign, shape (…) → (…, n, n)."""
 
-_BEYOND = 5
-"""Harmonics kept past the highest frequency that matters."""
 _BLOCK = 2_000_000
 
 
@@ -53,7 +51,7 @@ class HarmonicLoop:
         """Angles φ_k in rad and weights (N/2π)·W_k of a Gauss rule that integrates the products of all harmonics."""
         arc = self.cutting.exit_angle - self.cutting.entry_angle
         turns = (self.harmonics + 1) * self.cutting.cuts_per_revolution * arc
-        count = int(np.ceil(0.5 * turns + 4 * max(turns, 1.0) ** (1 / 3))) + 8
+        count = int(np.ceil(0.5 * turns + 2.5 * max(turns, 1.0) ** (1 / 3))) + 5
         x, w = _gauss(count)
         angle = self.cutting.entry_angle + arc * (x + 1) / 2
         return angle, w * arc / 2 * self.cutting.cuts_per_revolution / (2 * np.pi)

@@ -11,8 +11,8 @@ from jointlib.errors import CheckFailed, InputError, Outcome
 
 from .band import Shape, Spectrum, shape, spectrum
 from .chart import StabilityLobes
-from .collocation import FINER, MORE, arc_map
-from .critical_depth import NONE, Crossing, eigenvector, first_crossing, near
+from .collocation import FINER, MORE, ArcMap, arc_map
+from .critical_depth import NONE, Crossing, eigenvector, first_crossings, near
 from .cutting import Cutting
 from .multi_frequency import HarmonicLoop
 from .tool_model import ToolModel
@@ -22,13 +22,13 @@ NOTES = (
     "Not covered: helix, uneven tooth pitch, runout, process damping, axial and torsional motion, loss of contact.",
     "The minimum depth is the lowest at the speeds given.",
 )
-_PAST = 5
-"""Harmonics beyond the highest frequency that matters."""
+_PAST = 3
+"""Harmonics beyond the highest frequency that matters, in the search; the depth itself is settled with more."""
 _MOST = 400
 _AGREE = 5e-5
 _SAME = 0.05
 _GAIN = 0.5
-_UNBOUNDED = 0.1
+_UNBOUNDED = 1.0
 _WORTH_TELLING = 1e-4
 _UNSEEN_PEAK = 50.0
 """Height over its flexibility of a mode beyond the band, with a damping ratio of 0.01."""
@@ -66,18 +66,7 @@ def by_collocation(model: ToolModel, point: ToolPoint, cutting: Cutting, speed: 
     found = []
     for rpm in speed.tolist():
         tooth = cutting.cuts_per_revolution * rpm / 60
-        coarse = arc_map(model, cutting, rpm)
-        crossing = first_crossing(coarse, resolved.folded(tooth))
-        for more in range(1, _RAISES + 1):
-            finer = arc_map(model, cutting, rpm, MORE + FINER * more)
-            settled = near(finer, crossing) if crossing.kind else first_crossing(finer, resolved.folded(tooth))
-            if settled.kind == crossing.kind and not abs(settled.depth / crossing.depth - 1) > _GUARD:
-                break
-            crossing = first_crossing(finer, resolved.folded(tooth))
-        else:
-            raise CheckFailed(
-                f"collocation: at {rpm:g} rpm the depth still changes with the number of nodes; use multi-frequency"
-            )
+        settled, finer = _collocated(model, cutting, rpm, resolved.folded(tooth))
         if not settled.kind:
             found.append(_Found(NONE))
             continue
@@ -90,29 +79,42 @@ def by_collocation(model: ToolModel, point: ToolPoint, cutting: Cutting, speed: 
     return _chart("collocation", found, cutting, speed, ())
 
 
+def _collocated(model: ToolModel, cutting: Cutting, speed: float, fraction: Array) -> tuple[Crossing, ArcMap]:
+    """The settled crossing at one speed; few nodes search, more settle the depth, four further ones prove it."""
+    for more in range(0, _RAISES * FINER, FINER):
+        search = first_crossings(arc_map(model, cutting, speed, MORE // 2 + more, 0.6), fraction)
+        before, finer = (arc_map(model, cutting, speed, MORE + more + extra) for extra in (0, FINER))
+        settled = min((near(before, one) for one in search), key=lambda one: one.depth, default=NONE)
+        if not search and not first_crossings(before, fraction):
+            return NONE, finer
+        if settled.kind and abs(settled.depth / search[0].depth - 1) < _SAME:
+            proved = near(finer, settled)
+            if abs(proved.depth / settled.depth - 1) <= _GUARD:
+                return proved, finer
+    raise CheckFailed(
+        f"collocation: at {speed:g} rpm the depth still changes with the number of nodes; use multi-frequency"
+    )
+
+
 def _harmonic(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> _Found:
     """The settled crossing at one speed; P grows until twice as many change nothing."""
     fraction = resolved.folded(loop.tooth_frequency)
     P = int(np.ceil(resolved.highest / loop.tooth_frequency)) + _PAST
     while P <= _MOST:
-        coarse = replace(loop, harmonics=P)
-        crossing = first_crossing(coarse, fraction)
-        finer = replace(loop, harmonics=2 * P)
-        if not crossing.kind:
-            if not first_crossing(finer, fraction).kind:
-                return _Found(NONE)
-        elif _left_out(resolved, coarse, stiffest * crossing.depth) < _GAIN:
-            settled = near(finer, crossing)
-            while settled.kind and abs(settled.depth / crossing.depth - 1) > _AGREE and finer.harmonics < _MOST:
-                if abs(settled.depth / crossing.depth - 1) > _SAME:
-                    settled = NONE
-                    break
-                crossing, finer = settled, replace(loop, harmonics=2 * finer.harmonics)
-                settled = near(finer, crossing)
-            if settled.kind and abs(settled.depth / crossing.depth - 1) <= _AGREE:
-                moved = coarse.motion(settled.fraction, eigenvector(coarse, replace(settled)))
-                line = _largest(settled.fraction + coarse.orders, moved)
-                return _Found(settled, line, _doubt(finer, settled))
+        coarse, finer = replace(loop, harmonics=P), replace(loop, harmonics=2 * P)
+        search = first_crossings(coarse, fraction)
+        if not search and not first_crossings(finer, fraction):
+            return _Found(NONE)
+        if search and _left_out(resolved, coarse, stiffest * search[0].depth) < _GAIN:
+            before, settled = search[0], min((near(finer, one) for one in search), key=lambda one: one.depth)
+            if settled.kind and abs(settled.depth / before.depth - 1) < _SAME:
+                while settled.kind and abs(settled.depth / before.depth - 1) > _AGREE and finer.harmonics < _MOST:
+                    before, finer = settled, replace(loop, harmonics=2 * finer.harmonics)
+                    settled = near(finer, before)
+                if abs(settled.depth / before.depth - 1) <= _AGREE:
+                    moved = coarse.motion(settled.fraction, eigenvector(coarse, settled))
+                    line = _largest(settled.fraction + coarse.orders, moved)
+                    return _Found(settled, line, _doubt(finer, settled, fraction))
         P *= 2
     raise CheckFailed(
         f"multi-frequency: at a tooth frequency of {loop.tooth_frequency:g} Hz the depth still changes with the number "
@@ -137,14 +139,16 @@ def _stiffest(cutting: Cutting, axes: tuple[int, ...]) -> float:
     return float(np.max(np.linalg.norm(np.einsum("kja,kjb->kab", u, v), ord=2, axis=(1, 2))))
 
 
-def _doubt(loop: HarmonicLoop, crossing: Crossing) -> float:
-    """Relative change of the depth if the receptance is nothing, not a mass, past its last known line."""
+def _doubt(loop: HarmonicLoop, crossing: Crossing, fraction: Array) -> float:
+    """Relative change of the depth if the receptance is zero above its last known line and constant below the first."""
     receptance = loop.receptance
     assert isinstance(receptance, Spectrum)
     if not np.isfinite(receptance.known[1]):
         return 0.0
-    without = near(replace(loop, receptance=replace(receptance, carried_on=False)), crossing)
-    return abs(without.depth / crossing.depth - 1) if without.kind else np.inf
+    bare = replace(loop, receptance=replace(receptance, carried_on=False))
+    without = near(bare, crossing)
+    depth = without.depth if without.kind else min((one.depth for one in first_crossings(bare, fraction)), default=np.inf)
+    return abs(depth / crossing.depth - 1)
 
 
 def _largest(line: Array, moved: Array) -> float:

@@ -116,7 +116,7 @@ def _interpolant(frf: FRF) -> Receptance:
         size = size + np.abs(G[:, 0, 1] * G[:, 1, 0])
     if np.all(np.abs(np.linalg.det(G)) > _SINGULAR * size):
         inverse = np.linalg.inv(G)
-        return lambda at: np.asarray(np.linalg.inv(interpolate(inverse, at)))
+        return lambda at: _inverse(interpolate(inverse, at))
     direct = ~np.all(np.abs(G) > 0, axis=0)
     source = np.where(direct, G, 1 / np.where(direct, 1, G))
 
@@ -125,6 +125,14 @@ def _interpolant(frf: FRF) -> Receptance:
         return np.where(direct, value, 1 / np.where(direct, 1, value))
 
     return entrywise
+
+
+def _inverse(matrices: ComplexArray) -> ComplexArray:
+    """Inverses of many matrices of one or two rows."""
+    if matrices.shape[1] == 1:
+        return 1 / matrices
+    a, b, c, d = (matrices[:, i, j] for i in (0, 1) for j in (0, 1))
+    return np.moveaxis(np.array([[d, -b], [-c, a]]) / (a * d - b * c), 2, 0)
 
 
 def _axes_from_names(names: tuple[str, ...]) -> tuple[str, ...]:
