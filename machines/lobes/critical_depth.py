@@ -15,6 +15,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import lu_factor, lu_solve
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import CheckFailed
@@ -142,11 +143,11 @@ def eigenvector(loop: Loop, crossing: Crossing) -> ComplexArray:
 def _nearest(matrix: ComplexArray, guess: complex) -> complex:
     """The eigenvalue nearest to a guess, by inverse iteration."""
     size = len(matrix)
-    inverse = np.linalg.inv(matrix - guess * (1 + 1e-9) * np.eye(size))
+    factors = lu_factor(matrix - guess * (1 + 1e-9) * np.eye(size), check_finite=False)
     vector = np.exp(1j * np.arange(size) ** 2)
     value = complex(np.nan)
     for _ in range(60):
-        grown = inverse @ vector
+        grown = lu_solve(factors, vector, check_finite=False)
         share = np.vdot(vector, grown) / np.vdot(vector, vector)
         vector = grown / np.linalg.norm(grown)
         new = guess * (1 + 1e-9) + 1 / complex(share)

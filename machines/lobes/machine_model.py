@@ -18,18 +18,32 @@ _SAME = 1e-9
 _INSTANT = 1e-12
 
 
-def machine_model(machine: Machine, frequency: float, amplitude: float = 0.0) -> tuple[ToolModel, float]:
+def modes_at_rest(machine: Machine) -> ToolModel | None:
+    """Modes of the tool point at rest; None where the machine has none, or a joint is no spring and damper in truth.
+
+    Joints are: every tangent K + jωC. That is found out by comparing with the machine's own receptance.
+    """
+    if machine.frequency is None:
+        return None
+    try:
+        model = machine_model(machine, float(np.mean(machine.frequency)))
+    except InputError:
+        return None
+    lines = np.linspace(*machine.frequency, 60)
+    G = operating_point(machine, lines, 0.0).frf.receptance
+    error = np.linalg.norm(model(lines) - G, axis=(1, 2))
+    return model if np.all(error <= _SAME * np.max(np.linalg.norm(G, axis=(1, 2)))) else None
+
+
+def machine_model(machine: Machine, frequency: float, joint_amplitude: Array | None = None) -> ToolModel:
     """Modes of the tool point with every joint a spring and a damper, K = Re G and C = Im G/ω.
 
-    G is the gain of the joint at rest (amplitude 0), or while the tool point vibrates with ``amplitude`` (m), at
-    ``frequency`` (Hz). Also returns by how much the receptance of these modes differs from that of the machine over
-    its band, relative to the largest: none where all joints are springs and dampers in truth.
-
-    Raises `InputError` for machines with measured components or with joints that are rigid at rest.
+    G is the gain of a joint at ``frequency`` (Hz), at rest or at ``joint_amplitude`` (m, one per joint). Raises
+    `InputError` for machines with measured components and for joints that are rigid there.
     """
     states = machine_states(machine)
     omega = 2 * np.pi * np.array([frequency])
-    K, C = (np.array(part) for part in _linearised(machine, omega, amplitude))
+    K, C = (np.array(part) for part in _linearised(machine, omega, joint_amplitude))
     if not (np.all(np.isfinite(K)) and np.all(np.isfinite(C))):
         raise InputError(f"{machine.where}: a joint is rigid at that amplitude, so it has no spring; use multi-frequency")
     axes = tuple(axis for axis in AXES if axis in machine.tool)
@@ -47,27 +61,13 @@ def machine_model(machine: Machine, frequency: float, amplitude: float = 0.0) ->
     scale = np.max(np.abs(out), initial=0.0) * np.max(np.abs(B), initial=0.0)
     if np.any(jump > _INSTANT * scale):
         raise InputError(f"{machine.where}: a damper sits where the speed jumps with a force; use multi-frequency")
-    model = ToolModel.from_states(closed, B @ rows.T, rows @ out, rows @ D @ rows.T, axes)
-    return model, _difference(machine, model, amplitude)
+    return ToolModel.from_states(closed, B @ rows.T, rows @ out, rows @ D @ rows.T, axes)
 
 
-def _linearised(machine: Machine, omega: Array, amplitude: float) -> tuple[Array, Array]:
+def _linearised(machine: Machine, omega: Array, amplitude: Array | None) -> tuple[Array, Array]:
     """K in N/m and C in N s/m of every joint at one frequency."""
     tool = tuple(machine.tool[axis] for axis in AXES if axis in machine.tool)
     joints = Assembly(machine, tool, tool).joints
-    size = np.zeros(len(joints))
-    if amplitude > 0:
-        size = operating_point(machine, omega / (2 * np.pi), amplitude).joint_amplitude[0]
+    size = np.zeros(len(joints)) if amplitude is None else amplitude
     gain = np.array([joint.first_harmonic(A, omega).gain.ravel()[0] for joint, A in zip(joints, size, strict=True)])
     return np.real(gain), np.imag(gain) / omega[0]
-
-
-def _difference(machine: Machine, model: ToolModel, amplitude: float) -> float:
-    if machine.frequency is None:
-        return 0.0
-    lines = np.linspace(*machine.frequency, 60)
-    G = operating_point(machine, lines, amplitude).frf.receptance
-    error = np.linalg.norm(model(lines) - G, axis=(1, 2))
-    largest = np.max(np.linalg.norm(G, axis=(1, 2)))
-    found = float(np.max(error) / largest)
-    return 0.0 if found < _SAME else found

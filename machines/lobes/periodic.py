@@ -25,7 +25,7 @@ NOTES = (
 _PAST = 3
 """Harmonics beyond the highest frequency that matters, in the search; the depth itself is settled with more."""
 _MOST = 400
-_AGREE = 5e-5
+_AGREE = 1e-4
 _SAME = 0.05
 _GAIN = 0.5
 _UNBOUNDED = 1.0
@@ -46,7 +46,7 @@ class _Found:
 
 
 def by_harmonics(point: ToolPoint, cutting: Cutting, speed: Array) -> StabilityLobes:
-    """Multi-frequency chart; P harmonics are settled when 2·P change the depth by less than 5·10⁻⁵."""
+    """Multi-frequency chart; P harmonics are settled when 2·P change the depth by less than 10⁻⁴."""
     cuts, resolved = cutting.cuts_per_revolution, shape(point)
     highest = max(float(point.lines[-1]), (resolved.highest + _PAST * cuts * float(np.max(speed)) / 60) * 2)
     receptance = spectrum(point, highest)
@@ -108,13 +108,14 @@ def _harmonic(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> _Found:
         if search and _left_out(resolved, coarse, stiffest * search[0].depth) < _GAIN:
             before, settled = search[0], min((near(finer, one) for one in search), key=lambda one: one.depth)
             if settled.kind and abs(settled.depth / before.depth - 1) < _SAME:
+                first = replace(loop, harmonics=2 * P), settled
                 while settled.kind and abs(settled.depth / before.depth - 1) > _AGREE and finer.harmonics < _MOST:
                     before, finer = settled, replace(loop, harmonics=2 * finer.harmonics)
                     settled = near(finer, before)
                 if abs(settled.depth / before.depth - 1) <= _AGREE:
                     moved = coarse.motion(settled.fraction, eigenvector(coarse, settled))
                     line = _largest(settled.fraction + coarse.orders, moved)
-                    return _Found(settled, line, _doubt(finer, settled, fraction))
+                    return _Found(settled, line, _doubt(*first, fraction))
         P *= 2
     raise CheckFailed(
         f"multi-frequency: at a tooth frequency of {loop.tooth_frequency:g} Hz the depth still changes with the number "

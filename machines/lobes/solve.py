@@ -28,6 +28,8 @@ METHODS = {
 }
 """The methods and the processes each is for."""
 
+_MOST_PHASE = 80.0
+"""rad that the fastest mode turns in a tooth period, up to which collocation is the default."""
 _POWER_LAW = (
     "The force grows with a power of the chip thickness other than 1: the depths hold for vanishing vibration at the "
     "nominal feed, and a knock can start chatter below them."
@@ -55,22 +57,24 @@ def stability_lobes(
     speed
         Spindle speeds in rpm, any shape.
     method
-        ``"turning"``, or for milling ``"multi-frequency"``, ``"zero-order"`` (a preview) or ``"collocation"`` (of a
-        tool with modes); without it, the first that suits the process.
+        ``"turning"``; for milling ``"multi-frequency"``, ``"zero-order"`` (a preview) or ``"collocation"`` (of a
+        `ToolModel`). Without it: turning, collocation of a `ToolModel`, else multi-frequency.
     axes
         Directions that move, ``("x",)``, ``("y",)`` or ``("x", "y")``; see `tool_point`.
     frequency
         Lines in Hz where the search starts; needed for a function. The first and the last bound the search.
     """
-    name = ("multi-frequency" if cutting.process == "milling" else "turning") if method is None else method
+    speeds = np.asarray(speed, dtype=float)
+    if speeds.size == 0 or not np.all(np.isfinite(speeds) & (speeds > 0)):
+        raise InputError("lobes: spindle speeds must be finite, positive and at least one, in rpm")
+    name = _default(receptance, cutting, speed) if method is None else method
     if name not in METHODS:
         raise InputError(f"lobes: no method {method!r}, {nearest(str(method), METHODS)}")
     if cutting.process not in METHODS[name]:
         raise InputError(f"{name}: the process is {cutting.process}, expected {' or '.join(METHODS[name])}")
-    speeds = np.asarray(speed, dtype=float)
-    if speeds.size == 0 or not np.all(np.isfinite(speeds) & (speeds > 0)):
-        raise InputError("lobes: spindle speeds must be finite, positive and at least one, in rpm")
     model = receptance if isinstance(receptance, ToolModel) else None
+    if model is not None and axes is not None:
+        raise InputError("lobes: a ToolModel already has its axes, leave them out")
     if model is not None:
         axes, frequency = model.axes, model.lines if frequency is None else frequency
     if not isinstance(receptance, ToolPoint):
@@ -122,6 +126,17 @@ def stability_lobes(
         notes=turning.NOTES if name == "turning" else zero_order.NOTES,
         warnings=warnings + doubts,
     )
+
+
+def _default(receptance: FRF | Receptance | ToolPoint | ToolModel, cutting: Cutting, speed: ArrayLike) -> str:
+    """Collocation for a tool with modes, unless a tooth period holds so many oscillations that harmonics are faster."""
+    if cutting.process != "milling":
+        return "turning"
+    if isinstance(receptance, ToolModel):
+        period = 60 / (cutting.cuts_per_revolution * float(np.min(speed)))
+        if receptance.fastest * period <= _MOST_PHASE:
+            return "collocation"
+    return "multi-frequency"
 
 
 def _assumed_axes(receptance: FRF | Receptance, cutting: Cutting, axes: Sequence[str] | None) -> Sequence[str] | None:
