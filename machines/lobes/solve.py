@@ -88,6 +88,9 @@ def stability_lobes(
     if name in ("multi-frequency", "collocation"):
         if name == "multi-frequency":
             chart = periodic.by_harmonics(receptance, cutting, speeds.ravel())
+            if receptance.sampled:
+                traced = trace(receptance, zero_order.loop_stiffness(cutting, receptance.axes))
+                warnings += tuple(_wide_lines(receptance, traced))
         elif model is None:
             raise InputError(
                 "collocation: needs a tool with modes, found a receptance on lines or a function; use multi-frequency"
