@@ -29,7 +29,7 @@ def advice(charts: Sequence[tuple[float, StabilityLobes]]) -> tuple[str, ...]:
     if not np.isfinite(lowest[k]):
         return ("No chatter was found at any speed and depth, inside the frequencies that were searched.",)
     said = [
-        f"Below {_mm(lowest[k])} every speed is stable (chatter would come at {chatter:.0f} Hz); "
+        f"Below {_mm(lowest[k])} every speed {'' if charts[k][1].branches else 'in the range '}is stable (chatter would come at {chatter:.0f} Hz); "
         f"the best speed in the range is {speeds[best]:.0f} rpm with {_mm(everywhere[best])}."
     ]
     if len(charts) > 1 and charts[0][0] == 0:

@@ -65,10 +65,11 @@ class ArcMap:
         """Largest size of a Floquet multiplier at depths in m, shape (d,)."""
         size = len(self.period) + len(self.volterra)
         block = max(1, _BLOCK // size**2)
-        parts = [self._largest(depth[start : start + block]) for start in range(0, len(depth), block)]
-        return np.concatenate(parts)
+        parts = [np.linalg.eigvals(self.maps(depth[start : start + block])) for start in range(0, len(depth), block)]
+        return np.concatenate([np.max(np.abs(part), axis=1) for part in parts])
 
-    def _largest(self, depth: Array) -> Array:
+    def maps(self, depth: Array) -> Array:
+        """(x, η) → (x, η) one tooth period on, at depths in m, shape (d, states + nodes·r, …)."""
         states, count = len(self.period), len(self.volterra)
         w = depth[:, None, None]
         Z = np.linalg.inv(np.eye(count) + w * self.volterra)
@@ -78,7 +79,7 @@ class ArcMap:
         pushed = w * (self.push @ Z)
         whole[:, :states, states:] = pushed
         whole[:, :states, :states] = self.period - pushed @ self.entry
-        return np.asarray(np.max(np.abs(np.linalg.eigvals(whole)), axis=1))
+        return whole
 
 
 def arc_map(model: ToolModel, cutting: Cutting, speed: float, more: int = MORE, share: float = 1.0) -> ArcMap:

@@ -30,7 +30,7 @@ _SAME = 0.05
 _GAIN = 0.5
 _UNBOUNDED = 1.0
 _WORTH_TELLING = 1e-4
-_RESONANT = 0.5
+_RESONANT, _TURNED = 0.5, 0.3
 _UNSEEN_PEAK = 50.0
 """Height over its flexibility of a mode beyond the band, with a damping ratio of 0.01."""
 _RAISES = 6
@@ -159,7 +159,9 @@ def _refuse_resonant_ends(receptance: Spectrum, resolved: Shape) -> None:
     if not np.isfinite(receptance.known[1]):
         return
     for word, end in (("starts", 0), ("ends", -1)):
-        if resolved.size[end] > _RESONANT * np.max(resolved.size):
+        direct = np.einsum("ii->i", receptance.point(resolved.lines[[end]])[0])
+        turned = bool(np.any(np.abs(direct.imag) > _TURNED * np.abs(direct)))
+        if turned and resolved.size[end] > _RESONANT * np.max(resolved.size):
             raise InputError(
                 f"multi-frequency: the band {word} at {resolved.lines[end]:g} Hz on a resonance; expected a wider band"
             )
