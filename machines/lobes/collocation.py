@@ -15,6 +15,7 @@ Too few nodes make a cut look stable, so every result is computed with n and n +
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -109,11 +110,12 @@ def arc_map(model: ToolModel, cutting: Cutting, speed: float, more: int = MORE, 
         for piece in range(pieces):
             angle = start + (end - start) * (piece + (x + 1) / 2) / pieces
             U, V = _directions(cutting, axes, angle[:, None] + cut)
-            driven = np.einsum("pkl,pa,lar->pklr", inverse, model.inputs, U, optimize=True)
-            look = np.einsum("pa,kar->pkr", seen, V)
-            entry.append(np.einsum("pkr,pk,ps->krs", look, free, state, optimize=True).real)
-            earlier = [np.einsum("pkr,pk,pc->krc", look, free, part, optimize=True).real for part in pushed]
-            own = np.einsum("pkr,pklc->krlc", look, driven, optimize=True).real
+            driven = inverse[:, :, :, None] * np.tensordot(model.inputs, U, (1, 1))[:, None]
+            look = np.tensordot(seen, V, (1, 1))
+            ring = (look * free[:, :, None]).transpose(1, 2, 0)
+            entry.append((ring @ state).real)
+            earlier = [(ring @ part).real for part in pushed]
+            own = np.einsum("pkr,pklc->krlc", look, driven).real
             own[np.arange(count), :, np.arange(count), :] += np.einsum("kar,ab,kbc->krc", V, model.direct, U)
             rows.append([*earlier, own.reshape(count, U.shape[2], -1)])
             state = free[:, -1, None] * state
@@ -163,7 +165,7 @@ def largest_multipliers(model: ToolModel, cutting: Cutting, speed: Array, depth:
                 f"collocation: at {rpm:g} rpm the multipliers still change with the number of nodes; "
                 "lower the depth, or use multi-frequency"
             )
-        out[i] = found.multipliers(depth)
+        out[i] = coarse.multipliers(depth)
     return out
 
 
@@ -199,6 +201,7 @@ def _directions(cutting: Cutting, axes: list[int], angle: Array) -> tuple[Array,
     return H, np.broadcast_to(np.eye(len(axes)), H.shape)
 
 
+@lru_cache(maxsize=64)
 def _chebyshev(count: int) -> tuple[Array, Array, Array]:
     """Nodes x_0 = −1 … x_n = 1, the differentiation matrix and Clenshaw–Curtis weights of the nodes but the first."""
     j = np.arange(count + 1)
