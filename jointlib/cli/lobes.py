@@ -18,14 +18,17 @@ from jointlib.errors import InputError
 @input_file("machine")
 @click.option(
     "--method",
-    help="turning; multi-frequency, collocation or zero-order (a preview) for milling; default: what suits the machine.",
+    help="turning; for milling multi-frequency, collocation or zero-order (a preview); default: what suits.",
 )
 @click.option(
     "--amplitude", type=Quantity("m", lower=0), multiple=True, help="Tool-point amplitude; default: vanishing."
 )
 @click.option("--speed", type=Quantity("rpm"), multiple=True, help="Spindle speed; default: 200 over the file's range.")
 @click.option(
-    "--depth", type=Quantity("m", lower=0), multiple=True, help="Depths of cut; with --speed: by what a vibration grows."
+    "--depth",
+    type=Quantity("m", lower=0),
+    multiple=True,
+    help="Depths of cut; with --speed: by what a vibration grows.",
 )
 @click.option("--witness", is_flag=True, help="Not in this version: check by time simulation.")
 @click.option("-o", "output", type=Target(".npz"), help="Also write the charts to this .npz file.")
@@ -88,7 +91,9 @@ def command(
             lines += table(("speed [rpm]", "depth [mm]", "chatter [Hz]", "kind", "lobe"), rows)
         if depth:
             header = ("speed [rpm]", *(f"|μ| at {w * 1e3:g} mm" for w in depth))
-            lines += table(header, [(f"{n:g}", *(f"{v:.6g}" for v in row)) for n, row in zip(speeds, growth[i], strict=True)])
+            lines += table(
+                header, [(f"{n:g}", *(f"{v:.6g}" for v in row)) for n, row in zip(speeds, growth[i], strict=True)]
+            )
         lines += chart.warnings
     if output is not None:
         write_lobes(output, charts, speeds, amplitude or (0.0,))

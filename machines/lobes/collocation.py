@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 
@@ -93,7 +94,7 @@ def arc_map(model: ToolModel, cutting: Cutting, speed: float, more: int = MORE, 
     entry, rows, times, weights, forces = [], [], [], [], []
     seen = model.weight[:, None] * model.outputs
     edges = _edges(cutting, pitch)
-    for start, end in zip(edges[:-1], edges[1:], strict=True):
+    for start, end in pairwise(edges.tolist()):
         cut = _teeth(cutting, (start + end) / 2)
         duration = (end - start) / turning
         if not len(cut):
@@ -176,7 +177,7 @@ def _edges(cutting: Cutting, pitch: float) -> Array:
     edges = np.unique(np.concatenate([[0.0, pitch], np.mod([cutting.entry_angle, cutting.exit_angle], pitch)]))
     edges = edges[np.append(np.diff(edges) > 1e-12 * pitch, True)]
     edges[-1] = pitch
-    return edges
+    return np.asarray(edges)
 
 
 def _teeth(cutting: Cutting, angle: float) -> Array:
@@ -185,7 +186,7 @@ def _teeth(cutting: Cutting, angle: float) -> Array:
         return np.zeros(1)
     offset = 2 * np.pi / cutting.cuts_per_revolution * np.arange(cutting.cuts_per_revolution)
     place = np.mod(angle + offset, 2 * np.pi)
-    return offset[(place > cutting.entry_angle) & (place < cutting.exit_angle)]
+    return np.asarray(offset[(place > cutting.entry_angle) & (place < cutting.exit_angle)])
 
 
 def _directions(cutting: Cutting, axes: list[int], angle: Array) -> tuple[Array, Array]:

@@ -150,7 +150,9 @@ def _doubt(loop: HarmonicLoop, crossing: Crossing, fraction: Array) -> float:
         return 0.0
     bare = replace(loop, receptance=replace(receptance, carried_on=False))
     without = near(bare, crossing)
-    depth = without.depth if without.kind else min((one.depth for one in first_crossings(bare, fraction)), default=np.inf)
+    depth = (
+        without.depth if without.kind else min((one.depth for one in first_crossings(bare, fraction)), default=np.inf)
+    )
     return abs(depth / crossing.depth - 1)
 
 
@@ -201,9 +203,7 @@ def _band_said(receptance: Spectrum, found: list[_Found], stiffest: float, speed
     )
 
 
-def _chart(
-    method: str, found: list[_Found], cutting: Cutting, speed: Array, said: tuple[str, ...]
-) -> StabilityLobes:
+def _chart(method: str, found: list[_Found], cutting: Cutting, speed: Array, said: tuple[str, ...]) -> StabilityLobes:
     depth = np.array([one.crossing.depth for one in found])
     line = np.array([one.line for one in found])
     tooth = cutting.cuts_per_revolution * speed / 60

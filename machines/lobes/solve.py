@@ -15,8 +15,8 @@ from . import periodic, turning, zero_order
 from .chart import StabilityLobes
 from .crossing import Crossings, first_crossings
 from .cutting import Cutting
-from .regeneration import Minimum, Trace, boundary, limiting_depth, lowest_depth, trace, wave_fraction
 from .plausible import sign_warnings
+from .regeneration import Minimum, Trace, boundary, limiting_depth, lowest_depth, trace, wave_fraction
 from .tool_model import ToolModel
 from .tool_point import Receptance, ToolPoint, tool_point
 

@@ -21,7 +21,7 @@ from machines.lobes.collocation import arc_map, largest_multipliers
 from machines.lobes.tool_model import ToolModel
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "machines"))
-from semi_discretization import largest_multiplier, mean_stiffness  # noqa: E402
+from semi_discretization import largest_multiplier, mean_stiffness
 
 CUTTING = Cutting("milling", teeth=3, tangential=6e8, normal=4.2e7, mode="slot")
 SPEEDS = np.linspace(4000.0, 20000.0, 400)

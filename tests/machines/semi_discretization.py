@@ -17,10 +17,13 @@ def tooth_stiffness(start: Array, end: Array, tangential: float, normal: float) 
     def primitive(angle: Array) -> Array:
         ss, cc = angle / 2 - np.sin(2 * angle) / 4, angle / 2 + np.sin(2 * angle) / 4
         sc = np.sin(angle) ** 2 / 2
-        rows = [tangential * sc + normal * ss, tangential * cc + normal * sc], [
-            -tangential * ss + normal * sc,
-            -tangential * sc + normal * cc,
-        ]
+        rows = (
+            [tangential * sc + normal * ss, tangential * cc + normal * sc],
+            [
+                -tangential * ss + normal * sc,
+                -tangential * sc + normal * cc,
+            ],
+        )
         return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
 
     return np.asarray(primitive(end) - primitive(start))

@@ -127,7 +127,9 @@ def test_wide_lines_are_reported() -> None:
 
 
 def test_measured_band_that_ends_inside_a_lobe_is_reported() -> None:
-    lobes = stability_lobes(sampled(tool, np.arange(2.0, 925.0, 2.0), ("cutter.x",)), SLOT, [5000.0, 9000.0], "zero-order")
+    lobes = stability_lobes(
+        sampled(tool, np.arange(2.0, 925.0, 2.0), ("cutter.x",)), SLOT, [5000.0, 9000.0], "zero-order"
+    )
     assert lobes.outcome is Outcome.FRF_TOO_SHORT
     assert any("ends at 924 Hz inside a lobe" in sentence for sentence in lobes.warnings)
 
@@ -153,8 +155,8 @@ def test_unknown_or_unsuited_methods_are_refused() -> None:
     f = np.arange(2.0, 3000.0, 2.0)
     with pytest.raises(InputError, match=r"did you mean 'zero-order'\?"):
         stability_lobes(tool, SLOT, 5000.0, method="zeroorder", frequency=f)
-    with pytest.raises(InputError, match="expected one of turning, zero-order"):
-        stability_lobes(tool, SLOT, 5000.0, method="collocation", frequency=f)
+    with pytest.raises(InputError, match="expected one of collocation, multi-frequency, turning, zero-order"):
+        stability_lobes(tool, SLOT, 5000.0, method="by hand", frequency=f)
     with pytest.raises(InputError, match="the process is milling, expected turning"):
         stability_lobes(tool, SLOT, 5000.0, method="turning", frequency=f)
     with pytest.raises(InputError, match="the process is turning, expected milling"):
@@ -177,7 +179,7 @@ def test_receptances_that_cannot_be_used_are_refused() -> None:
         stability_lobes(tool, SLOT, 5000.0, frequency=[1.0, 2.0])
     with pytest.raises(InputError, match="ascending"):
         stability_lobes(tool, SLOT, 5000.0, frequency=f[::-1])
-    with pytest.raises(InputError, match="no axis 'x'"):
+    with pytest.raises(InputError, match="no axis along the chip thickness"):
         stability_lobes(tool, TURNING, 5000.0, frequency=f, axes=("y",))
     with pytest.raises(InputError, match="have 2 to 2998 Hz"):
         stability_lobes(sampled(tool, f, ("c.x",)), SLOT, 5000.0, frequency=[1.0, 50.0, 4000.0])

@@ -249,7 +249,8 @@ def test_one_oblique_mode_has_the_lobes_of_its_projection() -> None:
     speeds, lines = np.linspace(4000.0, 12000.0, 11), np.arange(5.0, 2500.0, 5.0)
     milled = stability_lobes(lambda f: shape_mode(f)[:, None, None] * np.outer(u, u), cutting, speeds, frequency=lines)
     projected = float(u @ mean_by_quadrature(cutting) @ u)
-    turned = stability_lobes(uncoupled(shape_mode), Cutting("turning", specific=projected), 4 * speeds, frequency=lines)
+    turning = Cutting("turning", specific=projected)
+    turned = chosen.stability_lobes(uncoupled(shape_mode), turning, 4 * speeds, frequency=lines)
     assert milled.depth == pytest.approx(turned.depth, rel=1e-9)
     assert milled.lobe.tolist() == turned.lobe.tolist()
 
