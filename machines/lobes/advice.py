@@ -29,7 +29,8 @@ def advice(charts: Sequence[tuple[float, StabilityLobes]], cutting: Cutting) -> 
     chatter = charts[k][1].minimum_frequency
     if not np.isfinite(lowest[k]):
         return ("No chatter was found at any speed and depth, inside the frequencies that were searched.",)
-    said = [f"Below {_mm(lowest[k])} every speed is stable (chatter would come at {chatter:.0f} Hz)."]
+    where = "" if charts[k][1].branches else "in the range "
+    said = [f"Below {_mm(lowest[k])} every speed {where}is stable (chatter would come at {chatter:.0f} Hz)."]
     if best is not None:
         said.append(f"Recommended: {best.words()}; it holds for speeds {100 * WANDER:g} % off as well.")
     if len(charts) > 1 and charts[0][0] == 0:

@@ -8,13 +8,14 @@ from dataclasses import replace
 import numpy as np
 
 from jointlib.arrays import Array, ArrayLike, ComplexArray
-from jointlib.errors import InputError, Outcome
+from jointlib.errors import FrequencyMismatch, InputError, Outcome
 
 from ..limits import beyond_frequency
 from ..machine import AXES, Machine
 from ..operating import OperatingPoint, operating_point
 from .chart import StabilityLobes
 from .cutting import Cutting
+from .machine_model import modes_at_rest
 from .solve import stability_lobes
 from .tool_point import ToolPoint
 from .zero_order import loop_stiffness
@@ -24,6 +25,7 @@ _HALVINGS = 4
 _STRAIGHT = 1e-4
 _ROUNDS = 3
 _ALIGNED = 1e-6
+_SIDE_LINES = 4.0
 
 
 def lobes_at_amplitude(
@@ -44,6 +46,8 @@ def lobes_at_amplitude(
         Spindle speeds in rpm, any shape.
     amplitude
         m, peak.
+    method
+        As in `stability_lobes`; for collocation see `frozen_modes`.
     points
         Lines to begin with; more are added where the receptance bends.
     """
@@ -51,32 +55,57 @@ def lobes_at_amplitude(
         raise InputError(f"{machine.where}: no [cutting], lobes need a cutting operation")
     axes = tuple(axis for axis in AXES if axis in machine.tool)
     cutting = Cutting(**machine.cutting)
-    if cutting.process == "turning" and "x" not in axes:
+    if cutting.process != "milling" and not cutting.feed_direction and "x" not in axes:
         raise InputError(f"{machine.where}: [tool] has no x, the direction of the chip thickness in turning")
+    if method == "collocation":
+        from .frozen_modes import collocated_lobes
+
+        return collocated_lobes(machine, cutting, speed, amplitude)
     if amplitude == 0 and machine.frequency is not None:
+        modes = modes_at_rest(machine) if cutting.process == "milling" and method != "zero-order" else None
         lines = np.linspace(*machine.frequency, points)
         tip = ToolPoint(lambda f: _at_rest(machine, cutting, f), lines, axes, sampled=False)
-        chart = stability_lobes(tip, cutting, speed, method)
+        chart = stability_lobes(tip if modes is None else modes, cutting, speed, method)
         return replace(chart, warnings=chart.warnings + beyond_frequency(machine, *machine.frequency))
-    point = operating_receptance(machine, amplitude, points)
+    averaged = cutting.process != "milling" or method == "zero-order"
+    point = operating_receptance(machine, amplitude, points) if averaged else _wide(machine, amplitude, points)
     chart = stability_lobes(point.frf, cutting, speed, method, axes=axes)
-    beyond = beyond_frequency(machine, point.frf.frequency[0], point.frf.frequency[-1])
+    assert machine.frequency is not None
+    beyond = beyond_frequency(machine, *machine.frequency)
     return replace(chart, warnings=chart.warnings + _limits(point, chart) + beyond)
 
 
-def operating_receptance(machine: Machine, amplitude: float, points: int = _LINES) -> OperatingPoint:
+def _wide(machine: Machine, amplitude: float, points: int) -> OperatingPoint:
+    """The receptance over a band that holds side lines of the chatter too, where all components are known there."""
+    try:
+        return operating_receptance(machine, amplitude, points, _SIDE_LINES)
+    except FrequencyMismatch:
+        return operating_receptance(machine, amplitude, points)
+
+
+def operating_receptance(
+    machine: Machine, amplitude: float, points: int = _LINES, beyond: float = 1.0
+) -> OperatingPoint:
     """Tool-point receptance at an amplitude in m, on lines over the machine's band that are close enough.
 
     Lines are halved where the inverse receptance, which the lobe solver interpolates, is not nearly straight between
-    them. Where the joint jumps from one state to another no spacing is close enough; there the halving ends.
+    them. Where the joint jumps from one state to another no spacing is close enough; there the halving ends. The band
+    is widened by the factor ``beyond`` at both ends.
     """
     if machine.frequency is None:
         raise InputError(f"{machine.where}: no frequency in [response], lobes need the band to search for chatter")
     if machine.cutting is None:
         raise InputError(f"{machine.where}: no [cutting], lobes need a cutting operation")
     cutting = Cutting(**machine.cutting)
-    point = _point(machine, cutting, np.linspace(*machine.frequency, points), amplitude)
-    ends = np.arange(points - 1)
+    low, high = machine.frequency
+    lines = np.linspace(low, high, points)
+    if beyond > 1:
+        count = points // 10
+        lines = np.concatenate(
+            [np.geomspace(low / beyond, low, count)[:-1], lines, np.geomspace(high, high * beyond, count)[1:]]
+        )
+    point = _point(machine, cutting, lines, amplitude)
+    ends = np.arange(len(lines) - 1)
     for _ in range(_HALVINGS):
         lines = point.frf.frequency
         middle = (lines[ends] + lines[ends + 1]) / 2
@@ -99,8 +128,10 @@ def _point(machine: Machine, cutting: Cutting, lines: Array, amplitude: float) -
     axes = tuple(axis for axis in AXES if axis in machine.tool)
     direction: ComplexArray = np.zeros((len(lines), len(axes)), dtype=complex)
     direction[:, 0] = 1.0
+    if cutting.process != "milling":
+        direction[:] = cutting.rotation[0][["xy".index(axis) for axis in axes]]
     point = operating_point(machine, lines, amplitude, direction)
-    if amplitude == 0 or cutting.process == "turning" or len(axes) == 1:
+    if amplitude == 0 or cutting.process != "milling" or len(axes) == 1:
         return point
     D = loop_stiffness(cutting, axes)
     turning = np.arange(len(lines))
