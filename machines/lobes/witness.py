@@ -168,8 +168,9 @@ def vibrate(
     end = np.where(run.escaped, np.inf, sizes.amplitude[-1])
     change = np.log(np.maximum(end, _TINY) / np.maximum(sizes.early, _TINY))
     # What has come to rest before the start was over is judged by how far it went.
-    grows = np.asarray(np.where(np.abs(change) < _RESTING, end > start, change > 0), dtype=np.bool_)
-    tail = run.lost[-max(1, len(run.lost) // 10) :].any(axis=0)
+    resting = np.abs(change) < _RESTING
+    grows = (resting & (end > start)) | (~resting & (change > 0))
+    tail = np.asarray(np.any(run.lost[-max(1, len(run.lost) // 10) :], axis=0), dtype=np.bool_)
     return Batch(start, end, np.where(run.escaped, np.inf, sizes.rate), sizes.typical, grows, tail, run, forced)
 
 

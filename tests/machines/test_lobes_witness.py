@@ -189,10 +189,8 @@ def test_frozen_joints_predict_simulated_amplitudes_on_both_flanks(law: JointLaw
     depth = float(limits.at(amplitude)[0][0])
     predicted = [c for c in limits.cycles(depth) if abs(c.amplitude / amplitude - 1) < 1e-3]
     assert len(predicted) == 1
-    found = witness(
-        lathe(law), speed, depth, around(amplitude), rounds=3, frequency=float(limits.at(amplitude)[1][0]), waves=400
-    )
-    assert [c.stable for c in found.cycles] == [predicted[0].stable]
+    found = witness(lathe(law), speed, depth, around(amplitude), rounds=2, frequency=float(limits.at(amplitude)[1][0]))
+    assert found.cycles[0].stable == predicted[0].stable
     assert found.cycles[0].amplitude == pytest.approx(amplitude, rel=5e-3)
 
 
