@@ -24,7 +24,7 @@ from jointlib.errors import InputError
 @click.option(
     "--depth", type=Quantity("m", lower=0), multiple=True, help="Not in this version: needs the collocation method."
 )
-@click.option("--witness", is_flag=True, help="Not in this version: check by time simulation.")
+@click.option("--witness", is_flag=True, help="Simulate the cut in time at --speed and --depth.")
 @click.option("-o", "output", type=Target(".npz"), help="Also write the charts to this .npz file.")
 @json_option
 def command(
@@ -46,15 +46,21 @@ def command(
     from jointlib.cli.joints import with_joints
     from machines import lobes_at_amplitude, read_machine
 
-    if depth or witness:
-        word = "--depth" if depth else "--witness"
-        raise InputError(f"{word}: not in this version, expected --speed alone for the critical depth")
+    if witness and not (speed and depth):
+        raise InputError("--witness: simulates one point at a time, expected --speed and --depth with it")
+    if depth and not witness:
+        raise InputError("--depth: not in this version, expected --speed alone for the critical depth, or --witness")
     model = read_machine(machine)
     speeds = np.array(speed) if speed else default_speeds(model)
     with working("computing lobes"):
         model, remarks = with_joints(model)
         charts = [lobes_at_amplitude(model, speeds, A, method) for A in amplitude or (0.0,)]
+    over_amplitude, told = amplitude_data(model, speed, depth, method) if speed and not amplitude else ({}, [])
+    if witness:
+        over_amplitude["witness"], seen = witnessed(model, speed, depth, amplitude)
+        told += seen
     data = chart_data(charts, speeds, amplitude)
+    data |= over_amplitude
     data["warnings"] = [*remarks, *data["warnings"]]
     lines: list[str] = list(remarks)
     for A, chart in zip(amplitude or (0.0,), charts, strict=True):
@@ -73,10 +79,55 @@ def command(
             ]
             lines += table(("speed [rpm]", "depth [mm]", "chatter [Hz]", "lobe"), rows)
         lines += chart.warnings
+    lines += told
     if output is not None:
         write_lobes(output, charts, speeds, amplitude or (0.0,))
         lines.append(wrote(output))
     emit(as_json, data, lines)
+
+
+def amplitude_data(
+    model: Any, speed: Sequence[float], depth: Sequence[float], method: str | None
+) -> tuple[dict[str, Any], list[str]]:
+    """Limits over amplitude at the chosen speeds, where something in the machine or its cut depends on it."""
+    from machines.lobes.threshold import amplitude_limits, depends_on_amplitude
+    from machines.lobes.words import told, told_at
+
+    if not depends_on_amplitude(model):
+        return {}, []
+    with working("computing limits over amplitude"):
+        limits = amplitude_limits(model, speed, method=method)
+        said = [sentence for i in range(len(speed)) for sentence in told(limits, i)]
+        said += [told_at(limits, b, i) for i in range(len(speed)) for b in depth]
+        cycles = [[limits.cycles(b, i) for b in depth] for i in range(len(speed))]
+    rows = {
+        "safe_depth": limits.safe,
+        "safe_amplitude": limits.safe_amplitude,
+        "onset_depth": limits.onset,
+        "largest_amplitude": limits.largest,
+    }
+    if depth:
+        rows["cycles"] = [[[vars(c) for c in at] for at in row] for row in cycles]
+    return {"over_amplitude": rows, "told": said}, said
+
+
+def witnessed(
+    model: Any, speed: Sequence[float], depth: Sequence[float], amplitude: Sequence[float]
+) -> tuple[list[list[dict[str, Any]]], list[str]]:
+    """The cut simulated at every speed and depth, [speed][depth], and told."""
+    from machines.lobes.witness import witness
+
+    rows, said = [], []
+    for n in speed:
+        row = []
+        for b in depth:
+            with working(f"simulating {n:g} rpm and {b * 1e3:g} mm"):
+                found = witness(model, n, b, sorted(amplitude) or None)
+            said.append(str(found))
+            names = ("start", "end", "rate", "grows", "lost_contact", "frequency", "duration")
+            row.append({k: getattr(found, k) for k in names} | {"cycles": [vars(c) for c in found.cycles]})
+        rows.append(row)
+    return rows, said
 
 
 def default_speeds(machine: Any) -> Any:

@@ -114,6 +114,11 @@ def chattering_point(
     return point, direction[0]
 
 
+def chattering_receptance(machine: Machine, cutting: Cutting, lines: Array, amplitude: float) -> ComplexArray:
+    """Tool-point receptance in m/N on given lines (Hz), frozen at an amplitude of the tool in m."""
+    return _point(machine, cutting, lines, amplitude).frf.receptance
+
+
 def _point(machine: Machine, cutting: Cutting, lines: Array, amplitude: float) -> OperatingPoint:
     """The tool point at ascending lines, vibrating along the direction that chatters first."""
     return _directed(machine, cutting, lines, amplitude)[0]

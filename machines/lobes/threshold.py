@@ -11,6 +11,7 @@ from scipy.optimize import brentq, minimize_scalar
 from jointlib.arrays import Array, ArrayLike
 from jointlib.errors import InputError
 
+from ..assembly import is_linear
 from ..indices import Mask
 from ..machine import Machine
 from .amplitude import frozen_lobes
@@ -201,6 +202,13 @@ def amplitude_limits(
         warnings=tuple(said),
         at=at,
     )
+
+
+def depends_on_amplitude(machine: Machine) -> bool:
+    """Whether a joint, or the cut itself, behaves differently at different amplitudes."""
+    cutting = Cutting(**dict(machine.cutting or {}))
+    bent_cut = cutting.process == "turning" and cutting.feed is not None
+    return bent_cut or not all(is_linear(joint) for joint in machine.joints())
 
 
 def amplitude_range(cutting: Cutting, count: int = _COUNT) -> Array:

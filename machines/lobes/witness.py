@@ -24,7 +24,8 @@ _STEPS = 60
 _STARTS = 16
 _REFINED = 6
 _NEAR = 0.03
-_RESTING = 2e-4
+_RESTING = 0.1
+_FAR = 1.5
 _NARROW = 2e-3
 _TINY = 1e-300
 _REACH = 100.0
@@ -167,9 +168,10 @@ def vibrate(
     sizes = envelope(run, hertz, _WINDOW[cutting.process], forced)
     end = np.where(run.escaped, np.inf, sizes.amplitude[-1])
     change = np.log(np.maximum(end, _TINY) / np.maximum(sizes.early, _TINY))
-    # What has come to rest before the start was over is judged by how far it went.
-    resting = np.abs(change) < _RESTING
-    grows = (resting & (end > start)) | (~resting & (change > 0))
+    moved = np.log(np.maximum(end, _TINY) / start)
+    # What went far, or came to rest before the start was over, is judged by where it went.
+    there = (np.abs(moved) > _FAR) | (np.abs(change) < _RESTING * np.abs(moved))
+    grows = (there & (moved > 0)) | (~there & (change > 0))
     tail = np.asarray(np.any(run.lost[-max(1, len(run.lost) // 10) :], axis=0), dtype=np.bool_)
     return Batch(start, end, np.where(run.escaped, np.inf, sizes.rate), sizes.typical, grows, tail, run, forced)
 
