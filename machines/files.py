@@ -25,6 +25,13 @@ _CUTTING_UNITS = {
     "immersion": "1",
     "feed": "m",
     "exponent": "1",
+    "feed_direction": "rad",
+}
+_NOT_COVERED = {
+    "helix": "teeth are taken as straight",
+    "pitch": "teeth are taken as evenly spaced",
+    "lead_angle": "the edge is taken as parallel to the tool axis",
+    "runout": "all teeth are taken to cut on one circle",
 }
 
 
@@ -120,6 +127,9 @@ def _identify(section: Section) -> Identify:
 
 
 def _cutting(section: Section) -> dict[str, Any]:
+    for key, reason in _NOT_COVERED.items():
+        if section.has(key):
+            raise InputError(f"{section.where}: {key} is not covered, {reason}; leave it out to get the lobes without it")
     fields: dict[str, Any] = {"process": section.text("process")}
     if section.has("teeth"):
         fields["teeth"] = section.integer("teeth", lower=1)

@@ -100,7 +100,7 @@ def amplitude_data(
         said = [sentence for i in range(len(speed)) for sentence in told(limits, i)]
         said += [told_at(limits, b, i) for i in range(len(speed)) for b in depth]
         cycles = [[limits.cycles(b, i) for b in depth] for i in range(len(speed))]
-    rows = {
+    rows: dict[str, Any] = {
         "safe_depth": limits.safe,
         "safe_amplitude": limits.safe_amplitude,
         "onset_depth": limits.onset,

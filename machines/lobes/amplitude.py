@@ -16,6 +16,7 @@ from ..machine import AXES, Machine
 from ..operating import OperatingPoint, operating_point
 from .chart import StabilityLobes
 from .cutting import Cutting
+from .machine_model import modes_at_rest
 from .solve import stability_lobes
 from .tool_point import ToolPoint
 from .zero_order import loop_stiffness
@@ -45,6 +46,8 @@ def lobes_at_amplitude(
         Spindle speeds in rpm, any shape.
     amplitude
         m, peak.
+    method
+        As in `stability_lobes`; for collocation see `frozen_modes`.
     points
         Lines to begin with; more are added where the receptance bends.
     """
@@ -59,12 +62,18 @@ def frozen_lobes(
         raise InputError(f"{machine.where}: no [cutting], lobes need a cutting operation")
     axes = tuple(axis for axis in AXES if axis in machine.tool)
     cutting = Cutting(**machine.cutting)
-    if cutting.process == "turning" and "x" not in axes:
+    if cutting.process != "milling" and not cutting.feed_direction and "x" not in axes:
         raise InputError(f"{machine.where}: [tool] has no x, the direction of the chip thickness in turning")
+    if method == "collocation":
+        from .frozen_modes import collocated_lobes
+
+        chart = collocated_lobes(machine, cutting, speed, amplitude)
+        return chart, np.zeros(chart.depth.shape, dtype=bool)
     if amplitude == 0 and machine.frequency is not None:
+        modes = modes_at_rest(machine) if cutting.process == "milling" and method != "zero-order" else None
         lines = np.linspace(*machine.frequency, points)
         tip = ToolPoint(lambda f: _at_rest(machine, cutting, f), lines, axes, sampled=False)
-        chart = stability_lobes(tip, cutting, speed, method)
+        chart = stability_lobes(tip if modes is None else modes, cutting, speed, method)
         said = chart.warnings + beyond_frequency(machine, *machine.frequency)
         return replace(chart, warnings=said), np.zeros(chart.depth.shape, dtype=bool)
     point = operating_receptance(machine, amplitude, points)
@@ -130,8 +139,10 @@ def _directed(
     axes = tuple(axis for axis in AXES if axis in machine.tool)
     direction: ComplexArray = np.zeros((len(lines), len(axes)), dtype=complex)
     direction[:, 0] = 1.0
+    if cutting.process != "milling":
+        direction[:] = cutting.rotation[0][["xy".index(axis) for axis in axes]]
     point = operating_point(machine, lines, amplitude, direction)
-    if amplitude == 0 or cutting.process == "turning" or len(axes) == 1:
+    if amplitude == 0 or cutting.process != "milling" or len(axes) == 1:
         return point, direction
     D = loop_stiffness(cutting, axes)
     turning = np.arange(len(lines))

@@ -11,9 +11,11 @@ import numpy as np
 from jointlib.arrays import Array
 from jointlib.errors import InputError, nearest
 
-PROCESSES = ("milling", "turning")
+PROCESSES = ("milling", "turning", "boring")
 MODES = ("up", "down", "slot")
 _MILLING_ONLY = ("teeth", "tangential", "normal", "mode", "immersion")
+_SOFTEST, _IN_MM = 1e6, 10.0
+"""N/m²: no material cuts with less, and a coefficient between the two was meant in N/mm²."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +28,7 @@ class Cutting:
     Parameters
     ----------
     process
-        ``"milling"`` or ``"turning"``.
+        ``"milling"``, ``"turning"`` or ``"boring"`` (turning inside a bore, the same equations).
     teeth
         Number of teeth, evenly spaced (milling).
     tangential, normal
@@ -34,13 +36,15 @@ class Cutting:
     mode, immersion
         ``"up"``, ``"down"`` or ``"slot"``, and radial immersion a/D in (0, 1] (milling; a slot needs none).
     specific
-        K_s in N/m² along the chip thickness, the tool's x axis (turning).
+        K_s in N/m² along the chip thickness, the tool's x axis unless ``feed_direction`` says otherwise (turning).
     feed
         m per tooth (milling) or per revolution (turning); only loss of contact needs it.
     speed
         Lowest and highest spindle speed of interest in rpm.
     exponent
         q of a force ∝ h^q; the pressures above are then the tangent values at the nominal feed.
+    feed_direction
+        Angle in rad from the tool's x axis to the feed (milling) or to the chip thickness (turning), towards y.
     """
 
     process: str = ""
@@ -53,6 +57,7 @@ class Cutting:
     feed: float | None = None
     speed: tuple[float, float] | None = None
     exponent: float = 1.0
+    feed_direction: float = 0.0
 
     def __post_init__(self) -> None:
         if self.process == "":
@@ -62,6 +67,7 @@ class Cutting:
             self._check_milling()
         else:
             self._check_turning()
+        _finite("feed_direction", self.feed_direction)
         if self.feed is not None:
             _positive("feed", self.feed)
         _positive("exponent", self.exponent)
@@ -77,7 +83,7 @@ class Cutting:
             raise InputError("[cutting]: 'specific' belongs to turning; milling takes 'tangential' and 'normal'")
         if not isinstance(self.teeth, Integral) or isinstance(self.teeth, bool) or self.teeth < 1:
             raise InputError(f"[cutting]: teeth is {self.teeth!r}, expected a whole number from 1")
-        _positive("tangential", self.tangential)
+        _pressure("tangential", self.tangential)
         _finite("normal", self.normal)
         _word("mode", self.mode, MODES)
         if self.immersion is not None:
@@ -90,10 +96,10 @@ class Cutting:
     def _check_turning(self) -> None:
         for key in _MILLING_ONLY:
             if getattr(self, key) is not None:
-                raise InputError(f"[cutting]: {key!r} belongs to milling; turning takes 'specific'")
+                raise InputError(f"[cutting]: {key!r} belongs to milling; {self.process} takes 'specific'")
         if self.specific is None:
-            raise InputError("[cutting]: turning needs 'specific', which is missing")
-        _positive("specific", self.specific)
+            raise InputError(f"[cutting]: {self.process} needs 'specific', which is missing")
+        _pressure("specific", self.specific)
 
     @property
     def cuts_per_revolution(self) -> int:
@@ -115,7 +121,7 @@ class Cutting:
     @property
     def interrupted(self) -> bool:
         """Whether there are moments without any tooth in the cut."""
-        if self.process == "turning":
+        if self.process != "milling":
             return False
         pitch = 2 * math.pi / self.cuts_per_revolution
         return self.exit_angle - self.entry_angle < pitch * (1 - 1e-12)
@@ -145,12 +151,36 @@ class Cutting:
     def mean_stiffness(self) -> Array:
         """Time-averaged stiffness D of the cut per depth in N/m², so that F = −b·D·[q(t) − q(t−τ)].
 
-        Milling: (N/2π)∫H₁dφ = −(N·K_t/4π)·α, shape (2, 2); turning: K_s, shape (1, 1).
+        Along the tool's x and y. Milling: (N/2π)∫H₁dφ = −(N·K_t/4π)·α, turned into the direction of the feed, shape
+        (2, 2); turning: K_s along the chip thickness, shape (1, 1).
         """
         if self.specific is not None:
             return np.array([[self.specific]], dtype=float)
         assert self.tangential is not None
-        return -self.cuts_per_revolution * self.tangential / (4 * np.pi) * self.directional_factors
+        mean = -self.cuts_per_revolution * self.tangential / (4 * np.pi) * self.directional_factors
+        return np.asarray(self.rotation.T @ mean @ self.rotation)
+
+    @property
+    def rotation(self) -> Array:
+        """R: the feed and its normal in the tool's axes, one per row."""
+        s, c = math.sin(self.feed_direction), math.cos(self.feed_direction)
+        return np.array([[c, s], [-s, c]])
+
+    def tooth(self, angle: Array) -> tuple[Array, Array]:
+        """Directions u (N/m²) and v of a tooth at angles φ in the tool's axes, shape (…, 2) each.
+
+        Its force on the tool is −b·u·(vᵀΔq): v = (sin φ, cos φ) is along the chip thickness,
+        u = (K_t·cos φ + K_n·sin φ, −K_t·sin φ + K_n·cos φ), and u·vᵀ is H₁(φ), all turned into the direction of the
+        feed. In turning v is the direction of the chip thickness and u = K_s·v at any angle.
+        """
+        if self.specific is not None:
+            across = np.broadcast_to(self.rotation[0], (*angle.shape, 2))
+            return self.specific * across, across
+        assert self.tangential is not None
+        assert self.normal is not None
+        s, c = np.sin(angle), np.cos(angle)
+        force = np.stack([self.tangential * c + self.normal * s, -self.tangential * s + self.normal * c], axis=-1)
+        return force @ self.rotation, np.stack([s, c], axis=-1) @ self.rotation
 
     def speeds(self, count: int = 400) -> Array:
         """Evenly spaced spindle speeds in rpm over the range of the table."""
@@ -172,6 +202,15 @@ def _finite(key: str, value: object) -> float:
 def _positive(key: str, value: object) -> None:
     if _finite(key, value) <= 0:
         raise InputError(f"[cutting]: {key} is {value!r}, expected more than 0")
+
+
+def _pressure(key: str, value: object) -> None:
+    _positive(key, value)
+    if _IN_MM <= float(value) < _SOFTEST:  # type: ignore[arg-type]
+        raise InputError(
+            f"[cutting]: {key} is {value!r} N/m², far below any material; expected about 1e8 to 1e10: if it is meant in "
+            f"N/mm², write {float(value) * 1e6:g} or \"{value} N/mm^2\""  # type: ignore[arg-type]
+        )
 
 
 def _word(key: str, value: object, valid: tuple[str, ...]) -> None:

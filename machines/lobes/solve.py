@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,16 +11,25 @@ from jointlib.arrays import Array, ArrayLike
 from jointlib.errors import InputError, Outcome, nearest
 from jointlib.frf import FRF
 
-from . import turning, zero_order
+from . import periodic, turning, zero_order
 from .chart import StabilityLobes
 from .crossing import Crossings, first_crossings
 from .cutting import Cutting
 from .regeneration import Minimum, Trace, boundary, limiting_depth, lowest_depth, trace, wave_fraction
-from .tool_point import Receptance, ToolPoint, sign_warnings, tool_point
+from .plausible import sign_warnings
+from .tool_model import ToolModel
+from .tool_point import Receptance, ToolPoint, tool_point
 
-METHODS = {"turning": "turning", "zero-order": "milling"}
-"""The methods and the process each is for."""
+METHODS = {
+    "turning": ("turning", "boring"),
+    "zero-order": ("milling",),
+    "multi-frequency": ("milling",),
+    "collocation": ("milling", "turning", "boring"),
+}
+"""The methods and the processes each is for."""
 
+_MOST_PHASE = 80.0
+"""rad that the fastest mode turns in a tooth period, up to which collocation is the default."""
 _POWER_LAW = (
     "The force grows with a power of the chip thickness other than 1: the depths hold for vanishing vibration at the "
     "nominal feed, and a knock can start chatter below them."
@@ -27,7 +37,7 @@ _POWER_LAW = (
 
 
 def stability_lobes(
-    receptance: FRF | Receptance | ToolPoint,
+    receptance: FRF | Receptance | ToolPoint | ToolModel,
     cutting: Cutting,
     speed: ArrayLike,
     method: str | None = None,
@@ -41,38 +51,58 @@ def stability_lobes(
     ----------
     receptance
         Tool-point receptance in m/N: an `FRF`, interpolated between its lines; a function G(f in Hz) → (nf, n, n),
-        which is evaluated exactly where a root lies; or a `ToolPoint`.
+        which is evaluated exactly where a root lies; a `ToolPoint`; or a `ToolModel`, which collocation needs.
     cutting
         The operation.
     speed
         Spindle speeds in rpm, any shape.
     method
-        ``"turning"`` or ``"zero-order"``; without it, what suits the process.
+        ``"turning"``; for milling ``"multi-frequency"``, ``"zero-order"`` (a preview) or ``"collocation"`` (of a
+        `ToolModel`). Without it: turning, collocation of a `ToolModel`, else multi-frequency.
     axes
         Directions that move, ``("x",)``, ``("y",)`` or ``("x", "y")``; see `tool_point`.
     frequency
         Lines in Hz where the search starts; needed for a function. The first and the last bound the search.
     """
-    default = "turning" if cutting.process == "turning" else "zero-order"
-    name = default if method is None else method
-    if name not in METHODS:
-        raise InputError(f"lobes: no method {method!r}, {nearest(str(method), METHODS)}")
     speeds = np.asarray(speed, dtype=float)
     if speeds.size == 0 or not np.all(np.isfinite(speeds) & (speeds > 0)):
         raise InputError("lobes: spindle speeds must be finite, positive and at least one, in rpm")
+    name = _default(receptance, cutting, speed) if method is None else method
+    if name not in METHODS:
+        raise InputError(f"lobes: no method {method!r}, {nearest(str(method), METHODS)}")
+    if cutting.process not in METHODS[name]:
+        raise InputError(f"{name}: the process is {cutting.process}, expected {' or '.join(METHODS[name])}")
+    model = receptance if isinstance(receptance, ToolModel) else None
+    if model is not None and axes is not None:
+        raise InputError("lobes: a ToolModel already has its axes, leave them out")
+    if model is not None:
+        axes, frequency = model.axes, model.lines if frequency is None else frequency
     if not isinstance(receptance, ToolPoint):
         receptance = tool_point(receptance, _assumed_axes(receptance, cutting, axes), frequency)
     elif axes is not None or frequency is not None:
         raise InputError("lobes: a ToolPoint already has its axes and frequencies, leave both out")
-
-    if name == "turning":
-        stiffness, point = turning.loop_stiffness(cutting), receptance.along("x")
-        warnings = sign_warnings(point)
-    else:
-        stiffness, point = zero_order.loop_stiffness(cutting, receptance.axes), receptance
-        warnings = sign_warnings(point) + zero_order.warnings(cutting)
+    warnings = sign_warnings(receptance)
     if cutting.exponent != 1:
         warnings += (_POWER_LAW,)
+
+    if name in ("multi-frequency", "collocation"):
+        if name == "multi-frequency":
+            chart = periodic.by_harmonics(receptance, cutting, speeds.ravel())
+        elif model is None:
+            raise InputError(
+                "collocation: needs a tool with modes, found a receptance on lines or a function; use multi-frequency"
+            )
+        else:
+            chart = periodic.by_collocation(model, receptance, cutting, speeds.ravel())
+        shaped = {
+            key: getattr(chart, key).reshape(speeds.shape) for key in ("depth", "chatter_frequency", "kind", "lobe")
+        }
+        return replace(chart, speed=speeds, warnings=warnings + chart.warnings, **shaped)
+    if name == "turning":
+        stiffness, point = turning.loop_stiffness(cutting), receptance.along(cutting.rotation[0])
+    else:
+        stiffness, point = zero_order.loop_stiffness(cutting, receptance.axes), receptance
+        warnings += zero_order.warnings(cutting)
 
     cuts = cutting.cuts_per_revolution
     period = 60 / (cuts * speeds.ravel())
@@ -98,10 +128,21 @@ def stability_lobes(
     )
 
 
+def _default(receptance: FRF | Receptance | ToolPoint | ToolModel, cutting: Cutting, speed: ArrayLike) -> str:
+    """Collocation for a tool with modes, unless a tooth period holds so many oscillations that harmonics are faster."""
+    if cutting.process != "milling":
+        return "turning"
+    if isinstance(receptance, ToolModel):
+        period = 60 / (cutting.cuts_per_revolution * float(np.min(speed)))
+        if receptance.fastest * period <= _MOST_PHASE:
+            return "collocation"
+    return "multi-frequency"
+
+
 def _assumed_axes(receptance: FRF | Receptance, cutting: Cutting, axes: Sequence[str] | None) -> Sequence[str] | None:
     """In turning the one direction of a single FRF is x, whatever it is called."""
     single = isinstance(receptance, FRF) and len(receptance.outputs) == 1
-    return ("x",) if axes is None and single and cutting.process == "turning" else axes
+    return ("x",) if axes is None and single and cutting.process != "milling" else axes
 
 
 def _judged(

@@ -51,12 +51,14 @@ class ToolPoint:
             raise InputError(f"tool point: the receptance is not finite at {at:g} Hz")
         return value
 
-    def along(self, axis: str) -> ToolPoint:
-        """The same tool point, free to move along one axis only."""
-        if axis not in self.axes:
-            raise InputError(f"tool point: no axis {axis!r}, it moves along {', '.join(self.axes)}")
-        i = self.axes.index(axis)
-        return ToolPoint(lambda f: self(f)[:, i : i + 1, i : i + 1], self.lines, (axis,), self.sampled)
+    def along(self, direction: ArrayLike) -> ToolPoint:
+        """The same tool point, free to move along one direction only, given by its components on x and y."""
+        share = np.asarray(direction, dtype=float)[["xy".index(axis) for axis in self.axes]]
+        if not np.linalg.norm(share) > 1e-9:
+            raise InputError(f"tool point: no axis along the chip thickness, it moves along {', '.join(self.axes)}")
+        return ToolPoint(
+            lambda f: np.einsum("i,fij,j->f", share, self(f), share)[:, None, None], self.lines, ("x",), self.sampled
+        )
 
 
 def tool_point(
@@ -90,25 +92,6 @@ def tool_point(
     return ToolPoint(receptance, lines, _checked_axes(axes), sampled=False)
 
 
-def sign_warnings(point: ToolPoint) -> tuple[str, ...]:
-    """What the sign of Im G says; with e^(+jωt) a passive structure has Im G ≤ 0 at the driven point.
-
-    A receptance whose imaginary part is positive nearly throughout, weighed by its size, is conjugate data and is
-    refused.
-    """
-    direct = np.einsum("fii->fi", point(point.lines))
-    size = np.sum(np.abs(direct.imag), axis=0)
-    if np.any((np.sum(direct.imag, axis=0) > 0.9 * size) & (size > 0)):
-        raise InputError(
-            "tool point: Im G is positive throughout, so the data use e^(-jωt); expected their complex conjugate"
-        )
-    wrong = direct.imag > 1e-3 * np.abs(direct)
-    count = int(np.count_nonzero(wrong.any(axis=1)))
-    if count == 0:
-        return ()
-    return (f"Im G is positive on {count} of {len(direct)} lines, so there is noise or a wrong sign in it.",)
-
-
 def _interpolant(frf: FRF) -> Receptance:
     """Linear interpolation of the inverse matrix, which is nearly straight across a resonance where G is not.
 
@@ -133,7 +116,7 @@ def _interpolant(frf: FRF) -> Receptance:
         size = size + np.abs(G[:, 0, 1] * G[:, 1, 0])
     if np.all(np.abs(np.linalg.det(G)) > _SINGULAR * size):
         inverse = np.linalg.inv(G)
-        return lambda at: np.asarray(np.linalg.inv(interpolate(inverse, at)))
+        return lambda at: _inverse(interpolate(inverse, at))
     direct = ~np.all(np.abs(G) > 0, axis=0)
     source = np.where(direct, G, 1 / np.where(direct, 1, G))
 
@@ -142,6 +125,14 @@ def _interpolant(frf: FRF) -> Receptance:
         return np.where(direct, value, 1 / np.where(direct, 1, value))
 
     return entrywise
+
+
+def _inverse(matrices: ComplexArray) -> ComplexArray:
+    """Inverses of many matrices of one or two rows."""
+    if matrices.shape[1] == 1:
+        return 1 / matrices
+    a, b, c, d = (matrices[:, i, j] for i in (0, 1) for j in (0, 1))
+    return np.moveaxis(np.array([[d, -b], [-c, a]]) / (a * d - b * c), 2, 0)
 
 
 def _axes_from_names(names: tuple[str, ...]) -> tuple[str, ...]:

@@ -13,9 +13,9 @@ NOTES = ("Not covered: process damping, nose radius and mode coupling across the
 
 
 def loop_stiffness(cutting: Cutting) -> Array:
-    """K_s in N/m², shape (1, 1): force and chip thickness both lie along the tool's x axis."""
-    if cutting.process != "turning":
-        raise InputError(f"turning: the process is {cutting.process}, expected turning")
+    """K_s in N/m², shape (1, 1): force and chip thickness both lie along one direction."""
+    if cutting.process == "milling":
+        raise InputError("turning: the process is milling, expected turning or boring")
     return cutting.mean_stiffness
 
 

@@ -117,7 +117,7 @@ def sampled_machines(machine: Machine, count: int = _COUNT, seed: int = 0) -> tu
 def frf_band(
     machine: Machine, frequency: ArrayLike, amplitude: float = 0.0, count: int = _COUNT, seed: int = 0
 ) -> Band:
-    """Band of the size of the tool-point receptance in m/N, (3, lines, axes, axes), at an amplitude of the tool in m."""
+    """Band of the size of the tool-point receptance in m/N, (3, lines, axes, axes), at a tool amplitude in m."""
     machines, clipped = sampled_machines(machine, count, seed)
     samples = [np.abs(operating_point(m, frequency, amplitude).frf.receptance) for m in machines]
     return Band(np.array(samples), clipped)

@@ -13,7 +13,8 @@ _EXAMPLE = 0.5
 
 def told(limits: AmplitudeLimits, index: int = 0) -> tuple[str, ...]:
     """The safe depth at one speed, the zone where a knock starts chatter, and where chatter starts by itself."""
-    at, low, high = f"{limits.speed[index]:g} rpm", *limits.bistable[index]
+    at = f"{limits.speed[index]:g} rpm"
+    low, high = limits.bistable[index].tolist()
     reach = um(limits.largest[index])
     if not np.isfinite(low):
         return (f"At {at} no vibration of up to {reach} at the tool lasts, at any depth.",)

@@ -1,0 +1,212 @@
+"""Charts by the methods that keep the tooth frequency: multi-frequency and collocation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from jointlib.arrays import Array
+from jointlib.errors import CheckFailed, InputError, Outcome
+
+from .band import Shape, Spectrum, shape, spectrum
+from .chart import StabilityLobes
+from .collocation import FINER, MORE, ArcMap, arc_map
+from .critical_depth import NONE, Crossing, eigenvector, first_crossings, near
+from .cutting import Cutting
+from .multi_frequency import HarmonicLoop
+from .tool_model import ToolModel
+from .tool_point import ToolPoint
+
+NOTES = (
+    "Not covered: helix, uneven tooth pitch, runout, process damping, axial and torsional motion, loss of contact.",
+    "The minimum depth is the lowest at the speeds given.",
+)
+_PAST = 3
+"""Harmonics beyond the highest frequency that matters, in the search; the depth itself is settled with more."""
+_MOST = 400
+_AGREE = 1e-4
+_SAME = 0.05
+_GAIN = 0.5
+_UNBOUNDED = 1.0
+_WORTH_TELLING = 1e-4
+_UNSEEN_PEAK = 50.0
+"""Height over its flexibility of a mode beyond the band, with a damping ratio of 0.01."""
+_RAISES = 6
+_GUARD = 1e-6
+
+
+@dataclass(frozen=True)
+class _Found:
+    """A crossing with its chatter line (in tooth frequencies) and the relative error in depth that the band leaves."""
+
+    crossing: Crossing
+    line: float = np.nan
+    doubt: float = 0.0
+
+
+def by_harmonics(point: ToolPoint, cutting: Cutting, speed: Array) -> StabilityLobes:
+    """Multi-frequency chart; P harmonics are settled when 2·P change the depth by less than 10⁻⁴."""
+    cuts, resolved = cutting.cuts_per_revolution, shape(point)
+    highest = max(float(point.lines[-1]), (resolved.highest + _PAST * cuts * float(np.max(speed)) / 60) * 2)
+    receptance = spectrum(point, highest)
+    axes = tuple("xy".index(axis) for axis in point.axes)
+    stiffest = _stiffest(cutting, axes)
+    found = [
+        _harmonic(HarmonicLoop(receptance, cutting, axes, cuts * rpm / 60, 0), resolved, stiffest)
+        for rpm in speed.tolist()
+    ]
+    said = _band_said(receptance, found, stiffest, speed)
+    return _chart("multi-frequency", found, cutting, speed, said)
+
+
+def by_collocation(model: ToolModel, point: ToolPoint, cutting: Cutting, speed: Array) -> StabilityLobes:
+    """Collocation chart; n nodes are settled when n + 4 change the depth by less than 10⁻⁶ of itself."""
+    resolved = shape(point)
+    found = []
+    for rpm in speed.tolist():
+        tooth = cutting.cuts_per_revolution * rpm / 60
+        settled, finer = _collocated(model, cutting, rpm, resolved.folded(tooth))
+        if not settled.kind:
+            found.append(_Found(NONE))
+            continue
+        reach = int(np.ceil(2 * resolved.highest / tooth)) + 1
+        orders = np.arange(-reach - 1.0, reach + 1.0)
+        force = finer.force(settled.fraction, eigenvector(finer, settled), orders)
+        line = settled.fraction + orders
+        moved = np.einsum("qab,qb->qa", model(line * tooth), force)
+        found.append(_Found(settled, _largest(line, np.linalg.norm(moved, axis=1))))
+    return _chart("collocation", found, cutting, speed, ())
+
+
+def _collocated(model: ToolModel, cutting: Cutting, speed: float, fraction: Array) -> tuple[Crossing, ArcMap]:
+    """The settled crossing at one speed; few nodes search, more settle the depth, four further ones prove it."""
+    for more in range(0, _RAISES * FINER, FINER):
+        search = first_crossings(arc_map(model, cutting, speed, MORE // 2 + more, 0.6), fraction)
+        before, finer = (arc_map(model, cutting, speed, MORE + more + extra) for extra in (0, FINER))
+        settled = min((near(before, one) for one in search), key=lambda one: one.depth, default=NONE)
+        if not search and not first_crossings(before, fraction):
+            return NONE, finer
+        if settled.kind and abs(settled.depth / search[0].depth - 1) < _SAME:
+            proved = near(finer, settled)
+            if abs(proved.depth / settled.depth - 1) <= _GUARD:
+                return proved, finer
+    raise CheckFailed(
+        f"collocation: at {speed:g} rpm the depth still changes with the number of nodes; use multi-frequency"
+    )
+
+
+def _harmonic(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> _Found:
+    """The settled crossing at one speed; P grows until twice as many change nothing."""
+    fraction = resolved.folded(loop.tooth_frequency)
+    P = int(np.ceil(resolved.highest / loop.tooth_frequency)) + _PAST
+    while P <= _MOST:
+        coarse, finer = replace(loop, harmonics=P), replace(loop, harmonics=2 * P)
+        search = first_crossings(coarse, fraction)
+        if not search and not first_crossings(finer, fraction):
+            return _Found(NONE)
+        if search and _left_out(resolved, coarse, stiffest * search[0].depth) < _GAIN:
+            before, settled = search[0], min((near(finer, one) for one in search), key=lambda one: one.depth)
+            if settled.kind and abs(settled.depth / before.depth - 1) < _SAME:
+                first = replace(loop, harmonics=2 * P), settled
+                while settled.kind and abs(settled.depth / before.depth - 1) > _AGREE and finer.harmonics < _MOST:
+                    before, finer = settled, replace(loop, harmonics=2 * finer.harmonics)
+                    settled = near(finer, before)
+                if abs(settled.depth / before.depth - 1) <= _AGREE:
+                    moved = coarse.motion(settled.fraction, eigenvector(coarse, settled))
+                    line = _largest(settled.fraction + coarse.orders, moved)
+                    return _Found(settled, line, _doubt(*first, fraction))
+        P *= 2
+    raise CheckFailed(
+        f"multi-frequency: at a tooth frequency of {loop.tooth_frequency:g} Hz the depth still changes with the number "
+        f"of harmonics at {_MOST} of them; raise the spindle speed or narrow the band"
+    )
+
+
+def _left_out(resolved: Shape, loop: HarmonicLoop, cut: float) -> float:
+    """Gain round the loop, at most, of lines past the harmonics kept; below 1 they cannot chatter by themselves."""
+    beyond = resolved.size[resolved.lines > (loop.harmonics + 0.5) * loop.tooth_frequency]
+    return 2 * cut * float(np.max(beyond, initial=0.0))
+
+
+def _stiffest(cutting: Cutting, axes: tuple[int, ...]) -> float:
+    """Largest stiffness of the cut per depth over a turn of the tool, N/m²."""
+    angle = np.linspace(0, 2 * np.pi, 721)[:, None] + 2 * np.pi / cutting.cuts_per_revolution * np.arange(
+        cutting.cuts_per_revolution
+    )
+    place = np.mod(angle, 2 * np.pi)
+    u, v = (part[..., list(axes)] for part in cutting.tooth(place))
+    u = u * ((place >= cutting.entry_angle) & (place <= cutting.exit_angle))[..., None]
+    return float(np.max(np.linalg.norm(np.einsum("kja,kjb->kab", u, v), ord=2, axis=(1, 2))))
+
+
+def _doubt(loop: HarmonicLoop, crossing: Crossing, fraction: Array) -> float:
+    """Relative change of the depth if the receptance is zero above its last known line and constant below the first."""
+    receptance = loop.receptance
+    assert isinstance(receptance, Spectrum)
+    if not np.isfinite(receptance.known[1]):
+        return 0.0
+    bare = replace(loop, receptance=replace(receptance, carried_on=False))
+    without = near(bare, crossing)
+    depth = without.depth if without.kind else min((one.depth for one in first_crossings(bare, fraction)), default=np.inf)
+    return abs(depth / crossing.depth - 1)
+
+
+def _largest(line: Array, moved: Array) -> float:
+    """The line, in tooth frequencies, at which the tool moves most; of two alike the positive one."""
+    return float(abs(line[np.argmax(moved)]))
+
+
+def _band_said(receptance: Spectrum, found: list[_Found], stiffest: float, speed: Array) -> tuple[str, ...]:
+    """What the ends of the band cost; refused where that cannot be bounded."""
+    low, high = receptance.known
+    if not np.isfinite(high):
+        return ()
+    doubt = np.array([one.doubt for one in found])
+    worst = int(np.argmax(doubt))
+    if doubt[worst] > _UNBOUNDED:
+        raise InputError(
+            f"multi-frequency: the receptance is known from {low:g} to {high:g} Hz, which decides the depth at "
+            f"{int(np.count_nonzero(doubt > _UNBOUNDED))} of {len(found)} speeds, at {speed[worst]:g} rpm most; "
+            "expected a wider band"
+        )
+    shallowest = min(one.crossing.depth for one in found)
+    end = receptance.point(np.array([high]))[0]
+    rising = float(np.max(np.einsum("ii->i", end.real)))
+    if rising > 0 and (not np.isfinite(shallowest) or 2 * shallowest * stiffest * rising * _UNSEEN_PEAK > 1):
+        raise InputError(
+            f"multi-frequency: at its end, {high:g} Hz, the receptance is that of a spring, so a mode above it may "
+            "chatter first; expected a band that ends past the modes"
+        )
+    if doubt[worst] < _WORTH_TELLING:
+        return ()
+    return (
+        f"The receptance is known from {low:g} to {high:g} Hz; beyond, it is carried on as a mass and below as a "
+        f"spring: the depth may be off by up to {100 * doubt[worst]:.2g} %, at {speed[worst]:g} rpm.",
+    )
+
+
+def _chart(
+    method: str, found: list[_Found], cutting: Cutting, speed: Array, said: tuple[str, ...]
+) -> StabilityLobes:
+    depth = np.array([one.crossing.depth for one in found])
+    line = np.array([one.line for one in found])
+    tooth = cutting.cuts_per_revolution * speed / 60
+    lowest = int(np.argmin(depth))
+    some = bool(np.isfinite(depth[lowest]))
+    return StabilityLobes(
+        method=method,
+        speed=speed,
+        depth=depth,
+        chatter_frequency=line * tooth,
+        kind=np.array([one.crossing.kind for one in found]),
+        lobe=np.where(np.isfinite(line), np.floor(np.nan_to_num(line)), -1).astype(np.int64),
+        minimum_depth=float(depth[lowest]),
+        minimum_frequency=float(line[lowest] * tooth[lowest]) if some else np.nan,
+        minimum_phase=float(line[lowest] % 1) if some else np.nan,
+        cuts_per_revolution=cutting.cuts_per_revolution,
+        branches=(),
+        outcome=Outcome.CONVERGED,
+        notes=NOTES,
+        warnings=said,
+    )
