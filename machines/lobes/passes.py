@@ -50,49 +50,42 @@ def stretches(cutting: Cutting, axes: tuple[str, ...], speed: float, rate: float
     ``rate`` is the least number of steps per second. Edge j stands at φ = θ + 2πj/N while θ passes one pitch, so a
     node of the period belongs to fixed angles and meets there what the edge before it left one period earlier.
     """
-    if cutting.specific is not None:
+    turning = 2 * np.pi * speed / 60
+    if cutting.process != "milling":
         count = max(_FEWEST, int(np.ceil(60 / speed * rate)))
-        one = np.ones((count + 1, 1))
-        along_x = np.array([float(axis == "x") for axis in axes])
-        radial = one[:, :, None] * along_x
-        force = -cutting.specific * one[:, :, None] * along_x[:, None]
-        step = 60 / speed / count
-        return (Stretch(step, one, one[1:], 0 * one, radial, radial[1:], 0 * radial, force, force[1:]),)
-    pitch, turning = 2 * np.pi / cutting.cuts_per_revolution, 2 * np.pi * speed / 60
-    entry, leave = cutting.entry_angle, cutting.exit_angle
-    edges = np.unique(np.array([0.0, entry % pitch, leave % pitch, pitch]))
-    edges = np.append(edges[:-1][np.diff(edges) > _SAME], pitch)
-    if len(edges) > 2 and edges[1] < _SAME:
-        edges = np.delete(edges, 1)
+        return (_stretch(cutting, axes, np.zeros((2 * count + 1, 1)), 60 / speed / count, turning),)
+    pitch, entry, leave = 2 * np.pi / cutting.cuts_per_revolution, cutting.entry_angle, cutting.exit_angle
+    inner = np.sort(np.array([entry % pitch, leave % pitch]))
+    inner = inner[(inner > _SAME) & (inner < pitch - _SAME) & (np.diff(inner, prepend=0) > _SAME)]
     found = []
-    for first, last in pairwise(edges):
+    for first, last in pairwise([0.0, *inner, pitch]):
         angles = (first + last) / 2 + pitch * np.arange(cutting.cuts_per_revolution)
         cutters = pitch * np.flatnonzero((angles > entry) & (angles < leave))
         count = max(_FEWEST, int(np.ceil((last - first) / turning * rate)))
         theta = np.linspace(first, last, 2 * count + 1)[:, None] + cutters
-        found.append(_milled(cutting, axes, theta, (last - first) / turning / count, turning))
+        found.append(_stretch(cutting, axes, theta, (last - first) / turning / count, turning))
     return tuple(found)
 
 
-def _milled(cutting: Cutting, axes: tuple[str, ...], angle: Array, step: float, turning: float) -> Stretch:
-    """A stretch of milling from the angles φ at nodes and middles in turn, (2·steps + 1, edges)."""
-    assert cutting.tangential is not None
-    assert cutting.normal is not None
-    chosen = ["xy".index(axis) for axis in axes]
-    s, c = np.sin(angle), np.cos(angle)
-    K_t, K_n = cutting.tangential, cutting.normal
-    radial = np.stack([s, c], axis=-1)[:, :, chosen]
-    rate = turning * np.stack([c, -s], axis=-1)[:, :, chosen]
-    force = np.stack([-K_t * c - K_n * s, K_t * s - K_n * c], axis=1)[:, chosen]
+def _stretch(cutting: Cutting, axes: tuple[str, ...], angle: Array, step: float, turning: float) -> Stretch:
+    """A stretch from the angles φ at nodes and middles in turn, (2·steps + 1, edges)."""
+    rows = ["xy".index(axis) for axis in axes]
+    u, v = (part[:, :, rows] for part in cutting.tooth(angle))
+    if cutting.process == "milling":
+        share, feeding = np.sin(angle), turning * np.cos(angle)
+        turned = turning * cutting.tooth(angle + np.pi / 2)[1][:, :, rows]
+    else:
+        share, feeding, turned = np.ones_like(angle), np.zeros_like(angle), np.zeros_like(v)
+    force = -u.swapaxes(1, 2)
     nodes, middles = slice(None, None, 2), slice(1, None, 2)
     return Stretch(
         step,
-        s[nodes],
-        s[middles],
-        turning * c[nodes],
-        radial[nodes],
-        radial[middles],
-        rate[nodes],
+        share[nodes],
+        share[middles],
+        feeding[nodes],
+        v[nodes],
+        v[middles],
+        turned[nodes],
         force[nodes],
         force[middles],
     )

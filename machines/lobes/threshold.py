@@ -19,7 +19,7 @@ from .chart import Integers, StabilityLobes
 from .cutting import Cutting
 from .power_law import depth_ratio
 
-_LARGEST = 1e-4
+_LARGEST = 2e-4
 _DECADES = 3.0
 _COUNT = 31
 _SETTLED = 1e-6
@@ -85,13 +85,31 @@ class AmplitudeLimits:
     @property
     def safe(self) -> Array:
         """The depth in m to cut under, (n,): the lowest of b_lim(A) over the amplitudes in range."""
-        return np.asarray(np.fmin(self.onset, np.fmin.reduce(self.depth, axis=0)))
+        return np.asarray(np.fmin(self.onset, self._lowest[1]))
 
     @property
     def safe_amplitude(self) -> Array:
         """Amplitude in m at which the safe depth is met, (n,); 0 where it is the onset."""
-        lowest = np.argmin(np.where(np.isnan(self.depth), np.inf, self.depth), axis=0)
-        return np.where(self.safe < self.onset, self.amplitude[lowest], 0.0)
+        return np.where(self.safe < self.onset, self._lowest[0], 0.0)
+
+    @property
+    def _lowest(self) -> tuple[Array, Array]:
+        """Amplitude and depth of the lowest b_lim(A); between the amplitudes by a parabola over their logarithm."""
+        b = np.where(np.isnan(self.depth), np.inf, self.depth)
+        x, column = np.log(self.amplitude), np.arange(b.shape[1])
+        at = np.argmin(b, axis=0)
+        place, lowest = x[at], b[at, column]
+        k = np.clip(at, 1, len(x) - 2)
+        (x0, x1, x2), (y0, y1, y2) = (x[k - 1], x[k], x[k + 1]), (b[k - 1, column], b[k, column], b[k + 1, column])
+        with np.errstate(invalid="ignore", divide="ignore"):
+            first, second = (y1 - y0) / (x1 - x0), (y2 - y1) / (x2 - x1)
+            bend = (second - first) / (x2 - x0)
+            vertex = (x0 + x1) / 2 - first / (2 * bend)
+            value = y1 + (vertex - x1) * (first + (vertex - x0) * bend)
+        # One lobe only: where another takes over the curve has a corner.
+        same = (self.lobe[k - 1, column] == self.lobe[k, column]) & (self.lobe[k, column] == self.lobe[k + 1, column])
+        inside = same & (at == k) & np.isfinite(value) & (bend > 0)
+        return np.exp(np.where(inside, vertex, place)), np.where(inside, value, lowest)
 
     @property
     def bistable(self) -> Array:
@@ -167,7 +185,7 @@ def amplitude_limits(
     speed
         rpm, one axis.
     amplitude
-        m, ascending and above 0; default: 31 of them over three decades up to the feed, or to 100 µm where no feed
+        m, ascending and above 0; default: 31 of them over three decades up to the feed, or to 200 µm where no feed
         is given.
     """
     speeds = np.atleast_1d(np.asarray(speed, dtype=float))
@@ -207,19 +225,19 @@ def amplitude_limits(
 def depends_on_amplitude(machine: Machine) -> bool:
     """Whether a joint, or the cut itself, behaves differently at different amplitudes."""
     cutting = Cutting(**dict(machine.cutting or {}))
-    bent_cut = cutting.process == "turning" and cutting.feed is not None
+    bent_cut = cutting.process != "milling" and cutting.feed is not None
     return bent_cut or not all(is_linear(joint) for joint in machine.joints())
 
 
 def amplitude_range(cutting: Cutting, count: int = _COUNT) -> Array:
-    """Tool-point amplitudes in m over three decades up to the feed, or to 100 µm where no feed is given."""
+    """Tool-point amplitudes in m over three decades up to the feed, or to 200 µm where no feed is given."""
     largest = cutting.feed or _LARGEST
     return np.geomspace(largest * 10**-_DECADES, largest, count)
 
 
 def _with_cut(chart: StabilityLobes, cutting: Cutting, amplitude: float) -> Array:
     """The depths with the cut's own nonlinearity, where the feed says how thick the chip is (turning)."""
-    if cutting.process != "turning" or cutting.feed is None:
+    if cutting.process == "milling" or cutting.feed is None:
         return chart.depth
     turned = np.abs(1 - np.exp(-2j * np.pi * np.nan_to_num(chart.chatter_frequency) * 60 / chart.speed))
     return np.asarray(chart.depth * depth_ratio(amplitude * turned / cutting.feed, cutting.exponent))

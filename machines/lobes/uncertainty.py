@@ -157,8 +157,9 @@ def sampled_depths(
 
     Between the lines (Hz) the inverse eigenvalue of the loop runs straight, as the dynamic stiffness nearly does.
     """
-    if cutting.process == "turning":
-        receptance, stiffness = receptance[:, :, :1, :1], turning.loop_stiffness(cutting)
+    if cutting.process != "milling":
+        along = cutting.rotation[0][["xy".index(axis) for axis in axes]]
+        receptance, stiffness = (along @ receptance @ along)[:, :, None, None], turning.loop_stiffness(cutting)
     else:
         stiffness = zero_order.loop_stiffness(cutting, axes)
     count, n = len(receptance), len(lines)

@@ -29,8 +29,8 @@ _FAR = 1.5
 _NARROW = 2e-3
 _TINY = 1e-300
 _REACH = 100.0
-_WINDOW = {"turning": 12, "milling": 60}
-"""Waves in which an amplitude is read: the lines of milling beat."""
+_WINDOW, _BEATING = 12, 60
+"""Waves in which an amplitude is read; the lines of milling beat."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,7 +165,7 @@ def vibrate(
     bound = _REACH * float(np.max(start)) if reach is None else reach
     run = simulate(parts, Cut(cut, chip, depths), state, memories, surfaces, periods, bound)
     forced = cutting.process == "milling" and cutting.feed is not None
-    sizes = envelope(run, hertz, _WINDOW[cutting.process], forced)
+    sizes = envelope(run, hertz, _BEATING if cutting.process == "milling" else _WINDOW, forced)
     end = np.where(run.escaped, np.inf, sizes.amplitude[-1])
     change = np.log(np.maximum(end, _TINY) / np.maximum(sizes.early, _TINY))
     moved = np.log(np.maximum(end, _TINY) / start)
