@@ -25,6 +25,9 @@ from jointlib.errors import InputError
     "--depth", type=Quantity("m", lower=0), multiple=True, help="Not in this version: needs the collocation method."
 )
 @click.option("--witness", is_flag=True, help="Simulate the cut in time at --speed and --depth.")
+@click.option(
+    "--samples", type=click.IntRange(40), help="Band of the depths from so many samples of what is uncertain."
+)
 @click.option("-o", "output", type=Target(".npz"), help="Also write the charts to this .npz file.")
 @json_option
 def command(
@@ -34,6 +37,7 @@ def command(
     speed: tuple[float, ...],
     depth: tuple[float, ...],
     witness: bool,
+    samples: int | None,
     output: Path | None,
     as_json: bool,
 ) -> None:
@@ -59,6 +63,9 @@ def command(
     if witness:
         over_amplitude["witness"], seen = witnessed(model, speed, depth, amplitude)
         told += seen
+    if samples:
+        over_amplitude["band"], seen = bands(model, speeds, amplitude, samples)
+        told += seen if speed else []
     data = chart_data(charts, speeds, amplitude)
     data |= over_amplitude
     data["warnings"] = [*remarks, *data["warnings"]]
@@ -109,6 +116,26 @@ def amplitude_data(
     if depth:
         rows["cycles"] = [[[vars(c) for c in at] for at in row] for row in cycles]
     return {"over_amplitude": rows, "told": said}, said
+
+
+def bands(model: Any, speeds: Any, amplitude: Sequence[float], samples: int) -> tuple[dict[str, Any], list[str]]:
+    """Depths at 2.5, 50 and 97.5 % of the samples, [share][speed], or [amplitude][share][speed]."""
+    from machines.lobes.uncertainty import SHARES, lobe_band
+
+    with working(f"computing {samples} samples"):
+        found = [lobe_band(model, speeds, A, samples) for A in amplitude or (0.0,)]
+    depth = [band.quantiles for band in found]
+    said = []
+    for A, values in zip(amplitude or (0.0,), depth, strict=True):
+        at = f" at a tool-point amplitude of {A * 1e6:g} um" if A else ""
+        for n, (low, middle, high) in zip(speeds, values.T * 1e3, strict=True):
+            said.append(
+                f"{n:g} rpm{at}: {low:.4g} to {high:.4g} mm in 95 % of {samples} samples, median {middle:.4g} mm"
+            )
+    clipped = sum(band.clipped for band in found)
+    if clipped:
+        said.append(f"{clipped} sampled parameters lay outside their bounds and were set to them.")
+    return {"share": SHARES, "depth": depth if amplitude else depth[0], "samples": samples, "clipped": clipped}, said
 
 
 def witnessed(

@@ -18,13 +18,14 @@ from .envelope import envelope, strongest_line
 from .moving_parts import MovingParts, moving_parts
 from .passes import Stretch, stretches
 from .threshold import Cycle, amplitude_range
+from .words import mm, story, um
 
 _WAVES = 250
 _STEPS = 60
 _STARTS = 16
 _REFINED = 6
 _NEAR = 0.03
-_RESTING = 0.1
+_TOGETHER = -0.5
 _FAR = 1.5
 _NARROW = 2e-3
 _TINY = 1e-300
@@ -56,7 +57,10 @@ class Witness:
     """Simulated time in s."""
 
     def __str__(self) -> str:
-        return " ".join(words(self))
+        left = " The edge then leaves the cut once in a while." if np.any(self.lost_contact & self.grows) else ""
+        low, high = self.start[0], self.start[-1]
+        fate = story(bool(self.grows[0]), self.cycles, high, f"of {um(low)} to {um(high)}")
+        return f"In time, at {self.speed:g} rpm and {mm(self.depth)}, {fate}.{left}"
 
 
 def witness(
@@ -168,9 +172,10 @@ def vibrate(
     sizes = envelope(run, hertz, _BEATING if cutting.process == "milling" else _WINDOW, forced)
     end = np.where(run.escaped, np.inf, sizes.amplitude[-1])
     change = np.log(np.maximum(end, _TINY) / np.maximum(sizes.early, _TINY))
-    moved = np.log(np.maximum(end, _TINY) / start)
-    # What went far, or came to rest before the start was over, is judged by where it went.
-    there = (np.abs(moved) > _FAR) | (np.abs(change) < _RESTING * np.abs(moved))
+    moved = np.log(np.clip(end, _TINY, 1e9 * start) / start)
+    # What went far, or to where its neighbours went, is judged by where that is; any other by how it goes on.
+    together = np.gradient(moved, np.log(start)) < _TOGETHER if len(start) > 1 else np.zeros(1, dtype=bool)
+    there = (np.abs(moved) > _FAR) | together
     grows = (there & (moved > 0)) | (~there & (change > 0))
     tail = np.asarray(np.any(run.lost[-max(1, len(run.lost) // 10) :], axis=0), dtype=np.bool_)
     return Batch(start, end, np.where(run.escaped, np.inf, sizes.rate), sizes.typical, grows, tail, run, forced)
@@ -264,31 +269,3 @@ def _ploughed(stretch: Stretch, begins: float, tool: ComplexArray, hertz: float)
     turned = tool * np.exp(1j * omega * time)[:, None, None]
     x, v = turned.real, (1j * omega * turned).real
     return Surface(stretch.radial @ x, stretch.radial @ v + stretch.radial_rate @ x)
-
-
-def words(found: Witness) -> tuple[str, ...]:
-    """The simulation told in sentences."""
-    at = f"{found.speed:g} rpm and {found.depth * 1e3:.4g} mm"
-    low, high = found.start[0], found.start[-1]
-    said = []
-    if not np.any(found.grows):
-        said.append(f"In time, at {at}, vibrations of {_um(low)} to {_um(high)} die out.")
-    elif np.all(found.grows):
-        said.append(f"In time, at {at}, vibrations of {_um(low)} to {_um(high)} grow.")
-    else:
-        said.append(f"In time, at {at}:")
-    for cycle in found.cycles:
-        said.append(
-            f"chatter settles at {_um(cycle.amplitude)} ({cycle.frequency:.1f} Hz)."
-            if cycle.stable
-            else f"vibrations below {_um(cycle.amplitude)} die out, larger ones grow."
-        )
-    if np.any(found.lost_contact):
-        said.append("The edge then leaves the cut once in a while.")
-    if np.any(np.isinf(found.end)):
-        said.append("Nothing in the model bounds the largest ones.")
-    return tuple(said)
-
-
-def _um(size: float) -> str:
-    return f"{size * 1e6:.4g} µm"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from .threshold import AmplitudeLimits, Cycle
@@ -35,29 +37,28 @@ def told(limits: AmplitudeLimits, index: int = 0) -> tuple[str, ...]:
 
 def told_at(limits: AmplitudeLimits, depth: float, index: int = 0) -> str:
     """What becomes of vibrations at one speed and a depth in m."""
-    at = f"At {limits.speed[index]:g} rpm and {mm(depth)}"
-    cycles = limits.cycles(depth, index)
-    grows = depth > limits.onset[index] if not cycles else cycles[0].stable
-    reach = f"up to {um(limits.largest[index])} at the tool"
+    cycles, largest = limits.cycles(depth, index), limits.largest[index]
+    grows = cycles[0].stable if cycles else depth > limits.depth[0, index]
+    return f"At {limits.speed[index]:g} rpm and {mm(depth)} {story(grows, cycles, largest, f'of up to {um(largest)}')}."
+
+
+def story(grows: bool, cycles: Sequence[Cycle], largest: float, sizes: str) -> str:
+    """From the smallest vibration to the largest (m): whether the smallest grows, and what changes at each cycle."""
     if not cycles:
-        return f"{at} every vibration of {reach} {'grows' if grows else 'dies out'}."
+        return f"vibrations {sizes} at the tool {'grow' if grows else 'die out'}"
     first, *rest = cycles
     parts = [
         f"chatter starts by itself and settles at {_size(first)}"
         if grows
-        else f"vibrations below {um(first.amplitude)} die out"
+        else f"vibrations below {um(first.amplitude)} at the tool die out"
     ]
-    stable = grows
-    for cycle in rest:
-        parts.append(
-            f"larger ones settle at {_size(cycle)}"
-            if cycle.stable
-            else f"a knock beyond {um(cycle.amplitude)} makes it grow further"
-        )
-        stable = cycle.stable
-    if not stable:
-        parts.append(f"{'larger ones grow' if len(cycles) == 1 else 'it grows'} beyond {um(limits.largest[index])}")
-    return f"{at} {', '.join(parts)}."
+    parts += [
+        f"larger ones settle at {_size(c)}" if c.stable else f"a knock beyond {um(c.amplitude)} makes it grow again"
+        for c in rest
+    ]
+    if not cycles[-1].stable:
+        parts.append("larger ones grow" if len(cycles) == 1 else f"beyond {um(largest)} too")
+    return ", ".join(parts)
 
 
 def _settling(limits: AmplitudeLimits, onset: float, index: int) -> str:

@@ -231,5 +231,5 @@ def test_what_a_simulation_needs_is_asked_for(
 
 def test_the_simulation_is_told_in_words() -> None:
     said = str(witness(lathe(), SPEED, 5e-4, [1e-5, 2e-5], waves=60))
-    assert said == "In time, at 2350 rpm and 0.5 mm, vibrations of 10 µm to 20 µm die out."
+    assert said == "In time, at 2350 rpm and 0.5 mm, vibrations of 10 µm to 20 µm at the tool die out."
     assert "grow" in str(witness(lathe(), SPEED, 9e-4, [1e-5, 2e-5], waves=60))
