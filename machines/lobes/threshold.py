@@ -23,6 +23,8 @@ _LARGEST = 2e-4
 _DECADES = 3.0
 _COUNT = 31
 _SETTLED = 1e-6
+_ROUNDS = 3
+_CHOSEN = 8
 _FLAT = 1e-9
 
 
@@ -85,31 +87,13 @@ class AmplitudeLimits:
     @property
     def safe(self) -> Array:
         """The depth in m to cut under, (n,): the lowest of b_lim(A) over the amplitudes in range."""
-        return np.asarray(np.fmin(self.onset, self._lowest[1]))
+        return np.asarray(np.fmin(self.onset, np.fmin.reduce(self.depth, axis=0)))
 
     @property
     def safe_amplitude(self) -> Array:
         """Amplitude in m at which the safe depth is met, (n,); 0 where it is the onset."""
-        return np.where(self.safe < self.onset, self._lowest[0], 0.0)
-
-    @property
-    def _lowest(self) -> tuple[Array, Array]:
-        """Amplitude and depth of the lowest b_lim(A); between the amplitudes by a parabola over their logarithm."""
-        b = np.where(np.isnan(self.depth), np.inf, self.depth)
-        x, column = np.log(self.amplitude), np.arange(b.shape[1])
-        at = np.argmin(b, axis=0)
-        place, lowest = x[at], b[at, column]
-        k = np.clip(at, 1, len(x) - 2)
-        (x0, x1, x2), (y0, y1, y2) = (x[k - 1], x[k], x[k + 1]), (b[k - 1, column], b[k, column], b[k + 1, column])
-        with np.errstate(invalid="ignore", divide="ignore"):
-            first, second = (y1 - y0) / (x1 - x0), (y2 - y1) / (x2 - x1)
-            bend = (second - first) / (x2 - x0)
-            vertex = (x0 + x1) / 2 - first / (2 * bend)
-            value = y1 + (vertex - x1) * (first + (vertex - x0) * bend)
-        # One lobe only: where another takes over the curve has a corner.
-        same = (self.lobe[k - 1, column] == self.lobe[k, column]) & (self.lobe[k, column] == self.lobe[k + 1, column])
-        inside = same & (at == k) & np.isfinite(value) & (bend > 0)
-        return np.exp(np.where(inside, vertex, place)), np.where(inside, value, lowest)
+        lowest = np.argmin(np.where(np.isnan(self.depth), np.inf, self.depth), axis=0)
+        return np.where(self.safe < self.onset, self.amplitude[lowest], 0.0)
 
     @property
     def bistable(self) -> Array:
@@ -186,7 +170,7 @@ def amplitude_limits(
         rpm, one axis.
     amplitude
         m, ascending and above 0; default: 31 of them over three decades up to the feed, or to 200 µm where no feed
-        is given.
+        is given. For up to 8 speeds more are added around the lowest depth.
     """
     speeds = np.atleast_1d(np.asarray(speed, dtype=float))
     onset, _ = frozen_lobes(machine, speeds, 0.0, method)
@@ -203,9 +187,13 @@ def amplitude_limits(
         chart, _ = layer(size)
         return chart.depth, chart.chatter_frequency
 
-    layers = [layer(float(size)) for size in A]
-    charts = [chart for chart, _ in layers]
-    past = np.maximum.accumulate([held for _, held in layers], axis=0)
+    layers = {float(size): layer(float(size)) for size in A}
+    for _ in range(_ROUNDS if len(speeds) <= _CHOSEN else 0):
+        closer = _near_lowest({size: chart.depth for size, (chart, _) in layers.items()})
+        layers |= {size: layer(size) for size in closer if size not in layers}
+    A = np.array(sorted(layers))
+    charts = [layers[size][0] for size in A.tolist()]
+    past = np.maximum.accumulate([layers[size][1] for size in A.tolist()], axis=0)
     said = dict.fromkeys(w for chart in (onset, *charts) for w in chart.warnings)
     return AmplitudeLimits(
         speed=speeds,
@@ -220,6 +208,21 @@ def amplitude_limits(
         warnings=tuple(said),
         at=at,
     )
+
+
+def _near_lowest(depths: dict[float, Array]) -> list[float]:
+    """At every speed the amplitude where a parabola through the lowest depth and its neighbours has its vertex."""
+    x = np.log(sorted(depths))
+    found = []
+    for b in np.array([depths[size] for size in sorted(depths)]).T:
+        k = int(np.argmin(b))
+        if 0 < k < len(b) - 1 and np.all(np.isfinite(b[k - 1 : k + 2])):
+            first, second = np.diff(b[k - 1 : k + 2]) / np.diff(x[k - 1 : k + 2])
+            vertex = (
+                (x[k - 1] + x[k]) / 2 - first * (x[k + 1] - x[k - 1]) / 2 / (second - first) if second > first else x[k]
+            )
+            found.append(float(np.exp(vertex)))
+    return found
 
 
 def depends_on_amplitude(machine: Machine) -> bool:

@@ -135,10 +135,12 @@ class Batch:
     start: Array
     end: Array
     rate: Array
+    early: Array
     typical: Array
     grows: Mask
     lost: Mask
     run: Run
+    milled: bool
     forced: bool
 
 
@@ -168,17 +170,21 @@ def vibrate(
     depths = np.array(np.broadcast_to(np.asarray(depth, dtype=float), len(start)))
     bound = _REACH * float(np.max(start)) if reach is None else reach
     run = simulate(parts, Cut(cut, chip, depths), state, memories, surfaces, periods, bound)
-    forced = cutting.process == "milling" and cutting.feed is not None
-    sizes = envelope(run, hertz, _BEATING if cutting.process == "milling" else _WINDOW, forced)
+    milled = cutting.process == "milling"
+    forced = milled and cutting.feed is not None
+    sizes = envelope(run, hertz, _BEATING if milled else _WINDOW, forced)
     end = np.where(run.escaped, np.inf, sizes.amplitude[-1])
     change = np.log(np.maximum(end, _TINY) / np.maximum(sizes.early, _TINY))
     moved = np.log(np.clip(end, _TINY, 1e9 * start) / start)
     # What went far, or to where its neighbours went, is judged by where that is; any other by how it goes on.
-    together = np.gradient(moved, np.log(start)) < _TOGETHER if len(start) > 1 else np.zeros(1, dtype=bool)
+    together = np.zeros(len(start), dtype=bool)
+    if len(start) > 1 and np.all(np.diff(start) > 0):
+        together = np.gradient(moved, np.log(start)) < _TOGETHER
     there = (np.abs(moved) > _FAR) | together
     grows = (there & (moved > 0)) | (~there & (change > 0))
     tail = np.asarray(np.any(run.lost[-max(1, len(run.lost) // 10) :], axis=0), dtype=np.bool_)
-    return Batch(start, end, np.where(run.escaped, np.inf, sizes.rate), sizes.typical, grows, tail, run, forced)
+    rate = np.where(run.escaped, np.inf, sizes.rate)
+    return Batch(start, end, rate, sizes.early, sizes.typical, grows, tail, run, milled, forced)
 
 
 def _between(batch: Batch) -> Array:
@@ -204,6 +210,10 @@ def _cycles(batch: Batch) -> tuple[Cycle, ...]:
                 at = float((rate[1] * size[0] - rate[0] * size[1]) / (rate[1] - rate[0]))
             if stable and abs(np.log(end[1] / end[0])) < _NARROW:
                 at = float(np.mean(np.log(end)))
+        early = batch.early[pair]
+        if not stable and batch.milled and abs(np.log(early[1] / early[0])) < _NEAR:
+            # A start of one line is not the shape of a cycle in milling; two motions that part late both followed it.
+            at = float(np.mean(np.log(early)))
         found.append(Cycle(float(np.exp(at)), strongest_line(batch.run, int(i), batch.forced), stable))
     return tuple(found)
 

@@ -165,7 +165,7 @@ def at_bench(bench: Path) -> Iterator[Path]:
         (f"lobes {TOOL} --method zero-ordr", "did you mean 'zero-order'?"),
         (f"lobes {TOOL} --method turning", "the process is milling"),
         (f"lobes {TOOL} --depth 1mm", "--depth: not in this version"),
-        (f"lobes {TOOL} --witness", "--witness: not in this version"),
+        (f"lobes {TOOL} --witness", "--witness: simulates one point at a time, expected --speed and --depth"),
         (f"lobes {TWO_MASS}", "no [cutting], lobes need a cutting operation"),
         (f"fmu {GUIDE}", "expected a joint file and -o X.fmu"),
         (f"fmu {GUIDE} --verify x.fmu", "--verify: takes the FMU alone"),
