@@ -30,7 +30,10 @@ from jointlib.errors import InputError
     multiple=True,
     help="Depths of cut; with --speed: by what a vibration grows.",
 )
-@click.option("--witness", is_flag=True, help="Not in this version: check by time simulation.")
+@click.option("--witness", is_flag=True, help="Simulate the cut in time at --speed and --depth.")
+@click.option(
+    "--samples", type=click.IntRange(40), help="Band of the depths from so many samples of what is uncertain."
+)
 @click.option("-o", "output", type=Target(".npz", ".csv", ".svg"), help="Also write the charts: numbers or a picture.")
 @json_option
 def command(
@@ -40,6 +43,7 @@ def command(
     speed: tuple[float, ...],
     depth: tuple[float, ...],
     witness: bool,
+    samples: int | None,
     output: Path | None,
     as_json: bool,
 ) -> None:
@@ -56,8 +60,8 @@ def command(
     from machines.lobes.frozen_modes import multipliers
     from machines.lobes.pocket import pocket
 
-    if witness:
-        raise InputError("--witness: not in this version, expected --speed alone for the critical depth")
+    if witness and not (speed and depth):
+        raise InputError("--witness: simulates one point at a time, expected --speed and --depth with it")
     if depth and not speed:
         raise InputError("--depth: needs --speed, expected the spindle speeds of these depths")
     model = read_machine(machine)
@@ -65,10 +69,18 @@ def command(
     with working("computing lobes"):
         model, remarks = with_joints(model)
         charts = [lobes_at_amplitude(model, speeds, A, method) for A in amplitude or (0.0,)]
-        growth = [multipliers(model, speeds, depth, A) for A in amplitude or (0.0,)] if depth else []
+        growth = [multipliers(model, speeds, depth, A) for A in amplitude or (0.0,)] if depth and not witness else []
+    over_amplitude, told = amplitude_data(model, speed, depth, method) if speed and not amplitude else ({}, [])
+    if witness:
+        over_amplitude["witness"], seen = witnessed(model, speed, depth, amplitude)
+        told += seen
+    if samples:
+        over_amplitude["band"], seen = bands(model, speeds, amplitude, samples)
+        told += seen if speed else []
     data = chart_data(charts, speeds, amplitude)
-    if depth:
+    if growth:
         data["multiplier"] = growth if amplitude else growth[0]
+    data |= over_amplitude
     data["warnings"] = [*remarks, *data["warnings"]]
     lines: list[str] = list(remarks)
     for i, (A, chart) in enumerate(zip(amplitude or (0.0,), charts, strict=True)):
@@ -90,12 +102,13 @@ def command(
                 )
             ]
             lines += table(("speed [rpm]", "depth [mm]", "chatter [Hz]", "kind", "lobe"), rows)
-        if depth:
+        if growth:
             header = ("speed [rpm]", *(f"|μ| at {w * 1e3:g} mm" for w in depth))
             lines += table(
                 header, [(f"{n:g}", *(f"{v:.6g}" for v in row)) for n, row in zip(speeds, growth[i], strict=True)]
             )
         lines += chart.warnings
+    lines += told
     cutting = Cutting(**(model.cutting or {}))
     best = None if speed else pocket(charts, cutting)
     if best is not None:
@@ -110,6 +123,70 @@ def command(
 def reach(chart: Any) -> str:
     """The speeds that the minimum depth of a chart is of."""
     return "every speed" if chart.method in ("turning", "zero-order") else "these speeds"
+
+
+def amplitude_data(
+    model: Any, speed: Sequence[float], depth: Sequence[float], method: str | None
+) -> tuple[dict[str, Any], list[str]]:
+    """Limits over amplitude at the chosen speeds, where something in the machine or its cut depends on it."""
+    from machines.lobes.threshold import amplitude_limits, depends_on_amplitude
+    from machines.lobes.words import told, told_at
+
+    if not depends_on_amplitude(model):
+        return {}, []
+    with working("computing limits over amplitude"):
+        limits = amplitude_limits(model, speed, method=method)
+        said = [sentence for i in range(len(speed)) for sentence in told(limits, i)]
+        said += [told_at(limits, b, i) for i in range(len(speed)) for b in depth]
+        cycles = [[limits.cycles(b, i) for b in depth] for i in range(len(speed))]
+    rows: dict[str, Any] = {
+        "safe_depth": limits.safe,
+        "safe_amplitude": limits.safe_amplitude,
+        "onset_depth": limits.onset,
+        "largest_amplitude": limits.largest,
+    }
+    if depth:
+        rows["cycles"] = [[[vars(c) for c in at] for at in row] for row in cycles]
+    return {"over_amplitude": rows, "told": said}, said
+
+
+def bands(model: Any, speeds: Any, amplitude: Sequence[float], samples: int) -> tuple[dict[str, Any], list[str]]:
+    """Depths at 2.5, 50 and 97.5 % of the samples, [share][speed], or [amplitude][share][speed]."""
+    from machines.lobes.uncertainty import SHARES, lobe_band
+
+    with working(f"computing {samples} samples"):
+        found = [lobe_band(model, speeds, A, samples) for A in amplitude or (0.0,)]
+    depth = [band.quantiles for band in found]
+    said = []
+    for A, values in zip(amplitude or (0.0,), depth, strict=True):
+        at = f" at a tool-point amplitude of {A * 1e6:g} um" if A else ""
+        for n, (low, middle, high) in zip(speeds, values.T * 1e3, strict=True):
+            said.append(
+                f"{n:g} rpm{at}: {low:.4g} to {high:.4g} mm in 95 % of {samples} samples, median {middle:.4g} mm"
+            )
+    clipped = sum(band.clipped for band in found)
+    if clipped:
+        said.append(f"{clipped} sampled parameters lay outside their bounds and were set to them.")
+    return {"share": SHARES, "depth": depth if amplitude else depth[0], "samples": samples, "clipped": clipped}, said
+
+
+def witnessed(
+    model: Any, speed: Sequence[float], depth: Sequence[float], amplitude: Sequence[float]
+) -> tuple[list[list[dict[str, Any]]], list[str]]:
+    """The cut simulated at every speed and depth, [speed][depth], and told."""
+    from machines.lobes.witness import witness
+
+    rows, said = [], []
+    for n in speed:
+        row = []
+        for b in depth:
+            with working(f"simulating {n:g} rpm and {b * 1e3:g} mm"):
+                found = witness(model, n, b, sorted(amplitude) or None)
+            said.append(str(found))
+            names = ("start", "end", "rate", "grows", "lost_contact", "frequency", "duration")
+            row.append({k: getattr(found, k) for k in names} | {"cycles": [vars(c) for c in found.cycles]})
+        rows.append(row)
+    return rows, said
 
 
 def default_speeds(machine: Any) -> Any:

@@ -2,19 +2,29 @@
 
 from .chart import LobeBranch, StabilityLobes
 from .cutting import Cutting
+from .power_law import depth_ratio
 from .solve import METHODS, stability_lobes
+from .threshold import AmplitudeLimits, Cycle, Turn, amplitude_limits
 from .tool_point import Receptance, ToolPoint, tool_point
 from .turning import minimum_depth_of_mode, notch_delays
+from .witness import Witness, witness
 
 __all__ = [
     "METHODS",
+    "AmplitudeLimits",
     "Cutting",
+    "Cycle",
     "LobeBranch",
     "Receptance",
     "StabilityLobes",
     "ToolPoint",
+    "Turn",
+    "Witness",
+    "amplitude_limits",
+    "depth_ratio",
     "minimum_depth_of_mode",
     "notch_delays",
     "stability_lobes",
     "tool_point",
+    "witness",
 ]

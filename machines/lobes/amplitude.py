@@ -10,6 +10,7 @@ import numpy as np
 from jointlib.arrays import Array, ArrayLike, ComplexArray
 from jointlib.errors import FrequencyMismatch, InputError, Outcome
 
+from ..indices import Mask
 from ..limits import beyond_frequency
 from ..machine import AXES, Machine
 from ..operating import OperatingPoint, operating_point
@@ -51,6 +52,13 @@ def lobes_at_amplitude(
     points
         Lines to begin with; more are added where the receptance bends.
     """
+    return frozen_lobes(machine, speed, amplitude, method, points)[0]
+
+
+def frozen_lobes(
+    machine: Machine, speed: ArrayLike, amplitude: float = 0.0, method: str | None = None, points: int = _LINES
+) -> tuple[StabilityLobes, Mask]:
+    """`lobes_at_amplitude`, and per speed whether a joint is held at its limit at the chatter frequency."""
     if machine.cutting is None:
         raise InputError(f"{machine.where}: no [cutting], lobes need a cutting operation")
     axes = tuple(axis for axis in AXES if axis in machine.tool)
@@ -60,19 +68,24 @@ def lobes_at_amplitude(
     if method == "collocation":
         from .frozen_modes import collocated_lobes
 
-        return collocated_lobes(machine, cutting, speed, amplitude)
+        chart = collocated_lobes(machine, cutting, speed, amplitude)
+        return chart, np.zeros(chart.depth.shape, dtype=bool)
     if amplitude == 0 and machine.frequency is not None:
         modes = modes_at_rest(machine) if cutting.process == "milling" and method != "zero-order" else None
         lines = np.linspace(*machine.frequency, points)
         tip = ToolPoint(lambda f: _at_rest(machine, cutting, f), lines, axes, sampled=False)
         chart = stability_lobes(tip if modes is None else modes, cutting, speed, method)
-        return replace(chart, warnings=chart.warnings + beyond_frequency(machine, *machine.frequency))
+        said = chart.warnings + beyond_frequency(machine, *machine.frequency)
+        return replace(chart, warnings=said), np.zeros(chart.depth.shape, dtype=bool)
     averaged = cutting.process != "milling" or method == "zero-order"
     point = operating_receptance(machine, amplitude, points) if averaged else _wide(machine, amplitude, points)
     chart = stability_lobes(point.frf, cutting, speed, method, axes=axes)
     assert machine.frequency is not None
     beyond = beyond_frequency(machine, *machine.frequency)
-    return replace(chart, warnings=chart.warnings + _limits(point, chart) + beyond)
+    limited = np.array([outcome is not Outcome.CONVERGED for outcome in point.outcomes])
+    return replace(chart, warnings=chart.warnings + _limits(point, chart) + beyond), _chattering_on(
+        limited, point.frf.frequency, chart.chatter_frequency
+    )
 
 
 def _wide(machine: Machine, amplitude: float, points: int) -> OperatingPoint:
@@ -123,8 +136,27 @@ def operating_receptance(
     return point
 
 
+def chattering_point(
+    machine: Machine, cutting: Cutting, frequency: float, amplitude: float
+) -> tuple[OperatingPoint, ComplexArray]:
+    """The tool point at one frequency (Hz) and amplitude (m), and the force direction that chatters first, (axes,)."""
+    point, direction = _directed(machine, cutting, np.array([frequency]), amplitude)
+    return point, direction[0]
+
+
+def chattering_receptance(machine: Machine, cutting: Cutting, lines: Array, amplitude: float) -> ComplexArray:
+    """Tool-point receptance in m/N on given lines (Hz), frozen at an amplitude of the tool in m."""
+    return _point(machine, cutting, lines, amplitude).frf.receptance
+
+
 def _point(machine: Machine, cutting: Cutting, lines: Array, amplitude: float) -> OperatingPoint:
     """The tool point at ascending lines, vibrating along the direction that chatters first."""
+    return _directed(machine, cutting, lines, amplitude)[0]
+
+
+def _directed(
+    machine: Machine, cutting: Cutting, lines: Array, amplitude: float
+) -> tuple[OperatingPoint, ComplexArray]:
     axes = tuple(axis for axis in AXES if axis in machine.tool)
     direction: ComplexArray = np.zeros((len(lines), len(axes)), dtype=complex)
     direction[:, 0] = 1.0
@@ -132,7 +164,7 @@ def _point(machine: Machine, cutting: Cutting, lines: Array, amplitude: float) -
         direction[:] = cutting.rotation[0][["xy".index(axis) for axis in axes]]
     point = operating_point(machine, lines, amplitude, direction)
     if amplitude == 0 or cutting.process != "milling" or len(axes) == 1:
-        return point
+        return point, direction
     D = loop_stiffness(cutting, axes)
     turning = np.arange(len(lines))
     for _ in range(_ROUNDS):
@@ -145,7 +177,7 @@ def _point(machine: Machine, cutting: Cutting, lines: Array, amplitude: float) -
             break
         again = operating_point(machine, lines[turning], amplitude, direction[turning])
         point = _replaced(point, turning, again)
-    return point
+    return point, direction
 
 
 def _at_rest(machine: Machine, cutting: Cutting, frequency: Array) -> ComplexArray:
@@ -183,8 +215,7 @@ def _limits(point: OperatingPoint, chart: StabilityLobes) -> tuple[str, ...]:
     lines = point.frf.frequency
     for outcome, count in Counter(o for o in point.outcomes if o is not Outcome.CONVERGED).items():
         limited = np.array([o is outcome for o in point.outcomes])
-        chatter = chart.chatter_frequency[np.isfinite(chart.chatter_frequency)]
-        touched = int(np.count_nonzero(limited[np.clip(np.searchsorted(lines, chatter), 0, len(lines) - 1)]))
+        touched = int(np.count_nonzero(_chattering_on(limited, lines, chart.chatter_frequency)))
         if not touched:
             continue
         said.append(
@@ -192,6 +223,12 @@ def _limits(point: OperatingPoint, chart: StabilityLobes) -> tuple[str, ...]:
             f"is held at its limit ({outcome.value}); {touched} of {chart.depth.size} speeds chatter there."
         )
     return tuple(said)
+
+
+def _chattering_on(chosen: Mask, lines: Array, chatter: Array) -> Mask:
+    """Whether the line at or above each chatter frequency is one of the chosen; false where nothing chatters."""
+    at = np.clip(np.searchsorted(lines, np.nan_to_num(chatter)), 0, len(lines) - 1)
+    return np.asarray(np.isfinite(chatter) & chosen[at])
 
 
 def _chattering(loop: ComplexArray) -> ComplexArray:

@@ -167,7 +167,7 @@ def at_bench(bench: Path) -> Iterator[Path]:
         (f"lobes {TOOL} --depth 1mm", "--depth: needs --speed"),
         (f"lobes {TOOL} --speed 9000 --depth 0", "depths must be finite and positive"),
         (f"lobes {TOOL} --speed 9000 --depth 1N", "--depth: unit 'N' does not fit, expected one like 'm'"),
-        (f"lobes {TOOL} --witness", "--witness: not in this version"),
+        (f"lobes {TOOL} --witness", "--witness: simulates one point at a time, expected --speed and --depth"),
         (f"lobes {TWO_MASS}", "no [cutting], lobes need a cutting operation"),
         (f"fmu {GUIDE}", "expected a joint file and -o X.fmu"),
         (f"fmu {GUIDE} --verify x.fmu", "--verify: takes the FMU alone"),

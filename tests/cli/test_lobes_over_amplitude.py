@@ -1,0 +1,88 @@
+"""``jointlib lobes`` where amplitude matters: limits in words, the simulation at a point, and bands."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from command_line import jointlib
+
+LATHE = """
+schema = "jointlib/machine/1"
+name = "lathe"
+[[component]]
+name = "slide"
+kind = "lumped"
+dofs = ["x"]
+mass = [[25.33]]
+[[connection]]
+name = "guide"
+between = ["slide.x", "ground"]
+joint = "guide.joint.toml"
+[tool]
+x = "slide.x"
+[response]
+frequency = ["60 Hz", "200 Hz"]
+[cutting]
+process = "turning"
+specific = 1e9
+"""
+GUIDE = """
+schema = "jointlib/joint/1"
+name = "guide"
+[[law]]
+kind = "linear"
+stiffness = 1e7
+[[law]]
+kind = "viscous"
+damping = 954.9
+[[law]]
+kind = "cubic"
+stiffness3 = 1.33332e14
+[covariance]
+names = ["linear.stiffness", "viscous.damping"]
+matrix = [[4e10, 0.0], [0.0, 1600.0]]
+"""
+
+
+@pytest.fixture
+def lathe(here: Path) -> str:
+    (here / "lathe.toml").write_text(LATHE, encoding="utf-8")
+    (here / "guide.joint.toml").write_text(GUIDE, encoding="utf-8")
+    return "lathe.toml"
+
+
+def test_at_a_chosen_speed_the_limits_over_amplitude_are_told(lathe: str) -> None:
+    done = jointlib(f"lobes {lathe} --speed 2350")
+    assert done.status == 0
+    assert "At 2350 rpm every vibration of up to 200 µm at the tool dies out below 0.645 mm." in done.out
+    assert "Between that and 0.699 mm the cut is quiet unless a knock" in done.out
+    assert "Above 0.699 mm it chatters by itself at 104.9 Hz" in done.out
+    data = jointlib(f"lobes {lathe} --speed 2350 --json").json
+    assert data["over_amplitude"]["safe_depth"] == pytest.approx([0.64514e-3], rel=1e-3)
+    assert data["over_amplitude"]["onset_depth"] == pytest.approx([0.69918e-3], rel=1e-4)
+    assert data["told"][0] in done.out
+
+
+def test_a_machine_without_amplitude_says_nothing_about_it(here: Path) -> None:
+    data = jointlib("lobes machines/library/two_mode_tool.toml --speed 6000 --json").json
+    assert "over_amplitude" not in data
+
+
+def test_the_witness_simulates_the_point_and_says_from_which_amplitude_it_grows(lathe: str) -> None:
+    point = "--speed 2350 --depth 0.66324mm --amplitude 57um 59um 61um 63um --witness --json"
+    (found,) = jointlib(f"lobes {lathe} {point}").json["witness"][0]
+    assert found["grows"] == [False, False, True, True]
+    assert found["cycles"][0]["amplitude"] == pytest.approx(60e-6, rel=2e-3)
+    assert found["cycles"][0]["stable"] is False
+
+
+def test_bands_come_from_the_covariance_of_the_joints(lathe: str) -> None:
+    done = jointlib(f"lobes {lathe} --speed 2350 --amplitude 1um --samples 100")
+    assert "2350 rpm at a tool-point amplitude of 1 um: 0.6" in done.out
+    assert "mm in 95 % of 100 samples, median 0." in done.out
+    band = jointlib(f"lobes {lathe} --speed 2350 --samples 100 --json").json["band"]
+    low, middle, high = (row[0] for row in band["depth"])
+    assert low < middle < high
+    assert band["share"] == [0.025, 0.5, 0.975]
+    assert "nothing to sample" in jointlib("lobes machines/library/two_mode_tool.toml --speed 6000 --samples 100").err

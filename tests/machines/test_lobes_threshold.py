@@ -1,0 +1,116 @@
+"""Depth over amplitude: its turning points, the zone where a knock starts chatter, and the inverse map."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from jointlib.errors import InputError
+from jointlib.joint import Joint
+from jointlib.law import JointLaw
+from jointlib.laws.coulomb import Coulomb
+from jointlib.laws.cubic import Cubic
+from jointlib.laws.linear import Linear
+from jointlib.laws.viscous import Viscous
+from machines import Connection, Lumped, Machine, lobes_at_amplitude
+from machines.lobes import amplitude_limits, depth_ratio
+
+MASS, FREQUENCY, RATIO, SPEED = 25.33, 100.0, 0.03, 2350.0
+STIFFNESS = MASS * (2 * np.pi * FREQUENCY) ** 2
+DAMPING = 2 * RATIO * np.sqrt(STIFFNESS * MASS)
+CUBIC = 0.1 * STIFFNESS / (0.75 * (100e-6) ** 2)
+SIZES = np.geomspace(1e-6, 2e-4, 31)
+
+
+def lathe(*more: JointLaw, **cut: float) -> Machine:
+    joint = Joint((Linear(STIFFNESS), Viscous(DAMPING), *more))
+    return Machine(
+        components=(Lumped("slide", ("x",), np.array([[MASS]])),),
+        connections=(Connection("guide", ("slide.x", "ground"), joint),),
+        tool={"x": "slide.x"},
+        frequency=(60.0, 200.0),
+        cutting={"process": "turning", "specific": 1e9, **cut},
+    )
+
+
+def test_hardening_turns_at_the_published_depth_and_returns_on_its_upper_branch() -> None:
+    limits = amplitude_limits(lathe(Cubic(CUBIC)), [SPEED], SIZES)
+    (turn,) = limits.turns()
+    assert turn.lowest
+    assert turn.amplitude == pytest.approx(91.6e-6, rel=2e-3)
+    assert turn.depth == pytest.approx(0.64514e-3, rel=1e-4)
+    np.testing.assert_allclose(limits.bistable[0], [0.64514e-3, 0.69920e-3], rtol=1e-4)
+    for depth, low, high in ((0.68847e-3, 30e-6, 123.5e-6), (0.66324e-3, 60e-6, 113.7e-6)):
+        threshold, chatter = limits.cycles(depth)
+        assert (threshold.stable, chatter.stable) == (False, True)
+        assert threshold.amplitude == pytest.approx(low, rel=1e-3)
+        assert chatter.amplitude == pytest.approx(high, rel=1e-3)
+    assert threshold.frequency == pytest.approx(105.894, rel=1e-5)
+    assert not limits.starts_by_itself(0.699e-3)
+    assert limits.starts_by_itself(0.6995e-3)
+
+
+def test_softening_on_the_same_flank_gives_a_finite_chatter_and_no_bistable_zone() -> None:
+    limits = amplitude_limits(lathe(Cubic(-CUBIC)), [SPEED], SIZES)
+    np.testing.assert_array_equal(limits.bistable[0, 0], limits.bistable[0, 1])
+    assert limits.safe_amplitude[0] == 0
+    for depth, amplitude in ((0.71107e-3, 30e-6), (0.75348e-3, 60e-6)):
+        (cycle,) = limits.cycles(depth)
+        assert cycle.stable
+        assert cycle.amplitude == pytest.approx(amplitude, rel=1e-3)
+
+
+def test_the_other_flank_exchanges_hardening_and_softening() -> None:
+    """The nonlinearity shifts the lobe along the speed: what falls on one side of it rises on the other."""
+    speeds, size = [SPEED, 3200.0], [20e-6, 40e-6]
+    hard, soft = (amplitude_limits(lathe(Cubic(k)), speeds, size) for k in (CUBIC, -CUBIC))
+    for limits, sign in ((hard, -1), (soft, 1)):
+        assert np.all(np.sign(limits.depth[:, 0] - limits.onset[0]) == sign)
+        assert np.all(np.sign(limits.depth[:, 1] - limits.onset[1]) == -sign)
+
+
+def test_ideal_friction_never_starts_but_is_bistable_down_to_the_limit_without_it() -> None:
+    limits = amplitude_limits(lathe(Coulomb(5.0)), [SPEED], np.geomspace(1e-6, 1e-2, 41))
+    assert limits.onset[0] == np.inf
+    assert not limits.starts_by_itself(10.0)
+    assert np.all(np.diff(limits.depth[:, 0]) < 0)
+    without = float(lobes_at_amplitude(lathe(), [SPEED]).depth[0])
+    assert limits.safe[0] == pytest.approx(without, rel=3e-3)
+    assert limits.safe[0] > without
+    for depth, amplitude in ((0.89207e-3, 30e-6), (0.79560e-3, 60e-6)):
+        (cycle,) = limits.cycles(depth)
+        assert not cycle.stable
+        assert cycle.amplitude == pytest.approx(amplitude, rel=1e-3)
+
+
+def test_joint_and_cut_together_satisfy_the_combined_condition() -> None:
+    """1 + b·K_s·(N(r)/q)·(1 − e^(−jωτ))·G(ω; A) = 0 with the cubic's closed form of G."""
+    feed, q = 1.5e-4, 0.75
+    limits = amplitude_limits(lathe(Cubic(CUBIC), feed=feed, exponent=q), [SPEED], [20e-6, 60e-6])
+    for A, b, f in zip(limits.amplitude, limits.depth[:, 0], limits.chatter_frequency[:, 0], strict=True):
+        omega, tau = 2 * np.pi * f, 60 / SPEED
+        G = 1 / (STIFFNESS + 0.75 * CUBIC * A**2 - MASS * omega**2 + 1j * omega * DAMPING)
+        turned = 1 - np.exp(-1j * omega * tau)
+        ratio = A * abs(turned) / feed
+        assert 1 + b * 1e9 / float(depth_ratio(ratio, q)) * turned * G == pytest.approx(0.0, abs=2e-3)
+    alone = amplitude_limits(lathe(Cubic(CUBIC)), [SPEED], [20e-6, 60e-6])
+    assert np.all(limits.depth < alone.depth)
+
+
+def test_past_its_identified_range_a_joint_says_nothing() -> None:
+    machine = lathe(Cubic(CUBIC))
+    narrow = replace(machine.joints()[0], validity={"amplitude": (0.0, 70e-6)})
+    limits = amplitude_limits(machine.with_joint("guide", narrow), [SPEED], SIZES)
+    assert limits.largest[0] == np.max(SIZES[SIZES <= 70e-6])
+    beyond = limits.amplitude > 70e-6
+    assert np.all(np.isnan(limits.depth[beyond]))
+    assert limits.safe[0] == float(limits.depth[~beyond][-1, 0])
+    assert len(limits.cycles(0.66324e-3)) == 1
+
+
+@pytest.mark.parametrize("sizes", [[1e-5], [2e-5, 1e-5], [0.0, 1e-5], [1e-5, np.inf]])
+def test_amplitudes_that_are_no_ascending_list_are_refused(sizes: list[float]) -> None:
+    with pytest.raises(InputError, match="above 0 and ascending"):
+        amplitude_limits(lathe(), [SPEED], sizes)
