@@ -24,6 +24,8 @@ _GATHERED = 61
 _GROWTH = (0.0, 0.5, 1.0)
 """Powers of |H| that noise may follow: 0 for noise of the motion at constant force, 1 for noise of the force."""
 _FLAT = 1e-3
+_PREFERENCE = 6.0
+"""Logarithm of the likelihood by which a power must beat the smaller one."""
 _ROUNDING = 1e-15
 _OUTLIER = 12.0
 FEWEST = 16
@@ -81,7 +83,7 @@ def _gathered(square: Array, size: Array) -> Array:
         shape = size ** (2 * power)
         variance = np.maximum(_running_median(square / shape) / np.log(2) * shape, (_ROUNDING * size) ** 2)
         likely = float(np.sum(np.minimum(square / variance, _OUTLIER) + np.log(variance)))
-        if likely < cost:
+        if likely < cost - _PREFERENCE:
             best, cost = variance, likely
     return np.asarray(np.sqrt(best))
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -277,34 +278,34 @@ def _altered(case: Case, reached: Array, middle: float, rng: np.random.Generator
         wanted = float(np.exp(rng.uniform(*np.log(_CHANGE))))
         z = float(reached[i])
 
-        def made(share: float, joint: JointTruth = joint, what: str = what, way: float = way) -> tuple[JointTruth, float]:
-            return _with(joint, what, way, share, shape, z, middle)
-
-        def change(share: float, i: int = i) -> float:
-            return _apart(_responses(case.declared.with_joint(i, made(share)[0]), case), base)  # noqa: B023
-
-        most = change(1.0)
-        if most < _CHANGE[0]:
-            continue
-        low, high = 0.0, 1.0
-        if most > wanted:
-            for _ in range(6):
-                share = 0.5 * (low + high)
-                low, high = (low, share) if change(share) > wanted else (share, high)
-        altered, size = made(high)
-        return replace(
-            case,
-            actual=case.declared.with_joint(i, altered),
-            place=joint.name,
-            what=what,
-            size=size,
-            change=change(high),
-        )
+        made = partial(_with, joint, what, way, shape, z, middle)
+        found = _sized(replace(case, place=joint.name, what=what), i, made, wanted, base)
+        if found is not None:
+            return found
     raise RuntimeError(f"seed {case.seed}: no alteration that matters")
 
 
+def _sized(
+    case: Case, index: int, made: Callable[[float], tuple[JointTruth, float]], wanted: float, base: ComplexArray
+) -> Case | None:
+    """The case with a joint altered so that responses change as wanted, or as its size allows; None if little."""
+
+    def change(share: float) -> float:
+        return _apart(_responses(case.declared.with_joint(index, made(share)[0]), case), base)
+
+    most = change(1.0)
+    if most < _CHANGE[0]:
+        return None
+    low, high = 0.0, 1.0
+    for _ in range(6 if most > wanted else 0):
+        share = 0.5 * (low + high)
+        low, high = (low, share) if change(share) > wanted else (share, high)
+    joint, size = made(high)
+    return replace(case, actual=case.declared.with_joint(index, joint), size=size, change=change(high))
+
+
 def _with(
-    joint: JointTruth, what: str, way: float, share: float, shape: int, z: float, middle: float
+    joint: JointTruth, what: str, way: float, shape: int, z: float, middle: float, share: float
 ) -> tuple[JointTruth, float]:
     """The joint with an alteration of a share of the largest size, and that size."""
     if what in HIDDEN:
@@ -324,7 +325,7 @@ def _with(
 
 
 def _responses(plant: Plant, case: Case) -> ComplexArray:
-    """What equivalent linear joints would show, on every third line at the lowest, middle and largest force."""
+    """What equivalent linear joints would show, on every fourth line at the lowest, middle and largest force."""
     lines = 2 * np.pi * case.frequency[::4]
     forces = case.forces[[0, len(case.forces) // 2, -1]]
     x = equivalent(plant.structure(), np.tile(lines, 3), np.repeat(forces, len(lines)))

@@ -95,9 +95,7 @@ def equivalent(s: Structure, omega: Array, force: Array) -> ComplexArray:
     for i in range(_SETTLING):
         x = np.linalg.solve(D + np.einsum("jn,cj,jm->cnm", s.rows, gains, s.rows), push)[:, :, 0]
         z = np.abs(x @ s.rows.T)
-        new = np.stack(
-            [first_harmonic(t, z[:, j], omega) if t else gains[:, j] for j, t in enumerate(s.terms)], axis=1
-        )
+        new = np.stack([first_harmonic(t, z[:, j], omega) if t else gains[:, j] for j, t in enumerate(s.terms)], axis=1)
         gains = gains + (0.6 if i < _SETTLING // 2 else 0.3) * (new - gains)
     return np.asarray(x)
 
