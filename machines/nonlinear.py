@@ -14,12 +14,21 @@ from .assembly import View
 from .bias import Together, force_slopes
 from .indices import Index, Mask
 
-_ITERATIONS = 60
-_SETTLED = 1e-12
 _SHORTEST = 2.0**-6
 _RISE = 10.0
 _RAMP = 12
 _BARELY_MOVING = 1e-10
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How many steps Newton's method takes at most, and the relative step below which a point counts as settled."""
+
+    iterations: int = 60
+    settled: float = 1e-12
+
+
+FULL = Effort()
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +57,7 @@ def solve(
     cap: Array | None = None,
     start: ComplexArray | None = None,
     ramp: bool = True,
+    effort: Effort = FULL,
 ) -> Solution:
     """Balance z + Hzz g(z) = Hzf F at every point; one line of ``view`` and one force per point.
 
@@ -58,7 +68,7 @@ def solve(
     """
     problem = Problem.of(view, joints, force, np.full(len(joints), np.inf) if cap is None else cap)
     first = problem.driven if start is None else start
-    z, gain, converged, turning = problem.newton(first, problem.driven)
+    z, gain, converged, turning = problem.newton(first, problem.driven, effort)
     lost = np.flatnonzero(~converged)
     if ramp and len(lost):
         part = problem.at(lost)
@@ -120,7 +130,9 @@ class Problem:
             [np.concatenate([plus.real, -minus.imag], axis=2), np.concatenate([plus.imag, minus.real], axis=2)], axis=1
         )
 
-    def newton(self, start: ComplexArray, driven: ComplexArray) -> tuple[ComplexArray, ComplexArray, Mask, Mask]:
+    def newton(
+        self, start: ComplexArray, driven: ComplexArray, effort: Effort = FULL
+    ) -> tuple[ComplexArray, ComplexArray, Mask, Mask]:
         """z, gain, converged and turning from one start per point; points drop out as they settle."""
         points, nj = start.shape
         z, gain = start.astype(complex), np.zeros((points, nj), dtype=complex)
@@ -128,7 +140,7 @@ class Problem:
         left = np.arange(points)
         part, target, x = self, driven, z
         r, G, slope = part.residual(x, target)
-        for _ in range(_ITERATIONS):
+        for _ in range(effort.iterations):
             J = part.jacobian(x, G, slope)
             size = np.max(np.abs(x), axis=1)
             try:
@@ -136,7 +148,7 @@ class Problem:
             except np.linalg.LinAlgError:
                 break
             delta = step[:, :nj] + 1j * step[:, nj:]
-            small = np.max(np.abs(delta), axis=1) <= _SETTLED * np.maximum(size, 1e-300)
+            small = np.max(np.abs(delta), axis=1) <= effort.settled * np.maximum(size, 1e-300)
             sign = np.linalg.slogdet(J)[0]
             gain[left], z[left] = G, x
             converged[left[small]], turning[left[small]] = True, sign[small] < 0
