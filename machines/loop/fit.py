@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -23,6 +23,8 @@ _LOST = 3.0
 _ROUNDS = 25
 _SETTLED = 1e-3
 _CREEP = 0.1
+_SHARES = (1.0, 0.3, 0.1)
+"""Lengths of a step that are tried."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,15 +84,14 @@ class Fitting:
     def answer(self, hypothesis: Hypothesis, u: Array, start: ComplexArray | None = None) -> Answer:
         """The machine at u, on the branch that ``start`` lies on.
 
-        Without one, on that of the linear response or that near the motions which the records imply, whichever
-        comes closer to what was measured.
+        Without one, on that near the motions which the records imply, and where that leads nowhere on that of the
+        linear response.
         """
-        joints, moving = hypothesis.joints(u), self.moving(hypothesis)
-        found = self.forward.answer(joints, moving, start)
+        moving = self.moving(hypothesis)
         near = self.near.get(hypothesis.place.name)
-        if start is not None or near is None:
-            return found
-        return closer(found, self.forward.answer(joints, moving, near[:, list(moving)]), self.forward.points.measured)
+        if start is None and near is not None:
+            start = near[:, list(moving)]
+        return self.forward.answer(hypothesis.joints(u), moving, start)
 
     def residual(self, answer: Answer) -> ComplexArray:
         """(measured − model)/deviation; where no solution was found the model counts as zero."""
@@ -167,7 +168,6 @@ class Fitting:
         self, hypothesis: Hypothesis, u: Array, answer: Answer, blunt: bool, rounds: int, hopeless: float
     ) -> tuple[Array, Answer]:
         weight = prior_weight(hypothesis)
-        centre = np.array([c.centre for c in hypothesis.coordinates])
         cost, damping = self.cost(hypothesis, u, answer, blunt), 1e-2
         if not len(u):
             return u, answer
@@ -180,7 +180,7 @@ class Fitting:
                 r = self.residual(answer)
                 J = np.where(answer.fine[:, None], -change / self.sigma[:, None], 0.0)
             A = (J.conj().T @ J).real + np.diag(weight)
-            g = (J.conj().T @ r).real + weight * (u - centre)
+            g = (J.conj().T @ r).real + weight * (u - hypothesis.centre)
             better = False
             while damping < 1e8:
                 try:
@@ -205,21 +205,9 @@ class Fitting:
         return u, answer
 
 
-def closer(one: Answer, other: Answer, measured: ComplexArray) -> Answer:
-    """Of two answers the one nearer to what was measured, point by point."""
-    far = [np.where(a.fine, np.abs(measured - a.receptance), np.inf) for a in (one, other)]
-    take = far[1] < far[0]
-    return Answer(
-        np.where(take[:, None], other.z, one.z),
-        np.where(take, other.receptance, one.receptance),
-        one.fine | other.fine,
-    )
-
-
 def penalty(hypothesis: Hypothesis, u: Array) -> float:
     """What the prior adds."""
-    centre = np.array([c.centre for c in hypothesis.coordinates])
-    return float(np.sum(prior_weight(hypothesis) * (u - centre) ** 2))
+    return float(np.sum(prior_weight(hypothesis) * (u - hypothesis.centre) ** 2))
 
 
 @dataclass(frozen=True, eq=False)
@@ -232,23 +220,25 @@ class Fold:
 
     @classmethod
     def of(cls, name: str, fitting: Fitting, out: Mask) -> Fold:
-        rows = np.flatnonzero(out)
-        return cls(name, rows, replace(fitting, forward=fitting.forward.on(rows), sigma=fitting.sigma[rows]))
+        return cls(name, np.flatnonzero(out), fitting)
 
     def residual(self, fitted: Fitted) -> ComplexArray:
         """Residual on the fold with the parameters that all other points give.
 
-        They are one Gauss–Newton step from those of all points.
+        They are a Gauss–Newton step from those of all points, shortened where the others do not fit better for it.
         """
+        hypothesis, u = fitted.hypothesis, fitted.u
         inside = np.ones(len(fitted.residual), dtype=bool)
         inside[self.rows] = False
-        u = fitted.u
-        if len(u):
-            weight = prior_weight(fitted.hypothesis)
-            centre = np.array([c.centre for c in fitted.hypothesis.coordinates])
-            J, r = fitted.slopes[inside], fitted.residual[inside]
-            A = (J.conj().T @ J).real + np.diag(weight)
-            g = (J.conj().T @ r).real + weight * (u - centre)
-            u = fitted.hypothesis.bounded(u - np.clip(np.linalg.pinv(A) @ g, -1.0, 1.0))
-        answer = self.fitting.answer(fitted.hypothesis, u, fitted.answer.z[self.rows])
-        return self.fitting.residual(answer)
+        weight = prior_weight(hypothesis)
+        J, r = fitted.slopes[inside], fitted.residual[inside]
+        A = (J.conj().T @ J).real + np.diag(weight)
+        g = (J.conj().T @ r).real + weight * (u - hypothesis.centre)
+        step = np.clip(np.linalg.pinv(A) @ g, -1.0, 1.0) if len(u) else u
+        known = float(np.sum(np.abs(r) ** 2)) + fitted.penalty
+        for share in _SHARES:
+            there = hypothesis.bounded(u - share * step)
+            found = self.fitting.residual(self.fitting.answer(hypothesis, there, fitted.answer.z))
+            if float(np.sum(np.abs(found[inside]) ** 2)) + penalty(hypothesis, there) <= known:
+                return found[self.rows]
+        return fitted.residual[self.rows]

@@ -68,6 +68,11 @@ class Hypothesis:
     def coordinates(self) -> tuple[Coordinate, ...]:
         return (*(c for c, _ in self.own), *self.added)
 
+    @cached_property
+    def centre(self) -> Array:
+        """Where the priors draw u."""
+        return np.array([c.centre for c in self.coordinates])
+
     def bounded(self, u: Array) -> Array:
         """u within its bounds."""
         return np.clip(u, [c.low for c in self.coordinates], [c.high for c in self.coordinates])

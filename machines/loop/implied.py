@@ -26,6 +26,9 @@ _OUTLIER = 9.0
 _SWEEPS = 3
 _VAGUE = 0.2
 """Relative noise of an implied motion from which on a line counts little: its amplitude is mostly noise."""
+_SHORT = 0.005
+"""Share of what is to be explained that a step of 1 (a factor e) of an own parameter must pay for: parameters that do
+much the same would else run apart."""
 _LEAST = 0.05
 """Least factor that a linear step may give a parameter."""
 
@@ -94,7 +97,7 @@ class Implied:
                     laws = hypothesis.quick_laws(np.array([*(sizes * e), *values]))
                     gain = sum(law.first_harmonic(np.abs(self.z), self.omega).gain for law in laws)
                     columns.append(gain * self.z)
-            fit = self._least_squares(np.array(columns).T, y)
+            fit = self._least_squares(np.array(columns).T, y, n)
             if fit is None:
                 continue
             loss, x = fit
@@ -108,11 +111,13 @@ class Implied:
         gain: ComplexArray = hypothesis.joints(u)[row].first_harmonic(np.abs(self.z), self.omega).gain
         return gain
 
-    def _least_squares(self, columns: ComplexArray, y: ComplexArray) -> tuple[float, Array] | None:
+    def _least_squares(self, columns: ComplexArray, y: ComplexArray, own: int) -> tuple[float, Array] | None:
+        """Loss and coefficients; the first ``own`` of them are steps that should be short where little is gained."""
         weight, x = self.weight.copy(), np.zeros(columns.shape[1])
+        short = np.eye(own, columns.shape[1]) * np.sqrt(_SHORT * float(np.sum(np.abs(y * weight) ** 2)))
         for _ in range(_SWEEPS):
             a, b = columns * weight[:, None], y * weight
-            A, B = np.concatenate([a.real, a.imag]), np.concatenate([b.real, b.imag])
+            A, B = np.concatenate([a.real, a.imag, short]), np.concatenate([b.real, b.imag, np.zeros(own)])
             if not np.all(np.isfinite(A)):
                 return None
             scale = np.linalg.norm(A, axis=0)

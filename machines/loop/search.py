@@ -15,13 +15,13 @@ from .fit import Fitted, Fitting
 from .forward import Answer
 from .hypothesis import Hypothesis, refit
 from .implied import Implied, shapes_of
+from .judge import excess
 from .places import Place
 
-_FACTORS = np.log([0.45, 0.6, 0.75, 0.86, 0.94, 1.0, 1.06, 1.16, 1.33, 1.65, 2.2])
+_FACTORS = np.log([0.5, 0.7, 0.85, 0.94, 1.0, 1.06, 1.18, 1.4, 2.0])
 _HOPELESS = 4.0
 _FEW = 3
 """Effects that every place gets a fit of; the others only where these come near the best of all."""
-_TRIED = 2
 _QUICK = 8
 _CHANGES = (-0.3, -0.1, -0.03, 0.03, 0.1, 0.35)
 """Share of the stiffness to begin at."""
@@ -75,7 +75,7 @@ class Search:
         starts = self._by_stiffness(hypothesis)
         if implied is not None:
             starts += [u for _, u in implied.tried(hypothesis, 0, [()])]
-        return self.fitting.fit(hypothesis, starts, keep=2)
+        return self.fitting.fit(hypothesis, starts)
 
     def _by_stiffness(self, hypothesis: Hypothesis) -> list[Array]:
         """Starts in which one coordinate gives the place a range of stiffnesses."""
@@ -107,9 +107,13 @@ class Search:
         motion = self.motion(place)
         hypothesis = family.at(self.machine, place, motion)
         found = [] if implied is None else implied.tried(hypothesis, family.linear, shapes_of(family, motion))
-        starts = [u for _, u in found[:_TRIED]]
-        if len(starts) < _TRIED:
-            starts += [np.concatenate([o, s]) for o in (np.zeros(len(own.u)), own.u) for s in hypothesis.starts]
+        n = len(own.u)
+        starts = [v for _, u in found[:1] for v in (u, np.concatenate([np.zeros(n), u[n:]]))]
+        if implied is None:
+            starts = [np.concatenate([o, s]) for o in (np.zeros(n), own.u) for s in hypothesis.starts]
+        elif not starts:
+            # No size of the right sign: from a little of it beside the refit, should that be wrong.
+            starts = [np.concatenate([own.u, hypothesis.starts[0]])]
         u, answer = self.fitting.begin(hypothesis, starts, 1)[0]
         return Begun(hypothesis, u, answer, self.fitting.cost(hypothesis, u, answer, True))
 
@@ -156,8 +160,7 @@ class Search:
 
     def at_floor(self, loss: float) -> bool:
         """Whether nothing but noise is left."""
-        n = len(self.residual)
-        return loss <= n + 2 * np.sqrt(n)
+        return excess(loss, len(self.residual)) == 0
 
     def near(self, loss: float, best: float) -> bool:
         """Whether a loss may yet compete with the best one."""
