@@ -24,7 +24,7 @@ _GATHERED = 61
 _GROWTH = (0.0, 0.5, 1.0)
 """Powers of |H| that noise may follow: 0 for noise of the motion at constant force, 1 for noise of the force."""
 _FLAT = 1e-3
-_PREFERENCE = 6.0
+_PREFERENCE = 15.0
 """Logarithm of the likelihood by which a power must beat the smaller one."""
 _ROUNDING = 1e-15
 _OUTLIER = 12.0

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from machine_forces import Array, ComplexArray, Term, first_harmonic
 
-_REST = 24
+_REST = 10
 _SETTLING = 24
-_NEWTON = 14
+_NEWTON, _RENEWED = 30, 5
 _REPEATS = 1e-7
 _PROBE = 1e-5
 _BRANCH = 1e-3
@@ -146,8 +146,8 @@ def _size(c: Columns) -> Array:
     return np.maximum(np.sqrt(np.sum(c.x**2 + (c.v / c.omega) ** 2, axis=0)), 1e-15)
 
 
-def _mapped(s: Structure, c: Columns, steps: int) -> tuple[Columns, Array, Array]:
-    """After one period: the columns, the scaled change, and the slope of the map (columns, 2n, 2n)."""
+def _mapped(s: Structure, c: Columns, steps: int) -> tuple[Columns, Array]:
+    """After one period: the columns, and the slope of the map (columns, 2n, 2n)."""
     n, m = len(s.mass), len(c.omega)
     size = _size(c)
     eps = _PROBE * size
@@ -162,7 +162,7 @@ def _mapped(s: Structure, c: Columns, steps: int) -> tuple[Columns, Array, Array
     ends = _scaled(after).reshape(2 * n, 2 * n + 1, m)
     slope = (ends[:, 1:] - ends[:, :1]) / eps
     first = np.arange(m)
-    return after.at(first), (ends[:, 0] - _scaled(c)), np.transpose(slope, (2, 0, 1))
+    return after.at(first), np.transpose(slope, (2, 0, 1))
 
 
 def settle(s: Structure, c: Columns, steps: int) -> tuple[Columns, Array]:
@@ -170,16 +170,21 @@ def settle(s: Structure, c: Columns, steps: int) -> tuple[Columns, Array]:
     n = len(s.mass)
     c, _ = period(s, c, steps, _REST)
     left, largest = np.arange(len(c.omega)), np.full(len(c.omega), np.inf)
-    for _ in range(_NEWTON):
+    slope = np.zeros((len(left), 2 * n, 2 * n))
+    for i in range(_NEWTON):
         part = c.at(left)
-        after, change, slope = _mapped(s, part, steps)
-        largest[left] = np.max(np.abs(np.linalg.eigvals(slope)), axis=1)
+        if i % _RENEWED == 0:
+            after, slope[left] = _mapped(s, part, steps)
+            largest[left] = np.max(np.abs(np.linalg.eigvals(slope[left])), axis=1)
+        else:
+            after, _ = period(s, part, steps)
+        change = _scaled(after) - _scaled(part)
         slid = np.zeros(len(left))
         for mine, theirs in zip(part.sliders, after.sliders, strict=True):
             for a, b in zip(mine, theirs, strict=True):
                 slid = np.maximum(slid, np.max(np.abs(a - b), axis=0, initial=0.0))
         gap = (np.linalg.norm(change, axis=0) + slid) / _size(part)
-        step = np.linalg.solve(np.eye(2 * n) - slope, change.T[:, :, None])[:, :, 0].T
+        step = np.linalg.solve(np.eye(2 * n) - slope[left], change.T[:, :, None])[:, :, 0].T
         length = np.linalg.norm(step, axis=0) / _size(part)
         step *= np.minimum(1.0, 0.3 / np.maximum(length, 1e-300))
         moved = Columns(part.omega, part.force, part.x + step[:n], part.v + step[n:] * part.omega, after.sliders)
