@@ -184,7 +184,8 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--cases", type=Path, help="folder that keeps the simulated files")
     parser.add_argument("--only-simulate", action="store_true")
     given = parser.parse_args(arguments)
-    wanted = [(s, True) for s in range(*given.altered)] + [(s, False) for s in range(*given.null)]
+    both = [(s, True) for s in range(*given.altered)] + [(s, False) for s in range(*given.null)]
+    wanted = sorted(both, key=lambda case: case[0])
     done = {r["name"] for r in read(given.out)} if given.out else set()
     for seed, altered in wanted:
         name = f"{'altered' if altered else 'null'}/{seed}"
