@@ -74,7 +74,7 @@ def mended_document(
     document["bundle"] = [table for table in document["bundle"] if table["name"] != place]
     if not document["bundle"]:
         del document["bundle"]
-    tables = [_table(row, row.joint == rows[0].joint) for row in rows]
+    tables = [_table(row, row.joint is rows[0].joint) for row in rows]
     document["connection"] = [*document.get("connection", []), *tables]
     said = (
         f"{MACHINE}: the bundle {place} is made from its geometry and cannot hold the mended joint; it is written out "

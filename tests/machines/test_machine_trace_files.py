@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from jointlib.errors import InputError
+from jointlib.io.joint_file import joint_table
 from jointlib.joint import Covariance
 from jointlib.laws.coulomb import Coulomb
 from jointlib.loop.report import Estimate, Status, Verdict
@@ -83,6 +84,11 @@ def three_joints() -> Machine:
     return read_machine(LIBRARY / "three_joints.toml")
 
 
+def tables(machine: Machine) -> list[dict[str, object]]:
+    """Joints with all they hold, as files have them."""
+    return [joint_table(joint) for joint in machine.joints()]
+
+
 def mended(machine: Machine, names: Sequence[str]) -> Machine:
     """Friction and a covariance in the named connections; those that shared a joint go on sharing it."""
     changed = {}
@@ -101,7 +107,7 @@ def test_a_mended_connection_reads_back_in_another_folder(tmp_path: Path) -> Non
     paths, _ = write_trace(traced(machine, new, "guide"), tmp_path / "out")
     assert {p.name for p in paths} == {"trace.json", "trace.npz", "machine.toml", "joint.toml"}
     found = read_machine(tmp_path / "out" / "machine.toml")
-    assert found.joints() == new.joints()
+    assert tables(found) == tables(new)
     a, b = (frozen_receptance(m, LINES, 1e-6).receptance for m in (new, found))
     np.testing.assert_allclose(a, b, rtol=1e-12)
     assert json.loads((tmp_path / "out" / "trace.json").read_text())["place"] == "guide"
@@ -111,7 +117,7 @@ def test_a_joint_file_of_another_place_is_found_from_the_new_folder(tmp_path: Pa
     machine = three_joints()
     new = mended(machine, ["foot"])
     write_trace(traced(machine, new, "foot"), tmp_path / "deep" / "out")
-    assert read_machine(tmp_path / "deep" / "out" / "machine.toml").joints() == new.joints()
+    assert tables(read_machine(tmp_path / "deep" / "out" / "machine.toml")) == tables(new)
 
 
 def test_files_of_components_are_found_from_the_new_folder(tmp_path: Path) -> None:
@@ -139,7 +145,7 @@ def test_files_of_components_are_found_from_the_new_folder(tmp_path: Path) -> No
     new = mended(machine, ["foot"])
     write_trace(traced(machine, new, "foot"), tmp_path / "out")
     found = read_machine(tmp_path / "out" / "machine.toml")
-    assert found.joints() == new.joints()
+    assert tables(found) == tables(new)
     assert found.components[0].receptance(2 * np.pi * LINES) == pytest.approx(
         machine.components[0].receptance(2 * np.pi * LINES)
     )
@@ -164,7 +170,7 @@ def test_where_nothing_is_named_the_machine_stays_as_it_is(tmp_path: Path) -> No
     machine = three_joints()
     paths, _ = write_trace(traced(machine, machine, None), tmp_path / "out")
     assert "joint.toml" not in {p.name for p in paths}
-    assert read_machine(tmp_path / "out" / "machine.toml").joints() == machine.joints()
+    assert tables(read_machine(tmp_path / "out" / "machine.toml")) == tables(machine)
 
 
 def test_the_files_of_the_machine_are_never_replaced(tmp_path: Path) -> None:
