@@ -73,6 +73,27 @@ class Correction:
 
 
 @dataclass(frozen=True)
+class Sweep:
+    """Kind ``frf``: where a harmonic force of one size acted and where the motion was measured."""
+
+    drive: str
+    """Degree of freedom of the machine that the force acts on."""
+    response: str
+    """Degree of freedom whose motion over force the file holds."""
+    force: float
+    """N, peak."""
+    quantity: str | None = None
+    """receptance, mobility or accelerance; None where the file says it."""
+    unit: str | None = None
+    """Of the values in the file; None means SI, or what the file says."""
+    response_at: str | None = None
+    drive_at: str | None = None
+    """Node and direction in a universal file that holds several."""
+    conjugate: bool = False
+    """True where the file counts time as exp(−jωt)."""
+
+
+@dataclass(frozen=True)
 class RecordSource:
     """Where a record lies; nothing is read from it before it is asked for, so that a sealed record stays sealed."""
 
@@ -83,10 +104,14 @@ class RecordSource:
     start: float | None = None
     period: int | None = None
     sample_rate: float | None = None
+    sweep: Sweep | None = None
+    """Kind ``frf`` only."""
 
     @property
     def name(self) -> str:
-        """File name, with its rows where only a part is used."""
+        """File name, with its rows where only a part is used, or its places in a universal file with several."""
+        if self.sweep is not None and self.sweep.response_at is not None:
+            return f"{self.file.name}[{self.sweep.response_at} from {self.sweep.drive_at}]"
         return self.file.name + (f"[{self.rows[0]}:{self.rows[1]}]" if self.rows else "")
 
 

@@ -10,6 +10,8 @@ from .files import read_machine
 from .linear import LinearCheck, linear_check
 from .lobes import Cutting, StabilityLobes, stability_lobes
 from .lobes.amplitude import lobes_at_amplitude
+from .loop.report import MachineTrace
+from .loop.trace import trace_frfs, trace_machine
 from .lumped import Lumped
 from .machine import Machine
 from .matrices import Matrices
@@ -37,6 +39,7 @@ __all__ = [
     "LinearCheck",
     "Lumped",
     "Machine",
+    "MachineTrace",
     "Material",
     "Matrices",
     "Measured",
@@ -63,4 +66,6 @@ __all__ = [
     "response",
     "stability_lobes",
     "static_point",
+    "trace_frfs",
+    "trace_machine",
 ]

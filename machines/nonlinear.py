@@ -15,12 +15,21 @@ from .bias import Together, force_slopes
 from .coordinates import Coordinates
 from .indices import Index, Mask
 
-_ITERATIONS = 60
-_SETTLED = 1e-12
 _SHORTEST = 2.0**-6
 _RISE = 10.0
 _RAMP = 12
 _BARELY_MOVING = 1e-10
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How many steps Newton's method takes at most, and the relative step below which a point counts as settled."""
+
+    iterations: int = 60
+    settled: float = 1e-12
+
+
+FULL = Effort()
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +59,7 @@ def solve(
     cap: Array | None = None,
     start: ComplexArray | None = None,
     ramp: bool = True,
+    effort: Effort = FULL,
 ) -> Solution:
     """Balance q + Hzz Tᵀ g(T q) = Hzf F at every point; one line of ``view`` and one force per point.
 
@@ -60,7 +70,7 @@ def solve(
     """
     problem = Problem.of(view, joints, force, np.full(len(joints), np.inf) if cap is None else cap)
     first = problem.driven if start is None else view.coordinates.of_motions(start)
-    z, gain, converged, turning = problem.newton(first, problem.driven)
+    z, gain, converged, turning = problem.newton(first, problem.driven, effort)
     lost = np.flatnonzero(~converged)
     if ramp and len(lost):
         part = problem.at(lost)
@@ -129,7 +139,9 @@ class Problem:
         np.subtract(by_z.real, by_conjugate.real, out=J[:, r:, r:])
         return J
 
-    def newton(self, start: ComplexArray, driven: ComplexArray) -> tuple[ComplexArray, ComplexArray, Mask, Mask]:
+    def newton(
+        self, start: ComplexArray, driven: ComplexArray, effort: Effort = FULL
+    ) -> tuple[ComplexArray, ComplexArray, Mask, Mask]:
         """z, gain, converged and turning from one start per point; points drop out as they settle."""
         points, nj = start.shape
         z, gain = start.astype(complex), np.zeros((points, len(self.joints)), dtype=complex)
@@ -137,7 +149,7 @@ class Problem:
         left = np.arange(points)
         part, target, x = self, driven, z
         r, G, slope = part.residual(x, target)
-        for _ in range(_ITERATIONS):
+        for _ in range(effort.iterations):
             J = part.jacobian(x, G, slope)
             size = np.max(np.abs(x), axis=1)
             try:
@@ -145,7 +157,7 @@ class Problem:
             except np.linalg.LinAlgError:
                 break
             delta = step[:, :nj] + 1j * step[:, nj:]
-            small = np.max(np.abs(delta), axis=1) <= _SETTLED * np.maximum(size, 1e-300)
+            small = np.max(np.abs(delta), axis=1) <= effort.settled * np.maximum(size, 1e-300)
             gain[left], z[left] = G, x
             converged[left[small]], turning[left[small]] = True, np.linalg.slogdet(J[small])[0] < 0
             go = ~small & np.all(np.isfinite(delta), axis=1)

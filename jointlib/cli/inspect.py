@@ -13,6 +13,7 @@ from jointlib.errors import InputError
 from jointlib.units import shown
 
 if TYPE_CHECKING:
+    from jointlib.measurement import Measurement
     from machines.machine import Machine
 
 
@@ -96,6 +97,8 @@ def _measurement(file: Path) -> list[str]:
         values = ", ".join(f"{name} = {value:g}" for name, value in c.parameters.items())
         where = " ".join(filter(None, (c.site and f"of {c.site}", c.record and f"in {c.record}")))
         lines.append(f"corrected on reading: {' '.join(filter(None, (c.family, where)))}, {values} in SI")
+    if m.kind == "frf":
+        return lines + _sweeps(m)
     opened = [r for r in m.records if r.role != "sealed"]
     rows = []
     for source, record in zip(opened, read_records(m, opened), strict=True):
@@ -103,6 +106,25 @@ def _measurement(file: Path) -> list[str]:
         rows.append((source.name, source.role, str(len(record)), spans))
     rows += [(r.name, "sealed", "", "not opened") for r in m.records if r.role == "sealed"]
     return lines + table(("record", "role", "samples", "SI values"), rows)
+
+
+def _sweeps(m: Measurement) -> list[str]:
+    from machines.loop.records import open_frfs, said_of
+
+    rows, opened = [], open_frfs(m, m.with_role("fit"))
+    for f in opened:
+        size = abs(f.receptance)
+        noise = f"{100 * float((f.deviation**2).mean() ** 0.5 / (size**2).mean() ** 0.5):.2g} % from {f.deviation_from}"
+        span = f"{f.frequency[0]:.5g} to {f.frequency[-1]:.5g}"
+        lines = str(len(size))
+        rows.append((f.name, "fit", f.response, f.drive, f"{f.force:g}", lines, span, f"{size.max() * 1e6:.4g}", noise))
+    for r in m.with_role("sealed"):
+        if r.sweep is not None:
+            rows.append(
+                (r.name, "sealed", r.sweep.response, r.sweep.drive, f"{r.sweep.force:g}", "", "", "", "not opened")
+            )
+    header = ("record", "role", "response", "drive", "force [N]", "lines", "span [Hz]", "max |H| [um/N]", "noise")
+    return [*table(header, rows), *said_of(opened)]
 
 
 def _machine(file: Path) -> list[str]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,8 @@ from jointlib.frf import Quantity
 from jointlib.io import cutpro
 from jointlib.io.matrix_files import read_arrays
 from jointlib.io.readers import read_csv
-from jointlib.io.universal import AXES, NO_UNITS, read_sets, units
+from jointlib.io.universal import AXES, NO_UNITS, place, read_sets, units
+from jointlib.units import scale
 
 SUFFIXES = (".uff", ".unv", ".csv", ".npz", ".mat", cutpro.SUFFIX)
 _MOTION = {8: Quantity.RECEPTANCE, 11: Quantity.MOBILITY, 12: Quantity.ACCELERANCE}
@@ -56,12 +58,82 @@ def read_frfs(path: Path) -> list[FrfRecord]:
     raise InputError(f"{path}: no reader for {path.suffix!r} frequency responses, expected {', '.join(SUFFIXES)}")
 
 
+def read_frf(
+    path: Path,
+    *,
+    where: str,
+    response_at: str | None = None,
+    drive_at: str | None = None,
+    quantity: str | None = None,
+    unit: str | None = None,
+) -> FrfRecord:
+    """The one frequency response (or matrix of them) of a file that is asked for, in SI, its quantity known.
+
+    Parameters
+    ----------
+    response_at, drive_at
+        Node and direction in a universal file with several, as ``12+X``; opposite directions change the sign.
+    quantity, unit
+        What the file does not say itself: receptance, mobility or accelerance, and its unit, default SI.
+    """
+    try:
+        found, sign = _chosen(path, read_frfs(path), (response_at, drive_at))
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
+    held = found.quantity if quantity is None else Quantity[quantity.upper()]
+    if held is None:
+        raise InputError(
+            f"{where}: {path} does not say what it holds, expected quantity = receptance, mobility or accelerance"
+        )
+    if found.quantity not in (None, held):
+        raise InputError(f"{where}: quantity is {quantity!r}, but {path} holds {found.quantity.word}")
+    factor = sign * (1.0 if unit is None else scale(unit, held.value, f"{where}: unit"))
+    variance = None if found.variance is None else found.variance * factor**2
+    return replace(found, value=found.value * factor, variance=variance, quantity=held)
+
+
+def _chosen(path: Path, records: Sequence[FrfRecord], at: Sequence[str | None]) -> tuple[FrfRecord, int]:
+    """The record between the places that are asked for, and the sign that their directions give."""
+    held = ", ".join(f"{r.response} from {r.drive}" for r in records[:6]) + ", …" * (len(records) > 6)
+    if all(label is None for label in at):
+        if len(records) > 1:
+            raise InputError(f"{path}: holds {held}; expected response_at and drive_at")
+        return records[0], 1
+    if None in at:
+        raise InputError(f"{path}: expected response_at and drive_at together")
+    try:
+        (response, up), (drive, along) = (place(str(label)) for label in at)
+    except ValueError as error:
+        raise InputError(f"{path}: response_at or drive_at is {error}") from None
+    fit = []
+    for record in records:
+        if record.response is not None and record.drive is not None:
+            (a, p), (b, q) = place(record.response), place(record.drive)
+            if (a, b) == (response, drive):
+                fit.append((record, up * along * p * q))
+    if len(fit) != 1:
+        raise InputError(
+            f"{path}: holds {len(fit) or 'no'} responses at {at[0]} to a force at {at[1]}, expected one; it has {held}"
+        )
+    return fit[0]
+
+
 def _csv(path: Path) -> FrfRecord:
-    columns = list(read_csv(path).values())
+    named = read_csv(path)
+    columns = list(named.values())
     if len(columns) not in (3, 4):
         raise InputError(f"{path}: has {len(columns)} columns, expected f, Re, Im and, where known, the variance")
     variance = columns[3] if len(columns) == 4 else None
+    if variance is not None and list(named)[3].lower() == "deviation":
+        variance = _squared(path, variance)
     return _checked(path, FrfRecord(columns[0], columns[1] + 1j * columns[2], variance))
+
+
+def _squared(path: Path, deviation: Array) -> Array:
+    """Variance from a deviation, √(E|error|²)."""
+    if not np.all(deviation >= 0):
+        raise InputError(f"{path}: a deviation is {np.min(deviation):g}, expected at least 0")
+    return deviation**2
 
 
 def _arrays(path: Path) -> FrfRecord:
@@ -76,6 +148,8 @@ def _arrays(path: Path) -> FrfRecord:
     value = held[found[0]]
     value = value.ravel() if value.ndim == 2 and 1 in value.shape else value
     variance = held.get("variance")
+    if variance is None and "deviation" in held:
+        variance = _squared(path, held["deviation"].astype(float))
     variance = (
         None if variance is None else variance.astype(float).reshape(value.shape if variance.size == value.size else -1)
     )

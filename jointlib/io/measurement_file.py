@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -12,10 +13,22 @@ from jointlib.arrays import Array
 from jointlib.corrections import faults, without_faults
 from jointlib.errors import InputError, nearest
 from jointlib.fault import Fault
+from jointlib.frf import Quantity
 from jointlib.io.atomic import sha256
 from jointlib.io.readers import read_columns
 from jointlib.io.toml import Section, read_toml
-from jointlib.measurement import KINDS, QUANTITIES, ROLES, Channel, Correction, Mass, Measurement, Record, RecordSource
+from jointlib.measurement import (
+    KINDS,
+    QUANTITIES,
+    ROLES,
+    Channel,
+    Correction,
+    Mass,
+    Measurement,
+    Record,
+    RecordSource,
+    Sweep,
+)
 from jointlib.units import scale
 
 
@@ -49,7 +62,7 @@ def read_measurement(path: Path) -> Measurement:
         carriage=_mass(section, "carriage") if section.has("carriage") else None,
         simulated=section.flag("simulated"),
         channels=channels,
-        records=tuple(_record(r) for r in section.sections("record")),
+        records=tuple(_sweep(r) if kind == "frf" else _record(r) for r in section.sections("record")),
         corrections=corrections,
     )
     section.take("provenance", None)
@@ -126,6 +139,31 @@ def _record(section: Section) -> RecordSource:
     return record
 
 
+def _sweep(section: Section) -> RecordSource:
+    """A record of kind ``frf``: one frequency response at one size of the force."""
+    force = section.number("force", "N")
+    if not 0 < force < math.inf:
+        raise InputError(f"{section.where}: force is {force:g} N, expected the peak of the force, more than 0")
+    sweep = Sweep(
+        drive=section.text("drive"),
+        response=section.text("response"),
+        force=force,
+        quantity=section.text("quantity", None, choices=tuple(q.word for q in Quantity)),
+        unit=section.text("unit", None),
+        response_at=section.text("response_at", None),
+        drive_at=section.text("drive_at", None),
+        conjugate=section.flag("conjugate"),
+    )
+    record = RecordSource(
+        file=section.path("file"),
+        role=section.text("role", "fit", choices=("fit", "sealed")),
+        condition=section.text("condition", None),
+        sweep=sweep,
+    )
+    section.done()
+    return record
+
+
 def _correction(section: Section, kind: str, channels: Sequence[Channel], bodies: Mapping[str, Mass]) -> Correction:
     known = faults(kind)
     family = section.text("family", choices=tuple(known))
@@ -187,6 +225,9 @@ def _check(m: Measurement) -> None:
             if channel.body not in m.bodies:
                 word = f"{channel.name}: body is {channel.body!r}"
                 raise InputError(f"{m.source}: channel {word}, {nearest(str(channel.body), m.bodies)}")
+    if m.kind == "frf" and (m.channels or m.corrections):
+        found = "[[channel]]" if m.channels else "[[correction]]"
+        raise InputError(f"{m.source}: {found} has no place in a measurement of kind 'frf', expected [[record]] alone")
     wanted = {"path": ("force", "displacement"), "static": ("force", "displacement")}.get(m.kind, ())
     for quantity in wanted:
         if not m.of(quantity) and not (quantity == "displacement" and m.of("position")):

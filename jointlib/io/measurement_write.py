@@ -34,7 +34,7 @@ def write_measurement(path: Path, measurement: Measurement, corrections: Sequenc
     if path.exists() and path.samefile(source) and not is_written_by_a_program(source):
         raise InputError(f"{path}: would be replaced by its mended self, expected another output folder")
     for record in table["record"]:
-        record["file"] = _from_folder(path.parent, source.parent, record["file"])
+        record["file"] = from_folder(path.parent, source.parent, record["file"])
     together = joined(measurement.kind, measurement.corrections, corrections)
     table["correction"] = [correction_table(c) for c in together]
     write_toml(path, "measurement", {**table, "provenance": noted})
@@ -61,7 +61,7 @@ def _hashes(measurement: Measurement) -> list[dict[str, str]]:
     return [{"file": file.name, "sha256": sha256(file)} for file in files]
 
 
-def _from_folder(folder: Path, old: Path, file: str) -> str:
+def from_folder(folder: Path, old: Path, file: str) -> str:
     """A file name that was relative to one folder, seen from another."""
     if Path(file).is_absolute():
         return file

@@ -24,6 +24,8 @@ MISSED: dict[str, str] = {
     "in the median and less than 10 in all runs",
 }
 """Demands that were measured and not met, each with the reason; the page says them."""
+MACHINES = "## Measured FRFs of a machine"
+"""Where the part on machines begins."""
 INTERVALS = ("gain", "delay", "mass", "stiffness3", "slip_force")
 
 
@@ -307,5 +309,14 @@ def page(rows: Sequence[Row]) -> str:
     return "\n".join(out) + "\n"
 
 
+def split(path: Path) -> tuple[str, str]:
+    """A page up to the part on machines, and that part, which `machine_table.py` writes."""
+    text = path.read_text() if path.exists() else ""
+    before, heading, after = text.partition(MACHINES)
+    return before, heading + after
+
+
 if __name__ == "__main__":
-    Path(sys.argv[2]).write_text(page(read(Path(sys.argv[1]))))
+    target = Path(sys.argv[2])
+    of_machines = split(target)[1]
+    target.write_text(page(read(Path(sys.argv[1]))) + ("\n" + of_machines if of_machines else ""))

@@ -38,8 +38,17 @@ def guide_mill_run(tmp_path_factory: pytest.TempPathFactory) -> Left:
 
 @pytest.fixture(scope="session")
 def guide_trace(tmp_path_factory: pytest.TempPathFactory) -> Left:
-    """The example of ``jointlib trace``, with ``--json``."""
-    (command,) = examples("trace")
+    """The first example of ``jointlib trace``, of a joint, with ``--json``."""
+    command, _ = examples("trace")
     folder = with_library(tmp_path_factory.mktemp("trace") / "here")
     with contextlib.chdir(folder):
         return Left(command, jointlib(f"{command} --json"), folder / "traced")
+
+
+@pytest.fixture(scope="session")
+def machine_trace(tmp_path_factory: pytest.TempPathFactory) -> Left:
+    """The second example of ``jointlib trace``, of a machine."""
+    _, command = examples("trace")
+    folder = with_library(tmp_path_factory.mktemp("machine_trace") / "here")
+    with contextlib.chdir(folder):
+        return Left(command, jointlib(command), folder / "traced")

@@ -18,6 +18,7 @@ TOOL = "library/two_mode_tool.toml"
 RIG = "library/guide_mill/rig.measurement.toml"
 STATIC = "library/guide_mill/static.measurement.toml"
 START = "library/guide_mill/start.joint.toml"
+TIP = "library/three_joints/tip.measurement.toml"
 AT = "--amplitude 1um --frequency 500"
 TRACE = f"trace {RIG} --joint {START} -o out/traced"
 FIT = f"identify {STATIC} --law hertz-guide -o out/joint.toml"
@@ -186,9 +187,14 @@ def at_bench(bench: Path) -> Iterator[Path]:
         (f"identify {STATIC} --law viscous -o out/joint.toml", "no record depends on it"),
         (f"{FIT} --order 3,3", "no surface among the laws"),
         (f"{FIT} --order 3", "--order: '3', expected two whole numbers i,j"),
-        (f"trace {RIG} -o out", "expected --joint, the model that is to be doubted"),
+        (f"trace {RIG} -o out", "neither --joint nor --machine is given, expected one of them"),
+        (f"trace {RIG} --joint {START} --machine {TWO_MASS} -o out", "both --joint and --machine is given"),
         (f"trace {STATIC} --joint {START} -o out", "a trace needs records of motion"),
-        (f"trace {RIG} --machine {TWO_MASS} -o out", "--machine: tracing measured FRFs is not in this version"),
+        (f"trace {RIG} --machine {TWO_MASS} -o out", "kind is 'rig', expected --joint with it"),
+        (f"trace {TIP} --joint {START} -o out", "kind is 'frf', expected --machine with it"),
+        (f"trace {TIP} --machine {TWO_MASS} -o out", "no degree of freedom 'spindle.x', "),
+        (f"trace {TIP} --machine nowhere.toml -o out", "nowhere.toml: no such file, expected a machine file"),
+        (f"identify {TIP} --law viscous -o out/joint.toml", "kind is 'frf', identify needs static, rig or path"),
         (f"{TRACE} --seed many", "'many' is not a valid integer"),
         (f"{TRACE} --seed -1", "-1 is not in the range"),
     ],

@@ -1,0 +1,1 @@
+"""Closing the loop on a whole machine: measured frequency responses against what its model predicts."""

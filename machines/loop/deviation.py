@@ -1,0 +1,96 @@
+"""Noise of a measured frequency response, line by line: from records that repeat, else from neighbouring lines.
+
+On a few lines the response of a structure is a ratio of two low polynomials in frequency. What such a ratio, fitted to
+the lines around one line but not to that line itself, misses of it is noise: the local rational method of McKelvey and
+Guérin (IFAC SYSID 2012) with one line left out. The error of one line is a poor estimate, so many are gathered, by
+their median, which the jump of a folded response does not move.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from jointlib.arrays import Array, ComplexArray
+
+_WINDOW = 9
+_POWERS = np.arange(3)
+"""Of the numerator and of the denominator: up to two resonances in a window."""
+_SWEEPS = 3
+_NEAREST_POLE = 0.05
+_GATHERED = 61
+_GROWTH = (0.0, 0.5, 1.0)
+"""Powers of |H| that noise may follow: 0 for noise of the motion at constant force, 1 for noise of the force."""
+_FLAT = 1e-3
+_PREFERENCE = 15.0
+"""Logarithm of the likelihood by which a power must beat the smaller one."""
+_ROUNDING = 1e-15
+_OUTLIER = 12.0
+FEWEST = 16
+"""Lines that an estimate from neighbours needs."""
+
+
+def from_neighbours(frequency: Array, H: ComplexArray) -> Array:
+    """√(E|error|²) of each line in the unit of H; at least `FEWEST` ascending lines.
+
+    Within a fifth of the truth where a half-power width has a line or more; where lines are sparser than that, or
+    noise is below about a thousandth of H, the fit misses more than noise and the estimate is too large.
+    """
+    error, smooth = local_errors(frequency, H)
+    return _gathered(np.abs(error[None]) ** 2, np.abs(smooth))
+
+
+def from_repeats(repeats: Sequence[ComplexArray]) -> Array:
+    """√(E|error|²) of each line of one record, from two or more on the same lines under the same force."""
+    H = np.array(repeats)
+    mean = H.mean(axis=0)
+    return _gathered(np.abs(H - mean) ** 2 * len(H) / (len(H) - 1), np.abs(mean))
+
+
+def local_errors(frequency: Array, H: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+    """Per line, what the fit to the lines around it misses, scaled to the deviation of one line; and that fit."""
+    n = len(frequency)
+    start = np.clip(np.arange(n) - _WINDOW // 2, 0, n - _WINDOW)
+    window = start[:, None] + np.arange(_WINDOW)
+    x = frequency[window] - frequency[:, None]
+    x /= np.max(np.abs(x), axis=1, keepdims=True)
+    size = np.maximum(np.max(np.abs(H[window]), axis=1), np.finfo(float).tiny)
+    y = H[window] / size[:, None]
+    # Σ a_i x^i − y Σ b_i x^i = y; weighted with the last 1/|1 + Σ b_i x^i| its error becomes that of y.
+    powers = x[:, :, None] ** _POWERS
+    columns = np.concatenate([powers, -y[:, :, None] * powers[:, :, 1:]], axis=2)
+    others = (window != np.arange(n)[:, None]).astype(float)
+    weight = others
+    for sweep in range(_SWEEPS):
+        inverse = np.linalg.pinv(columns * weight[:, :, None], rcond=1e-12)
+        fit = (inverse @ (y * weight)[:, :, None])[:, :, 0]
+        if sweep < _SWEEPS - 1:
+            denominator = 1 + np.sum(powers[:, :, 1:] * fit[:, None, len(_POWERS) :], axis=2)
+            weight = others / np.maximum(np.abs(denominator), _NEAREST_POLE)
+    # At the line itself x = 0, so that the fit there is a_0 with the variance of that coefficient.
+    spread = np.sum(np.abs(inverse[:, 0] * weight) ** 2, axis=1)
+    smooth = fit[:, 0] * size
+    return (H - smooth) / np.sqrt(1 + spread), smooth
+
+
+def _gathered(square: Array, size: Array) -> Array:
+    """Deviation from squared errors (repeat, line), each an exponential variable, following the likeliest power."""
+    size = np.maximum(size, _FLAT * float(np.max(size)))
+    best, cost = np.zeros(square.shape[1]), np.inf
+    for power in _GROWTH:
+        shape = size ** (2 * power)
+        variance = np.maximum(_running_median(square / shape) / np.log(2) * shape, (_ROUNDING * size) ** 2)
+        likely = float(np.sum(np.minimum(square / variance, _OUTLIER) + np.log(variance)))
+        if likely < cost - _PREFERENCE:
+            best, cost = variance, likely
+    return np.asarray(np.sqrt(best))
+
+
+def _running_median(rows: Array) -> Array:
+    """Median over all rows of the lines around each line."""
+    n = rows.shape[1]
+    width = min(_GATHERED, n)
+    medians = np.median(sliding_window_view(rows, width, axis=1), axis=(0, 2))
+    return np.asarray(medians[np.clip(np.arange(n) - width // 2, 0, n - width)])

@@ -1,0 +1,158 @@
+"""What may be wrong at one place, as numbers to fit: its own parameters by factors, and one further law."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from jointlib.arrays import Array
+from jointlib.joint import Joint
+from jointlib.law import JointLaw
+from jointlib.parameter import Role, parameters_of
+
+from ..machine import Machine
+from .places import Place, shared
+from .quick import quick
+
+WEAK = float(np.log(2.0))
+"""Prior deviation of the logarithm of a parameter that no covariance speaks of: a factor of two."""
+_GEOMETRY = ("contact_angle", "side", "displacement_scale", "velocity_scale")
+"""What no wear, preload or wrong assumption changes by itself."""
+_ENTRY = re.compile(r"\[\d+\](?:\[(\d+)\])?$")
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """One number of a fit: a value reference·e^u where ``log``, reference·u otherwise."""
+
+    name: str
+    reference: float
+    log: bool = True
+    prior: float = WEAK
+    """Standard deviation of u about ``centre``; infinite where nothing is known."""
+    centre: float = 0.0
+    low: float = -np.inf
+    high: float = np.inf
+
+    def value(self, u: float) -> float:
+        """In SI."""
+        return self.reference * float(np.exp(u)) if self.log else self.reference * u
+
+    def slope(self, u: float) -> float:
+        """Derivative of the value by u."""
+        return self.value(u) if self.log else self.reference
+
+
+@dataclass(frozen=True, eq=False)
+class Hypothesis:
+    """A place, what is moved there, and where to begin."""
+
+    place: Place
+    family: str
+    member: str
+    own: tuple[tuple[Coordinate, tuple[str, ...]], ...]
+    """Coordinates that multiply parameters of the place's joints, by the names of those."""
+    added: tuple[Coordinate, ...] = ()
+    """Coordinates of the further law, of the stiffest row."""
+    laws: Callable[[Array], tuple[JointLaw, ...]] | None = None
+    """The further laws from their values."""
+    starts: tuple[tuple[float, ...], ...] = ()
+    """Of the added coordinates."""
+    machine: Machine = field(kw_only=True)
+
+    @cached_property
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        return (*(c for c, _ in self.own), *self.added)
+
+    @cached_property
+    def centre(self) -> Array:
+        """Where the priors draw u."""
+        return np.array([c.centre for c in self.coordinates])
+
+    def bounded(self, u: Array) -> Array:
+        """u within its bounds."""
+        return np.clip(u, [c.low for c in self.coordinates], [c.high for c in self.coordinates])
+
+    def values(self, u: Array) -> Array:
+        """What the coordinates stand for, SI; own ones as factors."""
+        own = [float(np.exp(x)) for x in u[: len(self.own)]]
+        return np.array([*own, *(c.value(x) for c, x in zip(self.added, u[len(self.own) :].tolist(), strict=True))])
+
+    def without(self) -> Hypothesis:
+        """The joint's own parameters alone."""
+        return replace(self, added=(), laws=None, starts=())
+
+    def quick_laws(self, values: Array) -> tuple[JointLaw, ...]:
+        """The further laws, their describing functions read off curves."""
+        return () if self.laws is None else quick(Joint(self.laws(values))).laws
+
+    def joints(self, u: Array, exact: bool = False) -> tuple[Joint, ...]:
+        """All joints of the machine at u; rows that were alike stay alike. ``exact`` is for keeps, else quick."""
+        given = self.machine.joints()
+        made: dict[tuple[int, float], Joint] = {}
+        changed = {}
+        values = self.values(u)
+        for row, share in zip(self.place.rows, self.place.share, strict=True):
+            key = id(given[row]), share
+            if key not in made:
+                made[key] = self._row(given[row], values, share)
+            changed[row] = made[key]
+        if exact:
+            return self.place.with_joint(given, changed)
+        held: dict[int, Joint] = {}
+        joints = self.place.with_joint(given, changed)
+        return tuple(held.setdefault(id(joint), quick(joint)) for joint in joints)
+
+    def _row(self, joint: Joint, values: Array, share: float) -> Joint:
+        n = len(self.own)
+        known = joint.parameters
+        moved = {
+            name: known[name] * float(values[i])
+            for i, (_, names) in enumerate(self.own)
+            for name in names
+            if name in known
+        }
+        out = joint.with_parameters(moved) if moved else joint
+        if self.laws is not None:
+            for law in self.laws(values[n:]):
+                out = out + shared(law, share)
+        return out
+
+
+def own_coordinates(machine: Machine, place: Place) -> tuple[tuple[Coordinate, tuple[str, ...]], ...]:
+    """A factor for every parameter of the place's joints that a refit may move.
+
+    Rows of a bundle share factors; entries of a list share one, those of a table two: one for the terms of the
+    velocity and one for the others.
+    """
+    groups: dict[str, list[str]] = {}
+    for row in place.rows:
+        joint = machine.joints()[row]
+        roles = {
+            f"{part}.{p.name}": p.role
+            for part, law in zip(joint.part_names, joint.laws, strict=True)
+            for p in parameters_of(law)
+        }
+        for name, value in joint.parameters.items():
+            base = _ENTRY.sub("", name)
+            if value == 0 or roles[base] is Role.SMOOTHING or {name, base} & joint.fixed or base.endswith(_GEOMETRY):
+                continue
+            entry = _ENTRY.search(name)
+            odd = entry is not None and entry.group(1) is not None and int(entry.group(1)) % 2 == 1
+            group = groups.setdefault(f"{base} of the velocity" if odd else base, [])
+            if name not in group:
+                group.append(name)
+    parameters = machine.joints()[place.rows[0]].parameters
+    return tuple(
+        (Coordinate(key, parameters.get(names[0], 1.0), prior=WEAK, low=-4.0, high=4.0), tuple(names))
+        for key, names in groups.items()
+    )
+
+
+def refit(machine: Machine, place: Place) -> Hypothesis:
+    """The joint's own parameters, no further law."""
+    return Hypothesis(place, "refit", "", own_coordinates(machine, place), machine=machine)

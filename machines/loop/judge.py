@@ -1,0 +1,211 @@
+"""Held out: which explanations pass, which one is chosen, and which ones these records cannot tell from it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from jointlib.arrays import Array, ComplexArray
+from jointlib.loop.report import Status, Verdict
+
+from .fit import Fitted, Fold
+
+_SIGNIFICANT = 4.0
+_EVIDENCE = 10.0
+_ACTIVE = 0.01
+_SIZE = 0.03
+"""Least gain, per line and in units of the noise variance: significance without size names nothing."""
+_SHARE = 0.05
+_TIE = 10.0
+_RIVAL = 3.0
+_MODEL = 0.3
+"""Share of what the best explanation leaves over that the shape of a law may be blamed for."""
+NAMED_FROM = 0.95
+NEAREST_FROM = 0.5
+
+
+def excess(loss: float, lines: int) -> float:
+    """What a loss has beyond what noise would make of it."""
+    e = loss - lines
+    return max(0.0, e - 6 * np.sqrt(lines) - 0.04 * lines)
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """An explanation, held out level by level and block by block."""
+
+    fitted: Fitted
+    before: ComplexArray
+    """Residual of the machine as it is."""
+    levels: tuple[tuple[str, ComplexArray], ...]
+    """Residual on each level with parameters from the others; none where there is one level."""
+    blocks: tuple[tuple[str, ComplexArray], ...]
+    folds: tuple[Fold, ...]
+
+    @property
+    def place(self) -> str:
+        return self.fitted.hypothesis.place.name
+
+    @property
+    def family(self) -> str:
+        return self.fitted.hypothesis.family
+
+    @property
+    def size(self) -> int:
+        """Numbers fitted."""
+        return len(self.fitted.u)
+
+    @cached_property
+    def gains(self) -> dict[str, float]:
+        """Drop of the loss on every fold."""
+        rows = {fold.name: fold.rows for fold in self.folds}
+        return {
+            name: _loss(self.before[rows[name]]) - _loss(residual) for name, residual in (*self.levels, *self.blocks)
+        }
+
+    @cached_property
+    def gain(self) -> float:
+        """The smaller of the drops over all levels and over all blocks."""
+        sums = [sum(self.gains[name] for name, _ in kind) for kind in (self.levels, self.blocks) if kind]
+        return float(min(sums))
+
+    @property
+    def score(self) -> float:
+        """Loss of the fit, and the price of the numbers it took: what explanations that passed compete by."""
+        return self.fitted.loss + 0.5 * self.size * float(np.log(len(self.before)))
+
+    @property
+    def left(self) -> float:
+        """What the fit leaves beyond noise."""
+        return max(self.fitted.loss - len(self.before), 0.0)
+
+    def heldout(self) -> ComplexArray:
+        """Residual on left-out levels, else blocks, at all points."""
+        rows = {fold.name: fold.rows for fold in self.folds}
+        out = np.zeros(len(self.before), dtype=complex)
+        for name, residual in self.levels or self.blocks:
+            out[rows[name]] = residual
+        return out
+
+    @property
+    def chi2(self) -> float:
+        """Mean square of the residual."""
+        return self.fitted.loss / max(len(self.before), 1)
+
+    def deviation(self, other: Judged | None = None) -> float:
+        """Standard deviation that noise gives the difference of gains; without another, from doing nothing."""
+        against = self.before if other is None else other.fitted.residual
+        d2 = _loss(self.fitted.residual - against)
+        return float(np.sqrt(2 * d2 * max(1.0, self.chi2)))
+
+    def fault(self, families: int) -> str:
+        """Why it does not pass; empty where it does."""
+        n = len(self.before)
+        if self.gain <= _SIGNIFICANT * self.deviation():
+            return "its gain on what was left out is within noise"
+        if self.gain - 0.5 * (self.size + 1) * np.log(n) - np.log(families) <= _EVIDENCE:
+            return "its gain is too small for the numbers it fits"
+        if self.gain < max(_SIZE * n, _SHARE * (_loss(self.before) - n)):
+            return "its gain is significant but of no size"
+        if self.levels:
+            moved = {f.name: _loss((self.fitted.residual - self.before)[f.rows]) for f in self.folds}
+            active = [k for k, _ in self.levels if moved[k] >= _ACTIVE * sum(moved[j] for j, _ in self.levels)]
+            worse = [k for k in active if self.gains[k] <= 0]
+            if worse:
+                return f"it makes {', '.join(worse)} worse where that is left out"
+        return ""
+
+
+def _loss(residual: ComplexArray) -> float:
+    return float(np.sum(np.abs(residual) ** 2))
+
+
+def judged(fitted: Fitted, before: ComplexArray, levels: Sequence[Fold], blocks: Sequence[Fold]) -> Judged:
+    """Hold an explanation against what it was not fitted to."""
+    by_level = tuple((f.name, f.residual(fitted)) for f in levels)
+    by_block = tuple((f.name, f.residual(fitted)) for f in blocks)
+    return Judged(fitted, before, by_level, by_block, (*levels, *blocks))
+
+
+def preferred(of_place: Sequence[Judged]) -> Judged:
+    """The simplest among the explanations of one place that are as good as its best."""
+    best = min(of_place, key=lambda j: j.score)
+    tied = [j for j in of_place if j.score - best.score <= max(_TIE, 4 * best.deviation(j), _MODEL / 3 * best.left)]
+    return min(tied, key=lambda j: (j.family != "refit", j.size, j.fitted.penalty))
+
+
+def is_rival(chosen: Judged, other: Judged) -> bool:
+    """Whether these records cannot tell another explanation from the chosen one."""
+    return other.score - chosen.score < max(_TIE, _RIVAL * chosen.deviation(other), _MODEL * chosen.left)
+
+
+@dataclass(frozen=True, eq=False)
+class Judgement:
+    """What all explanations come to."""
+
+    verdict: Verdict
+    chosen: Judged | None
+    rivals: tuple[Judged, ...]
+    ordered: tuple[tuple[Judged, Status, str], ...]
+    explained: float | None
+
+
+def judge(found: Sequence[Judged], families: int) -> Judgement:
+    """Choose, say what rivals it, and how far the evidence carries."""
+    before, n = _loss(found[0].before), len(found[0].before)
+    faults = {id(j): j.fault(families) for j in found}
+    passed = [j for j in found if not faults[id(j)]]
+    by_place: dict[str, list[Judged]] = {}
+    for j in passed:
+        by_place.setdefault(j.place, []).append(j)
+    leaders = [preferred(group) for group in by_place.values()]
+    chosen = min(leaders, key=lambda j: j.score) if leaders else None
+    rivals: list[Judged] = []
+    if chosen is not None:
+        rivals = [j for j in leaders if j is not chosen and is_rival(chosen, j)]
+        if chosen.family != "refit":
+            alike = [j for j in by_place[chosen.place] if j.family not in ("refit", chosen.family)]
+            rivals += [j for j in alike if j.size <= chosen.size and is_rival(chosen, j)]
+        rivals.sort(key=lambda j: j.score)
+    verdict, explained = _verdict(before, n, chosen, rivals)
+    if verdict is Verdict.UNEXPLAINED:
+        rivals = []
+    ordered = []
+    for j in sorted(found, key=lambda j: (j is not chosen, j.score)):
+        if j is chosen and verdict is not Verdict.UNEXPLAINED:
+            ordered.append((j, Status.ACCEPTED, "it explains most on what was left out"))
+        elif j in rivals:
+            ordered.append((j, Status.TIED, "these records cannot tell it from the chosen one"))
+        else:
+            why = faults[id(j)] or "another explains more"
+            ordered.append((j, Status.REJECTED, why))
+    return Judgement(verdict, chosen, tuple(rivals), tuple(ordered), explained)
+
+
+def _verdict(before: float, n: int, chosen: Judged | None, rivals: Sequence[Judged]) -> tuple[Verdict, float | None]:
+    left = excess(before, n)
+    if chosen is None:
+        return (Verdict.UNEXPLAINED if left > 0 else Verdict.NOTHING_MISSING), None
+    named = Verdict.AMBIGUOUS if rivals else Verdict.IDENTIFIED
+    if left <= 0:
+        return named, None
+    after = excess(chosen.fitted.loss, n)
+    explained = 1 - after / left
+    if explained >= NAMED_FROM:
+        return named, explained
+    return (Verdict.PARTIAL if explained >= NEAREST_FROM else Verdict.UNEXPLAINED), explained
+
+
+def level_folds(force: Array) -> list[tuple[str, Array]]:
+    """Points of every level; none where there is only one."""
+    levels = np.unique(force)
+    return [(f"{level:g} N", force == level) for level in levels.tolist()] if len(levels) > 1 else []
+
+
+def block_folds(line: Array, count: int, width: int) -> list[tuple[str, Array]]:
+    """Blocks of neighbouring lines, dealt out to so many folds."""
+    which = (line // width) % count
+    return [(f"lines {k + 1}/{count}", which == k) for k in range(count) if np.any(which == k)]

@@ -1,0 +1,85 @@
+"""The machine with the joint of one place changed, and what its parameters became."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from importlib.metadata import version
+
+import numpy as np
+
+from jointlib.arrays import Array
+from jointlib.joint import Covariance, Joint
+from jointlib.loop.report import Estimate
+
+from ..machine import Machine
+from .fit import Fitted
+from .forward import with_joints
+from .records import LevelFRF
+
+_STEP = 1e-5
+
+
+def parameters_of(fitted: Fitted, inflate: float) -> dict[str, Estimate]:
+    """Parameters of the place's stiffest row that the fit moved, with 95 % intervals."""
+    row = fitted.hypothesis.place.rows[int(np.argmax(fitted.hypothesis.place.share))]
+    joint = fitted.hypothesis.joints(fitted.u, exact=True)[row]
+    covariance = _covariance(fitted, row, inflate)
+    out = {}
+    for name in covariance.names:
+        value, error = joint.parameters[name], covariance.standard_error(name)
+        interval = (value - 1.96 * error, value + 1.96 * error)
+        out[name] = Estimate(value, joint.units[name], error, interval)
+    return out
+
+
+def shifts_of(fitted: Fitted) -> dict[str, float]:
+    """How far each own parameter moves, in its standard deviations, where the joint had them."""
+    row = fitted.hypothesis.place.rows[int(np.argmax(fitted.hypothesis.place.share))]
+    given = fitted.hypothesis.machine.joints()[row]
+    if given.covariance is None:
+        return {}
+    now = fitted.hypothesis.joints(fitted.u, exact=True)[row].parameters
+    out = {}
+    for name in given.covariance.names:
+        error = given.covariance.standard_error(name)
+        if error > 0 and name in now:
+            out[name] = (now[name] - given.parameters[name]) / error
+    return out
+
+
+def mended(machine: Machine, fitted: Fitted, inflate: float, records: Sequence[LevelFRF]) -> Machine:
+    """The machine with the fitted joints, their covariance and where it comes from."""
+    joints = list(fitted.hypothesis.joints(fitted.u, exact=True))
+    used = {r.name: r.sha256 for r in records if not r.sealed}
+    made: dict[int, Joint] = {}
+    for row in fitted.hypothesis.place.rows:
+        joint = joints[row]
+        if id(joint) not in made:
+            traced = {"traced": used, "version": version("jointlib"), "family": fitted.hypothesis.family}
+            made[id(joint)] = replace(
+                joint,
+                covariance=_covariance(fitted, row, inflate),
+                provenance={**machine.joints()[row].provenance, **traced},
+            )
+        joints[row] = made[id(joint)]
+    return with_joints(machine, joints)
+
+
+def _covariance(fitted: Fitted, row: int, inflate: float) -> Covariance:
+    """Of the parameters of one row that the coordinates move."""
+    hypothesis = fitted.hypothesis
+
+    def values(u: Array) -> dict[str, float]:
+        return hypothesis.joints(u, exact=True)[row].parameters
+
+    here = values(fitted.u)
+    slopes = []
+    for i in range(len(fitted.u)):
+        up, down = (fitted.u + s * _STEP * np.eye(len(fitted.u))[i] for s in (1.0, -1.0))
+        more, less = values(up), values(down)
+        slopes.append([(more[k] - less[k]) / (2 * _STEP) for k in here])
+    D = np.array(slopes).reshape(len(fitted.u), len(here)).T
+    moved = np.any(D != 0, axis=1)
+    names = tuple(k for k, m in zip(here, moved, strict=True) if m)
+    return Covariance(names, D[moved] @ fitted.covariance(inflate) @ D[moved].T)

@@ -1,0 +1,238 @@
+"""Trace measured FRFs of a machine at several force levels to one of its joints."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+
+from jointlib.arrays import Array, ComplexArray
+from jointlib.errors import InputError
+from jointlib.loop.report import Status, Verdict
+from jointlib.measurement import Measurement
+
+from ..machine import Machine
+from .errors import errors, on_sealed
+from .families import EFFECTS
+from .fit import Fitting, Fold
+from .forward import Forward
+from .judge import Judged, Judgement, block_folds, excess, judge, judged, level_folds
+from .mended import mended, parameters_of, shifts_of
+from .places import places_of
+from .quick import quick
+from .records import LevelFRF, read_frfs, said_of
+from .report import MachineCandidate, MachineRival, MachineTrace
+from .search import Search
+from .separate import separation
+from .truncated import allowance
+from .words import NOT_DECIDABLE, sentence
+
+_BLOCKS = 4
+_WIDTH = 8
+_CAP = 2.0
+
+
+def trace_machine(measurement: Measurement, machine: Machine, *, seed: int = 0) -> MachineTrace:
+    """Read the FRFs of a measurement of kind "frf" and trace them; see `trace_frfs`."""
+    return trace_frfs(read_frfs(measurement, machine), machine, seed=seed)
+
+
+def trace_frfs(frfs: Sequence[LevelFRF], machine: Machine, *, seed: int = 0) -> MachineTrace:
+    """Name the connection, and what changes there, that explains how measured FRFs differ from a machine's.
+
+    Every place (a connection, or all rows of a bundle) is refitted and given every effect of the catalogue that a
+    describing function can see; what wins is judged on levels and lines that were left out of its fit.
+
+    Parameters
+    ----------
+    frfs
+        Measured FRFs; sealed ones are used for the error before and after only.
+    machine
+        The machine as it is thought to be, every connection with its joint.
+    seed
+        Noted in the report; nothing here is drawn at random.
+    """
+    training = tuple(r for r in frfs if not r.sealed)
+    if not training:
+        raise InputError(f"{machine.where}: every FRF is sealed, expected at least one to trace")
+    places = places_of(machine)
+    if not places:
+        raise InputError(f"{machine.where}: no connection carries a joint, expected at least one")
+    search, floor, warnings = _laid_out(training, machine, places)
+    found, pointing = search.run()
+    fitting = search.fitting
+    points = fitting.forward.points
+    levels = [Fold.of(name, fitting, out) for name, out in level_folds(points.force)]
+    blocks = [Fold.of(name, fitting, out) for name, out in block_folds(fitting.forward.line, _BLOCKS, _WIDTH)]
+    judgement = judge([judged(f, search.residual, levels, blocks) for f in found], len(EFFECTS) + 1)
+    before = excess(search.before, len(points)) or max(search.before - len(points), 1e-300)
+    named = judgement.chosen if judgement.verdict not in (Verdict.UNEXPLAINED, Verdict.NOTHING_MISSING) else None
+    candidates = _candidates(judgement, before)
+    rivals = _rivals(search, judgement, named)
+    sealed = tuple(r for r in frfs if r.sealed)
+    error_before, error_after = _errors(search, training, sealed, named)
+    chosen = candidates[0] if judgement.chosen is not None else None
+    inflate = 1.0 if named is None else named.chi2
+    shares = {
+        name: {kind: _share(search, fit.loss, before) for kind, fit in of_place.items()}
+        for name, of_place in pointing.items()
+    }
+    return MachineTrace(
+        judgement.verdict,
+        sentence(judgement.verdict, chosen, rivals, error_before, error_after, judgement.explained),
+        machine,
+        machine if named is None else mended(machine, named.fitted, inflate, training),
+        None if named is None else named.place,
+        chosen if named is not None else None,
+        candidates,
+        rivals,
+        shares,
+        error_before,
+        error_after,
+        floor,
+        (*said_of(frfs), *warnings),
+        _next(judgement, rivals, candidates),
+        NOT_DECIDABLE,
+        {"seed": seed, "version": version("jointlib")},
+        tuple(frfs),
+        _plots(search, named),
+    )
+
+
+def _laid_out(
+    training: Sequence[LevelFRF], machine: Machine, places: Any
+) -> tuple[Search, dict[str, Any], tuple[str, ...]]:
+    """Forward model, floor and residual of the machine as it is."""
+    forward = Forward.of(machine, training)
+    everything = tuple(range(len(machine.flexible)))
+    held: dict[int, Any] = {}
+    joints = [held.setdefault(id(j), quick(j)) for j in machine.joints()]
+    base = forward.answer(joints, everything, ramp=True)
+    if not np.any(base.fine):
+        raise InputError(f"{machine.where}: no response is found at the measured lines and forces")
+    cap = _CAP * np.max(np.abs(base.z[base.fine]), axis=0)
+    forward = forward.with_caps(np.where(cap > 0, cap, np.inf))
+    extra = allowance(forward, machine, base)
+    fine = base.fine & np.isfinite(forward.points.measured) & (forward.points.deviation > 0)
+    warnings = []
+    if not np.all(fine):
+        warnings.append(f"{int(np.sum(~fine))} lines are left out: the machine's response is not found there.")
+    sigma = np.sqrt(forward.points.deviation**2 + extra**2)
+    rows = np.flatnonzero(fine)
+    forward = forward.on(rows)
+    fitting = Fitting(forward, sigma[rows])
+    base = replace(base, z=base.z[rows], receptance=base.receptance[rows], fine=base.fine[rows])
+    floor = {
+        "relative": _rms(forward.points.deviation) / _rms(forward.points.measured),
+        "with_truncation": _rms(sigma[rows]) / _rms(forward.points.measured),
+        "source": sorted({r.deviation_from for r in training}),
+        "lines": len(rows),
+        "left_out": int(np.sum(~fine)),
+    }
+    return Search(machine, places, fitting, base, fitting.residual(base)), floor, tuple(warnings)
+
+
+def _rms(x: Array | ComplexArray) -> float:
+    return float(np.sqrt(np.mean(np.abs(x) ** 2)))
+
+
+def _share(search: Search, loss: float, before: float) -> float:
+    return float(np.clip((search.before - loss) / before, 0.0, 1.0))
+
+
+def _candidates(judgement: Judgement, before: float) -> tuple[MachineCandidate, ...]:
+    """One row for each family at each place, its best member."""
+    seen: set[tuple[str, str]] = set()
+    out = []
+    for j, status, reason in judgement.ordered:
+        if (j.place, j.family) in seen:
+            continue
+        seen.add((j.place, j.family))
+        out.append(
+            MachineCandidate(
+                j.place,
+                j.family,
+                j.fitted.hypothesis.member,
+                parameters_of(j.fitted, j.chi2),
+                shifts_of(j.fitted),
+                j.gain,
+                j.gains,
+                float(np.clip(j.gain / before, 0.0, 1.0)),
+                len(out) + 1,
+                status,
+                reason,
+            )
+        )
+    return tuple(out)
+
+
+def _rivals(search: Search, judgement: Judgement, named: Judged | None) -> tuple[MachineRival, ...]:
+    if named is None:
+        return ()
+    forward, sigma = search.fitting.forward, search.fitting.sigma
+    out = []
+    for j in judgement.rivals:
+        moving = tuple(
+            sorted({*forward.nonlinear, *named.fitted.hypothesis.place.rows, *j.fitted.hypothesis.place.rows})
+        )
+        one, other = (k.fitted.hypothesis.joints(k.fitted.u) for k in (named, j))
+        far = separation(forward, sigma, one, other, moving)
+        out.append(
+            MachineRival(
+                j.place,
+                j.family,
+                j.fitted.hypothesis.member,
+                float(j.gain / named.gain),
+                "No single measurement at these levels separates them." if far is None else far.words,
+                0.0 if far is None else far.deviations,
+            )
+        )
+    return tuple(out)
+
+
+def _errors(
+    search: Search, training: Sequence[LevelFRF], sealed: Sequence[LevelFRF], named: Judged | None
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Before and after."""
+    fitting = search.fitting
+    opened = None
+    if sealed:
+        forward = Forward.of(search.machine, sealed).with_caps(np.asarray(fitting.forward.cap))
+        bench = Fitting(forward, forward.points.deviation)
+        opened = bench
+    out = []
+    for j in (None, named):
+        residual = search.residual if j is None else j.fitted.residual
+        seal = None
+        if opened is not None:
+            seal = (opened, on_sealed(opened.forward, None if j is None else j.fitted, opened), sealed)
+        out.append(errors(fitting, residual, training, j, seal))
+    return out[0], out[1]
+
+
+def _next(judgement: Judgement, rivals: Sequence[MachineRival], candidates: Sequence[MachineCandidate]) -> str:
+    if rivals:
+        return rivals[0].separating_experiment
+    if judgement.verdict is Verdict.NOTHING_MISSING:
+        return "None needed at these levels; a higher level would show what these do not reach."
+    if judgement.verdict is Verdict.IDENTIFIED:
+        return "Confirm on a new record at another level."
+    near = next((c.place for c in candidates if c.status is not Status.UNPHYSICAL), "")
+    return f"Measure across {near}, or excite nearer to it: the records hold more than one joint explains."
+
+
+def _plots(search: Search, named: Judged | None) -> dict[str, Array | ComplexArray]:
+    points = search.fitting.forward.points
+    after = search.base.receptance if named is None else named.fitted.answer.receptance
+    out: dict[str, Array | ComplexArray] = {}
+    for i in np.unique(points.record).tolist():
+        rows = points.record == i
+        out[f"frequency_{i}"] = points.frequency[rows]
+        out[f"measured_{i}"] = points.measured[rows]
+        out[f"before_{i}"] = search.base.receptance[rows]
+        out[f"after_{i}"] = after[rows]
+        out[f"deviation_{i}"] = points.deviation[rows]
+    return out

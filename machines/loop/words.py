@@ -1,0 +1,96 @@
+"""The finding in plain words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from jointlib.loop.report import Verdict, figures
+
+from .report import MachineCandidate, MachineRival
+
+_WHERE = {
+    "sealed": "on the sealed record",
+    "levels left out": "on levels left out of the fit",
+    "lines left out": "on lines left out of the fit",
+}
+NOT_DECIDABLE = (
+    {
+        "family": "quadratic, viscous-by-direction",
+        "why": "their first harmonic about a zero mean is that of no effect, or of a viscous damper",
+        "needs": "second harmonics, or the mean displacement, beside the FRFs",
+    },
+    {
+        "family": "contact-loss: on which side; gap or a one-sided stop",
+        "why": "the first harmonic about a zero mean is the same",
+        "needs": "second harmonics, or the mean displacement, beside the FRFs",
+    },
+    {
+        "family": "gain, delay, missing-mass, rocking-mode",
+        "why": "an FRF alone does not tell its sensors and the parts of the machine from their calibration",
+        "needs": "a calibration mass under the same sensors, and a weighing of the parts",
+    },
+    {
+        "family": "stiffness-drift, position-stiffness",
+        "why": "an FRF is an average over its time and place",
+        "needs": "repeated records in a known order, and at several positions",
+    },
+)
+"""Families that FRFs of the first harmonic cannot decide."""
+
+
+def change(candidate: MachineCandidate) -> str:
+    """A candidate in words."""
+    what = f"{candidate.family} ({candidate.member})" if candidate.member not in ("", candidate.family) else ""
+    what = what or candidate.family
+    if candidate.family == "refit":
+        return f"its own parameters: {figures(candidate.parameters)}"
+    last = candidate.member.replace("-", "_") or candidate.family.replace("-", "_")
+    added = {k: v for k, v in candidate.parameters.items() if k.split(".")[0].startswith(last)}
+    return f"{what}: {figures(added)}"
+
+
+def sentence(
+    verdict: Verdict,
+    chosen: MachineCandidate | None,
+    rivals: Sequence[MachineRival],
+    before: Mapping[str, Any],
+    after: Mapping[str, Any],
+    explained: float | None,
+) -> str:
+    """What was found, with its numbers."""
+    where = _WHERE[before["where"]]
+    if verdict is Verdict.NOTHING_MISSING:
+        return (
+            f"Nothing is missing: {where} the FRFs differ from the machine's by {before['relative']:.2%}, "
+            f"chi-square {before['chi2']:.2f}."
+        )
+    if chosen is None or verdict is Verdict.UNEXPLAINED:
+        near = f" The nearest, {chosen.place}, explains {explained or 0:.0%}." if chosen is not None else ""
+        return (
+            f"Something is missing that no single joint of the machine explains: {where} the FRFs differ from the "
+            f"machine's by {before['relative']:.2%}, chi-square {before['chi2']:.2f}.{near}"
+        )
+    drop = (
+        f"The error {where} falls from {before['relative']:.2%} to {after['relative']:.2%} "
+        f"(chi-square {before['chi2']:.1f} to {after['chi2']:.2f})."
+    )
+    named = f"connection {chosen.place}, {change(chosen)}"
+    far = {k: v for k, v in chosen.shift.items() if abs(v) > 3}
+    beyond = ""
+    if chosen.shift:
+        worst = max(chosen.shift.values(), key=abs)
+        beyond = (
+            f" Its parameters leave the range they were identified in ({worst:+.1f} standard deviations at most)."
+            if far
+            else f" They stay within the covariance they were identified with ({worst:+.1f} standard deviations)."
+        )
+    if verdict is Verdict.PARTIAL:
+        return (
+            f"The FRFs point to {named}. It explains {explained or 0:.0%} of what was missing; the rest has no name. "
+            f"{drop}{beyond}"
+        )
+    if verdict is Verdict.AMBIGUOUS:
+        others = " or ".join(f"{r.place} ({r.member or r.family})" for r in rivals)
+        return f"The FRFs point to {named}. These records cannot rule out {others}. {drop}{beyond}"
+    return f"The FRFs point to {named}. {drop}{beyond}"
