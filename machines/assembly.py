@@ -153,6 +153,13 @@ class Assembly:
         ports = len(self._rigid) + motions - len(self.nonlinear) + r
         return max(ports * (ports + len(self.inputs)), 4 * r**2, motions * (r + len(self.inputs)))
 
+    def free(self, omega: Array) -> ComplexArray:
+        """Receptance (nf, ports, ports) with every joint open; ports are the joints, the outputs and the inputs."""
+        machine = self.machine
+        shown, driven = (machine.dof_rows(dofs, "receptance") for dofs in (self.outputs, self.inputs))
+        ports = np.concatenate([machine.rows(machine.flexible), shown, driven])
+        return self._free(omega, ports, ports)
+
     def _check_lock(self, Hzz: ComplexArray) -> None:
         own = np.sqrt(np.abs(np.diag(Hzz)))
         if not np.all(own > 0) or np.linalg.cond(Hzz / own[:, None] / own) > _SINGULAR:

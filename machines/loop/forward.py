@@ -18,6 +18,7 @@ from jointlib.joint import Joint
 from ..assembly import Assembly, View
 from ..balance import solve_each
 from ..bias import Biased, Together, force_slopes
+from ..coordinates import Coordinates
 from ..coupling import couple
 from ..indices import Index, Mask
 from ..machine import Machine
@@ -132,6 +133,7 @@ class Forward:
                 H[:, z][at, :, f][:, :, None],
                 H[:, :, z][at, o][:, None, :],
                 H[at, o, f][:, None, None],
+                _independent(len(z)),
             )
         return self._views[moving]
 
@@ -150,7 +152,7 @@ class Forward:
             return [joints[i] for i in moving]
         changed = with_joints(self.machine, joints)
         standing = at_working_point(changed).joints()
-        return Together(tuple(standing[i] for i in moving), Biased.of(changed, moving))
+        return Together(tuple(standing[i] for i in moving), Biased.of(changed, moving, _independent(len(moving))))
 
     def answer(
         self,
@@ -215,6 +217,11 @@ class Forward:
         """The same at some of the points."""
         views = {moving: view.at(rows) for moving, view in self._views.items()}
         return replace(self, points=self.points.at(rows), line=self.line[rows], _views=views)
+
+
+def _independent(count: int) -> Coordinates:
+    """Every joint by itself: which ones move independently changes with the hypotheses."""
+    return Coordinates(np.arange(count), np.eye(count))
 
 
 def with_joints(machine: Machine, joints: Sequence[Joint]) -> Machine:

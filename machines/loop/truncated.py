@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from jointlib.arrays import Array
+from jointlib.arrays import Array, ComplexArray
 
 from ..assembly import Assembly
 from ..balance import Balance, solve_complex
 from ..machine import Machine
-from ..truncation import more_harmonics, reached, unsuited
+from ..reach import reached
+from ..truncation import more_harmonics, unsuited
 from .forward import Answer, Forward
 
 _SAMPLES = 256
@@ -32,7 +33,7 @@ def allowance(forward: Forward, machine: Machine, answer: Answer) -> Array:
     for drive in range(len(forward.drives)):
         own = Assembly(machine, forward.responses, (forward.drives[drive],))
         rows = np.flatnonzero((points.drive == drive) & answer.fine)
-        rows = rows[reached(own, 2 * np.pi * points.frequency[rows], harmonics[-1])] if len(rows) else rows
+        rows = rows[reached(own.machine, 2 * np.pi * points.frequency[rows], harmonics)] if len(rows) else rows
         view = forward.view(tuple(moving))
         for begin in range(0, len(rows), _POINTS):
             now = rows[begin : begin + _POINTS]
@@ -42,12 +43,13 @@ def allowance(forward: Forward, machine: Machine, answer: Answer) -> Array:
     return np.where(np.isfinite(out), out, 0.0)
 
 
-def _moved(assembly: Assembly, omega: Array, force: Array, z: Array, harmonics: tuple[int, ...]) -> Array:
+def _moved(assembly: Assembly, omega: Array, force: Array, z: ComplexArray, harmonics: tuple[int, ...]) -> Array:
     """First harmonic of a Newton step in several harmonics from motions of one, m, (points, moving)."""
     balance = Balance.of(assembly, omega, force, harmonics)
-    start = np.zeros((len(omega), len(harmonics), z.shape[1]), dtype=complex)
-    start[:, 0] = z
+    coordinates = assembly.coordinates
+    start = np.zeros((len(omega), len(harmonics), len(coordinates.rows)), dtype=complex)
+    start[:, 0] = coordinates.of_motions(z)
     forces = balance.forces(start, _SAMPLES)
     r = balance.residual(start, forces.force)
     r[:, 0] = 0.0
-    return np.asarray(solve_complex(balance.jacobian(forces), -r)[:, 0])
+    return np.asarray(coordinates.motions(solve_complex(balance.jacobian(forces), -r)[:, 0]))
