@@ -119,11 +119,15 @@ class Problem:
         else:
             own, crossed = own_slopes(motion, slope)
             by_z, by_conjugate = c.through(self.Hzz, gain - self.base + own), c.through(self.Hzz, crossed)
-        by_z = by_z + np.eye(z.shape[1])
-        plus, minus = by_z + by_conjugate, by_z - by_conjugate
-        return np.concatenate(
-            [np.concatenate([plus.real, -minus.imag], axis=2), np.concatenate([plus.imag, minus.real], axis=2)], axis=1
-        )
+        points, r = z.shape
+        every = np.arange(r)
+        by_z[:, every, every] += 1.0
+        J = np.empty((points, 2 * r, 2 * r))
+        np.add(by_z.real, by_conjugate.real, out=J[:, :r, :r])
+        np.subtract(by_conjugate.imag, by_z.imag, out=J[:, :r, r:])
+        np.add(by_z.imag, by_conjugate.imag, out=J[:, r:, :r])
+        np.subtract(by_z.real, by_conjugate.real, out=J[:, r:, r:])
+        return J
 
     def newton(self, start: ComplexArray, driven: ComplexArray) -> tuple[ComplexArray, ComplexArray, Mask, Mask]:
         """z, gain, converged and turning from one start per point; points drop out as they settle."""
@@ -142,9 +146,8 @@ class Problem:
                 break
             delta = step[:, :nj] + 1j * step[:, nj:]
             small = np.max(np.abs(delta), axis=1) <= _SETTLED * np.maximum(size, 1e-300)
-            sign = np.linalg.slogdet(J)[0]
             gain[left], z[left] = G, x
-            converged[left[small]], turning[left[small]] = True, sign[small] < 0
+            converged[left[small]], turning[left[small]] = True, np.linalg.slogdet(J[small])[0] < 0
             go = ~small & np.all(np.isfinite(delta), axis=1)
             if not np.any(go):
                 break

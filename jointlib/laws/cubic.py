@@ -23,11 +23,11 @@ class Cubic(MemorylessLaw):
 
     def force(self, displacement: Array, velocity: Array) -> Array:
         z, v = np.broadcast_arrays(displacement, velocity)
-        return self.stiffness3 * z**3 + 0.0 * v
+        return self.stiffness3 * z * z * z + 0.0 * v
 
     def slopes(self, displacement: Array, velocity: Array) -> tuple[Array, Array]:
         z, v = np.broadcast_arrays(displacement, velocity)
-        return 3 * self.stiffness3 * z**2, 0.0 * v
+        return 3 * self.stiffness3 * z * z, 0.0 * v
 
     def first_harmonic(self, amplitude: ArrayLike, omega: ArrayLike = 1.0, bias: ArrayLike = 0.0) -> FirstHarmonic:
         """G = (3/4) stiffness3 A² for zero mean; a mean z0 adds 3 stiffness3 z0²."""
