@@ -116,7 +116,8 @@ def response(
         Degrees of freedom of the receptances; default: the tool's and ``drive``.
     harmonics
         1; ascending multiples of the frequency such as (1, 3, 5), by arc length; or "auto": further harmonics at those
-        forces at which the estimated error of the first exceeds 0.1 % somewhere.
+        forces at which the estimated error of the first exceeds 0.1 % somewhere. Under a static load the mean is solved
+        for beside them; it may be named, (0, 1, 2, 3).
     stability
         "folds"; "hill": Hill's method as well, where there are equations of motion; "auto": that where it takes little
         time, for up to 6 coordinates.
