@@ -40,15 +40,15 @@ def by_lines(assembly: Assembly, forces: Array, lines: Array, refine: bool, axis
 
 
 def solved(
-    assembly: Assembly, forces: Array, lines: Array, refine: bool, axis: int | None
+    assembly: Assembly, forces: Array, lines: Array, refine: bool, axis: int | None, found: Solutions | None = None
 ) -> tuple[Solutions, list[Peak]]:
-    """Solutions and peaks; arguments as for `by_lines`."""
+    """Solutions and peaks; arguments as for `by_lines`, ``found`` what is known on the lines already."""
     mapped = axis is not None
 
     def solve(at: Array) -> Solutions:
         return by_newton(assembly, forces, at) if axis is None else by_amplitude_map(assembly, forces, at, axis)
 
-    found = solve(lines)
+    found = solve(lines) if found is None else found
     peaks = resonances(assembly, forces, found, mapped)
     if refine:
         extra = _around(peaks)

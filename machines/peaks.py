@@ -20,6 +20,9 @@ _NARROWEST = 1e-5
 """Smallest half width of a window relative to its frequency; below it rounding hides the curvature."""
 _PASSES = 40
 _INSIDE = 0.95
+_MIDDLE = 0.5
+_RESOLVED = 2e-11
+"""What the polynomial of a window leaves, over its minimum, at which the window need not close in further."""
 _SETTLED = 1e-10
 
 
@@ -55,21 +58,38 @@ class _Search:
     width: Array
     steady: Mask
     edge: Mask
+    group: Index
+    """Searches of one group share a window as long as their peaks lie in the middle of it."""
 
     @classmethod
-    def begin(cls, omega: Array, half: Array, band: tuple[float, float], narrow_enough: float) -> _Search:
-        none = np.zeros(len(omega), dtype=bool)
+    def begin(
+        cls, omega: Array, half: Array, band: tuple[float, float], narrow_enough: float, group: Index | None = None
+    ) -> _Search:
+        none, n = np.zeros(len(omega), dtype=bool), len(omega)
         half = np.minimum(half, (band[1] - band[0]) / 2)
-        return cls(omega.astype(float), half, band, narrow_enough, half.copy(), np.zeros(len(omega)), none, none.copy())
+        group = np.arange(n) if group is None else group
+        return cls(omega.astype(float), half, band, narrow_enough, half.copy(), np.zeros(n), none, none.copy(), group)
 
     def windows(self, i: Index) -> Array:
         """Lines of the searches i, shape (searches, points), inside the band."""
+        self._share(i)
         return window(self._centre(i), self.half[i])
+
+    def _share(self, i: Index) -> None:
+        """One window for those of a group that fit into it."""
+        g = self.group[i]
+        half = np.zeros(len(self.group))
+        np.maximum.at(half, g, self.half[i])
+        count = np.maximum(np.bincount(g, minlength=len(half)), 1)
+        middle = (np.bincount(g, self.omega[i], minlength=len(half)) / count)[g]
+        fits = (np.abs(self.omega[i] - middle) < _MIDDLE * half[g]) & (half[g] < 2 * self.half[i])
+        self.omega[i] = np.where(fits, middle, self.omega[i])
+        self.half[i] = np.where(fits, half[g], self.half[i])
 
     def _centre(self, i: Index) -> Array:
         return np.asarray(np.clip(self.omega[i], self.band[0] + self.half[i], self.band[1] - self.half[i]))
 
-    def narrow(self, i: Index, low: Minimum) -> None:
+    def narrow(self, i: Index, low: Minimum, resolved: Mask | None = None) -> None:
         """Move to the minimum of each window, and close in where it lies well inside."""
         self.omega[i] = self._centre(i) + self.half[i] * low.x
         curved = np.where(low.curvature > 0, low.curvature, np.inf)
@@ -78,8 +98,9 @@ class _Search:
         self.edge[i] = np.any(ends, axis=1)
         central = (np.abs(low.x) < _INSIDE) | self.edge[i]
         floor = np.maximum(self.narrow_enough * self.width[i], _NARROWEST * self.omega[i])
-        self.steady[i] = central & (self.half[i] <= floor * 1.01)
-        closer = np.minimum(np.maximum(self.half[i] / 4, floor), self.half[i])
+        done = self.half[i] <= floor * 1.01 if resolved is None else (self.half[i] <= floor * 1.01) | resolved
+        self.steady[i] = central & done
+        closer = np.where(done, self.half[i], np.minimum(np.maximum(self.half[i] / 4, floor), self.half[i]))
         self.half[i] = np.where(central, closer, np.minimum(2 * self.half[i], self.widest[i]))
 
 
@@ -153,14 +174,19 @@ def _damping_limit(joint: Joint, omega: float, low: float, high: float) -> float
 
 
 def maxima(
-    motion: Callable[[Index, Array], tuple[Array, Mask]], start: Array, half: Array, band: tuple[float, float]
+    motion: Callable[[Index, Array], tuple[Array, Mask]],
+    start: Array,
+    half: Array,
+    band: tuple[float, float],
+    group: Index | None = None,
 ) -> tuple[Array, Array, Array, list[Outcome]]:
     """Maxima over frequency of amplitudes that can be computed anywhere: as `tips`, for any number of joints.
 
-    ``motion(searches, omega)`` returns amplitudes (searches, points) and which searches could be computed.
+    ``motion(searches, omega)`` returns amplitudes (searches, points) and which searches could be computed;
+    searches of one ``group`` have windows in common as far as they can.
     """
     # Near a fold the curve is a parabola only close to its top.
-    search = _Search.begin(start, half, band, 0.03)
+    search = _Search.begin(start, half, band, 0.03, group)
     amplitude = np.zeros(len(start))
     outcomes: list[Outcome] = [Outcome.STALLED] * len(start)
     left = np.arange(len(start))
@@ -170,9 +196,11 @@ def maxima(
         value, known = motion(left, search.windows(left))
         left, value = left[known], value[known]
         low = minimum(1 / np.maximum(value, 1e-150) ** 2)
-        search.narrow(left, low)
+        resolved = low.rest <= _RESOLVED * low.value
+        search.narrow(left, low, resolved)
         before, amplitude[left] = amplitude[left], 1 / np.sqrt(np.maximum(low.value, 1e-300))
-        settled = search.steady[left] & (np.abs(amplitude[left] - before) <= _SETTLED * before) & (low.value > 0)
+        known_well = resolved | (np.abs(amplitude[left] - before) <= _SETTLED * before)
+        settled = search.steady[left] & known_well & (low.value > 0)
         for i in left[settled]:
             outcomes[i] = Outcome.PEAK_AT_EDGE if search.edge[i] else Outcome.CONVERGED
         left = left[~settled]

@@ -156,14 +156,23 @@ def _maxima(
     band = (2 * np.pi * found.frequency[0], 2 * np.pi * found.frequency[-1])
 
     def motion(search: Index, omega: Array) -> tuple[Array, Mask]:
-        points = omega.shape[1]
-        each = np.repeat(search, points)
-        start = np.concatenate([_along(assembly, found, paths[n], w) for n, w in zip(search, omega, strict=True)])
-        moved, _, fine, _, _ = balance_at(assembly, omega.ravel() / (2 * np.pi), forces[f[each]], start)
-        value = np.abs(moved[np.arange(len(each)), k[each]]).reshape(omega.shape)
-        return value, np.asarray(np.all(fine.reshape(omega.shape), axis=1))
+        # Joints that share a window share its solutions.
+        key = np.stack([f[search], omega[:, 0], omega[:, -1]], axis=1)
+        first, own = np.unique(key, axis=0, return_index=True, return_inverse=True)[1:]
+        own, at = own.ravel(), omega[first]
+        each = np.repeat(f[search[first]], at.shape[1])
+        start = np.empty((at.size, len(assembly.nonlinear)), dtype=complex)
+        for force in np.unique(each):
+            rows = each == force
+            start[rows] = _along(assembly, found, paths[search[f[search] == force][0]], at.ravel()[rows])
+        moved, _, fine, _, _ = balance_at(assembly, at.ravel() / (2 * np.pi), forces[each], start)
+        value = np.abs(moved.reshape(*at.shape, -1)[own, :, k[search]])
+        return value, np.asarray(np.all(fine.reshape(at.shape), axis=1))[own]
 
-    omega, amplitude, width, outcomes = maxima(motion, 2 * np.pi * found.frequency[line], _spacing(found, line), band)
+    group = np.unique(np.stack([f, line]), axis=1, return_inverse=True)[1].ravel()
+    omega, amplitude, width, outcomes = maxima(
+        motion, 2 * np.pi * found.frequency[line], _spacing(found, line), band, group
+    )
     names = [c.name for c in assembly.machine.flexible]
     peaks = []
     for n, outcome in enumerate(outcomes):

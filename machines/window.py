@@ -25,6 +25,8 @@ class Minimum:
     x: Array
     value: Array
     curvature: Array
+    rest: Array
+    """The last two coefficients of the polynomial, a measure of what it leaves out."""
 
     def of(self, samples: Array) -> Array:
         """Another function of the same windows at the places of the minima."""
@@ -46,7 +48,8 @@ def minimum(samples: Array) -> Minimum:
         curvature = _evaluate(second, x)
         step = -_evaluate(first, x) / np.where(curvature > 0, curvature, np.inf)
         x = np.clip(x + np.clip(step, -0.01, 0.01), -1.0, 1.0)
-    return Minimum(x, _evaluate(coefficients, x), _evaluate(second, x))
+    rest = np.max(np.abs(coefficients[:, -2:]), axis=1)
+    return Minimum(x, _evaluate(coefficients, x), _evaluate(second, x), rest)
 
 
 def _evaluate(coefficients: NDArray[np.floating[Any]], x: Array) -> Array:

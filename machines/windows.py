@@ -21,7 +21,7 @@ from .indices import Index, Mask
 from .on_lines import solved
 from .peaks import Peak
 from .resonances import distinct
-from .solutions import Solutions
+from .solutions import Solutions, by_newton
 
 _PROBES = 9
 _MARGIN, _SHARE = 2, 5
@@ -57,7 +57,8 @@ def by_windows(assembly: Assembly, forces: Array, lines: Array) -> list[Followed
     or raising the force threefold and lowering it again leads elsewhere. A window in which a curve reaches an edge
     away from Newton's solution is widened.
     """
-    found, peaks = solved(assembly, forces, lines, True, None)
+    found = doubtful(assembly, forces, by_newton(assembly, forces, lines))[0]
+    found, peaks = solved(assembly, forces, found.frequency, True, None, found)
     found, jumps = doubtful(assembly, forces, found)
     others = elsewhere(assembly, forces, found)
     out = []
