@@ -11,7 +11,7 @@ import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
-from jointlib.loop.report import Status, Verdict
+from jointlib.loop.report import Verdict
 from jointlib.measurement import Measurement
 
 from ..machine import Machine
@@ -24,7 +24,7 @@ from .places import places_of
 from .records import LevelFRF, read_frfs, said_of
 from .report import MachineCandidate, MachineRival, MachineTrace
 from .search import Search
-from .separate import separation
+from .separate import Separation, separation
 from .setting import Setting
 from .words import NOT_DECIDABLE, sentence
 
@@ -72,13 +72,14 @@ def trace_frfs(frfs: Sequence[LevelFRF], machine: Machine, *, seed: int = 0) -> 
     candidates = _candidates(judgement, before)
     rivals = _rivals(search, judgement, named)
     sealed = tuple(r for r in frfs if r.sealed)
+    vetoed = False
     made = machine if named is None else mended(machine, named.fitted, named.chi2, training, sealed)
     error_before, error_after = before_and_after(machine, made, fitting, search.residual, named, training, sealed)
     if named is not None and sealed and error_after["relative"] >= error_before["relative"]:
         # The sealed record may veto: what does not hold there is no name.
         judgement = replace(judgement, verdict=Verdict.UNEXPLAINED, rivals=())
         made, named, rivals, error_after = machine, None, (), error_before
-        candidates = _candidates(judgement, before)
+        candidates, vetoed = _candidates(judgement, before), True
     chosen = candidates[0] if judgement.chosen is not None else None
     shares = {
         name: {kind: _share(search, fit.loss, before) for kind, fit in of_place.items()}
@@ -86,7 +87,7 @@ def trace_frfs(frfs: Sequence[LevelFRF], machine: Machine, *, seed: int = 0) -> 
     }
     return MachineTrace(
         judgement.verdict,
-        sentence(judgement.verdict, chosen, rivals, error_before, error_after, judgement.explained),
+        sentence(judgement.verdict, chosen, rivals, error_before, error_after, judgement.explained, vetoed),
         machine,
         made,
         None if named is None else named.place,
@@ -98,7 +99,7 @@ def trace_frfs(frfs: Sequence[LevelFRF], machine: Machine, *, seed: int = 0) -> 
         error_after,
         floor,
         (*said_of(frfs), *spent(machine, frfs), *warnings),
-        _next(judgement, rivals, candidates),
+        _next(search, judgement, rivals),
         NOT_DECIDABLE,
         {"seed": seed, "version": version("jointlib")},
         tuple(frfs),
@@ -158,14 +159,9 @@ def _candidates(judgement: Judgement, before: float) -> tuple[MachineCandidate, 
 def _rivals(search: Search, judgement: Judgement, named: Judged | None) -> tuple[MachineRival, ...]:
     if named is None:
         return ()
-    forward, sigma = search.fitting.forward, search.fitting.sigma
     out = []
     for j in judgement.rivals:
-        moving = tuple(
-            sorted({*forward.nonlinear, *named.fitted.hypothesis.place.rows, *j.fitted.hypothesis.place.rows})
-        )
-        one, other = (k.fitted.hypothesis.joints(k.fitted.u) for k in (named, j))
-        far = separation(forward, sigma, one, other, moving)
+        far = _apart(search, named, j)
         out.append(
             MachineRival(
                 j.place,
@@ -179,26 +175,40 @@ def _rivals(search: Search, judgement: Judgement, named: Judged | None) -> tuple
     return tuple(out)
 
 
-def _next(judgement: Judgement, rivals: Sequence[MachineRival], candidates: Sequence[MachineCandidate]) -> str:
+def _apart(search: Search, one: Judged, other: Judged) -> Separation | None:
+    """The measurement that separates two explanations best."""
+    forward, both = search.fitting.forward, (one.fitted, other.fitted)
+    moving = tuple(sorted({*forward.nonlinear, *(row for f in both for row in f.hypothesis.place.rows)}))
+    first, second = (f.hypothesis.joints(f.u) for f in both)
+    return separation(forward, search.fitting.sigma, first, second, moving)
+
+
+def _next(search: Search, judgement: Judgement, rivals: Sequence[MachineRival]) -> str:
     if rivals:
         return rivals[0].separating_experiment
     if judgement.verdict is Verdict.NOTHING_MISSING:
         return "None needed at these levels; a higher level would show what these do not reach."
     if judgement.verdict is Verdict.IDENTIFIED:
         return "Confirm on a new record at another level."
-    near = next((c.place for c in candidates if c.status is not Status.UNPHYSICAL), "")
-    return f"Measure across {near}, or excite nearer to it: the records hold more than one joint explains."
+    near = [j for j, *_ in judgement.ordered]
+    other = next((j for j in near if j.place != near[0].place), None)
+    far = None if other is None else _apart(search, near[0], other)
+    if other is None or far is None:
+        return f"Measure across {near[0].place}, or excite nearer to it: the records hold more than it explains."
+    return f"Between {near[0].place} and {other.place}, which come nearest: {far.words}"
 
 
 def _plots(search: Search, named: Judged | None) -> dict[str, Array | ComplexArray]:
     points = search.fitting.forward.points
-    after = search.base.receptance if named is None else named.fitted.answer.receptance
+    further = search.fitting.correction
+    before = search.base.receptance + further
+    after = before if named is None else named.fitted.answer.receptance + further
     out: dict[str, Array | ComplexArray] = {}
     for i in np.unique(points.record).tolist():
         rows = points.record == i
         out[f"frequency_{i}"] = points.frequency[rows]
         out[f"measured_{i}"] = points.measured[rows]
-        out[f"before_{i}"] = search.base.receptance[rows]
+        out[f"before_{i}"] = before[rows]
         out[f"after_{i}"] = after[rows]
         out[f"deviation_{i}"] = points.deviation[rows]
     return out
