@@ -101,7 +101,7 @@ def among(row: Row) -> bool:
 
 
 def kind(row: Row) -> bool:
-    """The right connection in first place, and what changed there chosen or a rival: its own parameters, or the force."""
+    """The right connection is chosen; what changed there (its own parameters, or a force) is chosen or a rival."""
     truth = row["what"] if row["what"] in HIDDEN else "refit"
     here = [family for place, family in row["rivals"] if place == row["place"]]
     return first(row) and truth in (row["family"], *here)
