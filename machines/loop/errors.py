@@ -1,4 +1,4 @@
-"""Errors of measured FRFs before and after, in the words of the report."""
+"""Errors of measured FRFs before and after."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ import numpy as np
 
 from jointlib.arrays import ComplexArray
 
-from .fit import Fitted, Fitting
-from .forward import Forward
+from ..machine import Machine
+from .fit import Fitting
 from .judge import Judged
 from .records import LevelFRF
+from .setting import Setting
 
 
 def relative(fitting: Fitting, residual: ComplexArray) -> float:
-    """rms of the residual over rms of the measured FRF, by the levels' own sizes."""
-    points = fitting.forward.points
-    error = np.abs(residual * fitting.sigma) ** 2
-    return float(np.sqrt(np.sum(error) / np.sum(np.abs(points.measured) ** 2)))
+    """rms of the residual over rms of the measured FRFs."""
+    error = np.sum(np.abs(residual * fitting.sigma) ** 2)
+    return float(np.sqrt(error / np.sum(np.abs(fitting.forward.points.measured) ** 2)))
 
 
 def per_record(fitting: Fitting, residual: ComplexArray, frfs: Sequence[LevelFRF]) -> list[dict[str, Any]]:
@@ -30,50 +30,66 @@ def per_record(fitting: Fitting, residual: ComplexArray, frfs: Sequence[LevelFRF
         rows = points.record == i
         if not np.any(rows):
             continue
-        error = np.sqrt(np.sum(np.abs(residual[rows] * fitting.sigma[rows]) ** 2))
-        size = np.sqrt(np.sum(np.abs(points.measured[rows]) ** 2))
+        error = np.sum(np.abs(residual[rows] * fitting.sigma[rows]) ** 2)
         out.append(
             {
                 "name": frf.name,
                 "force": frf.force,
-                "relative": float(error / size),
+                "relative": float(np.sqrt(error / np.sum(np.abs(points.measured[rows]) ** 2))),
                 "chi2": float(np.mean(np.abs(residual[rows]) ** 2)),
             }
         )
     return out
 
 
+def harmonics_of(mended: Machine, search: Fitting, frfs: Sequence[LevelFRF], rows: int) -> ComplexArray:
+    """By how much the residual moves as further harmonics are those of the mended machine; 0 where that is unknown."""
+    own = Setting.of(mended, frfs)
+    if len(own.rows) != rows:
+        return np.zeros(rows, dtype=complex)
+    return np.asarray((search.correction - own.fitting.correction) / search.sigma)
+
+
 def errors(
     fitting: Fitting,
-    residual: ComplexArray,
+    inside: ComplexArray,
+    heldout: ComplexArray,
     frfs: Sequence[LevelFRF],
-    judged: Judged | None,
-    sealed: tuple[Fitting, ComplexArray, Sequence[LevelFRF]] | None,
+    sealed: tuple[Setting, Sequence[LevelFRF]] | None,
 ) -> dict[str, Any]:
-    """relative, in_sample, where, chi2 and per_record; sealed records decide, else left-out levels, else blocks.
+    """relative, in_sample, heldout, where, chi2 and per_record.
 
-    Without a fit (``judged`` is None) nothing was adjusted to any record, so every error is one on what was left out.
+    Sealed records decide; without any, left-out levels, or left-out lines where there is one level.
     """
-    inside = relative(fitting, residual)
+    where = "levels left out" if len({f.force for f in frfs}) > 1 else "lines left out"
+    bench, counted, records = fitting, heldout, frfs
     if sealed is not None:
-        where, bench, counted, records = "sealed", sealed[0], sealed[1], sealed[2]
-    else:
-        levels = len({f.force for f in frfs}) > 1
-        where = "levels left out" if levels else "lines left out"
-        bench, counted, records = fitting, residual if judged is None else judged.heldout(), frfs
+        where, bench, counted, records = "sealed", sealed[0].fitting, sealed[0].residual, sealed[1]
     return {
         "relative": relative(bench, counted),
-        "in_sample": inside,
-        "heldout": relative(fitting, residual if judged is None else judged.heldout()),
+        "in_sample": relative(fitting, inside),
+        "heldout": relative(fitting, heldout),
         "where": where,
         "chi2": float(np.mean(np.abs(counted) ** 2)),
         "per_record": per_record(bench, counted, records),
     }
 
 
-def on_sealed(machine_forward: Forward, fitted: Fitted | None, residual_of: Fitting) -> ComplexArray:
-    """Residual on sealed records, of the fit or of the machine as it is."""
-    if fitted is None:
-        everything = tuple(range(len(machine_forward.standing)))
-        return residual_of.residual(machine_forward.answer(machine_forward.machine.joints(), everything))
-    return residual_of.residual(residual_of.answer(fitted.hypothesis, fitted.u))
+def before_and_after(
+    machine: Machine,
+    mended: Machine,
+    fitting: Fitting,
+    residual: ComplexArray,
+    named: Judged | None,
+    training: Sequence[LevelFRF],
+    sealed: Sequence[LevelFRF],
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Errors of the machine as it came in and as it is mended; nothing was fitted for the first."""
+    opened = (Setting.of(machine, sealed), sealed) if sealed else None
+    before = errors(fitting, residual, residual, training, opened)
+    if named is None:
+        return before, before
+    moved = harmonics_of(mended, fitting, training, len(residual))
+    opened = (Setting.of(mended, sealed), sealed) if sealed else None
+    inside, heldout = named.fitted.residual + moved, named.heldout() + moved
+    return before, errors(fitting, inside, heldout, training, opened)

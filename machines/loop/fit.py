@@ -68,6 +68,8 @@ class Fitting:
 
     forward: Forward
     sigma: Array
+    correction: ComplexArray
+    """m/N: what further harmonics add to the answer of describing functions, as the machine came in."""
     near: dict[str, ComplexArray] = field(default_factory=dict)
     """Motions of all joints that the records imply if all but one place is right, by that place."""
 
@@ -95,14 +97,15 @@ class Fitting:
 
     def residual(self, answer: Answer) -> ComplexArray:
         """(measured − model)/deviation; where no solution was found the model counts as zero."""
-        H = np.where(answer.fine, answer.receptance, 0.0)
+        H = np.where(answer.fine, answer.receptance + self.correction, 0.0)
         return np.asarray((self.forward.points.measured - H) / self.sigma)
 
     def _blunt(self, answer: Answer) -> tuple[ComplexArray, ComplexArray]:
         """ln(measured/model) over its deviation, and its factor on slopes of the model."""
         measured = self.forward.points.measured
         size = np.abs(measured)
-        H = np.where(answer.fine & (answer.receptance != 0), answer.receptance, measured * np.exp(_LOST))
+        H = answer.receptance + self.correction
+        H = np.where(answer.fine & (H != 0), H, measured * np.exp(_LOST))
         weight = 1 / np.sqrt((self.sigma / size) ** 2 + _BLUNT**2)
         return np.log(measured / H) * weight, np.where(answer.fine, -weight / H, 0.0)
 

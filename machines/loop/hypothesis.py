@@ -123,11 +123,13 @@ class Hypothesis:
         return out
 
 
-def own_coordinates(machine: Machine, place: Place) -> tuple[tuple[Coordinate, tuple[str, ...]], ...]:
+def own_coordinates(
+    machine: Machine, place: Place, within: bool = False
+) -> tuple[tuple[Coordinate, tuple[str, ...]], ...]:
     """A factor for every parameter of the place's joints that a refit may move.
 
     Rows of a bundle share factors; entries of a list share one, those of a table two: one for the terms of the
-    velocity and one for the others.
+    velocity and one for the others. ``within`` holds them by the standard errors they were identified with.
     """
     groups: dict[str, list[str]] = {}
     for row in place.rows:
@@ -146,13 +148,18 @@ def own_coordinates(machine: Machine, place: Place) -> tuple[tuple[Coordinate, t
             group = groups.setdefault(f"{base} of the velocity" if odd else base, [])
             if name not in group:
                 group.append(name)
-    parameters = machine.joints()[place.rows[0]].parameters
-    return tuple(
-        (Coordinate(key, parameters.get(names[0], 1.0), prior=WEAK, low=-4.0, high=4.0), tuple(names))
-        for key, names in groups.items()
-    )
+    joint = machine.joints()[place.rows[0]]
+
+    def coordinate(key: str, name: str) -> Coordinate:
+        value, prior = joint.parameters.get(name, 1.0), WEAK
+        error = joint.covariance.standard_error(name) if within and joint.covariance is not None else 0.0
+        if error > 0:
+            prior = min(WEAK, error / abs(value))
+        return Coordinate(key, value, prior=prior, low=-4.0, high=4.0)
+
+    return tuple((coordinate(key, names[0]), tuple(names)) for key, names in groups.items())
 
 
-def refit(machine: Machine, place: Place) -> Hypothesis:
+def refit(machine: Machine, place: Place, within: bool = False) -> Hypothesis:
     """The joint's own parameters, no further law."""
-    return Hypothesis(place, "refit", "", own_coordinates(machine, place), machine=machine)
+    return Hypothesis(place, "refit", "", own_coordinates(machine, place, within), machine=machine)

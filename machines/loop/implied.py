@@ -61,7 +61,7 @@ class Implied:
             # Held at the gains of their own motions, the other joints are as linear as the rest.
             M = couple(H, np.eye(m + 1)[o], gains(others, np.abs(at), view.omega)[0]) if o else H
             Hop, Hpp = M[:, m, p], M[:, p, p]
-            g = points.force * (M[:, m, m] - points.measured) / np.where(Hop == 0, np.nan, Hop)
+            g = points.force * (M[:, m, m] - points.measured + fitting.correction) / np.where(Hop == 0, np.nan, Hop)
             z = M[:, p, m] * points.force - Hpp * g
             at = np.where(np.isfinite(g)[:, None], M[:, o, m] * points.force[:, None] - M[:, o, p] * g[:, None], at)
         weight = np.abs(Hop) / (points.force * fitting.sigma * np.maximum(np.abs(1 + Hpp * g / z), 1e-12))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from importlib.metadata import version
+from typing import Any
 
 import numpy as np
 
@@ -48,22 +49,42 @@ def shifts_of(fitted: Fitted) -> dict[str, float]:
     return out
 
 
-def mended(machine: Machine, fitted: Fitted, inflate: float, records: Sequence[LevelFRF]) -> Machine:
+def mended(
+    machine: Machine,
+    fitted: Fitted,
+    inflate: float,
+    records: Sequence[LevelFRF],
+    sealed: Sequence[LevelFRF] = (),
+) -> Machine:
     """The machine with the fitted joints, their covariance and where it comes from."""
     joints = list(fitted.hypothesis.joints(fitted.u, exact=True))
-    used = {r.name: r.sha256 for r in records if not r.sealed}
+    used = [seal(r) for r in records]
     made: dict[int, Joint] = {}
     for row in fitted.hypothesis.place.rows:
         joint = joints[row]
         if id(joint) not in made:
-            traced = {"traced": used, "version": version("jointlib"), "family": fitted.hypothesis.family}
-            made[id(joint)] = replace(
-                joint,
-                covariance=_covariance(fitted, row, inflate),
-                provenance={**machine.joints()[row].provenance, **traced},
-            )
+            before = machine.joints()[row].provenance
+            provenance: dict[str, Any] = {**before, "traced": used, "version": version("jointlib")}
+            if sealed:
+                provenance["seal_opened"] = [*before.get("seal_opened", []), *(seal(r) for r in sealed)]
+            made[id(joint)] = replace(joint, covariance=_covariance(fitted, row, inflate), provenance=provenance)
         joints[row] = made[id(joint)]
     return with_joints(machine, joints)
+
+
+def seal(record: LevelFRF) -> str:
+    """A record as joints remember it."""
+    return f"{record.name} sha256:{record.sha256}"
+
+
+def spent(machine: Machine, frfs: Sequence[LevelFRF]) -> tuple[str, ...]:
+    """A sentence for every sealed record that an earlier trace of a joint of this machine has opened."""
+    known = {s for joint in machine.joints() for s in joint.provenance.get("seal_opened", [])}
+    return tuple(
+        f"The seal of {r.name} was opened in an earlier trace; it is spent."
+        for r in frfs
+        if r.sealed and seal(r) in known
+    )
 
 
 def _covariance(fitted: Fitted, row: int, inflate: float) -> Covariance:

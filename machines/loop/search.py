@@ -23,6 +23,10 @@ _HOPELESS = 4.0
 _FEW = 3
 """Effects that every place gets a fit of; the others only where these come near the best of all."""
 _QUICK = 8
+_SPEAKS = 10.0
+"""Loss by which records must contradict the covariance of a joint."""
+_JUDGED = 12
+"""Effects that are held out, the best by their loss; refits always are."""
 _CHANGES = (-0.3, -0.1, -0.03, 0.03, 0.1, 0.35)
 """Share of the stiffness to begin at."""
 _NEAR = 4.0
@@ -75,7 +79,13 @@ class Search:
         starts = self._by_stiffness(hypothesis)
         if implied is not None:
             starts += [u for _, u in implied.tried(hypothesis, 0, [()])]
-        return self.fitting.fit(hypothesis, starts)
+        free = self.fitting.fit(hypothesis, starts)
+        if all(self.machine.joints()[row].covariance is None for row in place.rows):
+            return free
+        # What the joint was identified with holds as long as the records do not speak against it.
+        within = refit(self.machine, place, within=True)
+        held = self.fitting.fit(within, [np.zeros(len(free.u)), free.u], blunt=False)
+        return held if held.loss + held.penalty < free.loss + free.penalty + _SPEAKS else free
 
     def _by_stiffness(self, hypothesis: Hypothesis) -> list[Array]:
         """Starts in which one coordinate gives the place a range of stiffnesses."""
@@ -156,7 +166,8 @@ class Search:
             found = self.fitting.descend(begun.hypothesis, begun.u, begun.answer, _HOPELESS * best)
             out.append(found)
             best, reach[name] = min(best, found.loss), min(reach[name], found.loss)
-        return out, pointing
+        effects = sorted(out[len(refits) :], key=lambda f: f.loss)[:_JUDGED]
+        return [*out[: len(refits)], *effects], pointing
 
     def at_floor(self, loss: float) -> bool:
         """Whether nothing but noise is left."""

@@ -11,28 +11,25 @@ import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
-from jointlib.loop.report import Status, Verdict
+from jointlib.loop.report import Verdict
 from jointlib.measurement import Measurement
 
 from ..machine import Machine
-from .errors import errors, on_sealed
+from .errors import before_and_after
 from .families import EFFECTS
-from .fit import Fitting, Fold
-from .forward import Forward
+from .fit import Fold
 from .judge import Judged, Judgement, block_folds, excess, judge, judged, level_folds
-from .mended import mended, parameters_of, shifts_of
+from .mended import mended, parameters_of, shifts_of, spent
 from .places import places_of
-from .quick import quick
 from .records import LevelFRF, read_frfs, said_of
 from .report import MachineCandidate, MachineRival, MachineTrace
 from .search import Search
-from .separate import separation
-from .truncated import allowance
+from .separate import Separation, separation
+from .setting import Setting
 from .words import NOT_DECIDABLE, sentence
 
 _BLOCKS = 4
 _WIDTH = 8
-_CAP = 2.0
 
 
 def trace_machine(measurement: Measurement, machine: Machine, *, seed: int = 0) -> MachineTrace:
@@ -61,7 +58,9 @@ def trace_frfs(frfs: Sequence[LevelFRF], machine: Machine, *, seed: int = 0) -> 
     places = places_of(machine)
     if not places:
         raise InputError(f"{machine.where}: no connection carries a joint, expected at least one")
-    search, floor, warnings = _laid_out(training, machine, places)
+    setting = Setting.of(machine, training)
+    search = Search(machine, places, setting.fitting, setting.base, setting.residual)
+    floor, warnings = _floor(setting, training)
     found, pointing = search.run()
     fitting = search.fitting
     points = fitting.forward.points
@@ -73,18 +72,24 @@ def trace_frfs(frfs: Sequence[LevelFRF], machine: Machine, *, seed: int = 0) -> 
     candidates = _candidates(judgement, before)
     rivals = _rivals(search, judgement, named)
     sealed = tuple(r for r in frfs if r.sealed)
-    error_before, error_after = _errors(search, training, sealed, named)
+    vetoed = False
+    made = machine if named is None else mended(machine, named.fitted, named.chi2, training, sealed)
+    error_before, error_after = before_and_after(machine, made, fitting, search.residual, named, training, sealed)
+    if named is not None and sealed and error_after["relative"] >= error_before["relative"]:
+        # The sealed record may veto: what does not hold there is no name.
+        judgement = replace(judgement, verdict=Verdict.UNEXPLAINED, rivals=())
+        made, named, rivals, error_after = machine, None, (), error_before
+        candidates, vetoed = _candidates(judgement, before), True
     chosen = candidates[0] if judgement.chosen is not None else None
-    inflate = 1.0 if named is None else named.chi2
     shares = {
         name: {kind: _share(search, fit.loss, before) for kind, fit in of_place.items()}
         for name, of_place in pointing.items()
     }
     return MachineTrace(
         judgement.verdict,
-        sentence(judgement.verdict, chosen, rivals, error_before, error_after, judgement.explained),
+        sentence(judgement.verdict, chosen, rivals, error_before, error_after, judgement.explained, vetoed),
         machine,
-        machine if named is None else mended(machine, named.fitted, inflate, training),
+        made,
         None if named is None else named.place,
         chosen if named is not None else None,
         candidates,
@@ -93,8 +98,8 @@ def trace_frfs(frfs: Sequence[LevelFRF], machine: Machine, *, seed: int = 0) -> 
         error_before,
         error_after,
         floor,
-        (*said_of(frfs), *warnings),
-        _next(judgement, rivals, candidates),
+        (*said_of(frfs), *spent(machine, frfs), *warnings),
+        _next(search, judgement, rivals),
         NOT_DECIDABLE,
         {"seed": seed, "version": version("jointlib")},
         tuple(frfs),
@@ -102,37 +107,19 @@ def trace_frfs(frfs: Sequence[LevelFRF], machine: Machine, *, seed: int = 0) -> 
     )
 
 
-def _laid_out(
-    training: Sequence[LevelFRF], machine: Machine, places: Any
-) -> tuple[Search, dict[str, Any], tuple[str, ...]]:
-    """Forward model, floor and residual of the machine as it is."""
-    forward = Forward.of(machine, training)
-    everything = tuple(range(len(machine.flexible)))
-    held: dict[int, Any] = {}
-    joints = [held.setdefault(id(j), quick(j)) for j in machine.joints()]
-    base = forward.answer(joints, everything, ramp=True)
-    if not np.any(base.fine):
-        raise InputError(f"{machine.where}: no response is found at the measured lines and forces")
-    cap = _CAP * np.max(np.abs(base.z[base.fine]), axis=0)
-    forward = forward.with_caps(np.where(cap > 0, cap, np.inf))
-    extra = allowance(forward, machine, base)
-    fine = base.fine & np.isfinite(forward.points.measured) & (forward.points.deviation > 0)
-    warnings = []
-    if not np.all(fine):
-        warnings.append(f"{int(np.sum(~fine))} lines are left out: the machine's response is not found there.")
-    sigma = np.sqrt(forward.points.deviation**2 + extra**2)
-    rows = np.flatnonzero(fine)
-    forward = forward.on(rows)
-    fitting = Fitting(forward, sigma[rows])
-    base = replace(base, z=base.z[rows], receptance=base.receptance[rows], fine=base.fine[rows])
+def _floor(setting: Setting, training: Sequence[LevelFRF]) -> tuple[dict[str, Any], tuple[str, ...]]:
+    """The noise as shares of the measured FRFs, and what is to be said of lines without an answer."""
+    points = setting.fitting.forward.points
+    lost = setting.lines - len(points)
     floor = {
-        "relative": _rms(forward.points.deviation) / _rms(forward.points.measured),
-        "with_truncation": _rms(sigma[rows]) / _rms(forward.points.measured),
+        "relative": _rms(points.deviation) / _rms(points.measured),
+        "with_truncation": _rms(setting.fitting.sigma) / _rms(points.measured),
         "source": sorted({r.deviation_from for r in training}),
-        "lines": len(rows),
-        "left_out": int(np.sum(~fine)),
+        "lines": len(points),
+        "left_out": lost,
     }
-    return Search(machine, places, fitting, base, fitting.residual(base)), floor, tuple(warnings)
+    said = (f"{lost} lines are left out: the machine's response is not found there.",) if lost else ()
+    return floor, said
 
 
 def _rms(x: Array | ComplexArray) -> float:
@@ -172,14 +159,9 @@ def _candidates(judgement: Judgement, before: float) -> tuple[MachineCandidate, 
 def _rivals(search: Search, judgement: Judgement, named: Judged | None) -> tuple[MachineRival, ...]:
     if named is None:
         return ()
-    forward, sigma = search.fitting.forward, search.fitting.sigma
     out = []
     for j in judgement.rivals:
-        moving = tuple(
-            sorted({*forward.nonlinear, *named.fitted.hypothesis.place.rows, *j.fitted.hypothesis.place.rows})
-        )
-        one, other = (k.fitted.hypothesis.joints(k.fitted.u) for k in (named, j))
-        far = separation(forward, sigma, one, other, moving)
+        far = _apart(search, named, j)
         out.append(
             MachineRival(
                 j.place,
@@ -193,46 +175,40 @@ def _rivals(search: Search, judgement: Judgement, named: Judged | None) -> tuple
     return tuple(out)
 
 
-def _errors(
-    search: Search, training: Sequence[LevelFRF], sealed: Sequence[LevelFRF], named: Judged | None
-) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Before and after."""
-    fitting = search.fitting
-    opened = None
-    if sealed:
-        forward = Forward.of(search.machine, sealed).with_caps(np.asarray(fitting.forward.cap))
-        bench = Fitting(forward, forward.points.deviation)
-        opened = bench
-    out = []
-    for j in (None, named):
-        residual = search.residual if j is None else j.fitted.residual
-        seal = None
-        if opened is not None:
-            seal = (opened, on_sealed(opened.forward, None if j is None else j.fitted, opened), sealed)
-        out.append(errors(fitting, residual, training, j, seal))
-    return out[0], out[1]
+def _apart(search: Search, one: Judged, other: Judged) -> Separation | None:
+    """The measurement that separates two explanations best."""
+    forward, both = search.fitting.forward, (one.fitted, other.fitted)
+    moving = tuple(sorted({*forward.nonlinear, *(row for f in both for row in f.hypothesis.place.rows)}))
+    first, second = (f.hypothesis.joints(f.u) for f in both)
+    return separation(forward, search.fitting.sigma, first, second, moving)
 
 
-def _next(judgement: Judgement, rivals: Sequence[MachineRival], candidates: Sequence[MachineCandidate]) -> str:
+def _next(search: Search, judgement: Judgement, rivals: Sequence[MachineRival]) -> str:
     if rivals:
         return rivals[0].separating_experiment
     if judgement.verdict is Verdict.NOTHING_MISSING:
         return "None needed at these levels; a higher level would show what these do not reach."
     if judgement.verdict is Verdict.IDENTIFIED:
         return "Confirm on a new record at another level."
-    near = next((c.place for c in candidates if c.status is not Status.UNPHYSICAL), "")
-    return f"Measure across {near}, or excite nearer to it: the records hold more than one joint explains."
+    near = [j for j, *_ in judgement.ordered]
+    other = next((j for j in near if j.place != near[0].place), None)
+    far = None if other is None else _apart(search, near[0], other)
+    if other is None or far is None:
+        return f"Measure across {near[0].place}, or excite nearer to it: the records hold more than it explains."
+    return f"Between {near[0].place} and {other.place}, which come nearest: {far.words}"
 
 
 def _plots(search: Search, named: Judged | None) -> dict[str, Array | ComplexArray]:
     points = search.fitting.forward.points
-    after = search.base.receptance if named is None else named.fitted.answer.receptance
+    further = search.fitting.correction
+    before = search.base.receptance + further
+    after = before if named is None else named.fitted.answer.receptance + further
     out: dict[str, Array | ComplexArray] = {}
     for i in np.unique(points.record).tolist():
         rows = points.record == i
         out[f"frequency_{i}"] = points.frequency[rows]
         out[f"measured_{i}"] = points.measured[rows]
-        out[f"before_{i}"] = search.base.receptance[rows]
+        out[f"before_{i}"] = before[rows]
         out[f"after_{i}"] = after[rows]
         out[f"deviation_{i}"] = points.deviation[rows]
     return out

@@ -57,6 +57,7 @@ def sentence(
     before: Mapping[str, Any],
     after: Mapping[str, Any],
     explained: float | None,
+    vetoed: bool = False,
 ) -> str:
     """What was found, with its numbers."""
     where = _WHERE[before["where"]]
@@ -67,6 +68,7 @@ def sentence(
         )
     if chosen is None or verdict is Verdict.UNEXPLAINED:
         near = f" The nearest, {chosen.place}, explains {explained or 0:.0%}." if chosen is not None else ""
+        near += " It does not hold on the sealed record and is withdrawn." if vetoed else ""
         return (
             f"Something is missing that no single joint of the machine explains: {where} the FRFs differ from the "
             f"machine's by {before['relative']:.2%}, chi-square {before['chi2']:.2f}.{near}"

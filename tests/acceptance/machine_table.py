@@ -15,6 +15,7 @@ for threads in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 
 import argparse  # noqa: E402
 import json  # noqa: E402
+import re  # noqa: E402
 import sys  # noqa: E402
 import tempfile  # noqa: E402
 import time  # noqa: E402
@@ -24,7 +25,8 @@ from dataclasses import dataclass  # noqa: E402
 from pathlib import Path  # noqa: E402
 from typing import Any  # noqa: E402
 
-from machine_records import draw, measure, write  # noqa: E402
+from machine_forces import HIDDEN  # noqa: E402
+from machine_records import DECIBEL, draw, measure, write  # noqa: E402
 from machine_steps import NoMotion  # noqa: E402
 from summary import MACHINES, split  # noqa: E402
 
@@ -35,18 +37,24 @@ from machines.loop.trace import trace_machine  # noqa: E402
 Row = dict[str, Any]
 
 
-def simulated(seed: int, altered: bool, folder: Path) -> Row:
+def name_of(seed: int, altered: bool, decibel: float = DECIBEL) -> str:
+    """How a case is called; at 40 dB without its noise."""
+    kind = "altered" if altered else "null"
+    return f"{kind}/{seed}" if decibel == DECIBEL else f"{kind}-{decibel:g}dB/{seed}"
+
+
+def simulated(seed: int, altered: bool, folder: Path, decibel: float = DECIBEL) -> Row:
     """The files of a case in a folder, integrated now if they are not there yet, and the truth about it."""
     truth = folder / "truth.json"
     if truth.exists():
         return dict(json.loads(truth.read_text()))
     begun = time.process_time()
     case = draw(seed, altered)
-    row: Row = {"name": f"{'altered' if altered else 'null'}/{seed}", "seed": seed, "place": case.place}
+    row: Row = {"name": name_of(seed, altered, decibel), "seed": seed, "place": case.place}
     row |= {"what": case.what, "size": case.size, "change": case.change}
     row["joints"] = {j.name: j.kind for j in case.declared.joints}
     try:
-        records = measure(case)
+        records = measure(case, decibel)
     except NoMotion as error:
         row |= {"verdict": "none", "error": str(error)}
     else:
@@ -57,12 +65,12 @@ def simulated(seed: int, altered: bool, folder: Path) -> Row:
     return row
 
 
-def run(seed: int, altered: bool, folder: Path | None = None) -> Row:
+def run(seed: int, altered: bool, folder: Path | None = None, decibel: float = DECIBEL) -> Row:
     """Integrate a case, write it, read it, trace it."""
     if folder is None:
         with tempfile.TemporaryDirectory() as passing:
-            return run(seed, altered, Path(passing))
-    row = simulated(seed, altered, folder)
+            return run(seed, altered, Path(passing), decibel)
+    row = simulated(seed, altered, folder, decibel)
     if row.get("verdict") == "none":
         return row
     begun = time.process_time()
@@ -92,6 +100,13 @@ def among(row: Row) -> bool:
     return first(row) or (bool(row.get("named")) and row["place"] in [place for place, _ in row["rivals"]])
 
 
+def kind(row: Row) -> bool:
+    """The right connection is chosen; what changed there (its own parameters, or a force) is chosen or a rival."""
+    truth = row["what"] if row["what"] in HIDDEN else "refit"
+    here = [family for place, family in row["rivals"] if place == row["place"]]
+    return first(row) and truth in (row["family"], *here)
+
+
 @dataclass(frozen=True)
 class Figure:
     """A demanded figure and what was reached."""
@@ -99,8 +114,20 @@ class Figure:
     demand: str
     runs: int
     share: float
-    least: float | None
-    most: float | None
+    least: float | None = None
+    most: float | None = None
+
+    @classmethod
+    def of(
+        cls,
+        demand: str,
+        rows: Sequence[Row],
+        test: Callable[[Row], bool],
+        least: float | None = None,
+        most: float | None = None,
+    ) -> Figure:
+        """The share of the rows that pass a test."""
+        return cls(demand, len(rows), sum(map(test, rows)) / len(rows) if rows else float("nan"), least, most)
 
     @property
     def met(self) -> bool:
@@ -110,25 +137,29 @@ class Figure:
 def figures(rows: Iterable[Row]) -> list[Figure]:
     """The demands on machines; cases without a steady motion are none."""
     kept = [r for r in rows if r["verdict"] != "none"]
-    altered = [r for r in kept if r["name"].startswith("altered")]
-    null = [r for r in kept if r["name"].startswith("null")]
+    altered = [r for r in kept if r["name"].startswith("altered/")]
+    null = [r for r in kept if r["name"].startswith("null/")]
     alone = [r for r in altered if r["verdict"] == "identified"]
-
-    def share(of: Sequence[Row], test: Callable[[Row], bool]) -> float:
-        return sum(map(test, of)) / len(of) if of else float("nan")
-
-    return [
-        Figure(
-            "one joint altered: the right connection among those named", len(altered), share(altered, among), 0.95, None
-        ),
-        Figure(
-            "one joint altered: the right connection in first place", len(altered), share(altered, first), 0.9, None
-        ),
-        Figure("`identified`: the right connection", len(alone), share(alone, first), None, None),
-        Figure(
-            "nothing altered: a connection named", len(null), share(null, lambda r: bool(r.get("named"))), None, 0.02
-        ),
+    out = [
+        Figure.of("one joint altered: the right connection among those named", altered, among, least=0.95),
+        Figure.of("one joint altered: the right connection in first place", altered, first, least=0.9),
+        Figure.of("the same, and what changed in it chosen or a rival", altered, kind),
+        Figure.of("`identified`: the right connection", alone, first),
+        Figure.of("nothing altered: a connection named", null, lambda r: bool(r.get("named")), most=0.02),
     ]
+    for decibel in sorted({_louder(r) for r in kept} - {0}, reverse=True):
+        there = [r for r in kept if _louder(r) == decibel]
+        out.append(Figure.of(f"noise at {decibel} dB: the right connection among those named", there, among))
+        out.append(Figure.of(f"noise at {decibel} dB: the right connection in first place", there, first))
+        wrong = "another connection named, the right one not among its rivals"
+        out.append(Figure.of(f"noise at {decibel} dB: {wrong}", there, lambda r: bool(r.get("named")) and not among(r)))
+    return out
+
+
+def _louder(row: Row) -> int:
+    """Decibels of an altered case with more noise than demanded, else 0."""
+    found = re.match(r"altered-(\d+)dB/", row["name"])
+    return int(found[1]) if found else 0
 
 
 _TEXT = """
@@ -152,7 +183,7 @@ def summary(rows: Sequence[Row]) -> str:
             f"≥ {100 * f.least:.0f} %" if f.least is not None else "–" if f.most is None else f"≤ {100 * f.most:.0f} %"
         )
         out.append(f"| {f.demand} | {f.runs} | {wanted} | {100 * f.share:.1f} %{'' if f.met else ' **missed**'} |")
-    altered = [r for r in rows if r["name"].startswith("altered") and r["verdict"] != "none"]
+    altered = [r for r in rows if r["name"].startswith("altered/") and r["verdict"] != "none"]
     out += [
         "",
         "| altered | runs | right, alone | right, rivals | right place a rival | else |",
@@ -197,20 +228,18 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--summary", type=Path, help="print the tables of a result file")
     parser.add_argument("--page", type=Path, help="write them into a page, too")
     parser.add_argument("--cases", type=Path, help="folder that keeps the simulated files")
-    parser.add_argument("--only-simulate", action="store_true")
+    parser.add_argument("--decibel", type=float, default=DECIBEL)
     given = parser.parse_args(arguments)
     both = [(s, True) for s in range(*given.altered)] + [(s, False) for s in range(*given.null)]
     wanted = sorted(both, key=lambda case: case[0])
     done = {r["name"] for r in read(given.out)} if given.out else set()
     for seed, altered in wanted:
-        name = f"{'altered' if altered else 'null'}/{seed}"
+        name = name_of(seed, altered, given.decibel)
         folder = None if given.cases is None else given.cases / name
         if folder is not None:
             folder.mkdir(parents=True, exist_ok=True)
-        if given.only_simulate and folder is not None:
-            print(name, simulated(seed, altered, folder), flush=True)
-        elif name not in done:
-            row = run(seed, altered, folder)
+        if name not in done:
+            row = run(seed, altered, folder, given.decibel)
             print(line(row), flush=True)
             if given.out:
                 with given.out.open("a") as file:
