@@ -3,6 +3,7 @@
 from .chart import LobeBranch, StabilityLobes
 from .cutting import Cutting
 from .solve import METHODS, stability_lobes
+from .tool_model import ToolModel
 from .tool_point import Receptance, ToolPoint, tool_point
 from .turning import minimum_depth_of_mode, notch_delays
 
@@ -12,6 +13,7 @@ __all__ = [
     "LobeBranch",
     "Receptance",
     "StabilityLobes",
+    "ToolModel",
     "ToolPoint",
     "minimum_depth_of_mode",
     "notch_delays",
