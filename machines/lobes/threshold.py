@@ -160,10 +160,10 @@ def amplitude_limits(
 ) -> AmplitudeLimits:
     """b_lim(speed, A) over a grid of tool-point amplitudes.
 
-    All amplitudes are computed by one method, that of the onset unless ``method`` says otherwise, with the joints frozen
-    at the gains they have at each amplitude (see `lobes_at_amplitude`). In turning with a ``feed`` the cut is nonlinear,
-    too: 1 + b·K_s·(N(r)/q)·(1 − e^(−jωτ))·G(ω; A) = 0, with r the amplitude of the chip in units of the feed and q its
-    exponent; past r = 1 the tool leaves the cut.
+    All amplitudes are computed by one method, that of the onset unless ``method`` says otherwise, with the joints
+    frozen at the gains they have at each amplitude (see `lobes_at_amplitude`). In turning with a ``feed`` the cut is
+    nonlinear, too: 1 + b·K_s·(N(r)/q)·(1 − e^(−jωτ))·G(ω; A) = 0, with r the amplitude of the chip in units of the feed
+    and q its exponent; past r = 1 the tool leaves the cut.
 
     Parameters
     ----------
