@@ -129,7 +129,9 @@ def _identify(section: Section) -> Identify:
 def _cutting(section: Section) -> dict[str, Any]:
     for key, reason in _NOT_COVERED.items():
         if section.has(key):
-            raise InputError(f"{section.where}: {key} is not covered, {reason}; leave it out to get the lobes without it")
+            raise InputError(
+                f"{section.where}: {key} is not covered, {reason}; leave it out to get the lobes without it"
+            )
     fields: dict[str, Any] = {"process": section.text("process")}
     if section.has("teeth"):
         fields["teeth"] = section.integer("teeth", lower=1)

@@ -10,19 +10,26 @@ import click
 import numpy as np
 
 from jointlib.cli.arguments import Quantity, Target, Verb, input_file, json_option
+from jointlib.cli.lobes_over_amplitude import bands, grown, over_amplitude, witnessed
 from jointlib.cli.output import emit, table, working, wrote
 from jointlib.errors import InputError
 
 
 @click.command("lobes", cls=Verb)
 @input_file("machine")
-@click.option("--method", help="turning or zero-order; default: what suits the process.")
+@click.option(
+    "--method",
+    help="turning; for milling multi-frequency, collocation or zero-order (a preview); default: what suits.",
+)
 @click.option(
     "--amplitude", type=Quantity("m", lower=0), multiple=True, help="Tool-point amplitude; default: vanishing."
 )
-@click.option("--speed", type=Quantity("rpm"), multiple=True, help="Spindle speed; default: 400 over the file's range.")
+@click.option("--speed", type=Quantity("rpm"), multiple=True, help="Spindle speed; default: 200 over the file's range.")
 @click.option(
-    "--depth", type=Quantity("m", lower=0), multiple=True, help="Not in this version: needs the collocation method."
+    "--depth",
+    type=Quantity("m", lower=0),
+    multiple=True,
+    help="Depths of cut; with --speed: by what a vibration grows.",
 )
 @click.option("--witness", is_flag=True, help="Simulate the cut in time at --speed and --depth.")
 @click.option(
@@ -43,6 +50,8 @@ def command(
 ) -> None:
     """Depth of cut at which MACHINE starts to chatter, over spindle speed, with chatter frequency and lobe.
 
+    With depths too, also the largest multiplier |μ| of a vibration from one tooth to the next: below 1 it dies out.
+
     \b
     Example:
       jointlib lobes machines/library/two_mode_tool.toml --speed 6000 9000 12000
@@ -52,39 +61,53 @@ def command(
 
     if witness and not (speed and depth):
         raise InputError("--witness: simulates one point at a time, expected --speed and --depth with it")
-    if depth and not witness:
-        raise InputError("--depth: not in this version, expected --speed alone for the critical depth, or --witness")
+    if depth and not speed:
+        raise InputError("--depth: needs --speed, expected the spindle speeds of these depths")
     model = read_machine(machine)
     speeds = np.array(speed) if speed else default_speeds(model)
     with working("computing lobes"):
         model, remarks = with_joints(model)
         charts = [lobes_at_amplitude(model, speeds, A, method) for A in amplitude or (0.0,)]
-    over_amplitude, told = amplitude_data(model, speed, depth, method) if speed and not amplitude else ({}, [])
-    if witness:
-        over_amplitude["witness"], seen = witnessed(model, speed, depth, amplitude)
-        told += seen
-    if samples:
-        over_amplitude["band"], seen = bands(model, speeds, amplitude, samples)
-        told += seen if speed else []
+        growth, told = grown(model, speeds, depth, amplitude, witness)
     data = chart_data(charts, speeds, amplitude)
-    data |= over_amplitude
+    if growth:
+        data["multiplier"] = growth if amplitude else growth[0]
+    if speed and not amplitude:
+        further, said = over_amplitude(model, speed, depth, method)
+        data |= further
+        told += said
+    if samples:
+        data["band"], said = bands(model, speeds, amplitude, samples)
+        told += said if speed else []
+    if witness:
+        data["witness"], said = witnessed(model, speed, depth, amplitude)
+        told += said
     data["warnings"] = [*remarks, *data["warnings"]]
     lines: list[str] = list(remarks)
-    for A, chart in zip(amplitude or (0.0,), charts, strict=True):
+    for i, (A, chart) in enumerate(zip(amplitude or (0.0,), charts, strict=True)):
         at = f" at a tool-point amplitude of {A * 1e6:g} um" if A else ""
         if np.isfinite(chart.minimum_depth):
             lines.append(
-                f"stable at every speed below {chart.minimum_depth * 1e3:.5g} mm{at} "
+                f"stable at {reach(chart)} below {chart.minimum_depth * 1e3:.5g} mm{at} "
                 f"(chatter at {chart.minimum_frequency:.5g} Hz), {chart.method}"
             )
         else:
             lines.append(f"no chatter at any depth{at} inside the file's frequency range, {chart.method}")
         if speed:
             rows = [
-                (f"{n:g}", f"{b * 1e3:.6g}", f"{f:.6g}", str(k)) if np.isfinite(b) else (f"{n:g}", "unbounded", "", "")
-                for n, b, f, k in zip(speeds, chart.depth, chart.chatter_frequency, chart.lobe, strict=True)
+                (f"{n:g}", f"{b * 1e3:.6g}", f"{f:.6g}", str(kind), str(k))
+                if np.isfinite(b)
+                else (f"{n:g}", "unbounded", "", "", "")
+                for n, b, f, kind, k in zip(
+                    speeds, chart.depth, chart.chatter_frequency, chart.kind, chart.lobe, strict=True
+                )
             ]
-            lines += table(("speed [rpm]", "depth [mm]", "chatter [Hz]", "lobe"), rows)
+            lines += table(("speed [rpm]", "depth [mm]", "chatter [Hz]", "kind", "lobe"), rows)
+        if growth:
+            header = ("speed [rpm]", *(f"|μ| at {w * 1e3:g} mm" for w in depth))
+            lines += table(
+                header, [(f"{n:g}", *(f"{v:.6g}" for v in row)) for n, row in zip(speeds, growth[i], strict=True)]
+            )
         lines += chart.warnings
     lines += told
     if output is not None:
@@ -93,78 +116,19 @@ def command(
     emit(as_json, data, lines)
 
 
-def amplitude_data(
-    model: Any, speed: Sequence[float], depth: Sequence[float], method: str | None
-) -> tuple[dict[str, Any], list[str]]:
-    """Limits over amplitude at the chosen speeds, where something in the machine or its cut depends on it."""
-    from machines.lobes.threshold import amplitude_limits, depends_on_amplitude
-    from machines.lobes.words import told, told_at
-
-    if not depends_on_amplitude(model):
-        return {}, []
-    with working("computing limits over amplitude"):
-        limits = amplitude_limits(model, speed, method=method)
-        said = [sentence for i in range(len(speed)) for sentence in told(limits, i)]
-        said += [told_at(limits, b, i) for i in range(len(speed)) for b in depth]
-        cycles = [[limits.cycles(b, i) for b in depth] for i in range(len(speed))]
-    rows: dict[str, Any] = {
-        "safe_depth": limits.safe,
-        "safe_amplitude": limits.safe_amplitude,
-        "onset_depth": limits.onset,
-        "largest_amplitude": limits.largest,
-    }
-    if depth:
-        rows["cycles"] = [[[vars(c) for c in at] for at in row] for row in cycles]
-    return {"over_amplitude": rows, "told": said}, said
-
-
-def bands(model: Any, speeds: Any, amplitude: Sequence[float], samples: int) -> tuple[dict[str, Any], list[str]]:
-    """Depths at 2.5, 50 and 97.5 % of the samples, [share][speed], or [amplitude][share][speed]."""
-    from machines.lobes.uncertainty import SHARES, lobe_band
-
-    with working(f"computing {samples} samples"):
-        found = [lobe_band(model, speeds, A, samples) for A in amplitude or (0.0,)]
-    depth = [band.quantiles for band in found]
-    said = []
-    for A, values in zip(amplitude or (0.0,), depth, strict=True):
-        at = f" at a tool-point amplitude of {A * 1e6:g} um" if A else ""
-        for n, (low, middle, high) in zip(speeds, values.T * 1e3, strict=True):
-            said.append(
-                f"{n:g} rpm{at}: {low:.4g} to {high:.4g} mm in 95 % of {samples} samples, median {middle:.4g} mm"
-            )
-    clipped = sum(band.clipped for band in found)
-    if clipped:
-        said.append(f"{clipped} sampled parameters lay outside their bounds and were set to them.")
-    return {"share": SHARES, "depth": depth if amplitude else depth[0], "samples": samples, "clipped": clipped}, said
-
-
-def witnessed(
-    model: Any, speed: Sequence[float], depth: Sequence[float], amplitude: Sequence[float]
-) -> tuple[list[list[dict[str, Any]]], list[str]]:
-    """The cut simulated at every speed and depth, [speed][depth], and told."""
-    from machines.lobes.witness import witness
-
-    rows, said = [], []
-    for n in speed:
-        row = []
-        for b in depth:
-            with working(f"simulating {n:g} rpm and {b * 1e3:g} mm"):
-                found = witness(model, n, b, sorted(amplitude) or None)
-            said.append(str(found))
-            names = ("start", "end", "rate", "grows", "lost_contact", "frequency", "duration")
-            row.append({k: getattr(found, k) for k in names} | {"cycles": [vars(c) for c in found.cycles]})
-        rows.append(row)
-    return rows, said
+def reach(chart: Any) -> str:
+    """The speeds that the minimum depth of a chart is of."""
+    return "every speed" if chart.method in ("turning", "zero-order") else "these speeds"
 
 
 def default_speeds(machine: Any) -> Any:
-    """400 speeds over the range of the machine file."""
+    """200 speeds over the range of the machine file."""
     if machine.cutting is None:
         raise InputError(f"{machine.where}: no [cutting], lobes need a cutting operation")
     if machine.cutting.get("speed") is None:
         raise InputError(f"{machine.where}: [cutting] has no speed, expected one or --speed")
     low, high = machine.cutting["speed"]
-    return np.linspace(low, high, 400)
+    return np.linspace(low, high, 200)
 
 
 def chart_data(charts: Sequence[Any], speeds: Any, amplitude: Sequence[float]) -> dict[str, Any]:

@@ -28,8 +28,9 @@ def advice(charts: Sequence[tuple[float, StabilityLobes]]) -> tuple[str, ...]:
     chatter = charts[k][1].minimum_frequency
     if not np.isfinite(lowest[k]):
         return ("No chatter was found at any speed and depth, inside the frequencies that were searched.",)
+    where = "" if charts[k][1].branches else "in the range "
     said = [
-        f"Below {_mm(lowest[k])} every speed is stable (chatter would come at {chatter:.0f} Hz); "
+        f"Below {_mm(lowest[k])} every speed {where}is stable (chatter would come at {chatter:.0f} Hz); "
         f"the best speed in the range is {speeds[best]:.0f} rpm with {_mm(everywhere[best])}."
     ]
     if len(charts) > 1 and charts[0][0] == 0:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from jointlib.arrays import Array, ArrayLike, ComplexArray
-from jointlib.errors import InputError, Outcome
+from jointlib.errors import FrequencyMismatch, InputError, Outcome
 
 from ..indices import Mask
 from ..limits import beyond_frequency
@@ -26,6 +26,7 @@ _HALVINGS = 4
 _STRAIGHT = 1e-4
 _ROUNDS = 3
 _ALIGNED = 1e-6
+_SIDE_LINES = 4.0
 
 
 def lobes_at_amplitude(
@@ -76,28 +77,46 @@ def frozen_lobes(
         chart = stability_lobes(tip if modes is None else modes, cutting, speed, method)
         said = chart.warnings + beyond_frequency(machine, *machine.frequency)
         return replace(chart, warnings=said), np.zeros(chart.depth.shape, dtype=bool)
-    point = operating_receptance(machine, amplitude, points)
+    averaged = cutting.process != "milling" or method == "zero-order"
+    point = operating_receptance(machine, amplitude, points) if averaged else _wide(machine, amplitude, points)
     chart = stability_lobes(point.frf, cutting, speed, method, axes=axes)
-    beyond = beyond_frequency(machine, point.frf.frequency[0], point.frf.frequency[-1])
+    assert machine.frequency is not None
+    said = chart.warnings + _limits(point, chart) + beyond_frequency(machine, *machine.frequency)
     limited = np.array([outcome is not Outcome.CONVERGED for outcome in point.outcomes])
-    return replace(chart, warnings=chart.warnings + _limits(point, chart) + beyond), _chattering_on(
-        limited, point.frf.frequency, chart.chatter_frequency
-    )
+    return replace(chart, warnings=said), _chattering_on(limited, point.frf.frequency, chart.chatter_frequency)
 
 
-def operating_receptance(machine: Machine, amplitude: float, points: int = _LINES) -> OperatingPoint:
+def _wide(machine: Machine, amplitude: float, points: int) -> OperatingPoint:
+    """The receptance over a band that holds side lines of the chatter too, where all components are known there."""
+    try:
+        return operating_receptance(machine, amplitude, points, _SIDE_LINES)
+    except FrequencyMismatch:
+        return operating_receptance(machine, amplitude, points)
+
+
+def operating_receptance(
+    machine: Machine, amplitude: float, points: int = _LINES, beyond: float = 1.0
+) -> OperatingPoint:
     """Tool-point receptance at an amplitude in m, on lines over the machine's band that are close enough.
 
     Lines are halved where the inverse receptance, which the lobe solver interpolates, is not nearly straight between
-    them. Where the joint jumps from one state to another no spacing is close enough; there the halving ends.
+    them. Where the joint jumps from one state to another no spacing is close enough; there the halving ends. The band
+    is widened by the factor ``beyond`` at both ends.
     """
     if machine.frequency is None:
         raise InputError(f"{machine.where}: no frequency in [response], lobes need the band to search for chatter")
     if machine.cutting is None:
         raise InputError(f"{machine.where}: no [cutting], lobes need a cutting operation")
     cutting = Cutting(**machine.cutting)
-    point = _point(machine, cutting, np.linspace(*machine.frequency, points), amplitude)
-    ends = np.arange(points - 1)
+    low, high = machine.frequency
+    lines = np.linspace(low, high, points)
+    if beyond > 1:
+        count = points // 10
+        lines = np.concatenate(
+            [np.geomspace(low / beyond, low, count)[:-1], lines, np.geomspace(high, high * beyond, count)[1:]]
+        )
+    point = _point(machine, cutting, lines, amplitude)
+    ends = np.arange(len(lines) - 1)
     for _ in range(_HALVINGS):
         lines = point.frf.frequency
         middle = (lines[ends] + lines[ends + 1]) / 2

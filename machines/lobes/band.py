@@ -45,7 +45,6 @@ class Spectrum:
         G = np.where((frequency.ravel() < 0)[:, None, None], G.conj(), G)
         return np.asarray(G.reshape(*frequency.shape, *G.shape[1:]))
 
-
     def _past(self, frequency: Array, edge: float, inward: float) -> Array:
         """1/G of every entry straight in f², as a spring with a mass has it, from the last tenth of the band on.
 

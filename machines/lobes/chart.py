@@ -58,13 +58,15 @@ class StabilityLobes:
     depth
         Limiting depth in m; inf where the cut is stable at any depth.
     chatter_frequency
-        Hz; nan where the depth is inf.
+        Hz; nan where the depth is inf. Of the lines that chatter holds at once, a tooth frequency apart, the one at
+        which the tool moves most.
     kind
         ``"hopf"`` or ``"flip"``; empty where the depth is inf.
     lobe
         Whole waves between two cuts; −1 where the depth is inf.
     minimum_depth
-        Depth in m below which every speed is stable (at least inside the band); inf if there is none.
+        Depth in m below which every speed is stable (at least inside the band), for multi-frequency and collocation
+        every given speed; inf if there is none.
     minimum_frequency
         Chatter frequency in Hz at the minimum depth; nan if there is none.
     minimum_phase
@@ -72,7 +74,7 @@ class StabilityLobes:
     cuts_per_revolution
         N: teeth in milling, 1 in turning.
     branches
-        The boundary by chatter frequency, for drawing the lobes whole.
+        The boundary by chatter frequency, for drawing the lobes whole; empty for multi-frequency and collocation.
     outcome
         How the computation ended.
     notes

@@ -15,6 +15,8 @@ Too few nodes make a cut look stable, so every result is computed with n and n +
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 
@@ -65,10 +67,11 @@ class ArcMap:
         """Largest size of a Floquet multiplier at depths in m, shape (d,)."""
         size = len(self.period) + len(self.volterra)
         block = max(1, _BLOCK // size**2)
-        parts = [self._largest(depth[start : start + block]) for start in range(0, len(depth), block)]
-        return np.concatenate(parts)
+        parts = [np.linalg.eigvals(self.maps(depth[start : start + block])) for start in range(0, len(depth), block)]
+        return np.concatenate([np.max(np.abs(part), axis=1) for part in parts])
 
-    def _largest(self, depth: Array) -> Array:
+    def maps(self, depth: Array) -> Array:
+        """(x, η) → (x, η) one tooth period on, at depths in m, shape (d, states + nodes·r, …)."""
         states, count = len(self.period), len(self.volterra)
         w = depth[:, None, None]
         Z = np.linalg.inv(np.eye(count) + w * self.volterra)
@@ -78,7 +81,7 @@ class ArcMap:
         pushed = w * (self.push @ Z)
         whole[:, :states, states:] = pushed
         whole[:, :states, :states] = self.period - pushed @ self.entry
-        return np.asarray(np.max(np.abs(np.linalg.eigvals(whole)), axis=1))
+        return whole
 
 
 def arc_map(model: ToolModel, cutting: Cutting, speed: float, more: int = MORE, share: float = 1.0) -> ArcMap:
@@ -91,7 +94,7 @@ def arc_map(model: ToolModel, cutting: Cutting, speed: float, more: int = MORE, 
     entry, rows, times, weights, forces = [], [], [], [], []
     seen = model.weight[:, None] * model.outputs
     edges = _edges(cutting, pitch)
-    for start, end in zip(edges[:-1], edges[1:], strict=True):
+    for start, end in pairwise(edges.tolist()):
         cut = _teeth(cutting, (start + end) / 2)
         duration = (end - start) / turning
         if not len(cut):
@@ -108,11 +111,12 @@ def arc_map(model: ToolModel, cutting: Cutting, speed: float, more: int = MORE, 
         for piece in range(pieces):
             angle = start + (end - start) * (piece + (x + 1) / 2) / pieces
             U, V = _directions(cutting, axes, angle[:, None] + cut)
-            driven = np.einsum("pkl,pa,lar->pklr", inverse, model.inputs, U, optimize=True)
-            look = np.einsum("pa,kar->pkr", seen, V)
-            entry.append(np.einsum("pkr,pk,ps->krs", look, free, state, optimize=True).real)
-            earlier = [np.einsum("pkr,pk,pc->krc", look, free, part, optimize=True).real for part in pushed]
-            own = np.einsum("pkr,pklc->krlc", look, driven, optimize=True).real
+            driven = inverse[:, :, :, None] * np.tensordot(model.inputs, U, (1, 1))[:, None]
+            look = np.tensordot(seen, V, (1, 1))
+            ring = (look * free[:, :, None]).transpose(1, 2, 0)
+            entry.append((ring @ state).real)
+            earlier = [(ring @ part).real for part in pushed]
+            own = np.einsum("pkr,pklc->krlc", look, driven).real
             own[np.arange(count), :, np.arange(count), :] += np.einsum("kar,ab,kbc->krc", V, model.direct, U)
             rows.append([*earlier, own.reshape(count, U.shape[2], -1)])
             state = free[:, -1, None] * state
@@ -162,7 +166,7 @@ def largest_multipliers(model: ToolModel, cutting: Cutting, speed: Array, depth:
                 f"collocation: at {rpm:g} rpm the multipliers still change with the number of nodes; "
                 "lower the depth, or use multi-frequency"
             )
-        out[i] = found.multipliers(depth)
+        out[i] = coarse.multipliers(depth)
     return out
 
 
@@ -173,7 +177,7 @@ def _edges(cutting: Cutting, pitch: float) -> Array:
     edges = np.unique(np.concatenate([[0.0, pitch], np.mod([cutting.entry_angle, cutting.exit_angle], pitch)]))
     edges = edges[np.append(np.diff(edges) > 1e-12 * pitch, True)]
     edges[-1] = pitch
-    return edges
+    return np.asarray(edges)
 
 
 def _teeth(cutting: Cutting, angle: float) -> Array:
@@ -182,7 +186,7 @@ def _teeth(cutting: Cutting, angle: float) -> Array:
         return np.zeros(1)
     offset = 2 * np.pi / cutting.cuts_per_revolution * np.arange(cutting.cuts_per_revolution)
     place = np.mod(angle + offset, 2 * np.pi)
-    return offset[(place > cutting.entry_angle) & (place < cutting.exit_angle)]
+    return np.asarray(offset[(place > cutting.entry_angle) & (place < cutting.exit_angle)])
 
 
 def _directions(cutting: Cutting, axes: list[int], angle: Array) -> tuple[Array, Array]:
@@ -198,6 +202,7 @@ def _directions(cutting: Cutting, axes: list[int], angle: Array) -> tuple[Array,
     return H, np.broadcast_to(np.eye(len(axes)), H.shape)
 
 
+@lru_cache(maxsize=64)
 def _chebyshev(count: int) -> tuple[Array, Array, Array]:
     """Nodes x_0 = −1 … x_n = 1, the differentiation matrix and Clenshaw–Curtis weights of the nodes but the first."""
     j = np.arange(count + 1)

@@ -97,7 +97,7 @@ def first_crossings(loop: Loop, fraction: Array) -> list[Crossing]:
         if found and 1 / (_CLOSE * min(one.depth for one in found)) >= level:
             break
     lowest = min((one.depth for one in found), default=np.inf)
-    return sorted((one for one in found if one.depth <= _CLOSE * lowest), key=lambda one: one.depth)
+    return sorted({one for one in found if one.depth <= _CLOSE * lowest}, key=lambda one: one.depth)
 
 
 def _largest(matrices: ComplexArray) -> Array:

@@ -208,8 +208,8 @@ def _pressure(key: str, value: object) -> None:
     _positive(key, value)
     if _IN_MM <= float(value) < _SOFTEST:  # type: ignore[arg-type]
         raise InputError(
-            f"[cutting]: {key} is {value!r} N/m², far below any material; expected about 1e8 to 1e10: if it is meant in "
-            f"N/mm², write {float(value) * 1e6:g} or \"{value} N/mm^2\""  # type: ignore[arg-type]
+            f"[cutting]: {key} is {value!r} N/m², far below any material; expected about 1e8 to 1e10: "
+            f'if it is meant in N/mm², write {float(value) * 1e6:g} or "{value} N/mm^2"'  # type: ignore[arg-type]
         )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -25,21 +26,21 @@ HELD = (
 
 
 def tool_models(machine: Machine, cutting: Cutting, speed: Array, amplitude: float) -> list[ToolModel]:
-    """Modes of the tool point at every speed (rpm), while it vibrates with ``amplitude`` (m).
+    """Modes of the tool point at every speed (rpm), while it vibrates with ``amplitude`` (m): one if all are the same.
 
-    At rest they are the same at all speeds where the joints are springs and dampers. Otherwise K = Re G and C = Im G/ω
-    are taken at the chatter frequency that the multi-frequency method (in turning, the closed form) finds.
+    They are at rest, where the joints are springs and dampers. Otherwise K = Re G and C = Im G/ω are taken at the
+    chatter frequency that the multi-frequency method (in turning, the closed form) finds.
     """
     exact = modes_at_rest(machine) if amplitude == 0 else None
     if exact is not None:
-        return [exact] * len(speed)
+        return [exact]
     if machine.frequency is None:
         raise InputError(f"{machine.where}: no frequency in [response], lobes need the band to search for chatter")
-    machine_model(machine, float(np.mean(machine.frequency)))  # a machine without modes is told before anything is computed
-    chart = lobes_at_amplitude(machine, speed, amplitude)
+    middle = float(np.mean(machine.frequency))
+    machine_model(machine, middle)  # refuses a machine without modes at once
+    chatter = lobes_at_amplitude(machine, speed, amplitude).chatter_frequency
     found = []
-    for chatter in chart.chatter_frequency:
-        f = float(chatter) if np.isfinite(chatter) else float(np.mean(machine.frequency))
+    for f in np.where(np.isfinite(chatter), chatter, middle).tolist():
         joints = _point(machine, cutting, np.array([f]), amplitude).joint_amplitude[0]
         found.append(machine_model(machine, f, joints))
     return found
@@ -48,19 +49,25 @@ def tool_models(machine: Machine, cutting: Cutting, speed: Array, amplitude: flo
 def collocated_lobes(machine: Machine, cutting: Cutting, speed: ArrayLike, amplitude: float = 0.0) -> StabilityLobes:
     """Stability lobes by collocation, of `tool_models`."""
     speeds = np.asarray(speed, dtype=float)
+    if amplitude == 0 and (exact := modes_at_rest(machine)) is not None:
+        return stability_lobes(exact, cutting, speeds, "collocation")
     models = tool_models(machine, cutting, speeds.ravel(), amplitude)
-    if all(model is models[0] for model in models):
-        return stability_lobes(models[0], cutting, speeds, "collocation")
     charts = [
         stability_lobes(model, cutting, rpm, "collocation") for model, rpm in zip(models, speeds.ravel(), strict=True)
     ]
-    lowest = min(charts, key=lambda chart: chart.minimum_depth)
-    joined = {
-        key: np.array([getattr(chart, key) for chart in charts]).reshape(speeds.shape)
-        for key in ("depth", "chatter_frequency", "kind", "lobe")
-    }
-    warnings = tuple(dict.fromkeys(w for chart in charts for w in chart.warnings))
-    return replace(lowest, speed=speeds, warnings=(*warnings, HELD), **joined)
+
+    def joined(key: str) -> Any:
+        return np.array([getattr(chart, key) for chart in charts]).reshape(speeds.shape)
+
+    return replace(
+        min(charts, key=lambda chart: chart.minimum_depth),
+        speed=speeds,
+        depth=joined("depth"),
+        chatter_frequency=joined("chatter_frequency"),
+        kind=joined("kind"),
+        lobe=joined("lobe"),
+        warnings=(*dict.fromkeys(w for chart in charts for w in chart.warnings), HELD),
+    )
 
 
 def multipliers(machine: Machine, speed: ArrayLike, depth: ArrayLike, amplitude: float = 0.0) -> Array:
@@ -77,7 +84,7 @@ def multipliers(machine: Machine, speed: ArrayLike, depth: ArrayLike, amplitude:
         if not np.all(np.isfinite(values) & (values > 0)):
             raise InputError(f"lobes: {name} must be finite and positive")
     models = tool_models(machine, cutting, speeds, amplitude)
-    if all(model is models[0] for model in models):
+    if len(models) == 1:
         return largest_multipliers(models[0], cutting, speeds, depths)
     parts = [
         largest_multipliers(model, cutting, np.array([rpm]), depths) for model, rpm in zip(models, speeds, strict=True)

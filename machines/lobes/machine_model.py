@@ -45,7 +45,7 @@ def machine_model(machine: Machine, frequency: float, joint_amplitude: Array | N
     omega = 2 * np.pi * np.array([frequency])
     K, C = (np.array(part) for part in _linearised(machine, omega, joint_amplitude))
     if not (np.all(np.isfinite(K)) and np.all(np.isfinite(C))):
-        raise InputError(f"{machine.where}: a joint is rigid at that amplitude, so it has no spring; use multi-frequency")
+        raise InputError(f"{machine.where}: a joint is rigid at that amplitude; use multi-frequency")
     axes = tuple(axis for axis in AXES if axis in machine.tool)
     rows = machine.dof_rows([machine.tool[axis] for axis in axes], "[tool]")
     A, B, out = (block_diag(*(getattr(b, key) for b in states.blocks)) for key in "ABC")
@@ -54,13 +54,13 @@ def machine_model(machine: Machine, frequency: float, joint_amplitude: Array | N
     D = np.sum([b.D for b in states.blocks], axis=0)
     joints = states.joints
     if np.any(joints @ D) or np.any(D @ joints.T):
-        raise InputError(f"{machine.where}: a joint sits where the displacement jumps with a force; use multi-frequency")
+        raise InputError(f"{machine.where}: a joint holds what jumps with a force; use multi-frequency")
     speed = joints @ out @ A
     closed = A - B @ joints.T @ (K[:, None] * (joints @ out) + C[:, None] * speed)
     jump = np.abs(joints @ out @ B)[C != 0] if len(joints) else np.zeros(0)
     scale = np.max(np.abs(out), initial=0.0) * np.max(np.abs(B), initial=0.0)
     if np.any(jump > _INSTANT * scale):
-        raise InputError(f"{machine.where}: a damper sits where the speed jumps with a force; use multi-frequency")
+        raise InputError(f"{machine.where}: a damper holds what gains speed at once; use multi-frequency")
     return ToolModel.from_states(closed, B @ rows.T, rows @ out, rows @ D @ rows.T, axes)
 
 

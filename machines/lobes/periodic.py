@@ -24,12 +24,13 @@ NOTES = (
 )
 _PAST = 3
 """Harmonics beyond the highest frequency that matters, in the search; the depth itself is settled with more."""
-_MOST = 400
+_MOST_SEARCHED, _MOST = 128, 512
 _AGREE = 1e-4
 _SAME = 0.05
 _GAIN = 0.5
 _UNBOUNDED = 1.0
 _WORTH_TELLING = 1e-4
+_RESONANT, _TURNED = 0.5, 0.3
 _UNSEEN_PEAK = 50.0
 """Height over its flexibility of a mode beyond the band, with a damping ratio of 0.01."""
 _RAISES = 6
@@ -52,6 +53,7 @@ def by_harmonics(point: ToolPoint, cutting: Cutting, speed: Array) -> StabilityL
     receptance = spectrum(point, highest)
     axes = tuple("xy".index(axis) for axis in point.axes)
     stiffest = _stiffest(cutting, axes)
+    _refuse_resonant_ends(receptance, resolved)
     found = [
         _harmonic(HarmonicLoop(receptance, cutting, axes, cuts * rpm / 60, 0), resolved, stiffest)
         for rpm in speed.tolist()
@@ -100,7 +102,7 @@ def _harmonic(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> _Found:
     """The settled crossing at one speed; P grows until twice as many change nothing."""
     fraction = resolved.folded(loop.tooth_frequency)
     P = int(np.ceil(resolved.highest / loop.tooth_frequency)) + _PAST
-    while P <= _MOST:
+    while P <= _MOST_SEARCHED:
         coarse, finer = replace(loop, harmonics=P), replace(loop, harmonics=2 * P)
         search = first_crossings(coarse, fraction)
         if not search and not first_crossings(finer, fraction):
@@ -119,7 +121,7 @@ def _harmonic(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> _Found:
         P *= 2
     raise CheckFailed(
         f"multi-frequency: at a tooth frequency of {loop.tooth_frequency:g} Hz the depth still changes with the number "
-        f"of harmonics at {_MOST} of them; raise the spindle speed or narrow the band"
+        f"of harmonics at {_MOST_SEARCHED} of them; raise the spindle speed or narrow the band"
     )
 
 
@@ -148,8 +150,23 @@ def _doubt(loop: HarmonicLoop, crossing: Crossing, fraction: Array) -> float:
         return 0.0
     bare = replace(loop, receptance=replace(receptance, carried_on=False))
     without = near(bare, crossing)
-    depth = without.depth if without.kind else min((one.depth for one in first_crossings(bare, fraction)), default=np.inf)
+    depth = (
+        without.depth if without.kind else min((one.depth for one in first_crossings(bare, fraction)), default=np.inf)
+    )
     return abs(depth / crossing.depth - 1)
+
+
+def _refuse_resonant_ends(receptance: Spectrum, resolved: Shape) -> None:
+    """Raise where the band ends on a resonance, so that nothing can be said of what follows."""
+    if not np.isfinite(receptance.known[1]):
+        return
+    for word, end in (("starts", 0), ("ends", -1)):
+        direct = np.einsum("ii->i", receptance.point(resolved.lines[[end]])[0])
+        turned = bool(np.any(np.abs(direct.imag) > _TURNED * np.abs(direct)))
+        if turned and resolved.size[end] > _RESONANT * np.max(resolved.size):
+            raise InputError(
+                f"multi-frequency: the band {word} at {resolved.lines[end]:g} Hz on a resonance; expected a wider band"
+            )
 
 
 def _largest(line: Array, moved: Array) -> float:
@@ -186,9 +203,7 @@ def _band_said(receptance: Spectrum, found: list[_Found], stiffest: float, speed
     )
 
 
-def _chart(
-    method: str, found: list[_Found], cutting: Cutting, speed: Array, said: tuple[str, ...]
-) -> StabilityLobes:
+def _chart(method: str, found: list[_Found], cutting: Cutting, speed: Array, said: tuple[str, ...]) -> StabilityLobes:
     depth = np.array([one.crossing.depth for one in found])
     line = np.array([one.line for one in found])
     tooth = cutting.cuts_per_revolution * speed / 60

@@ -15,8 +15,8 @@ from . import periodic, turning, zero_order
 from .chart import StabilityLobes
 from .crossing import Crossings, first_crossings
 from .cutting import Cutting
-from .regeneration import Minimum, Trace, boundary, limiting_depth, lowest_depth, trace, wave_fraction
 from .plausible import sign_warnings
+from .regeneration import Minimum, Trace, boundary, limiting_depth, lowest_depth, trace, wave_fraction
 from .tool_model import ToolModel
 from .tool_point import Receptance, ToolPoint, tool_point
 
@@ -88,6 +88,9 @@ def stability_lobes(
     if name in ("multi-frequency", "collocation"):
         if name == "multi-frequency":
             chart = periodic.by_harmonics(receptance, cutting, speeds.ravel())
+            if receptance.sampled:
+                traced = trace(receptance, zero_order.loop_stiffness(cutting, receptance.axes))
+                warnings += tuple(_wide_lines(receptance, traced))
         elif model is None:
             raise InputError(
                 "collocation: needs a tool with modes, found a receptance on lines or a function; use multi-frequency"

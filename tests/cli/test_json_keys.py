@@ -90,6 +90,26 @@ def test_lobes_with_amplitudes_are_lists_over_amplitude_then_speed(here: Path) -
     np.testing.assert_array_equal(data["depth"][1], chart.depth)
 
 
+def test_depths_give_multipliers_over_speed_and_depth(here: Path) -> None:
+    data = jointlib(f"lobes {TOOL} --speed 6000 9000 --depth 1mm 1.5mm 3mm --json").json
+    assert np.shape(data["multiplier"]) == (2, 3)
+    critical = np.array(data["depth"])
+    np.testing.assert_array_equal(np.array(data["multiplier"]) > 1, critical[:, None] < np.array([1e-3, 1.5e-3, 3e-3]))
+    levels = jointlib(f"lobes {TOOL} --speed 6000 9000 --depth 1mm --amplitude 1um 2um --json").json
+    assert np.shape(levels["multiplier"]) == (2, 2, 1)
+    np.testing.assert_allclose(np.array(levels["multiplier"])[0, :, 0], np.array(data["multiplier"])[:, 0], rtol=1e-6)
+    text = jointlib(f"lobes {TOOL} --speed 6000 --depth 1mm").out
+    assert "|μ| at 1 mm" in text
+
+
+@pytest.mark.parametrize("method", ["multi-frequency", "collocation", "zero-order"])
+def test_the_method_that_is_asked_for_is_taken(method: str, here: Path) -> None:
+    data = jointlib(f"lobes {TOOL} --speed 6000 --method {method} --json").json
+    assert data["method"] == method
+    expected = 1.945738e-3 if method == "zero-order" else 2.02847e-3
+    assert data["depth"][0] == pytest.approx(expected, rel=1e-5)
+
+
 def test_one_amplitude_and_one_speed_keep_their_axes(here: Path) -> None:
     data = jointlib(f"lobes {TOOL} --speed 9000 --amplitude 1um --json").json
     assert np.shape(data["depth"]) == (1, 1)
@@ -104,15 +124,15 @@ def test_without_speeds_the_lobes_span_the_range_of_the_file(here: Path) -> None
 
 
 def test_an_unbounded_depth_is_null(here: Path) -> None:
-    data = jointlib(f"lobes {TOOL} --speed 9000 1e7 --json").json
+    data = jointlib(f"lobes {TOOL} --speed 9000 1e7 --method zero-order --json").json
     for key in ("depth", "chatter_frequency", "kind", "lobe"):
         assert data[key][0] is not None
         assert data[key][1] is None
     Path("low.toml").write_text(TOOL.read_text().replace('"3 kHz"', '"500 Hz"'))
-    done = jointlib("lobes low.toml --speed 9000")
+    done = jointlib("lobes low.toml --speed 9000 --method zero-order")
     assert "unbounded" in done.out
     assert not {"inf", "nan", "-1"} & set(done.out.split())
-    assert jointlib("lobes low.toml --speed 9000 --json").json["minimum_depth"] is None
+    assert jointlib("lobes low.toml --speed 9000 --method zero-order --json").json["minimum_depth"] is None
 
 
 def test_frf_gives_one_peak_for_each_force_connection_and_resonance(here: Path) -> None:
