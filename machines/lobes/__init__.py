@@ -5,6 +5,7 @@ from .cutting import Cutting
 from .power_law import depth_ratio
 from .solve import METHODS, stability_lobes
 from .threshold import AmplitudeLimits, Cycle, Turn, amplitude_limits
+from .tool_model import ToolModel
 from .tool_point import Receptance, ToolPoint, tool_point
 from .turning import minimum_depth_of_mode, notch_delays
 from .witness import Witness, witness
@@ -17,6 +18,7 @@ __all__ = [
     "LobeBranch",
     "Receptance",
     "StabilityLobes",
+    "ToolModel",
     "ToolPoint",
     "Turn",
     "Witness",

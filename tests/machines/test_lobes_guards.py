@@ -181,6 +181,11 @@ def test_too_few_harmonics_are_not_believed(monkeypatch: pytest.MonkeyPatch) -> 
     assert float(found.depth) * 1e3 == pytest.approx(0.4086278, rel=1e-6)
 
 
+def test_a_spindle_too_slow_for_harmonics_is_told() -> None:
+    with pytest.raises(CheckFailed, match="more than 128 harmonics of a tooth frequency of 5 Hz"):
+        stability_lobes(TOOL, SLOT, 150.0, "multi-frequency")
+
+
 @pytest.mark.parametrize(
     ("speed", "depth", "said"), [([0.0], [1e-3], "spindle speeds must"), ([9e3], [-1e-3], "depths must")]
 )
