@@ -69,7 +69,7 @@ def frozen_lobes(
         from .frozen_modes import collocated_lobes
 
         chart = collocated_lobes(machine, cutting, speed, amplitude)
-        return chart, np.zeros(chart.depth.shape, dtype=bool)
+        return chart, _held(machine, cutting, chart, amplitude)
     if amplitude == 0 and machine.frequency is not None:
         modes = modes_at_rest(machine) if cutting.process == "milling" and method != "zero-order" else None
         lines = np.linspace(*machine.frequency, points)
@@ -81,11 +81,9 @@ def frozen_lobes(
     point = operating_receptance(machine, amplitude, points) if averaged else _wide(machine, amplitude, points)
     chart = stability_lobes(point.frf, cutting, speed, method, axes=axes)
     assert machine.frequency is not None
-    beyond = beyond_frequency(machine, *machine.frequency)
+    said = chart.warnings + _limits(point, chart) + beyond_frequency(machine, *machine.frequency)
     limited = np.array([outcome is not Outcome.CONVERGED for outcome in point.outcomes])
-    return replace(chart, warnings=chart.warnings + _limits(point, chart) + beyond), _chattering_on(
-        limited, point.frf.frequency, chart.chatter_frequency
-    )
+    return replace(chart, warnings=said), _chattering_on(limited, point.frf.frequency, chart.chatter_frequency)
 
 
 def _wide(machine: Machine, amplitude: float, points: int) -> OperatingPoint:
@@ -223,6 +221,16 @@ def _limits(point: OperatingPoint, chart: StabilityLobes) -> tuple[str, ...]:
             f"is held at its limit ({outcome.value}); {touched} of {chart.depth.size} speeds chatter there."
         )
     return tuple(said)
+
+
+def _held(machine: Machine, cutting: Cutting, chart: StabilityLobes, amplitude: float) -> Mask:
+    """Per speed, whether a joint is held at its limit while the tool chatters with an amplitude in m."""
+    chatter = np.unique(chart.chatter_frequency[np.isfinite(chart.chatter_frequency)])
+    if amplitude == 0 or not len(chatter):
+        return np.zeros(chart.depth.shape, dtype=bool)
+    point = _point(machine, cutting, chatter, amplitude)
+    limited = np.array([outcome is not Outcome.CONVERGED for outcome in point.outcomes])
+    return _chattering_on(limited, chatter, chart.chatter_frequency)
 
 
 def _chattering_on(chosen: Mask, lines: Array, chatter: Array) -> Mask:

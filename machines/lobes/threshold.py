@@ -21,7 +21,7 @@ from .power_law import depth_ratio
 
 _LARGEST = 2e-4
 _DECADES = 3.0
-_COUNT = 31
+_COUNT, _FEWER = 31, 16
 _SETTLED = 1e-6
 _ROUNDS = 3
 _CHOSEN = 8
@@ -160,17 +160,18 @@ def amplitude_limits(
 ) -> AmplitudeLimits:
     """b_lim(speed, A) over a grid of tool-point amplitudes.
 
-    The joints are frozen at the gains they have at each amplitude (see `lobes_at_amplitude`). In turning with a
-    ``feed`` the cut is nonlinear, too: 1 + b·K_s·(N(r)/q)·(1 − e^(−jωτ))·G(ω; A) = 0, with r the amplitude of the chip
-    in units of the feed and q its exponent; past r = 1 the tool leaves the cut.
+    All amplitudes are computed by one method, that of the onset unless ``method`` says otherwise, with the joints
+    frozen at the gains they have at each amplitude (see `lobes_at_amplitude`). In turning with a ``feed`` the cut is
+    nonlinear, too: 1 + b·K_s·(N(r)/q)·(1 − e^(−jωτ))·G(ω; A) = 0, with r the amplitude of the chip in units of the feed
+    and q its exponent; past r = 1 the tool leaves the cut.
 
     Parameters
     ----------
     speed
         rpm, one axis.
     amplitude
-        m, ascending and above 0; default: 31 of them over three decades up to the feed, or to 200 µm where no feed
-        is given. For up to 8 speeds more are added around the lowest depth.
+        m, ascending and above 0; default: 31 of them (16 in milling) over three decades up to the feed, or to 200 µm
+        where no feed is given. For up to 8 speeds more are added around the lowest depth.
     """
     speeds = np.atleast_1d(np.asarray(speed, dtype=float))
     onset, _ = frozen_lobes(machine, speeds, 0.0, method)
@@ -180,7 +181,7 @@ def amplitude_limits(
         raise InputError("amplitude limits: expected two or more amplitudes in m, above 0 and ascending")
 
     def layer(size: float) -> tuple[StabilityLobes, Mask]:
-        chart, held = frozen_lobes(machine, speeds, size, method)
+        chart, held = frozen_lobes(machine, speeds, size, onset.method)
         return replace(chart, depth=_with_cut(chart, cutting, size)), held
 
     def at(size: float) -> tuple[Array, Array]:
@@ -232,10 +233,13 @@ def depends_on_amplitude(machine: Machine) -> bool:
     return bent_cut or not all(is_linear(joint) for joint in machine.joints())
 
 
-def amplitude_range(cutting: Cutting, count: int = _COUNT) -> Array:
-    """Tool-point amplitudes in m over three decades up to the feed, or to 200 µm where no feed is given."""
+def amplitude_range(cutting: Cutting, count: int | None = None) -> Array:
+    """Tool-point amplitudes in m over three decades up to the feed, or to 200 µm where no feed is given.
+
+    31 of them; 16 in milling, where each costs more.
+    """
     largest = cutting.feed or _LARGEST
-    return np.geomspace(largest * 10**-_DECADES, largest, count)
+    return np.geomspace(largest * 10**-_DECADES, largest, count or (_FEWER if cutting.process == "milling" else _COUNT))
 
 
 def _with_cut(chart: StabilityLobes, cutting: Cutting, amplitude: float) -> Array:

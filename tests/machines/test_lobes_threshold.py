@@ -110,6 +110,24 @@ def test_past_its_identified_range_a_joint_says_nothing() -> None:
     assert len(limits.cycles(0.66324e-3)) == 1
 
 
+def test_in_milling_the_onset_and_the_vibration_are_computed_by_one_method() -> None:
+    """A linear machine has no zone between the two; one of the exact methods against another would leave one."""
+    column = Lumped("column", ("x",), np.array([[20.0]]), np.array([[400.0]]), np.array([[2e7]]))
+    spindle = Lumped("spindle", ("x",), np.array([[1.0]]))
+    joint = Joint((Linear(4e7), Viscous(300.0), Cubic(1e12)), validity={"amplitude": (0.0, 2e-6)})
+    machine = Machine(
+        (column, spindle),
+        (Connection("nose", ("spindle.x", "column.x"), joint),),
+        tool={"x": "spindle.x"},
+        frequency=(50.0, 2500.0),
+        cutting={"process": "milling", "teeth": 4, "tangential": 7e8, "normal": 2e8, "mode": "down", "immersion": 0.5},
+    )
+    limits = amplitude_limits(machine, [4000.0], [1e-8, 1e-7, 1e-4])
+    assert limits.depth[:2, 0] == pytest.approx(float(limits.onset[0]), rel=1e-4)
+    # The tool moves further than the joint, but not ten times.
+    assert np.isnan(limits.depth[-1, 0])
+
+
 @pytest.mark.parametrize("sizes", [[1e-5], [2e-5, 1e-5], [0.0, 1e-5], [1e-5, np.inf]])
 def test_amplitudes_that_are_no_ascending_list_are_refused(sizes: list[float]) -> None:
     with pytest.raises(InputError, match="above 0 and ascending"):

@@ -207,6 +207,28 @@ def test_a_joint_with_memory_slips_in_time_as_its_describing_function_says() -> 
         assert found.cycles[0].amplitude == pytest.approx(cycle.amplitude, rel=5e-3)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(("sign", "stable"), [(1.0, False), (-1.0, True)])
+def test_milling_with_frozen_joints_comes_near_the_simulation(sign: float, stable: bool) -> None:
+    """A slot at 5000 rpm, a cubic joint that changes its stiffness by 2.5 % at 10 µm; the depth is by collocation."""
+    mass, amplitude = 0.03993, 10e-6
+    k = mass * (2 * np.pi * 922) ** 2
+    cubic = sign * 0.025 * k / (0.75 * amplitude**2)
+    joint = Joint((Linear(k), Viscous(2 * 0.011 * np.sqrt(k * mass)), Cubic(cubic)))
+    machine = Machine(
+        (Lumped("tool", ("x",), np.array([[mass]])),),
+        (Connection("taper", ("tool.x", "ground"), joint),),
+        tool={"x": "tool.x"},
+        frequency=(300.0, 3000.0),
+        cutting={"process": "milling", "teeth": 2, "tangential": 6e8, "normal": 2e8, "mode": "slot"},
+    )
+    limits = amplitude_limits(machine, [5000.0], np.array([0.7, 1.4]) * amplitude)
+    depth, chatter = (float(values[0]) for values in limits.at(amplitude))
+    found = witness(machine, 5000.0, depth, np.geomspace(0.6, 1.6, 6) * amplitude, rounds=4, frequency=chatter)
+    assert found.cycles[0].stable == stable
+    assert found.cycles[0].amplitude == pytest.approx(amplitude, rel=0.01)
+
+
 def test_a_law_that_is_not_known_in_time_is_refused_by_name() -> None:
     with pytest.raises(InputError, match=r"'guide': structural_damping exists in the frequency domain only"):
         witness(lathe(StructuralDamping(1e5)), SPEED, 1e-4)
