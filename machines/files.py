@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from jointlib.joint import Joint
 from jointlib.registry import plugin
 
 from .bundles import expand
+from .changes import change
 from .component import Component
 from .connection import Connection, Identify
 from .lobes.cutting import Cutting
@@ -37,13 +39,20 @@ _NOT_COVERED = {
 }
 
 
-def read_machine(path: Path | str) -> Machine:
-    """The machine in a file; joint files it names are read, records to identify from are only noted."""
+def read_machine(path: Path | str, changes: Mapping[str, Any] | None = None) -> Machine:
+    """The machine in a file; joint files it names are read, records to identify from are only noted.
+
+    ``changes`` puts values in the place of those in the file, by path: ``{"cutting.immersion": 0.3}``, see
+    `machines.changes.change`.
+    """
     path = Path(path)
     document = read_toml(path, "machine")
+    own = dict(changes or {})
+    change([document], {key: own.pop(key) for key in list(own) if key.startswith("parts")}, str(path))
     name = document.text("name", path.name.removesuffix(".toml").removesuffix(".machine"))
     parts = [_part(document, file) for file in document.words("parts", ())]
     all_of = [*parts, document]
+    change(all_of, own, str(path))
     components = tuple(_component(section) for each in all_of for section in each.sections("component"))
     connections = tuple(_connection(section) for each in all_of for section in each.sections("connection"))
     bundled = [c for each in all_of for section in each.sections("bundle") for c in expand(section)]

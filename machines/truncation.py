@@ -70,5 +70,3 @@ def truncation_error(
         size = np.maximum(np.max(np.abs(z[now, 0]), axis=1), 1e-300)
         out[now] = np.max(np.abs(assembly.coordinates.motions(step[:, 0])), axis=1) / size
     return out
-
-

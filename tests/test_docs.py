@@ -276,6 +276,7 @@ _READERS = {
             )
         ),
     ],
+    "Studies": ["machines/study/study.py", "machines/study/factors.py"],
     "Bundles": sorted(str(path.relative_to(ROOT)) for path in (ROOT / "machines" / "bundles").glob("*.py")),
 }
 
@@ -309,6 +310,7 @@ def test_every_key_that_a_reader_knows_is_documented(kind: str) -> None:
         "Joint": set(joint_file._VALIDITY) | {"schema"},
         "Machine": set(files._CUTTING_UNITS) | {"x", "y", "at", "direction", "law", "schema"},
         "Bundles": set(),
+        "Studies": {"schema", "values", "range", "distribution"},
     }[kind]
     documented = {key for row in rows(section("files.md", kind)) for key in _SPAN.findall(row[0])}
     assert documented == known
@@ -339,7 +341,9 @@ def test_shipped_files_and_those_of_the_pages_are_read(desk: Path) -> None:
                 target = desk / block.file
                 target.parent.mkdir(parents=True, exist_ok=True)
                 target.write_text(block.text, encoding="utf-8")
-    readers = {"joint": read_joint, "measurement": read_measurement, "machine": read_machine}
+    from machines.study.study import read_study
+
+    readers = {"joint": read_joint, "measurement": read_measurement, "machine": read_machine, "study": read_study}
     count = 0
     for path in [*(desk / "machines" / "library").rglob("*.toml"), *desk.glob("*.toml")]:
         schema = tomllib.loads(path.read_text("utf-8")).get("schema", "")

@@ -22,6 +22,7 @@ VERBS = {
     "lobes": "Stability lobes of a machine.",
     "fmu": "Export a joint as an FMU and verify it, or verify one.",
     "ssp": "Export a machine as a system of FMUs.",
+    "study": "Compare many configurations of a machine.",
     "laws": "The joint laws that are installed, with their fields and units.",
     "doctor": "What this computer can do.",
 }

@@ -124,6 +124,10 @@ class Section:
             tag = f" ({label})" if isinstance(label, str) and label else ""
             yield Section(table, f"{self.where}: [[{key}]] {i + 1}{tag}", self.folder)
 
+    def raw(self) -> dict[str, Any]:
+        """The table as it was parsed, without the keys already taken; what is changed in it is read changed."""
+        return self._left
+
     def keys(self) -> tuple[str, ...]:
         """Keys not yet taken."""
         return tuple(self._left)

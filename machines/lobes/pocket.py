@@ -51,22 +51,28 @@ def safe_depth(charts: Sequence[StabilityLobes]) -> Array:
 
 
 def pocket(charts: Sequence[StabilityLobes], cutting: Cutting) -> Pocket | None:
-    """The setting that removes most material per time at constant feed, that is the largest speed × depth.
-
-    The limit counted at a speed is the lowest one within ± 2 % of it, so that a narrow peak between two lobes is not
-    recommended for a height that a small error in a natural frequency would take away. None where the charts have too
-    few speeds to tell (fewer than three within that band), or where no limit was found at all.
-    """
+    """The recommended pocket under the lowest limit of charts at the same speeds; see `best_pocket`."""
     if any(chart.speed.shape != charts[0].speed.shape or np.any(chart.speed != charts[0].speed) for chart in charts):
         raise InputError("pocket: the charts have different speeds, expected the same")
-    speeds, safe = charts[0].speed.ravel(), safe_depth(charts)
+    return best_pocket(charts[0].speed.ravel(), safe_depth(charts), cutting)
+
+
+def best_pocket(speeds: Array, safe: Array, cutting: Cutting) -> Pocket | None:
+    """The setting that removes most material per time at constant feed, that is the largest speed × depth.
+
+    ``speeds`` in rpm, ascending, with the limit ``safe`` in m at each. The limit counted at a speed is the lowest one
+    within ± 2 % of it, so that a narrow peak between two lobes is not recommended for a height that a small error in
+    a natural frequency would take away. None where there are too few speeds to tell (fewer than three within that
+    band), or where no limit was found at all.
+    """
     if len(speeds) < _FEWEST or np.any(np.diff(speeds) <= 0) or not np.any(np.isfinite(safe)):
         return None
     low = np.searchsorted(speeds, speeds * (1 - WANDER))
     high = np.searchsorted(speeds, speeds * (1 + WANDER), side="right")
     inside = (speeds * (1 - WANDER) >= speeds[0]) & (speeds * (1 + WANDER) <= speeds[-1]) & (high - low >= _FEWEST)
-    worst = np.array([safe[a:b].min() if ok else -np.inf for a, b, ok in zip(low, high, inside, strict=True)])
-    worst[~np.isfinite(worst)] = -np.inf
+    ends = np.stack([low, np.maximum(high, low + 1)], axis=1).ravel()
+    worst = np.minimum.reduceat(np.append(safe, np.inf), ends)[::2]
+    worst[~inside | ~np.isfinite(worst)] = -np.inf
     best = int(np.argmax(speeds * worst))
     if not np.isfinite(worst[best]):
         return None

@@ -1,0 +1,74 @@
+"""Changes to a machine file before it is read: values at named places, so that one file serves many configurations."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from jointlib.errors import InputError, nearest
+from jointlib.io.toml import Section
+
+_NAMED = ("component", "connection", "bundle")
+_STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
+
+
+def change(documents: Sequence[Section], changes: Mapping[str, Any], where: str) -> None:
+    """Put values at paths into documents that were opened but not read: a machine file and the parts it shares.
+
+    ``component.cutter.stiffness[0][0]``, ``bundle.x_guide.preload``, ``connection.foot.joint.law[0].damping``,
+    ``cutting.immersion``: components, connections and bundles by name, entries of lists by number from 0. A key that
+    the file leaves out may be set; what no file has is refused when the file is read.
+    """
+    for path, value in changes.items():
+        _put(documents, path, value, where)
+
+
+def named(path: str, names: Sequence[str]) -> tuple[str, str] | None:
+    """Which of the names a path begins with, and the rest; names may hold dots."""
+    fit = [name for name in names if path == name or path.startswith((f"{name}.", f"{name}["))]
+    best = max(fit, key=len, default=None)
+    return None if best is None else (best, path[len(best) :].removeprefix("."))
+
+
+def _put(documents: Sequence[Section], path: str, value: Any, where: str) -> None:
+    kind, _, rest = path.partition(".")
+    if kind in _NAMED:
+        tables = {t["name"]: t for d in documents for t in d.raw().get(kind, []) if isinstance(t.get("name"), str)}
+        found = named(rest, list(tables))
+        if found is None:
+            word = rest.partition(".")[0]
+            raise InputError(f"{where}: path {path!r}: no {kind} {word!r}, {nearest(word, tables)}")
+        target, rest = tables[found[0]], found[1]
+    else:
+        target, rest = documents[-1].raw(), path
+        known = [*_NAMED, *(key for key in target if key not in _NAMED)]
+        if kind.partition("[")[0] not in target:
+            raise InputError(f"{where}: path {path!r}: no {kind.partition('[')[0]!r}, {nearest(kind, known)}")
+    steps = [int(index) if index else key for key, index in _STEP.findall(rest)]
+    if not steps or "".join(_words(steps)) != rest:
+        raise InputError(f"{where}: path {path!r}, expected it to end in a key like 'mass' or 'stiffness[0][0]'")
+    for step in steps[:-1]:
+        target = _inside(target, step, path, where)
+    last = steps[-1]
+    if isinstance(last, int):
+        _inside(target, last, path, where)
+    elif not isinstance(target, dict):
+        raise InputError(f"{where}: path {path!r}: {last!r} is a key, but there stands {target!r}")
+    target[last] = value
+
+
+def _words(steps: Sequence[str | int]) -> list[str]:
+    return [f"[{s}]" if isinstance(s, int) else f"{'.' if i else ''}{s}" for i, s in enumerate(steps)]
+
+
+def _inside(target: Any, step: str | int, path: str, where: str) -> Any:
+    if isinstance(step, int):
+        if not isinstance(target, list) or step >= len(target):
+            held = f"a list of {len(target)}" if isinstance(target, list) else repr(target)
+            raise InputError(f"{where}: path {path!r}: no entry [{step}], there stands {held}")
+        return target[step]
+    if not isinstance(target, dict) or step not in target:
+        held = nearest(step, target) if isinstance(target, dict) else f"there stands {target!r}"
+        raise InputError(f"{where}: path {path!r}: no key {step!r}, {held}")
+    return target[step]

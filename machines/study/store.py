@@ -1,0 +1,151 @@
+"""Results of a study on disk: shards that appear whole, so that a run killed at any moment goes on where it was.
+
+A study of ``total`` configurations is cut into blocks of fixed size, the unit in which configurations are computed
+together; results do not depend on who computes which block. A shard ``shards/000012-000015.npz`` holds the blocks in
+its name. The index is the names themselves: a file that is there is whole.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import re
+import zipfile
+import zlib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from jointlib.arrays import Array
+from jointlib.errors import InputError
+from jointlib.io.atomic import write_npz, write_text
+
+_SHARD = re.compile(r"(\d{6})-(\d{6})\.npz")
+_HEAD = "study.json"
+
+
+@dataclass(frozen=True)
+class Store:
+    """A results folder; `begin` makes one or opens one of the same study."""
+
+    folder: Path
+    total: int
+    """Configurations."""
+    block: int
+    """Configurations in a block; the last may be shorter."""
+
+    @classmethod
+    def begin(cls, folder: Path, identity: Mapping[str, object], total: int, block: int) -> Store:
+        """The folder for the results of a study; ``identity`` (hashes, version) tells it from every other study."""
+        head = {**identity, "total": total, "block": block}
+        path = folder / _HEAD
+        if path.is_file():
+            found = _read(path)
+            different = sorted(key for key in {*found, *head} if found.get(key) != head.get(key))
+            if different:
+                raise InputError(
+                    f"{folder}: holds results of another study ({', '.join(different)} differ), expected an empty "
+                    "folder or the study that was begun there"
+                )
+        elif folder.is_dir() and any(folder.iterdir()):
+            raise InputError(f"{folder}: is not empty and holds no study, expected an empty folder")
+        else:
+            write_text(path, json.dumps(head, indent=1, sort_keys=True) + "\n")
+        return cls(folder, total, block)
+
+    @classmethod
+    def opened(cls, folder: Path) -> tuple[Store, dict[str, object]]:
+        """The store of a folder and the identity it was begun with."""
+        path = folder / _HEAD
+        if not path.is_file():
+            raise InputError(f"{folder}: holds no study, expected a folder that 'jointlib study run' has written")
+        head = _read(path)
+        try:
+            total, block = int(str(head["total"])), int(str(head["block"]))
+        except (KeyError, ValueError):
+            raise InputError(f"{path}: total or block is missing, expected the head of a study") from None
+        return cls(folder, total, block), head
+
+    @property
+    def blocks(self) -> int:
+        """How many blocks there are."""
+        return -(-self.total // self.block)
+
+    def rows(self, first: int, last: int) -> slice:
+        """Configurations of the blocks ``first`` to ``last``, both included."""
+        return slice(first * self.block, min((last + 1) * self.block, self.total))
+
+    def held(self) -> list[tuple[int, int]]:
+        """Ranges of blocks that are done, ascending."""
+        names = (_SHARD.fullmatch(path.name) for path in (self.folder / "shards").glob("*.npz"))
+        return sorted((int(m[1]), int(m[2])) for m in names if m)
+
+    def missing(self) -> list[int]:
+        """Blocks that are still to do, ascending."""
+        done = np.zeros(self.blocks, dtype=bool)
+        for first, last in self.held():
+            done[first : last + 1] = True
+        return [int(i) for i in np.flatnonzero(~done)]
+
+    def keep(self, first: int, last: int, results: Mapping[str, Array]) -> None:
+        """Write the results of some blocks, whole or not at all."""
+        rows = self.rows(first, last)
+        for name, values in results.items():
+            if len(values) != rows.stop - rows.start:
+                raise ValueError(f"{name}: {len(values)} results for {rows.stop - rows.start} configurations")
+        write_npz(self.folder / "shards" / f"{first:06d}-{last:06d}.npz", results)
+
+    def results(self) -> dict[str, Array]:
+        """Every result of every configuration, in order; all blocks must be done."""
+        missing = self.missing()
+        if missing:
+            raise InputError(f"{self.folder}: {len(missing)} of {self.blocks} blocks are missing; resume the study")
+        parts: dict[str, Array] = {}
+        for first, last in self.held():
+            rows = self.rows(first, last)
+            for name, values in _arrays(self.folder / "shards" / f"{first:06d}-{last:06d}.npz").items():
+                parts.setdefault(name, np.full(self.total, np.nan))[rows] = values
+        return parts
+
+    @contextlib.contextmanager
+    def lock(self, word: str) -> Iterator[None]:
+        """Hold a part of the study for this process; the operating system lets go of it if the process dies."""
+        self.folder.mkdir(parents=True, exist_ok=True)
+        with (self.folder / f".{word}.lock").open("w") as file:
+            if not _locked(file.fileno()):
+                raise InputError(f"{self.folder}: {word} is being computed by another process, expected it to end")
+            yield
+
+
+def _read(path: Path) -> dict[str, object]:
+    try:
+        head = json.loads(path.read_text("utf-8"))
+    except (ValueError, OSError) as error:
+        raise InputError(f"{path}: cannot be read ({error})") from None
+    if not isinstance(head, dict):
+        raise InputError(f"{path}: holds no table, expected the head of a study")
+    return head
+
+
+def _arrays(path: Path) -> dict[str, Array]:
+    try:
+        with np.load(path, allow_pickle=False) as held:
+            return {name: held[name] for name in held.files}
+    except (OSError, ValueError, EOFError, zipfile.BadZipFile, zlib.error) as error:
+        raise InputError(f"{path}: cannot be read ({error}); remove it and resume the study") from None
+
+
+def _locked(descriptor: int) -> bool:
+    """Whether an exclusive lock was got; on systems without such locks it is taken for granted."""
+    if os.name != "posix":
+        return True
+    import fcntl
+
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return False
+    return True

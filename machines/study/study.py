@@ -1,0 +1,194 @@
+"""A study file: ``schema = "jointlib/study/1"``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from jointlib.arrays import Array
+from jointlib.errors import InputError, nearest
+from jointlib.io.toml import Section, read_toml
+
+from ..lobes import METHODS as LOBES
+from .factors import Factor
+from .sampling import METHODS, plan
+
+BASE = "base"
+"""Path of a factor that takes whole machine files."""
+QUANTITIES: Mapping[str, tuple[str, str]] = {
+    "minimum-depth": ("m", "depth below which every speed is stable"),
+    "pocket-depth": ("m", "recommended depth between the lobes"),
+    "pocket-speed": ("rpm", "speed it is recommended at"),
+    "removal-rate": ("m^3/s", "material removed per time there"),
+    "static-compliance": ("m/N", "yield of the tool point under a constant force, the larger of x and y"),
+    "peak-receptance": ("m/N", "largest receptance of the tool point, the larger of x and y"),
+    "weight": ("kg", "mass of the components"),
+}
+"""What a configuration can be judged by, with its unit."""
+
+
+@dataclass(frozen=True)
+class Objective:
+    """A quantity to be made large or small."""
+
+    quantity: str
+    goal: str
+    """``max`` or ``min``."""
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """A quantity that must stay inside a range (in its unit)."""
+
+    quantity: str
+    at_least: float
+    at_most: float
+
+
+@dataclass(frozen=True, eq=False)
+class Study:
+    """What is varied, under which conditions, and what counts."""
+
+    name: str
+    base: Path
+    factors: tuple[Factor, ...]
+    objectives: tuple[Objective, ...]
+    constraints: tuple[Constraint, ...]
+    speeds: Array
+    """Spindle speeds in rpm at which the lobes are computed; empty: the range of the machine file, 100 speeds."""
+    amplitudes: tuple[float, ...]
+    """Tool-point amplitudes in m over which the lowest limit counts."""
+    lobes: str | None
+    """Method of the stability lobes; None: the fast one of the process, zero order in milling."""
+    method: str
+    """Plan of the design factors."""
+    count: int
+    seed: int
+    samples: int
+    """Samples of the uncertain factors, the same for every design."""
+    confidence: float
+    """Share of the samples in which a constraint must hold."""
+    source: Path
+
+    @property
+    def quantities(self) -> tuple[str, ...]:
+        """What is computed of every configuration: what counts, and the speed of a recommended depth."""
+        asked = [*(o.quantity for o in self.objectives), *(c.quantity for c in self.constraints)]
+        speed = ["pocket-speed"] if {"pocket-depth", "removal-rate"} & set(asked) else []
+        return tuple(sorted({*asked, *speed}))
+
+    @property
+    def design(self) -> tuple[Factor, ...]:
+        """Factors that can be chosen."""
+        return tuple(f for f in self.factors if not f.uncertain)
+
+    @property
+    def uncertain(self) -> tuple[Factor, ...]:
+        """Factors that cannot."""
+        return tuple(f for f in self.factors if f.uncertain)
+
+    def numbers(self) -> Array:
+        """A row per configuration with the number of every factor, in the order of `factors`.
+
+        Every design is followed by its samples of what is uncertain; the samples are the same for all designs.
+        """
+        chosen = plan(self.design, self.method, self.count, self.seed) if self.design else np.zeros((1, 0))
+        samples = np.zeros((1, 0))
+        if self.uncertain:
+            samples = plan(self.uncertain, "latin-hypercube", self.samples, self.seed + 1)
+        quantiles = {f.name: np.repeat(chosen[:, i], len(samples)) for i, f in enumerate(self.design)}
+        quantiles |= {f.name: np.tile(samples[:, i], len(chosen)) for i, f in enumerate(self.uncertain)}
+        return np.stack([f.numbers(quantiles[f.name]) for f in self.factors], axis=1)
+
+    @property
+    def repeats(self) -> int:
+        """Configurations per design."""
+        return self.samples if self.uncertain else 1
+
+
+def read_study(path: Path | str) -> Study:
+    """The study in a file; the machine it starts from is only named."""
+    path = Path(path)
+    document = read_toml(path, "study")
+    name = document.text("name", path.name.removesuffix(".toml").removesuffix(".study"))
+    base = path.parent / document.text("base")
+    factors = tuple(Factor.from_section(section) for section in document.sections("factor"))
+    objectives = tuple(_objective(section) for section in document.sections("objective"))
+    constraints = tuple(_constraint(section) for section in document.sections("constraint"))
+    conditions = document.section("conditions")
+    speed = conditions.numbers("speed", "rpm", None, length=2)
+    count = conditions.integer("speeds", 100, lower=1)
+    amplitudes = conditions.numbers("amplitude", "m", (0.0,))
+    lobes = conditions.text("lobes", None, tuple(LOBES))
+    conditions.done()
+    sampling = document.section("sampling")
+    uncertain = any(f.uncertain for f in factors)
+    study = Study(
+        name,
+        base,
+        factors,
+        objectives,
+        constraints,
+        np.array([]) if speed is None else np.linspace(speed[0], speed[1], count),
+        amplitudes,
+        lobes,
+        sampling.text("method", "factorial", METHODS),
+        sampling.integer("count", 128, lower=1),
+        sampling.integer("seed", 0),
+        sampling.integer("samples", 50 if uncertain else 1, lower=1),
+        sampling.number("confidence", "1", 0.95),
+        path,
+    )
+    sampling.done()
+    document.done()
+    return _checked(study)
+
+
+def _checked(study: Study) -> Study:
+    where = str(study.source)
+    if not study.factors:
+        raise InputError(f"{where}: no [[factor]], expected at least one")
+    if not study.objectives:
+        raise InputError(f"{where}: no [[objective]], expected at least one of {', '.join(QUANTITIES)}")
+    for key, values in (("name", [f.name for f in study.factors]), ("path", [f.path for f in study.factors])):
+        for value in values:
+            if values.count(value) > 1:
+                raise InputError(f"{where}: two factors have the {key} {value!r}, expected different ones")
+    if len(study.speeds) and not 0 < study.speeds[0] <= study.speeds[-1]:
+        raise InputError(f"{where}: [conditions]: speed is not ascending, expected [low, high] in rpm")
+    if any(A < 0 for A in study.amplitudes) or not study.amplitudes:
+        raise InputError(f"{where}: [conditions]: amplitude {list(study.amplitudes)}, expected lengths of at least 0")
+    if not 0 < study.confidence <= 1:
+        raise InputError(
+            f"{where}: [sampling]: confidence is {study.confidence:g}, expected a share above 0, at most 1"
+        )
+    for f in study.factors:
+        if f.path == BASE and not f.choices:
+            raise InputError(f"{where}: factor {f.name!r} changes the base machine, expected values = [files]")
+    return study
+
+
+def _quantity(section: Section) -> str:
+    word = section.text("quantity")
+    if word not in QUANTITIES:
+        raise InputError(f"{section.where}: quantity is {word!r}, {nearest(word, QUANTITIES)}")
+    return word
+
+
+def _objective(section: Section) -> Objective:
+    found = Objective(_quantity(section), section.text("goal", choices=("max", "min")))
+    section.done()
+    return found
+
+
+def _constraint(section: Section) -> Constraint:
+    quantity = _quantity(section)
+    unit = QUANTITIES[quantity][0]
+    found = Constraint(quantity, section.number("at_least", unit, -np.inf), section.number("at_most", unit, np.inf))
+    section.done()
+    if np.isinf(found.at_least) and np.isinf(found.at_most):
+        raise InputError(f"{section.where}: no limit given, expected at_least or at_most")
+    return found

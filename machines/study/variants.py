@@ -1,0 +1,197 @@
+"""Machines of a study: the base with some values changed, each made once and kept while it is needed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from jointlib.arrays import Array
+from jointlib.errors import InputError, nearest
+from jointlib.joint import Joint
+from jointlib.units import quantity
+
+from ..component import Component
+from ..files import read_machine
+from ..lobes.cutting import Cutting
+from ..lobes.machine_model import modes_at_rest
+from ..machine import Machine
+from ..static_load import axis_of
+from .factors import Factor
+from .study import BASE, Study
+
+_KEPT = 8
+_CUTS = 256
+
+
+@dataclass(frozen=True, eq=False)
+class Variant:
+    """A machine whose joints may still be changed."""
+
+    machine: Machine
+
+    @cached_property
+    def cutting(self) -> Cutting:
+        """The cut of the machine file."""
+        if self.machine.cutting is None:
+            raise InputError(f"{self.machine.where}: no [cutting], a study of depths needs a cutting operation")
+        return Cutting(**self.machine.cutting)
+
+    @cached_property
+    def weight(self) -> float:
+        """Mass of the components in kg; those whose file tells no mass are left out."""
+        return sum(max(_moved(component, axis) for axis in range(3)) for component in self.machine.components)
+
+    @cached_property
+    def has_modes(self) -> bool:
+        """Whether the tool point at rest is a sum of modes, so that one decomposition tells it at every frequency."""
+        return modes_at_rest(self.machine) is not None
+
+
+def _moved(component: Component, axis: int) -> float:
+    """The mass in kg that moves along an axis: what a unit acceleration pulls at the dofs along it."""
+    pull = component.weight(np.eye(3)[axis])
+    if pull is None:
+        return 0.0
+    return float(sum(f for f, dof in zip(pull, component.dofs, strict=True) if axis_of(dof.rpartition(".")[2]) == axis))
+
+
+def with_joints(machine: Machine, joints: tuple[Joint, ...]) -> Machine:
+    """The machine with these joints in its flexible connections, in order."""
+    new = dict(zip((c.name for c in machine.flexible), joints, strict=True))
+    kept = (replace(c, joint=new[c.name], identify=None) if c.name in new else c for c in machine.connections)
+    return replace(machine, connections=tuple(kept))
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One configuration: the file it starts from, what is changed in it, and what in its joints and its cut."""
+
+    file: Path
+    document: tuple[tuple[str, Any], ...]
+    """Changes of the file by path, hashable."""
+    joints: tuple[tuple[str, float], ...]
+    """Values in SI by connection or bundle and parameter, as ``guide.hertz_guide.preload``."""
+    cutting: tuple[tuple[str, Any], ...]
+
+
+def setting(study: Study, numbers: Array, places: Mapping[str, str]) -> Setting:
+    """What a row of the plan stands for; ``places`` maps paths into joints to the unit of the parameter."""
+    document, joints, cutting, file = [], [], [], study.base
+    for factor, number in zip(study.factors, numbers, strict=True):
+        value = factor.value(float(number))
+        if factor.path == BASE:
+            file = study.source.parent / str(value)
+        elif factor.path in places:
+            joints.append((factor.path, quantity(value, places[factor.path], f"{study.source}: {factor.name}")))
+        elif factor.path.startswith("cutting."):
+            cutting.append((factor.path, _hashable(value)))
+        else:
+            document.append((factor.path, _hashable(value)))
+    return Setting(file, tuple(document), tuple(joints), tuple(cutting))
+
+
+def _hashable(value: Any) -> Any:
+    return tuple(_hashable(v) for v in value) if isinstance(value, list) else value
+
+
+def _plain(value: Any) -> Any:
+    return [_plain(v) for v in value] if isinstance(value, tuple) else value
+
+
+@dataclass(eq=False)
+class Machines:
+    """The machines of a study as they are asked for; the last few are kept, with what was computed of them."""
+
+    found: Mapping[str, Joint]
+    """Joints that the base machine leaves to be identified, by connection."""
+    _kept: dict[tuple[Path, tuple[tuple[str, Any], ...]], Variant] = field(default_factory=dict)
+    _cuts: dict[tuple[Path, tuple[tuple[str, Any], ...]], Cutting] = field(default_factory=dict)
+
+    def of(self, file: Path, document: tuple[tuple[str, Any], ...] = ()) -> Variant:
+        """The machine of a file with changes, before parameters of its joints are changed."""
+        key = file, document
+        if key not in self._kept:
+            machine = read_machine(file, {path: _plain(value) for path, value in document})
+            for connection in machine.flexible:
+                if connection.joint is None and connection.name in self.found:
+                    machine = machine.with_joint(connection.name, self.found[connection.name])
+            _make_room(self._kept, _KEPT)
+            self._kept[key] = Variant(machine)
+        return self._kept[key]
+
+    def cut(self, case: Setting) -> Cutting:
+        """The cutting operation of a configuration."""
+        if not case.cutting:
+            return self.of(case.file, case.document).cutting
+        key = case.file, case.cutting
+        if key not in self._cuts:
+            changed = read_machine(case.file, {path: _plain(value) for path, value in case.cutting})
+            _make_room(self._cuts, _CUTS)
+            self._cuts[key] = Variant(changed).cutting
+        return self._cuts[key]
+
+
+def _make_room(kept: dict[Any, Any], most: int) -> None:
+    while len(kept) >= most:
+        del kept[next(iter(kept))]
+
+
+def changed_joints(machine: Machine, changes: tuple[tuple[str, float], ...]) -> tuple[Joint, ...]:
+    """The joints of the flexible connections with some parameters changed."""
+    joints = {c.name: c.joint for c in machine.flexible}
+    by_place: dict[str, dict[str, float]] = {}
+    for path, value in changes:
+        place, parameter = joint_place(machine, path)
+        by_place.setdefault(place, {})[parameter] = value
+    for place, values in by_place.items():
+        for name in rows_of(machine, place):
+            old = joints[name]
+            assert old is not None
+            joints[name] = old.with_parameters(values)
+    return tuple(j for j in joints.values() if j is not None)
+
+
+def rows_of(machine: Machine, place: str) -> list[str]:
+    """Flexible connections that a name stands for: itself, or the rows of a bundle."""
+    names = [c.name for c in machine.flexible]
+    return (
+        [n for n in names if n == place or n.startswith((f"{place}.", f"{place}_"))] if place not in names else [place]
+    )
+
+
+def joint_place(machine: Machine, path: str) -> tuple[str, str]:
+    """Connection or bundle and parameter of a path ``connection.guide.joint.hertz_guide.preload``."""
+    kind, _, rest = path.partition(".")
+    place, marker, parameter = rest.partition(".joint.")
+    names = [c.name for c in machine.flexible]
+    if kind not in ("connection", "bundle") or not marker or not rows_of(machine, place):
+        raise InputError(f"{machine.where}: path {path!r}: no joint at {place!r}, {nearest(place, names)}")
+    return place, parameter
+
+
+def joint_units(machine: Machine, factors: tuple[Factor, ...]) -> dict[str, str]:
+    """Unit of the joint parameter of every factor that names one; other factors are left out.
+
+    Entries of the file itself (``connection.guide.joint.law[0].damping``) are no joint parameters.
+    """
+    units = {}
+    for factor in factors:
+        if ".joint." not in factor.path or ".joint.law[" in factor.path:
+            continue
+        place, parameter = joint_place(machine, factor.path)
+        for name in rows_of(machine, place):
+            joint = next(c.joint for c in machine.flexible if c.name == name)
+            if joint is None:
+                raise InputError(f"{machine.where}: the joint of {name!r} is not known yet, expected it identified")
+            if parameter not in joint.parameters:
+                raise InputError(
+                    f"{machine.where}: path {factor.path!r}: no parameter {parameter!r}, "
+                    f"{nearest(parameter, joint.parameters)}"
+                )
+            units[factor.path] = joint.units[parameter]
+    return units

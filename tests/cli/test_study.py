@@ -1,0 +1,103 @@
+"""``jointlib study``: run, resume, parts, other workers; whatever computes them, the results are the same bytes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import files, jointlib
+
+STUDY = """
+schema = "jointlib/study/1"
+base = "machines/library/two_mode_tool.toml"
+[[factor]]
+path = "component.cutter.modal_mass[0]"
+range = [0.3, 0.5]
+[[factor]]
+path = "cutting.immersion"
+range = [0.3, 0.7]
+[[objective]]
+quantity = "removal-rate"
+goal = "max"
+[conditions]
+speeds = 40
+[sampling]
+method = "sobol"
+count = 16
+"""
+
+
+@pytest.fixture
+def study(here: Path) -> Path:
+    Path("s.study.toml").write_text(STUDY)
+    return Path("s.study.toml")
+
+
+def test_a_study_ends_with_its_best_configuration(study: Path) -> None:
+    done = jointlib(f"study run {study} -o out --workers 1 --json")
+    assert done.status == 0
+    data = done.json
+    assert (data["done"], data["total"]) == (64, 64)
+    with np.load("out/results.npz") as held:
+        assert data["best"]["results"]["removal-rate"] == held["removal-rate"].max()
+        assert data["best"]["configuration"] == int(np.argmax(held["removal-rate"]))
+    first, total = data["sensitivity"]["removal-rate"]["immersion"]
+    assert 0 < first < total + 0.2
+    again = jointlib(f"study report {study} -o out --json")
+    assert again.json == data
+
+
+def test_parts_processes_and_one_process_leave_the_same_bytes(study: Path) -> None:
+    halves = [jointlib(f"study run {study} -o parts --workers 1 --shard {k}/2 --json") for k in (2, 1)]
+    assert [h.json["done"] for h in halves] == [32, 64]
+    jointlib(f"study run {study} -o pool --workers 2")
+    jointlib(f"study run {study} -o one --workers 1")
+    assert Path("parts/results.npz").read_bytes() == Path("one/results.npz").read_bytes()
+    assert Path("pool/results.npz").read_bytes() == Path("one/results.npz").read_bytes()
+
+
+def test_workers_of_a_dask_scheduler_leave_the_same_bytes(study: Path) -> None:
+    distributed = pytest.importorskip("distributed", reason="Dask is not installed (extra cluster)")
+    jointlib(f"study run {study.resolve()} -o one --workers 1")
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
+        done = jointlib(f"study run {study} -o dask --scheduler {cluster.scheduler_address} --json")
+    assert done.status == 0
+    assert Path("dask/results.npz").read_bytes() == Path("one/results.npz").read_bytes()
+
+
+def test_resume_goes_on_where_results_are_missing(study: Path) -> None:
+    jointlib(f"study run {study} -o out --workers 1")
+    before = Path("out/results.npz").read_bytes()
+    shards = sorted(Path("out/shards").iterdir())
+    times = {shard.name: shard.stat().st_mtime_ns for shard in shards[1:]}
+    shards[0].unlink()
+    Path("out/results.npz").unlink()
+    unfinished = jointlib(f"study report {study} -o out --json").json
+    assert (unfinished["best"], unfinished["total"]) == (None, 64)
+    assert 0 <= unfinished["done"] < 64
+    done = jointlib(f"study resume {study} -o out --workers 1 --json")
+    assert done.json["done"] == 64
+    assert Path("out/results.npz").read_bytes() == before
+    assert {s.name: s.stat().st_mtime_ns for s in Path("out/shards").iterdir() if s.name in times} == times
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("study run {s} -o out --shard 3/2", "--shard: '3/2', expected k/n such as 2/8"),
+        ("study run {s} -o out --shard 1", "--shard: '1', expected k/n"),
+        ("study resume {s} -o out", "holds no study to resume"),
+        ("study report {s} -o out", "holds no study"),
+        ("study run {s} -o out --workers 0", "--workers"),
+        ("study run nothing.toml -o out", "nothing.toml: no such file, expected a study file"),
+        ("study run machines/library/two_mass.toml -o out", 'expected "jointlib/study/1"'),
+        ("study run {s} -o out --scheduler tcp://127.0.0.1:1", "does not answer"),
+    ],
+)
+def test_what_is_wrong_is_said_in_one_sentence(study: Path, words: str, said: str) -> None:
+    before = files(Path())
+    done = jointlib(words.format(s=study))
+    assert done.status == 2
+    assert said in done.err
+    assert not {path for path in files(Path()) - before if path.suffix == ".npz"}

@@ -1,0 +1,66 @@
+"""A machine file with other values in some places is the machine that a file with those values describes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from jointlib.errors import InputError
+from machines import Machine, frozen_receptance, read_machine
+
+LIBRARY = Path("machines/library")
+TOOL, TWO_MASS, MILL = LIBRARY / "two_mode_tool.toml", LIBRARY / "two_mass.toml", LIBRARY / "column_mill_a.toml"
+
+
+def receptance(machine: Machine) -> np.ndarray:
+    return frozen_receptance(machine, np.linspace(200.0, 900.0, 20), 0.0).receptance
+
+
+def foot(machine: Machine) -> object:
+    return next(c.at for c in machine.connections if c.name == "foot.x")
+
+
+def test_a_changed_value_is_read_as_if_it_stood_in_the_file(tmp_path: Path) -> None:
+    text = TOOL.read_text()
+    (tmp_path / "other.toml").write_text(
+        text.replace("[603, 666]", '[603, "0.7 kHz"]').replace("immersion = 0.5", "immersion = 0.3")
+    )
+    changed = read_machine(TOOL, {"component.cutter.frequency[1]": "0.7 kHz", "cutting.immersion": 0.3})
+    written = read_machine(tmp_path / "other.toml")
+    assert np.array_equal(receptance(changed), receptance(written))
+    assert changed.cutting == written.cutting
+    assert not np.array_equal(receptance(changed), receptance(read_machine(TOOL)))
+
+
+def test_parts_that_machines_share_are_changed_for_one_of_them_only() -> None:
+    before = read_machine(MILL)
+    after = read_machine(MILL, {"bundle.x_guide.preload": "3 kN", "connection.foot.x.at[2]": 0.7})
+    assert foot(after) == (0.0, 0.62, 0.7)
+    rows = [c.joint for c in after.connections if c.name.startswith("x_guide")]
+    old = [c.joint for c in before.connections if c.name.startswith("x_guide")]
+    assert all(a is not None and b is not None and a.laws != b.laws for a, b in zip(rows, old, strict=True))
+    assert foot(read_machine(MILL)) == foot(before) == (0.0, 0.62, 0.74)
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "said"),
+    [
+        ("component.cuter.mass", 1.0, r"no component 'cuter', did you mean 'cutter'"),
+        ("component.cutter.frequency[2]", 1.0, r"no entry \[2\], there stands a list of 2"),
+        ("component.cutter.frequency.low", 1.0, "'low' is a key, but there stands"),
+        ("component.cutter.frequencies", [1.0, 2.0], "frequencies"),
+        ("component.cutter", 1.0, "expected it to end in a key"),
+        ("component.cutter.frequency[1", 1.0, "expected it to end in a key"),
+        ("cuting.immersion", 1.0, "no 'cuting', did you mean 'cutting'"),
+        ("cutting.immersion.depth", 1.0, "'depth' is a key"),
+        ("cutting.imersion", 0.2, "imersion"),
+        ("connection.guide.joint.law[0].damping", 1.0, "no connection 'guide'"),
+        ("component.cutter.frequency[1]", "4 mm", "unit 'mm'"),
+    ],
+)
+def test_places_that_are_not_there_are_told_with_the_nearest(path: str, value: Any, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        read_machine(TOOL, {path: value})

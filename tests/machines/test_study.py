@@ -1,0 +1,228 @@
+"""Studies: every configuration is worth what the commands say of the machine it stands for; ranking as by hand."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from jointlib.errors import InputError
+from machines import Beam, Rigid, frozen_receptance, lobes_at_amplitude, read_machine
+from machines.lobes import Cutting
+from machines.lobes.pocket import pocket
+from machines.study.evaluation import Evaluation
+from machines.study.run import begin, evaluate_all, identity
+from machines.study.study import Study, read_study
+from machines.study.variants import Variant
+from machines.study.verdict import judge
+
+LIBRARY = Path("machines/library").resolve()
+
+STUDY = f"""
+schema = "jointlib/study/1"
+base = "{LIBRARY}/two_mass.toml"
+[[factor]]
+path = "connection.guide.joint.linear.stiffness"
+range = ["500 N/um", "700 N/um"]
+levels = 3
+[[factor]]
+name = "base"
+path = "component.base.mass[0][0]"
+values = [1.8, "2.2 kg"]
+[[factor]]
+path = "cutting.specific"
+values = [1e9, 2e9]
+[conditions]
+speed = [2000, 9000]
+[[objective]]
+quantity = "removal-rate"
+goal = "max"
+[[objective]]
+quantity = "weight"
+goal = "min"
+[[constraint]]
+quantity = "minimum-depth"
+at_least = "1 um"
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    text = (LIBRARY / "two_mass.toml").read_text().replace("two_mass.joint.toml", f"{LIBRARY}/two_mass.joint.toml")
+    cut = '\n[cutting]\nprocess = "turning"\nspecific = 1e9\nfeed = "0.2 mm"\ndiameter = "80 mm"\n'
+    (tmp_path / "lathe.toml").write_text(text + cut)
+    (tmp_path / "s.study.toml").write_text(STUDY.replace(f"{LIBRARY}/two_mass.toml", "lathe.toml"))
+    return tmp_path
+
+
+def opened(folder: Path, *changes: tuple[str, str]) -> Study:
+    text = (folder / "s.study.toml").read_text()
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new, 1)
+    (folder / "changed.study.toml").write_text(text)
+    return read_study(folder / "changed.study.toml")
+
+
+def test_a_configuration_is_worth_what_the_command_says_of_its_machine(folder: Path) -> None:
+    study = opened(folder, ('"weight"', '"static-compliance"'))
+    found = Evaluation(study.source)(0, 12)
+    for row in (0, 3, 6, 11):
+        stiffness, mass, specific = study.numbers()[row]
+        changes = {"component.base.mass[0][0]": [1.8, 2.2][int(mass)], "cutting.specific": [1e9, 2e9][int(specific)]}
+        machine = read_machine(study.base, changes)
+        joint = machine.connections[0].joint
+        assert joint is not None
+        machine = machine.with_joint("guide", joint.with_parameters({"linear.stiffness": 1e6 * float(stiffness)}))
+        chart = lobes_at_amplitude(machine, np.linspace(2000, 9000, 100), 0.0, "turning")
+        best = pocket([chart], Cutting(**(machine.cutting or {})))
+        assert best is not None
+        assert found["minimum-depth"][row] == pytest.approx(chart.minimum_depth, rel=1e-6)
+        assert found["removal-rate"][row] == pytest.approx(best.removal_rate, rel=1e-6)
+        assert found["pocket-speed"][row] == best.speed
+        compliance = abs(frozen_receptance(machine, 0.1, 0.0).receptance[0, 0, 0])
+        assert found["static-compliance"][row] == pytest.approx(compliance, rel=1e-6)
+
+
+def test_blocks_do_not_depend_on_what_was_computed_before(folder: Path) -> None:
+    study = opened(folder)
+    whole = Evaluation(study.source)(0, 12)
+    fresh = Evaluation(study.source)
+    for first, end in ((8, 12), (0, 3), (3, 8)):
+        for name, values in fresh(first, end).items():
+            assert np.array_equal(values, whole[name][first:end])
+
+
+def test_vibrating_joints_are_judged_at_their_amplitude(folder: Path) -> None:
+    study = opened(folder, ("speed = [2000, 9000]", 'speed = [2000, 9000]\namplitude = [0, "20 um"]'))
+    found = Evaluation(study.source)(0, 1)
+    machine = read_machine(study.base, {"component.base.mass[0][0]": 1.8})
+    joint = machine.connections[0].joint
+    assert joint is not None
+    machine = machine.with_joint("guide", joint.with_parameters({"linear.stiffness": 500e6}))
+    lowest = [lobes_at_amplitude(machine, [3000.0], A).minimum_depth for A in (0.0, 20e-6)]
+    assert found["minimum-depth"][0] == pytest.approx(min(lowest), rel=1e-4)
+    assert lowest[1] < lowest[0]
+
+
+def results(study: Study, **values: list[float]) -> dict[str, np.ndarray]:
+    names = {"rate": "removal-rate", "weight": "weight", "depth": "minimum-depth"}
+    return {names[key]: np.array(v) for key, v in values.items()}
+
+
+def test_ranking_front_and_constraints_are_those_by_hand(folder: Path) -> None:
+    study = opened(folder)
+    rate = [1.0, 5.0, 4.0, 3.0, 2.0, 9.0, 4.0, np.nan, 0.0, 0.0, 0.0, 0.0]
+    weight = [1.0, 4.0, 3.0, 3.5, 2.0, 0.5, 3.0, 0.1, 9.0, 9.0, 9.0, 9.0]
+    depth = [1.0, 1.0, 1.0, 1.0, 1.0, 1e-7, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0]
+    verdict = judge(study, results(study, rate=rate, weight=weight, depth=depth))
+    assert verdict.best is not None
+    assert verdict.best.number == 1
+    assert (verdict.designs, verdict.feasible) == (12, 10)
+    assert [d.number for d in verdict.leading] == [1, 2, 6, 3, 4]
+    assert sorted(d.number for d in verdict.front) == [0, 1, 2, 4, 6]
+    assert verdict.best.factors == {"stiffness": "500 N/um", "base": "1.8", "specific": "2000000000.0"}
+
+
+def test_uncertain_factors_are_averaged_over_the_same_samples(folder: Path) -> None:
+    uncertain = """path = "cutting.specific"
+role = "uncertain"
+distribution = { kind = "normal", mean = 1.5e9, deviation = 1e8 }"""
+    study = opened(
+        folder,
+        ('path = "cutting.specific"\nvalues = [1e9, 2e9]', uncertain),
+        ("[[constraint]]", "[sampling]\nsamples = 4\n[[constraint]]"),
+    )
+    numbers = study.numbers()
+    assert numbers.shape == (24, 3)
+    assert np.array_equal(numbers[:4, 2], numbers[20:, 2])
+    rate = np.tile([1.0, 2.0, 3.0, 4.0], 6)
+    rate[4:8] = [2.0, 3.0, 4.0, 3.0]  # the mean is higher, in three of four samples
+    depth = np.ones(24)
+    verdict = judge(study, {"removal-rate": rate, "weight": np.ones(24), "minimum-depth": depth})
+    assert verdict.best is not None
+    assert verdict.best.number == 1
+    assert verdict.surer == 0.75
+    assert verdict.best.results["removal-rate"] == 3.0
+    assert verdict.best.spread["removal-rate"] == pytest.approx(np.std([2.0, 3.0, 4.0, 3.0]))
+    depth[4] = 0.0  # one of four samples breaks the constraint
+    verdict = judge(study, {"removal-rate": rate, "weight": np.ones(24), "minimum-depth": depth})
+    assert verdict.best is not None
+    assert verdict.best.number == 0
+
+
+def test_a_changed_study_machine_or_joint_is_another_study(folder: Path) -> None:
+    study = opened(folder)
+    before = identity(study)
+    begin(study, folder / "r")
+    assert identity(opened(folder, ("levels = 3", "levels = 4")))["study"] != before["study"]
+    machine = folder / "lathe.toml"
+    machine.write_text(machine.read_text() + "# changed\n")
+    changed = identity(opened(folder))
+    assert changed["inputs"] != before["inputs"]
+    with pytest.raises(InputError, match="another study"):
+        begin(opened(folder), folder / "r")
+
+
+def test_machines_that_are_alternatives_are_compared(folder: Path) -> None:
+    (folder / "b.toml").write_text((folder / "lathe.toml").read_text().replace("2.2", "4.4"))
+    base = '[[factor]]\npath = "base"\nvalues = ["lathe.toml", "b.toml"]\n'
+    study = opened(
+        folder, ('[[factor]]\nname = "base"\npath = "component.base.mass[0][0]"\nvalues = [1.8, "2.2 kg"]\n', base)
+    )
+    found = Evaluation(study.source)(0, 12)
+    assert np.unique(np.round(found["weight"], 6)).tolist() == [3.142, 5.342]
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (("connection.guide.joint.lin", "connection.giude.joint.lin"), "no joint at 'giude', did you mean 'guide'"),
+        (("linear.stiffness", "linear.stifness"), "no parameter 'linear.stifness', did you mean 'linear.stiffness'"),
+        (("component.base.mass", "component.bass.mass"), "no component 'bass', did you mean 'base'"),
+        (('["500 N/um", "700 N/um"]', '["500 N", "700 N"]'), "unit 'N' does not fit"),
+        (('["500 N/um", "700 N/um"]', '["700 N/um", "500 N/um"]'), "range from 700 to 500 is empty"),
+        (('"weight"', '"wieght"'), "quantity is 'wieght', did you mean 'weight'"),
+        (('goal = "max"', 'goal = "most"'), "goal is 'most'"),
+        (('at_least = "1 um"', ""), "no limit given"),
+        (('name = "base"', 'name = "specific"'), "two factors have the name 'specific'"),
+        (("speed = [2000, 9000]", "speed = [9000, 2000]"), "not ascending"),
+        (("levels = 3", ""), "a list or levels"),
+        (
+            ("[[constraint]]", '[sampling]\nmethod = "sobol"\ncount = 100\n[[constraint]]'),
+            "power of two",
+        ),
+    ],
+)
+def test_studies_without_sense_are_refused_in_a_sentence(folder: Path, change: tuple[str, str], said: str) -> None:
+    def computed() -> None:
+        study = opened(folder, change)
+        evaluate_all(study, begin(study, folder / "r"), {}, workers=1)
+
+    with pytest.raises(InputError, match=re.escape(said)):
+        computed()
+
+
+def test_no_objective_or_no_factor_is_told(folder: Path) -> None:
+    text = (folder / "s.study.toml").read_text()
+    (folder / "x.toml").write_text(text.split("[[objective]]", maxsplit=1)[0])
+    with pytest.raises(InputError, match=r"no \[\[objective\]\], expected at least one of minimum-depth"):
+        read_study(folder / "x.toml")
+    bare = folder / "lathe.toml"
+    bare.write_text(bare.read_text().split("[cutting]")[0])
+    (folder / "y.toml").write_text(
+        text.replace("cutting.specific", "response.drive").replace("[1e9, 2e9]", '["slide.x"]')
+    )
+    with pytest.raises(InputError, match=r"no \[cutting\]"):
+        Evaluation(folder / "y.toml")(0, 1)
+
+
+def test_weight_is_that_of_the_parts() -> None:
+    """Bodies by their mass, a steel beam by ρAL; the cutter of the column mill stands in its modules file."""
+    machine = read_machine(LIBRARY / "column_mill_a.toml")
+    bodies = sum(c.mass for c in machine.components if isinstance(c, Rigid))
+    beams = [c for c in machine.components if isinstance(c, Beam)]
+    volume = sum(s.length * s.profile.area * s.material.density for beam in beams for s in beam.segments)
+    assert Variant(machine).weight == pytest.approx(bodies + volume, rel=1e-9)

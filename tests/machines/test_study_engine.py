@@ -1,0 +1,166 @@
+"""The engine of studies: whoever computes the blocks, and however often it is killed, the results are the same."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pytest
+import study_kills
+from study_kills import BLOCK, TOTAL
+
+from jointlib.arrays import Array
+from jointlib.errors import InputError
+from machines.study.engine import compute, process_pool
+from machines.study.store import Store
+
+SCRIPT = Path(study_kills.__file__)
+IDENTITY = {"study": "killed"}
+
+
+def quick(first: int, end: int) -> dict[str, Array]:
+    x = np.arange(first, end, dtype=float)
+    return {"sine": np.sin(x), "root": np.sqrt(x)}
+
+
+def begun(folder: Path) -> Store:
+    return Store.begin(folder, IDENTITY, TOTAL, BLOCK)
+
+
+def same(found: Mapping[str, Array]) -> bool:
+    wanted = quick(0, TOTAL)
+    return found.keys() == wanted.keys() and all(np.array_equal(found[k], wanted[k]) for k in wanted)
+
+
+def test_every_configuration_is_computed_once_and_in_order(tmp_path: Path) -> None:
+    asked: list[tuple[int, int]] = []
+
+    def noted(first: int, end: int) -> dict[str, Array]:
+        asked.append((first, end))
+        return quick(first, end)
+
+    store = begun(tmp_path / "r")
+    compute(store, noted)
+    assert same(store.results())
+    assert asked == [(i, min(i + BLOCK, TOTAL)) for i in range(0, TOTAL, BLOCK)]
+    compute(store, noted)
+    assert len(asked) == store.blocks
+
+
+def test_a_pool_and_two_parts_leave_the_same_results(tmp_path: Path) -> None:
+    pooled, parts = begun(tmp_path / "pool"), begun(tmp_path / "parts")
+    with process_pool(2) as pool:
+        compute(pooled, study_kills.evaluate, pool, 2)
+    for k in (2, 1):
+        compute(parts, quick, part=(k, 2))
+        if k == 2:
+            with pytest.raises(InputError, match="blocks are missing; resume"):
+                parts.results()
+    assert same(pooled.results())
+    assert same(parts.results())
+
+
+def test_killed_at_random_moments_it_goes_on_where_it_was(tmp_path: Path) -> None:
+    """SIGKILL leaves no half-written shard, and what was computed is not computed again."""
+    folder, rng = tmp_path / "r", np.random.default_rng(5)
+    killed, blocks = 0, 0
+    for _ in range(40):
+        process = subprocess.Popen([sys.executable, str(SCRIPT), str(folder)])
+        time.sleep(rng.uniform(0.25, 0.75))
+        process.send_signal(signal.SIGKILL)
+        killed += process.wait() == -signal.SIGKILL
+        held = Store.opened(folder)[0].held() if (folder / "study.json").exists() else []
+        done = sum(last - first + 1 for first, last in held)
+        assert done >= blocks
+        blocks = done
+        if killed >= 6:
+            break
+    subprocess.run([sys.executable, str(SCRIPT), str(folder)], check=True)
+    store = begun(folder)
+    assert same(store.results())
+    ranges = store.held()
+    assert all(before[1] < after[0] for before, after in itertools.pairwise(ranges))
+
+
+def test_workers_leave_with_a_parent_that_is_killed(tmp_path: Path) -> None:
+    process = subprocess.Popen([sys.executable, str(SCRIPT), str(tmp_path / "r"), "2"], start_new_session=True)
+    deadline = time.monotonic() + 30
+    while not list((tmp_path / "r" / "shards").glob("*.npz")):
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    while _alive(process.pid):
+        assert time.monotonic() < deadline, "a worker lives on"
+        time.sleep(0.05)
+
+
+def _alive(group: int) -> bool:
+    try:
+        os.killpg(group, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+def test_a_worker_that_is_killed_is_told_and_nothing_is_lost(tmp_path: Path) -> None:
+    store = begun(tmp_path / "r")
+    with pytest.raises(InputError, match="a worker was killed"), process_pool(1) as pool:
+        compute(store, dies_late, pool, 1)
+    done = store.blocks - len(store.missing())
+    assert done > 0
+    compute(store, quick)
+    assert same(store.results())
+
+
+def dies_late(first: int, end: int) -> dict[str, Array]:
+    if first >= TOTAL // 2:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return quick(first, end)
+
+
+def test_results_of_another_study_are_not_mixed_in(tmp_path: Path) -> None:
+    begun(tmp_path / "r")
+    with pytest.raises(InputError, match=r"another study \(study differ"):
+        Store.begin(tmp_path / "r", {"study": "other"}, TOTAL, BLOCK)
+    with pytest.raises(InputError, match=r"another study \(block, total differ"):
+        Store.begin(tmp_path / "r", IDENTITY, TOTAL + 1, BLOCK + 1)
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "x").touch()
+    with pytest.raises(InputError, match="not empty"):
+        begun(tmp_path / "full")
+    with pytest.raises(InputError, match="holds no study"):
+        Store.opened(tmp_path / "full")
+
+
+def test_two_processes_do_not_compute_one_part(tmp_path: Path) -> None:
+    store = begun(tmp_path / "r")
+    with store.lock("part-1-of-1"), pytest.raises(InputError, match="another process"):
+        compute(store, quick)
+
+
+def test_a_full_disk_stops_the_study_and_loses_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    store, written = begun(tmp_path / "r"), []
+
+    def full(*arguments: object, **arrays: object) -> None:
+        written.append(arguments)
+        if len(written) > 3:
+            raise OSError(28, "No space left on device")
+        saved(*arguments, **arrays)
+
+    saved = np.savez_compressed
+    monkeypatch.setattr(np, "savez_compressed", full)
+    with pytest.raises(InputError, match="No space left"):
+        compute(store, quick)
+    monkeypatch.undo()
+    assert 0 < len(store.missing()) < store.blocks
+    assert {path.suffix for path in (tmp_path / "r" / "shards").iterdir()} == {".npz"}
+    compute(store, quick)
+    assert same(store.results())
