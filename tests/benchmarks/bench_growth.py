@@ -84,14 +84,14 @@ def main() -> None:
             ax.loglog(x, solved, f"o{style}", color="C0", label=f"nonlinear solve{what}")
             ax.loglog(x, formed, f"s{style}", color="C1", label=f"receptances{what}", markersize=4)
         ax.set(xlabel=word)
-        ticks = sorted({v for x, _, _ in curves for v in x} - {24, 96})
-        ax.set_xticks(ticks, [str(v) for v in ticks], fontsize=8)
-        ax.set_xticks([], minor=True)
         ax.grid(True, which="both", linewidth=0.3)
         first = curves[0]
         ax.loglog(
             first[0], [1e3 * first[1][0][0] * v / first[0][0] for v in first[0]], ":", color="0.5", label="linear"
         )
+        ticks = sorted({v for x, _, _ in curves for v in x} - {12, 24, 48, 96})
+        ax.set_xticks(ticks, [str(v) for v in ticks], fontsize=8)
+        ax.set_xticks([], minor=True)
         ax.legend(fontsize=7, handlelength=3.0, loc="upper left")
     axes[0].set(ylabel="processor time [ms]")
     figure.savefig(PICTURE, dpi=110, metadata={"Software": None})
