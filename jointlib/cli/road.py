@@ -203,7 +203,7 @@ class Road:
         from machines.lobes.advice import advice
         from machines.report.sections import lobes_section
 
-        speeds = default_speeds(self.machine)
+        speeds = default_speeds(self.machine, 100)
         charts = []
         for A in amplitudes:
             size = f"a tool-point amplitude of {A * 1e6:g} um" if A else "vanishing vibration"
