@@ -127,14 +127,14 @@ def reach(chart: Any) -> str:
     return "every speed" if chart.method in ("turning", "zero-order") else "these speeds"
 
 
-def default_speeds(machine: Any) -> Any:
-    """200 speeds over the range of the machine file."""
+def default_speeds(machine: Any, count: int = 200) -> Any:
+    """Evenly spaced speeds over the range of the machine file."""
     if machine.cutting is None:
         raise InputError(f"{machine.where}: no [cutting], lobes need a cutting operation")
     if machine.cutting.get("speed") is None:
         raise InputError(f"{machine.where}: [cutting] has no speed, expected one or --speed")
     low, high = machine.cutting["speed"]
-    return np.linspace(low, high, 200)
+    return np.linspace(low, high, count)
 
 
 def chart_data(charts: Sequence[Any], speeds: Any, amplitude: Sequence[float]) -> dict[str, Any]:

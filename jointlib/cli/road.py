@@ -204,7 +204,7 @@ class Road:
         from machines.lobes.advice import advice
         from machines.report.sections import lobes_section
 
-        speeds, charts = default_speeds(self.machine), []
+        speeds, charts = default_speeds(self.machine, 100), []
         for A in amplitudes:
             size = f"a tool-point amplitude of {A * 1e6:g} um" if A else "vanishing vibration"
             with self.progress.step(f"stability lobes at {size}"):

@@ -120,9 +120,9 @@ def _harmonic(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> _Found:
                     return _Found(settled, line, _doubt(*first, fraction))
         P *= 2
     raise CheckFailed(
-        f"multi-frequency: more than {_MOST_SEARCHED} harmonics of a tooth frequency of {loop.tooth_frequency:g} Hz would "
-        "be needed; raise the spindle speed, narrow the band, or take zero-order, which is near the truth with that many "
-        "waves between two teeth"
+        f"multi-frequency: more than {_MOST_SEARCHED} harmonics of a tooth frequency of {loop.tooth_frequency:g} Hz "
+        "would be needed; raise the spindle speed, narrow the band, or take zero-order, which is near the truth with "
+        "that many waves between two teeth"
     )
 
 
