@@ -23,7 +23,7 @@ class Cubic(MemorylessLaw):
 
     def force(self, displacement: Array, velocity: Array) -> Array:
         z, v = np.broadcast_arrays(displacement, velocity)
-        return self.stiffness3 * z * z * z + 0.0 * v
+        return np.asarray(self.stiffness3 * z * z * z + 0.0 * v)
 
     def slopes(self, displacement: Array, velocity: Array) -> tuple[Array, Array]:
         z, v = np.broadcast_arrays(displacement, velocity)

@@ -8,11 +8,13 @@ from .threshold import AmplitudeLimits, Cycle, Turn, amplitude_limits
 from .tool_model import ToolModel
 from .tool_point import Receptance, ToolPoint, tool_point
 from .turning import minimum_depth_of_mode, notch_delays
+from .uncertainty import Band, frf_band, lobe_band, measured_lobe_band
 from .witness import Witness, witness
 
 __all__ = [
     "METHODS",
     "AmplitudeLimits",
+    "Band",
     "Cutting",
     "Cycle",
     "LobeBranch",
@@ -24,6 +26,9 @@ __all__ = [
     "Witness",
     "amplitude_limits",
     "depth_ratio",
+    "frf_band",
+    "lobe_band",
+    "measured_lobe_band",
     "minimum_depth_of_mode",
     "notch_delays",
     "stability_lobes",
