@@ -107,7 +107,7 @@ class Fitting:
         H = answer.receptance + self.correction
         H = np.where(answer.fine & (H != 0), H, measured * np.exp(_LOST))
         weight = 1 / np.sqrt((self.sigma / size) ** 2 + _BLUNT**2)
-        return np.log(measured / H) * weight, np.where(answer.fine, -weight / H, 0.0)
+        return np.asarray(np.log(measured / H) * weight), np.asarray(np.where(answer.fine, -weight / H, 0.0 + 0.0j))
 
     def _slopes(self, hypothesis: Hypothesis, u: Array, answer: Answer) -> ComplexArray:
         """Change of the receptance by u."""

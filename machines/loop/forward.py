@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
+from jointlib.errors import InputError
 from jointlib.joint import Joint
 
 from ..assembly import Assembly, View
@@ -171,7 +172,12 @@ class Forward:
                 np.zeros((len(points), 0), dtype=complex), view.Hof[:, 0, 0], np.ones(len(points), dtype=bool)
             )
         cap = None if self.cap is None else self.cap[list(moving)]
-        movers = self.movers(joints, moving)
+        try:
+            movers = self.movers(joints, moving)
+        except InputError:
+            # Such joints cannot hold the static load: no motion about a working point answers for them.
+            shape = len(points), len(moving)
+            return Answer(np.zeros(shape, dtype=complex), np.zeros(shape[0], dtype=complex), np.zeros(shape[0], bool))
         found = solve(view, movers, points.force, cap, start, ramp, _PATIENCE)
         lost = np.flatnonzero(~found.converged)
         z, force, fine = found.z.copy(), found.force.copy(), found.converged.copy()

@@ -11,6 +11,7 @@ import numpy as np
 from jointlib.arrays import Array, ComplexArray
 from jointlib.loop.report import Status, Verdict
 
+from ..indices import Index, Mask
 from .fit import Fitted, Fold
 
 _SIGNIFICANT = 4.0
@@ -30,7 +31,7 @@ NEAREST_FROM = 0.5
 def excess(loss: float, lines: int) -> float:
     """What a loss has beyond what noise would make of it."""
     e = loss - lines
-    return max(0.0, e - 6 * np.sqrt(lines) - 0.04 * lines)
+    return float(max(0.0, e - 6 * np.sqrt(lines) - 0.04 * lines))
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,7 +135,8 @@ def preferred(of_place: Sequence[Judged]) -> Judged:
     """The simplest among the explanations of one place that are as good as its best."""
     best = min(of_place, key=lambda j: j.score)
     tied = [j for j in of_place if j.score - best.score <= max(_TIE, 4 * best.deviation(j), _MODEL / 3 * best.left)]
-    return min(tied, key=lambda j: (j.family != "refit", j.size, j.fitted.penalty))
+    # A stop on one side behind a softer spring has the first harmonic of play: the simpler word is said.
+    return min(tied, key=lambda j: (j.family != "refit", j.size, j.family == "contact-loss", j.fitted.penalty))
 
 
 def is_rival(chosen: Judged, other: Judged) -> bool:
@@ -199,13 +201,13 @@ def _verdict(before: float, n: int, chosen: Judged | None, rivals: Sequence[Judg
     return (Verdict.PARTIAL if explained >= NEAREST_FROM else Verdict.UNEXPLAINED), explained
 
 
-def level_folds(force: Array) -> list[tuple[str, Array]]:
+def level_folds(force: Array) -> list[tuple[str, Mask]]:
     """Points of every level; none where there is only one."""
     levels = np.unique(force)
     return [(f"{level:g} N", force == level) for level in levels.tolist()] if len(levels) > 1 else []
 
 
-def block_folds(line: Array, count: int, width: int) -> list[tuple[str, Array]]:
+def block_folds(line: Index, count: int, width: int) -> list[tuple[str, Mask]]:
     """Blocks of neighbouring lines, dealt out to so many folds."""
     which = (line // width) % count
     return [(f"lines {k + 1}/{count}", which == k) for k in range(count) if np.any(which == k)]

@@ -147,7 +147,7 @@ class Search:
         implied = {p.name: self.implied(p) for p in self.places}
         self.fitting.near.update({name: told.motion for name, told in implied.items() if told is not None})
         refits = {p.name: self.refit(p, implied[p.name]) for p in self.places}
-        pointing = {p.name: self.pointing(p) for p in self.places}
+        pointing = {} if self.at_floor(self.before) else {p.name: self.pointing(p) for p in self.places}
         out = list(refits.values())
         best = min(f.loss for f in out)
         open_ = (

@@ -28,6 +28,8 @@ from .separate import Separation, separation
 from .setting import Setting
 from .words import NOT_DECIDABLE, sentence
 
+_ALIKE = {"gap", "contact-loss"}
+_BEYOND = "Their first harmonics are the same about a zero mean: record second harmonics or the mean displacement."
 _BLOCKS = 4
 _WIDTH = 8
 
@@ -82,8 +84,11 @@ def trace_frfs(frfs: Sequence[LevelFRF], machine: Machine, *, seed: int = 0) -> 
         candidates, vetoed = _candidates(judgement, before), True
     chosen = candidates[0] if judgement.chosen is not None else None
     shares = {
-        name: {kind: _share(search, fit.loss, before) for kind, fit in of_place.items()}
-        for name, of_place in pointing.items()
+        p.name: {
+            kind: _share(search, pointing[p.name][kind].loss, before) if p.name in pointing else 0.0
+            for kind in ("stiffness", "damping", "amplitude")
+        }
+        for p in places
     }
     return MachineTrace(
         judgement.verdict,
@@ -133,7 +138,7 @@ def _share(search: Search, loss: float, before: float) -> float:
 def _candidates(judgement: Judgement, before: float) -> tuple[MachineCandidate, ...]:
     """One row for each family at each place, its best member."""
     seen: set[tuple[str, str]] = set()
-    out = []
+    out: list[MachineCandidate] = []
     for j, status, reason in judgement.ordered:
         if (j.place, j.family) in seen:
             continue
@@ -159,16 +164,18 @@ def _candidates(judgement: Judgement, before: float) -> tuple[MachineCandidate, 
 def _rivals(search: Search, judgement: Judgement, named: Judged | None) -> tuple[MachineRival, ...]:
     if named is None:
         return ()
-    out = []
+    out: list[MachineRival] = []
     for j in judgement.rivals:
-        far = _apart(search, named, j)
+        alike = j.place == named.place and {j.family, named.family} == _ALIKE
+        far = None if alike else _apart(search, named, j)
+        none = _BEYOND if alike else "No single measurement of first harmonics separates them."
         out.append(
             MachineRival(
                 j.place,
                 j.family,
                 j.fitted.hypothesis.member,
                 float(j.gain / named.gain),
-                "No single measurement at these levels separates them." if far is None else far.words,
+                none if far is None else far.words,
                 0.0 if far is None else far.deviations,
             )
         )
