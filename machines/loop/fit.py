@@ -111,6 +111,8 @@ class Fitting:
 
     def _slopes(self, hypothesis: Hypothesis, u: Array, answer: Answer) -> ComplexArray:
         """Change of the receptance by u."""
+        if not np.any(answer.fine):
+            return np.zeros((len(answer.receptance), len(u)), dtype=complex)
         moved = []
         for i in range(len(u)):
             there = u.copy()

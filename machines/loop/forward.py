@@ -174,11 +174,11 @@ class Forward:
         cap = None if self.cap is None else self.cap[list(moving)]
         try:
             movers = self.movers(joints, moving)
-        except InputError:
+            found = solve(view, movers, points.force, cap, start, ramp, _PATIENCE)
+        except (InputError, np.linalg.LinAlgError):
             # Such joints cannot hold the static load: no motion about a working point answers for them.
             shape = len(points), len(moving)
             return Answer(np.zeros(shape, dtype=complex), np.zeros(shape[0], dtype=complex), np.zeros(shape[0], bool))
-        found = solve(view, movers, points.force, cap, start, ramp, _PATIENCE)
         lost = np.flatnonzero(~found.converged)
         z, force, fine = found.z.copy(), found.force.copy(), found.converged.copy()
         if start is not None and len(lost):
