@@ -80,8 +80,11 @@ class Measured(Component):
             raise InputError(f"{where}: variance must not be negative and have the shape of the values {value.shape}")
         for key, array in (("frequency", f), ("value", value), ("variance", variance)):
             object.__setattr__(self, key, array)
-        for sentence in broken(f, self.frf.receptance, self.dofs) if whole else ():
-            raise InputError(f"{where}: {sentence}")
+        if whole:
+            per = self.quantity.per_receptance(f)[:, None, None]
+            known = None if variance is None else variance / np.abs(per) ** 2
+            for sentence in broken(f, value / per, self.dofs, known):
+                raise InputError(f"{where}: {sentence}")
 
     @property
     def _where(self) -> str:

@@ -52,7 +52,7 @@ class ModeSum:
         stiffness that is not positive."""
         try:
             squared, shapes, _ = modes(mass, stiffness)
-        except np.linalg.LinAlgError:
+        except InputError:
             return None
         if np.max(np.abs(shapes.T @ stiffness @ shapes - np.diag(squared))) > _SAME * np.max(squared):
             return None

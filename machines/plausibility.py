@@ -29,16 +29,18 @@ def spans(frequency: Array, failing: Mask) -> str:
     return ", ".join(said) + (f" and {more} more ranges" if more > 0 else "")
 
 
-def broken(frequency: Array, H: ComplexArray, dofs: Sequence[str]) -> list[str]:
+def broken(frequency: Array, H: ComplexArray, dofs: Sequence[str], variance: Array | None = None) -> list[str]:
     """What no machine can be computed with: a driving point that yields energy, a pair that has nothing in common.
 
     A driving point is judged by the energy over the whole band, Σ Re(jωH), to which resonances contribute most; a
-    pair by the norm of its difference over the larger of its norms.
+    pair by the norm of its difference over the larger of its norms. What three deviations of a known variance explain
+    counts for nothing.
     """
     said = []
     for i in range(len(dofs)):
         power = frequency * H[:, i, i].imag
-        if np.sum(power) > _YIELDING * np.sum(np.abs(power)):
+        doubt = 0.0 if variance is None else _SIGMAS * float(np.linalg.norm(frequency * np.sqrt(variance[:, i, i])))
+        if np.sum(power) - doubt > _YIELDING * np.sum(np.abs(power)):
             said.append(
                 f"the driving point {dofs[i]} yields energy over the band as a whole (Im H > 0 at its resonances), "
                 "expected a passive record; it may count time as exp(-jωt), then say conjugate = true, or carry the "
@@ -47,7 +49,8 @@ def broken(frequency: Array, H: ComplexArray, dofs: Sequence[str]) -> list[str]:
         for j in range(i):
             pair = H[:, i, j], H[:, j, i]
             size = max(float(np.linalg.norm(one)) for one in pair)
-            share = float(np.linalg.norm(pair[0] - pair[1])) / max(size, 1e-300)
+            doubt = 0.0 if variance is None else _SIGMAS * float(np.sqrt(np.sum(variance[:, i, j] + variance[:, j, i])))
+            share = (float(np.linalg.norm(pair[0] - pair[1])) - doubt) / max(size, 1e-300)
             if share > _UNLIKE:
                 said.append(
                     f"{dofs[i]} from {dofs[j]} and back differ by {share:.2g} of their norm, expected reciprocal "

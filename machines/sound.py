@@ -9,6 +9,7 @@ import numpy as np
 from jointlib.errors import InputError
 
 from .branches import Branch
+from .component import Component
 from .connection import GROUND, Connection
 from .machine import Machine
 from .resonances import NO_MOTION
@@ -30,15 +31,15 @@ def unmoved(machine: Machine, driven: str, branches: Iterable[Branch]) -> tuple[
 
 
 def _not_loose(machine: Machine) -> None:
-    """What stands on the ground is no oversight."""
+    """What stands on the ground, by connections or by its own stiffness, is no oversight."""
     group = {name: name for name in (*(c.name for c in machine.components), GROUND)}
     for connection in machine.connections:
-        sides = {group[_part(side)] for side in connection.between}
+        sides = {group[part] for side in connection.between for part in _parts(side)}
         group = {name: min(sides) if own in sides else own for name, own in group.items()}
     asked = [dof for dof in (*machine.tool.values(), machine.drive) if dof is not None]
-    reached = {group[_part(dof)] for dof in asked} or {group[machine.components[0].name]}
+    reached = {group[part] for dof in asked for part in _parts(dof)} or {group[machine.components[0].name]}
     reached.add(group[GROUND])
-    loose = [c.name for c in machine.components if group[c.name] not in reached]
+    loose = [c.name for c in machine.components if group[c.name] not in reached and not _stands(c)]
     if loose:
         to = ", ".join(dict.fromkeys(asked)) or machine.components[0].name
         raise InputError(
@@ -65,5 +66,15 @@ def _held_by(connection: Connection) -> object:
     return connection.identify if connection.joint is None else connection.joint.laws
 
 
-def _part(side: str) -> str:
-    return side.partition(".")[0]
+def _parts(side: str) -> list[str]:
+    """The components of a side, or of a difference of two."""
+    return [one.strip().partition(".")[0] for one in side.split(" - ")]
+
+
+def _stands(component: Component) -> bool:
+    """Whether its own stiffness holds it in every motion."""
+    model = component.second_order()
+    if model is None:
+        return False
+    rank = np.linalg.matrix_rank(model.stiffness, hermitian=True)
+    return len(model.stiffness) > 0 and bool(rank == len(model.stiffness))

@@ -92,7 +92,7 @@ def test_what_a_model_cannot_be_in_nature_is_told() -> None:
     skew = StateSpace("a", good.dofs, good.A, good.B, good.C + 0.5 * np.roll(good.C, 1, axis=0))
     assert "not reciprocal at" in " ".join(skew.remarks())
     against = StateSpace("a", good.dofs, good.A, good.B, -good.C)
-    assert "yields energy at every frequency" in against.remarks()[0]
+    assert "yields energy" in against.remarks()[0]
 
 
 def test_free_body_is_stable_enough() -> None:
