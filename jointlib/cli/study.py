@@ -19,7 +19,12 @@ if TYPE_CHECKING:
 
 @click.group("study")
 def command() -> None:
-    """Compare many configurations of a machine: compute them, go on after a stop, say which is best."""
+    """Compare many configurations of a machine: compute them, go on after a stop, say which is best.
+
+    \b
+    Example:
+      jointlib study run machines/library/guide_mill.study.toml -o study
+    """
 
 
 def _options(function: Any) -> Any:
