@@ -74,7 +74,9 @@ def force_bound(law: JointLaw, A: float, V: float) -> float:
             # Force grows, or stays, from rest to each corner of the range.
             assert isinstance(law, MemorylessLaw)
             z, v = A * np.array([1.0, -1.0, 1.0, -1.0]), V * np.array([1.0, 1.0, -1.0, -1.0])
-            return float(np.max(np.abs(law.force(z, v))))
+            # A preloaded contact is a difference of row forces: their last digits are a force.
+            rounded = 8 * np.finfo(float).eps * p.get("preload", 0.0)
+            return float(np.max(np.abs(law.force(z, v)))) + rounded
 
 
 def state_bound(law: JointLaw, state: str, A: float) -> float:
