@@ -49,13 +49,19 @@ def scale(unit: str, expected: str, where: str) -> float:
     return _clean(float(registry.Quantity(1.0, found).to(target).magnitude))
 
 
+def number_and_unit(text: str) -> tuple[float, str] | None:
+    """The two parts of ``"25 N/um"``, the unit empty where there is none; None where no number comes first."""
+    match = _NUMBER.match(text)
+    return None if match is None else (float(match[1]), match[2])
+
+
 def quantity(value: Any, expected: str, where: str) -> float:
     """A number (SI, or Hz or rpm where those are expected) or a string with a unit, as a finite float."""
     if isinstance(value, str):
-        match = _NUMBER.match(value)
-        if match is None:
+        parts = number_and_unit(value)
+        if parts is None:
             raise InputError(f"{where}: {value!r}, expected a number with a unit like {expected!r}")
-        number, unit = float(match[1]), match[2]
+        number, unit = parts
         factor = scale(unit, expected, where) if unit else 1.0
         # Dividing by a whole reciprocal keeps "25 um" the float that 25e-6 is.
         out = number / round(1 / factor) if 0 < factor < 1 and (1 / factor).is_integer() else number * factor

@@ -85,6 +85,13 @@ def read_machine(path: Path | str, changes: Mapping[str, Any] | None = None) -> 
     return machine
 
 
+def read_cutting(path: Path | str, changes: Mapping[str, Any]) -> Cutting:
+    """The cutting operation alone of a machine file, with changes in its ``[cutting]`` table; see `read_machine`."""
+    document = read_toml(Path(path), "machine")
+    change([document], changes, str(path))
+    return Cutting(**_cutting(document.section("cutting")))
+
+
 def _part(document: Section, file: str) -> Section:
     """A file of components, connections and bundles that several machines share."""
     path = document.folder / file

@@ -13,7 +13,7 @@ import os
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
 from dataclasses import dataclass
 from multiprocessing.process import parent_process
 
@@ -83,8 +83,6 @@ def _dispatch(
     todo: Sequence[int],
     progress: Callable[[int], None],
 ) -> None:
-    from concurrent.futures import BrokenExecutor
-
     left, cost, done = list(todo), math.inf, 0
     running: dict[Future[tuple[dict[str, Array], float]], tuple[int, int]] = {}
     while left or running:

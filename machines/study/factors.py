@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,9 +12,9 @@ from scipy import stats
 from jointlib.arrays import Array
 from jointlib.errors import InputError
 from jointlib.io.toml import Section
+from jointlib.units import number_and_unit
 
 DISTRIBUTIONS = ("uniform", "log-uniform", "normal", "log-normal")
-_VALUE = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*$")
 _WIDEST = 1e-12
 """Quantiles beyond this are cut off, so that a normal value stays finite."""
 
@@ -129,9 +128,9 @@ class Factor:
 
 def _number(value: Any, where: str) -> tuple[float, str]:
     """A number and its unit, as it stands in the file."""
-    match = _VALUE.match(value) if isinstance(value, str) else None
-    if match is not None:
-        return float(match[1]), match[2]
+    parts = number_and_unit(value) if isinstance(value, str) else None
+    if parts is not None:
+        return parts
     if isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value):
         return float(value), ""
     raise InputError(f"{where}: {value!r}, expected a finite number or a string with a unit")

@@ -16,7 +16,7 @@ from jointlib.joint import Joint
 from jointlib.units import quantity
 
 from ..component import Component
-from ..files import read_machine
+from ..files import read_cutting, read_machine
 from ..lobes.cutting import Cutting
 from ..lobes.machine_model import modes_at_rest
 from ..machine import Machine
@@ -130,9 +130,8 @@ class Machines:
             return self.of(case.file, case.document).cutting
         key = case.file, case.cutting
         if key not in self._cuts:
-            changed = read_machine(case.file, {path: _plain(value) for path, value in case.cutting})
             _make_room(self._cuts, _CUTS)
-            self._cuts[key] = Variant(changed).cutting
+            self._cuts[key] = read_cutting(case.file, {path: _plain(value) for path, value in case.cutting})
         return self._cuts[key]
 
 
