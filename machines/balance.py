@@ -18,7 +18,7 @@ from .dual_input import dual_input_forces
 from .harmonics import Forces, Harmonics, joint_forces
 from .indices import Index, Mask
 from .limits import Limit
-from .nonlinear import gains
+from .nonlinear import gains, real_form
 
 _BARELY_MOVING = 1e-10
 _ITERATIONS = 30
@@ -133,12 +133,7 @@ class Balance:
         # (points, nh, nh, r, r): how harmonic h follows harmonic m.
         blocks = (self.coordinates.through(self.H[:, :, None], part) for part in (by_z, by_conjugate))
         first, second = (np.swapaxes(block, 2, 3).reshape(points, size, size) for block in blocks)
-        first = first + np.eye(size)
-        plus, minus = first + second, first - second
-        J = np.empty((points, 2 * size, 2 * size))
-        J[:, :size, :size], J[:, :size, size:] = plus.real, -minus.imag
-        J[:, size:, :size], J[:, size:, size:] = plus.imag, minus.real
-        return J
+        return real_form(first + np.eye(size), second)
 
     def settle(self, start: ComplexArray) -> tuple[ComplexArray, Mask]:
         """Newton's method from one start per point, (points, nh, nj): motions and where they settled."""

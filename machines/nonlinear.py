@@ -129,15 +129,9 @@ class Problem:
         else:
             own, crossed = own_slopes(motion, slope)
             by_z, by_conjugate = c.through(self.Hzz, gain - self.base + own), c.through(self.Hzz, crossed)
-        points, r = z.shape
-        every = np.arange(r)
+        every = np.arange(z.shape[1])
         by_z[:, every, every] += 1.0
-        J = np.empty((points, 2 * r, 2 * r))
-        np.add(by_z.real, by_conjugate.real, out=J[:, :r, :r])
-        np.subtract(by_conjugate.imag, by_z.imag, out=J[:, :r, r:])
-        np.add(by_z.imag, by_conjugate.imag, out=J[:, r:, :r])
-        np.subtract(by_z.real, by_conjugate.real, out=J[:, r:, r:])
-        return J
+        return real_form(by_z, by_conjugate)
 
     def newton(
         self, start: ComplexArray, driven: ComplexArray, effort: Effort = FULL
@@ -183,6 +177,17 @@ class Problem:
             share = np.where(worse, share / 2, share)
             new[worse] = x[worse] + share[worse, None] * delta[worse]
             r_new[worse], G[worse], slope[worse] = self.at(worse).residual(new[worse], target[worse])
+
+
+def real_form(by_z: ComplexArray, by_conjugate: ComplexArray) -> Array:
+    """δ → by_z δ + by_conjugate δ* as a real matrix over [Re δ, Im δ], (points, n, n) to (points, 2n, 2n)."""
+    points, n, _ = by_z.shape
+    J = np.empty((points, 2 * n, 2 * n))
+    np.add(by_z.real, by_conjugate.real, out=J[:, :n, :n])
+    np.subtract(by_conjugate.imag, by_z.imag, out=J[:, :n, n:])
+    np.add(by_z.imag, by_conjugate.imag, out=J[:, n:, :n])
+    np.subtract(by_z.real, by_conjugate.real, out=J[:, n:, n:])
+    return J
 
 
 def own_slopes(z: ComplexArray, slope: ComplexArray) -> tuple[ComplexArray, ComplexArray]:

@@ -23,7 +23,7 @@ from ..coordinates import Coordinates
 from ..coupling import couple
 from ..indices import Index, Mask
 from ..machine import Machine
-from ..nonlinear import Effort, gains, solve
+from ..nonlinear import Effort, gains, own_slopes, real_form, solve
 from ..working_point import at_working_point
 from .records import LevelFRF
 
@@ -202,16 +202,11 @@ class Forward:
         if slope.ndim == 3:
             by_z, by_conjugate = force_slopes(z, gain, slope)
         else:
-            half = slope * A / 2
-            turn = np.where(A > 0, z / np.where(A > 0, A, 1.0), 0.0) ** 2
+            own, crossed = own_slopes(z, slope)
             by_z, by_conjugate = (np.zeros((len(points), n, n), dtype=complex) for _ in range(2))
             every = np.arange(n)
-            by_z[:, every, every], by_conjugate[:, every, every] = gain + half, turn * half
-        first, second = np.eye(n) + view.Hzz @ by_z, view.Hzz @ by_conjugate
-        plus, minus = first + second, first - second
-        J = np.concatenate(
-            [np.concatenate([plus.real, -minus.imag], axis=2), np.concatenate([plus.imag, minus.real], axis=2)], axis=1
-        )
+            by_z[:, every, every], by_conjugate[:, every, every] = gain + own, crossed
+        J = real_form(np.eye(n) + view.Hzz @ by_z, view.Hzz @ by_conjugate)
         right = -view.Hzz @ dg
         delta = solve_each(J, np.concatenate([right.real, right.imag], axis=1))
         dz = delta[:, :n] + 1j * delta[:, n:]
