@@ -16,6 +16,7 @@ from jointlib.errors import InputError
 from jointlib.io.atomic import sha256
 from jointlib.joint import Joint
 
+from .asked import check_asked
 from .engine import compute, process_pool
 from .evaluation import Evaluation
 from .store import Store
@@ -29,6 +30,7 @@ _PACKAGES = ("jointlib", "machines")
 
 def begin(study: Study, folder: Path) -> Store:
     """The results folder of a study: a new one, or that of the same study, inputs and program."""
+    check_asked(study)
     total = len(study.numbers())
     return Store.begin(folder, identity(study), total, _BLOCK)
 
