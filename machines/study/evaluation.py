@@ -51,7 +51,7 @@ class Evaluation:
 
     @cached_property
     def _places(self) -> dict[str, str]:
-        return joint_units(self._machines.of(self._study.base).machine, self._study.factors)
+        return joint_units(self._machines.of(self._study.base).machine, (f.path for f in self._study.factors))
 
     def __reduce__(self) -> tuple[type[Evaluation], tuple[object, ...]]:
         return Evaluation, (self.source, self.joints)
