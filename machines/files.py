@@ -21,7 +21,7 @@ from .machine import Machine
 from .sound import check_sound
 from .static_load import StaticLoad
 
-_CUTTING_UNITS = {
+CUTTING_UNITS = {
     "tangential": "N/m^2",
     "normal": "N/m^2",
     "specific": "N/m^2",
@@ -31,6 +31,7 @@ _CUTTING_UNITS = {
     "exponent": "1",
     "feed_direction": "rad",
 }
+"""Keys of ``[cutting]`` that are numbers, and their units."""
 _NOT_COVERED = {
     "helix": "teeth are taken as straight",
     "pitch": "teeth are taken as evenly spaced",
@@ -175,7 +176,7 @@ def _cutting(section: Section) -> dict[str, Any]:
         fields["teeth"] = section.integer("teeth", lower=1)
     if section.has("mode"):
         fields["mode"] = section.text("mode")
-    for key, unit in _CUTTING_UNITS.items():
+    for key, unit in CUTTING_UNITS.items():
         if section.has(key):
             fields[key] = section.number(key, unit)
     if section.has("speed"):

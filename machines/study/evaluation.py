@@ -21,6 +21,7 @@ from ..lobes.solve import stability_lobes
 from ..lobes.tool_model import ToolModel
 from ..machine import AXES, Machine
 from ..operating import frozen_receptance
+from .conditions import Case
 from .study import Study, read_study
 from .variants import Machines, changed_joints, joint_units, setting, with_joints
 
@@ -58,13 +59,13 @@ class Evaluation:
 
     def __call__(self, first: int, end: int) -> dict[str, Array]:
         """Every quantity that the study asks for, of the configurations from ``first`` to before ``end``."""
-        rows = [self._one(numbers) for numbers in self._numbers[first:end]]
+        rows = [self._one(row) for row in range(first, end)]
         return {name: np.array([row[name] for row in rows]) for name in self._study.quantities}
 
-    def _one(self, numbers: Array) -> dict[str, float]:
-        case = setting(self._study, numbers, self._places)
-        part = self._machines.of(case.file, case.document)
-        machine = with_joints(part.machine, changed_joints(part.machine, case.joints)) if case.joints else part.machine
+    def _one(self, row: int) -> dict[str, float]:
+        of = setting(self._study, self._numbers[row], self._study.case(row), self._places)
+        part = self._machines.of(of.file, of.document)
+        machine = with_joints(part.machine, changed_joints(part.machine, of.joints)) if of.joints else part.machine
         wanted = set(self._study.quantities)
         out = {"weight": part.weight} if "weight" in wanted else {}
         if wanted == {"weight"}:
@@ -77,15 +78,16 @@ class Evaluation:
             tools = [self._tool(machine, model, A) for A in self._study.amplitudes]
             out["peak-receptance"] = max(_peak(tool) for tool in tools)
             if wanted & _DEPTHS:
-                out |= self._depths(machine, tools, self._machines.cut(case))
+                out |= self._depths(machine, tools, self._machines.cut(of), self._study.case(row))
         return out
 
     def _tool(self, machine: Machine, model: ToolModel | None, amplitude: float) -> ToolModel | FRF:
         """The tool point as modes, or on lines close enough where the amplitude or a component allows no modes."""
         return model if model is not None and amplitude == 0 else operating_receptance(machine, amplitude).frf
 
-    def _depths(self, machine: Machine, tools: list[ToolModel | FRF], cutting: Cutting) -> dict[str, float]:
-        speeds = self._study.speeds if len(self._study.speeds) else cutting.speeds(100)
+    def _depths(self, machine: Machine, tools: list[ToolModel | FRF], cutting: Cutting, case: Case) -> dict[str, float]:
+        own = "cutting.speed" in case.changes or not len(self._study.speeds)
+        speeds = cutting.speeds(self._study.speed_count) if own else self._study.speeds
         method = self._study.lobes or ("zero-order" if cutting.process == "milling" else "turning")
         axes = tuple(axis for axis in AXES if axis in machine.tool)
         charts = [

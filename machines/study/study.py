@@ -13,6 +13,7 @@ from jointlib.errors import InputError, nearest
 from jointlib.io.toml import Section, read_toml
 
 from ..lobes import METHODS as LOBES
+from .conditions import Case, read_cases
 from .factors import Factor
 from .sampling import METHODS, plan
 
@@ -58,7 +59,8 @@ class Study:
     objectives: tuple[Objective, ...]
     constraints: tuple[Constraint, ...]
     speeds: Array
-    """Spindle speeds in rpm at which the lobes are computed; empty: the range of the machine file, 100 speeds."""
+    """Spindle speeds in rpm at which the lobes are computed; empty: so many over the range of the machine file."""
+    speed_count: int
     amplitudes: tuple[float, ...]
     """Tool-point amplitudes in m over which the lowest limit counts."""
     lobes: str | None
@@ -71,6 +73,8 @@ class Study:
     """Samples of the uncertain factors, the same for every design."""
     confidence: float
     """Share of the samples in which a constraint must hold."""
+    cases: tuple[Case, ...]
+    """Conditions, at least one, in all of which every design is computed."""
     source: Path
 
     @property
@@ -93,20 +97,34 @@ class Study:
     def numbers(self) -> Array:
         """A row per configuration with the number of every factor, in the order of `factors`.
 
-        Every design is followed by its samples of what is uncertain; the samples are the same for all designs.
+        Every design is followed by its cases, and every case by its samples of what is uncertain; the samples are the
+        same for all.
         """
         chosen = plan(self.design, self.method, self.count, self.seed) if self.design else np.zeros((1, 0))
         samples = np.zeros((1, 0))
         if self.uncertain:
             samples = plan(self.uncertain, "latin-hypercube", self.samples, self.seed + 1)
-        quantiles = {f.name: np.repeat(chosen[:, i], len(samples)) for i, f in enumerate(self.design)}
-        quantiles |= {f.name: np.tile(samples[:, i], len(chosen)) for i, f in enumerate(self.uncertain)}
+        rows = len(chosen) * len(self.cases)
+        quantiles = {f.name: np.repeat(chosen[:, i], self.repeats) for i, f in enumerate(self.design)}
+        quantiles |= {f.name: np.tile(samples[:, i], rows) for i, f in enumerate(self.uncertain)}
         return np.stack([f.numbers(quantiles[f.name]) for f in self.factors], axis=1)
 
     @property
     def repeats(self) -> int:
-        """Configurations per design."""
+        """Configurations per design: cases × samples."""
+        return len(self.cases) * self._drawn
+
+    @property
+    def _drawn(self) -> int:
         return self.samples if self.uncertain else 1
+
+    def case(self, row: int) -> Case:
+        """The conditions of a row of the plan."""
+        return self.cases[row // self._drawn % len(self.cases)]
+
+    def shaped(self, values: Array) -> Array:
+        """Results of all rows as an array (designs, cases, samples)."""
+        return values.reshape(-1, len(self.cases), self._drawn)
 
 
 def read_study(path: Path | str) -> Study:
@@ -123,6 +141,7 @@ def read_study(path: Path | str) -> Study:
     count = conditions.integer("speeds", 100, lower=1)
     amplitudes = conditions.numbers("amplitude", "m", (0.0,))
     lobes = conditions.text("lobes", None, tuple(LOBES))
+    cases = read_cases(conditions)
     conditions.done()
     sampling = document.section("sampling")
     uncertain = any(f.uncertain for f in factors)
@@ -133,6 +152,7 @@ def read_study(path: Path | str) -> Study:
         objectives,
         constraints,
         np.array([]) if speed is None else np.linspace(speed[0], speed[1], count),
+        count,
         amplitudes,
         lobes,
         sampling.text("method", "factorial", METHODS),
@@ -140,6 +160,7 @@ def read_study(path: Path | str) -> Study:
         sampling.integer("seed", 0),
         sampling.integer("samples", 50 if uncertain else 1, lower=1),
         sampling.number("confidence", "1", 0.95),
+        cases,
         path,
     )
     sampling.done()
@@ -168,6 +189,8 @@ def _checked(study: Study) -> Study:
     for f in study.factors:
         if f.path == BASE and not f.choices:
             raise InputError(f"{where}: factor {f.name!r} changes the base machine, expected values = [files]")
+        if any(f.path in case.changes for case in study.cases):
+            raise InputError(f"{where}: {f.path} is a factor and stands in [conditions], expected one of the two")
     return study
 
 

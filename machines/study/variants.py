@@ -21,6 +21,7 @@ from ..lobes.cutting import Cutting
 from ..lobes.machine_model import modes_at_rest
 from ..machine import Machine
 from ..static_load import axis_of
+from .conditions import Case
 from .study import BASE, Study
 
 _KEPT = 8
@@ -78,9 +79,13 @@ class Setting:
     cutting: tuple[tuple[str, Any], ...]
 
 
-def setting(study: Study, numbers: Array, places: Mapping[str, str]) -> Setting:
+def setting(study: Study, numbers: Array, case: Case, places: Mapping[str, str]) -> Setting:
     """What a row of the plan stands for; ``places`` maps paths into joints to the unit of the parameter."""
-    document, joints, cutting, file = [], [], [], study.base
+    document: list[tuple[str, Any]] = []
+    cutting: list[tuple[str, Any]] = []
+    joints, file = [], study.base
+    for path, value in case.changes.items():
+        (cutting if path.startswith("cutting.") else document).append((path, _hashable(value)))
     for factor, number in zip(study.factors, numbers, strict=True):
         value = factor.value(float(number))
         if factor.path == BASE:
@@ -123,14 +128,14 @@ class Machines:
             self._kept[key] = Variant(machine)
         return self._kept[key]
 
-    def cut(self, case: Setting) -> Cutting:
+    def cut(self, of: Setting) -> Cutting:
         """The cutting operation of a configuration."""
-        if not case.cutting:
-            return self.of(case.file, case.document).cutting
-        key = case.file, case.cutting
+        if not of.cutting:
+            return self.of(of.file, of.document).cutting
+        key = of.file, of.cutting
         if key not in self._cuts:
             _make_room(self._cuts, _CUTS)
-            self._cuts[key] = read_cutting(case.file, {path: _plain(value) for path, value in case.cutting})
+            self._cuts[key] = read_cutting(of.file, {path: _plain(value) for path, value in of.cutting})
         return self._cuts[key]
 
 

@@ -18,7 +18,7 @@ _SHOWN = 5
 
 @dataclass(frozen=True, eq=False)
 class Design:
-    """One choice of the design factors, with its results averaged over what is uncertain."""
+    """One choice of the design factors, with its results in the worst case, averaged over what is uncertain."""
 
     number: int
     factors: Mapping[str, str]
@@ -50,24 +50,24 @@ class Verdict:
 def judge(study: Study, results: Mapping[str, Array]) -> Verdict:
     """Rank the designs of a study by its first objective, among those that meet the constraints.
 
-    A design counts with the mean over the samples of what is uncertain; a constraint must hold in the share of the
-    samples that the study asks for. A result that does not exist (no pocket, no limit) meets no constraint and wins
-    nothing; a depth without limit counts as better than any other.
+    In every sample of what is uncertain a design counts with its worst case, and over the samples with the mean; a
+    constraint must hold in every case, in the share of the samples that the study asks for. A result that does not
+    exist (no pocket, no limit) meets no constraint and wins nothing; a depth without limit counts as better than any
+    other.
     """
-    repeats = study.repeats
-    by_design = {name: values.reshape(-1, repeats) for name, values in results.items()}
+    by_design = worst(study, results)
     designs = len(next(iter(by_design.values())))
     allowed = np.ones(designs, dtype=bool)
     for c in study.constraints:
-        values = by_design[c.quantity]
-        held = (values >= c.at_least) & (values <= c.at_most)
+        values = study.shaped(results[c.quantity])
+        held = np.all((values >= c.at_least) & (values <= c.at_most), axis=1)
         allowed &= np.mean(held, axis=1) >= study.confidence
     scores = [_score(by_design[o.quantity], o.goal) for o in study.objectives]
     means = [np.mean(score, axis=1) for score in scores]
     for mean in means:
         allowed &= ~np.isnan(mean)
     order = np.flatnonzero(allowed)[np.argsort(-means[0][allowed], kind="stable")]
-    numbers = study.numbers()[::repeats]
+    numbers = study.numbers()[:: study.repeats]
 
     def design(row: Any) -> Design:
         i = int(row)
@@ -89,6 +89,23 @@ def judge(study: Study, results: Mapping[str, Array]) -> Verdict:
         surer,
         _sensitivity(study, by_design),
     )
+
+
+def worst(study: Study, results: Mapping[str, Array]) -> dict[str, Array]:
+    """Results in the worst case of every design and sample, (designs, samples).
+
+    The worst is the smallest of what is to be large and the largest of what is to be small or is limited above. What
+    is neither, the speed of a pocket, is taken from the case in which that pocket is worst.
+    """
+    goals = {c.quantity: "min" if np.isinf(c.at_least) else "max" for c in study.constraints}
+    goals |= {o.quantity: o.goal for o in study.objectives}
+    by_case = {name: study.shaped(values) for name, values in results.items()}
+    at = {name: np.argmin(_score(by_case[name], goals[name]), axis=1) for name in by_case if name in goals}
+    leading = at[next(name for name in ("removal-rate", "pocket-depth", *at) if name in at)]
+    return {
+        name: np.take_along_axis(values, at.get(name, leading)[:, None], axis=1)[:, 0]
+        for name, values in by_case.items()
+    }
 
 
 def _score(values: Array, goal: str) -> Array:

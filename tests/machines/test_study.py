@@ -226,3 +226,91 @@ def test_weight_is_that_of_the_parts() -> None:
     beams = [c for c in machine.components if isinstance(c, Beam)]
     volume = sum(s.length * s.profile.area * s.material.density for beam in beams for s in beam.segments)
     assert Variant(machine).weight == pytest.approx(bodies + volume, rel=1e-9)
+
+
+CASES = """position = { x = ["-200 mm", 0.2], z = [0.1] }
+[[conditions.material]]
+name = "steel"
+specific = 2e9
+[[conditions.material]]
+name = "aluminium"
+specific = "700 N/mm^2"
+feed = "0.1 mm"
+speed = [6000, 9000]"""
+WITH_CASES = (
+    ("[[objective]]", CASES + "\n[[objective]]"),
+    ('path = "cutting.specific"\nvalues = [1e9, 2e9]', 'path = "cutting.diameter"\nvalues = [0.08]'),
+)
+
+
+def test_conditions_are_the_product_of_positions_and_materials(folder: Path) -> None:
+    study = opened(folder, *WITH_CASES)
+    names = ["x -200 mm, steel", "x -200 mm, aluminium", "x 200 mm, steel", "x 200 mm, aluminium"]
+    assert [case.name for case in study.cases] == names
+    assert study.cases[1].position == {"x": -0.2, "z": 0.1}
+    assert study.cases[0].changes == {"axis.x.position": -0.2, "axis.z.position": 0.1, "cutting.specific": 2e9}
+    assert study.cases[3].changes["cutting.specific"] == 7e8
+    assert study.repeats == 4
+    assert len(study.numbers()) == 24
+    assert [study.case(row).name for row in range(4)] == names
+    assert study.case(9) is study.cases[1]
+    assert [case.name for case in opened(folder).cases] == [""]
+
+
+def test_rows_run_over_designs_then_cases_then_samples(folder: Path) -> None:
+    text = CASES.replace("specific = 2e9", "exponent = 0.9").replace('specific = "700 N/mm^2"', "exponent = 0.8")
+    uncertain = 'path = "cutting.specific"\nrole = "uncertain"\nrange = [1e9, 2e9]'
+    study = opened(
+        folder,
+        ('path = "cutting.specific"\nvalues = [1e9, 2e9]', uncertain),
+        ("[[objective]]", text + "\n[sampling]\nsamples = 3\n[[objective]]"),
+    )
+    numbers = study.numbers()
+    assert study.shaped(np.arange(72.0)).shape == (6, 4, 3)
+    assert study.shaped(np.arange(72.0))[1, 2].tolist() == [18, 19, 20]
+    drawn = study.shaped(numbers[:, 2])
+    assert np.all(drawn == drawn[0, 0])
+    assert len(set(drawn[0, 0])) == 3
+    stiffness = study.shaped(numbers[:, 0])
+    assert np.all(stiffness == stiffness[:, :1, :1])
+    assert [study.case(row) for row in (0, 3, 6, 9, 12)] == [*study.cases, study.cases[0]]
+
+
+def test_a_design_counts_with_its_worst_case(folder: Path) -> None:
+    """The pocket's speed is that of the worst case; a constraint that one case breaks is broken."""
+    study = opened(folder, *WITH_CASES)
+    rate = np.array([[5.0, 9.0, 4.0, 7.0], [8.0, 8.0, 3.0, 8.0]] * 3)
+    rate[5, 0] = np.nan
+    weight = np.array([[1.0, 1.0, 2.0, 1.0]] * 6)
+    depth = np.ones((6, 4))
+    depth[2, 3] = 1e-7
+    speed = np.arange(24.0)
+    values = {"removal-rate": rate, "weight": weight, "minimum-depth": depth, "pocket-speed": speed}
+    verdict = judge(study, {name: v.ravel() for name, v in values.items()})
+    assert verdict.feasible == 4
+    assert verdict.best is not None
+    assert verdict.best.number == 0
+    assert verdict.best.results == {"removal-rate": 4.0, "weight": 2.0, "minimum-depth": 1.0, "pocket-speed": 2.0}
+    assert [d.number for d in verdict.leading] == [0, 4, 1, 3]
+
+
+def test_materials_replace_the_keys_of_the_cut(folder: Path) -> None:
+    """Each case is worth what the same machine is worth with its material written into the file, speeds included."""
+    text = CASES.replace('position = { x = ["-200 mm", 0.2], z = [0.1] }\n', "")
+    study = opened(
+        folder, *(change if i else (change[0], text + "\n[[objective]]") for i, change in enumerate(WITH_CASES))
+    )
+    found = {name: study.shaped(v) for name, v in Evaluation(study.source)(0, 12).items()}
+    for case, (low, high), cut in (
+        (0, (2000, 9000), {"cutting.specific": 2e9}),
+        (1, (6000, 9000), {"cutting.specific": 7e8, "cutting.feed": 1e-4}),
+    ):
+        machine = read_machine(study.base, {"component.base.mass[0][0]": 1.8, **cut})
+        joint = machine.connections[0].joint
+        assert joint is not None
+        machine = machine.with_joint("guide", joint.with_parameters({"linear.stiffness": 500e6}))
+        chart = lobes_at_amplitude(machine, np.linspace(low, high, 100), 0.0, "turning")
+        best = pocket([chart], Cutting(**(machine.cutting or {})))
+        assert best is not None
+        assert found["removal-rate"][0, case, 0] == pytest.approx(best.removal_rate, rel=1e-6)
+        assert found["pocket-speed"][0, case, 0] == best.speed
