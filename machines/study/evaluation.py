@@ -22,6 +22,7 @@ from ..lobes.solve import stability_lobes
 from ..lobes.tool_model import ToolModel
 from ..machine import AXES, Machine
 from ..operating import frozen_receptance
+from ..working_point import at_working_point
 from .conditions import Case
 from .study import Study, read_study
 from .variants import Machines, Setting, changed_joints, joint_units, setting, with_joints
@@ -79,12 +80,13 @@ class Evaluation:
         out = {"weight": part.weight} if "weight" in wanted else {}
         if wanted == {"weight"}:
             return out
-        model = machine_model(machine, float(np.mean(_band(machine)))) if part.has_modes else None
+        rest = at_working_point(machine)
+        model = machine_model(rest, float(np.mean(_band(machine)))) if part.has_modes else None
         if "static-compliance" in wanted:
-            G = frozen_receptance(machine, _STATIC_LINE, 0.0).receptance if model is None else model(np.zeros(1))
+            G = frozen_receptance(rest, _STATIC_LINE, 0.0).receptance if model is None else model(np.zeros(1))
             out["static-compliance"] = float(np.max(np.abs(np.einsum("fii->fi", G))))
         if wanted & (_DEPTHS | {"peak-receptance"}):
-            tools = [self._tool(machine, model, A) for A in self._study.amplitudes]
+            tools = [self._tool(machine if A else rest, model, A) for A in self._study.amplitudes]
             out["peak-receptance"] = max(_peak(tool) for tool in tools)
             if wanted & _DEPTHS:
                 out |= self._depths(machine, tools, self._machines.cut(of), case)

@@ -21,6 +21,7 @@ from ..lobes.cutting import Cutting
 from ..lobes.machine_model import modes_at_rest
 from ..machine import Machine
 from ..static_load import axis_of
+from ..working_point import at_working_point
 from .conditions import Case
 from .study import BASE, Study
 
@@ -49,7 +50,7 @@ class Variant:
     @cached_property
     def has_modes(self) -> bool:
         """Whether the tool point at rest is a sum of modes, so that one decomposition tells it at every frequency."""
-        return modes_at_rest(self.machine) is not None
+        return modes_at_rest(at_working_point(self.machine)) is not None
 
 
 def _moved(component: Component, axis: int) -> float:
