@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import threading
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -30,6 +31,9 @@ _STATIC_LINE = 0.1
 _DEPTHS = frozenset({"pocket-depth", "pocket-speed", "removal-rate", "minimum-depth"})
 
 
+_LATEST = threading.local()
+
+
 @dataclass(frozen=True)
 class Evaluation:
     """Evaluates rows of a study's plan; what travels to a worker is the file's name and the identified joints."""
@@ -37,6 +41,8 @@ class Evaluation:
     source: Path
     joints: tuple[tuple[str, Joint], ...] = ()
     """Joints that the base machine leaves to be identified, by connection."""
+    run: str = ""
+    """A word for one run of the study: within it a worker reads the files once."""
 
     @cached_property
     def _study(self) -> Study:
@@ -54,16 +60,24 @@ class Evaluation:
     def _places(self) -> dict[str, str]:
         return joint_units(self._machines.of(self._study.base).machine, self._study.factors)
 
-    def __reduce__(self) -> tuple[type[Evaluation], tuple[object, ...]]:
-        return Evaluation, (self.source, self.joints)
+    def __reduce__(self) -> tuple[object, tuple[object, ...]]:
+        return _arrived, (self.source, self.joints, self.run)
 
     def __call__(self, first: int, end: int) -> dict[str, Array]:
         """Every quantity that the study asks for, of the configurations from ``first`` to before ``end``."""
-        rows = [self._one(row) for row in range(first, end)]
+        return self.of(self._numbers[first:end], first)
+
+    def of(self, numbers: Array, first: int) -> dict[str, Array]:
+        """Every quantity of configurations with these numbers, the first of which is row ``first`` of the plan."""
+        rows = [self._one(row, self._study.case(first + i)) for i, row in enumerate(numbers)]
         return {name: np.array([row[name] for row in rows]) for name in self._study.quantities}
 
-    def _one(self, row: int) -> dict[str, float]:
-        of = setting(self._study, self._numbers[row], self._study.case(row), self._places)
+    def numbers(self, designs: Array) -> Array:
+        """Rows of the plan that belong to designs, given as quantiles (designs, design factors)."""
+        return replace(self._study, found=designs).numbers()
+
+    def _one(self, numbers: Array, case: Case) -> dict[str, float]:
+        of = setting(self._study, numbers, case, self._places)
         part = self._machines.of(of.file, of.document)
         machine = with_joints(part.machine, changed_joints(part.machine, of.joints)) if of.joints else part.machine
         wanted = set(self._study.quantities)
@@ -78,7 +92,7 @@ class Evaluation:
             tools = [self._tool(machine, model, A) for A in self._study.amplitudes]
             out["peak-receptance"] = max(_peak(tool) for tool in tools)
             if wanted & _DEPTHS:
-                out |= self._depths(machine, tools, self._machines.cut(of), self._study.case(row))
+                out |= self._depths(machine, tools, self._machines.cut(of), case)
         return out
 
     def _tool(self, machine: Machine, model: ToolModel | None, amplitude: float) -> ToolModel | FRF:
@@ -102,6 +116,33 @@ class Evaluation:
             "pocket-speed": nothing if best is None else best.speed,
             "removal-rate": nothing if best is None or best.removal_rate is None else best.removal_rate,
         }
+
+
+@dataclass(frozen=True, eq=False)
+class Generation:
+    """Evaluates the rows of some designs of a search, which travel with it."""
+
+    evaluation: Evaluation
+    designs: Array
+    """Quantiles (designs, design factors)."""
+    first: int
+    """Row of the plan at which they begin."""
+
+    @cached_property
+    def _numbers(self) -> Array:
+        return self.evaluation.numbers(self.designs)
+
+    def __call__(self, first: int, end: int) -> dict[str, Array]:
+        """Every quantity of the configurations from ``first`` to before ``end``."""
+        return self.evaluation.of(self._numbers[first - self.first : end - self.first], first)
+
+
+def _arrived(source: Path, joints: tuple[tuple[str, Joint], ...], run: str) -> Evaluation:
+    """The evaluation in a worker: that of earlier tasks of the same run with all it has read, or a new one."""
+    known: Evaluation | None = getattr(_LATEST, "evaluation", None)
+    if known is None or not run or known.run != run:
+        known = _LATEST.evaluation = Evaluation(source, joints, run)
+    return known
 
 
 def _band(machine: Machine) -> tuple[float, float]:
