@@ -105,8 +105,8 @@ def _compute(
     opened = read_study(study)
     if not new and not (output / "study.json").is_file():
         raise InputError(f"-o {output}: holds no study to resume, expected the folder of 'jointlib study run'")
-    joints = _identified(opened)
     store = begin(opened, output)
+    joints = _identified(opened)
     with working(f"computing {len(store.missing())} of {store.blocks} blocks"):
         evaluate_all(opened, store, joints, workers, part, scheduler)
     _tell(planned(opened, output), store, output, as_json)

@@ -22,13 +22,13 @@ from ..lobes.solve import stability_lobes
 from ..lobes.tool_model import ToolModel
 from ..machine import AXES, Machine
 from ..operating import frozen_receptance
+from .asked import DEPTHS
 from .conditions import Case
 from .study import Study, read_study
 from .variants import Machines, changed_joints, joint_units, setting, with_joints
 
 _STATIC_LINE = 0.1
 """Hz; low enough for the receptance to be the static one, high enough for free parts."""
-_DEPTHS = frozenset({"pocket-depth", "pocket-speed", "removal-rate", "minimum-depth"})
 
 
 _LATEST = threading.local()
@@ -84,14 +84,16 @@ class Evaluation:
         out = {"weight": part.weight} if "weight" in wanted else {}
         if wanted == {"weight"}:
             return out
-        model = machine_model(machine, float(np.mean(_band(machine)))) if part.has_modes else None
+        model = part.modes
+        if model is not None and of.joints:
+            model = machine_model(machine, float(np.mean(_band(machine))))
         if "static-compliance" in wanted:
             G = frozen_receptance(machine, _STATIC_LINE, 0.0).receptance if model is None else model(np.zeros(1))
             out["static-compliance"] = float(np.max(np.abs(np.einsum("fii->fi", G))))
-        if wanted & (_DEPTHS | {"peak-receptance"}):
+        if wanted & (DEPTHS | {"peak-receptance"}):
             tools = [self._tool(machine, model, A) for A in self._study.amplitudes]
             out["peak-receptance"] = max(_peak(tool) for tool in tools)
-            if wanted & _DEPTHS:
+            if wanted & DEPTHS:
                 out |= self._depths(machine, tools, self._machines.cut(of), case)
         return out
 

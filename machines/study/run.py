@@ -21,6 +21,7 @@ from jointlib.errors import InputError
 from jointlib.io.atomic import sha256, write_npz
 from jointlib.joint import Joint
 
+from .asked import check_asked
 from .engine import compute, process_pool, single_threaded
 from .evaluation import Evaluation, Generation
 from .search import generations, optimiser
@@ -39,6 +40,7 @@ _PACKAGES = ("jointlib", "machines")
 
 def begin(study: Study, folder: Path) -> Store:
     """The results folder of a study: a new one, or that of the same study, inputs and program."""
+    check_asked(study)
     together = study.population * study.repeats if study.searched else study.total
     block = max(1, min(_BLOCK, together // _BLOCKS))
     if study.searched:  # generations end where blocks do
