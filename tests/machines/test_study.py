@@ -12,6 +12,7 @@ from jointlib.errors import InputError
 from machines import Beam, Rigid, frozen_receptance, lobes_at_amplitude, read_machine
 from machines.lobes import Cutting
 from machines.lobes.pocket import pocket
+from machines.study import engine, run
 from machines.study.evaluation import Evaluation
 from machines.study.run import begin, evaluate_all, identity, inputs
 from machines.study.study import Study, read_study
@@ -164,6 +165,32 @@ def test_a_changed_study_machine_or_joint_is_another_study(folder: Path) -> None
     assert changed["inputs"] != before["inputs"]
     with pytest.raises(InputError, match="another study"):
         begin(opened(folder), folder / "r")
+
+
+def test_results_of_another_release_are_not_mixed_in(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    study = opened(folder)
+    begin(study, folder / "r")
+    monkeypatch.setattr(run, "_code", lambda: "other")
+    with pytest.raises(InputError, match=r"another study \(program differ"):
+        begin(study, folder / "r")
+
+
+def test_one_worker_computes_elsewhere_where_this_process_has_many_threads(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    study, pools = opened(folder), []
+
+    def noted(workers: int) -> object:
+        pools.append(workers)
+        return engine.process_pool(workers)
+
+    monkeypatch.setattr(run, "process_pool", noted)
+    for threads, computed in ((True, []), (False, [1])):
+        monkeypatch.setattr(run, "single_threaded", lambda threads=threads: threads)
+        store = begin(study, folder / f"threads {threads}")
+        evaluate_all(study, store, {}, workers=1)
+        assert not store.missing()
+        assert pools == computed
 
 
 def test_machines_that_are_alternatives_are_compared(folder: Path) -> None:
