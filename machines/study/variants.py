@@ -26,7 +26,7 @@ from ..static_load import axis_of
 from .conditions import Case
 from .study import BASE, Study
 
-_KEPT = 8
+_KEPT = 24
 _CUTS = 256
 
 
