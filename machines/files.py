@@ -48,19 +48,15 @@ def read_machine(path: Path | str, changes: Mapping[str, Any] | None = None) -> 
     `machines.changes.change`.
     """
     path = Path(path)
-    document = read_toml(path, "machine")
-    own = dict(changes or {})
-    change([document], {key: own.pop(key) for key in list(own) if key.startswith("parts")}, str(path))
+    all_of = documents(path, changes)
+    document = all_of[-1]
     name = document.text("name", path.name.removesuffix(".toml").removesuffix(".machine"))
-    parts = [_part(document, file) for file in document.words("parts", ())]
-    all_of = [*parts, document]
-    change(all_of, own, str(path))
     axes = read_axes(all_of)
     move(all_of, axes)
     components = tuple(_component(section) for each in all_of for section in each.sections("component"))
     connections = tuple(_connection(section) for each in all_of for section in each.sections("connection"))
     bundled = [c for each in all_of for section in each.sections("bundle") for c in expand(section)]
-    for part in parts:
+    for part in all_of[:-1]:
         part.done()
     static = StaticLoad.from_section(document.section("static")) if document.has("static") else None
     tool_section = document.section("tool")
@@ -88,6 +84,16 @@ def read_machine(path: Path | str, changes: Mapping[str, Any] | None = None) -> 
     )
     check_sound(machine)
     return machine
+
+
+def documents(path: Path, changes: Mapping[str, Any] | None = None) -> list[Section]:
+    """The tables of a machine file after those of its parts, opened but not read, with changes in them."""
+    document = read_toml(path, "machine")
+    own = dict(changes or {})
+    change([document], {key: own.pop(key) for key in list(own) if key.startswith("parts")}, str(path))
+    all_of = [*(_part(document, file) for file in document.words("parts", ())), document]
+    change(all_of, own, str(path))
+    return all_of
 
 
 def read_cutting(path: Path | str, changes: Mapping[str, Any]) -> Cutting:

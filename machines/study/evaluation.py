@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -25,7 +26,7 @@ from ..operating import frozen_receptance
 from .asked import DEPTHS
 from .conditions import Case
 from .study import Study, read_study
-from .variants import Machines, changed_joints, joint_units, setting, with_joints
+from .variants import Machines, Setting, changed_joints, joint_units, setting, with_joints
 
 _STATIC_LINE = 0.1
 """Hz; low enough for the receptance to be the static one, high enough for free parts."""
@@ -58,7 +59,7 @@ class Evaluation:
 
     @cached_property
     def _places(self) -> dict[str, str]:
-        return joint_units(self._machines.of(self._study.base).machine, self._study.factors)
+        return joint_units(self._machines.of(self._study.base).machine, (f.path for f in self._study.factors))
 
     def __reduce__(self) -> tuple[object, tuple[object, ...]]:
         return _arrived, (self.source, self.joints, self.run)
@@ -69,15 +70,23 @@ class Evaluation:
 
     def of(self, numbers: Array, first: int) -> dict[str, Array]:
         """Every quantity of configurations with these numbers, the first of which is row ``first`` of the plan."""
-        rows = [self._one(row, self._study.case(first + i)) for i, row in enumerate(numbers)]
+        return self.each([(row, self._study.case(first + i)) for i, row in enumerate(numbers)])
+
+    def each(self, asked: Sequence[tuple[Array, Case]]) -> dict[str, Array]:
+        """Every quantity of configurations told by the numbers of their factors and their conditions."""
+        rows = [self._one(*one) for one in asked]
         return {name: np.array([row[name] for row in rows]) for name in self._study.quantities}
+
+    def setting(self, numbers: Array, case: Case) -> Setting:
+        """What is changed in which file for a configuration."""
+        return setting(self._study, numbers, case, self._places)
 
     def numbers(self, designs: Array) -> Array:
         """Rows of the plan that belong to designs, given as quantiles (designs, design factors)."""
         return replace(self._study, found=designs).numbers()
 
     def _one(self, numbers: Array, case: Case) -> dict[str, float]:
-        of = setting(self._study, numbers, case, self._places)
+        of = self.setting(numbers, case)
         part = self._machines.of(of.file, of.document)
         machine = with_joints(part.machine, changed_joints(part.machine, of.joints)) if of.joints else part.machine
         wanted = set(self._study.quantities)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -24,7 +24,6 @@ from ..lobes.tool_model import ToolModel
 from ..machine import Machine
 from ..static_load import axis_of
 from .conditions import Case
-from .factors import Factor
 from .study import BASE, Study
 
 _KEPT = 8
@@ -80,6 +79,11 @@ class Setting:
     joints: tuple[tuple[str, float], ...]
     """Values in SI by connection or bundle and parameter, as ``guide.hertz_guide.preload``."""
     cutting: tuple[tuple[str, Any], ...]
+
+    @property
+    def changes(self) -> dict[str, Any]:
+        """All of it by path, as `write_machine` takes it."""
+        return {path: _plain(value) for path, value in (*self.document, *self.cutting, *self.joints)}
 
 
 def setting(study: Study, numbers: Array, case: Case, places: Mapping[str, str]) -> Setting:
@@ -203,24 +207,24 @@ def joint_place(machine: Machine, path: str) -> tuple[str, str]:
     return place, parameter
 
 
-def joint_units(machine: Machine, factors: tuple[Factor, ...]) -> dict[str, str]:
-    """Unit of the joint parameter of every factor that names one; other factors are left out.
+def joint_units(machine: Machine, paths: Iterable[str]) -> dict[str, str]:
+    """Unit of the joint parameter of every path that names one; other paths are left out.
 
     Entries of the file itself (``connection.guide.joint.law[0].damping``) are no joint parameters.
     """
     units = {}
-    for factor in factors:
-        if ".joint." not in factor.path or ".joint.law[" in factor.path:
+    for path in paths:
+        if ".joint." not in path or ".joint.law[" in path:
             continue
-        place, parameter = joint_place(machine, factor.path)
+        place, parameter = joint_place(machine, path)
         for name in rows_of(machine, place):
             joint = next(c.joint for c in machine.flexible if c.name == name)
             if joint is None:
                 raise InputError(f"{machine.where}: the joint of {name!r} is not known yet, expected it identified")
             if parameter not in joint.parameters:
                 raise InputError(
-                    f"{machine.where}: path {factor.path!r}: no parameter {parameter!r}, "
+                    f"{machine.where}: path {path!r}: no parameter {parameter!r}, "
                     f"{nearest(parameter, joint.parameters)}"
                 )
-            units[factor.path] = joint.units[parameter]
+            units[path] = joint.units[parameter]
     return units

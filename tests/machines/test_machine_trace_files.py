@@ -166,6 +166,13 @@ def test_a_mended_bundle_is_written_out_as_its_rows_and_that_is_said(tmp_path: P
         assert theirs[c.name].row(found.components) == pytest.approx(c.row(new.components), abs=1e-15)
 
 
+def test_a_mended_connection_of_a_parts_file_is_mended_in_the_new_machine(tmp_path: Path) -> None:
+    machine = read_machine(LIBRARY / "column_mill_a.toml")
+    new = mended(machine, ["mount_1.z"])
+    write_trace(traced(machine, new, "mount_1.z"), tmp_path / "out")
+    assert tables(read_machine(tmp_path / "out" / "machine.toml")) == tables(new)
+
+
 def test_where_nothing_is_named_the_machine_stays_as_it_is(tmp_path: Path) -> None:
     machine = three_joints()
     paths, _ = write_trace(traced(machine, machine, None), tmp_path / "out")
