@@ -133,3 +133,19 @@ class Built:
             flexible[i].name: np.asarray(self.assembly.joints[i].first_harmonic(amplitude, omega).gain)
             for i in first.values()
         }
+
+
+@dataclass(frozen=True, eq=False)
+class Moment:
+    """One setting: a machine, what it cuts, and how far its tool point moves."""
+
+    built: Built
+    machine: Machine
+    """That of `built`, cutting what was chosen."""
+    amplitude: float
+    """Of the tool point in m."""
+
+    @property
+    def cutting(self) -> Cutting | None:
+        """The cut; None where the file has none."""
+        return None if self.machine.cutting is None else Cutting(**self.machine.cutting)

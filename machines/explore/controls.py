@@ -35,14 +35,16 @@ class Control:
     high: float
     logarithmic: bool = False
     whole: bool = False
-    scale: float | None = 1.0
-    """SI value of one ``unit``; None where the file takes the number with its unit, as it has it now."""
+    scale: float = 1.0
+    """One ``unit`` in SI."""
     moves: tuple[tuple[str, float], ...] = ()
     """Paths that move together by as much as this does, with their values in SI; empty: the key itself."""
 
     def checked(self, value: object) -> float:
         """The value as a number within the bounds; text may carry another unit of the same kind."""
         number = self._number(value)
+        if number == self.value:
+            return self.value  # what the file has may lie beyond what is sensible
         slack = _ROUNDING * max(abs(self.low), abs(self.high))
         if number is None or not self.low - slack <= number <= self.high + slack:
             shown = repr(value) if len(repr(value)) < 40 else "something long"
@@ -67,11 +69,8 @@ class Control:
         return number if math.isfinite(number) and (not self.whole or number == round(number)) else None
 
     def si(self, value: float) -> float:
-        """The value in SI, as a file's reader would have it."""
-        assert self.scale is not None
-        # Dividing by a whole reciprocal keeps 5 µm the float that 5e-6 is.
-        inverse = 1 / self.scale
-        return value / round(inverse) if abs(inverse - round(inverse)) < 1e-6 * inverse else value * self.scale
+        """The value in SI."""
+        return in_si(value, self.scale)
 
     def changes(self, value: float) -> dict[str, Any]:
         """What is then to stand in the machine file, by path."""
@@ -80,9 +79,14 @@ class Control:
         if self.moves:
             moved = self.si(value) - self.si(self.value)
             return {path: base + moved for path, base in self.moves}
-        if self.scale is None:
-            return {self.key: f"{value!r} {self.unit}" if self.unit else value}
         return {self.key: round(value) if self.whole else self.si(value)}
+
+
+def in_si(value: float, scale: float) -> float:
+    """A number of a unit of this size in SI: 5 µm is the float that 5e-6 is."""
+    inverse = 1 / scale
+    whole = round(inverse)
+    return value / whole if whole and abs(inverse - whole) < 1e-9 * whole else value * scale
 
 
 def bounds(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -13,6 +15,7 @@ from jointlib.errors import InputError
 from jointlib.io.toml import Section
 from jointlib.joint import Joint
 from jointlib.units import number_and_unit, quantity, shown
+from jointlib.units import scale as size_of
 
 from ..assembly import Assembly
 from ..bundles import expand
@@ -21,7 +24,7 @@ from ..lobes.cutting import Cutting
 from ..machine import Machine
 from ..operating import operating_point
 from ..study.variants import rows_of
-from .controls import AMPLITUDE, Control, bounds
+from .controls import AMPLITUDE, Control, bounds, in_si
 
 _FACTOR, _GEOMETRY = 4.0, 2.0
 _LARGEST, _SMALL = 2e-4, 1e-3
@@ -37,27 +40,28 @@ _ABOUT_ZERO: Mapping[str, tuple[float, float]] = {
 }
 """How far a joint parameter that is zero may be turned, in SI."""
 _SHOWN: Mapping[str, tuple[float, str]] = {
-    "rad": (3.141592653589793 / 180, "deg"),
+    "rad": (math.pi / 180, "deg"),
     "m/N^(2/3)": (1e-6, "µm/N^(2/3)"),
     "1": (1.0, ""),
 }
-_CUTTING: Mapping[str, tuple[str, str, str, float]] = {
-    "teeth": ("teeth", "1", "", 1.0),
-    "immersion": ("radial immersion", "1", "%", 0.01),
-    "feed": ("feed", "m", "mm", 1e-3),
-    "diameter": ("diameter", "m", "mm", 1e-3),
-    "tangential": ("tangential pressure", "N/m^2", "N/mm²", 1e6),
-    "normal": ("normal pressure", "N/m^2", "N/mm²", 1e6),
-    "specific": ("specific pressure", "N/m^2", "N/mm²", 1e6),
-    "exponent": ("exponent of the chip", "1", "", 1.0),
-    "feed_direction": ("direction of the feed", "rad", "deg", 3.141592653589793 / 180),
+_CUTTING: Mapping[str, tuple[str, str, float]] = {
+    "teeth": ("teeth", "", 1.0),
+    "immersion": ("radial immersion", "%", 0.01),
+    "feed": ("feed", "mm", 1e-3),
+    "diameter": ("diameter", "mm", 1e-3),
+    "tangential": ("tangential pressure", "N/mm²", 1e6),
+    "normal": ("normal pressure", "N/mm²", 1e6),
+    "specific": ("specific pressure", "N/mm²", 1e6),
+    "exponent": ("exponent of the chip", "", 1.0),
+    "feed_direction": ("direction of the feed", "deg", math.pi / 180),
 }
-"""Label, SI unit, unit and its size of the numbers of ``[cutting]``."""
+"""Label, unit and its size in SI of the numbers of ``[cutting]``."""
 _ENDS: Mapping[str, tuple[float, float]] = {
     "immersion": (1.0, 100.0),
     "exponent": (0.3, 1.0),
     "feed_direction": (-180.0, 180.0),
 }
+_SI = ("N", "m", "N/m", "N s/m", "rad", "N/m^2", "N/m^3", "m/N^(2/3)", "kg")
 _LENGTHS = re.compile(r"[kcmµu]?m|deg|rad")
 
 
@@ -100,7 +104,7 @@ def _joint_controls(machine: Machine, tables: Sequence[Section]) -> tuple[Contro
     places = dict.fromkeys(_place(machine, name, joints) for name in joints if name not in bundled)
     out = [c for place in places for c in _of_joint(machine, "connection", place, joints)]
     for name, (table, folder) in bundles.items():
-        out += _of_bundle(name, table, folder)
+        out += _of_bundle(machine, name, table, folder)
         if "joint" in table:
             out += _of_joint(machine, "bundle", name, joints)
     return tuple(out)
@@ -110,10 +114,9 @@ def _place(machine: Machine, name: str, joints: Mapping[str, Joint | None]) -> s
     """The shortest beginning of a connection's name, up to a dot or underscore, that stands for equal joints only."""
     for match in re.finditer(r"[._]", name):
         start = name[: match.start()]
-        alike = [joints[row] for row in rows_of(machine, start)]
-        if start not in joints and all(
-            j is not None and j.laws == alike[0].laws for j in alike if alike[0] is not None
-        ):
+        found = [joints[row] for row in rows_of(machine, start)]
+        laws = [None if joint is None else joint.laws for joint in found]
+        if start not in joints and all(law is not None and law == laws[0] for law in laws):
             return start
     return name
 
@@ -137,13 +140,18 @@ def _of_joint(machine: Machine, kind: str, place: str, joints: Mapping[str, Join
             label = short if names.count(short) == 1 else name.replace(".", ": ")
             each = " of each row" if kind == "bundle" else ""
             key = f"{kind}.{place}.joint.{name}"
-            yield Control(key, label.replace("_", " ") + each, place, word, value / scale, *ends, scale=scale)
+            yield Control(key, label.replace("_", " ") + each, place, word, _plain(value / scale), *ends, scale=scale)
+
+
+def _plain(value: float) -> float:
+    """An identified value as people quote it; what is not turned stays as it was identified."""
+    return float(f"{value:.6g}")
 
 
 def _holds(joint: Joint, name: str, scale: float) -> Callable[[float], bool]:
     def allowed(number: float) -> bool:
         try:
-            joint.with_parameters({name: number * scale})
+            joint.with_parameters({name: in_si(number, scale)})
         except InputError:
             return False
         return True
@@ -151,17 +159,24 @@ def _holds(joint: Joint, name: str, scale: float) -> Callable[[float], bool]:
     return allowed
 
 
-def _of_bundle(name: str, table: dict[str, Any], folder: Path) -> Iterator[Control]:
+def _of_bundle(machine: Machine, name: str, table: dict[str, Any], folder: Path) -> Iterator[Control]:
     """The numbers of a bundle's table, in the units in which they stand there."""
     for key, entry in table.items():
-        parts = number_and_unit(entry) if isinstance(entry, str) else (entry, "") if isinstance(entry, float) else None
-        if key == "name" or parts is None or (isinstance(entry, str) and not parts[1]):
+        if key == "name" or isinstance(entry, bool) or not isinstance(entry, str | int | float):
+            continue
+        parts = number_and_unit(entry) if isinstance(entry, str) else (float(entry), "")
+        if parts is None:
             continue
         value, unit = parts
 
-        def allowed(number: float, key: str = key, unit: str = unit) -> bool:
+        size = _size(unit)
+        if size is None:
+            continue
+
+        def allowed(number: float, key: str = key, size: float = size) -> bool:
             try:
-                expand(Section({**table, key: f"{number!r} {unit}" if unit else number}, name, folder))
+                for row in expand(Section({**table, key: in_si(number, size)}, name, folder)):
+                    row.row(machine.components)  # what it holds may be out of reach
             except InputError:
                 return False
             return True
@@ -169,7 +184,15 @@ def _of_bundle(name: str, table: dict[str, Any], folder: Path) -> Iterator[Contr
         ends = bounds(value, _GEOMETRY if _LENGTHS.fullmatch(unit) else _FACTOR, None, allowed)
         if ends is not None:
             path = f"bundle.{name}.{key}"
-            yield Control(path, key.replace("_", " "), name, _pretty(unit), value, *ends, scale=None)
+            yield Control(path, key.replace("_", " "), name, _pretty(unit), value, *ends, scale=size)
+
+
+def _size(unit: str) -> float | None:
+    """One of a unit in SI; None where it is none that joints have."""
+    for si in _SI if unit else ():
+        with contextlib.suppress(InputError):
+            return size_of(unit, si, "")
+    return None if unit else 1.0
 
 
 def _pretty(unit: str) -> str:
@@ -209,11 +232,11 @@ def _cutting_controls(machine: Machine) -> tuple[Control, ...]:
     if machine.cutting is None or machine.source is None:
         return ()
     out = []
-    for key, (label, _, unit, scale) in _CUTTING.items():
+    for key, (label, unit, scale) in _CUTTING.items():
         si = machine.cutting.get(key)
         if si is None or (key == "immersion" and machine.cutting["mode"] == "slot"):
             continue
-        value = float(f"{float(si) / scale:.12g}")
+        value = _plain(float(si) / scale)
         if key == "teeth":
             ends = 1.0, float(max(12, 2 * si)), False
         elif key in _ENDS:
@@ -231,7 +254,7 @@ def _cutting_controls(machine: Machine) -> tuple[Control, ...]:
 def _cuts(machine: Machine, key: str, scale: float) -> Callable[[float], bool]:
     def allowed(number: float) -> bool:
         try:
-            Cutting(**{**(machine.cutting or {}), key: number * scale})
+            Cutting(**{**(machine.cutting or {}), key: in_si(number, scale)})
         except InputError:
             return False
         return True

@@ -10,61 +10,24 @@ from typing import Any
 
 import numpy as np
 
-from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
 from jointlib.joint import Joint
 
 from ..files import read_machine
-from ..limits import beyond_frequency
 from ..lobes.amplitude import lobes_at_amplitude
-from ..lobes.chart import Integers, StabilityLobes, Words
-from ..lobes.cutting import Cutting
 from ..lobes.machine_model import modes_at_rest
 from ..lobes.pocket import Pocket, best_pocket
 from ..machine import Machine
 from ..study.variants import changed_joints, rows_of, with_joints
-from .built import Built
+from .built import Built, Moment
 from .controls import AMPLITUDE, Control, chosen
+from .curves import Curves, drawn
 from .knobs import controls_of
+from .report import setting_page
+from .save import free_target, save_machine, write_new
 
-_SPEEDS = 200
-_GAINS = 120
 _KEPT_MACHINES, _KEPT_RESULTS = 16, 64
-PREVIEW = (
-    "Lobes by the zero-order approximation, a preview; a click and the report take the method of `jointlib lobes`."
-)
 _Changes = tuple[tuple[str, Any], ...]
-
-
-@dataclass(frozen=True, eq=False)
-class Curves:
-    """What is drawn of one setting."""
-
-    frequency: Array
-    """Hz."""
-    receptance: Mapping[str, ComplexArray]
-    """Direct receptance of the tool point at rest in m/N, by axis."""
-    receptance_moving: Mapping[str, ComplexArray]
-    """The same with the joints frozen at the chosen tool-point amplitude; empty where that is 0."""
-    amplitude: Array
-    """Of a joint in m."""
-    gains: Mapping[str, ComplexArray]
-    """Describing function in N/m over `amplitude`, by connection; of a bundle one row."""
-    gain_frequency: float
-    """Hz; the chatter frequency at the minimum depth, or the highest peak where there are no lobes."""
-    joint_amplitude: Mapping[str, float]
-    """Where the joints are now, m, by connection; empty at rest."""
-    joint_limit: Mapping[str, float]
-    """Largest amplitude in m at which the law of a connection is known; inf where nothing is said of it."""
-    speed: Array
-    """rpm; empty without a cut."""
-    depth: Array
-    """m; inf where the cut is stable at any depth."""
-    chatter_frequency: Array
-    kind: Words
-    lobe: Integers
-    method: str
-    notes: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -96,19 +59,6 @@ class Summary:
     """m/N, the larger of x and y."""
     peak_receptance: float
     """m/N, the larger of x and y, at the chosen amplitude."""
-
-
-@dataclass(frozen=True, eq=False)
-class _Moment:
-    built: Built
-    machine: Machine
-    """That of `built`, cutting what was chosen."""
-    amplitude: float
-    """Of the tool point in m."""
-
-    @property
-    def cutting(self) -> Cutting | None:
-        return None if self.machine.cutting is None else Cutting(**self.machine.cutting)
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,21 +122,32 @@ class Explorer:
 
     def summary(self, values: Mapping[str, object]) -> Summary:
         """A setting in a few numbers, lobes by the fast method."""
-        curves, moment = self.curves(values), self._moment(self._setting(values))
+        curves, moment = self.curves(values), self.moment(values)
         lowest = best = None
         if moment.cutting is not None and len(curves.speed):
             lowest, best = float(np.min(curves.depth)), best_pocket(curves.speed, curves.depth, moment.cutting)
-        peak = max(float(np.max(np.abs(G))) for G in (curves.receptance_moving or curves.receptance).values())
+        peak = max(float(np.max(np.abs(G))) for G in curves.receptance.values())
         return Summary(lowest, best, moment.built.static_compliance, peak)
 
-    def machine_at(self, values: Mapping[str, object]) -> tuple[Machine, float]:
-        """The machine of a setting, and the tool-point amplitude in m."""
-        moment = self._moment(self._setting(values))
-        return moment.machine, moment.amplitude
+    def moment(self, values: Mapping[str, object]) -> Moment:
+        """The machine of a setting, what it cuts and how far its tool point moves."""
+        return self._moment(self._setting(values))
 
     def changes(self, values: Mapping[str, object]) -> dict[str, Any]:
         """What the machine file of a setting has in the place of what it has now, by path."""
         return self._changes(self._setting(values))
+
+    def save(self, values: Mapping[str, object], folder: Path, name: str) -> tuple[Path, ...]:
+        """Write the machine of a setting into a folder; the files written, the machine file first."""
+        return save_machine(self.machine, self.changes(values), self.joints, folder, name)
+
+    def report(self, values: Mapping[str, object], folder: Path, name: str) -> Path:
+        """Write a page about a setting, with lobes by the method of `jointlib lobes`; in milling it takes seconds."""
+        target = free_target(folder, name, ".html")
+        setting = self._setting(values)
+        page = setting_page(self._moment(setting), self.curves(values), self.controls, dict(setting))
+        write_new(target, page.html())
+        return target
 
     def _setting(self, values: Mapping[str, object]) -> _Changes:
         return tuple(chosen(self.by_key, values).items())
@@ -233,7 +194,7 @@ class Explorer:
                 machine = machine.with_joint(connection.name, self.joints[connection.name])
         return machine
 
-    def _moment(self, setting: _Changes) -> _Moment:
+    def _moment(self, setting: _Changes) -> Moment:
         """The machine of a setting; those that differ in the cut alone share what was computed of the machine."""
         changes = self._changes(setting)
         cut = {path.partition(".")[2]: value for path, value in changes.items() if path.startswith("cutting.")}
@@ -241,7 +202,7 @@ class Explorer:
         other = {path: v for path, v in changes.items() if path not in joints and not path.startswith("cutting.")}
         built = self._built(tuple(other.items()), tuple(joints.items()))
         machine = replace(built.machine, cutting={**(built.machine.cutting or {}), **cut}) if cut else built.machine
-        return _Moment(built, machine, self.by_key[AMPLITUDE].si(dict(setting).get(AMPLITUDE, 0.0)))
+        return Moment(built, machine, self.by_key[AMPLITUDE].si(dict(setting).get(AMPLITUDE, 0.0)))
 
     def _build(self, other: _Changes, joints: _Changes) -> Built:
         machine = self._document(other)
@@ -261,57 +222,5 @@ class Explorer:
         )
 
     def _draw(self, setting: _Changes, exact: bool) -> Curves:
-        moment = self._moment(setting)
-        built, A, cutting = moment.built, moment.amplitude, moment.cutting
-        notes: list[str] = []
-        moving = built.moving(A, cutting)
-        chart: StabilityLobes | None = None
-        if cutting is None or cutting.speed is None:
-            notes.append("The file has no [cutting] with a range of speeds, so there are no lobes.")
-        elif exact:
-            chart = lobes_at_amplitude(moment.machine, cutting.speeds(_SPEEDS), A)
-        else:
-            chart = built.quick_lobes(cutting.speeds(_SPEEDS), A, cutting, moving)
-            notes += [PREVIEW] if chart.method == "zero-order" else []
-        notes += chart.warnings if chart is not None else ()
-        if not exact:
-            notes += beyond_frequency(moment.machine, *built.band)
-        frequency = chart.minimum_frequency if chart is not None else np.nan
-        if not np.isfinite(frequency):
-            frequency = float(moving.frequency[np.argmax(np.abs(moving.receptance[:, 0, 0]))])
-        joints, held = built.joints_at(frequency, A, cutting)
-        if held:
-            notes.append(f"At {frequency:.4g} Hz a joint is held at its limit: {held}")
-        size, gains = self._gains(built, frequency, joints)
-        nothing = np.zeros(0)
-        return Curves(
-            frequency=built.lines,
-            receptance=_direct(built, built.rest.receptance),
-            receptance_moving=_direct(built, moving.receptance) if A else {},
-            amplitude=size,
-            gains=gains,
-            gain_frequency=frequency,
-            joint_amplitude={name: joints[name] for name in gains if name in joints},
-            joint_limit={name: limit for name, limit in built.limits.items() if name in gains},
-            speed=nothing if chart is None else chart.speed,
-            depth=nothing if chart is None else chart.depth,
-            chatter_frequency=nothing if chart is None else chart.chatter_frequency,
-            kind=np.zeros(0, dtype="<U4") if chart is None else chart.kind,
-            lobe=np.zeros(0, dtype=np.int64) if chart is None else chart.lobe,
-            method="" if chart is None else chart.method,
-            notes=tuple(dict.fromkeys(notes)),
-        )
-
-    def _gains(
-        self, built: Built, frequency: float, joints: Mapping[str, float]
-    ) -> tuple[Array, dict[str, ComplexArray]]:
-        """Amplitudes in m up to half as far again as the joints are known, or are now, and their gains."""
-        known = [limit for limit in built.limits.values() if np.isfinite(limit)]
         tool = self.by_key[AMPLITUDE]
-        largest = 1.5 * max([*known, *joints.values()] or [tool.si(tool.high)])
-        size = np.geomspace(1e-3 * largest, largest, _GAINS)
-        return size, built.gains(self._places, size, frequency)
-
-
-def _direct(built: Built, receptance: ComplexArray) -> dict[str, ComplexArray]:
-    return {axis: receptance[:, i, i] for i, axis in enumerate(built.axes)}
+        return drawn(self._moment(setting), self._places, tool.si(tool.high), exact)
