@@ -66,11 +66,20 @@ _LENGTHS = re.compile(r"[kcmµu]?m|deg|rad")
 
 
 def controls_of(machine: Machine) -> tuple[Control, ...]:
-    """Every control of a machine whose joints are known, read from a file: the tool's, the joints', the cut's."""
+    """Every control of a machine that was read from a file and whose joints are known."""
     assert machine.source is not None
     tables = documents(machine.source)
     joints = (*_joint_controls(machine, tables), *_stick_out_controls(machine, tables))
-    return (_amplitude_control(machine), *joints, *_cutting_controls(machine))
+    return (_amplitude_control(machine), *_axis_controls(machine), *joints, *_cutting_controls(machine))
+
+
+def _axis_controls(machine: Machine) -> Iterator[Control]:
+    """The position of every axis that has a travel."""
+    for axis in machine.axes:
+        if axis.travel is not None:
+            place, low, high = (_plain(1e3 * x) for x in (axis.position, *axis.travel))
+            key = f"axis.{axis.name}.position"
+            yield Control(key, "position", f"axis {axis.name}", "mm", place, low, high, scale=1e-3)
 
 
 def _named(tables: Sequence[Section], kind: str) -> Iterator[tuple[dict[str, Any], Path]]:

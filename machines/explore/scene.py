@@ -93,7 +93,7 @@ class Explorer:
 
     @cached_property
     def controls(self) -> tuple[Control, ...]:
-        """What may be changed, in the order of the groups tool, joints, cutting."""
+        """What may be changed, in the order of the groups tool, axes, joints, cutting."""
         return controls_of(self.base)
 
     @cached_property

@@ -97,10 +97,11 @@ def test_a_value_of_the_file_that_lies_beyond_what_is_sensible_may_stay() -> Non
 def test_controls_read_as_people_say_them(mill: Explorer) -> None:
     by = mill.by_key
     said = {key: (by[key].value, by[key].unit, by[key].label, by[key].group) for key in (
-        "bundle.x_guide.preload", "bundle.x_guide.width", "cutting.tangential", "component.cutter.stick_out",
-        "connection.mount.joint.linear.stiffness", "bundle.front.contact_angle",
+        "axis.x.position", "bundle.x_guide.preload", "bundle.x_guide.width", "cutting.tangential",
+        "component.cutter.stick_out", "connection.mount.joint.linear.stiffness", "bundle.front.contact_angle",
     )}  # fmt: skip
     assert said == {
+        "axis.x.position": (0.0, "mm", "position", "axis x"),
         "bundle.x_guide.preload": (1500.0, "N", "preload", "x_guide"),
         "bundle.x_guide.width": (34.0, "mm", "width", "x_guide"),
         "cutting.tangential": (1800.0, "N/mm²", "tangential pressure", "cutting"),
@@ -120,6 +121,17 @@ def test_every_bound_of_every_control_makes_a_machine_that_can_be_read(mill: Exp
         for end in (control.low, control.high):
             changes = {k: v for k, v in control.changes(end).items() if ".joint." not in k}
             read_machine(mill.machine, changes)
+
+
+def test_an_axis_goes_as_far_as_its_travel_and_takes_the_table_along(mill: Explorer) -> None:
+    control = mill.by_key["axis.x.position"]
+    assert (control.low, control.high) == (-300.0, 300.0)
+    assert mill.changes({"axis.x.position": 250.0}) == {"axis.x.position": 0.25}
+    centres = [
+        next(c for c in mill.moment(values).machine.components if c.name == "table").centre  # type: ignore[attr-defined]
+        for values in ({}, {"axis.x.position": 250.0})
+    ]
+    assert centres[1] - centres[0] == pytest.approx([0.25, 0.0, 0.0])
 
 
 def test_mounts_alike_are_turned_together(mill: Explorer) -> None:
