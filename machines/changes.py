@@ -9,7 +9,7 @@ from typing import Any
 from jointlib.errors import InputError, nearest
 from jointlib.io.toml import Section
 
-_NAMED = ("component", "connection", "bundle")
+_NAMED = ("component", "connection", "bundle", "axis")
 _STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
 
 
@@ -17,8 +17,8 @@ def change(documents: Sequence[Section], changes: Mapping[str, Any], where: str)
     """Put values at paths into documents that were opened but not read: a machine file and the parts it shares.
 
     ``component.cutter.stiffness[0][0]``, ``bundle.x_guide.preload``, ``connection.foot.joint.law[0].damping``,
-    ``cutting.immersion``: components, connections and bundles by name, entries of lists by number from 0. A key that
-    the file leaves out may be set; what no file has is refused when the file is read.
+    ``axis.x.position``, ``cutting.immersion``: components, connections, bundles and axes by name, entries of lists by
+    number from 0. A key that the file leaves out may be set; what no file has is refused when the file is read.
     """
     for path, value in changes.items():
         _put(documents, path, value, where)
@@ -38,7 +38,8 @@ def _put(documents: Sequence[Section], path: str, value: Any, where: str) -> Non
         found = named(rest, list(tables))
         if found is None:
             word = rest.partition(".")[0]
-            raise InputError(f"{where}: path {path!r}: no {kind} {word!r}, {nearest(word, tables)}")
+            said = nearest(word, tables) if tables else "there is none"
+            raise InputError(f"{where}: path {path!r}: no {kind} {word!r}, {said}")
         target, rest = tables[found[0]], found[1]
     else:
         target, rest = documents[-1].raw(), path

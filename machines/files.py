@@ -12,6 +12,7 @@ from jointlib.io.toml import Section, read_toml
 from jointlib.joint import Joint
 from jointlib.registry import plugin
 
+from .axes import move, read_axes
 from .bundles import expand
 from .changes import change
 from .component import Component
@@ -50,6 +51,8 @@ def read_machine(path: Path | str, changes: Mapping[str, Any] | None = None) -> 
     all_of = documents(path, changes)
     document = all_of[-1]
     name = document.text("name", path.name.removesuffix(".toml").removesuffix(".machine"))
+    axes = read_axes(all_of)
+    move(all_of, axes)
     components = tuple(_component(section) for each in all_of for section in each.sections("component"))
     connections = tuple(_connection(section) for each in all_of for section in each.sections("connection"))
     bundled = [c for each in all_of for section in each.sections("bundle") for c in expand(section)]
@@ -76,6 +79,7 @@ def read_machine(path: Path | str, changes: Mapping[str, Any] | None = None) -> 
         frequency=None if frequency is None else (frequency[0], frequency[1]),
         cutting=cutting,
         static=static,
+        axes=axes,
         source=path,
     )
     check_sound(machine)

@@ -13,6 +13,7 @@ from jointlib.arrays import Array
 from jointlib.errors import InputError, nearest
 from jointlib.joint import Joint
 
+from .axes import Axis
 from .component import Component
 from .connection import Connection, motion_row
 from .groups import unmoved
@@ -40,6 +41,8 @@ class Machine:
         Fields of `machines.lobes.Cutting` in SI, or None.
     static
         What it carries while it vibrates, or None: joints then vibrate about zero.
+    axes
+        The axes of its file, whose positions the components and connections stand at already.
     source
         The file it came from.
     """
@@ -53,6 +56,7 @@ class Machine:
     frequency: tuple[float, float] | None = None
     cutting: Mapping[str, Any] | None = None
     static: StaticLoad | None = None
+    axes: tuple[Axis, ...] = ()
     source: Path | None = None
 
     def __post_init__(self) -> None:

@@ -263,6 +263,7 @@ _READERS = {
             f"machines/{name}.py"
             for name in (
                 "files",
+                "axes",
                 "lumped",
                 "modal",
                 "rigid",
@@ -276,7 +277,7 @@ _READERS = {
             )
         ),
     ],
-    "Studies": ["machines/study/study.py", "machines/study/factors.py"],
+    "Studies": ["machines/study/study.py", "machines/study/conditions.py", "machines/study/factors.py"],
     "Bundles": sorted(str(path.relative_to(ROOT)) for path in (ROOT / "machines" / "bundles").glob("*.py")),
 }
 
@@ -308,7 +309,7 @@ def test_every_key_that_a_reader_knows_is_documented(kind: str) -> None:
     known |= {
         "Measurement": {"schema"},
         "Joint": set(joint_file._VALIDITY) | {"schema"},
-        "Machine": set(files._CUTTING_UNITS) | {"x", "y", "at", "direction", "law", "schema"},
+        "Machine": set(files.CUTTING_UNITS) | {"x", "y", "at", "direction", "law", "schema"},
         "Bundles": set(),
         "Studies": {"schema", "values", "range", "distribution"},
     }[kind]

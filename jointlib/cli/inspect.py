@@ -138,6 +138,7 @@ def _machine(file: Path) -> list[str]:
         joint = " + ".join(law.kind for law in c.joint.laws) if c.joint else ""
         what = joint or ("rigid" if c.rigid else "to be identified from its records")
         lines.append(f"connection {c.name}: {' – '.join(c.between)}, {what}")
+    lines += [axis.words() for axis in machine.axes]
     lines += [f"tool {axis}: {dof}" for axis, dof in machine.tool.items()]
     if machine.cutting:
         lines.append("cutting: " + ", ".join(f"{key} = {value}" for key, value in machine.cutting.items()))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -16,6 +16,8 @@ from jointlib.laws.linear import Linear
 from .bundle import Bundle, Row, assumed_value, positive
 
 MOUNTINGS = ("fixed-free", "fixed-fixed")
+ENDS = ("start", "end")
+"""Where the fixed bearing sits: the axis of the bundle points away from it, or towards it."""
 STEEL_MODULUS = 206e9
 """N/m²."""
 STEEL_SHEAR = 79e9
@@ -35,6 +37,7 @@ class BallScrew(Bundle):
 
     kind: ClassVar[str] = "ball-screw"
     main: ClassVar[tuple[float, float, float]] = (1.0, 0.0, 0.0)
+    slides_with: ClassVar[int | None] = 1
 
     @classmethod
     def from_section(cls, section: Section) -> BallScrew:
@@ -43,6 +46,7 @@ class BallScrew(Bundle):
         said: list[str] = []
         diameter, length = section.number("diameter", "m"), section.number("length", "m")
         position = section.number("position", "m")
+        section.text("fixed_end", "start", ENDS)  # only an axis that moves asks for it, see `slid`
         alone = section.flag("without_nut")
         nut = np.inf if alone else section.number("nut_stiffness", "N/m")
         if not alone and section.has("nut_preload"):
@@ -60,6 +64,14 @@ class BallScrew(Bundle):
             said.append("shear modulus = 79 GPa")
         stiffness = screw_stiffness(diameter, position, length, nut, bearing, mounting, modulus, lead)
         return cls(Joint((Linear(stiffness),)), tuple(said))
+
+    @classmethod
+    def slid(cls, section: Section, along: float) -> dict[str, Any]:
+        """The nut stands further from the fixed bearing, or nearer to it."""
+        if not section.has("position"):
+            return {}
+        away = 1.0 if section.text("fixed_end", "start", ENDS) == "start" else -1.0
+        return {"position": section.number("position", "m") + away * along}
 
     def rows(self) -> tuple[Row, ...]:
         return (Row("axial", np.zeros(3), np.array([1.0, 0.0, 0.0]), self.joint),)

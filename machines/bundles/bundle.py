@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -43,6 +43,8 @@ class Bundle(ABC):
     """The word for it in machine files."""
     main: ClassVar[tuple[float, float, float]]
     """Direction in the bundle's axes in which its damping is stated."""
+    slides_with: ClassVar[int | None] = None
+    """Side, 0 or 1, with which its contacts travel as the sides slide along its axis; None: they do not slide."""
     assumed: tuple[str, ...]
     """What the file did not say and was taken for granted, as ``contact_angle = 45 deg``."""
 
@@ -50,6 +52,11 @@ class Bundle(ABC):
     @abstractmethod
     def from_section(cls, section: Section) -> Bundle:
         """Build from a ``[[bundle]]`` table whose common keys have been read."""
+
+    @classmethod
+    def slid(cls, section: Section, along: float) -> dict[str, Any]:
+        """Keys of its table that change when the first side has moved so far along its axis (m) from the drawing."""
+        return {}
 
     @abstractmethod
     def rows(self) -> tuple[Row, ...]:
@@ -66,7 +73,7 @@ def expand(section: Section) -> tuple[Connection, ...]:
         raise InputError(f"{section.where}: between names {len(between)} sides, expected two")
     scalar = all(side == GROUND or "." in side for side in between)
     places = _places(section)
-    axes = _axes(section)
+    axes = bundle_axes(section)
     damping = section.number("damping", "N s/m", None)
     cls: type[Bundle] = plugin("jointlib.bundles", section.text("kind"), section.where)
     try:
@@ -111,7 +118,7 @@ def _triple(vector: Array) -> tuple[float, float, float]:
     return float(vector[0]), float(vector[1]), float(vector[2])
 
 
-def _axes(section: Section) -> Array:
+def bundle_axes(section: Section) -> Array:
     """Unit vectors of the bundle as rows; a second one that is not given is any normal to the first."""
     given = np.array(section.matrix("axes", "1", ((1.0, 0.0, 0.0),)), dtype=float)
     if given.shape not in ((1, 3), (2, 3)) or not np.all(np.linalg.norm(given, axis=1) > 0):

@@ -53,6 +53,7 @@ class LinearGuide(Bundle):
 
     kind: ClassVar[str] = "linear-guide"
     main: ClassVar[tuple[float, float, float]] = (0.0, 1.0, 0.0)
+    slides_with: ClassVar[int | None] = 0
 
     def __post_init__(self) -> None:
         positive(self.kind, preload=self.preload, kappa=self.kappa, width=self.width, length=self.length)

@@ -1,0 +1,7 @@
+"""A machine to play with: what can be changed, what follows at once, and what of it is kept."""
+
+from .controls import AMPLITUDE, Control
+from .curves import Curves
+from .scene import Explorer, Reading, Summary
+
+__all__ = ["AMPLITUDE", "Control", "Curves", "Explorer", "Reading", "Summary"]

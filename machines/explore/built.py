@@ -1,0 +1,151 @@
+"""A machine at one setting of its controls, and what was computed of it so far."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from jointlib.arrays import Array, ComplexArray
+from jointlib.errors import InputError, Outcome
+from jointlib.frf import FRF, ReceptanceKind
+
+from ..assembly import Assembly
+from ..lobes.amplitude import chattering_point, chattering_receptance
+from ..lobes.chart import StabilityLobes
+from ..lobes.cutting import Cutting
+from ..lobes.machine_model import modes_at_rest
+from ..lobes.solve import stability_lobes
+from ..lobes.tool_model import ToolModel
+from ..machine import AXES, Machine
+from ..operating import frozen_receptance, operating_point
+
+_LINES = 500
+_STATIC_LINE = 0.1
+"""Hz; low enough for the receptance to be the static one, high enough for free parts."""
+
+
+@dataclass(frozen=True, eq=False)
+class Built:
+    """A machine with all its joints, whatever it cuts; ``modal``: whether to ask for the modes of its tool point."""
+
+    machine: Machine
+    modal: bool
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Directions in which the tool point moves."""
+        return tuple(axis for axis in AXES if axis in self.machine.tool)
+
+    @cached_property
+    def band(self) -> tuple[float, float]:
+        """Lowest and highest frequency in Hz."""
+        if self.machine.frequency is None:
+            raise InputError(f"{self.machine.where}: no frequency in [response], expected the band to look at")
+        return self.machine.frequency
+
+    @cached_property
+    def assembly(self) -> Assembly:
+        """Its joints as they stand, and which of them depend on amplitude."""
+        tool = tuple(self.machine.tool.values())
+        return Assembly(self.machine, tool, tool)
+
+    @cached_property
+    def limits(self) -> Mapping[str, float]:
+        """Largest amplitude in m at which the law of every nonlinear joint is known, by connection; inf: anywhere."""
+        names = (self.machine.flexible[i].name for i in self.assembly.nonlinear)
+        return {name: limit.amplitude for name, limit in zip(names, self.assembly.limits, strict=False)}
+
+    @cached_property
+    def model(self) -> ToolModel | None:
+        """The tool point at rest as modes, where it is a sum of modes."""
+        return modes_at_rest(self.machine) if self.modal else None
+
+    @cached_property
+    def lines(self) -> Array:
+        """Lines over the band in Hz, closer where the modes at rest are."""
+        low, high = self.band
+        even = np.linspace(low, high, _LINES)
+        if self.model is None:
+            return even
+        near = self.model.lines
+        return np.unique(np.concatenate([even, near[(near > low) & (near < high)]]))
+
+    @cached_property
+    def rest(self) -> FRF:
+        """Receptance of the tool point in m/N for small motion."""
+        if self.model is None:
+            return operating_point(self.machine, self.lines, 0.0).frf
+        dofs = tuple(self.machine.tool[axis] for axis in self.axes)
+        kind = ReceptanceKind.TANGENT if self.assembly.nonlinear else ReceptanceKind.LINEAR
+        return FRF(self.lines, self.model(self.lines), dofs, dofs, kind)
+
+    @cached_property
+    def static_compliance(self) -> float:
+        """Yield of the tool point under a constant force in m/N, the larger of x and y."""
+        if self.model is not None:
+            G = self.model(np.zeros(1))
+        else:
+            G = frozen_receptance(self.machine, _STATIC_LINE, 0.0).receptance
+        return float(np.max(np.abs(np.einsum("fii->fi", G))))
+
+    def moving(self, amplitude: float, cutting: Cutting | None) -> FRF:
+        """The receptance with every joint frozen at a tool-point amplitude in m."""
+        if amplitude == 0:
+            return self.rest
+        if cutting is None:
+            return operating_point(self.machine, self.lines, amplitude).frf
+        kind = ReceptanceKind.FROZEN if self.assembly.nonlinear else ReceptanceKind.LINEAR
+        return replace(
+            self.rest, receptance=chattering_receptance(self.machine, cutting, self.lines, amplitude), kind=kind
+        )
+
+    def quick_lobes(self, speeds: Array, amplitude: float, cutting: Cutting, moving: FRF) -> StabilityLobes:
+        """The chart by the fast method of the process, from the modes at rest or the lines of ``moving``."""
+        method = "zero-order" if cutting.process == "milling" else "turning"
+        if amplitude == 0 and self.model is not None:
+            return stability_lobes(self.model, cutting, speeds, method)
+        return stability_lobes(moving, cutting, speeds, method, axes=self.axes)
+
+    def joints_at(self, frequency: float, amplitude: float, cutting: Cutting | None) -> tuple[Mapping[str, float], str]:
+        """Amplitude of every joint in m at a frequency (Hz) and tool-point amplitude (m), and what held one back."""
+        if amplitude == 0:
+            return {}, ""
+        if cutting is None:
+            point = operating_point(self.machine, frequency, amplitude)
+        else:
+            point = chattering_point(self.machine, cutting, frequency, amplitude)[0]
+        size = dict(zip((c.name for c in self.machine.flexible), point.joint_amplitude[0].tolist(), strict=True))
+        return size, "" if point.outcomes[0] is Outcome.CONVERGED else point.outcomes[0].value
+
+    def gains(self, names: Mapping[str, str], amplitude: Array, frequency: float) -> dict[str, ComplexArray]:
+        """Describing function in N/m over amplitude (m) at a frequency (Hz) of one nonlinear joint of each place.
+
+        ``names`` tells the place of every connection.
+        """
+        flexible, omega = self.machine.flexible, np.full(len(amplitude), 2 * np.pi * frequency)
+        first: dict[str, int] = {}
+        for i in self.assembly.nonlinear:
+            first.setdefault(names[flexible[i].name], i)
+        return {
+            flexible[i].name: np.asarray(self.assembly.joints[i].first_harmonic(amplitude, omega).gain)
+            for i in first.values()
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class Moment:
+    """One setting: a machine, what it cuts, and how far its tool point moves."""
+
+    built: Built
+    machine: Machine
+    """That of `built`, cutting what was chosen."""
+    amplitude: float
+    """Of the tool point in m."""
+
+    @property
+    def cutting(self) -> Cutting | None:
+        """The cut; None where the file has none."""
+        return None if self.machine.cutting is None else Cutting(**self.machine.cutting)

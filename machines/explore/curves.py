@@ -1,0 +1,105 @@
+"""What is drawn of one setting: receptance, describing functions, lobes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from jointlib.arrays import Array, ComplexArray
+
+from ..limits import beyond_frequency
+from ..lobes.amplitude import lobes_at_amplitude
+from ..lobes.chart import Integers, StabilityLobes, Words
+from .built import Built, Moment
+
+SPEEDS = 200
+"""Speeds of a chart, as many as `jointlib lobes` draws."""
+_GAINS = 120
+_PREVIEW = (
+    "Lobes by the zero-order approximation, a preview; a click and the report take the method of `jointlib lobes`."
+)
+_NO_LOBES = "The file has no [cutting] with a range of speeds, so there are no lobes."
+
+
+@dataclass(frozen=True, eq=False)
+class Curves:
+    """What is drawn of one setting."""
+
+    frequency: Array
+    """Hz."""
+    receptance: Mapping[str, ComplexArray]
+    """Direct receptance of the tool point in m/N with the joints frozen at the chosen amplitude of it, by axis."""
+    receptance_at_rest: Mapping[str, ComplexArray]
+    """The same for small motion."""
+    amplitude: Array
+    """Of a joint in m."""
+    gains: Mapping[str, ComplexArray]
+    """Describing function in N/m over `amplitude`, by connection; of a bundle one row."""
+    gain_frequency: float
+    """Hz; the chatter frequency at the minimum depth, or the highest peak where there are no lobes."""
+    present: Mapping[str, float]
+    """Amplitude in m of the joints at `gain_frequency` and the chosen tool-point amplitude; empty at rest."""
+    limit: Mapping[str, float]
+    """Largest amplitude in m at which the law of a connection is known; inf where nothing is said of it."""
+    speed: Array
+    """rpm; empty without a cut."""
+    depth: Array
+    """m; inf where the cut is stable at any depth."""
+    chatter_frequency: Array
+    kind: Words
+    lobe: Integers
+    method: str
+    notes: tuple[str, ...]
+
+
+def drawn(moment: Moment, places: Mapping[str, str], largest: float, exact: bool) -> Curves:
+    """The curves of a moment; ``places`` tells the place of every connection.
+
+    ``largest`` is an amplitude in m for joints of which no range is known. Lobes come from the fast method of the
+    process, or where ``exact`` from that of `jointlib lobes`.
+    """
+    built, A, cutting = moment.built, moment.amplitude, moment.cutting
+    notes: list[str] = []
+    moving = built.moving(A, cutting)
+    chart: StabilityLobes | None = None
+    if cutting is None or cutting.speed is None:
+        notes.append(_NO_LOBES)
+    elif exact:
+        chart = lobes_at_amplitude(moment.machine, cutting.speeds(SPEEDS), A)
+    else:
+        chart = built.quick_lobes(cutting.speeds(SPEEDS), A, cutting, moving)
+        notes += [_PREVIEW] if chart.method == "zero-order" else []
+    notes += [*(chart.warnings if chart is not None else ()), *beyond_frequency(moment.machine, *built.band)]
+    frequency = chart.minimum_frequency if chart is not None else np.nan
+    if not np.isfinite(frequency):
+        frequency = float(moving.frequency[np.argmax(np.abs(moving.receptance[:, 0, 0]))])
+    joints, held = built.joints_at(frequency, A, cutting)
+    if held:
+        notes.append(f"At {frequency:.4g} Hz a joint is held at its limit: {held}")
+    known = [limit for limit in built.limits.values() if np.isfinite(limit)]
+    size = 1.5 * max([*known, *joints.values()] or [largest]) * np.geomspace(1e-3, 1.0, _GAINS)
+    gains = built.gains(places, size, frequency)
+    none = np.zeros(0)
+    return Curves(
+        frequency=built.lines,
+        receptance=_direct(built, moving.receptance),
+        receptance_at_rest=_direct(built, built.rest.receptance),
+        amplitude=size,
+        gains=gains,
+        gain_frequency=frequency,
+        present={name: joints[name] for name in gains if name in joints},
+        limit={name: built.limits[name] for name in gains},
+        speed=none if chart is None else chart.speed,
+        depth=none if chart is None else chart.depth,
+        chatter_frequency=none if chart is None else chart.chatter_frequency,
+        kind=np.zeros(0, dtype="<U4") if chart is None else chart.kind,
+        lobe=np.zeros(0, dtype=np.int64) if chart is None else chart.lobe,
+        method="" if chart is None else chart.method,
+        notes=tuple(dict.fromkeys(notes)),
+    )
+
+
+def _direct(built: Built, receptance: ComplexArray) -> dict[str, ComplexArray]:
+    return {axis: receptance[:, i, i] for i, axis in enumerate(built.axes)}

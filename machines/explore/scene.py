@@ -1,0 +1,226 @@
+"""What follows from a setting of the controls, at once: receptance, describing functions, lobes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property, lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from jointlib.errors import InputError
+from jointlib.joint import Joint
+
+from ..files import read_machine
+from ..lobes.amplitude import lobes_at_amplitude
+from ..lobes.machine_model import modes_at_rest
+from ..lobes.pocket import Pocket, best_pocket
+from ..machine import Machine
+from ..study.variants import changed_joints, rows_of, with_joints
+from .built import Built, Moment
+from .controls import AMPLITUDE, Control, chosen
+from .curves import Curves, drawn
+from .knobs import controls_of
+from .report import setting_page
+from .save import free_target, save_machine, write_new
+
+_KEPT_MACHINES, _KEPT_RESULTS = 16, 64
+_Changes = tuple[tuple[str, Any], ...]
+
+
+@dataclass(frozen=True)
+class Reading:
+    """The limit at one speed, as `jointlib lobes` has it."""
+
+    speed: float
+    """rpm."""
+    depth: float
+    """m; inf where the cut is stable at any depth."""
+    chatter_frequency: float
+    """Hz; nan where the depth is inf."""
+    kind: str
+    """``hopf`` or ``flip``; empty where the depth is inf."""
+    lobe: int
+    method: str
+    warnings: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Summary:
+    """A setting in a few numbers, to be compared with another."""
+
+    minimum_depth: float | None
+    """m, by the fast method; None without a cut."""
+    pocket: Pocket | None
+    """The recommended one, by the fast method."""
+    static_compliance: float
+    """m/N, the larger of x and y."""
+    peak_receptance: float
+    """m/N, the larger of x and y, at the chosen amplitude."""
+
+
+@dataclass(frozen=True, eq=False)
+class Explorer:
+    """One machine file and all that can be turned in it; it holds nothing of who asks, and any thread may ask.
+
+    Parameters
+    ----------
+    machine
+        A machine file.
+    study, results
+        A study of it and the folder of its results, for `scatter`.
+    joints
+        Joints that the file leaves to be identified, by connection.
+    """
+
+    machine: Path
+    study: Path | None = None
+    results: Path | None = None
+    joints: Mapping[str, Joint] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if not self.base.tool:
+            raise InputError(f"{self.machine}: no [tool], expected the tool point to look at")
+        if self.base.frequency is None:
+            raise InputError(f"{self.machine}: no frequency in [response], expected the band to look at")
+
+    @cached_property
+    def base(self) -> Machine:
+        """The machine as the file has it, with its joints."""
+        return self._read({})
+
+    @cached_property
+    def controls(self) -> tuple[Control, ...]:
+        """What may be changed, in the order of the groups tool, axes, joints, cutting."""
+        return controls_of(self.base)
+
+    @cached_property
+    def by_key(self) -> Mapping[str, Control]:
+        """The controls by their keys."""
+        return {control.key: control for control in self.controls}
+
+    def curves(self, values: Mapping[str, object], exact: bool = False) -> Curves:
+        """Everything that is drawn of a setting, by control in the unit of the control; what is left out is as it was.
+
+        Lobes come from the fast method of the process, from `jointlib lobes`'s own where ``exact``, which in milling
+        takes seconds.
+        """
+        return self._curves(self._setting(values), exact)
+
+    def at(self, values: Mapping[str, object], speed: object) -> Reading:
+        """The limit at a spindle speed in rpm, by the method of `jointlib lobes`."""
+        setting = self._setting(values)
+        cutting = self._moment(setting).cutting
+        if cutting is None:
+            raise InputError(f"{self.machine}: no [cutting], lobes need a cutting operation")
+        low, high = cutting.speed or (0.0, np.inf)
+        if isinstance(speed, bool) or not isinstance(speed, int | float) or not low <= speed <= high or speed == 0:
+            raise InputError(f"speed: {speed!r}, expected {low:g} to {high:g} rpm")
+        return self._reading(setting, float(speed))
+
+    def summary(self, values: Mapping[str, object]) -> Summary:
+        """A setting in a few numbers, lobes by the fast method."""
+        curves, moment = self.curves(values), self.moment(values)
+        lowest = best = None
+        if moment.cutting is not None and len(curves.speed):
+            lowest, best = float(np.min(curves.depth)), best_pocket(curves.speed, curves.depth, moment.cutting)
+        peak = max(float(np.max(np.abs(G))) for G in curves.receptance.values())
+        return Summary(lowest, best, moment.built.static_compliance, peak)
+
+    def moment(self, values: Mapping[str, object]) -> Moment:
+        """The machine of a setting, what it cuts and how far its tool point moves."""
+        return self._moment(self._setting(values))
+
+    def changes(self, values: Mapping[str, object]) -> dict[str, Any]:
+        """What the machine file of a setting has in the place of what it has now, by path."""
+        return self._changes(self._setting(values))
+
+    def save(self, values: Mapping[str, object], folder: Path, name: str) -> tuple[Path, ...]:
+        """Write the machine of a setting into a folder; the files written, the machine file first."""
+        return save_machine(self.machine, self.changes(values), self.joints, folder, name)
+
+    def report(self, values: Mapping[str, object], folder: Path, name: str) -> Path:
+        """Write a page about a setting, with lobes by the method of `jointlib lobes`; in milling it takes seconds."""
+        target = free_target(folder, name, ".html")
+        setting = self._setting(values)
+        page = setting_page(self._moment(setting), self.curves(values), self.controls, dict(setting))
+        write_new(target, page.html())
+        return target
+
+    def _setting(self, values: Mapping[str, object]) -> _Changes:
+        return tuple(chosen(self.by_key, values).items())
+
+    def _changes(self, setting: _Changes) -> dict[str, Any]:
+        found: dict[str, Any] = {}
+        for key, value in setting:
+            found |= self.by_key[key].changes(value)
+        return found
+
+    # What follows is kept by the values that differ from the file's, the last few of each.
+
+    @cached_property
+    def _curves(self) -> Callable[[_Changes, bool], Curves]:
+        return lru_cache(_KEPT_RESULTS)(self._draw)
+
+    @cached_property
+    def _reading(self) -> Callable[[_Changes, float], Reading]:
+        return lru_cache(_KEPT_RESULTS)(self._read_off)
+
+    @cached_property
+    def _built(self) -> Callable[[_Changes, _Changes], Built]:
+        return lru_cache(_KEPT_MACHINES)(self._build)
+
+    @cached_property
+    def _document(self) -> Callable[[_Changes], Machine]:
+        return lru_cache(_KEPT_MACHINES)(lambda changes: self._read(dict(changes)))
+
+    @cached_property
+    def _has_modes(self) -> bool:
+        return modes_at_rest(self.base) is not None
+
+    @cached_property
+    def _places(self) -> Mapping[str, str]:
+        """The place that every connection belongs to: its own name, or that of a bundle or of others alike."""
+        groups = dict.fromkeys(c.group for c in self.controls if c.key.startswith(("bundle.", "connection.")))
+        of = {row: group for group in groups for row in rows_of(self.base, group)}
+        return {c.name: of.get(c.name, c.name) for c in self.base.flexible}
+
+    def _read(self, changes: Mapping[str, Any]) -> Machine:
+        machine = read_machine(self.machine, changes)
+        for connection in machine.flexible:
+            if connection.joint is None and connection.name in self.joints:
+                machine = machine.with_joint(connection.name, self.joints[connection.name])
+        return machine
+
+    def _moment(self, setting: _Changes) -> Moment:
+        """The machine of a setting; those that differ in the cut alone share what was computed of the machine."""
+        changes = self._changes(setting)
+        cut = {path.partition(".")[2]: value for path, value in changes.items() if path.startswith("cutting.")}
+        joints = {path: value for path, value in changes.items() if ".joint." in path}
+        other = {path: v for path, v in changes.items() if path not in joints and not path.startswith("cutting.")}
+        built = self._built(tuple(other.items()), tuple(joints.items()))
+        machine = replace(built.machine, cutting={**(built.machine.cutting or {}), **cut}) if cut else built.machine
+        return Moment(built, machine, self.by_key[AMPLITUDE].si(dict(setting).get(AMPLITUDE, 0.0)))
+
+    def _build(self, other: _Changes, joints: _Changes) -> Built:
+        machine = self._document(other)
+        return Built(with_joints(machine, changed_joints(machine, joints)) if joints else machine, self._has_modes)
+
+    def _read_off(self, setting: _Changes, speed: float) -> Reading:
+        moment = self._moment(setting)
+        chart = lobes_at_amplitude(moment.machine, np.array([speed]), moment.amplitude)
+        return Reading(
+            speed,
+            float(chart.depth[0]),
+            float(chart.chatter_frequency[0]),
+            str(chart.kind[0]),
+            int(chart.lobe[0]),
+            chart.method,
+            chart.warnings,
+        )
+
+    def _draw(self, setting: _Changes, exact: bool) -> Curves:
+        tool = self.by_key[AMPLITUDE]
+        return drawn(self._moment(setting), self._places, tool.si(tool.high), exact)
