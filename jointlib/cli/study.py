@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from jointlib.cli.arguments import Target, Verb, input_file, json_option
-from jointlib.cli.output import emit, table, working, wrote
+from jointlib.cli.output import working
+from jointlib.cli.study_told import tell
 from jointlib.errors import InputError
 
 if TYPE_CHECKING:
     from jointlib.joint import Joint
-    from machines.study.store import Store
     from machines.study.study import Study
 
 
@@ -73,7 +73,7 @@ def resume(
 @click.option("-o", "output", type=Target(folder=True), required=True, help="Folder of the results.")
 @json_option
 def report(study: Path, output: Path, as_json: bool) -> None:
-    """Say what the results of STUDY in the folder amount to.
+    """Say what the results of STUDY in the folder amount to, in a report, with the best machine as a file.
 
     \b
     Example:
@@ -85,7 +85,7 @@ def report(study: Path, output: Path, as_json: bool) -> None:
     opened = read_study(study)
     if not (output / "study.json").is_file():
         raise InputError(f"-o {output}: holds no study, expected the folder of 'jointlib study run'")
-    _tell(opened, begin(opened, output), output, as_json)
+    tell(opened, begin(opened, output), _identified(opened), output, as_json)
 
 
 def _compute(
@@ -102,7 +102,7 @@ def _compute(
     store = begin(opened, output)
     with working(f"computing {len(store.missing())} of {store.blocks} blocks"):
         evaluate_all(opened, store, joints, workers, part, scheduler)
-    _tell(opened, store, output, as_json)
+    tell(opened, store, joints, output, as_json)
 
 
 def _part(shard: str | None) -> tuple[int, int]:
@@ -125,38 +125,3 @@ def _identified(study: Study) -> dict[str, Joint]:
         return {}
     found, _ = with_joints(machine)
     return {c.name: c.joint for c in found.connections if c.name in names and c.joint is not None}
-
-
-def _tell(study: Study, store: Store, output: Path, as_json: bool) -> None:
-    from jointlib.io.atomic import write_npz
-    from machines.study.study import QUANTITIES
-    from machines.study.verdict import judge
-
-    done = store.total - sum(store.rows(i, i).stop - store.rows(i, i).start for i in store.missing())
-    data: dict[str, Any] = {"done": done, "total": store.total, "best": None}
-    lines = [f"{done} of {store.total} configurations are computed"]
-    if done < store.total:
-        emit(as_json, data, [*lines, "the others are still to do: resume the study"])
-        return
-    results = store.results()
-    write_npz(output / "results.npz", {"factors": study.numbers(), **results})
-    verdict = judge(study, results)
-    lines.append(f"{verdict.feasible} of {verdict.designs} designs meet the constraints")
-    if verdict.best is not None:
-        best = verdict.best
-        data["best"] = {"configuration": best.number, "factors": dict(best.factors), "results": dict(best.results)}
-        names = [*best.factors, *best.results]
-        units = [f" [{QUANTITIES[name][0]}]" if name in QUANTITIES else "" for name in names]
-        rows = [(*d.factors.values(), *(f"{d.results[name]:.4g}" for name in d.results)) for d in verdict.leading]
-        lines += table([name + unit for name, unit in zip(names, units, strict=True)], rows)
-    if verdict.surer is not None:
-        data["probability"] = verdict.surer
-        lines.append(f"the first is better than the second in {100 * verdict.surer:.0f} % of what is uncertain")
-    if verdict.front:
-        data["front"] = [{"factors": dict(d.factors), "results": dict(d.results)} for d in verdict.front]
-        lines.append(f"{len(verdict.front)} designs are beaten by no other in every objective")
-    for quantity, factors in verdict.sensitivity.items():
-        data.setdefault("sensitivity", {})[quantity] = {k: list(v) for k, v in factors.items()}
-        rows = [(name, f"{first:.3f}", f"{total:.3f}") for name, (first, total) in factors.items()]
-        lines += table((f"share of the variance of {quantity}", "alone", "with interactions"), rows)
-    emit(as_json, data, [*lines, wrote(output / "results.npz")])

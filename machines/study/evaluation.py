@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -23,7 +24,7 @@ from ..machine import AXES, Machine
 from ..operating import frozen_receptance
 from .conditions import Case
 from .study import Study, read_study
-from .variants import Machines, changed_joints, joint_units, setting, with_joints
+from .variants import Machines, Setting, changed_joints, joint_units, setting, with_joints
 
 _STATIC_LINE = 0.1
 """Hz; low enough for the receptance to be the static one, high enough for free parts."""
@@ -59,11 +60,19 @@ class Evaluation:
 
     def __call__(self, first: int, end: int) -> dict[str, Array]:
         """Every quantity that the study asks for, of the configurations from ``first`` to before ``end``."""
-        rows = [self._one(row) for row in range(first, end)]
+        return self.each([(self._numbers[row], self._study.case(row)) for row in range(first, end)])
+
+    def each(self, asked: Sequence[tuple[Array, Case]]) -> dict[str, Array]:
+        """Every quantity of configurations told by the numbers of their factors and their conditions."""
+        rows = [self._one(*one) for one in asked]
         return {name: np.array([row[name] for row in rows]) for name in self._study.quantities}
 
-    def _one(self, row: int) -> dict[str, float]:
-        of = setting(self._study, self._numbers[row], self._study.case(row), self._places)
+    def setting(self, numbers: Array, case: Case) -> Setting:
+        """What is changed in which file for a configuration."""
+        return setting(self._study, numbers, case, self._places)
+
+    def _one(self, numbers: Array, case: Case) -> dict[str, float]:
+        of = self.setting(numbers, case)
         part = self._machines.of(of.file, of.document)
         machine = with_joints(part.machine, changed_joints(part.machine, of.joints)) if of.joints else part.machine
         wanted = set(self._study.quantities)
@@ -78,7 +87,7 @@ class Evaluation:
             tools = [self._tool(machine, model, A) for A in self._study.amplitudes]
             out["peak-receptance"] = max(_peak(tool) for tool in tools)
             if wanted & _DEPTHS:
-                out |= self._depths(machine, tools, self._machines.cut(of), self._study.case(row))
+                out |= self._depths(machine, tools, self._machines.cut(of), case)
         return out
 
     def _tool(self, machine: Machine, model: ToolModel | None, amplitude: float) -> ToolModel | FRF:

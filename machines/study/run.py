@@ -79,10 +79,14 @@ def _cluster(address: str) -> Iterator[tuple[Executor, int]]:
 
 def identity(study: Study) -> dict[str, Any]:
     """Hashes of the study, of every file it stands on and of the program, by which results are told apart."""
-    bases = [study.base, *(study.source.parent / str(v) for f in study.factors if f.path == BASE for v in f.choices)]
-    files = sorted({file for base in bases for file in _files(base, frozenset())})
-    together = hashlib.sha256("".join(sha256(file) for file in files).encode()).hexdigest()
+    together = hashlib.sha256("".join(sha256(file) for file in inputs(study)).encode()).hexdigest()
     return {"study": sha256(study.source), "inputs": together, "program": f"{version('jointlib')} {_code()}"}
+
+
+def inputs(study: Study) -> tuple[Path, ...]:
+    """Every file that the configurations are made from."""
+    bases = [study.base, *(study.source.parent / str(v) for f in study.factors if f.path == BASE for v in f.choices)]
+    return tuple(sorted({file for base in bases for file in _files(base, frozenset())}))
 
 
 def _files(path: Path, above: frozenset[Path]) -> set[Path]:

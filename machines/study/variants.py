@@ -78,6 +78,11 @@ class Setting:
     """Values in SI by connection or bundle and parameter, as ``guide.hertz_guide.preload``."""
     cutting: tuple[tuple[str, Any], ...]
 
+    @property
+    def changes(self) -> dict[str, Any]:
+        """All of it by path, as `write_machine` takes it."""
+        return {path: _plain(value) for path, value in (*self.document, *self.cutting, *self.joints)}
+
 
 def setting(study: Study, numbers: Array, case: Case, places: Mapping[str, str]) -> Setting:
     """What a row of the plan stands for; ``places`` maps paths into joints to the unit of the parameter."""

@@ -7,11 +7,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from jointlib.arrays import Array
 
-from .sampling import sensitivities
-from .study import Study
+from . import words
+from .effects import Effect, effects
+from .study import Constraint, Study
 
 _SHOWN = 5
 
@@ -30,6 +32,22 @@ class Design:
 
 
 @dataclass(frozen=True, eq=False)
+class Ranking:
+    """Every design of a study in numbers."""
+
+    numbers: Array
+    """The plan, a row per design and a column per factor (list entries by index)."""
+    worst: Mapping[str, Array]
+    """Results in the worst case, (designs, samples)."""
+    allowed: NDArray[np.bool_]
+    """True for designs that have results and meet the constraints."""
+    order: NDArray[np.intp]
+    """Those designs, best first."""
+    broken: Mapping[str, NDArray[np.bool_]]
+    """True for designs that a constraint or a missing result rules out, by the reason in words."""
+
+
+@dataclass(frozen=True, eq=False)
 class Verdict:
     """The answer of a study."""
 
@@ -43,8 +61,21 @@ class Verdict:
     designs: int
     surer: float | None
     """Probability that the best is better than the second, over the samples of what is uncertain."""
-    sensitivity: Mapping[str, Mapping[str, tuple[float, float]]]
-    """Per objective and design factor: first-order and total index; only for a ``sobol`` plan."""
+    sensitivity: Mapping[str, tuple[Effect, ...]]
+    """Per objective: what follows from each design factor; empty where the objective does not vary."""
+    ranking: Ranking
+    nearest: Design | None
+    """Where no design meets the constraints: the one that misses them by the smallest share."""
+
+    def better_than(self, study: Study, other: Design) -> float:
+        """Share of the samples in which the best is better than another design."""
+        assert self.best is not None
+        score = self.main(study)
+        return float(np.mean(score[self.best.number] > score[other.number]))
+
+    def main(self, study: Study) -> Array:
+        """The first objective of every design and sample, larger being better."""
+        return scored(study, self.ranking.worst)
 
 
 def judge(study: Study, results: Mapping[str, Array]) -> Verdict:
@@ -55,57 +86,98 @@ def judge(study: Study, results: Mapping[str, Array]) -> Verdict:
     exist (no pocket, no limit) meets no constraint and wins nothing; a depth without limit counts as better than any
     other.
     """
-    by_design = worst(study, results)
-    designs = len(next(iter(by_design.values())))
-    allowed = np.ones(designs, dtype=bool)
-    for c in study.constraints:
-        values = study.shaped(results[c.quantity])
-        held = np.all((values >= c.at_least) & (values <= c.at_most), axis=1)
-        allowed &= np.mean(held, axis=1) >= study.confidence
-    scores = [_score(by_design[o.quantity], o.goal) for o in study.objectives]
-    means = [np.mean(score, axis=1) for score in scores]
-    for mean in means:
-        allowed &= ~np.isnan(mean)
-    order = np.flatnonzero(allowed)[np.argsort(-means[0][allowed], kind="stable")]
-    numbers = study.numbers()[:: study.repeats]
+    ranking = rank(study, results)
+    order, by_design = ranking.order, ranking.worst
+    means = [np.mean(_score(by_design[o.quantity], o.goal), axis=1) for o in study.objectives]
 
     def design(row: Any) -> Design:
-        i = int(row)
-        shown = {f.name: f.words(float(n)) for f, n in zip(study.factors, numbers[i], strict=True) if not f.uncertain}
-        rows = {name: values[i] for name, values in by_design.items()}
-        spread = {k: float(np.std(v)) if np.all(np.isfinite(v)) else 0.0 for k, v in rows.items()}
-        return Design(i, shown, {k: float(np.mean(v)) for k, v in rows.items()}, spread)
+        return design_of(study, ranking, int(row))
 
+    leading = tuple(design(i) for i in order[:_SHOWN])
     surer = None
     if study.uncertain and len(order) > 1:
-        surer = float(np.mean(scores[0][order[0]] > scores[0][order[1]]))
+        score = scored(study, by_design)
+        surer = float(np.mean(score[order[0]] > score[order[1]]))
     front = _front(np.stack([mean[order] for mean in means], axis=1)) if len(means) > 1 else []
+    nearest = None if len(order) else _nearest(study, results)
     return Verdict(
-        design(order[0]) if len(order) else None,
-        tuple(design(i) for i in order[:_SHOWN]),
+        leading[0] if leading else None,
+        leading,
         tuple(design(order[i]) for i in front),
         len(order),
-        designs,
+        len(ranking.allowed),
         surer,
-        _sensitivity(study, by_design),
+        _sensitivity(study, ranking),
+        ranking,
+        None if nearest is None else design(nearest),
     )
 
 
+def rank(study: Study, results: Mapping[str, Array]) -> Ranking:
+    """Which designs are allowed, and in what order they stand; see `judge`."""
+    by_design = worst(study, results)
+    broken = {words.limit(c): ~_held(study, c, results) for c in study.constraints}
+    means = [np.mean(_score(by_design[o.quantity], o.goal), axis=1) for o in study.objectives]
+    for o, mean in zip(study.objectives, means, strict=True):
+        if np.any(np.isnan(mean)):
+            broken[f"no {words.named(o.quantity)} found"] = np.isnan(mean)
+    allowed = ~np.any([*broken.values(), np.zeros(len(means[0]), dtype=bool)], axis=0)
+    order = np.flatnonzero(allowed)[np.argsort(-means[0][allowed], kind="stable")]
+    return Ranking(study.numbers()[:: study.repeats], by_design, allowed, order, broken)
+
+
+def design_of(study: Study, ranking: Ranking, i: int) -> Design:
+    """A design by its number, with means and spreads."""
+    given = zip(study.factors, ranking.numbers[i], strict=True)
+    shown = {f.name: f.words(float(n)) for f, n in given if not f.uncertain}
+    rows = {name: values[i] for name, values in ranking.worst.items()}
+    spread = {k: float(np.std(v)) if np.all(np.isfinite(v)) else 0.0 for k, v in rows.items()}
+    return Design(i, shown, {k: float(np.mean(v)) for k, v in rows.items()}, spread)
+
+
+def scored(study: Study, by_design: Mapping[str, Array]) -> Array:
+    """The first objective of every design and sample, larger being better."""
+    return _score(by_design[study.objectives[0].quantity], study.objectives[0].goal)
+
+
+def _held(study: Study, c: Constraint, results: Mapping[str, Array]) -> NDArray[np.bool_]:
+    """Whether designs meet a constraint in every case, in the share of the samples that is asked for."""
+    values = study.shaped(results[c.quantity])
+    held = np.all((values >= c.at_least) & (values <= c.at_most), axis=1)
+    return np.asarray(np.mean(held, axis=1) >= study.confidence)
+
+
+def _nearest(study: Study, results: Mapping[str, Array]) -> int | None:
+    """The design whose worst miss, as a share of the limit, in the share of the samples asked for, is smallest."""
+    misses = []
+    for c in study.constraints:
+        values = study.shaped(results[c.quantity])
+        below = np.max((c.at_least - values) / abs(c.at_least or 1.0), axis=1) if np.isfinite(c.at_least) else -np.inf
+        above = np.max((values - c.at_most) / abs(c.at_most or 1.0), axis=1) if np.isfinite(c.at_most) else -np.inf
+        by_sample = np.nan_to_num(np.maximum(below, above), nan=np.inf)
+        misses.append(np.sort(by_sample, axis=1)[:, int(np.ceil(study.confidence * by_sample.shape[1])) - 1])
+    miss = np.max(misses, axis=0) if misses else np.array([np.inf])
+    return int(np.argmin(miss)) if np.any(np.isfinite(miss)) else None
+
+
 def worst(study: Study, results: Mapping[str, Array]) -> dict[str, Array]:
-    """Results in the worst case of every design and sample, (designs, samples).
+    """Results in the worst case of every design and sample, (designs, samples); see `worst_of`."""
+    by_case = {name: study.shaped(values) for name, values in results.items()}
+    at = worst_of(study, by_case)
+    return {name: np.take_along_axis(values, at[name][:, None], axis=1)[:, 0] for name, values in by_case.items()}
+
+
+def worst_of(study: Study, by_case: Mapping[str, Array]) -> dict[str, NDArray[np.intp]]:
+    """The worst case of every quantity, by design and sample, from arrays (designs, cases, samples).
 
     The worst is the smallest of what is to be large and the largest of what is to be small or is limited above. What
     is neither, the speed of a pocket, is taken from the case in which that pocket is worst.
     """
     goals = {c.quantity: "min" if np.isinf(c.at_least) else "max" for c in study.constraints}
     goals |= {o.quantity: o.goal for o in study.objectives}
-    by_case = {name: study.shaped(values) for name, values in results.items()}
     at = {name: np.argmin(_score(by_case[name], goals[name]), axis=1) for name in by_case if name in goals}
     leading = at[next(name for name in ("removal-rate", "pocket-depth", *at) if name in at)]
-    return {
-        name: np.take_along_axis(values, at.get(name, leading)[:, None], axis=1)[:, 0]
-        for name, values in by_case.items()
-    }
+    return {name: at.get(name, leading) for name in by_case}
 
 
 def _score(values: Array, goal: str) -> Array:
@@ -123,16 +195,12 @@ def _front(scores: Array) -> list[int]:
     return kept
 
 
-def _sensitivity(study: Study, by_design: Mapping[str, Array]) -> dict[str, dict[str, tuple[float, float]]]:
-    if study.method != "sobol":
-        return {}
+def _sensitivity(study: Study, ranking: Ranking) -> dict[str, tuple[Effect, ...]]:
+    design = [i for i, f in enumerate(study.factors) if not f.uncertain]
     out = {}
     for objective in study.objectives:
-        mean = np.mean(by_design[objective.quantity], axis=1)
-        if np.all(np.isfinite(mean)) and np.ptp(mean) > 0:
-            first, total = sensitivities(mean, len(study.design))
-            names = (f.name for f in study.design)
-            out[objective.quantity] = {
-                name: (float(a), float(b)) for name, a, b in zip(names, first, total, strict=True)
-            }
+        mean = np.mean(ranking.worst[objective.quantity], axis=1)
+        found = effects([study.factors[i] for i in design], ranking.numbers[:, design], mean, study.method)
+        if found:
+            out[objective.quantity] = tuple(found)
     return out

@@ -1,0 +1,117 @@
+"""The report of a design study: one page that answers, and says how sure it is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib.metadata import version
+from pathlib import Path
+
+from jointlib.arrays import Array
+from jointlib.io.atomic import sha256
+
+from ..study import words
+from ..study.best import BestMachine
+from ..study.contrast import Contrast
+from ..study.study import Study
+from ..study.verdict import Verdict
+from .page import Page, Section
+from .study_sections import (
+    certainty_section,
+    contrast_section,
+    effects_section,
+    front_section,
+    leading_section,
+    left_out_section,
+    machine_section,
+    map_section,
+)
+
+
+def answer(study: Study, verdict: Verdict) -> str:
+    """The answer in a sentence or two."""
+    if verdict.best is None:
+        return _nothing(study, verdict)
+    best, main = verdict.best, study.objectives[0]
+    said = f"Take {words.chosen(best.factors)}: {words.does(main.quantity, best.results)}"
+    if len(verdict.leading) > 1:
+        second = verdict.leading[1]
+        said += f"; {words.apart(best.results[main.quantity], second.results[main.quantity])} than the second"
+    if verdict.surer is not None:
+        said += f"; better in {100 * verdict.surer:.0f} % of the samples"
+    said += "."
+    if len(study.objectives) > 1 and len(verdict.front) > 1:
+        others = " and ".join(words.named(o.quantity) for o in study.objectives)
+        said += f" In {others} together {len(verdict.front)} designs are beaten by no other."
+    return said
+
+
+def _nothing(study: Study, verdict: Verdict) -> str:
+    most = sorted(verdict.ranking.broken.items(), key=lambda item: -item[1].sum())
+    told = [f"{reason} rules out {int(out.sum())}" for reason, out in most if out.any()]
+    said = f"None of {verdict.designs} designs meets what is asked for: {', '.join(told)}."
+    if verdict.nearest is not None:
+        said += f" Nearest comes {words.chosen(verdict.nearest.factors)}."
+    return said
+
+
+def study_page(
+    study: Study,
+    results: Mapping[str, Array],
+    verdict: Verdict,
+    found: Contrast | None,
+    best: BestMachine | None,
+    inputs: tuple[Path, ...],
+    identity: Mapping[str, object],
+    command: str,
+) -> Page:
+    """The whole report; ``found`` and ``best`` where there is a second design, or a first."""
+    sections: list[Section] = []
+    if verdict.best is not None:
+        sections.append(leading_section(study, verdict))
+    else:
+        sections.append(left_out_section(study, verdict))
+    if len(study.objectives) > 1:
+        sections.append(front_section(study, verdict))
+    sections.append(effects_section(study, verdict))
+    if found is not None:
+        sections.append(contrast_section(study, found, *verdict.leading[:2]))
+    if verdict.best is not None:
+        sections.append(map_section(study, verdict, {q: study.shaped(v) for q, v in results.items()}))
+        if study.uncertain:
+            sections.append(certainty_section(study, verdict))
+        sections.append(left_out_section(study, verdict))
+    if best is not None:
+        sections.append(machine_section(study, best))
+    return Page(
+        title=f"Design study: {study.name}",
+        finding=answer(study, verdict),
+        numbers=_numbers(study, verdict),
+        sections=sections,
+        inputs=[(path.name, sha256(path)) for path in inputs],
+        assumptions=_assumptions(study),
+        warnings=[],
+        command=command,
+        version=str(identity.get("program", version("jointlib"))),
+    )
+
+
+def _numbers(study: Study, verdict: Verdict) -> list[tuple[str, str]]:
+    told = [("designs", str(verdict.designs)), ("meet the constraints", str(verdict.feasible))]
+    if verdict.best is not None:
+        told += [
+            (words.named(o.quantity), words.with_unit(o.quantity, verdict.best.results[o.quantity]))
+            for o in study.objectives
+        ]
+    if verdict.surer is not None:
+        told.append(("better than the second", f"{100 * verdict.surer:.0f} % of samples"))
+    return told
+
+
+def _assumptions(study: Study) -> list[str]:
+    method = study.lobes or "the fast one of the process (zero order in milling, a preview)"
+    plan = f"Plan: {study.method}, seed {study.seed}"
+    said = [f"{plan}; {len(study.numbers())} configurations.", f"Method of the stability lobes: {method}."]
+    amplitudes = ", ".join(f"{A * 1e6:g} µm" if A else "vanishing" for A in study.amplitudes)
+    said.append(f"Tool-point amplitudes: {amplitudes}; the lowest limit counts.")
+    said.append("A pocket stays stable when the speed is off by 2 %, and is 10 % below the limit there.")
+    return said
