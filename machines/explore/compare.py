@@ -31,11 +31,11 @@ def headline(curves: Curves) -> str:
     if not finite.all():
         return f"{said}; any depth at {curves.speed[~finite][0]:.0f} rpm"
     high = int(np.argmax(curves.depth))
-    return f"{said}, {_mm(curves, high)} at {curves.speed[high]:.0f} rpm"
+    return f"{said}, up to {_mm(curves, high)} at {curves.speed[high]:.0f} rpm"
 
 
 def _mm(curves: Curves, index: int) -> str:
-    return f"{curves.depth[index] * 1e3:.3g} mm"
+    return f"{curves.depth[index] * 1e3:.3g}\N{NO-BREAK SPACE}mm"
 
 
 def reading_words(reading: Reading) -> str:

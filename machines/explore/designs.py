@@ -6,14 +6,13 @@ import re
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
 from dash import ALL, Dash, Input, Output, State, ctx, html, no_update
 
 from jointlib.errors import InputError
 
-from .figures import scatter_figure
+from .figures import labelled, scatter_figure
 from .page import ident
-from .scene import Scatter
+from .scatter import Scatter
 
 _MOST = 20
 """Rows that are listed; the others are counted."""
@@ -31,11 +30,9 @@ def connect_designs(app: Dash, study: Scatter) -> None:
         Input("wish", "data"),
     )
     def draw(across: Any, up: Any, chosen: Any, wish: Any) -> Any:
-        columns = [_column(study, index) for index in (across, up)]
-        labels = [_label(study, index) for index in (across, up)]
         numbers = [n for n in chosen or [] if isinstance(n, int) and 0 <= n < len(study.rows)]
         here = wish["design"] if wish else None
-        return scatter_figure(columns, labels, numbers, here), _listed(study, numbers)
+        return scatter_figure(study, int(across), int(up), numbers, here), _listed(study, numbers)
 
     @app.callback(
         Output("chosen", "data"),
@@ -54,7 +51,7 @@ def connect_designs(app: Dash, study: Scatter) -> None:
             # A picture drawn anew forgets its box and says so; that is nobody's choice.
             if not brushed:
                 return no_update, no_update
-            return sorted({int(p["pointIndex"]) for p in brushed["points"] if p["curveNumber"] == 0}), ""
+            return sorted({int(p["customdata"]) for p in brushed["points"] if "customdata" in p}), ""
         try:
             return numbers_in(str(text or ""), len(study.rows)), ""
         except InputError as error:
@@ -70,9 +67,9 @@ def connect_designs(app: Dash, study: Scatter) -> None:
     def take(click: Any, pressed: Any, wish: Any) -> Any:
         caller = ctx.triggered_id
         if caller == "scatter":
-            if not click or click["points"][0].get("curveNumber") != 0:
+            if not click or "customdata" not in click["points"][0]:
                 return no_update
-            number = int(click["points"][0]["pointIndex"])
+            number = int(click["points"][0]["customdata"])
         elif not any(pressed):
             return no_update
         else:
@@ -80,9 +77,8 @@ def connect_designs(app: Dash, study: Scatter) -> None:
         if not 0 <= number < len(study.rows):
             return no_update
         values = dict(study.values[number])
-        words = f"The unlocked sliders are set to design {number}."
-        if not values:
-            words = f"Design {number} changes nothing that a slider moves."
+        words = f"The unlocked sliders are set to design {number}"
+        words += f", except {', '.join(study.unset)}, which no slider moves." if study.unset else "."
         again = (wish or {}).get("again", 0) + 1
         return {"design": number, "values": values, "words": words, "again": again}
 
@@ -101,25 +97,19 @@ def numbers_in(text: str, count: int) -> list[int]:
     return sorted(found)
 
 
-def _column(study: Scatter, index: Any) -> Any:
-    return np.asarray([row[int(index)] for row in study.rows], dtype=float)
-
-
-def _label(study: Scatter, index: Any) -> str:
-    name, unit = study.names[int(index)], study.units[int(index)]
-    return f"{name} [{unit}]" if unit else name
-
-
 def _listed(study: Scatter, numbers: Sequence[int]) -> Any:
     if not numbers:
         return "No design is highlighted."
-    labels = ["design", *(_label(study, i) for i in range(len(study.names))), ""]
+    factors = list(study.words[0])
+    quantities = range(len(factors), len(study.names))
+    labels = ["design", *factors, *(labelled(study.names[i], study.units[i]) for i in quantities), ""]
     rows = []
     for number in numbers[:_MOST]:
         use = html.Button(
             "use", id=ident("design", number), type="button", n_clicks=0, **{"aria-label": f"use design {number}"}
         )
-        cells = [html.Td(f"{v:.5g}") for v in study.rows[number]]
+        cells = [html.Td(word) for word in study.words[number].values()]
+        cells += [html.Td(f"{study.rows[number][i]:.4g}") for i in quantities]
         rows.append(html.Tr([html.Th(str(number), scope="row"), *cells, html.Td(use)]))
     head = html.Thead(html.Tr([html.Th(label, scope="col") for label in labels]))
     more = len(numbers) - _MOST

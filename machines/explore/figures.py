@@ -10,6 +10,7 @@ import numpy as np
 
 from .compare import PREVIEW
 from .curves import Curves
+from .scatter import Scatter
 from .scene import Reading
 
 BLUE, ORANGE, GREEN, BLACK, GREY = "#0072b2", "#d55e00", "#007a5e", "#1b1f24", "#5c6670"
@@ -108,25 +109,38 @@ def lobes_figure(now: Curves, before: Curves | None, speed: float | None, readin
     )
 
 
-def scatter_figure(columns: Sequence[Any], labels: Sequence[str], chosen: Sequence[int], here: int | None) -> Figure:
-    """The designs of a study in two of its quantities; the chosen ones stand out."""
-    x, y = (np.asarray(column, dtype=float) for column in columns)
-    number = np.arange(len(x))
-    trace = _points(x, y, "designs", BLUE, "circle", 11)
-    trace |= {
-        "customdata": number.tolist(),
-        "hovertemplate": "design %{customdata}<br>%{x:.4g}, %{y:.4g}<extra></extra>",
-    }
-    trace["unselected"] = {"marker": {"opacity": 0.35, "color": GREY}}
-    trace["selected"] = {"marker": {"opacity": 1.0, "color": ORANGE, "size": 13}}
-    if len(chosen):
-        trace["selectedpoints"] = list(chosen)
-    traces = [trace]
+def scatter_figure(study: Scatter, across: int, up: int, chosen: Sequence[int], here: int | None) -> Figure:
+    """The designs of a study in two of its columns; the chosen ones stand out."""
+    x, y = study.rows[:, across], study.rows[:, up]
+    kinds = (
+        ("misses a constraint", ~study.feasible, GREY, "x", 9),
+        ("meets the constraints", study.feasible & ~study.front, BLUE, "circle", 11),
+        ("beaten by none", study.front, GREEN, "diamond", 14),
+    )
+    traces = []
+    for name, of, colour, symbol, size in kinds:
+        numbers = np.flatnonzero(of)
+        if not len(numbers):
+            continue
+        trace = _points(x[numbers], y[numbers], name, colour, symbol, size)
+        words = "design %{customdata}<br>%{x:.4g}, %{y:.4g}<extra>" + name + "</extra>"
+        trace |= {"customdata": numbers.tolist(), "hovertemplate": words}
+        if chosen:
+            trace["selectedpoints"] = np.flatnonzero(np.isin(numbers, chosen)).tolist()
+            trace["unselected"] = {"marker": {"opacity": 0.3}}
+            trace["selected"] = {"marker": {"opacity": 1.0, "color": ORANGE, "size": size + 3}}
+        traces.append(trace)
     if here is not None:
-        traces.append(_points(x[[here]], y[[here]], "on the sliders", BLACK, "circle-open", 20))
-        traces[-1] |= {"hoverinfo": "skip", "showlegend": False}
+        traces.append(_points(x[[here]], y[[here]], "on the sliders", BLACK, "circle-open", 22))
+        traces[-1]["hoverinfo"] = "skip"
+    labels = [labelled(study.names[i], study.units[i]) for i in (across, up)]
     axes = {"xaxis": _axis(labels[0]), "yaxis": _axis(labels[1])}
     return _figure(traces, "|".join(labels), dragmode="select", hovermode="closest", **axes)
+
+
+def labelled(name: str, unit: str) -> str:
+    """A quantity with its unit."""
+    return f"{name} [{unit}]" if unit else name
 
 
 def _top(charts: Sequence[Curves]) -> float:

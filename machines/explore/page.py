@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from dash import dcc, html
 
 from .controls import Control
-from .figures import BRUSHED, CONFIG
-from .scene import Scatter
+from .figures import BRUSHED, CONFIG, labelled
 from .state import STEPS, State, position, shown
+
+if TYPE_CHECKING:
+    from .scatter import Scatter
 
 ORDERS = ("order-write", "order-keep", "order-refine")
 """What is to be done once the sliders are where the page has them."""
@@ -69,10 +71,9 @@ def _control(number: int, control: Control, value: float) -> Any:
     unit, place = html.Span(control.unit, className="unit"), str(position(control, value))
     return html.Div(
         [
-            html.Label(control.label, htmlFor=_dom(slider), className="label"),
+            html.Div([html.Label(control.label, htmlFor=_dom(slider)), unit], className="label"),
             html.Label(f"{control.label}, number", htmlFor=_dom(field), className="unseen"),
             dcc.Input(id=field, type="text", inputMode="decimal", debounce=True, value=shown(value), className="field"),
-            unit,
             _button(ident("lock", number), "lock", f"lock {control.label}", className="small", pressed=False),
             _button(ident("reset", number), "reset", f"reset {control.label}", className="small"),
             html.Div(
@@ -147,7 +148,7 @@ def _pictures(name: str, folder: str, connections: Sequence[str], study: Scatter
 
 
 def _study(study: Scatter) -> Any:
-    names = [f"{name} [{unit}]" if unit else name for name, unit in zip(study.names, study.units, strict=True)]
+    names = [labelled(name, unit) for name, unit in zip(study.names, study.units, strict=True)]
     options = [{"label": label, "value": i} for i, label in enumerate(names)]
     last = len(names) - 1
     picks = [

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from dash import Dash, Input, Output, State, ctx, html, no_update
+from dash.exceptions import PreventUpdate
 
 from jointlib.errors import CheckFailed, InputError
 
@@ -151,6 +152,8 @@ def connect_readings(app: Dash, explorer: Explorer, controls: Sequence[Control])
         ],
     )
     def refine(order: Any, data: Any) -> Any:
+        if not order:
+            raise PreventUpdate
         try:
             explorer.curves(Sliders.read(data, controls).values, exact=True)
         except FAULTS as error:
@@ -167,6 +170,8 @@ def connect_readings(app: Dash, explorer: Explorer, controls: Sequence[Control])
         prevent_initial_call=True,
     )
     def keep(order: Any, data: Any, exact: Any) -> Any:
+        if not order:
+            raise PreventUpdate
         if order["what"] == "forget":
             return None, True, True
         return {**data, "exact": exact == data["values"]}, False, False

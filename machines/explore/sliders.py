@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from dash import ALL, ClientsideFunction, Dash, Input, Output, State, no_update
+from dash.exceptions import PreventUpdate
 
 from jointlib.errors import InputError
 
@@ -65,6 +66,8 @@ def connect_sliders(app: Dash, controls: Sequence[Control]) -> None:
         prevent_initial_call=True,
     )
     def change(action: Any, data: Any, kept: Any, said: list[Any]) -> dict[str, Any]:
+        if not action:
+            raise PreventUpdate
         old = Sliders.read(data, controls)
         number = action.get("control")
         refused = [s or "" for s in said]

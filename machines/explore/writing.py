@@ -9,6 +9,7 @@ from threading import Lock
 from typing import Any
 
 from dash import Dash, Input, Output, State
+from dash.exceptions import PreventUpdate
 
 from jointlib.errors import CheckFailed, InputError
 
@@ -42,6 +43,8 @@ def connect_files(app: Dash, explorer: Explorer, controls: Sequence[Control], fo
         ],
     )
     def write(order: Any, data: Any) -> str:
+        if not order:
+            raise PreventUpdate
         try:
             state = Sliders.read(data, controls)
             with writing:

@@ -78,7 +78,8 @@ class Tab:
         """Left, top, width and height of an element, which is brought into view."""
         x, y, width, height = self.evaluate(
             f"(() => {{ const e = document.querySelector({json.dumps(selector)});"
-            "e.scrollIntoView({block: 'nearest'}); const r = e.getBoundingClientRect(); return [r.x, r.y, r.width, r.height]; })()"
+            "e.scrollIntoView({block: 'nearest'}); const r = e.getBoundingClientRect();"
+            "return [r.x, r.y, r.width, r.height]; })()"
         )
         return x, y, width, height
 

@@ -314,7 +314,7 @@ def test_the_page_is_legible_and_nothing_overlaps_at_any_size(tab: Tab) -> None:
     for width, height in ((1024, 768), (1280, 800), (1920, 1080)):
         tab.size(width, height)
         tab.until(f"innerWidth === {width} && document.querySelector('#lobes .main-svg').clientWidth < {width}")
-        assert tab.evaluate("document.documentElement.scrollWidth <= innerWidth")
+        tab.until("document.documentElement.scrollWidth <= innerWidth")
         small = tab.evaluate(
             "[...document.querySelectorAll('body *')].filter(e => [...e.childNodes].some(n => n.nodeType === 3 &&"
             "n.textContent.trim()) && e.getClientRects().length && parseFloat(getComputedStyle(e).fontSize) < 15.5)"
