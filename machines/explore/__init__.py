@@ -1,7 +1,6 @@
 """A machine to play with: what can be changed, what follows at once, and what of it is kept."""
 
 from .controls import AMPLITUDE, Control
-from .curves import Curves
-from .scene import Explorer, Reading, Summary
+from .scene import Curves, Explorer, Reading, Scatter, Summary
 
-__all__ = ["AMPLITUDE", "Control", "Curves", "Explorer", "Reading", "Summary"]
+__all__ = ["AMPLITUDE", "Control", "Curves", "Explorer", "Reading", "Scatter", "Summary"]

@@ -193,7 +193,7 @@ def _of_bundle(machine: Machine, name: str, table: dict[str, Any], folder: Path)
         ends = bounds(value, _GEOMETRY if _LENGTHS.fullmatch(unit) else _FACTOR, None, allowed)
         if ends is not None:
             path = f"bundle.{name}.{key}"
-            yield Control(path, key.replace("_", " "), name, _pretty(unit), value, *ends, scale=size)
+            yield Control(path, key.replace("_", " "), name, pretty(unit), value, *ends, scale=size)
 
 
 def _size(unit: str) -> float | None:
@@ -204,7 +204,8 @@ def _size(unit: str) -> float | None:
     return None if unit else 1.0
 
 
-def _pretty(unit: str) -> str:
+def pretty(unit: str) -> str:
+    """A unit of a file as it is printed."""
     return unit.replace("um", "µm").replace("^2", "²").replace("^3", "³")
 
 

@@ -18,6 +18,7 @@ from ..lobes.amplitude import lobes_at_amplitude
 from ..lobes.machine_model import modes_at_rest
 from ..lobes.pocket import Pocket, best_pocket
 from ..machine import Machine
+from ..study.study import Study
 from ..study.variants import changed_joints, rows_of, with_joints
 from .built import Built, Moment
 from .controls import AMPLITUDE, Control, chosen
@@ -25,6 +26,9 @@ from .curves import Curves, drawn
 from .knobs import controls_of
 from .report import setting_page
 from .save import free_target, save_machine, write_new
+from .scatter import Scatter, designs, study_of, widened
+
+__all__ = ["Curves", "Explorer", "Reading", "Scatter", "Summary"]
 
 _KEPT_MACHINES, _KEPT_RESULTS = 16, 64
 _Changes = tuple[tuple[str, Any], ...]
@@ -85,6 +89,9 @@ class Explorer:
             raise InputError(f"{self.machine}: no [tool], expected the tool point to look at")
         if self.base.frequency is None:
             raise InputError(f"{self.machine}: no frequency in [response], expected the band to look at")
+        if (self.study is None) != (self.results is None):
+            raise InputError("explore: a study and the folder of its results, expected both or neither")
+        _ = self._study  # a study of another machine is refused at once
 
     @cached_property
     def base(self) -> Machine:
@@ -94,7 +101,8 @@ class Explorer:
     @cached_property
     def controls(self) -> tuple[Control, ...]:
         """What may be changed, in the order of the groups tool, axes, joints, cutting."""
-        return controls_of(self.base)
+        found = controls_of(self.base)
+        return found if self._study is None else tuple(widened(found, self._study))
 
     @cached_property
     def by_key(self) -> Mapping[str, Control]:
@@ -128,6 +136,10 @@ class Explorer:
             lowest, best = float(np.min(curves.depth)), best_pocket(curves.speed, curves.depth, moment.cutting)
         peak = max(float(np.max(np.abs(G))) for G in curves.receptance.values())
         return Summary(lowest, best, moment.built.static_compliance, peak)
+
+    def scatter(self) -> Scatter | None:
+        """The designs of the study; None without one."""
+        return None if self._study is None or self.results is None else designs(self._study, self.results, self.by_key)
 
     def moment(self, values: Mapping[str, object]) -> Moment:
         """The machine of a setting, what it cuts and how far its tool point moves."""
@@ -175,6 +187,10 @@ class Explorer:
     @cached_property
     def _document(self) -> Callable[[_Changes], Machine]:
         return lru_cache(_KEPT_MACHINES)(lambda changes: self._read(dict(changes)))
+
+    @cached_property
+    def _study(self) -> Study | None:
+        return None if self.study is None else study_of(self.study, self.machine)
 
     @cached_property
     def _has_modes(self) -> bool:

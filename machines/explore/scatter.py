@@ -1,0 +1,137 @@
+"""The designs of a finished study beside the controls: where each lies, what it is worth, how it is set."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from jointlib.arrays import Array
+from jointlib.errors import InputError
+from jointlib.units import number_and_unit
+
+from ..indices import Mask
+from ..study.factors import Factor
+from ..study.run import begin
+from ..study.study import QUANTITIES, Study, read_study
+from ..study.verdict import judge
+from .controls import Control
+from .knobs import pretty
+
+_SHOWN: Mapping[str, tuple[float, str]] = {"m": (1e3, "mm"), "m^3/s": (6e7, "cm³/min"), "m/N": (1e6, "µm/N")}
+"""Size and name of the units in which quantities are read."""
+
+
+@dataclass(frozen=True, eq=False)
+class Scatter:
+    """Designs of a study, a row each: the factors that were chosen, then the quantities.
+
+    A quantity is that of the worst case, averaged over what is uncertain.
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    rows: Array
+    """(designs, names); of a factor without numbers the place in its list."""
+    words: tuple[Mapping[str, str], ...]
+    """Factors of every design as people read them."""
+    feasible: Mask
+    """Whether a design meets the constraints, (designs,)."""
+    front: Mask
+    """Whether no other design beats it in every objective, (designs,); all False with a single objective."""
+    values: tuple[Mapping[str, float], ...]
+    """Values of the controls that a design sets, by key."""
+    unset: tuple[str, ...]
+    """Factors that no control moves."""
+
+
+def study_of(path: Path, machine: Path) -> Study:
+    """A study that starts from this machine file."""
+    study = read_study(path)
+    if study.base.resolve() != machine.resolve():
+        raise InputError(f"{path}: its base is {study.base}, expected {machine}, the machine that is explored")
+    return study
+
+
+def widened(controls: Sequence[Control], study: Study) -> Iterator[Control]:
+    """The controls, reaching to all that the designs of a study may set."""
+    numbers = study.numbers()
+    columns = {f.path: (f, np.unique(numbers[:, i])) for i, f in enumerate(study.factors) if not f.uncertain}
+    for control in controls:
+        factor, taken = columns.get(control.key, (None, np.zeros(0)))
+        found = [] if factor is None else [_set(control, factor.value(float(n))) for n in taken]
+        reach = [value for value in found if value is not None]
+        yield replace(control, low=min(control.low, *reach), high=max(control.high, *reach)) if reach else control
+
+
+def designs(study: Study, results: Path, controls: Mapping[str, Control]) -> Scatter:
+    """The designs of a study, all computed, with the values of the controls that each sets."""
+    if not (results / "study.json").is_file():
+        raise InputError(f"{results}: holds no study, expected the folder of 'jointlib study run'")
+    found = begin(study, results).results()
+    verdict = judge(study, found)
+    ranking = verdict.ranking
+    chosen = [(i, f) for i, f in enumerate(study.factors) if not f.uncertain]
+    quantities = list(ranking.worst)
+    units = [_SHOWN.get(QUANTITIES[name][0], (1.0, QUANTITIES[name][0])) for name in quantities]
+    drawn = [_drawn(f) for _, f in chosen]
+    columns = [
+        np.asarray(taken, dtype=float)[ranking.numbers[:, i].astype(int)] if taken else ranking.numbers[:, i]
+        for (i, _), (taken, _) in zip(chosen, drawn, strict=True)
+    ]
+    columns += [size * np.mean(ranking.worst[name], axis=1) for name, (size, _) in zip(quantities, units, strict=True)]
+    front = np.zeros(len(ranking.allowed), dtype=bool)
+    front[[design.number for design in verdict.front]] = True
+    moved = [(i, f, controls[f.path]) for i, f in chosen if f.path in controls]
+    return Scatter(
+        names=(*(f.name for _, f in chosen), *quantities),
+        units=(*(pretty(unit) for _, unit in drawn), *(unit for _, unit in units)),
+        rows=np.stack(columns, axis=1),
+        words=tuple({f.name: f.words(float(row[i])) for i, f in chosen} for row in ranking.numbers),
+        feasible=np.asarray(ranking.allowed, dtype=bool),
+        front=front,
+        values=tuple(dict(_settings(moved, row)) for row in ranking.numbers),
+        unset=tuple(f.name for _, f in chosen if f.path not in controls),
+    )
+
+
+def _settings(moved: Sequence[tuple[int, Factor, Control]], row: Array) -> Iterator[tuple[str, float]]:
+    for i, factor, control in moved:
+        value = _set(control, factor.value(float(row[i])))
+        if value is not None:
+            yield control.key, value
+
+
+def _set(control: Control, value: Any) -> float | None:
+    """Where a control stands for a value of a machine file: a number in SI, or one with its unit."""
+    anywhere = replace(control, low=-np.inf, high=np.inf)
+    with contextlib.suppress(InputError):
+        if isinstance(value, str):
+            parts = number_and_unit(value)
+            if parts is not None and parts[1]:
+                return anywhere.checked(value)
+            value = None if parts is None else parts[0]
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            return anywhere.checked(value / control.scale)
+    return None
+
+
+def _drawn(factor: Factor) -> tuple[Sequence[float], str]:
+    """What a factor's numbers of the plan are drawn as, and its unit: a list of one unit by value, others by place."""
+    if not factor.choices:
+        return (), factor.unit
+    pairs = [_number(value) for value in factor.choices]
+    units = {unit for _, unit in pairs}
+    if len(units) > 1 or any(number is None for number, _ in pairs):
+        return range(len(pairs)), ""
+    return [number for number, _ in pairs if number is not None], units.pop()
+
+
+def _number(value: Any) -> tuple[float | None, str]:
+    if isinstance(value, str):
+        return number_and_unit(value) or (None, "")
+    return (float(value), "") if isinstance(value, int | float) and not isinstance(value, bool) else (None, "")
