@@ -42,13 +42,13 @@ def command(machine: Path, study: Path | None, results: Path | None, output: Pat
     from machines.explore.scene import Explorer
     from machines.explore.server import bound, explorer_app, is_this_computer, listening
 
-    place = bound(host, port)
-    alone = is_this_computer(place.getsockname()[0])
-    with working("reading the machine"):
-        joints, remarks = identified(machine)
-        explorer = Explorer(machine, study, results, joints)
-        app, writing = explorer_app(explorer, machine.stem, output, _export, alone)
-    server = listening(app, place)
+    with bound(host, port) as place:
+        alone = is_this_computer(place.getsockname()[0])
+        with working("reading the machine"):
+            joints, remarks = identified(machine)
+            explorer = Explorer(machine, study, results, joints)
+            app, writing = explorer_app(explorer, machine.stem, output, _export, alone)
+        server = listening(app, place)
     for remark in remarks:
         click.echo(remark)
     if not alone:
@@ -57,15 +57,12 @@ def command(machine: Path, study: Path | None, results: Path | None, output: Pat
         )
     name = f"[{server.host}]" if ":" in server.host else server.host
     click.echo(f"http://{name}:{server.port} shows {machine}; Ctrl-C ends it")
-    try:
-        server.serve_forever()
-    except KeyboardInterrupt:
-        if writing.locked():
-            click.echo("finishing the file that is being written …", err=True)
-        with writing:
-            click.echo("ended")
-    finally:
-        server.server_close()
+    # Ctrl-C is what this returns from.
+    server.serve_forever()
+    if writing.locked():
+        click.echo("finishing the file that is being written …", err=True)
+    with writing:
+        click.echo("ended")
 
 
 def identified(path: Path) -> tuple[dict[str, Joint], Sequence[str]]:

@@ -123,7 +123,7 @@ def is_this_computer(host: str) -> bool:
 
 
 def bound(host: str = LOOPBACK, port: int | None = None) -> socket.socket:
-    """A place to listen at; without ``port`` 8050, or any that is free."""
+    """A place that listens; without ``port`` 8050, or any that is free."""
     try:
         family, kind, _, _, address = socket.getaddrinfo(host, 0, type=socket.SOCK_STREAM)[0]
     except OSError:
@@ -134,6 +134,7 @@ def bound(host: str = LOOPBACK, port: int | None = None) -> socket.socket:
         place.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             place.bind((address[0], wanted))
+            place.listen(128)
             return place
         except OSError as error:
             place.close()
@@ -146,6 +147,5 @@ def listening(app: Dash, place: socket.socket) -> BaseWSGIServer:
     from werkzeug.serving import make_server
 
     with place:
-        place.listen(128)
         host, port = place.getsockname()[:2]
         return make_server(host, port, app.server, threaded=True, fd=place.fileno())

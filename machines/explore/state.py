@@ -76,10 +76,9 @@ def position(control: Control, value: float) -> int:
 
 def value_at(control: Control, place: object) -> float:
     """The value that a slider stands for; rounded to what its step can tell, within the bounds."""
-    try:
-        share = min(max(float(str(place)) / STEPS, 0.0), 1.0)
-    except ValueError:
-        raise InputError(f"{control.label}: {place!r} is no position of a slider, expected 0 to {STEPS}") from None
+    if not isinstance(place, int | float) or not math.isfinite(place):
+        raise InputError(f"{control.label}: {place!r} is no position of a slider, expected 0 to {STEPS}")
+    share = min(max(place / STEPS, 0.0), 1.0)
     low, high = control.low, control.high
     if control.logarithmic:
         value = low * (high / low) ** share

@@ -39,7 +39,7 @@ def test_a_slider_of_whole_numbers_stands_at_whole_numbers() -> None:
     assert {value_at(TEETH, place) for place in range(STEPS + 1)} == set(range(1, 13))
 
 
-@pytest.mark.parametrize("place", ["left", None, "nan"])
+@pytest.mark.parametrize("place", ["left", None, float("nan")])
 def test_what_is_no_position_is_refused(place: object) -> None:
     with pytest.raises(InputError, match="is no position of a slider"):
         value_at(ANGLE, place)
