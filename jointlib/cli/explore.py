@@ -47,7 +47,7 @@ def command(machine: Path, study: Path | None, results: Path | None, output: Pat
         with working("reading the machine"):
             joints, remarks = identified(machine)
             explorer = Explorer(machine, study, results, joints)
-            app, writing = explorer_app(explorer, machine.stem, output, _export, alone)
+            app, writing = explorer_app(explorer, machine.stem, output, exported, alone)
         server = listening(app, place)
     for remark in remarks:
         click.echo(remark)
@@ -76,7 +76,7 @@ def identified(path: Path) -> tuple[dict[str, Joint], Sequence[str]]:
     return {c.name: c.joint for c in found.connections if c.name in open_ones and c.joint is not None}, remarks
 
 
-def _export(machine: Path, target: Path) -> Sequence[str]:
+def exported(machine: Path, target: Path) -> Sequence[str]:
     """The machine of a file as an FMU; which runtime it has, and what else there is to say."""
     from fmu.export import export_fmu
     from jointlib.cli.joints import with_joints

@@ -13,6 +13,7 @@ from jointlib.errors import InputError
 from .figures import labelled, scatter_figure
 from .page import ident
 from .scatter import Scatter
+from .state import shown
 
 _MOST = 20
 """Rows that are listed; the others are counted."""
@@ -48,8 +49,8 @@ def connect_designs(app: Dash, study: Scatter) -> None:
         if ctx.triggered_id == "clear":
             return [], ""
         if ctx.triggered_id == "scatter":
-            # A picture drawn anew forgets its box and says so; that is nobody's choice.
-            if not brushed:
+            # A picture drawn anew tells of an empty box; that is nobody's choice.
+            if not brushed or not brushed["points"]:
                 return no_update, no_update
             return sorted({int(p["customdata"]) for p in brushed["points"] if "customdata" in p}), ""
         try:
@@ -109,7 +110,7 @@ def _listed(study: Scatter, numbers: Sequence[int]) -> Any:
             "use", id=ident("design", number), type="button", n_clicks=0, **{"aria-label": f"use design {number}"}
         )
         cells = [html.Td(word) for word in study.words[number].values()]
-        cells += [html.Td(f"{study.rows[number][i]:.4g}") for i in quantities]
+        cells += [html.Td(shown(float(study.rows[number][i]))) for i in quantities]
         rows.append(html.Tr([html.Th(str(number), scope="row"), *cells, html.Td(use)]))
     head = html.Thead(html.Tr([html.Th(label, scope="col") for label in labels]))
     more = len(numbers) - _MOST

@@ -71,6 +71,10 @@ class Tab:
         """The value of an expression once it is true."""
         return self._browser.until(lambda: self.evaluate(expression), seconds, expression)
 
+    def wait(self, found: Callable[[], Any], what: str) -> None:
+        """Until a condition holds."""
+        self._browser.until(found, 20.0, what)
+
     def text(self, selector: str) -> str:
         return str(self.evaluate(f"document.querySelector({json.dumps(selector)}).textContent"))
 

@@ -2,119 +2,40 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import re
 import socket
-import threading
 import urllib.error
 import urllib.request
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import pytest
-from browser import Browser, Tab, running
+from browser import Browser, Tab
 from command_line import LIBRARY, jointlib
-from tools import package, require
+from explorer_site import DRAWN, Site, curve, page, part, press, serving, until_drawn, until_status, value
+from tools import package
 
 from jointlib.cli.explore import identified
 
-DRAWN = "document.querySelectorAll('#gain .main-svg').length > 0 && !!document.querySelector('#headline')?.textContent"
 AMPLITUDE, PRELOAD, CONTACT, DAMPING, TEETH = 0, 1, 3, 4, 5
-
-
-@dataclass(frozen=True)
-class Site:
-    """A running explorer of ``guide_mill``."""
-
-    address: str
-    port: int
-    folder: Path
-    exported: list[tuple[str, Path]]
 
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
     package("dash")
-    from machines.explore.scene import Explorer
-    from machines.explore.server import bound, explorer_app, listening
+    from machines.explore import Explorer
 
-    folder = tmp_path_factory.mktemp("explorer") / "out"
     machine = LIBRARY / "guide_mill.toml"
-    exported: list[tuple[str, Path]] = []
-
-    def export(source: Path, target: Path) -> list[str]:
-        exported.append((source.read_text(), target))
-        target.write_bytes(b"")
-        return ["It computes in Python."]
-
-    app, _ = explorer_app(Explorer(machine, joints=identified(machine)[0]), "guide_mill", folder, export)
-    server = listening(app, bound(port=0))
-    thread = threading.Thread(target=server.serve_forever)
-    thread.start()
-    yield Site(f"http://127.0.0.1:{server.port}/", server.port, folder, exported)
-    server.shutdown()
-    thread.join()
-    server.server_close()
-
-
-@pytest.fixture(scope="module")
-def browser(site: Site, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    package("websocket")
-    with running(require("chromium"), tmp_path_factory.mktemp("profile")) as browser:
-        yield browser
-
-
-@contextlib.contextmanager
-def page(browser: Browser, site: Site) -> Iterator[Tab]:
-    tab = browser.tab()
-    tab.open(site.address)
-    tab.until(DRAWN)
-    yield tab
-    assert tab.complaints == []
-    browser.close(tab)
+    with serving(Explorer(machine, joints=identified(machine)[0]), tmp_path_factory.mktemp("explorer") / "out") as site:
+        yield site
 
 
 @pytest.fixture
-def tab(browser: Browser, site: Site) -> Iterator[Tab]:
-    """The page, newly opened in a context of its own; it must end without an error in its console."""
-    with page(browser, site) as opened:
+def tab(chromium: Browser, site: Site) -> Iterator[Tab]:
+    with page(chromium, site) as opened:
         yield opened
-
-
-def part(name: str, control: int) -> str:
-    """Selector of a part of a control."""
-    return f'[id=\'{{"control":{control},"part":"{name}"}}\']'
-
-
-def value(tab: Tab, control: int) -> str:
-    return str(tab.evaluate(f"document.querySelector({json.dumps(part('field', control))}).value"))
-
-
-def curve(tab: Tab, graph: str, which: str = "y") -> list[list[float]]:
-    """The numbers of every trace that a graph shows."""
-    found: list[list[float]] = tab.evaluate(
-        f"document.querySelector('#{graph} .js-plotly-plot')._fullData.map(t => Array.from(t.{which}))"
-    )
-    return found
-
-
-def until_status(tab: Tab, words: str) -> str:
-    tab.until(f"document.querySelector('#status').textContent.includes({json.dumps(words)})")
-    return tab.text("#status")
-
-
-def until_drawn(tab: Tab, before: list[list[float]], graph: str = "frf") -> None:
-    """Wait until a graph shows something else than before."""
-    tab._browser.until(lambda: curve(tab, graph) != before, 20, f"{graph} is drawn anew")
-
-
-def press(tab: Tab, name: str) -> None:
-    """A button, pressed by the keyboard."""
-    tab.focus(name)
-    tab.press("Enter")
 
 
 def test_dragging_a_slider_moves_every_curve(tab: Tab) -> None:
@@ -205,22 +126,22 @@ def test_no_request_leaves_this_computer(tab: Tab, site: Site) -> None:
     assert {title.split()[0] for title in titles} == {"Download", "Zoom", "Pan", "Reset"}
 
 
-def test_the_browser_would_refuse_a_foreign_request(browser: Browser, site: Site) -> None:
-    tab = browser.tab()
+def test_the_browser_would_refuse_a_foreign_request(chromium: Browser, site: Site) -> None:
+    tab = chromium.tab()
     tab.open(site.address)
     tab.until(DRAWN)
     tried = "fetch('http://localhost:1/').then(() => 'went', e => 'refused')"
     assert tab.evaluate(tried) == "refused"
     assert any("Content Security Policy" in said for said in tab.complaints)
-    browser.close(tab)
+    chromium.close(tab)
 
 
-def test_a_second_user_does_not_disturb_the_first(browser: Browser, tab: Tab, site: Site) -> None:
+def test_a_second_user_does_not_disturb_the_first(chromium: Browser, tab: Tab, site: Site) -> None:
     tab.type_into(part("field", PRELOAD), "700")
     tab.type_into("#read-at", "5000")
     tab.until("document.querySelector('#reading').textContent.startsWith('At ')")
     first, read = {graph: curve(tab, graph) for graph in ("frf", "gain", "lobes")}, tab.text("#reading")
-    with page(browser, site) as other:
+    with page(chromium, site) as other:
         assert value(other, PRELOAD) == "592.44"
         before = curve(other, "frf")
         other.type_into(part("field", PRELOAD), "1500")
@@ -234,7 +155,7 @@ def test_a_second_user_does_not_disturb_the_first(browser: Browser, tab: Tab, si
     assert not tab.evaluate(f"document.querySelector({json.dumps(part('field', DAMPING))}).disabled")
     assert tab.text("#reading") == read
     press(tab, "#forget")
-    tab._browser.until(lambda: {g: curve(tab, g) for g in first} == first, 10, "the first user's curves are as before")
+    tab.wait(lambda: {g: curve(tab, g) for g in first} == first, "the first user's curves are as before")
 
 
 def test_everything_is_reached_and_done_by_the_keyboard(tab: Tab) -> None:
@@ -358,3 +279,37 @@ def test_a_broken_request_gets_no_traceback(site: Site, body: bytes) -> None:
     with refused.value as answer:
         assert b"Traceback" not in answer.read()
         assert answer.code in (400, 404, 500)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("control", "amplitude"), [(PRELOAD, "0"), (PRELOAD, "5"), (TEETH, "0")])
+def test_a_slider_is_answered_within_three_tenths_of_a_second(tab: Tab, control: int, amplitude: str) -> None:
+    before = curve(tab, "frf")
+    tab.type_into(part("field", AMPLITUDE), amplitude)
+    if amplitude != "0":
+        until_drawn(tab, before)
+    tab.evaluate(
+        "window.took = []; window.since = 0;"
+        "addEventListener('keydown', () => { window.since = performance.now(); }, true);"
+        "document.querySelector('#lobes .js-plotly-plot').on('plotly_afterplot', () => {"
+        "if (window.since) window.took.push(performance.now() - window.since); window.since = 0; })"
+    )
+    tab.focus(part("slider", control))
+    for count in range(1, 12):
+        tab.press("ArrowRight", 18 if control == TEETH else 1)
+        tab.until(f"window.took.length >= {count}")
+        tab.until("!window.since")
+    took = sorted(tab.evaluate("window.took"))
+    assert took[len(took) // 2] < 300
+
+
+@pytest.mark.slow
+def test_the_fmu_of_a_setting_is_verified(site: Site, tmp_path: Path) -> None:
+    from jointlib.cli.explore import exported
+    from machines.explore import Explorer
+
+    machine = LIBRARY / "guide_mill.toml"
+    explorer = Explorer(machine, joints=identified(machine)[0])
+    source = explorer.save({"cutting.teeth": 5.0}, tmp_path, "five")[0]
+    assert "verified with" in exported(source, tmp_path / "five.fmu")[0]
+    assert jointlib(["fmu", "--verify", str(tmp_path / "five.fmu")]).status == 0
