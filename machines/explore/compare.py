@@ -27,7 +27,7 @@ def headline(curves: Curves) -> str:
         return f"{preview}no chatter at any depth at the speeds of the file."
     low = np.flatnonzero(finite)[np.argmin(curves.depth[finite])]
     chatter = f"chatter at {curves.chatter_frequency[low]:.4g} Hz"
-    said = f"{preview}stable below {_mm(curves, low)} at every speed shown ({chatter})"
+    said = f"{preview}stable below {_mm(curves, low)} at all speeds ({chatter})"
     if not finite.all():
         return f"{said}; any depth at {curves.speed[~finite][0]:.0f} rpm"
     high = int(np.argmax(curves.depth))
@@ -41,10 +41,10 @@ def _mm(curves: Curves, index: int) -> str:
 def reading_words(reading: Reading) -> str:
     """Depth and chatter frequency at one speed, to the digits of ``jointlib lobes``."""
     if not np.isfinite(reading.depth):
-        return f"At {reading.speed:g} rpm any depth is stable."
+        return f"At {reading.speed:g} rpm: stable at any depth."
     return (
-        f"At {reading.speed:g} rpm stable below {reading.depth * 1e3:.6g} mm, "
-        f"chatter at {reading.chatter_frequency:.6g} Hz ({reading.kind}, lobe {reading.lobe}, {reading.method})."
+        f"At {reading.speed:g} rpm: stable below {reading.depth * 1e3:.6g} mm, "
+        f"chatter {reading.chatter_frequency:.6g} Hz ({reading.kind}, lobe {reading.lobe}, {reading.method})"
     )
 
 

@@ -41,7 +41,7 @@ def response_figure(now: Curves, before: Curves | None) -> Figure:
         traces,
         "frf",
         xaxis=_axis("frequency [Hz]"),
-        yaxis=_axis("|receptance| [µm/N]", type="log", exponentformat="power", dtick=1),
+        yaxis=_axis("|receptance| [µm/N]", type="log", exponentformat="none", dtick=1),
     )
 
 
@@ -67,7 +67,7 @@ def gain_figure(now: Curves, before: Curves | None, connection: str) -> Figure:
         traces,
         "gain-" + connection,
         shapes=marks,
-        xaxis=_axis("joint amplitude [µm]", type="log", anchor="y2", exponentformat="power", dtick=1),
+        xaxis=_axis("joint amplitude [µm]", type="log", anchor="y2", exponentformat="none", dtick=1),
         yaxis=_axis("Re [N/µm]", domain=[0.56, 1.0]),
         yaxis2=_axis("Im [N/µm]", domain=[0.0, 0.44]),
     )
@@ -205,7 +205,7 @@ def _figure(traces: list[Any], keeps: str, **layout: Any) -> Figure:
             "font": {"size": _SIZE, "color": BLACK, "family": "system-ui, 'DejaVu Sans', Arial, sans-serif"},
             "margin": {"l": 70, "r": 44, "t": 30, "b": 52},
             "modebar": {"orientation": "v"},
-            "legend": {"orientation": "h", "y": 1.0, "yanchor": "bottom", "x": 0, "font": {"size": _SIZE}},
+            "legend": {"orientation": "h", "yref": "container", "y": 1, "yanchor": "top", "x": 0},
             "paper_bgcolor": "#ffffff",
             "plot_bgcolor": "#ffffff",
             "hoverlabel": {"font": {"size": _SIZE}, "namelength": -1},

@@ -67,13 +67,13 @@ class Tab:
         assert "exceptionDetails" not in done, f"{expression}: {done['exceptionDetails']}"
         return done["result"].get("value")
 
-    def until(self, expression: str, seconds: float = 20.0) -> Any:
+    def until(self, expression: str, seconds: float = 60.0) -> Any:
         """The value of an expression once it is true."""
         return self._browser.until(lambda: self.evaluate(expression), seconds, expression)
 
     def wait(self, found: Callable[[], Any], what: str) -> None:
         """Until a condition holds."""
-        self._browser.until(found, 20.0, what)
+        self._browser.until(found, 60.0, what)
 
     def text(self, selector: str) -> str:
         return str(self.evaluate(f"document.querySelector({json.dumps(selector)}).textContent"))

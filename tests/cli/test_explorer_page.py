@@ -75,7 +75,7 @@ def test_a_click_reads_what_jointlib_lobes_says_of_the_saved_machine(tab: Tab, s
     until_status(tab, "Wrote")
     # Reading follows the sliders a moment after they come to rest.
     read = tab.text("#reading")
-    found = re.fullmatch(r"At (\S+) rpm stable below (\S+) mm, chatter at (\S+) Hz \((\w+), lobe (\d+), .*\)\.", read)
+    found = re.fullmatch(r"At (\S+) rpm: stable below (\S+) mm, chatter (\S+) Hz \((\w+), lobe (\d+), .*\)", read)
     assert found, read
     speed = tab.evaluate("document.querySelector('#lobes .js-plotly-plot')._fullData.at(-2).x[0]")
     assert float(found[1]) == pytest.approx(speed, rel=1e-5)
