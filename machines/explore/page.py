@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 ORDERS = ("order-write", "order-keep", "order-refine")
 """What is to be done once the sliders are where the page has them."""
 
+_OPEN = 6
+"""Groups of sliders that are open at first."""
+
 
 def ident(part: str, control: Any) -> dict[str, Any]:
     """Identity of the part of one control; ``ALL`` for every control."""
@@ -45,7 +48,14 @@ def layout(
     return html.Div(
         [
             *(dcc.Store(id=key, data=data) for key, data in stores.items()),
-            html.Header([html.H1(name), html.P("", id="headline"), html.P("", id="status", role="status")]),
+            html.Header(
+                [
+                    html.H1(name),
+                    html.P("", id="headline"),
+                    html.P("", id="status", role="status"),
+                    html.Span("computing …", id="working"),
+                ]
+            ),
             html.Div([_sliders(controls, start), _pictures(name, folder, connections, study)], className="columns"),
         ],
         id="explorer",
@@ -62,7 +72,11 @@ def _sliders(controls: Sequence[Control], start: State) -> Any:
         _button("back", "Back to A", "Every unlocked slider back to A", disabled=True),
         _button("forget", "Forget A", "Take A away", disabled=True),
     ]
-    fields = [html.Fieldset([html.Legend(group), *rows]) for group, rows in groups.items()]
+    # A machine of many joints would else be a page of its own.
+    fields = [
+        html.Details([html.Summary(group), *rows], open=number < _OPEN)
+        for number, (group, rows) in enumerate(groups.items())
+    ]
     return html.Aside([html.Div(buttons, className="buttons"), *fields], **{"aria-label": "Sliders"})
 
 

@@ -51,6 +51,7 @@ def connect_pictures(app: Dash, explorer: Explorer, controls: Sequence[Control])
             "drawn": State("drawn", "data"),
         },
         prevent_initial_call="initial_duplicate",
+        running=[(Output("working", "className"), "on", "")],
     )
     def draw(data: Any, kept: Any, speed: Any, read: Any, exact: Any, connection: Any, drawn: Any) -> dict[str, Any]:
         names = ("lobes", "frf", "gain", "headline", "notes", "differences", "reading", "status")

@@ -111,6 +111,32 @@ def test_designs_are_highlighted_and_used_by_the_keyboard(tab: Tab) -> None:
     assert "expected numbers from 0 to 9" in until_status(tab, "designs:")
 
 
+def test_a_report_is_written_into_the_folder_and_nowhere_else(tab: Tab, site: Site) -> None:
+    before = set(site.folder.parent.rglob("*"))
+    tab.type_into("#name", "a setting")
+    press(tab, "#report")
+    until_status(tab, f"Wrote {site.folder / 'a setting.html'}.")
+    assert set(site.folder.parent.rglob("*")) - before == {site.folder, site.folder / "a setting.html"}
+    assert "<svg" in (site.folder / "a setting.html").read_text()
+
+
+def test_a_fault_of_the_program_is_told_in_words(
+    chromium: Browser, site: Site, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    from machines.explore import Explorer
+
+    def broken(*given: object) -> None:
+        raise ZeroDivisionError("secret")
+
+    monkeypatch.setattr(Explorer, "at", broken)
+    with page(chromium, site) as tab:
+        tab.type_into("#read-at", "3000")
+        said = until_status(tab, "fault of its own")
+        assert "ZeroDivisionError" in said
+        assert "secret" not in tab.evaluate("document.body.textContent")
+    assert "secret" in caplog.text
+
+
 def test_the_results_of_another_study_are_refused(site: Site) -> None:
     from machines.explore import Explorer
 

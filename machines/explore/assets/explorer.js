@@ -2,8 +2,8 @@
 // that nothing is computed of sliders that have moved since; of a slider in motion only the last place counts, and it
 // goes once the pictures of the place before are drawn.
 (() => {
-  const PATIENCE = 5000;
-  const REST = 400;
+  const PATIENCE = 20000; // ms, for an answer that is lost
+  const REST = 400; // ms
   const line = [];
   let serial = 0;
   let asked = 0;
