@@ -23,6 +23,7 @@ VERBS = {
     "fmu": "Export a joint as an FMU and verify it, or verify one.",
     "ssp": "Export a machine as a system of FMUs.",
     "study": "Compare many configurations of a machine.",
+    "explore": "A web page on this computer: sliders, responses, lobes, designs of a study.",
     "laws": "The joint laws that are installed, with their fields and units.",
     "doctor": "What this computer can do.",
 }

@@ -8,7 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from browser import Browser, running
 from command_line import Done, examples, jointlib, with_library
+from tools import package, require
 
 
 @dataclass(frozen=True)
@@ -52,3 +54,11 @@ def machine_trace(tmp_path_factory: pytest.TempPathFactory) -> Left:
     folder = with_library(tmp_path_factory.mktemp("machine_trace") / "here")
     with contextlib.chdir(folder):
         return Left(command, jointlib(command), folder / "traced")
+
+
+@pytest.fixture(scope="session")
+def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    """A browser to be driven; without Chromium what needs it skips."""
+    package("websocket")
+    with running(require("chromium"), tmp_path_factory.mktemp("profile")) as browser:
+        yield browser

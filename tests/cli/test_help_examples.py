@@ -10,7 +10,7 @@ from conftest import Left
 
 from jointlib.cli.main import VERBS
 
-LONG = {"run", "trace"}
+LONG = {"run", "trace", "explore"}
 
 
 def wrote(done: Done) -> list[Path]:

@@ -1,0 +1,118 @@
+"""The designs of a study on the page: a picture to brush, and a click that sets the sliders."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import Any
+
+from dash import ALL, Dash, Input, Output, State, ctx, html, no_update
+
+from jointlib.errors import InputError
+
+from .figures import labelled, scatter_figure
+from .page import ident
+from .scatter import Scatter
+from .state import shown
+
+_MOST = 20
+"""Rows that are listed; the others are counted."""
+
+
+def connect_designs(app: Dash, study: Scatter) -> None:
+    """Axes, brush, numbers typed, and the sliders set to a design."""
+
+    @app.callback(
+        Output("scatter", "figure"),
+        Output("chosen-list", "children"),
+        Input("across", "value"),
+        Input("up", "value"),
+        Input("chosen", "data"),
+        Input("wish", "data"),
+    )
+    def draw(across: Any, up: Any, chosen: Any, wish: Any) -> Any:
+        numbers = [n for n in chosen or [] if isinstance(n, int) and 0 <= n < len(study.rows)]
+        here = wish["design"] if wish else None
+        return scatter_figure(study, int(across), int(up), numbers, here), _listed(study, numbers)
+
+    @app.callback(
+        Output("chosen", "data"),
+        Output("status", "children", allow_duplicate=True),
+        Input("scatter", "selectedData"),
+        Input("pick", "n_clicks"),
+        Input("designs", "n_submit"),
+        Input("clear", "n_clicks"),
+        State("designs", "value"),
+        prevent_initial_call=True,
+    )
+    def choose(brushed: Any, picked: Any, submitted: Any, cleared: Any, text: Any) -> Any:
+        if ctx.triggered_id == "clear":
+            return [], ""
+        if ctx.triggered_id == "scatter":
+            # A picture drawn anew tells of an empty box; that is nobody's choice.
+            if not brushed or not brushed["points"]:
+                return no_update, no_update
+            return sorted({int(p["customdata"]) for p in brushed["points"] if "customdata" in p}), ""
+        try:
+            return numbers_in(str(text or ""), len(study.rows)), ""
+        except InputError as error:
+            return no_update, str(error)
+
+    @app.callback(
+        Output("wish", "data"),
+        Input("scatter", "clickData"),
+        Input(ident("design", ALL), "n_clicks"),
+        State("wish", "data"),
+        prevent_initial_call=True,
+    )
+    def take(click: Any, pressed: Any, wish: Any) -> Any:
+        caller = ctx.triggered_id
+        if caller == "scatter":
+            if not click or "customdata" not in click["points"][0]:
+                return no_update
+            number = int(click["points"][0]["customdata"])
+        elif not any(pressed):
+            return no_update
+        else:
+            number = int(caller["control"])
+        if not 0 <= number < len(study.rows):
+            return no_update
+        values = dict(study.values[number])
+        words = f"The unlocked sliders are set to design {number}"
+        words += f", except {', '.join(study.unset)}, which no slider moves." if study.unset else "."
+        again = (wish or {}).get("again", 0) + 1
+        return {"design": number, "values": values, "words": words, "again": again}
+
+
+def numbers_in(text: str, count: int) -> list[int]:
+    """Numbers and ranges such as ``3, 8-12``."""
+    found: set[int] = set()
+    for part in filter(None, (p.strip() for p in text.split(","))):
+        match = re.fullmatch(r"(\d{1,9})(?:\s*[-–]\s*(\d{1,9}))?", part)
+        if match is None:
+            raise InputError(f"designs: {part!r}, expected numbers and ranges such as 3, 8-12")
+        low, high = int(match[1]), int(match[2] or match[1])
+        if not low <= high < count:
+            raise InputError(f"designs: {part!r}, expected numbers from 0 to {count - 1}")
+        found |= set(range(low, high + 1))
+    return sorted(found)
+
+
+def _listed(study: Scatter, numbers: Sequence[int]) -> Any:
+    if not numbers:
+        return "No design is highlighted."
+    factors = list(study.words[0])
+    quantities = range(len(factors), len(study.names))
+    labels = ["design", *factors, *(labelled(study.names[i], study.units[i]) for i in quantities), ""]
+    rows = []
+    for number in numbers[:_MOST]:
+        use = html.Button(
+            "use", id=ident("design", number), type="button", n_clicks=0, **{"aria-label": f"use design {number}"}
+        )
+        cells = [html.Td(word) for word in study.words[number].values()]
+        cells += [html.Td(shown(float(study.rows[number][i]))) for i in quantities]
+        rows.append(html.Tr([html.Th(str(number), scope="row"), *cells, html.Td(use)]))
+    head = html.Thead(html.Tr([html.Th(label, scope="col") for label in labels]))
+    more = len(numbers) - _MOST
+    table = html.Div(html.Table([head, html.Tbody(rows)]), className="scroll")
+    return [html.P(f"{len(numbers)} highlighted" + (f", the first {_MOST} below." if more > 0 else ".")), table]

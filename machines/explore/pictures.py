@@ -1,0 +1,178 @@
+"""What the page shows of a setting: curves at once, a reading when the sliders rest, exact lobes when asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from dash import Dash, Input, Output, State, ctx, html, no_update
+from dash.exceptions import PreventUpdate
+
+from jointlib.errors import CheckFailed, InputError
+
+from . import figures
+from .compare import Setting, differences, headline, reading_words
+from .controls import Control
+from .scene import Explorer, Reading
+from .state import State as Sliders
+
+FAULTS = (InputError, CheckFailed)
+"""What is told in its own sentence; anything else is a fault of the program and told as such."""
+_STALE = "The pictures are those of the last setting that could be computed."
+
+
+def connect_pictures(app: Dash, explorer: Explorer, controls: Sequence[Control]) -> None:
+    """Curves of the state and of A."""
+
+    def setting(state: Sliders, exact: bool) -> Setting:
+        curves = explorer.curves(state.values, exact=exact)
+        return Setting(state.values, curves, explorer.summary(state.values).static_compliance)
+
+    @app.callback(
+        {
+            "lobes": Output("lobes", "figure"),
+            "frf": Output("frf", "figure"),
+            "gain": Output("gain", "figure"),
+            "headline": Output("headline", "children"),
+            "notes": Output("notes", "children"),
+            "differences": Output("differences", "children"),
+            "reading": Output("reading", "children"),
+            "drawn": Output("drawn", "data"),
+            "look": Output("explorer", "className"),
+            "status": Output("status", "children", allow_duplicate=True),
+        },
+        {
+            "data": Input("state", "data"),
+            "kept": Input("kept", "data"),
+            "speed": Input("speed", "data"),
+            "read": Input("read-off", "data"),
+            "exact": Input("exact", "data"),
+            "connection": Input("connection", "value"),
+            "drawn": State("drawn", "data"),
+        },
+        prevent_initial_call="initial_duplicate",
+        running=[(Output("working", "className"), "on", "")],
+    )
+    def draw(data: Any, kept: Any, speed: Any, read: Any, exact: Any, connection: Any, drawn: Any) -> dict[str, Any]:
+        names = ("lobes", "frf", "gain", "headline", "notes", "differences", "reading", "status")
+        answer: dict[str, Any] = dict.fromkeys(names, no_update) | {"drawn": (drawn or 0) + 1, "look": ""}
+        try:
+            state = Sliders.read(data, controls)
+            before = Sliders.read(kept, controls) if kept else None
+            now = setting(state, exact == data["values"])
+            old = setting(before, bool(kept.get("exact"))) if before else None
+            pair = now.curves, old.curves if old else None
+            reading = _reading(read, speed, data["values"])
+            answer |= {
+                "lobes": figures.lobes_figure(*pair, speed, reading),
+                "frf": figures.response_figure(*pair),
+                "gain": figures.gain_figure(*pair, str(connection)),
+                "headline": headline(now.curves),
+                "notes": [html.Li(note) for note in now.curves.notes],
+                "differences": differences(controls, old, now),
+                "reading": _told(read, speed, reading, data["values"]),
+            }
+        except FAULTS as error:
+            answer |= {"status": f"{error} {_STALE}", "look": "stale"}
+        return answer
+
+
+def _reading(read: Any, speed: Any, values: Mapping[str, float]) -> Reading | None:
+    """What was read off, if it is of this speed and these sliders."""
+    if not read or read["speed"] != speed or read["values"] != values or "words" in read:
+        return None
+    found = read["found"]
+    # JSON has no infinity.
+    depth = float("inf") if found["depth"] is None else found["depth"]
+    chatter = float("nan") if found["chatter_frequency"] is None else found["chatter_frequency"]
+    return Reading(**{**found, "depth": depth, "chatter_frequency": chatter, "warnings": ()})
+
+
+def _told(read: Any, speed: Any, reading: Reading | None, values: Mapping[str, float]) -> str:
+    if reading is not None:
+        return reading_words(reading)
+    if speed is None:
+        return "Click on the chart, or type a speed."
+    if read and read["speed"] == speed and read["values"] == values:
+        return str(read["words"])
+    return f"reading at {speed:g} rpm …"
+
+
+def connect_readings(app: Dash, explorer: Explorer, controls: Sequence[Control]) -> None:
+    """A click or a typed speed, exact lobes, and A."""
+
+    @app.callback(
+        Output("speed", "data"),
+        Output("read-at", "value"),
+        Output("status", "children", allow_duplicate=True),
+        Input("lobes", "clickData"),
+        Input("read", "n_clicks"),
+        Input("read-at", "n_submit"),
+        State("read-at", "value"),
+        prevent_initial_call=True,
+    )
+    def choose(click: Any, pressed: Any, submitted: Any, text: Any) -> Any:
+        if ctx.triggered_id == "lobes":
+            speed = float(click["points"][0]["x"])
+            return speed, f"{speed:.6g}", ""
+        try:
+            return float(str(text).replace(",", ".")), no_update, ""
+        except ValueError:
+            return no_update, no_update, f"read at: {text or 'nothing'}, expected a spindle speed in rpm"
+
+    @app.callback(
+        Output("read-off", "data"),
+        Input("speed", "data"),
+        Input("settled", "data"),
+        State("state", "data"),
+        prevent_initial_call=True,
+    )
+    def read(speed: Any, settled: Any, data: Any) -> Any:
+        if speed is None:
+            return no_update
+        told = {"speed": speed, "values": data["values"]}
+        try:
+            found = explorer.at(Sliders.read(data, controls).values, float(speed))
+        except FAULTS as error:
+            return {**told, "words": str(error)}
+        numbers = {
+            name: getattr(found, name) for name in ("speed", "depth", "chatter_frequency", "kind", "lobe", "method")
+        }
+        plain = {k: None if isinstance(v, float) and not abs(v) < float("inf") else v for k, v in numbers.items()}
+        return {**told, "found": plain}
+
+    @app.callback(
+        Output("exact", "data"),
+        Output("status", "children", allow_duplicate=True),
+        Input("order-refine", "data"),
+        State("state", "data"),
+        prevent_initial_call=True,
+        running=[
+            (Output("refine", "disabled"), True, False),
+            (Output("refining", "children"), "computing exact lobes …", ""),
+        ],
+    )
+    def refine(order: Any, data: Any) -> Any:
+        if not order:
+            raise PreventUpdate
+        try:
+            explorer.curves(Sliders.read(data, controls).values, exact=True)
+        except FAULTS as error:
+            return no_update, str(error)
+        return data["values"], ""
+
+    @app.callback(
+        Output("kept", "data"),
+        Output("back", "disabled"),
+        Output("forget", "disabled"),
+        Input("order-keep", "data"),
+        State("state", "data"),
+        State("exact", "data"),
+        prevent_initial_call=True,
+    )
+    def keep(order: Any, data: Any, exact: Any) -> Any:
+        if not order:
+            raise PreventUpdate
+        if order["what"] == "forget":
+            return None, True, True
+        return {**data, "exact": exact == data["values"]}, False, False

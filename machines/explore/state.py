@@ -1,0 +1,98 @@
+"""Where every slider stands and which are locked: kept by the page, forgotten by the server after each answer."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from jointlib.errors import InputError
+
+from .controls import Control
+
+STEPS = 200
+"""Positions of a slider, so that an arrow key moves it by half a per cent of its range."""
+
+
+@dataclass(frozen=True)
+class State:
+    """Values in the units of their controls, by key, and the keys that must not move."""
+
+    values: Mapping[str, float]
+    locked: frozenset[str] = frozenset()
+
+    @classmethod
+    def start(cls, controls: Sequence[Control]) -> State:
+        """The machine as its file has it."""
+        return cls({c.key: c.value for c in controls})
+
+    @classmethod
+    def read(cls, data: Any, controls: Sequence[Control]) -> State:
+        """What a page sends, checked; what it leaves out is as in the file."""
+        given = data if isinstance(data, dict) else {}
+        values = given.get("values")
+        locked = given.get("locked")
+        known = {c.key: c for c in controls}
+        start = {c.key: c.value for c in controls}
+        if isinstance(values, dict):
+            # A value of the file may lie anywhere; what was moved must be within the bounds.
+            start |= {k: v if v == known[k].value else known[k].checked(v) for k, v in values.items() if k in known}
+        return cls(start, frozenset(locked if isinstance(locked, list) else ()) & known.keys())
+
+    def data(self, controls: Sequence[Control]) -> dict[str, Any]:
+        """The same for the page, with the positions of the sliders and the texts of the fields in their order."""
+        return {
+            "values": dict(self.values),
+            "locked": sorted(self.locked),
+            "order": [position(c, self.values[c.key]) for c in controls],
+            "texts": [shown(self.values[c.key]) for c in controls],
+        }
+
+    def toggled(self, key: str) -> State:
+        """Locked if it was free, free if it was locked."""
+        return replace(self, locked=self.locked ^ {key})
+
+    def moved(self, control: Control, value: object) -> State:
+        """One slider elsewhere; a locked one is refused."""
+        if control.key in self.locked:
+            raise InputError(f"{control.label}: is locked, unlock it first")
+        return replace(self, values={**self.values, control.key: control.checked(value)})
+
+    def taken(self, wish: Mapping[str, float]) -> State:
+        """All that is free moved to the wish, all that is locked left."""
+        return replace(self, values={k: v if k in self.locked else wish.get(k, v) for k, v in self.values.items()})
+
+
+def position(control: Control, value: float) -> int:
+    """Where the slider stands that shows a value, 0 to ``STEPS``."""
+    low, high = control.low, control.high
+    if control.logarithmic:
+        value, low, high = (math.log(max(v, control.low)) for v in (value, low, high))
+    share = (value - low) / (high - low) if high > low else 0.0
+    return min(max(round(share * STEPS), 0), STEPS)
+
+
+def value_at(control: Control, place: object) -> float:
+    """The value that a slider stands for; rounded to what its step can tell, within the bounds."""
+    if not isinstance(place, int | float) or not math.isfinite(place):
+        raise InputError(f"{control.label}: {place!r} is no position of a slider, expected 0 to {STEPS}")
+    share = min(max(place / STEPS, 0.0), 1.0)
+    low, high = control.low, control.high
+    if control.logarithmic:
+        value = low * (high / low) ** share
+        step = value * ((high / low) ** (1 / STEPS) - 1)
+    else:
+        value = low + share * (high - low)
+        step = (high - low) / STEPS
+    if control.whole:
+        value = round(value)
+    elif step > 0:
+        value = round(value, 1 - math.floor(math.log10(step)))
+    return float(min(max(value, low), high))
+
+
+def shown(value: float) -> str:
+    """A number as people read it in a field."""
+    return re.sub(r"e([+-])0+", r"e\1", f"{value:.5g}").replace("e+", "e")
