@@ -64,7 +64,11 @@ class Evaluation:
     def _one(self, numbers: Array) -> dict[str, float]:
         case = setting(self._study, numbers, self._places)
         part = self._machines.of(case.file, case.document)
-        machine = with_joints(part.machine, changed_joints(part.machine, case.joints)) if case.joints else part.machine
+        machine = part.machine
+        if case.sample is not None:
+            machine = part.drawn(case.sample, self._study.samples, self._study.seed)
+        if case.joints:
+            machine = with_joints(machine, changed_joints(machine, case.joints))
         wanted = set(self._study.quantities)
         out = {"weight": part.weight} if "weight" in wanted else {}
         if wanted == {"weight"}:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +13,7 @@ from jointlib.errors import InputError, nearest
 from jointlib.io.toml import Section, read_toml
 
 from ..lobes import METHODS as LOBES
-from .factors import Factor
+from .factors import IDENTIFICATION, Factor
 from .sampling import METHODS, plan
 
 BASE = "base"
@@ -125,7 +125,9 @@ def read_study(path: Path | str) -> Study:
     lobes = conditions.text("lobes", None, tuple(LOBES))
     conditions.done()
     sampling = document.section("sampling")
-    uncertain = any(f.uncertain for f in factors)
+    samples = sampling.integer("samples", 50 if any(f.uncertain for f in factors) else 1, lower=1)
+    drawn = tuple(range(samples))
+    factors = tuple(replace(f, choices=drawn) if f.path == IDENTIFICATION else f for f in factors)
     study = Study(
         name,
         base,
@@ -138,7 +140,7 @@ def read_study(path: Path | str) -> Study:
         sampling.text("method", "factorial", METHODS),
         sampling.integer("count", 128, lower=1),
         sampling.integer("seed", 0),
-        sampling.integer("samples", 50 if uncertain else 1, lower=1),
+        samples,
         sampling.number("confidence", "1", 0.95),
         path,
     )
