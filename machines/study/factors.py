@@ -90,7 +90,7 @@ class Factor:
             if given or not uncertain:
                 raise InputError(
                     f"{section.where}: path {path!r} draws from the covariance of the joints and the variance of the "
-                    "measured FRFs, expected role = \"uncertain\" and no values, range or distribution"
+                    'measured FRFs, expected role = "uncertain" and no values, range or distribution'
                 )
             return cls(name, path, uncertain=True)
         if len(given) != 1:

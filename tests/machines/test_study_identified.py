@@ -1,4 +1,4 @@
-"""What an identification left open travels to the results of a study: the distribution is that of the sampled machines."""
+"""What an identification left open travels to the results of a study: they spread as those of the sampled machines."""
 
 from __future__ import annotations
 
