@@ -14,13 +14,14 @@ from ..files import read_machine
 from ..written import write_machine
 from .conditions import Case
 from .evaluation import Evaluation
+from .factors import IDENTIFICATION
 from .study import Study
 from .verdict import Design, Ranking, worst_of
 
 
 @dataclass(frozen=True, eq=False)
 class BestMachine:
-    """A machine file of a design, what is uncertain standing at its median, in the case that is its worst."""
+    """A machine file of a design, joints as identified and whatever else is uncertain at its median, in the case that is its worst."""
 
     files: tuple[Path, ...]
     """Every file written, the machine file first."""
@@ -48,7 +49,7 @@ def write_best(
     numbers = ranking.numbers[design.number].copy()
     for i, f in enumerate(study.factors):
         if f.uncertain:
-            numbers[i] = float(f.numbers(np.array(0.5)))
+            numbers[i] = np.nan if f.path == IDENTIFICATION else float(f.numbers(np.array(0.5)))
     found = evaluate.each([(numbers, case) for case in study.cases])
     at = worst_of(study, {name: values[None, :, None] for name, values in found.items()})
     worst = int(at[study.objectives[0].quantity][0, 0])

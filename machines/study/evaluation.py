@@ -88,13 +88,17 @@ class Evaluation:
     def _one(self, numbers: Array, case: Case) -> dict[str, float]:
         of = self.setting(numbers, case)
         part = self._machines.of(of.file, of.document)
-        machine = with_joints(part.machine, changed_joints(part.machine, of.joints)) if of.joints else part.machine
+        machine = part.machine
+        if of.sample is not None:
+            machine = part.drawn(of.sample, self._study.samples, self._study.seed)
+        if of.joints:
+            machine = with_joints(machine, changed_joints(machine, of.joints))
         wanted = set(self._study.quantities)
         out = {"weight": part.weight} if "weight" in wanted else {}
         if wanted == {"weight"}:
             return out
         model = part.modes
-        if model is not None and of.joints:
+        if model is not None and (of.joints or of.sample is not None):
             model = machine_model(machine, float(np.mean(_band(machine))))
         if "static-compliance" in wanted:
             G = frozen_receptance(machine, _STATIC_LINE, 0.0).receptance if model is None else model(np.zeros(1))

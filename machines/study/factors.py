@@ -14,6 +14,8 @@ from jointlib.errors import InputError
 from jointlib.io.toml import Section
 from jointlib.units import number_and_unit
 
+IDENTIFICATION = "identification"
+"""Path of the factor that stands for what the identification left open: joints and measured FRFs, drawn together."""
 DISTRIBUTIONS = ("uniform", "log-uniform", "normal", "log-normal")
 _WIDEST = 1e-12
 """Quantiles beyond this are cut off, so that a normal value stays finite."""
@@ -84,6 +86,13 @@ class Factor:
         name = section.text("name", path.rsplit(".", 1)[-1])
         uncertain = section.text("role", "design", ("design", "uncertain")) == "uncertain"
         given = [key for key in ("values", "range", "distribution") if section.has(key)]
+        if path == IDENTIFICATION:
+            if given or not uncertain:
+                raise InputError(
+                    f"{section.where}: path {path!r} draws from the covariance of the joints and the variance of the "
+                    'measured FRFs, expected role = "uncertain" and no values, range or distribution'
+                )
+            return cls(name, path, uncertain=True)
         if len(given) != 1:
             said = " and ".join(given) or "no values"
             raise InputError(f"{section.where}: {said} given, expected one of values, range, distribution")

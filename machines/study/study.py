@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +15,7 @@ from jointlib.io.toml import Section, read_toml
 
 from ..lobes import METHODS as LOBES
 from .conditions import Case, read_cases
-from .factors import Factor
+from .factors import IDENTIFICATION, Factor
 from .sampling import METHODS, SEARCH, checked_search, plan
 
 BASE = "base"
@@ -164,7 +164,9 @@ def read_study(path: Path | str) -> Study:
     cases = read_cases(conditions)
     conditions.done()
     sampling = document.section("sampling")
-    uncertain = any(f.uncertain for f in factors)
+    samples = sampling.integer("samples", 50 if any(f.uncertain for f in factors) else 1, lower=1)
+    drawn = tuple(range(samples))
+    factors = tuple(replace(f, choices=drawn) if f.path == IDENTIFICATION else f for f in factors)
     method, designs = sampling.text("method", "factorial", METHODS), sampling.integer("count", 128, lower=1)
     study = Study(
         name,
@@ -179,7 +181,7 @@ def read_study(path: Path | str) -> Study:
         method,
         designs,
         sampling.integer("seed", 0),
-        sampling.integer("samples", 50 if uncertain else 1, lower=1),
+        samples,
         sampling.number("confidence", "1", 0.95),
         cases,
         path,

@@ -21,9 +21,11 @@ from ..files import read_cutting, read_machine
 from ..lobes.cutting import Cutting
 from ..lobes.machine_model import modes_at_rest
 from ..lobes.tool_model import ToolModel
+from ..lobes.uncertainty import sampled_machines
 from ..machine import Machine
 from ..static_load import axis_of
 from .conditions import Case
+from .factors import IDENTIFICATION, Factor
 from .study import BASE, Study
 
 _KEPT = 24
@@ -35,6 +37,7 @@ class Variant:
     """A machine whose joints may still be changed."""
 
     machine: Machine
+    _drawn: dict[tuple[int, int], list[Machine]] = field(default_factory=dict)
 
     @cached_property
     def cutting(self) -> Cutting:
@@ -47,6 +50,16 @@ class Variant:
     def weight(self) -> float:
         """Mass of the components in kg; those whose file tells no mass are left out."""
         return sum(max(_moved(component, axis) for axis in range(3)) for component in self.machine.components)
+
+    def drawn(self, sample: int, count: int, seed: int) -> Machine:
+        """One of ``count`` machines with joints and measured FRFs drawn from what is known of their errors.
+
+        The draws of a connection or component are told by its name: designs are compared over the same ones.
+        """
+        key = count, seed
+        if key not in self._drawn:
+            self._drawn[key], _ = sampled_machines(self.machine, count, seed)
+        return self._drawn[key][sample]
 
     @cached_property
     def modes(self) -> ToolModel | None:
@@ -79,6 +92,8 @@ class Setting:
     joints: tuple[tuple[str, float], ...]
     """Values in SI by connection or bundle and parameter, as ``guide.hertz_guide.preload``."""
     cutting: tuple[tuple[str, Any], ...]
+    sample: int | None = None
+    """Number of the draw from what the identification left open; None: the machine as identified."""
 
     @property
     def changes(self) -> dict[str, Any]:
@@ -90,10 +105,13 @@ def setting(study: Study, numbers: Array, case: Case, places: Mapping[str, str])
     """What a row of the plan stands for; ``places`` maps paths into joints to the unit of the parameter."""
     document: list[tuple[str, Any]] = []
     cutting: list[tuple[str, Any]] = []
-    joints, file = [], study.base
+    joints, file, sample = [], study.base, None
     for path, value in case.changes.items():
         (cutting if path.startswith("cutting.") else document).append((path, _hashable(value)))
     for factor, number in zip(study.factors, numbers, strict=True):
+        if factor.path == IDENTIFICATION:
+            sample = None if np.isnan(number) else int(number)
+            continue
         value = factor.value(float(number))
         if factor.path == BASE:
             file = study.source.parent / str(value)
@@ -103,7 +121,7 @@ def setting(study: Study, numbers: Array, case: Case, places: Mapping[str, str])
             cutting.append((factor.path, _hashable(value)))
         else:
             document.append((factor.path, _hashable(value)))
-    return Setting(file, tuple(document), tuple(joints), tuple(cutting))
+    return Setting(file, tuple(document), tuple(joints), tuple(cutting), sample)
 
 
 def _hashable(value: Any) -> Any:

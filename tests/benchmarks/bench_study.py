@@ -1,0 +1,150 @@
+"""A study of guide_mill beside the command for every configuration, and what the engine itself takes of the time.
+
+Run it as a script; ``--configurations 100000`` computes a plan of that size to the end. Memory is that of the largest
+process. Processor time of this process and its children, OPENBLAS_NUM_THREADS=1.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import json
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import tomli_w
+
+import machines
+from jointlib import read_joint, write_joint
+from jointlib.cli.joints import with_joints
+from machines import read_machine
+from machines.study.engine import compute
+from machines.study.evaluation import Evaluation
+from machines.study.run import begin, evaluate_all
+from machines.study.study import Study, read_study
+
+LIBRARY = Path(machines.__file__).parent / "library"
+COMMANDS = 12
+
+
+def machine_file(folder: Path) -> None:
+    """guide_mill with its guide identified once, so that no configuration has to."""
+    machine, _ = with_joints(read_machine(LIBRARY / "guide_mill.toml"))
+    joint = next(c.joint for c in machine.connections if c.name == "guide")
+    assert joint is not None
+    write_joint(folder / "guide.joint.toml", joint)
+    document = tomllib.loads((LIBRARY / "guide_mill.toml").read_text())
+    del document["connection"][0]["identify"]
+    document["connection"][0]["joint"] = "guide.joint.toml"
+    (folder / "guide_mill.toml").write_text(tomli_w.dumps(document))
+
+
+def plan(folder: Path, count: int) -> Study:
+    """Preload, damping and cutter stiffness of guide_mill over ``count`` points of a Latin hypercube."""
+    path = folder / f"{count}.study.toml"
+    path.write_text(
+        f"""
+schema = "jointlib/study/1"
+name = "{count} configurations"
+base = "guide_mill.toml"
+factor = [
+    {{ name = "preload", path = "connection.guide.joint.hertz_guide.preload", range = ["300 N", "900 N"] }},
+    {{ name = "damping", path = "connection.guide.joint.viscous.damping", range = ["500 N s/m", "1000 N s/m"] }},
+    {{ path = "cutting.immersion", range = [0.3, 0.9] }},
+]
+conditions = {{ speed = [3000, 12000], speeds = 200 }}
+objective = [{{ quantity = "minimum-depth", goal = "max" }}]
+sampling = {{ method = "latin-hypercube", count = {count} }}
+"""
+    )
+    return read_study(path)
+
+
+@contextlib.contextmanager
+def measured(label: str, said: dict[str, float]) -> Iterator[None]:
+    """Processor time of this process and of those that ended inside."""
+    start = _seconds()
+    yield
+    said[label] = _seconds() - start
+
+
+def _seconds() -> float:
+    used = os.times()
+    return used.user + used.system + used.children_user + used.children_system
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--configurations", type=int, default=2048)
+    count = parser.parse_args().configurations
+    seconds: dict[str, float] = {}
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        machine_file(folder)
+        study = plan(folder, count)
+        with measured("study", seconds):
+            wall = time.perf_counter()
+            store = begin(study, folder / "results")
+            evaluate_all(study, store, {})
+            wall = time.perf_counter() - wall
+        depth = store.results()["minimum-depth"]
+        largest = max(resource.getrusage(who).ru_maxrss for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+        each = seconds["study"] / count
+        print(
+            f"{count} configurations: {wall:.1f} s, {1e3 * each:.2f} ms of processor time each, start of the "
+            f"workers counted; largest process {largest / 1024:.0f} MB"
+        )
+        overhead(folder)
+        with measured("commands", seconds):
+            found = [command(study, row) for row in range(COMMANDS)]
+        print(f"largest difference from the command: {np.max(np.abs(np.array(found) / depth[:COMMANDS] - 1)):.0e}")
+        slow = seconds["commands"] / COMMANDS
+        print(f"jointlib lobes, configuration by configuration: {slow:.2f} s each, {slow / each:.0f}x")
+
+
+def overhead(folder: Path) -> None:
+    """One process: the engine with its store beside the bare evaluation of the same rows."""
+    study = plan(folder, 1024)
+    evaluation = Evaluation(study.source)
+    evaluation(0, 16)
+    spent = [0.0]
+
+    def timed(first: int, end: int) -> dict[str, np.ndarray]:
+        start = time.process_time()
+        found = evaluation(first, end)
+        spent[0] += time.process_time() - start
+        return found
+
+    store = begin(study, folder / "overhead")
+    start = time.process_time()
+    compute(store, timed)
+    whole = time.process_time() - start
+    print(f"engine and store: {100 * (whole / spent[0] - 1):.2f} % of the work")
+
+
+def command(study: Study, row: int) -> float:
+    """The lowest depth of one configuration by ``jointlib lobes``, from a machine file and a joint file of its own."""
+    preload, damping, immersion = study.numbers()[row]
+    folder = study.source.parent
+    joint = read_joint(folder / "guide.joint.toml")
+    changed = joint.with_parameters({"hertz_guide.preload": float(preload), "viscous.damping": float(damping)})
+    write_joint(folder / "changed.joint.toml", changed)
+    document = tomllib.loads(study.base.read_text())
+    document["connection"][0]["joint"] = "changed.joint.toml"
+    document["cutting"]["immersion"] = float(immersion)
+    (folder / "changed.toml").write_text(tomli_w.dumps(document))
+    words = ["lobes", str(folder / "changed.toml"), "--method", "zero-order", "--json"]
+    done = subprocess.run([Path(sys.executable).with_name("jointlib"), *words], capture_output=True, check=True)
+    return float(json.loads(done.stdout)["minimum_depth"])
+
+
+if __name__ == "__main__":
+    main()
