@@ -30,6 +30,8 @@ _WORTH = 3
 """Depths of the chart for which each Chebyshev depth must stand."""
 _LEFT, _NOTHING = 3e-10, 1e-12
 _ALIKE = 3
+_RANGE = 100.0
+"""Powers of ten over which the a_k may spread."""
 _BLOCK, _HELD = 200_000, 5
 """Numbers held at once, in about so many arrays, so that memory does not grow with the chart."""
 
@@ -91,13 +93,14 @@ def _interpolated(coarse: ArcMap, depth: Array, count: int) -> _Series | None:
         share, transform = _chebyshev(count)
         mu = coarse.multipliers(deepest * share)
         size = np.max(np.abs(mu), axis=-1)
-        a = coefficients(mu)
+        a = coefficients(mu / size[..., None])
+        a = a[: int(np.flatnonzero(np.max(np.abs(a), axis=(1, 2)) > _NOTHING)[-1]) + 1]
+        if len(a) * np.max(np.abs(np.log10(size))) > _RANGE:
+            return None
         k = np.arange(len(a))[:, None, None]
-        matters = np.max(np.abs(a) / size**k, axis=(1, 2)) > _NOTHING
-        last = int(np.flatnonzero(matters)[-1]) + 1
-        grown = share ** np.maximum(0, k[:last] - states)
-        terms = (a[:last] / grown) @ transform
-        weight = np.max(grown / size ** k[:last], axis=(1, 2))
+        grown = share ** np.maximum(0, k - states)
+        terms = (a * size**k / grown) @ transform
+        weight = np.max(grown / size**k, axis=(1, 2))
         needed = 1 + int(np.flatnonzero(weight @ np.max(np.abs(terms), axis=1) > _LEFT)[-1])
         if needed + _SPARE <= count:
             return _Series(terms, states, deepest, needed)
