@@ -13,9 +13,9 @@ from jointlib.errors import InputError
 from ..machine import Machine
 from .amplitude import _point, lobes_at_amplitude
 from .chart import StabilityLobes
-from .collocation import largest_multipliers
 from .cutting import Cutting
 from .machine_model import machine_model, modes_at_rest
+from .multipliers import largest_multipliers
 from .solve import stability_lobes
 from .tool_model import ToolModel
 
