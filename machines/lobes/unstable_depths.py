@@ -1,0 +1,230 @@
+"""All depths at which one spindle speed chatters: lenses of instability with stable stretches above them.
+
+The limiting depth is the first crossing from zero depth. Flip lenses close again, and a stable stretch may follow. Here
+every crossing up to a depth is found, and the multipliers outside the unit circle are counted from the stable cut
+without depth upwards.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from jointlib.errors import CheckFailed
+
+from ..machine import AXES, Machine
+from . import turning, zero_order
+from .amplitude import _at_rest, _wide, lobes_at_amplitude, operating_receptance
+from .band import Shape, shape, spectrum
+from .chart import StabilityLobes
+from .collocation import FINER, MORE, ArcMap, arc_map
+from .critical_depth import NONE, Crossing, Loop, near
+from .cutting import Cutting
+from .edges import Edge, edges_of_loop, edges_of_trace, outside
+from .frozen_modes import tool_models
+from .multi_frequency import HarmonicLoop
+from .periodic import _MOST_SEARCHED, _PAST, _left_out, _stiffest
+from .regeneration import Trace, trace
+from .tool_model import ToolModel
+from .tool_point import ToolPoint, tool_point
+
+REACH = 6.0
+"""Times the limiting depth up to which crossings are looked for, where nothing else is said."""
+_SETTLED = {"multi-frequency": 1e-3, "collocation": 1e-2}
+_SHARE = 0.6
+_BESIDE = 1e-3
+_RAISES = 4
+_LINES = 600
+_CLOSER = 8
+
+
+@dataclass(frozen=True)
+class Interval:
+    """Depths in m, ``low`` to ``high``, at which the cut chatters; ``high`` is inf where no end was met."""
+
+    low: float
+    high: float
+    kind: str
+    """Of the chatter at the lower edge, ``"hopf"`` or ``"flip"``."""
+    end: str
+    """Kind at the upper edge; empty where there is none."""
+
+
+@dataclass(frozen=True)
+class UnstableDepths:
+    """The unstable intervals of depth at one speed in rpm, looked for up to ``deepest`` in m."""
+
+    speed: float
+    deepest: float
+    intervals: tuple[Interval, ...]
+
+    @property
+    def lenses(self) -> tuple[Interval, ...]:
+        """Those with an upper edge: above it the cut is stable again."""
+        return tuple(one for one in self.intervals if np.isfinite(one.high))
+
+    def unstable(self, depth: float) -> bool:
+        """Whether the cut chatters at a depth in m; above ``deepest`` as at it."""
+        return any(one.low < depth < one.high for one in self.intervals)
+
+
+def unstable_depths(
+    machine: Machine, chart: StabilityLobes, amplitude: float = 0.0, deepest: float | None = None
+) -> tuple[UnstableDepths, ...]:
+    """Every unstable interval of depth at the speeds of a chart of the machine, by the chart's method.
+
+    Parameters
+    ----------
+    machine
+        As for `lobes_at_amplitude`.
+    chart
+        Its lobes at ``amplitude``.
+    amplitude
+        Of the tool point in m, at which the joints are frozen.
+    deepest
+        m; default: `REACH` times the limiting depth of each speed.
+    """
+    cutting = Cutting(**dict(machine.cutting or {}))
+    receptances: Sequence[ToolPoint | ToolModel]
+    if chart.method == "collocation":
+        receptances = tool_models(machine, cutting, chart.speed.ravel(), amplitude)
+    elif amplitude == 0 and machine.frequency is not None:
+        axes = tuple(axis for axis in AXES if axis in machine.tool)
+        lines = np.linspace(*machine.frequency, _LINES)
+        receptances = [ToolPoint(lambda f: _at_rest(machine, cutting, f), lines, axes, sampled=False)]
+    else:
+        averaged = chart.method in ("turning", "zero-order")
+        found = operating_receptance(machine, amplitude, _LINES) if averaged else _wide(machine, amplitude, _LINES)
+        receptances = [tool_point(found.frf, tuple(axis for axis in AXES if axis in machine.tool))]
+    if len(receptances) == 1:
+        return unstable_depths_of(receptances[0], cutting, chart, deepest)
+    return tuple(
+        found
+        for model, one in zip(receptances, _speeds(chart), strict=True)
+        for found in unstable_depths_of(model, cutting, one, deepest)
+    )
+
+
+def unstable_depths_of(
+    receptance: ToolPoint | ToolModel, cutting: Cutting, chart: StabilityLobes, deepest: float | None = None
+) -> tuple[UnstableDepths, ...]:
+    """`unstable_depths` of a tool point, or for collocation of a `ToolModel`, whose ``chart`` is given."""
+    if isinstance(receptance, ToolModel):
+        point, model = tool_point(receptance, receptance.axes, receptance.lines), receptance
+    else:
+        point, model = receptance, None
+    found = []
+    search = _Search(chart.method, point, model, cutting)
+    for speed, depth in zip(chart.speed.ravel().tolist(), chart.depth.ravel().tolist(), strict=True):
+        reach = REACH * depth if deepest is None else deepest
+        edges = search.edges(speed, depth, reach) if np.isfinite(depth) and depth < reach else []
+        found.append(UnstableDepths(speed, reach, _intervals(edges)))
+    return tuple(found)
+
+
+def closer_at_lenses(
+    machine: Machine, chart: StabilityLobes, amplitude: float, deepest: float
+) -> tuple[UnstableDepths, ...]:
+    """`unstable_depths` by ascending speed, with further speeds between those where lenses begin or end."""
+    found = sorted(unstable_depths(machine, chart, amplitude, deepest), key=lambda one: one.speed)
+    between = [
+        np.linspace(one.speed, other.speed, _CLOSER + 1)[1:-1]
+        for one, other in pairwise(found)
+        if (one.lenses or other.lenses) and one.speed < other.speed
+    ]
+    if not between:
+        return tuple(found)
+    more = lobes_at_amplitude(machine, np.concatenate(between), amplitude, chart.method)
+    return tuple(sorted([*found, *unstable_depths(machine, more, amplitude, deepest)], key=lambda one: one.speed))
+
+
+def _speeds(chart: StabilityLobes) -> list[StabilityLobes]:
+    flat = zip(chart.speed.ravel(), chart.depth.ravel(), strict=True)
+    return [replace(chart, speed=np.array([n]), depth=np.array([b])) for n, b in flat]
+
+
+def _intervals(edges: list[Edge]) -> tuple[Interval, ...]:
+    found: list[Interval] = []
+    below = 0
+    for edge, above in zip(edges, outside(edges), strict=True):
+        if not below and above:
+            found.append(Interval(edge.depth, np.inf, edge.kind, ""))
+        elif below and not above:
+            found[-1] = replace(found[-1], high=edge.depth, end=edge.kind)
+        below = above
+    return tuple(found)
+
+
+class _Search:
+    """The crossings of one tool by one method, speed by speed."""
+
+    def __init__(self, method: str, point: ToolPoint, model: ToolModel | None, cutting: Cutting) -> None:
+        self.method, self.model, self.cutting = method, model, cutting
+        self.point = point.along(cutting.rotation[0]) if method == "turning" else point
+        if method in ("turning", "zero-order"):
+            averaged = turning.loop_stiffness(cutting) if method == "turning" else None
+            self.stiffness = zero_order.loop_stiffness(cutting, point.axes) if averaged is None else averaged
+            self.traced: Trace = trace(self.point, self.stiffness)
+        else:
+            self.shape: Shape = shape(point)
+
+    def edges(self, speed: float, first: float, deepest: float) -> list[Edge]:
+        """Up to ``deepest`` in m, settled; the lowest is ``first``."""
+        tooth = self.cutting.cuts_per_revolution * speed / 60
+        if self.method in ("turning", "zero-order"):
+            found = edges_of_trace(self.point, self.stiffness, self.traced, 1 / tooth, deepest)
+            outside(found)
+            return found
+        fraction = self.shape.folded(tooth)
+        for extra in range(_RAISES):
+            loop, finer = self._loops(speed, tooth, deepest, extra)
+            found = _settled(edges_of_loop(loop, fraction, deepest), finer, _SETTLED[self.method])
+            whole = found and abs(found[0].depth / first - 1) < _BESIDE and min(_counts(found)) >= 0
+            if whole and (not isinstance(finer, ArcMap) or _confirmed(finer, found, deepest)):
+                return found
+        raise CheckFailed(
+            f"{self.method}: at {speed:g} rpm the crossings up to a depth of {deepest * 1e3:.3g} mm are not resolved"
+        )
+
+    def _loops(self, speed: float, tooth: float, deepest: float, extra: int) -> tuple[Loop, Loop]:
+        """A loop that resolves the depth and a finer one that settles it."""
+        if self.model is not None:
+            coarse = arc_map(self.model, self.cutting, speed, MORE // 2 + FINER * extra, _SHARE)
+            return coarse, arc_map(self.model, self.cutting, speed, MORE + FINER * (extra + 1))
+        P = (int(np.ceil(self.shape.highest / tooth)) + _PAST) * 2**extra
+        highest = max(float(self.point.lines[-1]), (self.shape.highest + _PAST * tooth) * 2)
+        axes = tuple("xy".index(axis) for axis in self.point.axes)
+        loop = HarmonicLoop(spectrum(self.point, highest), self.cutting, axes, tooth, P)
+        while _left_out(self.shape, loop, _stiffest(self.cutting, axes) * deepest) >= 0.5:
+            loop = replace(loop, harmonics=2 * loop.harmonics)
+        if loop.harmonics > _MOST_SEARCHED:
+            raise CheckFailed(
+                f"{self.method}: at {speed:g} rpm more than {_MOST_SEARCHED} harmonics would be needed to find the "
+                f"crossings up to a depth of {deepest * 1e3:.3g} mm"
+            )
+        return loop, replace(loop, harmonics=2 * loop.harmonics)
+
+
+def _settled(edges: list[Edge], finer: Loop, within: float) -> list[Edge]:
+    """The crossings of the finer loop; none at all where one of them is not there."""
+    found = []
+    for edge in edges:
+        crossing: Crossing = near(finer, edge.crossing)
+        if crossing is NONE or abs(crossing.depth / edge.depth - 1) > within:
+            return []
+        found.append(replace(edge, depth=crossing.depth, fraction=crossing.fraction, eigenvalue=crossing.eigenvalue))
+    return sorted(found, key=lambda one: one.depth)
+
+
+def _counts(edges: list[Edge]) -> list[int]:
+    return list(np.cumsum([edge.moved for edge in edges], dtype=int).tolist())
+
+
+def _confirmed(arc: ArcMap, edges: list[Edge], deepest: float) -> bool:
+    """Whether the multipliers, halfway between the crossings, are as many outside the unit circle as were counted."""
+    ends = np.array([0.0, *(edge.depth for edge in edges), deepest])
+    size = np.abs(np.linalg.eigvals(arc.maps((ends[1:] + ends[:-1]) / 2)))
+    return bool(np.all(np.count_nonzero(size > 1, axis=1) == [0, *_counts(edges)]))
