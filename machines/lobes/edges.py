@@ -77,26 +77,35 @@ def edges_of_loop(loop: Loop, fraction: Array, deepest: float) -> list[Edge]:
     return _distinct([edge for edge in found if edge.depth <= deepest])
 
 
-def edges_of_trace(point: ToolPoint, stiffness: Array, traced: Trace, period: float, deepest: float) -> list[Edge]:
-    """The crossings of a cut that is the same at all times, turning or zero order, for a period τ in s."""
-    brackets = crossing._bracketed(traced, np.array([period]))
-    frequency, value, _ = crossing._closed(point, stiffness, traced, brackets, np.array([period])[brackets.speed])
+def edges_of_trace(
+    point: ToolPoint, stiffness: Array, traced: Trace, period: Array, deepest: Array
+) -> list[list[Edge]]:
+    """The crossings of a cut that is the same at all times, turning or zero order, for every period τ in s."""
+    brackets = _within(traced, crossing._bracketed(traced, period), deepest)
+    frequency, value, _ = crossing._closed(point, stiffness, traced, brackets, period[brackets.speed])
     depth = limiting_depth(value)
-    kept = np.isfinite(depth) & (depth <= deepest)
-    frequency, value, depth = frequency[kept], value[kept], depth[kept]
+    kept = np.isfinite(depth) & (depth <= deepest[brackets.speed])
+    frequency, value, depth, speed = frequency[kept], value[kept], depth[kept], brackets.speed[kept]
+    found: list[list[Edge]] = [[] for _ in period]
     if not len(depth):
-        return []
+        return found
     inside = frequency * (1 - _SLOPE) > traced.frequency[0]
     near = frequency * np.where(inside, 1 - _SLOPE, 1 + _SLOPE)
     values = loop_eigenvalues(stiffness, point(near))
     beside = values[np.arange(len(near)), np.argmin(np.abs(values - value[:, None]), axis=1)]
-    slope = -(beside * regeneration(near * period)).imag * np.where(inside, 1, -1)
-    return _distinct(
-        [
-            Edge(d, f * period, "hopf", bool(s > 0), complex(v))
-            for d, f, s, v in zip(depth.tolist(), frequency.tolist(), slope, value, strict=True)
-        ]
-    )
+    slope = -(beside * regeneration(near * period[speed])).imag * np.where(inside, 1, -1)
+    for i, d, f, s, v in zip(speed.tolist(), depth.tolist(), frequency.tolist(), slope, value.tolist(), strict=True):
+        found[i].append(Edge(d, f * float(period[i]), "hopf", bool(s > 0), v))
+    return [_distinct(edges) for edges in found]
+
+
+def _within(traced: Trace, brackets: crossing._Brackets, deepest: Array) -> crossing._Brackets:
+    """Those whose lowest conceivable depth is above ``deepest`` are left out."""
+    before = traced.eigenvalue[brackets.row, brackets.branch]
+    after = traced.eigenvalue[brackets.row + 1, brackets.branch]
+    strongest = np.maximum(-before.real, -after.real) + np.abs(after - before)
+    kept = 2 * deepest[brackets.speed] * strongest >= 1
+    return crossing._Brackets(*(getattr(brackets, key)[kept] for key in ("speed", "row", "branch", "lobe")))
 
 
 def _hopf(loop: Loop, bracket: _Bracket) -> Edge | None:

@@ -18,7 +18,7 @@ from jointlib.errors import CheckFailed
 from ..machine import AXES, Machine
 from . import turning, zero_order
 from .amplitude import _at_rest, _wide, lobes_at_amplitude, operating_receptance
-from .band import Shape, shape, spectrum
+from .band import shape, spectrum
 from .chart import StabilityLobes
 from .collocation import FINER, MORE, ArcMap, arc_map
 from .critical_depth import NONE, Crossing, Loop, near
@@ -27,7 +27,7 @@ from .edges import Edge, edges_of_loop, edges_of_trace, outside
 from .frozen_modes import tool_models
 from .multi_frequency import HarmonicLoop
 from .periodic import _MOST_SEARCHED, _PAST, _left_out, _stiffest
-from .regeneration import Trace, trace
+from .regeneration import trace
 from .tool_model import ToolModel
 from .tool_point import ToolPoint, tool_point
 
@@ -36,6 +36,8 @@ REACH = 6.0
 _SETTLED = {"multi-frequency": 1e-3, "collocation": 1e-2}
 _SHARE = 0.6
 _BESIDE = 1e-3
+_WITHIN = 0.98
+"""Share of the reach up to which a limit leaves room for anything above it."""
 _RAISES = 4
 _LINES = 600
 _CLOSER = 8
@@ -116,12 +118,27 @@ def unstable_depths_of(
         point, model = tool_point(receptance, receptance.axes, receptance.lines), receptance
     else:
         point, model = receptance, None
+    speed, depth = chart.speed.ravel(), chart.depth.ravel()
+    reach = REACH * depth if deepest is None else np.full(len(depth), deepest)
+    chatters = np.isfinite(depth) & (depth < _WITHIN * reach)
+    if chart.method in ("turning", "zero-order"):
+        turned = chart.method == "turning"
+        seen = point.along(cutting.rotation[0]) if turned else point
+        stiffness = turning.loop_stiffness(cutting) if turned else zero_order.loop_stiffness(cutting, point.axes)
+        period = 60 / (cutting.cuts_per_revolution * speed)
+        edges = edges_of_trace(seen, stiffness, trace(seen, stiffness), period, np.where(chatters, reach, 0.0))
+    else:
+        search = _Search(chart.method, point, model, cutting)
+        edges = [
+            search.edges(*one) if looked else []
+            for looked, *one in zip(chatters, speed.tolist(), depth.tolist(), reach.tolist(), strict=True)
+        ]
     found = []
-    search = _Search(chart.method, point, model, cutting)
-    for speed, depth in zip(chart.speed.ravel().tolist(), chart.depth.ravel().tolist(), strict=True):
-        reach = REACH * depth if deepest is None else deepest
-        edges = search.edges(speed, depth, reach) if np.isfinite(depth) and depth < reach else []
-        found.append(UnstableDepths(speed, reach, _intervals(edges)))
+    for i, one in enumerate(edges):
+        zones = _intervals(one)
+        if not chatters[i] and depth[i] < reach[i]:
+            zones = (Interval(float(depth[i]), np.inf, str(chart.kind.ravel()[i]), ""),)
+        found.append(UnstableDepths(float(speed[i]), float(reach[i]), zones))
     return tuple(found)
 
 
@@ -163,21 +180,11 @@ class _Search:
 
     def __init__(self, method: str, point: ToolPoint, model: ToolModel | None, cutting: Cutting) -> None:
         self.method, self.model, self.cutting = method, model, cutting
-        self.point = point.along(cutting.rotation[0]) if method == "turning" else point
-        if method in ("turning", "zero-order"):
-            averaged = turning.loop_stiffness(cutting) if method == "turning" else None
-            self.stiffness = zero_order.loop_stiffness(cutting, point.axes) if averaged is None else averaged
-            self.traced: Trace = trace(self.point, self.stiffness)
-        else:
-            self.shape: Shape = shape(point)
+        self.point, self.shape = point, shape(point)
 
     def edges(self, speed: float, first: float, deepest: float) -> list[Edge]:
         """Up to ``deepest`` in m, settled; the lowest is ``first``."""
         tooth = self.cutting.cuts_per_revolution * speed / 60
-        if self.method in ("turning", "zero-order"):
-            found = edges_of_trace(self.point, self.stiffness, self.traced, 1 / tooth, deepest)
-            outside(found)
-            return found
         fraction = self.shape.folded(tooth)
         for extra in range(_RAISES):
             loop, finer = self._loops(speed, tooth, deepest, extra)

@@ -67,8 +67,8 @@ def told_lenses(found: UnstableDepths) -> tuple[str, ...]:
     gaps = [_between("between", "and", one.high, end) for one, end in zip(found.intervals, ends, strict=True)]
     gaps = gaps[: len(found.lenses)]
     return (
-        f"At {found.speed:g} rpm it chatters {' and '.join(zones)}; it is stable again {' and '.join(gaps)}, as far as "
-        f"{mm(found.deepest)} were looked at.",
+        f"At {found.speed:g} rpm it chatters {' and '.join(zones)}; it is stable again {' and '.join(gaps)}, "
+        f"looked at up to {mm(found.deepest)}.",
     )
 
 

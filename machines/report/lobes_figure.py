@@ -130,10 +130,13 @@ def _zones(axes: Any, speeds: Array, zones: Zones, top: float) -> list[str]:
 
 
 def _band(axes: Any, speeds: Array, band: Array) -> str:
+    from matplotlib.colors import to_rgb
+
     low, middle, high = np.where(np.isfinite(band), band * 1e3, np.nan)
-    axes.fill_between(speeds, low, high, color=_BAND, alpha=0.18, linewidth=0, label="95 % of samples", zorder=1.5)
-    for edge in (low, high):
-        axes.plot(speeds, edge, color=_BAND, linewidth=0.8, linestyle=":")
+    axes.fill_between(
+        speeds, low, high, facecolor=(*to_rgb(_BAND), 0.18), edgecolor=_BAND, linewidth=0.8, linestyle=":",
+        label="95 % of samples", zorder=1.5,
+    )  # fmt: skip
     axes.plot(speeds, middle, color=_BAND, linewidth=1.0, linestyle="--", label="median of samples")
     return "Dotted: the band that 95 % of the samples of what is uncertain lie in."
 

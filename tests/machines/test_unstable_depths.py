@@ -127,6 +127,14 @@ def test_no_crossing_is_looked_for_below_the_limiting_depth() -> None:
     assert not found.unstable(0.4e-3)
 
 
+@pytest.mark.parametrize("method", EXACT)
+def test_a_limit_just_inside_the_reach_is_kept(method: str) -> None:
+    limit = float(stability_lobes(TOOL, DOWN, [18000.0], method).depth[0])
+    for reach in (1.0005 * limit, 1.01 * limit, 1.03 * limit):
+        (zone,) = looked(TOOL, DOWN, 18000.0, method, reach).intervals
+        assert (zone.low, zone.high) == (pytest.approx(limit, rel=1e-4), np.inf)
+
+
 def test_a_lost_crossing_is_an_error() -> None:
     """Where a pair would come back that never left, something was missed."""
     with pytest.raises(CheckFailed, match="missed"):
