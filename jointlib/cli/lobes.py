@@ -86,10 +86,10 @@ def command(
     if growth:
         data["multiplier"] = growth if amplitude else growth[0]
     unstable: list[Any] = []
-    if speed:
-        data["unstable"], unstable, said = lenses(model, charts, amplitude)
-        told += said
     if speed and not amplitude:
+        further, unstable, said = lenses(model, charts[0])
+        data |= further
+        told += said
         further, said = over_amplitude(model, speed, depth, method, unstable)
         data |= further
         told += said
@@ -193,7 +193,7 @@ def _draw(path: Path, model: Any, charts: Sequence[tuple[float, Any]], cutting: 
 
     amplitude, first = charts[0]
     top = 1e-3 * axis_top([chart for _, chart in charts])
-    unstable = lenses_to(model, first, amplitude, top)
+    unstable = () if amplitude else lenses_to(model, first, top)
     figure = lobes_figure(charts, cutting, zones, None if band is None else band[0], unstable)
     write_text(path, figure.svg)
 

@@ -30,30 +30,19 @@ def grown(
         return [], [f"No multiplier: {refused}"]
 
 
-def lenses(
-    model: Any, charts: Sequence[Any], amplitude: Sequence[float]
-) -> tuple[dict[str, Any], list[Any], list[str]]:
-    """Every unstable interval of depth at the chosen speeds: as JSON, of the first chart, and told."""
+def lenses(model: Any, chart: Any) -> tuple[dict[str, Any], list[Any], list[str]]:
+    """Every unstable interval of depth at the chosen speeds, at rest: as JSON, as they are, and told."""
     from machines.lobes.unstable_depths import unstable_depths
     from machines.lobes.words import told_lenses
 
-    found: list[Any] = []
     with working("looking for stable cuts above the limits"):
         try:
-            for A, chart in zip(amplitude or (0.0,), charts, strict=True):
-                found.append(unstable_depths(model, chart, A))
+            found = unstable_depths(model, chart)
         except (CheckFailed, InputError) as refused:
-            return {}, [], [f"No stable cut above the limits was looked for: {refused}"]
-    deepest = [[one.deepest for one in part] for part in found]
-    rows = [[[vars(zone) for zone in one.intervals] for one in part] for part in found]
-    said = [
-        sentence if not A else f"{sentence[:-1]}, at a tool-point amplitude of {A * 1e6:g} um."
-        for A, part in zip(amplitude or (0.0,), found, strict=True)
-        for one in part
-        for sentence in told_lenses(one)
-    ]
-    data = {"deepest": deepest, "intervals": rows} if amplitude else {"deepest": deepest[0], "intervals": rows[0]}
-    return data, list(found[0]), said
+            return {}, [], [f"Stable cuts above the limits were not looked for: {refused}"]
+    rows = [[vars(zone) for zone in one.intervals] for one in found]
+    data = {"unstable": {"deepest": [one.deepest for one in found], "intervals": rows}}
+    return data, list(found), [sentence for one in found for sentence in told_lenses(one)]
 
 
 def over_amplitude(
@@ -137,13 +126,13 @@ def zones_of(model: Any, charts: Sequence[Any], amplitude: Sequence[float]) -> A
         return Zones.of(amplitude_limits(model, charts[0].speed, sizes, charts[0].method))
 
 
-def lenses_to(model: Any, chart: Any, amplitude: float, deepest: float) -> tuple[Any, ...]:
-    """The unstable depths of a chart for a picture up to ``deepest`` in m; none where they cannot be had."""
+def lenses_to(model: Any, chart: Any, deepest: float) -> tuple[Any, ...]:
+    """The unstable depths of a chart at rest for a picture up to ``deepest`` in m; none where they cannot be had."""
     from machines.lobes.unstable_depths import closer_at_lenses
 
     with working("looking for stable cuts above the limits"):
         try:
-            return closer_at_lenses(model, chart, amplitude, deepest)
+            return closer_at_lenses(model, chart, deepest)
         except (CheckFailed, InputError):
             return ()
 

@@ -7,24 +7,23 @@ without depth upwards.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
-from jointlib.errors import CheckFailed
+from jointlib.errors import CheckFailed, InputError
 
 from ..machine import AXES, Machine
 from . import turning, zero_order
-from .amplitude import _at_rest, _wide, lobes_at_amplitude, operating_receptance
+from .amplitude import _at_rest, lobes_at_amplitude
 from .band import shape, spectrum
 from .chart import StabilityLobes
 from .collocation import FINER, MORE, ArcMap, arc_map
 from .critical_depth import NONE, Crossing, Loop, near
 from .cutting import Cutting
 from .edges import Edge, edges_of_loop, edges_of_trace, outside
-from .frozen_modes import tool_models
+from .machine_model import modes_at_rest
 from .multi_frequency import HarmonicLoop
 from .periodic import _MOST_SEARCHED, _PAST, _left_out, _stiffest
 from .regeneration import trace
@@ -74,40 +73,31 @@ class UnstableDepths:
 
 
 def unstable_depths(
-    machine: Machine, chart: StabilityLobes, amplitude: float = 0.0, deepest: float | None = None
+    machine: Machine, chart: StabilityLobes, deepest: float | None = None
 ) -> tuple[UnstableDepths, ...]:
-    """Every unstable interval of depth at the speeds of a chart of the machine, by the chart's method.
+    """Every unstable interval of depth at the speeds of a chart of the machine at rest, by the chart's method.
 
     Parameters
     ----------
     machine
         As for `lobes_at_amplitude`.
     chart
-        Its lobes at ``amplitude``.
-    amplitude
-        Of the tool point in m, at which the joints are frozen.
+        Its lobes at vanishing vibration.
     deepest
         m; default: `REACH` times the limiting depth of each speed.
     """
-    cutting = Cutting(**dict(machine.cutting or {}))
-    receptances: Sequence[ToolPoint | ToolModel]
+    if machine.frequency is None or machine.cutting is None:
+        raise InputError(f"{machine.where}: lobes need [cutting] and a frequency in [response]")
+    cutting = Cutting(**dict(machine.cutting))
     if chart.method == "collocation":
-        receptances = tool_models(machine, cutting, chart.speed.ravel(), amplitude)
-    elif amplitude == 0 and machine.frequency is not None:
-        axes = tuple(axis for axis in AXES if axis in machine.tool)
-        lines = np.linspace(*machine.frequency, _LINES)
-        receptances = [ToolPoint(lambda f: _at_rest(machine, cutting, f), lines, axes, sampled=False)]
-    else:
-        averaged = chart.method in ("turning", "zero-order")
-        found = operating_receptance(machine, amplitude, _LINES) if averaged else _wide(machine, amplitude, _LINES)
-        receptances = [tool_point(found.frf, tuple(axis for axis in AXES if axis in machine.tool))]
-    if len(receptances) == 1:
-        return unstable_depths_of(receptances[0], cutting, chart, deepest)
-    return tuple(
-        found
-        for model, one in zip(receptances, _speeds(chart), strict=True)
-        for found in unstable_depths_of(model, cutting, one, deepest)
-    )
+        model = modes_at_rest(machine)
+        if model is None:
+            raise InputError(f"{machine.where}: the joints at rest are no springs and dampers; use multi-frequency")
+        return unstable_depths_of(model, cutting, chart, deepest)
+    axes = tuple(axis for axis in AXES if axis in machine.tool)
+    lines = np.linspace(*machine.frequency, _LINES)
+    tip = ToolPoint(lambda f: _at_rest(machine, cutting, f), lines, axes, sampled=False)
+    return unstable_depths_of(tip, cutting, chart, deepest)
 
 
 def unstable_depths_of(
@@ -142,11 +132,9 @@ def unstable_depths_of(
     return tuple(found)
 
 
-def closer_at_lenses(
-    machine: Machine, chart: StabilityLobes, amplitude: float, deepest: float
-) -> tuple[UnstableDepths, ...]:
+def closer_at_lenses(machine: Machine, chart: StabilityLobes, deepest: float) -> tuple[UnstableDepths, ...]:
     """`unstable_depths` by ascending speed, with further speeds between those where lenses begin or end."""
-    found = sorted(unstable_depths(machine, chart, amplitude, deepest), key=lambda one: one.speed)
+    found = sorted(unstable_depths(machine, chart, deepest), key=lambda one: one.speed)
     between = [
         np.linspace(one.speed, other.speed, _CLOSER + 1)[1:-1]
         for one, other in pairwise(found)
@@ -154,13 +142,8 @@ def closer_at_lenses(
     ]
     if not between:
         return tuple(found)
-    more = lobes_at_amplitude(machine, np.concatenate(between), amplitude, chart.method)
-    return tuple(sorted([*found, *unstable_depths(machine, more, amplitude, deepest)], key=lambda one: one.speed))
-
-
-def _speeds(chart: StabilityLobes) -> list[StabilityLobes]:
-    flat = zip(chart.speed.ravel(), chart.depth.ravel(), strict=True)
-    return [replace(chart, speed=np.array([n]), depth=np.array([b])) for n, b in flat]
+    more = lobes_at_amplitude(machine, np.concatenate(between), 0.0, chart.method)
+    return tuple(sorted([*found, *unstable_depths(machine, more, deepest)], key=lambda one: one.speed))
 
 
 def _intervals(edges: list[Edge]) -> tuple[Interval, ...]:

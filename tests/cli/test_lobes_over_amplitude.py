@@ -120,5 +120,4 @@ def test_above_a_lens_the_cut_is_said_to_be_stable_again(here: Path) -> None:
     assert (first["kind"], first["end"], second["high"], other["high"]) == ("flip", "flip", None, None)
     assert data["unstable"]["deepest"] == pytest.approx([6 * b for b in data["depth"]])
     assert "stable again between 3.118 and 3.831 mm" in jointlib("lobes flip.toml --speed 18000").out
-    levels = jointlib("lobes flip.toml --speed 18000 --amplitude 0 1um --json").json["unstable"]["intervals"]
-    assert [len(level[0]) for level in levels] == [2, 2]
+    assert "unstable" not in jointlib("lobes flip.toml --speed 18000 --amplitude 1um --json").json

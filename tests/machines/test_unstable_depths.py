@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from jointlib.errors import CheckFailed
+from jointlib.errors import CheckFailed, InputError
 from machines import Lumped, Machine, lobes_at_amplitude
 from machines.lobes import Cutting, ToolModel, stability_lobes
 from machines.lobes.collocation import arc_map, largest_multipliers
@@ -105,7 +105,7 @@ def test_a_machine_has_the_lenses_of_its_tool_by_every_exact_method() -> None:
 def test_a_picture_of_lenses_has_speeds_between_those_of_the_chart() -> None:
     machine = mill(0.1)
     chart = lobes_at_amplitude(machine, np.linspace(17600.0, 18600.0, 6))
-    found = closer_at_lenses(machine, chart, 0.0, 5e-3)
+    found = closer_at_lenses(machine, chart, 5e-3)
     speeds = [one.speed for one in found]
     assert speeds == sorted(set(speeds))
     assert set(chart.speed.tolist()) < set(speeds)
@@ -125,6 +125,13 @@ def test_no_crossing_is_looked_for_below_the_limiting_depth() -> None:
     found = looked(TOOL, DOWN, 18000.0, deepest=0.5e-3)
     assert found.intervals == ()
     assert not found.unstable(0.4e-3)
+
+
+def test_without_a_cut_there_is_nothing_unstable_to_look_for() -> None:
+    machine = mill(0.1)
+    chart = lobes_at_amplitude(machine, [18000.0])
+    with pytest.raises(InputError, match="need"):
+        unstable_depths(replace(machine, cutting=None), chart)
 
 
 @pytest.mark.parametrize("method", EXACT)
