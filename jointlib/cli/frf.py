@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,9 @@ from jointlib.errors import InputError
     help="1, auto (further ones where they matter by more than 0.1 %) or multiples such as 1,3,5.",
 )
 @click.option(
+    "--samples", type=click.IntRange(40), help="Band of the receptance from so many samples of what is uncertain."
+)
+@click.option(
     "-o",
     "output",
     type=Target(".npz", ".csv", ".frf"),
@@ -36,6 +40,7 @@ def command(
     frequency: tuple[float, float, int | None] | None,
     drive: str | None,
     harmonics: str,
+    samples: int | None,
     output: Path,
     as_json: bool,
 ) -> None:
@@ -47,14 +52,25 @@ def command(
     """
     from jointlib.cli.joints import with_joints
     from machines import read_machine, response
+    from machines.lobes.uncertainty import refuse_certain
 
     wanted = _harmonics(harmonics)
+    if samples and output.suffix == ".frf":
+        raise InputError(f"-o {output}: this format has no room for a band, expected .npz or .csv with --samples")
     with working("coupling the machine"):
         model, remarks = with_joints(read_machine(machine))
         band = None if frequency is None else (frequency[0], frequency[1])
         points = 600 if frequency is None or frequency[2] is None else frequency[2]
+        if samples:
+            refuse_certain(model)
         result = response(model, force or None, band, drive, points=points, harmonics=wanted, stability="auto")
-    written = write_response(output, result) if output.suffix == ".npz" else write_receptances(output, result, points)
+    further: dict[str, Any] = {}
+    if samples:
+        further["band"] = band_of(model, result, points, samples, wanted)
+    if output.suffix == ".npz":
+        written = write_response(output, result, further.get("band"))
+    else:
+        written = write_receptances(output, result, points) + write_bands(output, result, further.get("band"))
     peaks = peak_rows(result)
     rows = [
         (f"{p['force']:g}", p["connection"], f"{p['amplitude'] * 1e6:.5g}", f"{p['frequency']:.6g}", p["outcome"])
@@ -64,8 +80,60 @@ def command(
     lines += [f"{f:g} N: {o.value}" for f, o in zip(result.force, result.outcomes, strict=True) if o.value]
     warnings = [*remarks, *result.warnings]
     lines += warnings
+    if samples and further["band"]["clipped"]:
+        lines.append(f"{further['band']['clipped']} sampled parameters lay outside their bounds and were set to them.")
     data = {"peaks": peaks, "file": str(written[0]), "files": [str(path) for path in written], "warnings": warnings}
+    data |= further
     emit(as_json, data, [*lines, *(wrote(path) for path in written)])
+
+
+def band_of(
+    model: Any, result: Any, points: int, samples: int, harmonics: int | str | tuple[int, ...]
+) -> dict[str, Any]:
+    """|G| (m/N) at 2.5, 50 and 97.5 % of the samples, ``size`` [force][share][line][output], on even lines (Hz)."""
+    import numpy as np
+
+    from machines.lobes.uncertainty import SHARES
+    from machines.response_band import response_band
+
+    known = result.frfs[0].frequency
+    lines = np.linspace(known[0], known[-1], points)
+    begun = time.perf_counter()
+    response_band(model, result.force, lines, result.drive, 1, harmonics=harmonics)
+    cost = samples * (time.perf_counter() - begun)
+    with working(f"computing {samples} samples, about {cost:.0f} s"):
+        band = response_band(model, result.force, lines, result.drive, samples, harmonics=harmonics)
+    return {
+        "share": SHARES,
+        "frequency": lines,
+        "size": np.swapaxes(band.quantiles, 0, 1),
+        "outputs": result.outputs,
+        "samples": samples,
+        "clipped": band.clipped,
+    }
+
+
+def write_bands(path: Path, result: Any, band: dict[str, Any] | None) -> list[Path]:
+    """The bands of |G| in m/N beside the receptances, a ``…_band.csv`` for each force and output."""
+    from jointlib.io.atomic import write_text
+
+    written: list[Path] = []
+    if band is None:
+        return written
+    for force, sizes in zip(result.force, band["size"], strict=True):
+        for o, output in enumerate(result.outputs):
+            target = _named(path, result, force, output, "_band")
+            rows = zip(band["frequency"].tolist(), *sizes[:, :, o].tolist(), strict=True)
+            text = "".join(f"{f:.12g},{low:.12e},{middle:.12e},{high:.12e}\n" for f, low, middle, high in rows)
+            write_text(target, f"frequency,low,median,high\n{text}")
+            written.append(target)
+    return written
+
+
+def _named(path: Path, result: Any, force: float, output: str, more: str = "") -> Path:
+    """The file of one force and output, a name of its own where there are several."""
+    several = len(result.force) > 1, len(result.outputs) > 1
+    return path.with_name(f"{path.stem}{f'_{output}' * several[1]}{f'_{force:g}N' * several[0]}{more}{path.suffix}")
 
 
 def _harmonics(text: str) -> int | str | tuple[int, ...]:
@@ -93,12 +161,13 @@ def peak_rows(result: Any) -> list[dict[str, Any]]:
     ]
 
 
-def write_response(path: Path, result: Any) -> list[Path]:
+def write_response(path: Path, result: Any, band: dict[str, Any] | None = None) -> list[Path]:
     """Receptances per force, and every branch: ``frequency_0`` … (Hz), ``receptance_0`` … (m/N), ``branch_0_0_…``.
 
     Of a branch: motions of the joints and outputs (m), stability of the whole and of every point, estimated error of
     the first harmonic, outcome of every point, harmonics and, where there are several, the motions in
-    the others; under a static load where the joints stand.
+    the others; under a static load where the joints stand. A band adds ``band_frequency`` and ``band``, |G| in m/N as
+    [force, share, line, output] at the shares ``band_share`` of the samples.
     """
     import numpy as np
 
@@ -125,6 +194,8 @@ def write_response(path: Path, result: Any) -> list[Path]:
                 arrays[f"branch_{i}_{k}_overtones"] = branch.overtones
             if branch.mean.size:
                 arrays[f"branch_{i}_{k}_mean"] = branch.mean
+    if band is not None:
+        arrays |= {"band_frequency": band["frequency"], "band": band["size"], "band_share": np.array(band["share"])}
     write_npz(path, arrays)
     return [path]
 
@@ -140,12 +211,10 @@ def write_receptances(path: Path, result: Any, points: int) -> list[Path]:
     from jointlib.io.atomic import write_text
     from jointlib.io.cutpro import write_cutpro
 
-    several = len(result.force) > 1, len(result.outputs) > 1
     written = []
     for force, frf in zip(result.force, result.frfs, strict=True):
         for o, output in enumerate(result.outputs):
-            label = f"_{output}" * several[1] + f"_{force:g}N" * several[0]
-            target = path.with_name(f"{path.stem}{label}{path.suffix}")
+            target = _named(path, result, force, output)
             found = np.isfinite(frf.receptance[:, o, 0])
             if path.suffix == ".frf":
                 if not found.all():

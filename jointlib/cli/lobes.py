@@ -10,7 +10,15 @@ import click
 import numpy as np
 
 from jointlib.cli.arguments import Quantity, Target, Verb, input_file, json_option
-from jointlib.cli.lobes_over_amplitude import bands, grown, over_amplitude, witnessed
+from jointlib.cli.lobes_over_amplitude import (
+    bands,
+    grown,
+    lenses,
+    lenses_to,
+    over_amplitude,
+    witnessed,
+    zones_of,
+)
 from jointlib.cli.output import emit, table, working, wrote
 from jointlib.errors import InputError
 
@@ -58,7 +66,9 @@ def command(
     """
     from jointlib.cli.joints import with_joints
     from machines import Cutting, lobes_at_amplitude, read_machine
-    from machines.lobes.pocket import pocket
+    from machines.lobes.pocket import best_pocket
+    from machines.lobes.uncertainty import refuse_certain
+    from machines.lobes.zones import safe_limit
 
     if witness and not (speed and depth):
         raise InputError("--witness: simulates one point at a time, expected --speed and --depth with it")
@@ -68,17 +78,23 @@ def command(
     speeds = np.array(speed) if speed else default_speeds(model)
     with working("computing lobes"):
         model, remarks = with_joints(model)
+        if samples:
+            refuse_certain(model)
         charts = [lobes_at_amplitude(model, speeds, A, method) for A in amplitude or (0.0,)]
         growth, told = grown(model, speeds, depth, amplitude, witness)
     data = chart_data(charts, speeds, amplitude)
     if growth:
         data["multiplier"] = growth if amplitude else growth[0]
+    unstable: list[Any] = []
     if speed and not amplitude:
-        further, said = over_amplitude(model, speed, depth, method)
+        further, unstable, said = lenses(model, charts[0])
+        data |= further
+        told += said
+        further, said = over_amplitude(model, speed, depth, method, unstable)
         data |= further
         told += said
     if samples:
-        data["band"], said = bands(model, speeds, amplitude, samples)
+        data["band"], said = bands(model, charts, amplitude, samples)
         told += said if speed else []
     if witness:
         data["witness"], said = witnessed(model, speed, depth, amplitude)
@@ -112,12 +128,23 @@ def command(
         lines += chart.warnings
     lines += told
     cutting = Cutting(**(model.cutting or {}))
-    best = None if speed else pocket(charts, cutting)
+    drawn = output is not None and output.suffix == ".svg"
+    zones = zones_of(model, charts, amplitude) if drawn or amplitude else None
+    band = np.reshape(data["band"]["depth"], (-1, 3, len(speeds))) if samples else None
+    safe = safe_limit(charts, zones, None if band is None else band[0])
+    best = None if speed else best_pocket(speeds, safe, cutting)
     if best is not None:
         lines.append(f"recommended: {best.words()}")
         data["pocket"] = {"speed": best.speed, "depth": best.depth, "margin": best.margin}
     if output is not None:
-        _write(output, charts, speeds, amplitude or (0.0,), cutting)
+        sizes = amplitude or (0.0,)
+        if drawn:
+            _draw(output, model, list(zip(sizes, charts, strict=True)), cutting, zones, band)
+        else:
+            if zones is None and "over_amplitude" in data:
+                safe = np.fmin(safe, data["over_amplitude"]["safe_depth"])
+            known = bool(samples) or zones is not None or "over_amplitude" in data
+            _write(output, charts, speeds, sizes, safe if known else None, band)
         lines.append(wrote(output))
     emit(as_json, data, lines)
 
@@ -159,29 +186,51 @@ def chart_data(charts: Sequence[Any], speeds: Any, amplitude: Sequence[float]) -
     }
 
 
-def _write(path: Path, charts: Sequence[Any], speeds: Any, amplitude: Sequence[float], cutting: Any) -> None:
-    """The charts by the suffix of the file."""
+def _draw(path: Path, model: Any, charts: Sequence[tuple[float, Any]], cutting: Any, zones: Any, band: Any) -> None:
+    """The charts as a picture, with what is unstable up to the end of its axis."""
+    from jointlib.io.atomic import write_text
+    from machines.report.lobes_figure import axis_top, lobes_figure
+
+    amplitude, first = charts[0]
+    top = 1e-3 * axis_top([chart for _, chart in charts])
+    unstable = () if amplitude else lenses_to(model, first, top)
+    figure = lobes_figure(charts, cutting, zones, None if band is None else band[0], unstable)
+    write_text(path, figure.svg)
+
+
+def _write(
+    path: Path, charts: Sequence[Any], speeds: Any, amplitude: Sequence[float], safe: Any = None, band: Any = None
+) -> None:
+    """The charts as numbers, by the suffix of the file; the safe depth (m) and the band (m) where they are known."""
     if path.suffix == ".npz":
-        write_lobes(path, charts, speeds, amplitude)
+        more = {} if safe is None else {"safe_depth": safe}
+        write_lobes(path, charts, speeds, amplitude, more | ({} if band is None else {"band": band}))
         return
     from jointlib.io.atomic import write_text
 
-    if path.suffix == ".svg":
-        from machines.report.lobes_figure import lobes_figure
+    names = ["amplitude", "speed", "depth", "chatter_frequency", "kind", "lobe"]
+    names += [] if safe is None else ["safe_depth"]
+    names += [] if band is None else ["low", "median", "high"]
+    rows = []
+    for i, (A, c) in enumerate(zip(amplitude, charts, strict=True)):
+        columns: list[Any] = [speeds, c.depth, c.chatter_frequency, c.kind, c.lobe]
+        columns += [] if safe is None else [safe]
+        columns += [] if band is None else list(band[i])
+        rows += [",".join([f"{A:g}", *map(_cell, row)]) for row in zip(*columns, strict=True)]
+    told = "# m, rpm, m, Hz; an infinite depth is stable at any depth"
+    write_text(path, "\n".join([told, ",".join(names), *rows]) + "\n")
 
-        write_text(path, lobes_figure(list(zip(amplitude, charts, strict=True)), cutting).svg)
-        return
-    rows = ["amplitude,speed,depth,chatter_frequency,kind,lobe"]
-    for A, c in zip(amplitude, charts, strict=True):
-        columns = (speeds, c.depth, c.chatter_frequency, c.kind, c.lobe)
-        rows += [f"{A:g},{n:.10g},{b:.10g},{f:.10g},{kind},{k}" for n, b, f, kind, k in zip(*columns, strict=True)]
-    write_text(path, "\n".join(["# m, rpm, m, Hz; an infinite depth is stable at any depth", *rows]) + "\n")
+
+def _cell(value: Any) -> str:
+    return f"{value:.10g}" if isinstance(value, float) else str(value)
 
 
-def write_lobes(path: Path, charts: Sequence[Any], speeds: Any, amplitude: Sequence[float]) -> None:
+def write_lobes(
+    path: Path, charts: Sequence[Any], speeds: Any, amplitude: Sequence[float], more: dict[str, Any] | None = None
+) -> None:
     """``speed`` (rpm), ``amplitude`` (m), and depth (m), chatter_frequency (Hz), lobe as [amplitude, speed]."""
     from jointlib.io.atomic import write_npz
 
     fields = ("depth", "chatter_frequency", "lobe", "kind", "minimum_depth")
     arrays = {name: np.array([getattr(c, name) for c in charts]) for name in fields}
-    write_npz(path, {"speed": speeds, "amplitude": np.array(amplitude), **arrays})
+    write_npz(path, {"speed": speeds, "amplitude": np.array(amplitude), **arrays, **(more or {})})

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from jointlib.cli.output import working
-from jointlib.errors import InputError
+from jointlib.errors import CheckFailed, InputError
+
+_FEW = (0.03, 0.1, 0.3, 0.6, 1.0)
+_MANY = (0.001, 0.003, 0.01, 0.03, *np.linspace(0.06, 1.0, 24))
+"""Tool amplitudes behind the zones of a picture over the largest, in milling, where each costs more, and in turning."""
 
 
 def grown(
@@ -23,19 +30,39 @@ def grown(
         return [], [f"No multiplier: {refused}"]
 
 
+def lenses(model: Any, chart: Any) -> tuple[dict[str, Any], list[Any], list[str]]:
+    """Every unstable interval of depth at the chosen speeds, at rest: as JSON, as they are, and told."""
+    from machines.lobes.unstable_depths import unstable_depths
+    from machines.lobes.words import told_lenses
+
+    with working("looking for stable cuts above the limits"):
+        try:
+            found = unstable_depths(model, chart)
+        except (CheckFailed, InputError) as refused:
+            return {}, [], [f"Stable cuts above the limits were not looked for: {refused}"]
+    rows = [[vars(zone) for zone in one.intervals] for one in found]
+    data = {"unstable": {"deepest": [one.deepest for one in found], "intervals": rows}}
+    return data, list(found), [sentence for one in found for sentence in told_lenses(one)]
+
+
 def over_amplitude(
-    model: Any, speed: Sequence[float], depth: Sequence[float], method: str | None
+    model: Any, speed: Sequence[float], depth: Sequence[float], method: str | None, zones: Sequence[Any]
 ) -> tuple[dict[str, Any], list[str]]:
-    """Limits over amplitude at the chosen speeds, where something in the machine or its cut depends on it."""
+    """Limits over amplitude at the chosen speeds, where something in the machine or its cut depends on it.
+
+    ``zones`` are the unstable depths at rest, if known.
+    """
     from machines.lobes.threshold import amplitude_limits, depends_on_amplitude
-    from machines.lobes.words import told, told_at
+    from machines.lobes.words import LOWER_EDGE, told, told_at
 
     if not depends_on_amplitude(model):
         return {}, []
     with working("computing limits over amplitude"):
         limits = amplitude_limits(model, speed, method=method)
+        of = list(zones) or [None] * len(speed)
         said = [sentence for i in range(len(speed)) for sentence in told(limits, i)]
-        said += [told_at(limits, b, i) for i in range(len(speed)) for b in depth]
+        said += [LOWER_EDGE] if any(one.lenses for one in zones) else []
+        said += [told_at(limits, b, i, of[i]) for i in range(len(speed)) for b in depth]
         cycles = [[limits.cycles(b, i) for b in depth] for i in range(len(speed))]
     rows: dict[str, Any] = {
         "safe_depth": limits.safe,
@@ -48,12 +75,21 @@ def over_amplitude(
     return {"over_amplitude": rows, "told": said}, said
 
 
-def bands(model: Any, speeds: Any, amplitude: Sequence[float], samples: int) -> tuple[dict[str, Any], list[str]]:
+def bands(
+    model: Any, charts: Sequence[Any], amplitude: Sequence[float], samples: int
+) -> tuple[dict[str, Any], list[str]]:
     """Depths at 2.5, 50 and 97.5 % of the samples, [share][speed], or [amplitude][share][speed]."""
     from machines.lobes.uncertainty import SHARES, lobe_band
 
-    with working(f"computing {samples} samples"):
-        found = [lobe_band(model, speeds, A, samples) for A in amplitude or (0.0,)]
+    method, speeds = charts[0].method, charts[0].speed
+    about = ""
+    if method not in ("turning", "zero-order"):
+        begun = time.perf_counter()
+        lobe_band(model, speeds, amplitude[0] if amplitude else 0.0, 1, method=method)
+        cost = (time.perf_counter() - begun) * samples * len(charts)
+        about = f" by {method}, about {cost:.0f} s (zero-order is a fast preview)"
+    with working(f"computing {samples} samples{about}"):
+        found = [lobe_band(model, speeds, A, samples, method=method) for A in amplitude or (0.0,)]
     depth = [band.quantiles for band in found]
     said = []
     for A, values in zip(amplitude or (0.0,), depth, strict=True):
@@ -62,10 +98,43 @@ def bands(model: Any, speeds: Any, amplitude: Sequence[float], samples: int) -> 
             said.append(
                 f"{n:g} rpm{at}: {low:.4g} to {high:.4g} mm in 95 % of {samples} samples, median {middle:.4g} mm"
             )
-    clipped = sum(band.clipped for band in found)
+    if method == "zero-order":
+        said.append("The band is by zero order, a preview: it says how far the depths are uncertain.")
+    clipped, failed = sum(band.clipped for band in found), sum(band.failed for band in found)
     if clipped:
         said.append(f"{clipped} sampled parameters lay outside their bounds and were set to them.")
-    return {"share": SHARES, "depth": depth if amplitude else depth[0], "samples": samples, "clipped": clipped}, said
+    if failed:
+        said.append(f"{failed} samples could not be computed and are left out of the band.")
+    data = {"share": SHARES, "depth": depth if amplitude else depth[0], "samples": samples}
+    return data | {"method": method, "clipped": clipped, "failed": failed}, said
+
+
+def zones_of(model: Any, charts: Sequence[Any], amplitude: Sequence[float]) -> Any:
+    """Safe, bistable and finite chatter over amplitude for a picture: of the charts, else of a few amplitudes more."""
+    from machines import Cutting
+    from machines.lobes.threshold import amplitude_limits, amplitude_range, depends_on_amplitude
+    from machines.lobes.zones import Zones
+
+    if amplitude:
+        return Zones.between(list(zip(amplitude, charts, strict=True)))
+    if not depends_on_amplitude(model):
+        return None
+    cutting = Cutting(**(model.cutting or {}))
+    largest = amplitude_range(cutting)[-1]
+    sizes = largest * np.array(_FEW if cutting.process == "milling" else _MANY)
+    with working(f"computing limits at {len(sizes)} amplitudes"):
+        return Zones.of(amplitude_limits(model, charts[0].speed, sizes, charts[0].method))
+
+
+def lenses_to(model: Any, chart: Any, deepest: float) -> tuple[Any, ...]:
+    """The unstable depths of a chart at rest for a picture up to ``deepest`` in m; none where they cannot be had."""
+    from machines.lobes.unstable_depths import closer_at_lenses
+
+    with working("looking for stable cuts above the limits"):
+        try:
+            return closer_at_lenses(model, chart, deepest)
+        except (CheckFailed, InputError):
+            return ()
 
 
 def witnessed(

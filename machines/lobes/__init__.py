@@ -9,6 +9,7 @@ from .tool_model import ToolModel
 from .tool_point import Receptance, ToolPoint, tool_point
 from .turning import minimum_depth_of_mode, notch_delays
 from .uncertainty import Band, frf_band, lobe_band, measured_lobe_band
+from .unstable_depths import UnstableDepths, unstable_depths
 from .witness import Witness, witness
 
 __all__ = [
@@ -23,6 +24,7 @@ __all__ = [
     "ToolModel",
     "ToolPoint",
     "Turn",
+    "UnstableDepths",
     "Witness",
     "amplitude_limits",
     "depth_ratio",
@@ -33,5 +35,6 @@ __all__ = [
     "notch_delays",
     "stability_lobes",
     "tool_point",
+    "unstable_depths",
     "witness",
 ]

@@ -7,13 +7,15 @@ difference between two bands is one of the machines and not of chance.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
 from zlib import crc32
 
 import numpy as np
 
 from jointlib.arrays import Array, ArrayLike, ComplexArray
-from jointlib.errors import InputError
+from jointlib.errors import CheckFailed, InputError
 from jointlib.frf import FRF
 from jointlib.joint import Joint
 from jointlib.parameter import parameters_of
@@ -22,14 +24,18 @@ from ..machine import AXES, Machine
 from ..measured import Measured
 from ..operating import operating_point
 from . import turning, zero_order
-from .amplitude import chattering_receptance
+from .amplitude import chattering_receptance, frozen_lobes
 from .cutting import Cutting
 from .regeneration import limiting_depth, loop_eigenvalues, wave_fraction
+from .solve import stability_lobes
+
+T = TypeVar("T")
 
 SHARES = (0.025, 0.5, 0.975)
 _COUNT = 1000
 _LINES = 600
 _INSIDE = 1e-9
+_REFUSED = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +45,10 @@ class Band:
     samples: Array
     clipped: int = 0
     """How many sampled parameters fell outside their bounds and were set to them."""
+    method: str = ""
+    """That of the lobes."""
+    failed: int = 0
+    """Samples whose chart could not be computed; they are left out."""
 
     @property
     def quantiles(self) -> Array:
@@ -94,6 +104,15 @@ def sampled_value(part: Measured, count: int, seed: int = 0) -> list[Measured]:
     return [replace(part, value=part.value + e) for e in error]
 
 
+def refuse_certain(machine: Machine) -> None:
+    """Raise where nothing in the machine has an error that could be drawn."""
+    varied = any(c.variance is not None for c in machine.components if isinstance(c, Measured))
+    if not varied and all(joint.covariance is None for joint in machine.joints()):
+        raise InputError(
+            f"{machine.where}: no joint has a covariance and no measured FRF a variance, so there is nothing to sample"
+        )
+
+
 def sampled_machines(machine: Machine, count: int = _COUNT, seed: int = 0) -> tuple[list[Machine], int]:
     """The machine with joints and measured FRFs drawn from what is known of their errors; see `Band.clipped`."""
     joints, clipped = {}, 0
@@ -101,11 +120,7 @@ def sampled_machines(machine: Machine, count: int = _COUNT, seed: int = 0) -> tu
         joints[connection.name], beyond = sampled_joint(joint, connection.name, count, seed)
         clipped += beyond
     parts = {c.name: sampled_value(c, count, seed) for c in machine.components if isinstance(c, Measured)}
-    varied = any(c.variance is not None for c in machine.components if isinstance(c, Measured))
-    if not varied and all(joint.covariance is None for joint in machine.joints()):
-        raise InputError(
-            f"{machine.where}: no joint has a covariance and no measured FRF a variance, so there is nothing to sample"
-        )
+    refuse_certain(machine)
     found = []
     for i in range(count):
         components = tuple(parts[c.name][i] if c.name in parts else c for c in machine.components)
@@ -123,31 +138,70 @@ def frf_band(
     return Band(np.array(samples), clipped)
 
 
-def lobe_band(machine: Machine, speed: ArrayLike, amplitude: float = 0.0, count: int = _COUNT, seed: int = 0) -> Band:
+def lobe_band(
+    machine: Machine,
+    speed: ArrayLike,
+    amplitude: float = 0.0,
+    count: int = _COUNT,
+    seed: int = 0,
+    method: str | None = None,
+) -> Band:
     """Band of the limiting depth in m, (3, speeds), at an amplitude of the tool in m.
 
-    Turning, or milling by the zero-order approximation: the band says how far the depths are uncertain, and is to be
-    read beside a chart by whatever method.
+    ``method`` is as in `lobes_at_amplitude`. Turning and zero order compute all samples at once, a preview in milling;
+    the exact methods compute a chart per sample, and cost that many charts. Samples that a method refuses are left out
+    and counted, up to one in twenty.
     """
     if machine.frequency is None or machine.cutting is None:
         raise InputError(f"{machine.where}: lobes need [cutting] and a frequency in [response]")
     cutting = Cutting(**dict(machine.cutting))
-    lines = np.linspace(*machine.frequency, _LINES)
+    speeds = np.atleast_1d(np.asarray(speed, dtype=float))
     machines, clipped = sampled_machines(machine, count, seed)
+    if method is None and cutting.process != "milling":
+        method = "turning"
+    if method not in ("turning", "zero-order"):
+        exact = method or frozen_lobes(machine, speeds[:1], amplitude)[0].method
+        return _one_by_one(lambda m: frozen_lobes(m, speeds, amplitude, exact)[0].depth, machines, exact, clipped)
+    lines = np.linspace(*machine.frequency, _LINES)
     samples = np.array([chattering_receptance(m, cutting, lines, amplitude) for m in machines])
     axes = tuple(axis for axis in AXES if axis in machine.tool)
-    return Band(sampled_depths(samples, lines, cutting, speed, axes), clipped)
+    return Band(sampled_depths(samples, lines, cutting, speeds, axes), clipped, method)
 
 
 def measured_lobe_band(
-    frf: FRF, cutting: Cutting, speed: ArrayLike, axes: tuple[str, ...], count: int = _COUNT, seed: int = 0
+    frf: FRF,
+    cutting: Cutting,
+    speed: ArrayLike,
+    axes: tuple[str, ...],
+    count: int = _COUNT,
+    seed: int = 0,
+    method: str | None = None,
 ) -> Band:
-    """`lobe_band` of a measured tool-point FRF with its variance."""
+    """`lobe_band` of a measured tool-point FRF with its variance; in milling by multi-frequency by default."""
     if frf.variance is None:
         raise InputError("lobe band: the FRF has no variance, expected one with its lines")
     part = Measured("tool", axes, frf.frequency, frf.receptance, variance=frf.variance)
-    samples = np.array([m.value for m in sampled_value(part, count, seed)])
-    return Band(sampled_depths(samples, frf.frequency, cutting, speed, axes))
+    values = [m.value for m in sampled_value(part, count, seed)]
+    if method is None:
+        method = "turning" if cutting.process != "milling" else "multi-frequency"
+    if method in ("turning", "zero-order"):
+        return Band(sampled_depths(np.array(values), frf.frequency, cutting, speed, axes), method=method)
+    drawn = [replace(frf, receptance=value, variance=None) for value in values]
+    speeds = np.atleast_1d(np.asarray(speed, dtype=float))
+    return _one_by_one(lambda f: stability_lobes(f, cutting, speeds, method, axes=axes).depth, drawn, method)
+
+
+def _one_by_one(depth: Callable[[T], Array], samples: Sequence[T], method: str, clipped: int = 0) -> Band:
+    """Depths of the samples, one after the other."""
+    found, refused = [], 0
+    for sample in samples:
+        try:
+            found.append(depth(sample))
+        except (CheckFailed, InputError):
+            refused += 1
+            if refused > _REFUSED * len(samples):
+                raise
+    return Band(np.array(found), clipped, method, refused)
 
 
 def sampled_depths(

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from .threshold import AmplitudeLimits, Cycle
+from .unstable_depths import UnstableDepths
 
 _SAME = 1e-3
 """Share by which depths must differ before a zone between them is spoken of."""
@@ -35,11 +36,47 @@ def told(limits: AmplitudeLimits, index: int = 0) -> tuple[str, ...]:
     return tuple(said)
 
 
-def told_at(limits: AmplitudeLimits, depth: float, index: int = 0) -> str:
-    """What becomes of vibrations at one speed and a depth in m."""
+def told_at(limits: AmplitudeLimits, depth: float, index: int = 0, lenses: UnstableDepths | None = None) -> str:
+    """What becomes of vibrations at one speed and a depth in m.
+
+    The limits over amplitude are those of the first crossing, so nothing is said above the first lens at rest.
+    """
+    if lenses is not None and lenses.lenses and depth > lenses.lenses[0].high:
+        smallest = "grow" if lenses.unstable(depth) else "die out"
+        return (
+            f"At {limits.speed[index]:g} rpm and {mm(depth)}, above a lens, the smallest vibrations {smallest}; what "
+            "becomes of larger ones is not computed there."
+        )
     cycles, largest = limits.cycles(depth, index), limits.largest[index]
     grows = cycles[0].stable if cycles else depth > limits.depth[0, index]
     return f"At {limits.speed[index]:g} rpm and {mm(depth)} {story(grows, cycles, largest, f'of up to {um(largest)}')}."
+
+
+LOWER_EDGE = (
+    "What is said of amplitude there holds at the lower edge of the first unstable zone: at the upper edge of a lens "
+    "thresholds and stable cycles change places."
+)
+
+
+def told_lenses(found: UnstableDepths) -> tuple[str, ...]:
+    """Where the cut is stable again above its limiting depth; nothing where it is not."""
+    if not found.lenses:
+        return ()
+    zones = [f"{_between('from', 'to', one.low, one.high)} ({one.kind})" for one in found.intervals]
+    ends = [*(one.low for one in found.intervals[1:]), np.inf]
+    gaps = [_between("between", "and", one.high, end) for one, end in zip(found.intervals, ends, strict=True)]
+    gaps = gaps[: len(found.lenses)]
+    return (
+        f"At {found.speed:g} rpm it chatters {' and '.join(zones)}; it is stable again {' and '.join(gaps)}, "
+        f"looked at up to {mm(found.deepest)}.",
+    )
+
+
+def _between(first: str, last: str, low: float, high: float) -> str:
+    """Two depths in m as a stretch in mm, or what is above the first."""
+    if not np.isfinite(high):
+        return f"above {low * 1e3:.4g} mm"
+    return f"{first} {low * 1e3:.4g} {last} {high * 1e3:.4g} mm"
 
 
 def story(grows: bool, cycles: Sequence[Cycle], largest: float, sizes: str) -> str:

@@ -1,4 +1,4 @@
-"""The stability chart as a picture: depth over speed, the recommended pocket, removal rates, chatter frequency."""
+"""The stability chart as a picture: depth over speed, what amplitude and uncertainty do to it, chatter frequency."""
 
 from __future__ import annotations
 
@@ -10,83 +10,158 @@ import numpy as np
 from jointlib.arrays import Array
 
 from ..lobes import Cutting, StabilityLobes
-from ..lobes.pocket import WANDER, Pocket, pocket, removal_rate
-from .drawing import AFTER, FLOOR, shades, sheet
+from ..lobes.pocket import WANDER, Pocket, best_pocket, removal_rate
+from ..lobes.unstable_depths import UnstableDepths
+from ..lobes.zones import Zones, safe_limit
+from .drawing import AFTER, BEFORE, FLOOR, shades, sheet
 from .page import Figure
 
 _HOPF, _FLIP = ".", "x"
+_CHATTERS, _BISTABLE, _SETTLES, _BAND = "#d9dde3", "#fdba74", "#93c5fd", "#7e22ce"
+_ROWS = 400
+_SHOWN = 1e-3
+"""Share of the axis that a zone must have somewhere to be drawn and spoken of."""
 
 
-def lobes_figure(charts: Sequence[tuple[float, StabilityLobes]], cutting: Cutting) -> Figure:
+def lobes_figure(
+    charts: Sequence[tuple[float, StabilityLobes]],
+    cutting: Cutting,
+    zones: Zones | None = None,
+    band: Array | None = None,
+    unstable: Sequence[UnstableDepths] = (),
+) -> Figure:
     """Limiting depth in mm over speed in rpm, one curve per tool-point amplitude (m), over the chatter frequency.
 
-    Contours tell the removal rate, where feed and diameter are given; a box marks the recommended pocket with the
-    speeds for which it holds.
+    Grey: chatter, with the lenses of ``unstable`` where given, else everything above the first curve. Between the safe
+    limit and the onset of ``zones`` the cut is bistable; above the onset, up to their ceiling, chatter has a finite
+    size. ``band`` holds depths in m at 2.5, 50 and 97.5 %, (3, speeds), of the first chart. Contours tell the removal
+    rate, where feed and diameter are given; a box marks the recommended pocket with the speeds for which it holds.
     """
     import matplotlib.ticker
 
-    with sheet(1, 2, width=9.5, height=5.8, sharex=True, height_ratios=[2, 1]) as paper:
-        depth, chatter = paper.axes
-        widths = np.linspace(4.0, 1.2, len(charts))
-        for (amplitude, chart), colour, width in zip(charts, shades(len(charts) + 1)[1:], widths, strict=True):
-            label = f"{amplitude * 1e6:g} µm" if amplitude else "vanishing"
-            limit = np.where(np.isfinite(chart.depth), chart.depth * 1e3, np.nan)
-            depth.plot(chart.speed, limit, color=colour, linewidth=width, label=label)
-            for kind, marker in (("hopf", _HOPF), ("flip", _FLIP)):
-                of = chart.kind == kind
-                chatter.plot(chart.speed[of], chart.chatter_frequency[of], marker, color=colour, markersize=width + 1)
-        top = _top([chart for _, chart in charts])
-        depth.set_ylim(0, top)
-        found = pocket([chart for _, chart in charts], cutting)
-        if found is not None:
-            _mark(depth, found, top)
-        _contours(depth, charts[0][1].speed, top, cutting)
-        depth.set(ylabel="limiting depth of cut [mm]", title="Stable below the curve")
-        depth.legend(title="tool-point amplitude", loc="upper left")
-        chatter.set(xlabel="spindle speed [rpm]", ylabel="chatter frequency [Hz]")
-        chatter.xaxis.set_major_formatter(matplotlib.ticker.StrMethodFormatter("{x:,.0f}"))
+    every = [chart for _, chart in charts]
+    speeds, top = every[0].speed.ravel(), axis_top(every)
+    safe = safe_limit(every, zones, band)
+    found = best_pocket(speeds, safe, cutting)
     said = [
         "Stability lobes: the limiting depth of cut where vibration of the stated tool-point amplitude neither grows "
         "nor dies, and the frequency it has (crosses: flip, half the tooth frequency)."
     ]
-    if found is not None:
-        said.append(f"Box: the recommended pocket, {found.words()}.")
-    if removal_rate(cutting, 1.0, 1.0) is not None:
-        said.append("Broken lines: removal rate in cm³/min.")
+    with sheet(1, 2, width=9.5, height=6.8, sharex=True, height_ratios=[2.2, 1]) as paper:
+        depth, chatter = paper.axes
+        depth.grid(False)
+        _chattering(depth, every[0], unstable, top)
+        said += ["Grey: the cut chatters."] if len(unstable) else []
+        if any(one.lenses for one in unstable):
+            said.append("White above a limit: a lens, above which the cut is stable again.")
+        if zones is not None:
+            said += _zones(depth, speeds, zones, top)
+        if band is not None:
+            said.append(_band(depth, speeds, band))
+        widths = np.linspace(3.0, 1.2, len(charts))
+        for (amplitude, chart), colour, width in zip(charts, shades(len(charts) + 1)[1:], widths, strict=True):
+            limit = np.where(np.isfinite(chart.depth), chart.depth * 1e3, np.nan)
+            depth.plot(chart.speed, limit, color=colour, linewidth=width, label=_named(amplitude, len(charts)))
+            for kind, marker in (("hopf", _HOPF), ("flip", _FLIP)):
+                of = chart.kind == kind
+                chatter.plot(chart.speed[of], chart.chatter_frequency[of], marker, color=colour, markersize=width + 2)
+        depth.set_ylim(0, top)
+        depth.set_xlim(float(np.min(speeds)), float(np.max(speeds)) if len(np.unique(speeds)) > 1 else None)
+        if _contours(depth, speeds, top, cutting):
+            said.append("Broken lines: removal rate, on the right in cm³/min.")
+        if found is not None:
+            _mark(depth, found)
+            said.append(f"Box: the recommended pocket, {found.words()}.")
+        depth.set(ylabel="depth of cut [mm]")
+        depth.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, columnspacing=1.5, handlelength=1.8)
+        chatter.set(xlabel="spindle speed [rpm]", ylabel="chatter frequency [Hz]")
+        chatter.margins(y=0.12)
+        chatter.xaxis.set_major_formatter(matplotlib.ticker.StrMethodFormatter("{x:,.0f}"))
     return Figure(paper.svg, " ".join(said))
 
 
-def _top(charts: Sequence[StabilityLobes]) -> float:
-    """Upper end of the axis in mm: the highest limit, unless a few peaks would press the rest flat."""
+def axis_top(charts: Sequence[StabilityLobes]) -> float:
+    """Upper end of the depth axis in mm: the highest limit, unless a few peaks would press the rest flat."""
     finite = np.concatenate([c.depth[np.isfinite(c.depth)] for c in charts]) * 1e3
     return 1.05 * min(float(finite.max()), 6 * float(np.median(finite))) if len(finite) else 1.0
 
 
-def _mark(axes: Any, found: Pocket, top: float) -> None:
+def _named(amplitude: float, count: int) -> str:
+    if amplitude:
+        return f"limit at {amplitude * 1e6:g} µm"
+    return "onset, vanishing vibration" if count > 1 else "onset of chatter"
+
+
+def _chattering(axes: Any, chart: StabilityLobes, unstable: Sequence[UnstableDepths], top: float) -> None:
+    """Everything unstable in grey: the zero line of the distance to the nearest edge, speed by speed."""
+    limits = zip(chart.speed.ravel().tolist(), chart.depth.ravel().tolist(), strict=True)
+    name = "chatters" if len(unstable) else "above the limit"
+    zones = {one.speed: [(one.low, one.high) for one in one.intervals] for one in unstable}
+    zones = zones or {speed: [(depth, np.inf)] for speed, depth in limits}
+    if len(zones) < 2:
+        return
+    w = np.linspace(0.0, top, _ROWS)
+    field = np.empty((_ROWS, len(zones)))
+    for column, speed in zip(field.T, sorted(zones), strict=True):
+        ends = [(min(1e3 * low, top), 1e3 * high) for low, high in zones[speed]] or [(top, np.inf)]
+        column[:] = np.max([np.minimum(w - low, high - w) for low, high in ends], axis=0)
+    axes.contourf(sorted(zones), w, field, [0.0, 10 * top], colors=[_CHATTERS], zorder=0.5)
+    axes.fill_between([], [], [], color=_CHATTERS, label=name)
+
+
+def _zones(axes: Any, speeds: Array, zones: Zones, top: float) -> list[str]:
+    """The bistable zone under the onset and the finite chatter above it."""
+    safe, onset, ceiling = (np.minimum(part * 1e3, 2 * top) for part in (zones.safe, zones.onset, zones.ceiling))
+    said = []
+    for low, high, colour, hatch, name, words in (
+        (safe, onset, _BISTABLE, "////", "bistable: a knock may start it", "the cut is quiet unless a knock starts it"),
+        (onset, ceiling, _SETTLES, "....", "chatter of finite size", "chatter starts by itself and settles in range"),
+    ):
+        if np.max(np.minimum(high, top) - np.minimum(low, top)) < _SHOWN * top:
+            continue
+        axes.fill_between(
+            speeds, low, high, where=high > low, facecolor=colour, edgecolor="#57606a", hatch=hatch, linewidth=0,
+            alpha=0.85, label=name, zorder=1,
+        )  # fmt: skip
+        said.append(f"{name.partition(':')[0].capitalize()}: {words}, {zones.reach}.")
+    if said:
+        axes.plot(speeds, safe, color=BEFORE, linewidth=1.6, linestyle="-.", label="safe limit over amplitude")
+    return said
+
+
+def _band(axes: Any, speeds: Array, band: Array) -> str:
+    from matplotlib.colors import to_rgb
+
+    low, middle, high = np.where(np.isfinite(band), band * 1e3, np.nan)
+    axes.fill_between(
+        speeds, low, high, facecolor=(*to_rgb(_BAND), 0.18), edgecolor=_BAND, linewidth=0.8, linestyle=":",
+        label="95 % of samples", zorder=1.5,
+    )  # fmt: skip
+    axes.plot(speeds, middle, color=_BAND, linewidth=1.0, linestyle="--", label="median of samples")
+    return "Dotted: the band that 95 % of the samples of what is uncertain lie in."
+
+
+def _mark(axes: Any, found: Pocket) -> None:
     speeds = found.speed * np.array([1 - WANDER, 1 + WANDER])
-    axes.fill_between(speeds, 0, found.depth * 1e3, color=AFTER, alpha=0.18, linewidth=0)
-    axes.plot(found.speed, found.depth * 1e3, "o", color=AFTER, markersize=5)
-    left = found.speed > np.mean(axes.get_xlim())
-    axes.annotate(
-        found.words(),
-        (found.speed, min(found.depth * 1e3, 0.96 * top)),
-        xytext=(-8 if left else 8, 4),
-        textcoords="offset points",
-        ha="right" if left else "left",
-        color=AFTER,
-    )
+    axes.fill_between(speeds, 0, found.depth * 1e3, color=AFTER, alpha=0.3, linewidth=0)
+    name = f"recommended: {found.words()}"
+    axes.plot(found.speed, found.depth * 1e3, "o", color=AFTER, markersize=5, label=name, zorder=5)
 
 
-def _contours(axes: Any, speeds: Array, top: float, cutting: Cutting) -> None:
-    """Hyperbolas of constant removal rate in cm³/min, depth × speed."""
+def _contours(axes: Any, speeds: Array, top: float, cutting: Cutting) -> bool:
+    """Hyperbolas of constant removal rate in cm³/min, depth × speed, named at the right end of the axis."""
     from matplotlib.ticker import MaxNLocator
 
     n = np.linspace(float(np.min(speeds)), float(np.max(speeds)), 200)
     per_depth = removal_rate(cutting, 1.0, 1e-3)
     if per_depth is None or len(np.unique(n)) < 2:
-        return
+        return False
     rate = per_depth * 60e6 * n  # cm³/min per mm of depth
-    levels = [level for level in MaxNLocator(6).tick_values(0.0, top * float(rate[-1])) if level > 0]
-    surface = np.outer([0.0, top], rate)
-    drawn = axes.contour(n, np.array([0.0, top]), surface, levels, colors=FLOOR, linewidths=0.8, linestyles="--")
-    axes.clabel(drawn, fontsize=8, fmt="%g")
+    for level in MaxNLocator(6).tick_values(0.0, top * float(rate[-1])):
+        if 0 < level <= 0.98 * top * rate[-1]:
+            axes.plot(n, level / rate, color=FLOOR, linewidth=0.9, linestyle=(0, (5, 4)), zorder=1.8)
+            axes.annotate(
+                f"{level:g}", (n[-1], level / rate[-1]), xytext=(3, 0), textcoords="offset points", fontsize=8,
+                va="center", color="#57606a", annotation_clip=False,
+            )  # fmt: skip
+    return True

@@ -12,6 +12,7 @@ from jointlib.joint import Joint
 
 from ..linear import LinearCheck
 from ..lobes import Cutting, StabilityLobes
+from ..lobes.zones import Zones
 from ..response import Response
 from .joint_figures import gain, gain_over_frequency, static_fit, surface
 from .lobes_figure import lobes_figure
@@ -98,4 +99,6 @@ def lobes_section(charts: Sequence[tuple[float, StabilityLobes]], cutting: Cutti
     ]
     header = ("tool-point amplitude [µm]", "minimum depth [mm]", "chatter frequency [Hz]", "method")
     notes = sorted({*charts[0][1].notes, *(w for _, c in charts for w in c.warnings)})
-    return Section("Stability lobes", notes, [lobes_figure(charts, cutting)], [Table(header, rows)])
+    return Section(
+        "Stability lobes", notes, [lobes_figure(charts, cutting, Zones.between(charts))], [Table(header, rows)]
+    )

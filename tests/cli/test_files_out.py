@@ -59,3 +59,94 @@ def test_lobes_as_a_picture_name_the_recommended_pocket(here: Path, amplitudes: 
     assert ET.parse("out/l.svg").getroot().tag.endswith("svg")
     assert data["pocket"]["depth"] < max(np.ravel(data["depth"]))
     assert data["pocket"]["margin"] > 0
+
+
+LATHE = """
+schema = "jointlib/machine/1"
+name = "lathe"
+[[component]]
+name = "slide"
+kind = "lumped"
+dofs = ["x"]
+mass = [[25.33]]
+[[connection]]
+name = "guide"
+between = ["slide.x", "ground"]
+joint = "guide.joint.toml"
+[tool]
+x = "slide.x"
+[response]
+frequency = ["60 Hz", "200 Hz"]
+[cutting]
+process = "turning"
+specific = 1e9
+speed = [2000, 3000]
+"""
+GUIDE = """
+schema = "jointlib/joint/1"
+name = "guide"
+[[law]]
+kind = "linear"
+stiffness = 1e7
+[[law]]
+kind = "viscous"
+damping = 954.9
+[[law]]
+kind = "cubic"
+stiffness3 = 1.33332e14
+[covariance]
+names = ["linear.stiffness", "viscous.damping"]
+matrix = [[4e10, 0.0], [0.0, 1600.0]]
+"""
+
+
+@pytest.fixture
+def lathe(here: Path) -> str:
+    (here / "lathe.toml").write_text(LATHE, encoding="utf-8")
+    (here / "guide.joint.toml").write_text(GUIDE, encoding="utf-8")
+    return "lathe.toml"
+
+
+def table(path: str) -> dict[str, list[float]]:
+    rows = list(csv.DictReader(line for line in Path(path).read_text().splitlines() if line[0] != "#"))
+    return {key: [float(row[key]) for row in rows] for key in rows[0] if key != "kind"}
+
+
+def test_the_table_has_safe_depth_and_band_where_they_are_computed(lathe: str) -> None:
+    data = jointlib(f"lobes {lathe} --speed 2100 2350 --samples 60 -o out/l.csv --json").json
+    columns = table("out/l.csv")
+    low, middle, high = data["band"]["depth"]
+    for name, values in (("low", low), ("median", middle), ("high", high)):
+        np.testing.assert_allclose(columns[name], values, rtol=1e-9)
+    # Safe is below the lowest over amplitude and below the lower end of the band.
+    safe = np.minimum(data["over_amplitude"]["safe_depth"], low)
+    np.testing.assert_allclose(columns["safe_depth"], safe, rtol=1e-9)
+
+
+def test_a_picture_of_a_machine_with_nonlinear_joints_draws_its_zones(lathe: str) -> None:
+    plain = jointlib(f"lobes {lathe} --amplitude 0 -o out/plain.svg --json").json
+    drawn = jointlib(f"lobes {lathe} --samples 40 -o out/zones.svg --json").json
+    assert drawn["pocket"]["depth"] < plain["pocket"]["depth"]
+    assert len(Path("out/zones.svg").read_text()) > len(Path("out/plain.svg").read_text())
+
+
+def test_the_receptance_goes_out_with_its_band(lathe: str) -> None:
+    done = jointlib(f"frf {lathe} --force 5 --frequency 80Hz:140Hz:21 --samples 40 -o out/x.csv --json")
+    assert [Path(f).name for f in done.json["files"]] == ["x.csv", "x_band.csv"]
+    band = done.json["band"]
+    size = np.array(band["size"], dtype=float)[0, :, :, 0]
+    assert np.all(np.diff(size, axis=0) > 0)
+    columns = table("out/x_band.csv")
+    np.testing.assert_allclose(columns["frequency"], np.linspace(80, 140, 21), rtol=1e-9)
+    np.testing.assert_allclose([columns[k] for k in ("low", "median", "high")], size, rtol=1e-9)
+    assert jointlib(f"frf {lathe} --force 5 --frequency 80Hz:140Hz:21 --samples 40 -o out/x.npz").status == 0
+    with np.load("out/x.npz") as arrays:
+        np.testing.assert_allclose(arrays["band"][0, :, :, 0], size, rtol=1e-9)
+
+
+def test_a_band_that_cannot_be_is_refused_before_anything_is_computed(lathe: str) -> None:
+    done = jointlib(f"frf {TWO_MASS} --samples 40 -o out/x.csv")
+    assert done.status == 2
+    assert "nothing to sample" in done.err
+    assert "no room for a band" in jointlib(f"frf {lathe} --force 5 --samples 40 -o out/x.frf").err
+    assert not list(Path().glob("out/*"))

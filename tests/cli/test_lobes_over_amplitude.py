@@ -86,3 +86,38 @@ def test_bands_come_from_the_covariance_of_the_joints(lathe: str) -> None:
     assert low < middle < high
     assert band["share"] == [0.025, 0.5, 0.975]
     assert "nothing to sample" in jointlib("lobes machines/library/two_mode_tool.toml --speed 6000 --samples 100").err
+
+
+FLIP = """
+schema = "jointlib/machine/1"
+name = "flip tool"
+[[component]]
+name = "tool"
+kind = "lumped"
+dofs = ["x"]
+mass = [[0.03993]]
+stiffness = [[1340050.0]]
+damping = [[5.0889]]
+[tool]
+x = "tool.x"
+[response]
+frequency = ["100 Hz", "4000 Hz"]
+[cutting]
+process = "milling"
+teeth = 2
+tangential = 6e8
+normal = 2e8
+mode = "down"
+immersion = 0.1
+"""
+
+
+def test_above_a_lens_the_cut_is_said_to_be_stable_again(here: Path) -> None:
+    (here / "flip.toml").write_text(FLIP, encoding="utf-8")
+    data = jointlib("lobes flip.toml --speed 18000 5000 --json").json
+    (first, second), (other,) = data["unstable"]["intervals"]
+    assert [first["low"], first["high"], second["low"]] == pytest.approx([0.8157e-3, 3.118e-3, 3.831e-3], rel=1e-3)
+    assert (first["kind"], first["end"], second["high"], other["high"]) == ("flip", "flip", None, None)
+    assert data["unstable"]["deepest"] == pytest.approx([6 * b for b in data["depth"]])
+    assert "stable again between 3.118 and 3.831 mm" in jointlib("lobes flip.toml --speed 18000").out
+    assert "unstable" not in jointlib("lobes flip.toml --speed 18000 --amplitude 1um --json").json

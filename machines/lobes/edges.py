@@ -1,0 +1,154 @@
+"""Every crossing of the stability boundary up to a depth, and whether the cut above it is the worse or the better one.
+
+Along a branch of the loop, with ν = ωτ/2π and W(ν) = −1/(λ(ν)·(1 − e^(−2πjν))) the depth that closes it, the multiplier
+μ = e^(2πjν) leaves the unit circle as depth grows where Im dW/dν > 0, and comes back where it is negative. A Hopf
+crossing moves a pair of multipliers, a flip one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from jointlib.arrays import Array, ComplexArray
+from jointlib.errors import CheckFailed
+
+from . import crossing
+from .critical_depth import Crossing, Loop, _Bracket, _brackets, _closed, _largest, _nearest, regeneration
+from .regeneration import Trace, limiting_depth, loop_eigenvalues
+from .tool_point import ToolPoint
+
+_PAST = 1.3
+_ROUNDS = 16
+_NEXT = 1e-6
+_REAL = 1e-8
+_SAME = 1e-7
+_SLOPE = 1e-7
+
+
+@dataclass(frozen=True)
+class Edge:
+    """A crossing of |μ| = 1: its depth in m, its ν, its kind, and whether it ends what is stable (as depth grows)."""
+
+    depth: float
+    fraction: float
+    kind: str
+    outwards: bool
+    eigenvalue: complex = complex(np.nan)
+
+    @property
+    def moved(self) -> int:
+        """By how many the multipliers outside the unit circle grow."""
+        return (2 if self.kind == "hopf" else 1) * (1 if self.outwards else -1)
+
+    @property
+    def crossing(self) -> Crossing:
+        """As the solver of one crossing takes it."""
+        return Crossing(self.depth, self.fraction, self.eigenvalue)
+
+
+def edges_of_loop(loop: Loop, fraction: Array, deepest: float) -> list[Edge]:
+    """The crossings of a periodic cut up to ``deepest`` (m), by depth; ``fraction`` as in `first_crossings`."""
+    level = 1 / (_PAST * deepest)
+    nu = np.append(fraction[fraction < 0.5 - _NEXT], [0.5 - _NEXT, 0.5])
+    matrices = loop(nu)
+    bound = _largest(matrices) * np.abs(regeneration(nu))
+    values = np.full(matrices.shape[:2], np.nan, dtype=complex)
+    brackets: list[_Bracket] = []
+    for _ in range(_ROUNDS):
+        matters = (bound[:-1] >= level) | (bound[1:] >= level)
+        needed = np.isnan(values[:, 0]) & (np.append(matters, False) | np.insert(matters, 0, False))
+        needed[-2:] |= np.isnan(values[-2:, 0])
+        values[needed] = np.linalg.eigvals(matrices[needed])
+        matters[-1] = False  # branches are real at 1/2, or not to be told from real next to it
+        brackets, coarse = _brackets(nu, values, matters, level)
+        if not coarse.any():
+            break
+        middle = (nu[:-1][coarse] + nu[1:][coarse]) / 2
+        order = np.argsort(np.concatenate([nu, middle]), kind="stable")
+        between = loop(middle)
+        closed = np.linalg.eigvals(between)
+        reach = np.max(np.abs(closed), axis=1) * np.abs(regeneration(middle))
+        nu = np.concatenate([nu, middle])[order]
+        matrices = np.concatenate([matrices, between])[order]
+        values, bound = np.concatenate([values, closed])[order], np.concatenate([bound, reach])[order]
+    found = _flips(loop, values[-1], nu[-2]) + [edge for one in brackets if (edge := _hopf(loop, one)) is not None]
+    return _distinct([edge for edge in found if edge.depth <= deepest])
+
+
+def edges_of_trace(
+    point: ToolPoint, stiffness: Array, traced: Trace, period: Array, deepest: Array
+) -> list[list[Edge]]:
+    """The crossings of a cut that is the same at all times, turning or zero order, for every period τ in s."""
+    brackets = _within(traced, crossing._bracketed(traced, period), deepest)
+    frequency, value, _ = crossing._closed(point, stiffness, traced, brackets, period[brackets.speed])
+    depth = limiting_depth(value)
+    kept = np.isfinite(depth) & (depth <= deepest[brackets.speed])
+    frequency, value, depth, speed = frequency[kept], value[kept], depth[kept], brackets.speed[kept]
+    found: list[list[Edge]] = [[] for _ in period]
+    if not len(depth):
+        return found
+    inside = frequency * (1 - _SLOPE) > traced.frequency[0]
+    near = frequency * np.where(inside, 1 - _SLOPE, 1 + _SLOPE)
+    values = loop_eigenvalues(stiffness, point(near))
+    beside = values[np.arange(len(near)), np.argmin(np.abs(values - value[:, None]), axis=1)]
+    slope = -(beside * regeneration(near * period[speed])).imag * np.where(inside, 1, -1)
+    for i, d, f, s, v in zip(speed.tolist(), depth.tolist(), frequency.tolist(), slope, value.tolist(), strict=True):
+        found[i].append(Edge(d, f * float(period[i]), "hopf", bool(s > 0), v))
+    return [_distinct(edges) for edges in found]
+
+
+def _within(traced: Trace, brackets: crossing._Brackets, deepest: Array) -> crossing._Brackets:
+    """Those whose lowest conceivable depth is above ``deepest`` are left out."""
+    before = traced.eigenvalue[brackets.row, brackets.branch]
+    after = traced.eigenvalue[brackets.row + 1, brackets.branch]
+    strongest = np.maximum(-before.real, -after.real) + np.abs(after - before)
+    kept = 2 * deepest[brackets.speed] * strongest >= 1
+    return crossing._Brackets(*(getattr(brackets, key)[kept] for key in ("speed", "row", "branch", "lobe")))
+
+
+def _hopf(loop: Loop, bracket: _Bracket) -> Edge | None:
+    found = _closed(loop, bracket)
+    if found is None:
+        return None
+    rising = _turned(bracket.end, bracket.right) > _turned(bracket.start, bracket.left)
+    return Edge(found.depth, found.fraction, "hopf", rising, found.eigenvalue)
+
+
+def _turned(value: complex, fraction: float) -> float:
+    return float((value * complex(regeneration(np.array(fraction)))).imag)
+
+
+def _flips(loop: Loop, values: ComplexArray, beside: float) -> list[Edge]:
+    """Period doublings, from the eigenvalues at ν = 1/2; the sign from the branch just below it."""
+    real = values.real[(np.abs(values.imag) <= _REAL * np.max(np.abs(values))) & (values.real < 0)]
+    real = real[np.abs(real) > _REAL * np.max(np.abs(values))]
+    if not len(real):
+        return []
+    matrix = loop(np.array([beside]))[0]
+    return [
+        Edge(-0.5 / v, 0.5, "flip", _turned(_nearest(matrix, complex(v)), beside) < 0, complex(v))
+        for v in real.tolist()
+    ]
+
+
+def _distinct(edges: list[Edge]) -> list[Edge]:
+    """By depth, a crossing that was closed from both sides once."""
+    kept: list[Edge] = []
+    for edge in sorted(edges, key=lambda one: one.depth):
+        twin = (
+            abs(one.depth - edge.depth) <= _SAME * edge.depth and abs(one.fraction - edge.fraction) <= _SAME
+            for one in kept
+        )
+        if not any(twin):
+            kept.append(edge)
+    return kept
+
+
+def outside(edges: list[Edge]) -> list[int]:
+    """How many multipliers are outside the unit circle above each crossing."""
+    count = np.cumsum([edge.moved for edge in edges], dtype=int).tolist()
+    if min(count, default=0) < 0:
+        raise CheckFailed("lobes: a crossing of the stability boundary was missed")
+    return list(count)
