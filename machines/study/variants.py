@@ -25,7 +25,7 @@ from ..lobes.uncertainty import sampled_machines
 from ..machine import Machine
 from ..static_load import axis_of
 from .conditions import Case
-from .factors import IDENTIFICATION, Factor
+from .factors import IDENTIFICATION
 from .study import BASE, Study
 
 _KEPT = 24
