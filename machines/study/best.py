@@ -21,7 +21,7 @@ from .verdict import Design, Ranking, worst_of
 
 @dataclass(frozen=True, eq=False)
 class BestMachine:
-    """A design as a machine file in its worst case, with joints as identified and what else is uncertain at its median."""
+    """A design as a machine file in its worst case: joints as identified, what else is uncertain at its median."""
 
     files: tuple[Path, ...]
     """Every file written, the machine file first."""
