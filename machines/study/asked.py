@@ -38,12 +38,10 @@ def _check(study: Study, machine: Machine, file: Path, quantity: str) -> None:
         raise InputError(f"{needs} is that of the tool point, but {file} has no [tool]")
     if machine.frequency is None:
         raise InputError(f"{needs} needs the band of the machine, but {file} has no frequency in [response]")
-    if quantity not in DEPTHS | {"peak-receptance"}:
+    if quantity not in DEPTHS:
         return
     if machine.cutting is None:
         raise InputError(f"{needs} needs a cut, but {file} has no [cutting]")
-    if quantity == "peak-receptance":
-        return
     by_factor = {f.path.removeprefix("cutting.") for f in study.factors}
     for case in study.cases:
         given = {*machine.cutting, *by_factor, *(path.removeprefix("cutting.") for path in case.changes)}
