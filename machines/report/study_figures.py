@@ -133,6 +133,7 @@ def contrast_figure(found: Contrast) -> Figure:
         axes.plot([reached, reached], [len(steps) + 0.3, len(steps) + 1.35], color=MEASURED, linewidth=3)
         axes.set_yticks(at, labels)
         axes.invert_yaxis()
+        axes.use_sticky_edges = False
         axes.margins(x=0.12)
         axes.grid(axis="y", visible=False)
         axes.set(xlabel=headed(quantity))

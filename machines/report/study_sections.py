@@ -19,6 +19,8 @@ from .study_figures import certainty_figure, contrast_figure, effects_figure, ma
 
 _CHOICES = 12
 _SETTLED = 0.9
+_SEEN = 5e-4
+"""Share of a result below which its scatter is not shown."""
 _MAPPED = 3
 """Designs that share a picture over the positions of one axis."""
 
@@ -68,7 +70,8 @@ def _designs(designs: Sequence[Design], caption: str) -> Table:
 
 def _spread(quantity: str, design: Design) -> str:
     spread = design.spread[quantity]
-    return f" ± {spread * words.shown_unit(quantity)[1]:.2g}" if spread > 0 else ""
+    seen = spread > _SEEN * abs(design.results[quantity])
+    return f" ± {spread * words.shown_unit(quantity)[1]:.2g}" if seen else ""
 
 
 def _alternatives(study: Study, verdict: Verdict) -> Table:

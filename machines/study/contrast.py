@@ -15,6 +15,7 @@ from .verdict import Design, worst_of
 
 _MOST = 2000
 """Configurations that a contrast may compute; beyond that the samples are thinned."""
+_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,8 @@ class Contrast:
     @property
     def remainder(self) -> float:
         """What the exchanges one at a time do not add up to: the factors acting together."""
-        return self.second - self.first - sum(e.change for e in self.exchanges)
+        left = self.second - self.first - sum(e.change for e in self.exchanges)
+        return left if abs(left) > _ROUNDING * max(abs(self.first), abs(self.second)) else 0.0
 
 
 def contrast(study: Study, evaluate: Evaluation, best: Design, other: Design) -> Contrast:
