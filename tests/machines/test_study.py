@@ -479,3 +479,16 @@ goal = "min"
     assert found["weight"][0] == pytest.approx(Variant(machine).weight, rel=1e-12)
     softer = Evaluation(study.source)(8, 9)["static-compliance"][0]
     assert softer > found["static-compliance"][0]
+
+
+@pytest.mark.parametrize("mass", [300.0, 400.0])
+def test_a_spindle_that_is_free_to_turn_does_not_keep_a_mill_from_its_modes(mass: float) -> None:
+    """No force on the tool across the spindle turns it, so its free motion, ± rounding, is no mode of the tool."""
+    machine = read_machine(LIBRARY / "column_mill_a.toml", {"component.table.mass": mass})
+    modes = Variant(machine).modes
+    assert modes is not None
+    assert np.min(np.abs(modes.poles)) > 2 * np.pi * 20
+    lines = np.array([1.0, 52.0, 400.0, 862.0, 2000.0])
+    G = frozen_receptance(machine, lines, 0.0).receptance
+    error = np.linalg.norm(modes(lines) - G, axis=(1, 2))
+    assert np.all(error < 1e-6 * np.linalg.norm(G, axis=(1, 2)))
