@@ -173,7 +173,15 @@ def identity(study: Study) -> dict[str, Any]:
 def inputs(study: Study) -> tuple[Path, ...]:
     """Every file that the configurations are made from."""
     bases = [study.base, *(study.source.parent / str(v) for f in study.factors if f.path == BASE for v in f.choices)]
-    return tuple(sorted({file for base in bases for file in _files(base, frozenset())}))
+    found = {file for base in bases for file in _files(base, frozenset())}
+    words = {word for f in study.factors if f.path != BASE for word in _words(list(f.choices))}
+    named = (folder / word for folder in {file.parent for file in found} for word in words if _may_name(word))
+    found |= {file for path in named if path.is_file() for file in _files(path, frozenset())}
+    return tuple(sorted(found))
+
+
+def _may_name(word: str) -> bool:
+    return len(word) < 200 and "\n" not in word
 
 
 def _files(path: Path, above: frozenset[Path]) -> set[Path]:
@@ -190,7 +198,7 @@ def _files(path: Path, above: frozenset[Path]) -> set[Path]:
             raise InputError(f"{path}: not valid TOML: {error}") from None
         for word in _words(table):
             named = path.parent / word
-            if len(word) < 200 and "\n" not in word and named.is_file():
+            if _may_name(word) and named.is_file():
                 found |= _files(named, above | {path})
     return found
 

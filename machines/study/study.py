@@ -213,8 +213,9 @@ def _checked(study: Study) -> Study:
     for f in study.factors:
         if f.path == BASE and not f.choices:
             raise InputError(f"{where}: factor {f.name!r} changes the base machine, expected values = [files]")
-        if any(f.path in case.changes for case in study.cases):
-            raise InputError(f"{where}: {f.path} is a factor and stands in [conditions], expected one of the two")
+        paths = {f.path, *(f"{f.path}.{key}" for value in f.choices if isinstance(value, dict) for key in value)}
+        for path in sorted(paths & {path for case in study.cases for path in case.changes}):
+            raise InputError(f"{where}: {path} is a factor and stands in [conditions], expected one of the two")
     return study
 
 

@@ -26,7 +26,7 @@ from ..static_load import axis_of
 from .conditions import Case
 from .study import BASE, Study
 
-_KEPT = 8
+_KEPT = 24
 _CUTS = 256
 
 
@@ -99,7 +99,7 @@ def setting(study: Study, numbers: Array, case: Case, places: Mapping[str, str])
             file = study.source.parent / str(value)
         elif factor.path in places:
             joints.append((factor.path, quantity(value, places[factor.path], f"{study.source}: {factor.name}")))
-        elif factor.path.startswith("cutting."):
+        elif factor.path == "cutting" or factor.path.startswith("cutting."):
             cutting.append((factor.path, _hashable(value)))
         else:
             document.append((factor.path, _hashable(value)))
@@ -107,10 +107,14 @@ def setting(study: Study, numbers: Array, case: Case, places: Mapping[str, str])
 
 
 def _hashable(value: Any) -> Any:
+    if isinstance(value, dict):
+        return frozenset((key, _hashable(v)) for key, v in value.items())
     return tuple(_hashable(v) for v in value) if isinstance(value, list) else value
 
 
 def _plain(value: Any) -> Any:
+    if isinstance(value, frozenset):
+        return {key: _plain(v) for key, v in sorted(value, key=lambda item: str(item[0]))}
     return [_plain(v) for v in value] if isinstance(value, tuple) else value
 
 

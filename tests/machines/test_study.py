@@ -14,7 +14,7 @@ from machines.lobes import Cutting
 from machines.lobes.pocket import pocket
 from machines.study import engine, run
 from machines.study.evaluation import Evaluation
-from machines.study.run import begin, evaluate_all, identity
+from machines.study.run import begin, evaluate_all, identity, inputs
 from machines.study.study import Study, read_study
 from machines.study.variants import Variant
 from machines.study.verdict import judge
@@ -427,3 +427,68 @@ objective = [{{ quantity = "weight", goal = "min" }}]
     said = "[conditions]: position z is 400 mm, expected -100 to 300 mm, its travel"
     with pytest.raises(InputError, match=re.escape(said)):
         begin(read_study(tmp_path / "p.study.toml"), tmp_path / "r")
+
+
+def test_natural_factors_of_a_machine_tool_are_paths(tmp_path: Path) -> None:
+    """Parts of another make, guide size, number of carriages, stick-out, joint file: each is the file written so."""
+    text = (LIBRARY / "column_mill/modules.toml").read_text().replace("../", f"{LIBRARY}/")
+    (tmp_path / "heavy.toml").write_text(text.replace('"260 kg"', '"400 kg"'))
+    (tmp_path / "modules.toml").write_text(text)
+    mill = (LIBRARY / "column_mill_a.toml").read_text().replace("column_mill/", "")
+    (tmp_path / "mill.toml").write_text(mill)
+    three = [[-0.3, -0.15, 0.74], [0.3, -0.15, 0.74], [0.0, 0.15, 0.74]]
+    joints = LIBRARY / "mount.joint.toml"
+    (tmp_path / "s.study.toml").write_text(f"""
+schema = "jointlib/study/1"
+base = "mill.toml"
+[[factor]]
+path = "parts[0]"
+values = ["modules.toml", "heavy.toml"]
+[[factor]]
+path = "bundle.x_guide"
+values = [{{ preload = "1500 N", stiffness = "700 N/um" }}, {{ preload = "2200 N", stiffness = "1000 N/um" }}]
+words = ["size 35", "size 45"]
+[[factor]]
+path = "bundle.x_guide.at"
+values = [{three}, [[-0.3, -0.15, 0.74], [0.3, -0.15, 0.74], [-0.3, 0.15, 0.74], [0.3, 0.15, 0.74]]]
+words = ["three", "four"]
+[[factor]]
+path = "component.cutter.segment[1].length"
+range = ["43 mm", "45 mm"]
+levels = 2
+[[factor]]
+path = "connection.mount_1.x.joint"
+values = ["{joints}"]
+[[objective]]
+quantity = "static-compliance"
+goal = "min"
+[[objective]]
+quantity = "weight"
+goal = "min"
+""")
+    study = read_study(tmp_path / "s.study.toml")
+    begin(study, tmp_path / "r")
+    assert {(tmp_path / "heavy.toml").resolve(), joints} <= set(inputs(study))
+    found = Evaluation(study.source)(11, 12)
+    assert study.numbers()[11].tolist() == [1, 0, 1, 45, 0]
+    machine = read_machine(
+        tmp_path / "mill.toml", {"parts[0]": "heavy.toml", "component.cutter.segment[1].length": 0.045}
+    )
+    G = frozen_receptance(machine, 0.1, 0.0).receptance[0]
+    assert found["static-compliance"][0] == pytest.approx(np.max(np.abs(np.diag(G))), rel=1e-5)
+    assert found["weight"][0] == pytest.approx(Variant(machine).weight, rel=1e-12)
+    softer = Evaluation(study.source)(8, 9)["static-compliance"][0]
+    assert softer > found["static-compliance"][0]
+
+
+@pytest.mark.parametrize("mass", [300.0, 400.0])
+def test_a_spindle_that_is_free_to_turn_does_not_keep_a_mill_from_its_modes(mass: float) -> None:
+    """No force on the tool across the spindle turns it, so its free motion, ± rounding, is no mode of the tool."""
+    machine = read_machine(LIBRARY / "column_mill_a.toml", {"component.table.mass": mass})
+    modes = Variant(machine).modes
+    assert modes is not None
+    assert np.min(np.abs(modes.poles)) > 2 * np.pi * 20
+    lines = np.array([1.0, 52.0, 400.0, 862.0, 2000.0])
+    G = frozen_receptance(machine, lines, 0.0).receptance
+    error = np.linalg.norm(modes(lines) - G, axis=(1, 2))
+    assert np.all(error < 1e-6 * np.linalg.norm(G, axis=(1, 2)))
