@@ -11,6 +11,7 @@ from jointlib.cli.output import emit, table, working, wrote
 if TYPE_CHECKING:
     from jointlib.arrays import Array
     from jointlib.joint import Joint
+    from machines.study.contrast import Contrast
     from machines.study.store import Store
     from machines.study.study import Study
     from machines.study.verdict import Design, Verdict
@@ -49,13 +50,14 @@ def _write(
     from machines.study.contrast import contrast
     from machines.study.evaluation import Evaluation
     from machines.study.run import identity, inputs
+    from machines.study.verdict import rivals
 
+    found: list[Contrast] = []
     evaluate = Evaluation(study.source.resolve(), tuple(sorted(joints.items())))
-    best = found = None
+    best = None
     if verdict.best is not None:
         best = write_best(study, evaluate, joints, verdict.ranking, verdict.best, output / BEST)
-    if len(verdict.leading) > 1:
-        found = contrast(study, evaluate, *(d.number for d in verdict.leading[:2]))
+        found = [contrast(study, evaluate, verdict.best, rival) for rival in rivals(study, verdict)]
     files = (study.source, *inputs(study))
     command = f"jointlib study run {study.source} -o {output}"
     page = study_page(study, results, verdict, found, best, files, identity(study), command)

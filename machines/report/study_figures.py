@@ -122,7 +122,7 @@ def contrast_figure(found: Contrast) -> Figure:
     steps.append(("acting together", found.remainder))
     with sheet(width=9.0, height=1.5 + 0.42 * (len(steps) + 2)) as paper:
         axes = paper.axes
-        labels = ["the first", *(word for word, _ in steps), "the second"]
+        labels = ["the first", *(word for word, _ in steps), "the other"]
         at, reached = np.arange(len(labels)), found.first * scale
         axes.plot([reached, reached], [-0.35, 0.35], color=AFTER, linewidth=3)
         for i, (_, change) in enumerate(steps, start=1):
@@ -133,12 +133,13 @@ def contrast_figure(found: Contrast) -> Figure:
         axes.plot([reached, reached], [len(steps) + 0.3, len(steps) + 1.35], color=MEASURED, linewidth=3)
         axes.set_yticks(at, labels)
         axes.invert_yaxis()
+        axes.use_sticky_edges = False
         axes.margins(x=0.12)
         axes.grid(axis="y", visible=False)
         axes.set(xlabel=headed(quantity))
     return Figure(
         paper.svg,
-        "From the first design to the second: each factor of the second put into the first by itself, orange where "
+        "From the first design to the other: each factor of the other put into the first by itself, orange where "
         "that is worse, blue where it is better, and what they do together beyond that.",
     )
 

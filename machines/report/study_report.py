@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
 
@@ -58,13 +58,13 @@ def study_page(
     study: Study,
     results: Mapping[str, Array],
     verdict: Verdict,
-    found: Contrast | None,
+    found: Sequence[Contrast],
     best: BestMachine | None,
     inputs: tuple[Path, ...],
     identity: Mapping[str, object],
     command: str,
 ) -> Page:
-    """The whole report; ``found`` and ``best`` where there is a second design, or a first."""
+    """The whole report; ``found`` holds the best against others, ``best`` its machine file if there is one."""
     sections: list[Section] = []
     if verdict.best is not None:
         sections.append(leading_section(study, verdict))
@@ -73,8 +73,8 @@ def study_page(
     if len(study.objectives) > 1:
         sections.append(front_section(study, verdict))
     sections.append(effects_section(study, verdict))
-    if found is not None:
-        sections.append(contrast_section(study, found, *verdict.leading[:2]))
+    if found:
+        sections.append(contrast_section(study, found))
     if verdict.best is not None:
         sections.append(map_section(study, verdict, {q: study.shaped(v) for q, v in results.items()}))
         if study.uncertain:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,13 +12,15 @@ from jointlib.arrays import Array
 from ..study import words
 from ..study.best import BestMachine
 from ..study.contrast import Contrast
-from ..study.study import Study
+from ..study.study import BASE, Study
 from ..study.verdict import Design, Verdict
 from .page import Figure, Section, Table
 from .study_figures import certainty_figure, contrast_figure, effects_figure, map_figure, pareto_figure
 
 _CHOICES = 12
 _SETTLED = 0.9
+_SEEN = 5e-4
+"""Share of a result below which its scatter is not shown."""
 _MAPPED = 3
 """Designs that share a picture over the positions of one axis."""
 
@@ -26,7 +29,19 @@ def leading_section(study: Study, verdict: Verdict) -> Section:
     """The leading designs, and the best with every other choice."""
     tables = [_designs(verdict.leading, "The leading designs, best first")]
     tables += [_alternatives(study, verdict)] if len(verdict.leading) > 1 else []
-    return Section("The leading designs", [_counting(study)], tables=tables)
+    return Section("The leading designs", [_counting(study), *_ends(study, verdict)], tables=tables)
+
+
+def _ends(study: Study, verdict: Verdict) -> list[str]:
+    """Where the best design stands at an end of what was looked at."""
+    assert verdict.best is not None
+    said = []
+    for i, f in enumerate(study.factors):
+        values, best = np.unique(verdict.ranking.numbers[:, i]), verdict.ranking.numbers[verdict.best.number, i]
+        ordered = not f.choices or (len(f.choices) > 2 and not f.labels)
+        if not f.uncertain and ordered and len(values) > 1 and best in (values[0], values[-1]):
+            said.append(f"The best {f.name} is the {'last' if best == values[-1] else 'first'} that was looked at.")
+    return [f"{' '.join(said)} There may be better ones beyond."] if said else []
 
 
 def _counting(study: Study) -> str:
@@ -55,7 +70,8 @@ def _designs(designs: Sequence[Design], caption: str) -> Table:
 
 def _spread(quantity: str, design: Design) -> str:
     spread = design.spread[quantity]
-    return f" ± {spread * words.shown_unit(quantity)[1]:.2g}" if spread > 0 else ""
+    seen = spread > _SEEN * abs(design.results[quantity])
+    return f" ± {spread * words.shown_unit(quantity)[1]:.2g}" if seen else ""
 
 
 def _alternatives(study: Study, verdict: Verdict) -> Table:
@@ -120,22 +136,38 @@ def effects_section(study: Study, verdict: Verdict) -> Section:
     return Section("What it depends on", text, figures)
 
 
-def contrast_section(study: Study, found: Contrast, first: Design, second: Design) -> Section:
-    """What separates the first design from the second."""
+def contrast_section(study: Study, found: Sequence[Contrast]) -> Section:
+    """What separates the best design from the second, and from the best on another machine."""
+    first, *more = found
+    section = _contrast("What separates the first from the second", study, first)
+    return replace(section, parts=[_contrast(_other(study, c), study, c) for c in more])
+
+
+def _other(study: Study, found: Contrast) -> str:
+    """``The first against the best with machine B``."""
+    name = next(f.name for f in study.factors if f.path == BASE)
+    return f"The first against the best with {name} {found.designs[1].factors[name]}"
+
+
+def _contrast(title: str, study: Study, found: Contrast) -> Section:
     q = found.objective.quantity
-    a, b = first.results[q], second.results[q]
-    scale, unit = words.shown_unit(q)[1], words.shown_unit(q)[0]
+    unit, scale = words.shown_unit(q)
+    a, b = found.designs
     rows = [(e.factor, e.first, e.second, f"{e.change * scale:+.3g}") for e in found.exchanges]
-    text = [f"The first has a {words.named(q)} of {words.with_unit(q, a)}, the second of {words.with_unit(q, b)}."]
+    text = [
+        f"The first has a {words.named(q)} of {words.with_unit(q, a.results[q])}, the other of "
+        f"{words.with_unit(q, b.results[q])}."
+    ]
     if len(rows) == 1:
-        text.append(f"They differ in one factor only, {rows[0][0]}.")
-        return Section("What separates the first from the second", text)
-    text.append("Each factor of the second was put into the first by itself and the machine computed again.")
+        text.append(f"They differ in one factor only: {rows[0][0]} {rows[0][1]} and {rows[0][2]}.")
+        return Section(title, text)
+    text.append("Each factor of the other was put into the first by itself and the machine computed again.")
     rows.append(("acting together", "", "", f"{found.remainder * scale:+.3g}"))
-    table = Table(["factor", "first", "second", f"changes the {words.named(q)} by [{unit}]"], rows)
+    table = Table(["factor", "first", "other", f"changes the {words.named(q)} by [{unit}]"], rows)
     if found.samples < study.samples:
         text.append(f"This took {found.samples} of the {study.samples} samples of what is uncertain.")
-    return Section("What separates the first from the second", text, [contrast_figure(found)], [table])
+    finite = np.isfinite([found.first, found.second, *(e.change for e in found.exchanges)])
+    return Section(title, text, [contrast_figure(found)] if np.all(finite) else [], [table])
 
 
 def map_section(study: Study, verdict: Verdict, by_case: dict[str, Array]) -> Section:

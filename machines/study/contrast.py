@@ -11,10 +11,11 @@ from jointlib.arrays import Array
 
 from .evaluation import Evaluation
 from .study import Objective, Study
-from .verdict import worst_of
+from .verdict import Design, worst_of
 
 _MOST = 2000
 """Configurations that a contrast may compute; beyond that the samples are thinned."""
+_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,7 @@ class Contrast:
     """How the objective gets from the first design to the second."""
 
     objective: Objective
+    designs: tuple[Design, Design]
     exchanges: tuple[Exchange, ...]
     first: float
     """The objective of the first design, SI."""
@@ -44,17 +46,18 @@ class Contrast:
     @property
     def remainder(self) -> float:
         """What the exchanges one at a time do not add up to: the factors acting together."""
-        return self.second - self.first - sum(e.change for e in self.exchanges)
+        left = self.second - self.first - sum(e.change for e in self.exchanges)
+        return left if abs(left) > _ROUNDING * max(abs(self.first), abs(self.second)) else 0.0
 
 
-def contrast(study: Study, evaluate: Evaluation, first: int, second: int) -> Contrast:
-    """Exchange every factor in which two designs differ, by the number of their designs.
+def contrast(study: Study, evaluate: Evaluation, best: Design, other: Design) -> Contrast:
+    """Exchange every factor in which two designs differ.
 
     All are computed anew with the same samples, so that the differences have no noise.
     """
     rows = study.shaped(np.arange(len(study.numbers()), dtype=float)).astype(int)
     plan = study.numbers()
-    a, b = plan[rows[first, 0]], plan[rows[second, 0]]  # (samples, factors): cases do not change factors
+    a, b = plan[rows[best.number, 0]], plan[rows[other.number, 0]]  # (samples, factors): cases do not change factors
     different = [i for i, f in enumerate(study.factors) if not f.uncertain and a[0, i] != b[0, i]]
     per_sample = (len(different) + 2) * len(study.cases)
     kept = max(1, min(len(a), _MOST // per_sample))
@@ -71,7 +74,7 @@ def contrast(study: Study, evaluate: Evaluation, first: int, second: int) -> Con
         Exchange(f.name, f.words(float(one)), f.words(float(other)), value - before)
         for (f, one, other), value in zip(words, singly, strict=True)
     )
-    return Contrast(objective, exchanges, before, after, kept)
+    return Contrast(objective, (best, other), exchanges, before, after, kept)
 
 
 def _means(study: Study, evaluate: Evaluation, quantity: str, designs: Sequence[Array]) -> list[float]:

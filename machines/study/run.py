@@ -8,7 +8,7 @@ import importlib
 import os
 import uuid
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor
+from concurrent.futures import CancelledError, Executor
 from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
@@ -26,7 +26,7 @@ from .engine import compute, process_pool, single_threaded
 from .evaluation import Evaluation, Generation
 from .search import generations, optimiser
 from .store import Store, arrays
-from .study import BASE, Study
+from .study import BASE, Study, read_study
 
 _BLOCK = 16
 """Most configurations in a block."""
@@ -45,14 +45,15 @@ def begin(study: Study, folder: Path) -> Store:
     block = max(1, min(_BLOCK, together // _BLOCKS))
     if study.searched:  # generations end where blocks do
         block = max(size for size in range(1, block + 1) if together % size == 0)
-    return Store.begin(folder, identity(study), study.total, block)
+    known = identity(study) | ({"optimiser": optimiser()} if study.searched else {})
+    return Store.begin(folder, known, study.total, block)
 
 
 def planned(study: Study, folder: Path) -> Study:
     """The study with the designs that its search has proposed so far; any other study as it is."""
     if not study.searched:
         return study
-    rows = [_proposed(path) for path in sorted((folder / _PLAN).glob("*.npz"))]
+    rows = [_proposed(path) for path in sorted((folder / _PLAN).glob("*.npz"), key=lambda p: int(p.stem))]
     return replace(study, found=np.concatenate(rows)) if rows else study
 
 
@@ -76,7 +77,7 @@ def evaluate_all(
     evaluation = Evaluation(study.source.resolve(), tuple(sorted(joints.items())), uuid.uuid4().hex)
     trial = Generation(evaluation, next(generations(study)), 0) if study.searched else evaluation
     trial(0, 1)  # what is wrong with the study is said before any worker starts
-    with _workers(workers, scheduler) as (executor, count):
+    with _workers(study, workers, scheduler) as (executor, count):
         if study.searched:
             search_all(study, store, evaluation, executor, count, progress)
         else:
@@ -113,11 +114,11 @@ def _proposed(path: Path) -> Array:
 
 
 @contextlib.contextmanager
-def _workers(workers: int | None, scheduler: str | None) -> Iterator[tuple[Executor | None, int]]:
+def _workers(study: Study, workers: int | None, scheduler: str | None) -> Iterator[tuple[Executor | None, int]]:
     """Who computes, and how many; None for this process."""
     count = workers or os.cpu_count() or 1
     if scheduler is not None:
-        with _cluster(scheduler) as found:
+        with _cluster(scheduler, study) as found:
             yield found
     elif count == 1 and single_threaded():
         yield None, 1
@@ -127,8 +128,8 @@ def _workers(workers: int | None, scheduler: str | None) -> Iterator[tuple[Execu
 
 
 @contextlib.contextmanager
-def _cluster(address: str) -> Iterator[tuple[Executor, int]]:
-    """The workers of a Dask scheduler, and how many threads they have."""
+def _cluster(address: str, study: Study) -> Iterator[tuple[Executor, int]]:
+    """The workers of a Dask scheduler, which have to see the same study, and how many threads they have."""
     try:
         distributed: Any = importlib.import_module("distributed")
     except ImportError:
@@ -141,14 +142,32 @@ def _cluster(address: str) -> Iterator[tuple[Executor, int]]:
         threads = sum(client.nthreads().values())
         if not threads:
             raise InputError(f"--scheduler: {address} has no workers, expected at least one")
-        yield client.get_executor(pure=False), threads
+        here, source = identity(study), study.source.resolve()
+        for worker, there in client.run(_seen, source, on_error="return").items():
+            if there != here:
+                known = isinstance(there, dict)
+                what = ", ".join(k for k in here if there[k] != here[k]) if known else str(there).partition("\n")[0]
+                raise InputError(
+                    f"--scheduler: worker {worker} does not see this study ({what}), expected the same files and the "
+                    "same release of jointlib"
+                )
+        try:
+            yield client.get_executor(pure=False), threads
+        except (CancelledError, distributed.scheduler.KilledWorker):
+            raise InputError(
+                f"--scheduler: {address} ended or lost its workers; what is done is kept, resume the study"
+            ) from None
+
+
+def _seen(source: Path) -> dict[str, Any]:
+    """What a worker has of a study."""
+    return identity(read_study(source))
 
 
 def identity(study: Study) -> dict[str, Any]:
     """Hashes of the study, of every file it stands on and of the program, by which results are told apart."""
     together = hashlib.sha256("".join(sha256(file) for file in inputs(study)).encode()).hexdigest()
-    program = f"{version('jointlib')} {_code()}" + (f", {optimiser()}" if study.searched else "")
-    return {"study": sha256(study.source), "inputs": together, "program": program}
+    return {"study": sha256(study.source), "inputs": together, "program": f"{version('jointlib')} {_code()}"}
 
 
 def inputs(study: Study) -> tuple[Path, ...]:

@@ -13,7 +13,7 @@ from jointlib.arrays import Array
 
 from . import words
 from .effects import Effect, effects
-from .study import Constraint, Study
+from .study import BASE, Constraint, Study
 
 _SHOWN = 5
 
@@ -131,8 +131,19 @@ def design_of(study: Study, ranking: Ranking, i: int) -> Design:
     given = zip(study.factors, ranking.numbers[i], strict=True)
     shown = {f.name: f.words(float(n)) for f, n in given if not f.uncertain}
     rows = {name: values[i] for name, values in ranking.worst.items()}
-    spread = {k: float(np.std(v)) if np.all(np.isfinite(v)) else 0.0 for k, v in rows.items()}
+    spread = {k: float(np.std(v)) if np.all(np.isfinite(v)) and np.ptp(v) > 0 else 0.0 for k, v in rows.items()}
     return Design(i, shown, {k: float(np.mean(v)) for k, v in rows.items()}, spread)
+
+
+def rivals(study: Study, verdict: Verdict) -> tuple[Design, ...]:
+    """Designs that the best is held against: the second, and the best on every other machine file."""
+    found = [d.number for d in verdict.leading[1:2]]
+    order, numbers = verdict.ranking.order, verdict.ranking.numbers
+    for i, f in enumerate(study.factors):
+        others = [value for value in np.unique(numbers[:, i]) if len(order) and value != numbers[order[0], i]]
+        for value in others if f.path == BASE else ():
+            found += [int(j) for j in order[numbers[order, i] == value][:1]]
+    return tuple(design_of(study, verdict.ranking, i) for i in dict.fromkeys(found))
 
 
 def scored(study: Study, by_design: Mapping[str, Array]) -> Array:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import threading
+import time
 from pathlib import Path
 
 import numpy as np
@@ -57,13 +59,38 @@ def test_parts_processes_and_one_process_leave_the_same_bytes(study: Path) -> No
     assert Path("pool/results.npz").read_bytes() == Path("one/results.npz").read_bytes()
 
 
-def test_workers_of_a_dask_scheduler_leave_the_same_bytes(study: Path) -> None:
+def test_workers_of_a_dask_scheduler_leave_the_same_bytes(study: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     distributed = pytest.importorskip("distributed", reason="Dask is not installed (extra cluster)")
     jointlib(f"study run {study.resolve()} -o one --workers 1")
     with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
         done = jointlib(f"study run {study} -o dask --scheduler {cluster.scheduler_address} --json")
+        monkeypatch.setattr("machines.study.run._code", lambda: "another release")
+        other = jointlib(f"study run {study} -o other --scheduler {cluster.scheduler_address}")
     assert done.status == 0
+    assert (other.status, len(other.err.splitlines())) == (2, 1)
+    assert "does not see this study (program), expected the same files and the same release" in other.err
     assert Path("dask/results.npz").read_bytes() == Path("one/results.npz").read_bytes()
+
+
+@pytest.mark.slow
+def test_a_scheduler_that_ends_is_told_and_nothing_is_lost(study: Path) -> None:
+    distributed = pytest.importorskip("distributed", reason="Dask is not installed (extra cluster)")
+    study.write_text(STUDY.replace("count = 16", "count = 4096"))
+    with distributed.LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster:
+
+        def end() -> None:
+            deadline = time.monotonic() + 60
+            while not list(Path("out").glob("shards/*.npz")) and time.monotonic() < deadline:
+                time.sleep(0.1)
+            cluster.scheduler.loop.add_callback(cluster.scheduler.close)
+
+        thread = threading.Thread(target=end)
+        thread.start()
+        done = jointlib(f"study run {study} -o out --scheduler {cluster.scheduler_address}")
+        thread.join()
+    assert done.status == 2
+    assert "ended or lost its workers; what is done is kept, resume the study" in done.err
+    assert list(Path("out").glob("shards/*.npz"))
 
 
 def test_resume_goes_on_where_results_are_missing(study: Path) -> None:

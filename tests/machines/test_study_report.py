@@ -1,0 +1,195 @@
+"""What a study says of its results: shares of the variance, what separates designs, what is nearest, and the page."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from jointlib.arrays import Array
+from machines import frozen_receptance, read_machine
+from machines.report.study_report import answer, study_page
+from machines.study.best import write_best
+from machines.study.contrast import contrast
+from machines.study.effects import effects
+from machines.study.evaluation import Evaluation
+from machines.study.factors import Factor
+from machines.study.study import Study, read_study
+from machines.study.verdict import judge, rivals
+
+LIBRARY = Path("machines/library").resolve()
+STUDY = f"""
+schema = "jointlib/study/1"
+base = "{LIBRARY}/two_mass.toml"
+[[factor]]
+name = "guide"
+path = "connection.guide.joint.linear.stiffness"
+values = ["500 N/um", "700 N/um"]
+[[factor]]
+name = "base"
+path = "component.base.stiffness[0][0]"
+values = ["100 N/um", "200 N/um"]
+[[factor]]
+name = "damping"
+path = "component.base.damping[0][0]"
+role = "uncertain"
+distribution = {{ kind = "log-normal", median = "200 N s/m", deviation = 0.3 }}
+[[objective]]
+quantity = "static-compliance"
+goal = "min"
+[[objective]]
+quantity = "peak-receptance"
+goal = "min"
+[sampling]
+samples = 3
+"""
+
+
+def study(folder: Path, *changes: tuple[str, str]) -> Study:
+    text = STUDY
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    (folder / "s.study.toml").write_text(text)
+    return read_study(folder / "s.study.toml")
+
+
+def test_shares_of_a_factorial_are_those_of_its_polynomial() -> None:
+    """y = a + 3 b + a b with a = ±1 and b = −1, 0, 1: variances 1, 6 and 2/3 of a, b and both together."""
+    factors = [Factor("a", "a", (-1, 1)), Factor("b", "b", (-1, 0, 1))]
+    index = np.array([[i, j] for i in range(2) for j in range(3)], dtype=float)
+    a, b = 2 * index[:, 0] - 1, index[:, 1] - 1
+    of_a, of_b = effects(factors, index, a + 3 * b + a * b, "factorial")
+    whole = 1 + 6 + 2 / 3
+    assert (of_a.first, of_a.total) == (pytest.approx(1 / whole), pytest.approx((1 + 2 / 3) / whole))
+    assert (of_b.first, of_b.total) == (pytest.approx(6 / whole), pytest.approx((6 + 2 / 3) / whole))
+    np.testing.assert_allclose(of_a.mean, [-1, 1], atol=1e-12)
+    np.testing.assert_allclose(of_b.mean, [-3, 0, 3], atol=1e-12)
+
+
+def test_bins_tell_the_share_of_a_factor_and_nothing_of_one_without_effect() -> None:
+    """A ramp cut into 6 bins keeps 1 − 1/36 of its variance."""
+    rng = np.random.default_rng(3)
+    factors = [Factor(name, name, low=0.0, high=1.0) for name in "abc"]
+    u = (np.array([rng.permutation(400) for _ in factors]).T + 0.5) / 400
+    of_a, of_b, of_c = effects(factors, u, u[:, 0] + 0.5 * u[:, 1], "latin-hypercube")
+    spread = 4 / np.sqrt(400)
+    assert of_a.first == pytest.approx(0.8 * (1 - 1 / 36), abs=spread)
+    assert of_b.first == pytest.approx(0.2 * (1 - 1 / 36), abs=spread)
+    assert of_c.first < spread / 4
+    assert of_a.total is None
+    assert np.all(np.diff(of_a.mean) > 0)
+
+
+def test_designs_without_a_result_take_no_part_in_its_effects() -> None:
+    factors = [Factor("a", "a", (1, 2)), Factor("b", "b", (1, 2))]
+    index = np.array([[0, 0], [0, 1], [1, 0], [1, 1]], dtype=float)
+    of_a, _ = effects(factors, index, np.array([1.0, np.nan, 4.0, 4.0]), "factorial")
+    np.testing.assert_allclose(of_a.mean, [1.0, 4.0])
+    assert of_a.total is None
+    assert effects(factors, index, np.full(4, 2.0), "factorial") == []
+
+
+def test_springs_in_series_separate_designs_each_by_its_own_compliance(tmp_path: Path) -> None:
+    opened = study(tmp_path)
+    evaluate = Evaluation(opened.source)
+    verdict = judge(opened, evaluate(0, 12))
+    assert verdict.best is not None
+    assert verdict.best.factors == {"guide": "700 N/um", "base": "200 N/um"}
+    found = contrast(opened, evaluate, verdict.best, verdict.leading[-1])
+    changes = {e.factor: e.change for e in found.exchanges}
+    assert changes["guide"] == pytest.approx(1 / 500e6 - 1 / 700e6, rel=1e-6)
+    assert changes["base"] == pytest.approx(1 / 100e6 - 1 / 200e6, rel=1e-6)
+    assert abs(found.remainder) < 1e-6 * found.second
+    (rival,) = rivals(opened, verdict)
+    assert rival.number == verdict.leading[1].number
+
+
+def test_the_best_machine_is_worth_what_its_file_says(tmp_path: Path) -> None:
+    """Its compliance is that of springs in series, its peak that of the file; what is uncertain is at its median."""
+    opened = study(tmp_path)
+    evaluate = Evaluation(opened.source)
+    verdict = judge(opened, evaluate(0, 12))
+    assert verdict.best is not None
+    best = write_best(opened, evaluate, {}, verdict.ranking, verdict.best, tmp_path / "out" / "best.toml")
+    machine = read_machine(best.files[0])
+    assert best.results["static-compliance"] == pytest.approx(1 / 700e6 + 1 / 200e6, rel=1e-5)
+    lines = np.linspace(1150.0, 1400.0, 25001)
+    peak = np.max(np.abs(frozen_receptance(machine, lines, 0.0).receptance))
+    assert best.results["peak-receptance"] == pytest.approx(peak, rel=1e-4)
+    assert machine.components[1].second_order().damping[0, 0] == pytest.approx(200.0)  # type: ignore[union-attr]
+
+
+def test_where_nothing_is_allowed_the_nearest_design_is_named(tmp_path: Path) -> None:
+    limit = '[[constraint]]\nquantity = "static-compliance"\nat_most = "0.005 um/N"\n[[objective]]'
+    opened = study(tmp_path, ('[[objective]]\nquantity = "static', f'{limit}\nquantity = "static'))
+    results = Evaluation(opened.source)(0, 12)
+    verdict = judge(opened, results)
+    assert (verdict.best, verdict.feasible, verdict.leading) == (None, 0, ())
+    assert verdict.nearest is not None
+    assert verdict.nearest.factors == {"guide": "700 N/um", "base": "200 N/um"}
+    assert answer(opened, verdict) == (
+        "None of 4 designs meets what is asked for: static compliance of at most 0.005 µm/N rules out 4. "
+        "Nearest comes guide 700 N/um, base 200 N/um."
+    )
+    html = study_page(opened, results, verdict, [], None, (), {}, "x").html()
+    assert "Nearest to what is asked for comes guide 700 N/um" in html
+
+
+def in_positions(folder: Path, positions: str) -> tuple[Study, dict[str, Array]]:
+    """A study over positions with results by hand: compliance 1 nm/N a mm of x, 2 nm/N a mm of y, less a design."""
+    opened = study(folder, ("[sampling]", f"[conditions]\nposition = {positions}\n[sampling]"))
+    rows = np.arange(len(opened.numbers()))
+    design = rows // opened.repeats
+    at = [opened.case(row).position for row in rows]
+    value = np.array([1e-6 * p.get("x", 0.0) + 2e-6 * p.get("y", 0.0) for p in at]) + 1e-6 - 1e-8 * design
+    return opened, {"static-compliance": value + 1e-10 * (rows % 3), "peak-receptance": 3 * value}
+
+
+@pytest.mark.parametrize(
+    ("positions", "pictures", "said"),
+    [
+        ("{ x = [0, 0.1, 0.2] }", 2, "x 200 mm"),
+        ("{ x = [0, 0.1, 0.2], y = [0, 0.3] }", 2, "x 200 mm, y 300 mm"),
+        ("{ x = [0.1] }", 0, "one position and one material only"),
+    ],
+)
+def test_the_map_shows_the_worst_place_of_the_working_space(
+    tmp_path: Path, positions: str, pictures: int, said: str
+) -> None:
+    opened, results = in_positions(tmp_path, positions)
+    verdict = judge(opened, results)
+    assert verdict.best is not None
+    assert verdict.best.number == 3
+    worst = 1e6 * (max(results["static-compliance"].reshape(4, -1)[3]) - 1e-10)
+    html = study_page(opened, results, verdict, [], None, (), {}, "x").html()
+    section = html.split(">Over the working space</h2>")[1].split("</section>")[0]
+    assert section.count("<svg") == pictures
+    assert said in section
+    if pictures:
+        assert f"{worst:.4g} µm/N" in section
+
+
+def test_the_page_tells_people_units_and_how_sure_it_is(tmp_path: Path) -> None:
+    opened, results = in_positions(tmp_path, "{ x = [0, 0.1] }")
+    verdict = judge(opened, results)
+    assert verdict.surer == 1.0
+    said = answer(opened, verdict)
+    assert said.startswith(
+        "Take guide 700 N/um, base 200 N/um: its tool point yields 1.07 µm/N; 0.93 % less than the second"
+    )
+    assert "better in 100 % of the samples" in said
+    html = study_page(opened, results, verdict, [], None, (), {}, "jointlib study run x").html()
+    titles = [re.sub(r"<.*?>", "", title) for title in re.findall(r"<h2>(.*?)</h2>", html)]
+    assert titles == [
+        "The leading designs",
+        "One objective against the other",
+        "What it depends on",
+        "Over the working space",
+        "How sure the ranking is",
+        "What was ruled out",
+        "What this stands on",
+    ]
+    assert "m/N" not in re.sub(r"µm/N", "", re.sub(r"<svg.*?</svg>", "", html, flags=re.S))
