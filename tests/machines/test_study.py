@@ -108,6 +108,35 @@ def test_vibrating_joints_are_judged_at_their_amplitude(folder: Path) -> None:
     assert lowest[1] < lowest[0]
 
 
+@pytest.mark.parametrize("zeta", [0.002, 0.02, 0.2])
+def test_the_largest_receptance_of_a_mode_is_that_of_its_resonance(folder: Path, zeta: float) -> None:
+    """Largest |G| of one mode is 1/(2kζ√(1 − ζ²)), wherever the lines stand."""
+    (folder / "one.toml").write_text(
+        f"""schema = "jointlib/machine/1"
+tool = {{ x = "tip.x" }}
+response = {{ frequency = [20, 400] }}
+[[component]]
+name = "tip"
+kind = "modal"
+dofs = ["x"]
+frequency = [123.4]
+damping_ratio = [{zeta}]
+modal_mass = [2.0]
+shapes = [[1.0]]
+"""
+    )
+    (folder / "one.study.toml").write_text(
+        """schema = "jointlib/study/1"
+base = "one.toml"
+factor = [{ path = "component.tip.modal_mass[0]", values = [2.0, 4.0] }]
+objective = [{ quantity = "peak-receptance", goal = "min" }]
+"""
+    )
+    found = Evaluation(folder / "one.study.toml")(0, 2)["peak-receptance"]
+    stiffness = np.array([2.0, 4.0]) * (2 * np.pi * 123.4) ** 2
+    np.testing.assert_allclose(found, 1 / (2 * stiffness * zeta * np.sqrt(1 - zeta**2)), rtol=2e-5)
+
+
 def results(study: Study, **values: list[float]) -> dict[str, np.ndarray]:
     names = {"rate": "removal-rate", "weight": "weight", "depth": "minimum-depth"}
     return {names[key]: np.array(v) for key, v in values.items()}
