@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
+from jointlib.errors import CheckFailed
 
 from ..limits import beyond_frequency
 from ..lobes.amplitude import lobes_at_amplitude
@@ -19,6 +20,7 @@ from .built import Built, Moment
 SPEEDS = 200
 """Speeds of a chart, as many as `jointlib lobes` draws."""
 _GAINS = 120
+_FEW_MODES = 12
 _PREVIEW = (
     "Lobes by the zero-order approximation, a preview; a click and the report take the method of `jointlib lobes`."
 )
@@ -106,13 +108,16 @@ def drawn(moment: Moment, places: Mapping[str, str], largest: float, exact: bool
 def _beside(moment: Moment, preview: StabilityLobes) -> list[str]:
     """What the method of `jointlib lobes` has where one would cut after the preview.
 
-    At rest only, where that is as quick as the rest.
+    At rest and with few modes only, where that is as quick as the rest.
     """
     model, cutting = moment.built.model, moment.cutting
     best = None if cutting is None else best_pocket(preview.speed, preview.depth, cutting)
-    if moment.amplitude or model is None or cutting is None or best is None:
+    if moment.amplitude or model is None or len(model.poles) > _FEW_MODES or cutting is None or best is None:
         return []
-    exact = stability_lobes(model, cutting, best.speed)
+    try:
+        exact = stability_lobes(model, cutting, best.speed)
+    except CheckFailed as failed:
+        return [str(failed)]
     found = f"{float(exact.depth) * 1e3:.3g} mm" if np.isfinite(exact.depth) else "no limit"
     return [f"At {best.speed:.0f} rpm the preview has {best.limit * 1e3:.3g} mm, {exact.method} {found}."]
 
