@@ -30,7 +30,7 @@ _WORTH = 3
 """Depths of the chart for which each Chebyshev depth must stand."""
 _LEFT, _NOTHING = 3e-10, 1e-12
 _ALIKE = 3
-_RANGE = 100.0
+_RANGE, _SMALLEST = 100.0, 1e-300
 """Powers of ten over which the a_k may spread."""
 _BLOCK, _HELD = 200_000, 5
 """Numbers held at once, in about so many arrays, so that memory does not grow with the chart."""
@@ -92,7 +92,7 @@ def _interpolated(coarse: ArcMap, depth: Array, count: int) -> _Series | None:
     while count * _WORTH <= len(depth):
         share, transform = _chebyshev(count)
         mu = coarse.multipliers(deepest * share)
-        size = np.max(np.abs(mu), axis=-1)
+        size = np.maximum(np.max(np.abs(mu), axis=-1), _SMALLEST)
         a = coefficients(mu / size[..., None])
         a = a[: int(np.flatnonzero(np.max(np.abs(a), axis=(1, 2)) > _NOTHING)[-1]) + 1]
         if len(a) * np.max(np.abs(np.log10(size))) > _RANGE:

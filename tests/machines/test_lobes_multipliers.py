@@ -59,6 +59,13 @@ def test_depths_in_any_order_and_one_speed_give_the_same() -> None:
     assert largest_multipliers(TOOL, SLOT, speed, depth[::20]) == pytest.approx(chart[:, ::20], rel=2e-7)
 
 
+def test_a_tool_that_forgets_everything_is_computed_too() -> None:
+    """Real modes with which nothing lasts from one tooth to the next, at shallow cuts."""
+    tool = ToolModel.from_modes([922.0], [1.0001], [0.03993], [[1.0]], ("x",))
+    depth = np.linspace(0, 1e-6, 61)[1:]
+    assert np.max(largest_multipliers(tool, SLOT, np.array([3000.0]), depth)) < 1e-2
+
+
 @pytest.mark.parametrize("zeta", [0.3, 1.1])
 def test_a_tool_that_forgets_within_a_tooth_period_is_computed_too(zeta: float) -> None:
     """Multipliers far below 1, or so far apart that depths are computed one by one."""
