@@ -29,8 +29,11 @@ _FIRST, _MORE_DEPTHS, _SPARE = 12, 4, 2
 _WORTH = 3
 """Depths of the chart for which each Chebyshev depth must stand."""
 _LEFT, _NOTHING = 3e-10, 1e-12
+_ROUNDING, _LEVEL, _RANDOM = 1e-6, 30.0, 5.0
+"""Last terms below the first, within the second of each other, are errors of rounding; what is looked at must be the
+third closer then, as elsewhere such errors may be larger."""
 _ALIKE = 3
-_RANGE = 100.0
+_RANGE, _SMALLEST = 100.0, 1e-300
 """Powers of ten over which the a_k may spread."""
 _BLOCK, _HELD = 200_000, 5
 """Numbers held at once, in about so many arrays, so that memory does not grow with the chart."""
@@ -57,8 +60,9 @@ def largest_multipliers(model: ToolModel, cutting: Cutting, speed: Array, depth:
             looked = _filled(out, rows, series, depth)
             finer = arc_map(model, cutting, speed[rows], more + FINER).multipliers(depth[looked])
             exact = np.max(np.abs(finer), axis=-1)
-            proved = np.abs(out[rows[:, None], looked] - exact) <= _GUARD * np.maximum(exact, 1)
-            failed.extend(rows[~np.all(proved, axis=1)].tolist())
+            guard = _GUARD / _RANDOM if series.rounded else _GUARD
+            proved = np.abs(out[rows[:, None], looked] - exact) <= guard * np.maximum(exact, 1)
+            (single if series.rounded else failed).extend(rows[~np.all(proved, axis=1)].tolist())
         left = np.array(failed, dtype=np.intp)
     for i in (*single, *left.tolist()):
         out[i] = _one_by_one(model, cutting, float(speed[i]), depth)
@@ -67,12 +71,16 @@ def largest_multipliers(model: ToolModel, cutting: Cutting, speed: Array, depth:
 
 @dataclass(frozen=True, eq=False)
 class _Series:
-    """Chebyshev coefficients of f_k over depth, shape (k, speeds, count), and how many of them matter."""
+    """Chebyshev coefficients of f_k over depth, shape (k, speeds, count), and how many of them matter.
+
+    They are ``rounded`` where they end in errors of rounding, as with many modes that last alike.
+    """
 
     terms: Array
     states: int
     deepest: float
     needed: int
+    rounded: bool
 
     def __call__(self, depth: Array) -> tuple[Array, Array]:
         """Largest |μ| at depths and the share of it that the last terms have in the a_k, shape (speeds, d) each."""
@@ -92,7 +100,7 @@ def _interpolated(coarse: ArcMap, depth: Array, count: int) -> _Series | None:
     while count * _WORTH <= len(depth):
         share, transform = _chebyshev(count)
         mu = coarse.multipliers(deepest * share)
-        size = np.max(np.abs(mu), axis=-1)
+        size = np.maximum(np.max(np.abs(mu), axis=-1), _SMALLEST)
         a = coefficients(mu / size[..., None])
         a = a[: int(np.flatnonzero(np.max(np.abs(a), axis=(1, 2)) > _NOTHING)[-1]) + 1]
         if len(a) * np.max(np.abs(np.log10(size))) > _RANGE:
@@ -101,9 +109,12 @@ def _interpolated(coarse: ArcMap, depth: Array, count: int) -> _Series | None:
         grown = share ** np.maximum(0, k - states)
         terms = (a * size**k / grown) @ transform
         weight = np.max(grown / size**k, axis=(1, 2))
-        needed = 1 + int(np.flatnonzero(weight @ np.max(np.abs(terms), axis=1) > _LEFT)[-1])
+        left = weight @ np.max(np.abs(terms), axis=1)
+        end = left[-_MORE_DEPTHS:]
+        rounding = float(np.max(end)) if np.max(end) < min(_ROUNDING, _LEVEL * np.min(end)) else 0.0
+        needed = 1 + int(np.flatnonzero(left > max(_LEFT, 2 * rounding))[-1])
         if needed + _SPARE <= count:
-            return _Series(terms, states, deepest, needed)
+            return _Series(terms, states, deepest, needed, rounding > _LEFT)
         count += _MORE_DEPTHS
     return None
 

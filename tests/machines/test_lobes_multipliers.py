@@ -49,6 +49,18 @@ def test_an_interpolated_chart_is_that_of_every_point_by_itself(seed: int, monke
     assert np.any(exact > 1)
 
 
+def test_many_modes_that_last_alike_leave_rounding_in_the_terms_and_not_in_the_chart() -> None:
+    rng = np.random.default_rng(11)
+    natural = rng.uniform(50, 900, 20)
+    mass = 10 ** rng.uniform(6.3, 8, 20) / (2 * np.pi * natural) ** 2
+    tool = ToolModel.from_modes(natural, rng.uniform(0.01, 0.05, 20), mass, rng.normal(size=(2, 20)))
+    cutting = Cutting("milling", teeth=4, tangential=6e8, normal=2e8, mode="down", immersion=0.5)
+    speed, depth = np.array([6000.0, 9000.0, 16000.0]), np.linspace(0, 1e-3, 61)[1:]
+    chart, exact = largest_multipliers(tool, cutting, speed, depth), every_point(tool, cutting, speed, depth)
+    assert chart == pytest.approx(exact, rel=5e-7)
+    assert np.any(exact > 1)
+
+
 def test_depths_in_any_order_and_one_speed_give_the_same() -> None:
     depth = np.linspace(0, 2e-3, 61)[1:]
     mixed = np.random.default_rng(4).permutation(60)
@@ -57,6 +69,13 @@ def test_depths_in_any_order_and_one_speed_give_the_same() -> None:
     assert largest_multipliers(TOOL, SLOT, speed, depth[mixed]) == pytest.approx(chart[:, mixed], rel=1e-7)
     assert largest_multipliers(TOOL, SLOT, speed[1:2], depth)[0] == pytest.approx(chart[1], rel=1e-7)
     assert largest_multipliers(TOOL, SLOT, speed, depth[::20]) == pytest.approx(chart[:, ::20], rel=2e-7)
+
+
+def test_a_tool_that_forgets_everything_is_computed_too() -> None:
+    """Real modes with which nothing lasts from one tooth to the next, at shallow cuts."""
+    tool = ToolModel.from_modes([922.0], [1.0001], [0.03993], [[1.0]], ("x",))
+    depth = np.linspace(0, 1e-6, 61)[1:]
+    assert np.max(largest_multipliers(tool, SLOT, np.array([3000.0]), depth)) < 1e-2
 
 
 @pytest.mark.parametrize("zeta", [0.3, 1.1])
