@@ -10,7 +10,7 @@ import pytest
 from jointlib.errors import CheckFailed, InputError
 from machines import Lumped, Machine, lobes_at_amplitude
 from machines.lobes import Cutting, ToolModel, stability_lobes
-from machines.lobes.collocation import arc_map, largest_multipliers
+from machines.lobes.collocation import arc_map
 from machines.lobes.edges import Edge, outside
 from machines.lobes.tool_point import tool_point
 from machines.lobes.unstable_depths import UnstableDepths, closer_at_lenses, unstable_depths, unstable_depths_of
@@ -47,7 +47,8 @@ def test_a_flip_lens_closes_before_the_cut_chatters_again(
 def test_the_largest_multiplier_passes_one_at_every_edge_of_a_lens(cut: Cutting, speed: float) -> None:
     first, second = looked(TOOL, cut, speed).intervals
     edges = np.array([first.low, first.high, second.low])
-    below, above = (largest_multipliers(TOOL, cut, np.array([speed]), edges * by)[0] for by in (1 - 1e-4, 1 + 1e-4))
+    arc = arc_map(TOOL, cut, speed, 20)
+    below, above = (arc.multipliers(edges * by) for by in (1 - 1e-4, 1 + 1e-4))
     assert np.all(np.sign(above - 1) == [1, -1, 1])
     assert np.all(np.sign(below - 1) == [-1, 1, -1])
 
