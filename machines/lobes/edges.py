@@ -15,7 +15,7 @@ from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import CheckFailed
 
 from . import crossing
-from .critical_depth import Crossing, Loop, _Bracket, _brackets, _closed, _largest, _nearest, regeneration
+from .critical_depth import Crossing, Loop, _Bracket, _brackets, _closed, _largest, regeneration
 from .regeneration import Trace, limiting_depth, loop_eigenvalues
 from .tool_point import ToolPoint
 
@@ -126,11 +126,12 @@ def _flips(loop: Loop, values: ComplexArray, beside: float) -> list[Edge]:
     real = real[np.abs(real) > _REAL * np.max(np.abs(values))]
     if not len(real):
         return []
-    matrix = loop(np.array([beside]))[0]
-    return [
-        Edge(-0.5 / v, 0.5, "flip", _turned(_nearest(matrix, complex(v)), beside) < 0, complex(v))
-        for v in real.tolist()
-    ]
+    near = np.linalg.eigvals(loop(np.array([beside]))[0])
+    found = []
+    for v in real.tolist():
+        before = complex(near[np.argmin(np.abs(near - v))])
+        found.append(Edge(-0.5 / v, 0.5, "flip", _turned(before, beside) < 0, complex(v)))
+    return found
 
 
 def _distinct(edges: list[Edge]) -> list[Edge]:

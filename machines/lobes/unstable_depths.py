@@ -89,11 +89,11 @@ def unstable_depths(
     if machine.frequency is None or machine.cutting is None:
         raise InputError(f"{machine.where}: lobes need [cutting] and a frequency in [response]")
     cutting = Cutting(**dict(machine.cutting))
-    if chart.method == "collocation":
-        model = modes_at_rest(machine)
-        if model is None:
-            raise InputError(f"{machine.where}: the joints at rest are no springs and dampers; use multi-frequency")
+    model = modes_at_rest(machine) if chart.method in ("collocation", "multi-frequency") else None
+    if model is not None:
         return unstable_depths_of(model, cutting, chart, deepest)
+    if chart.method == "collocation":
+        raise InputError(f"{machine.where}: the joints at rest are no springs and dampers; use multi-frequency")
     axes = tuple(axis for axis in AXES if axis in machine.tool)
     lines = np.linspace(*machine.frequency, _LINES)
     tip = ToolPoint(lambda f: _at_rest(machine, cutting, f), lines, axes, sampled=False)
@@ -103,9 +103,10 @@ def unstable_depths(
 def unstable_depths_of(
     receptance: ToolPoint | ToolModel, cutting: Cutting, chart: StabilityLobes, deepest: float | None = None
 ) -> tuple[UnstableDepths, ...]:
-    """`unstable_depths` of a tool point, or for collocation of a `ToolModel`, whose ``chart`` is given."""
+    """`unstable_depths` of a tool point or a `ToolModel`, which collocation needs, whose ``chart`` is given."""
     if isinstance(receptance, ToolModel):
-        point, model = tool_point(receptance, receptance.axes, receptance.lines), receptance
+        point = tool_point(receptance, receptance.axes, receptance.lines)
+        model = receptance if chart.method == "collocation" else None
     else:
         point, model = receptance, None
     speed, depth = chart.speed.ravel(), chart.depth.ravel()

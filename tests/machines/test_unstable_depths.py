@@ -7,10 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from jointlib.arrays import Array
 from jointlib.errors import CheckFailed, InputError
 from machines import Lumped, Machine, lobes_at_amplitude
 from machines.lobes import Cutting, ToolModel, stability_lobes
-from machines.lobes.collocation import arc_map, largest_multipliers
+from machines.lobes.collocation import ArcMap, arc_map
 from machines.lobes.edges import Edge, outside
 from machines.lobes.tool_point import tool_point
 from machines.lobes.unstable_depths import UnstableDepths, closer_at_lenses, unstable_depths, unstable_depths_of
@@ -30,6 +31,11 @@ def looked(
     return found
 
 
+def largest(arc: ArcMap, depth: Array) -> Array:
+    """The largest |μ| at depths in m."""
+    return np.asarray(np.max(np.abs(np.linalg.eigvals(arc.maps(depth))), axis=1))
+
+
 @pytest.mark.parametrize("method", EXACT)
 @pytest.mark.parametrize(
     ("cut", "speed", "edges"),
@@ -47,7 +53,8 @@ def test_a_flip_lens_closes_before_the_cut_chatters_again(
 def test_the_largest_multiplier_passes_one_at_every_edge_of_a_lens(cut: Cutting, speed: float) -> None:
     first, second = looked(TOOL, cut, speed).intervals
     edges = np.array([first.low, first.high, second.low])
-    below, above = (largest_multipliers(TOOL, cut, np.array([speed]), edges * by)[0] for by in (1 - 1e-4, 1 + 1e-4))
+    arc = arc_map(TOOL, cut, speed, 20)
+    below, above = (largest(arc, edges * by) for by in (1 - 1e-4, 1 + 1e-4))
     assert np.all(np.sign(above - 1) == [1, -1, 1])
     assert np.all(np.sign(below - 1) == [-1, 1, -1])
 
@@ -69,7 +76,7 @@ def test_of_random_tools_what_is_unstable_has_a_multiplier_outside_the_unit_circ
         depth = np.linspace(0.02, 0.98, 41) * found.deepest
         edges = np.array([end for one in found.intervals for end in (one.low, one.high) if np.isfinite(end)])
         depth = depth[np.all(np.abs(depth[:, None] / edges - 1) > 1e-3, axis=1)]
-        grows = arc_map(tool, cut, speed, 20).multipliers(depth) > 1
+        grows = largest(arc_map(tool, cut, speed, 20), depth) > 1
         assert [found.unstable(b) for b in depth.tolist()] == grows.tolist()
         lenses += len(found.lenses)
     assert lenses > 0
