@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any
 
 from jointlib.errors import InputError
@@ -34,6 +34,14 @@ def scale(unit: str, expected: str, where: str) -> float:
         raise InputError(f"{where}: unit {unit!r}, expected {' or '.join(_BY_RULE[expected])}")
     if unit == expected:
         return 1.0
+    try:
+        return _factor(unit, expected)
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
+
+
+@lru_cache(maxsize=1024)  # a study reads the same file thousands of times
+def _factor(unit: str, expected: str) -> float:
     import pint
 
     registry = _registry()
@@ -41,9 +49,9 @@ def scale(unit: str, expected: str, where: str) -> float:
         found = registry.parse_units(_power(unit))
         target = registry.parse_units("" if expected == "1" else _power(expected))
     except (pint.errors.PintError, AttributeError, ValueError, TypeError, AssertionError):
-        raise InputError(f"{where}: unit {unit!r} is not known, expected one like {expected!r}") from None
+        raise InputError(f"unit {unit!r} is not known, expected one like {expected!r}") from None
     if found.dimensionality != target.dimensionality:
-        raise InputError(f"{where}: unit {unit!r} does not fit, expected one like {expected!r}")
+        raise InputError(f"unit {unit!r} does not fit, expected one like {expected!r}")
     if found == target:
         return 1.0
     return _clean(float(registry.Quantity(1.0, found).to(target).magnitude))

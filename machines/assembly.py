@@ -14,7 +14,7 @@ from jointlib.joint import Joint
 
 from .bias import Biased, Drifting, Together, keeps_mean
 from .coordinates import Coordinates
-from .coupling import couple
+from .coupling import joined
 from .indices import Index, Mask
 from .limits import Limit, amplitude_limit
 from .machine import Machine
@@ -23,6 +23,8 @@ from .working_point import at_working_point
 
 _PROBE = np.geomspace(1e-10, 1e-1, 46)
 _SINGULAR = 1e13
+_TOGETHER = 32
+"""Lines coupled at once, few enough for the receptances of a large machine to stay in the processor's cache."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,7 +145,8 @@ class Assembly:
             start += len(component.dofs)
         if locked:
             self._check_lock(H[len(omega) // 2, :locked, :locked])
-            H = couple(H, np.eye(locked, len(R)), np.inf, np.eye(locked, len(C)))[:, locked:, locked:]
+            z = slice(None, locked)
+            H = joined(H[:, z, z], H[:, z, locked:], H[:, locked:, z], H[:, locked:, locked:], np.inf)
         return H
 
     @property
@@ -180,7 +183,8 @@ class Assembly:
         H, first, last = self._free(omega, R, C), len(linear), len(chosen)
         if linear:
             gain = np.stack([joints[i].first_harmonic(0.0, omega).gain for i in linear], axis=-1)
-            H = couple(H, np.eye(first, len(R)), gain, np.eye(first, len(C)))
+            held = joined(H[:, :first, :first], H[:, :first, first:], H[:, :, :first], H[:, :, first:], gain)
+            H = np.concatenate([H[:, :, :first], held], axis=2)
         motions = np.empty((len(omega), len(joints) + len(self.outputs), H.shape[2] - first), dtype=complex)
         motions[:, linear] = H[:, :first, first:]
         motions[:, list(self.nonlinear)] = coordinates.T @ H[:, first:last, first:]
@@ -201,10 +205,12 @@ class Assembly:
         ports = machine.rows(machine.flexible)
         shown, driven = (machine.dof_rows(dofs, "receptance") for dofs in (self.outputs, self.inputs))
         R, C = np.concatenate([ports, shown]), np.concatenate([ports, driven])
-        H = self._free(omega, R, C)
-        if n:
-            H = couple(H, np.eye(n, len(R)), gains, np.eye(n, len(C)))
-        return H[:, n:, n:]
+        parts = []
+        for first in range(0, len(omega), _TOGETHER):
+            some = slice(first, first + _TOGETHER)
+            H = self._free(omega[some], R, C)
+            parts.append(joined(H[:, :n, :n], H[:, :n, n:], H[:, n:, :n], H[:, n:, n:], gains[some]) if n else H)
+        return np.concatenate(parts)
 
 
 def is_linear(joint: Joint) -> bool:

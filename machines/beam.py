@@ -155,7 +155,7 @@ class Beam(Component):
             station = part.text("name")
             if station in stations:
                 raise InputError(f"{section.where}: station {station!r} is named twice, expected different names")
-            stations[station] = part.number("at", "m")
+            stations[station] = place_along(part, sum(s.length for s in segments))
             part.done()
         start, axis, up = (
             section.numbers("start", "m", (0.0, 0.0, 0.0), length=3),
@@ -218,6 +218,14 @@ class Beam(Component):
     def motion_at(self, point: Array, direction: Array) -> Array:
         """Motion of the station that lies there."""
         return self.nodes.motion(f"component {self.name!r}", self.dofs, point, direction)
+
+
+def place_along(station: Section, length: float) -> float:
+    """Where a ``[[component.station]]`` lies on a beam of this length, in m; "end" is its far end."""
+    if station.raw().get("at") == "end":
+        station.take("at")
+        return length
+    return float(station.number("at", "m"))
 
 
 def _segment(part: Section, materials: dict[str, Material]) -> Segment:

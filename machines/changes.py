@@ -18,7 +18,8 @@ def change(documents: Sequence[Section], changes: Mapping[str, Any], where: str)
 
     ``component.cutter.stiffness[0][0]``, ``bundle.x_guide.preload``, ``connection.foot.joint.law[0].damping``,
     ``axis.x.position``, ``cutting.immersion``: components, connections, bundles and axes by name, entries of lists by
-    number from 0. A key that the file leaves out may be set; what no file has is refused when the file is read.
+    number from 0. A key that the file leaves out may be set; what no file has is refused when the file is read. Where
+    the value is a table and a table stands at the path, ``bundle.x_guide``, its keys take the place of those there.
     """
     for path, value in changes.items():
         _put(documents, path, value, where)
@@ -47,6 +48,9 @@ def _put(documents: Sequence[Section], path: str, value: Any, where: str) -> Non
         if kind.partition("[")[0] not in target:
             raise InputError(f"{where}: path {path!r}: no {kind.partition('[')[0]!r}, {nearest(kind, known)}")
     steps = [int(index) if index else key for key, index in _STEP.findall(rest)]
+    if not rest and isinstance(value, Mapping) and isinstance(target, dict):
+        target |= value
+        return
     if not steps or "".join(_words(steps)) != rest:
         raise InputError(f"{where}: path {path!r}, expected it to end in a key like 'mass' or 'stiffness[0][0]'")
     for step in steps[:-1]:
@@ -56,7 +60,8 @@ def _put(documents: Sequence[Section], path: str, value: Any, where: str) -> Non
         _inside(target, last, path, where)
     elif not isinstance(target, dict):
         raise InputError(f"{where}: path {path!r}: {last!r} is a key, but there stands {target!r}")
-    target[last] = value
+    held = target.get(last) if isinstance(target, dict) else target[last]
+    target[last] = {**held, **value} if isinstance(held, dict) and isinstance(value, Mapping) else value
 
 
 def _words(steps: Sequence[str | int]) -> list[str]:

@@ -28,7 +28,14 @@ def couple(H: ComplexArray, B: Array, Z: ArrayLike, forced: Array | None = None)
     """
     across = B if forced is None else forced
     rows: ComplexArray = B @ H
-    Hzz = rows @ across.T
+    return joined(rows @ across.T, rows, H @ across.T, H, Z)
+
+
+def joined(Hzz: ComplexArray, Hzf: ComplexArray, Hoz: ComplexArray, Hof: ComplexArray, Z: ArrayLike) -> ComplexArray:
+    """What `couple` finds, from receptances of joints (z), outputs (o) and forces (f): Hof − Hoz (Hzz + Z⁻¹)⁻¹ Hzf.
+
+    ``Hzz`` is (..., nj, nj), ``Z`` as there.
+    """
     gain = np.broadcast_to(np.asarray(Z, dtype=complex), Hzz.shape[:-1])
     rigid = ~np.isfinite(gain)
     # Each row is scaled to be of order one, whatever the stiffness.
@@ -38,9 +45,10 @@ def couple(H: ComplexArray, B: Array, Z: ArrayLike, forced: Array | None = None)
     a = np.where(rigid, 0.0, scale)
     b = np.where(rigid, 1 / np.where(own > 0, own, 1.0), finite * scale)
     system = b[..., None] * Hzz
-    system[..., np.arange(len(B)), np.arange(len(B))] += a
+    joints = np.arange(Hzz.shape[-1])
+    system[..., joints, joints] += a
     try:
-        force = np.linalg.solve(system, b[..., None] * rows)
+        force = np.linalg.solve(system, b[..., None] * Hzf)
     except np.linalg.LinAlgError:
         raise InputError("coupling: a rigid connection asks for a motion that its parts cannot make") from None
-    return H - (H @ across.T) @ force
+    return Hof - Hoz @ force

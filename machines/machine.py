@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -73,8 +74,7 @@ class Machine:
         for component in self.components:
             if "." in component.name or component.name in ("", "ground"):
                 raise InputError(f"{where}: component {component.name!r}, expected a name without a dot, not 'ground'")
-        for connection in self.connections:
-            self._place(connection)
+        _ = self._placed  # what cannot be placed is refused
         self._check_constraints()
         for axis, dof in self.tool.items():
             if axis not in AXES:
@@ -88,13 +88,23 @@ class Machine:
         if self.frequency is not None:
             checked_range(self.frequency, f"{where}: [response]")
 
-    def _place(self, connection: Connection) -> None:
+    def _place(self, connection: Connection) -> Array:
         try:
             row = connection.row(self.components)
         except InputError as error:
             raise InputError(f"{self.where}: {error}") from None
         if not np.any(row):
             raise InputError(f"{self.where}: connection {connection.name!r} holds nothing, expected a side that moves")
+        return row
+
+    @cached_property
+    def _placed(self) -> dict[str, tuple[Connection, Array]]:
+        """Its connections with their rows, which are asked for many times."""
+        return {connection.name: (connection, self._place(connection)) for connection in self.connections}
+
+    def _row(self, connection: Connection) -> Array:
+        known, row = self._placed.get(connection.name, (None, None))
+        return row if known is connection and row is not None else connection.row(self.components)
 
     def _check_constraints(self) -> None:
         rows = self.rows([c for c in self.connections if c.rigid])
@@ -135,7 +145,7 @@ class Machine:
 
     def rows(self, connections: Sequence[Connection]) -> Array:
         """B of these connections, shape (number of connections, number of dofs)."""
-        rows = [c.row(self.components) for c in connections]
+        rows = [self._row(c) for c in connections]
         return np.array(rows).reshape(len(rows), len(self.dofs))
 
     def dof_rows(self, dofs: Sequence[str], what: str) -> Array:

@@ -215,14 +215,17 @@ def _root(function: object, at: Index, low: Array, high: Array) -> Array:
     at_low, at_high = function(low, at), function(high, at)
     at_low = np.where(at_low < 0, at_low, -1e-300)
     x = high.copy()
-    left = np.arange(len(at))
+    left, side = np.arange(len(at)), np.zeros(len(at))
     for _ in range(_STEPS):
         a, b, fa, fb = low[left], high[left], at_low[left], at_high[left]
         new = np.where(fb > fa, (a * fb - b * fa) / np.where(fb > fa, fb - fa, 1.0), (a + b) / 2)
         f = function(new, at[left])
         below = f < 0
+        # An end loses half its weight where it stays for a second time; sooner, and the rest would only be halved.
+        again = np.where(below == (side[left] < 0), 0.5, 1.0)
+        side[left] = np.where(below, -1.0, 1.0)
         low[left], high[left] = np.where(below, new, a), np.where(below, b, new)
-        at_low[left], at_high[left] = np.where(below, f, fa / 2), np.where(below, fb / 2, f)
+        at_low[left], at_high[left] = np.where(below, f, fa * again), np.where(below, fb * again, f)
         done = np.abs(new - x[left]) <= _SETTLED * new
         x[left] = new
         left = left[~done]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
@@ -187,6 +188,7 @@ def static_forces(machine: Machine) -> Array:
     return total
 
 
+@lru_cache(maxsize=2)  # one computation of a machine asks for it many times
 def static_point(machine: Machine) -> StaticPoint:
     """Solve the static balance of a machine with a `[static]` section; without an equilibrium, one sentence.
 

@@ -11,6 +11,8 @@ from jointlib.arrays import Array
 from jointlib.errors import InputError
 from jointlib.io.toml import Section
 
+from .beam import place_along
+
 _ONE_PLACE = 1e-3
 """Share of the length: a contact so near to a station shares it, as its lever arm is known."""
 
@@ -29,7 +31,7 @@ class Stations:
         self._along = axis / (np.linalg.norm(axis) or 1.0)
         self._start = np.array(again.numbers("start", "m", (0.0, 0.0, 0.0), length=3))
         self._length = sum(part.number("length", "m") for part in again.sections("segment"))
-        parts = [(part.text("name"), part.number("at", "m")) for part in again.sections("station")]
+        parts = [(part.text("name"), place_along(part, self._length)) for part in again.sections("station")]
         self._at = dict(parts)
         self._wanted: dict[str, set[float]] = {name: set() for name in self._at}
         self._by_name: dict[str, float] = {}

@@ -17,10 +17,11 @@ import tomli_w
 from jointlib.errors import InputError
 from jointlib.io.atomic import write, write_text
 from jointlib.io.joint_file import joint_table, write_joint
-from jointlib.io.toml import write_toml
+from jointlib.io.toml import Section, write_toml
 from jointlib.joint import Joint
 from jointlib.units import quantity
 
+from .axes import move, read_axes
 from .bundles import expand
 from .connection import Connection
 from .files import documents, read_machine
@@ -87,7 +88,7 @@ def machine_document(
         raise InputError(f"{machine.where}: was not read from a file, expected one that the new one follows")
     whole: dict[str, Any] = {"name": machine.name}
     rows: list[Connection] = []
-    for section in documents(machine.source, changes):
+    for section in _drawn(machine, documents(machine.source, changes), joints):
         table = dict(section.raw())
         table["connection"] = [_open(one, joints) for one in table.get("connection", [])]
         made = [expand(bundle) for bundle in section.sections("bundle")]
@@ -102,6 +103,28 @@ def machine_document(
         if one["name"] in now:
             one["joint"] = held(one["name"], now[one["name"]])
     return {key: value for key, value in whole.items() if value != []}
+
+
+def _drawn(machine: Machine, sections: list[Section], joints: Mapping[str, Joint]) -> list[Section]:
+    """The tables as they are; drawn where the axes stand, if a bundle is to be written out as its rows.
+
+    Rows would travel otherwise than their bundle does: a screw's bearing stays where it is.
+    """
+    given = {one.get("name") for section in sections for one in section.raw().get("connection", [])}
+    if given >= set(joints) or not any(axis.position for axis in machine.axes):
+        return sections
+    tables = [section.raw().get("axis", []) for section in sections]
+    move(sections, read_axes(sections))
+    for section, held in zip(sections, tables, strict=True):
+        section.raw()["axis"] = [_from_here(table, machine) for table in held]
+    return sections
+
+
+def _from_here(table: dict[str, Any], machine: Machine) -> dict[str, Any]:
+    """An ``[[axis]]`` of a machine that is drawn where it stands."""
+    axis = next(axis for axis in machine.axes if axis.name == table["name"])
+    kept = {key: value for key, value in table.items() if key != "position"}
+    return kept if axis.travel is None else {**kept, "travel": [end - axis.position for end in axis.travel]}
 
 
 def _open(connection: dict[str, Any], joints: Mapping[str, Joint]) -> dict[str, Any]:

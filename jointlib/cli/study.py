@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from jointlib.cli.arguments import Target, Verb, input_file, json_option
-from jointlib.cli.output import working
+from jointlib.cli.output import working, wrote
 from jointlib.cli.study_told import tell
 from jointlib.errors import InputError
 
@@ -71,38 +71,45 @@ def resume(
 @command.command("report", cls=Verb)
 @input_file("study")
 @click.option("-o", "output", type=Target(folder=True), required=True, help="Folder of the results.")
+@click.option("--table", "target", type=Target(".parquet", ".csv"), help="Write every configuration to this file.")
 @json_option
-def report(study: Path, output: Path, as_json: bool) -> None:
+def report(study: Path, output: Path, target: Path | None, as_json: bool) -> None:
     """Say what the results of STUDY in the folder amount to, in a report, with the best machine as a file.
 
     \b
     Example:
       jointlib study report machines/library/guide_mill.study.toml -o study
     """
-    from machines.study.run import begin
+    from machines.study.run import begin, planned
     from machines.study.study import read_study
+    from machines.study.tables import write_table
 
     opened = read_study(study)
     if not (output / "study.json").is_file():
         raise InputError(f"-o {output}: holds no study, expected the folder of 'jointlib study run'")
-    tell(opened, begin(opened, output), _identified(opened), output, as_json)
+    store = begin(opened, output)
+    if target is not None:
+        write_table(planned(opened, output), store, target)
+    tell(planned(opened, output), store, _identified(opened), output, as_json)
+    if target is not None and not as_json:
+        click.echo(wrote(target))
 
 
 def _compute(
     study: Path, workers: int | None, shard: str | None, scheduler: str | None, output: Path, as_json: bool, new: bool
 ) -> None:
-    from machines.study.run import begin, evaluate_all
+    from machines.study.run import begin, evaluate_all, planned
     from machines.study.study import read_study
 
     part = _part(shard)
     opened = read_study(study)
     if not new and not (output / "study.json").is_file():
         raise InputError(f"-o {output}: holds no study to resume, expected the folder of 'jointlib study run'")
-    joints = _identified(opened)
     store = begin(opened, output)
+    joints = _identified(opened)
     with working(f"computing {len(store.missing())} of {store.blocks} blocks"):
         evaluate_all(opened, store, joints, workers, part, scheduler)
-    tell(opened, store, joints, output, as_json)
+    tell(planned(opened, output), store, joints, output, as_json)
 
 
 def _part(shard: str | None) -> tuple[int, int]:

@@ -19,6 +19,7 @@ from ..lobes.cutting import Cutting
 from ..lobes.machine_model import modes_at_rest
 from ..lobes.solve import stability_lobes
 from ..lobes.tool_model import ToolModel
+from ..lobes.tool_point import ToolPoint
 from ..machine import AXES, Machine
 from ..operating import frozen_receptance, operating_point
 
@@ -106,7 +107,8 @@ class Built:
         """The chart by the fast method of the process, from the modes at rest or the lines of ``moving``."""
         method = "zero-order" if cutting.process == "milling" else "turning"
         if amplitude == 0 and self.model is not None:
-            return stability_lobes(self.model, cutting, speeds, method)
+            tip = ToolPoint(self.model, self.lines, self.axes, sampled=False)
+            return stability_lobes(tip, cutting, speeds, method)
         return stability_lobes(moving, cutting, speeds, method, axes=self.axes)
 
     def joints_at(self, frequency: float, amplitude: float, cutting: Cutting | None) -> tuple[Mapping[str, float], str]:

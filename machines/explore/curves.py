@@ -8,15 +8,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
+from jointlib.errors import CheckFailed
 
 from ..limits import beyond_frequency
 from ..lobes.amplitude import lobes_at_amplitude
 from ..lobes.chart import Integers, StabilityLobes, Words
+from ..lobes.pocket import best_pocket
+from ..lobes.solve import stability_lobes
 from .built import Built, Moment
 
 SPEEDS = 200
 """Speeds of a chart, as many as `jointlib lobes` draws."""
 _GAINS = 120
+_FEW_MODES = 12
 _PREVIEW = (
     "Lobes by the zero-order approximation, a preview; a click and the report take the method of `jointlib lobes`."
 )
@@ -70,7 +74,7 @@ def drawn(moment: Moment, places: Mapping[str, str], largest: float, exact: bool
         chart = lobes_at_amplitude(moment.machine, cutting.speeds(SPEEDS), A)
     else:
         chart = built.quick_lobes(cutting.speeds(SPEEDS), A, cutting, moving)
-        notes += [_PREVIEW] if chart.method == "zero-order" else []
+        notes += [_PREVIEW, *_beside(moment, chart)] if chart.method == "zero-order" else []
     notes += [*(chart.warnings if chart is not None else ()), *beyond_frequency(moment.machine, *built.band)]
     frequency = chart.minimum_frequency if chart is not None else np.nan
     if not np.isfinite(frequency):
@@ -99,6 +103,23 @@ def drawn(moment: Moment, places: Mapping[str, str], largest: float, exact: bool
         method="" if chart is None else chart.method,
         notes=tuple(dict.fromkeys(notes)),
     )
+
+
+def _beside(moment: Moment, preview: StabilityLobes) -> list[str]:
+    """What the method of `jointlib lobes` has where one would cut after the preview.
+
+    At rest and with few modes only, where that is as quick as the rest.
+    """
+    model, cutting = moment.built.model, moment.cutting
+    best = None if cutting is None else best_pocket(preview.speed, preview.depth, cutting)
+    if moment.amplitude or model is None or len(model.poles) > _FEW_MODES or cutting is None or best is None:
+        return []
+    try:
+        exact = stability_lobes(model, cutting, best.speed)
+    except CheckFailed as failed:
+        return [str(failed)]
+    found = f"{float(exact.depth) * 1e3:.3g} mm" if np.isfinite(exact.depth) else "no limit"
+    return [f"At {best.speed:.0f} rpm the preview has {best.limit * 1e3:.3g} mm, {exact.method} {found}."]
 
 
 def _direct(built: Built, receptance: ComplexArray) -> dict[str, ComplexArray]:

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from importlib.metadata import version
 
 import numpy as np
 
+from jointlib.arrays import Array
+from jointlib.errors import CheckFailed
 from jointlib.io.atomic import sha256
 
 from ..lobes.amplitude import lobes_at_amplitude
@@ -36,7 +39,7 @@ def setting_page(moment: Moment, curves: Curves, controls: Sequence[Control], va
     finding = f"{machine.name} as set: {_changed(controls, values)}."
     if moment.cutting is not None and moment.cutting.speed is not None:
         speeds = moment.cutting.speeds(_SPEEDS)
-        charts = [(A, lobes_at_amplitude(machine, speeds, A)) for A in dict.fromkeys((0.0, moment.amplitude))]
+        charts = [(A, _chart(replace(moment, amplitude=A), speeds)) for A in dict.fromkeys((0.0, moment.amplitude))]
         sections.append(lobes_section(charts, moment.cutting))
         lowest = min(chart.minimum_depth for _, chart in charts)
         best = pocket([chart for _, chart in charts], moment.cutting)
@@ -54,6 +57,15 @@ def setting_page(moment: Moment, curves: Curves, controls: Sequence[Control], va
         command=f"jointlib explore {machine.source}",
         version=version("jointlib"),
     )
+
+
+def _chart(moment: Moment, speeds: Array) -> StabilityLobes:
+    """By the method of `jointlib lobes`; a preview with the reason where that one gives none."""
+    try:
+        return lobes_at_amplitude(moment.machine, speeds, moment.amplitude)
+    except CheckFailed as failed:
+        chart = lobes_at_amplitude(moment.machine, speeds, moment.amplitude, "zero-order")
+        return replace(chart, warnings=(*chart.warnings, str(failed)))
 
 
 def _changed(controls: Sequence[Control], values: Mapping[str, float]) -> str:

@@ -16,7 +16,7 @@ from jointlib.units import number_and_unit
 
 from ..indices import Mask
 from ..study.factors import Factor
-from ..study.run import begin
+from ..study.run import begin, planned
 from ..study.study import QUANTITIES, Study, read_study
 from ..study.verdict import judge
 from .controls import Control
@@ -46,32 +46,33 @@ class Scatter:
     values: tuple[Mapping[str, float], ...]
     """Values of the controls that a design sets, by key."""
     unset: tuple[str, ...]
-    """Factors that no control moves."""
+    """Factors that the controls do not move, or not wholly."""
 
 
-def study_of(path: Path, machine: Path) -> Study:
-    """A study that starts from this machine file."""
+def study_of(path: Path, results: Path, machine: Path) -> Study:
+    """A study that starts from this machine file, with the designs that a search has proposed so far."""
     study = read_study(path)
     if study.base.resolve() != machine.resolve():
         raise InputError(f"{path}: its base is {study.base}, expected {machine}, the machine that is explored")
-    return study
+    if not (results / "study.json").is_file():
+        raise InputError(f"{results}: holds no study, expected the folder of 'jointlib study run'")
+    return planned(study, results)
 
 
 def widened(controls: Sequence[Control], study: Study) -> Iterator[Control]:
     """The controls, reaching to all that the designs of a study may set."""
-    numbers = study.numbers()
-    columns = {f.path: (f, np.unique(numbers[:, i])) for i, f in enumerate(study.factors) if not f.uncertain}
-    for control in controls:
-        factor, taken = columns.get(control.key, (None, np.zeros(0)))
-        found = [] if factor is None else [_set(control, factor.value(float(n))) for n in taken]
-        reach = [value for value in found if value is not None]
-        yield replace(control, low=min(control.low, *reach), high=max(control.high, *reach)) if reach else control
+    by_key = {control.key: control for control in controls}
+    reach: dict[str, list[float]] = {}
+    for row in np.unique(study.numbers(), axis=0):
+        for key, value in _settings(study, by_key, row):
+            reach.setdefault(key, []).append(value)
+    for c in controls:
+        found = reach.get(c.key, ())
+        yield replace(c, low=min(c.low, *found), high=max(c.high, *found)) if found else c
 
 
 def designs(study: Study, results: Path, controls: Mapping[str, Control]) -> Scatter:
     """The designs of a study, all computed, with the values of the controls that each sets."""
-    if not (results / "study.json").is_file():
-        raise InputError(f"{results}: holds no study, expected the folder of 'jointlib study run'")
     found = begin(study, results).results()
     verdict = judge(study, found)
     ranking = verdict.ranking
@@ -86,7 +87,6 @@ def designs(study: Study, results: Path, controls: Mapping[str, Control]) -> Sca
     columns += [size * np.mean(ranking.worst[name], axis=1) for name, (size, _) in zip(quantities, units, strict=True)]
     front = np.zeros(len(ranking.allowed), dtype=bool)
     front[[design.number for design in verdict.front]] = True
-    moved = [(i, f, controls[f.path]) for i, f in chosen if f.path in controls]
     return Scatter(
         names=(*(f.name for _, f in chosen), *quantities),
         units=(*(pretty(unit) for _, unit in drawn), *(unit for _, unit in units)),
@@ -94,16 +94,31 @@ def designs(study: Study, results: Path, controls: Mapping[str, Control]) -> Sca
         words=tuple({f.name: f.words(float(row[i])) for i, f in chosen} for row in ranking.numbers),
         feasible=np.asarray(ranking.allowed, dtype=bool),
         front=front,
-        values=tuple(dict(_settings(moved, row)) for row in ranking.numbers),
-        unset=tuple(f.name for _, f in chosen if f.path not in controls),
+        values=tuple(dict(_settings(study, controls, row)) for row in ranking.numbers),
+        unset=tuple(f.name for i, f in chosen if not _moved(f, ranking.numbers[:, i]) <= controls.keys()),
     )
 
 
-def _settings(moved: Sequence[tuple[int, Factor, Control]], row: Array) -> Iterator[tuple[str, float]]:
-    for i, factor, control in moved:
-        value = _set(control, factor.value(float(row[i])))
-        if value is not None:
-            yield control.key, value
+def _settings(study: Study, controls: Mapping[str, Control], row: Array) -> Iterator[tuple[str, float]]:
+    """What the design factors of a row set, by control."""
+    for factor, number in zip(study.factors, row, strict=True):
+        for path, entry in () if factor.uncertain else _entries(factor, float(number)):
+            value = _set(controls[path], entry) if path in controls else None
+            if value is not None:
+                yield path, value
+
+
+def _entries(factor: Factor, number: float) -> Iterator[tuple[str, Any]]:
+    """Paths and values that a number of a factor stands for; a table changes what belongs together."""
+    value = factor.value(number)
+    if isinstance(value, Mapping):
+        yield from ((f"{factor.path}.{key}", entry) for key, entry in value.items())
+    else:
+        yield factor.path, value
+
+
+def _moved(factor: Factor, numbers: Array) -> set[str]:
+    return {path for number in np.unique(numbers) for path, _ in _entries(factor, float(number))}
 
 
 def _set(control: Control, value: Any) -> float | None:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -13,13 +14,12 @@ import numpy as np
 from jointlib.errors import InputError
 from jointlib.joint import Joint
 
-from ..files import read_machine
 from ..lobes.amplitude import lobes_at_amplitude
 from ..lobes.machine_model import modes_at_rest
 from ..lobes.pocket import Pocket, best_pocket
 from ..machine import Machine
 from ..study.study import Study
-from ..study.variants import changed_joints, rows_of, with_joints
+from ..study.variants import Machines, changed_joints, rows_of, with_joints
 from .built import Built, Moment
 from .controls import AMPLITUDE, Control, chosen
 from .curves import Curves, drawn
@@ -83,6 +83,7 @@ class Explorer:
     study: Path | None = None
     results: Path | None = None
     joints: Mapping[str, Joint] = field(default_factory=dict)
+    _file: Lock = field(default_factory=Lock, init=False, repr=False)
 
     def __post_init__(self) -> None:
         if not self.base.tool:
@@ -96,7 +97,7 @@ class Explorer:
     @cached_property
     def base(self) -> Machine:
         """The machine as the file has it, with its joints."""
-        return self._read({})
+        return self._document(())
 
     @cached_property
     def controls(self) -> tuple[Control, ...]:
@@ -170,6 +171,10 @@ class Explorer:
             found |= self.by_key[key].changes(value)
         return found
 
+    @cached_property
+    def _machines(self) -> Machines:
+        return Machines(self.joints)
+
     # What follows is kept by the values that differ from the file's, the last few of each.
 
     @cached_property
@@ -185,12 +190,10 @@ class Explorer:
         return lru_cache(_KEPT_MACHINES)(self._build)
 
     @cached_property
-    def _document(self) -> Callable[[_Changes], Machine]:
-        return lru_cache(_KEPT_MACHINES)(lambda changes: self._read(dict(changes)))
-
-    @cached_property
     def _study(self) -> Study | None:
-        return None if self.study is None else study_of(self.study, self.machine)
+        if self.study is None or self.results is None:
+            return None
+        return study_of(self.study, self.results, self.machine)
 
     @cached_property
     def _has_modes(self) -> bool:
@@ -203,12 +206,10 @@ class Explorer:
         of = {row: group for group in groups for row in rows_of(self.base, group)}
         return {c.name: of.get(c.name, c.name) for c in self.base.flexible}
 
-    def _read(self, changes: Mapping[str, Any]) -> Machine:
-        machine = read_machine(self.machine, changes)
-        for connection in machine.flexible:
-            if connection.joint is None and connection.name in self.joints:
-                machine = machine.with_joint(connection.name, self.joints[connection.name])
-        return machine
+    def _document(self, changes: _Changes) -> Machine:
+        """The machine of the file with changes, one at a time: machines share what was computed of their parts."""
+        with self._file:
+            return self._machines.of(self.machine, changes).machine
 
     def _moment(self, setting: _Changes) -> Moment:
         """The machine of a setting; those that differ in the cut alone share what was computed of the machine."""

@@ -14,7 +14,9 @@ from ..operating import operating_point
 from ..state_equations import machine_states
 from .tool_model import ToolModel
 
-_SAME = 1e-9
+_SAME = 1e-6
+"""Of the largest receptance; what modes far above the band are taken together costs less."""
+_COMPARED = 7
 _INSTANT = 1e-12
 
 
@@ -29,7 +31,7 @@ def modes_at_rest(machine: Machine) -> ToolModel | None:
         model = machine_model(machine, float(np.mean(machine.frequency)))
     except InputError:
         return None
-    lines = np.linspace(*machine.frequency, 60)
+    lines = np.linspace(*machine.frequency, _COMPARED)
     G = operating_point(machine, lines, 0.0).frf.receptance
     error = np.linalg.norm(model(lines) - G, axis=(1, 2))
     return model if np.all(error <= _SAME * np.max(np.linalg.norm(G, axis=(1, 2)))) else None

@@ -9,11 +9,16 @@ import numpy as np
 from jointlib.arrays import Array, ArrayLike, ComplexArray
 from jointlib.errors import InputError
 
+from ..indices import Mask
+
 _HELD_APART = 1e8
 _NOTHING = 1e-13
 _FLEXIBLE = 1e-4
 _STRONG = 1e-2
 _FAR = 4.0
+_SLOW = 1e-7
+"""Share of the fastest pole below which one is a free motion, which rounding has put beside zero."""
+_ASIDE = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +59,7 @@ class ToolModel:
         inputs, outputs = np.linalg.solve(right, B), (C @ right).T
         size = np.linalg.norm(inputs, axis=1) * np.linalg.norm(outputs, axis=1)
         peak = size / np.maximum(np.abs(poles.real), 1e-9 * np.abs(poles))
-        upper = poles.imag >= -_NOTHING * np.abs(poles)
+        upper = (poles.imag >= -_NOTHING * np.abs(poles)) & ~_aside(poles, inputs, outputs)
         kept = upper & (peak > _NOTHING * np.max(peak))
         if np.any(poles.real[kept] >= 0):
             raise InputError(
@@ -112,3 +117,14 @@ class ToolModel:
         grid = np.geomspace(0.1 * np.min(size), 2 * np.max(size), 60)
         lines = np.unique(np.concatenate([around.ravel(), grid])) / (2 * np.pi)
         return lines[lines > 0]
+
+
+def _aside(poles: ComplexArray, inputs: ComplexArray, outputs: ComplexArray) -> Mask:
+    """Free motions that take no part in the tool point, such as the turning of a spindle under forces across it."""
+    free = np.abs(poles) < _SLOW * np.max(np.abs(poles), initial=0.0)
+    if not np.any(free) or np.all(free):
+        return np.zeros(len(poles), dtype=bool)
+    # What they add at the slowest of the other poles, where a free motion adds less than anywhere below.
+    terms = (1 / (1j * np.min(np.abs(poles[~free])) - poles))[:, None, None] * outputs[:, :, None] * inputs[:, None, :]
+    part, whole = (float(np.linalg.norm(np.sum(terms[rows], axis=0))) for rows in (free, ~free))
+    return free if part < _ASIDE * whole else np.zeros(len(poles), dtype=bool)

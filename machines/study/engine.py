@@ -57,16 +57,18 @@ def compute(
     workers: int = 1,
     part: tuple[int, int] = (1, 1),
     progress: Callable[[int], None] = lambda done: None,
+    blocks: range | None = None,
 ) -> None:
-    """Compute the blocks that are missing; with ``part`` (k, n) only the k-th of n equal runs of blocks.
+    """Compute the blocks that are missing, of all or of some; with ``part`` (k, n) the k-th of n equal runs of them.
 
     Without an executor this process computes. Where a worker is killed, what is in the store stays, and the study is
     to be resumed.
     """
     k, n = part
-    first, end = (store.blocks * (k - 1)) // n, (store.blocks * k) // n
+    blocks = range(store.blocks) if blocks is None else blocks
+    mine = blocks[(len(blocks) * (k - 1)) // n : (len(blocks) * k) // n]
     with store.lock(f"part-{k}-of-{n}"):
-        todo = [i for i in store.missing() if first <= i < end]
+        todo = [i for i in store.missing() if i in mine]
         if executor is None:
             executor, workers = _Here(), 1
         try:
@@ -124,6 +126,11 @@ class _Here(Executor):
         future: Future[object] = Future()
         future.set_result(fn(*args, **kwargs))
         return future
+
+
+def single_threaded() -> bool:
+    """Whether linear algebra has one thread in this process; with more its last digits may be others."""
+    return os.cpu_count() == 1 or any(os.environ.get(name) == "1" for name in _THREADS)
 
 
 @contextlib.contextmanager

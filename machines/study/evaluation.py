@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -22,13 +23,16 @@ from ..lobes.solve import stability_lobes
 from ..lobes.tool_model import ToolModel
 from ..machine import AXES, Machine
 from ..operating import frozen_receptance
+from .asked import DEPTHS
 from .conditions import Case
 from .study import Study, read_study
 from .variants import Machines, Setting, changed_joints, joint_units, setting, with_joints
 
 _STATIC_LINE = 0.1
 """Hz; low enough for the receptance to be the static one, high enough for free parts."""
-_DEPTHS = frozenset({"pocket-depth", "pocket-speed", "removal-rate", "minimum-depth"})
+
+
+_LATEST = threading.local()
 
 
 @dataclass(frozen=True)
@@ -38,6 +42,8 @@ class Evaluation:
     source: Path
     joints: tuple[tuple[str, Joint], ...] = ()
     """Joints that the base machine leaves to be identified, by connection."""
+    run: str = ""
+    """A word for one run of the study: within it a worker reads the files once."""
 
     @cached_property
     def _study(self) -> Study:
@@ -55,12 +61,16 @@ class Evaluation:
     def _places(self) -> dict[str, str]:
         return joint_units(self._machines.of(self._study.base).machine, (f.path for f in self._study.factors))
 
-    def __reduce__(self) -> tuple[type[Evaluation], tuple[object, ...]]:
-        return Evaluation, (self.source, self.joints)
+    def __reduce__(self) -> tuple[object, tuple[object, ...]]:
+        return _arrived, (self.source, self.joints, self.run)
 
     def __call__(self, first: int, end: int) -> dict[str, Array]:
         """Every quantity that the study asks for, of the configurations from ``first`` to before ``end``."""
-        return self.each([(self._numbers[row], self._study.case(row)) for row in range(first, end)])
+        return self.of(self._numbers[first:end], first)
+
+    def of(self, numbers: Array, first: int) -> dict[str, Array]:
+        """Every quantity of configurations with these numbers, the first of which is row ``first`` of the plan."""
+        return self.each([(row, self._study.case(first + i)) for i, row in enumerate(numbers)])
 
     def each(self, asked: Sequence[tuple[Array, Case]]) -> dict[str, Array]:
         """Every quantity of configurations told by the numbers of their factors and their conditions."""
@@ -71,6 +81,10 @@ class Evaluation:
         """What is changed in which file for a configuration."""
         return setting(self._study, numbers, case, self._places)
 
+    def numbers(self, designs: Array) -> Array:
+        """Rows of the plan that belong to designs, given as quantiles (designs, design factors)."""
+        return replace(self._study, found=designs).numbers()
+
     def _one(self, numbers: Array, case: Case) -> dict[str, float]:
         of = self.setting(numbers, case)
         part = self._machines.of(of.file, of.document)
@@ -79,14 +93,16 @@ class Evaluation:
         out = {"weight": part.weight} if "weight" in wanted else {}
         if wanted == {"weight"}:
             return out
-        model = machine_model(machine, float(np.mean(_band(machine)))) if part.has_modes else None
+        model = part.modes
+        if model is not None and of.joints:
+            model = machine_model(machine, float(np.mean(_band(machine))))
         if "static-compliance" in wanted:
             G = frozen_receptance(machine, _STATIC_LINE, 0.0).receptance if model is None else model(np.zeros(1))
             out["static-compliance"] = float(np.max(np.abs(np.einsum("fii->fi", G))))
-        if wanted & (_DEPTHS | {"peak-receptance"}):
+        if wanted & (DEPTHS | {"peak-receptance"}):
             tools = [self._tool(machine, model, A) for A in self._study.amplitudes]
             out["peak-receptance"] = max(_peak(tool) for tool in tools)
-            if wanted & _DEPTHS:
+            if wanted & DEPTHS:
                 out |= self._depths(machine, tools, self._machines.cut(of), case)
         return out
 
@@ -111,6 +127,33 @@ class Evaluation:
             "pocket-speed": nothing if best is None else best.speed,
             "removal-rate": nothing if best is None or best.removal_rate is None else best.removal_rate,
         }
+
+
+@dataclass(frozen=True, eq=False)
+class Generation:
+    """Evaluates the rows of some designs of a search, which travel with it."""
+
+    evaluation: Evaluation
+    designs: Array
+    """Quantiles (designs, design factors)."""
+    first: int
+    """Row of the plan at which they begin."""
+
+    @cached_property
+    def _numbers(self) -> Array:
+        return self.evaluation.numbers(self.designs)
+
+    def __call__(self, first: int, end: int) -> dict[str, Array]:
+        """Every quantity of the configurations from ``first`` to before ``end``."""
+        return self.evaluation.of(self._numbers[first - self.first : end - self.first], first)
+
+
+def _arrived(source: Path, joints: tuple[tuple[str, Joint], ...], run: str) -> Evaluation:
+    """The evaluation in a worker: that of earlier tasks of the same run with all it has read, or a new one."""
+    known: Evaluation | None = getattr(_LATEST, "evaluation", None)
+    if known is None or not run or known.run != run:
+        known = _LATEST.evaluation = Evaluation(source, joints, run)
+    return known
 
 
 def _band(machine: Machine) -> tuple[float, float]:

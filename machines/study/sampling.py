@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -13,7 +14,9 @@ from jointlib.errors import InputError
 
 from .factors import Factor
 
-METHODS = ("factorial", "latin-hypercube", "sobol")
+METHODS = ("factorial", "latin-hypercube", "sobol", "pareto")
+SEARCH = "pareto"
+"""The method that plans designs only as results of others are known."""
 _MOST = 20_000_000
 
 
@@ -48,6 +51,20 @@ def _factorial(factors: Sequence[Factor]) -> Array:
     if size > _MOST:
         raise InputError(f"[sampling]: the full factorial has {size:,} configurations, expected at most {_MOST:,}")
     return np.stack([axis.ravel() for axis in np.meshgrid(*axes, indexing="ij")], axis=1)
+
+
+def checked_search(factors: Sequence[Factor], count: int, population: int, where: str) -> None:
+    """Refuse a search without a choice, of less than a generation, or of no less than all there is."""
+    there = math.prod(len(f.choices) or math.inf for f in factors)
+    if there == 1:
+        raise InputError(f"{where}: no factor has anything to choose, expected a design factor with several values")
+    if there <= count:
+        raise InputError(
+            f"{where}: [sampling]: the lists have {there} combinations and count is {count}, "
+            'expected method = "factorial" or a smaller count'
+        )
+    if population > count:
+        raise InputError(f"{where}: [sampling]: population is {population} and count {count}, expected at most as many")
 
 
 def sensitivities(results: Array, factors: int) -> tuple[Array, Array]:

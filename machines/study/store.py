@@ -23,7 +23,7 @@ from jointlib.arrays import Array
 from jointlib.errors import InputError
 from jointlib.io.atomic import write_npz, write_text
 
-_SHARD = re.compile(r"(\d{6})-(\d{6})\.npz")
+_SHARD = re.compile(r"(\d{6,})-(\d{6,})\.npz")
 _HEAD = "study.json"
 
 
@@ -98,17 +98,28 @@ class Store:
                 raise ValueError(f"{name}: {len(values)} results for {rows.stop - rows.start} configurations")
         write_npz(self.folder / "shards" / f"{first:06d}-{last:06d}.npz", results)
 
-    def results(self) -> dict[str, Array]:
-        """Every result of every configuration, in order; all blocks must be done."""
-        missing = self.missing()
+    def shards(self, blocks: range | None = None) -> Iterator[tuple[slice, dict[str, Array]]]:
+        """Results and their rows, a shard at a time in ascending order and none twice, of all blocks or of some."""
+        at, stop = (0, self.blocks) if blocks is None else (blocks.start, blocks.stop)
+        for first, last in self.held():
+            begin, end = max(first, at), min(last + 1, stop)
+            if begin < end:
+                rows, own = self.rows(begin, end - 1), self.rows(first, last).start
+                found = arrays(self.folder / "shards" / f"{first:06d}-{last:06d}.npz")
+                yield rows, {name: values[rows.start - own : rows.stop - own] for name, values in found.items()}
+                at = end
+
+    def checked(self, blocks: range | None = None) -> None:
+        """Refuse a study of which some blocks are still to do."""
+        missing = [i for i in self.missing() if blocks is None or i in blocks]
         if missing:
             raise InputError(f"{self.folder}: {len(missing)} of {self.blocks} blocks are missing; resume the study")
-        parts: dict[str, Array] = {}
-        for first, last in self.held():
-            rows = self.rows(first, last)
-            for name, values in _arrays(self.folder / "shards" / f"{first:06d}-{last:06d}.npz").items():
-                parts.setdefault(name, np.full(self.total, np.nan))[rows] = values
-        return parts
+
+    def results(self, blocks: range | None = None) -> dict[str, Array]:
+        """Every result of every configuration, in order, or of those in some blocks; they must be done."""
+        self.checked(blocks)
+        parts = [found for _, found in self.shards(blocks)]
+        return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
     @contextlib.contextmanager
     def lock(self, word: str) -> Iterator[None]:
@@ -130,7 +141,8 @@ def _read(path: Path) -> dict[str, object]:
     return head
 
 
-def _arrays(path: Path) -> dict[str, Array]:
+def arrays(path: Path) -> dict[str, Array]:
+    """The arrays of a file of the folder."""
     try:
         with np.load(path, allow_pickle=False) as held:
             return {name: held[name] for name in held.files}

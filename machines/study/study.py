@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +16,7 @@ from jointlib.io.toml import Section, read_toml
 from ..lobes import METHODS as LOBES
 from .conditions import Case, read_cases
 from .factors import Factor
-from .sampling import METHODS, plan
+from .sampling import METHODS, SEARCH, checked_search, plan
 
 BASE = "base"
 """Path of a factor that takes whole machine files."""
@@ -76,6 +77,15 @@ class Study:
     cases: tuple[Case, ...]
     """Conditions, at least one, in all of which every design is computed."""
     source: Path
+    population: int = 0
+    """Designs in a generation of a search; 0 for other plans."""
+    found: Array | None = None
+    """Designs that a search has planned, as quantiles (designs, design factors)."""
+
+    @property
+    def searched(self) -> bool:
+        """Whether designs are planned as the results of others are known."""
+        return self.method == SEARCH
 
     @property
     def quantities(self) -> tuple[str, ...]:
@@ -100,7 +110,7 @@ class Study:
         Every design is followed by its cases, and every case by its samples of what is uncertain; the samples are the
         same for all.
         """
-        chosen = plan(self.design, self.method, self.count, self.seed) if self.design else np.zeros((1, 0))
+        chosen = self._chosen()
         samples = np.zeros((1, 0))
         if self.uncertain:
             samples = plan(self.uncertain, "latin-hypercube", self.samples, self.seed + 1)
@@ -108,6 +118,16 @@ class Study:
         quantiles = {f.name: np.repeat(chosen[:, i], self.repeats) for i, f in enumerate(self.design)}
         quantiles |= {f.name: np.tile(samples[:, i], rows) for i, f in enumerate(self.uncertain)}
         return np.stack([f.numbers(quantiles[f.name]) for f in self.factors], axis=1)
+
+    def _chosen(self) -> Array:
+        if self.searched:
+            return np.zeros((0, len(self.design))) if self.found is None else self.found
+        return plan(self.design, self.method, self.count, self.seed) if self.design else np.zeros((1, 0))
+
+    @property
+    def total(self) -> int:
+        """How many configurations there are, those a search has not planned yet included."""
+        return self.repeats * (self.count if self.searched else len(self._chosen()))
 
     @property
     def repeats(self) -> int:
@@ -145,6 +165,7 @@ def read_study(path: Path | str) -> Study:
     conditions.done()
     sampling = document.section("sampling")
     uncertain = any(f.uncertain for f in factors)
+    method, designs = sampling.text("method", "factorial", METHODS), sampling.integer("count", 128, lower=1)
     study = Study(
         name,
         base,
@@ -155,13 +176,14 @@ def read_study(path: Path | str) -> Study:
         count,
         amplitudes,
         lobes,
-        sampling.text("method", "factorial", METHODS),
-        sampling.integer("count", 128, lower=1),
+        method,
+        designs,
         sampling.integer("seed", 0),
         sampling.integer("samples", 50 if uncertain else 1, lower=1),
         sampling.number("confidence", "1", 0.95),
         cases,
         path,
+        sampling.integer("population", max(2, math.isqrt(designs)), lower=2) if method == SEARCH else 0,
     )
     sampling.done()
     document.done()
@@ -186,11 +208,14 @@ def _checked(study: Study) -> Study:
         raise InputError(
             f"{where}: [sampling]: confidence is {study.confidence:g}, expected a share above 0, at most 1"
         )
+    if study.searched:
+        checked_search(study.design, study.count, study.population, where)
     for f in study.factors:
         if f.path == BASE and not f.choices:
             raise InputError(f"{where}: factor {f.name!r} changes the base machine, expected values = [files]")
-        if any(f.path in case.changes for case in study.cases):
-            raise InputError(f"{where}: {f.path} is a factor and stands in [conditions], expected one of the two")
+        paths = {f.path, *(f"{f.path}.{key}" for value in f.choices if isinstance(value, dict) for key in value)}
+        for path in sorted(paths & {path for case in study.cases for path in case.changes}):
+            raise InputError(f"{where}: {path} is a factor and stands in [conditions], expected one of the two")
     return study
 
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.sparse import csc_matrix
 
 from jointlib.arrays import Array
 from jointlib.errors import InputError, nearest
@@ -19,12 +20,13 @@ from ..component import Component
 from ..files import read_cutting, read_machine
 from ..lobes.cutting import Cutting
 from ..lobes.machine_model import modes_at_rest
+from ..lobes.tool_model import ToolModel
 from ..machine import Machine
 from ..static_load import axis_of
 from .conditions import Case
 from .study import BASE, Study
 
-_KEPT = 8
+_KEPT = 24
 _CUTS = 256
 
 
@@ -47,9 +49,9 @@ class Variant:
         return sum(max(_moved(component, axis) for axis in range(3)) for component in self.machine.components)
 
     @cached_property
-    def has_modes(self) -> bool:
-        """Whether the tool point at rest is a sum of modes, so that one decomposition tells it at every frequency."""
-        return modes_at_rest(self.machine) is not None
+    def modes(self) -> ToolModel | None:
+        """The tool point at rest as a sum of modes, if it is one: a decomposition tells it at every frequency."""
+        return modes_at_rest(self.machine)
 
 
 def _moved(component: Component, axis: int) -> float:
@@ -97,7 +99,7 @@ def setting(study: Study, numbers: Array, case: Case, places: Mapping[str, str])
             file = study.source.parent / str(value)
         elif factor.path in places:
             joints.append((factor.path, quantity(value, places[factor.path], f"{study.source}: {factor.name}")))
-        elif factor.path.startswith("cutting."):
+        elif factor.path == "cutting" or factor.path.startswith("cutting."):
             cutting.append((factor.path, _hashable(value)))
         else:
             document.append((factor.path, _hashable(value)))
@@ -105,10 +107,14 @@ def setting(study: Study, numbers: Array, case: Case, places: Mapping[str, str])
 
 
 def _hashable(value: Any) -> Any:
+    if isinstance(value, dict):
+        return frozenset((key, _hashable(v)) for key, v in value.items())
     return tuple(_hashable(v) for v in value) if isinstance(value, list) else value
 
 
 def _plain(value: Any) -> Any:
+    if isinstance(value, frozenset):
+        return {key: _plain(v) for key, v in sorted(value, key=lambda item: str(item[0]))}
     return [_plain(v) for v in value] if isinstance(value, tuple) else value
 
 
@@ -126,12 +132,18 @@ class Machines:
         key = file, document
         if key not in self._kept:
             machine = read_machine(file, {path: _plain(value) for path, value in document})
+            machine = replace(machine, components=tuple(self._known(c) for c in machine.components))
             for connection in machine.flexible:
                 if connection.joint is None and connection.name in self.found:
                     machine = machine.with_joint(connection.name, self.found[connection.name])
             _make_room(self._kept, _KEPT)
             self._kept[key] = Variant(machine)
         return self._kept[key]
+
+    def _known(self, component: Component) -> Component:
+        """The same component of a machine that is kept, with what was computed of it, if there is one."""
+        others = (other for kept in self._kept.values() for other in kept.machine.components)
+        return next((other for other in others if alike(other, component)), component)
 
     def cut(self, of: Setting) -> Cutting:
         """The cutting operation of a configuration."""
@@ -142,6 +154,23 @@ class Machines:
             _make_room(self._cuts, _CUTS)
             self._cuts[key] = read_cutting(of.file, {path: _plain(value) for path, value in of.cutting})
         return self._cuts[key]
+
+
+def alike(one: Any, other: Any) -> bool:
+    """Whether two declarations say the same."""
+    if type(one) is not type(other):
+        return False
+    if is_dataclass(one):
+        return all(alike(getattr(one, f.name), getattr(other, f.name)) for f in fields(one))
+    if isinstance(one, np.ndarray):
+        return one.shape == other.shape and bool(np.all(one == other))
+    if isinstance(one, csc_matrix):
+        return bool(one.shape == other.shape and (one != other).nnz == 0)
+    if isinstance(one, Mapping):
+        return list(one) == list(other) and all(alike(one[key], other[key]) for key in one)
+    if isinstance(one, tuple | list):
+        return len(one) == len(other) and all(alike(a, b) for a, b in zip(one, other, strict=True))
+    return one is other or (isinstance(one, str | int | float) and bool(one == other))
 
 
 def _make_room(kept: dict[Any, Any], most: int) -> None:

@@ -116,6 +116,14 @@ def test_a_bad_value_is_refused_in_words_beside_its_field(tab: Tab, text: str) -
     until_drawn(tab, before)
 
 
+def test_a_bad_speed_is_refused_in_words(tab: Tab) -> None:
+    for text, words in (("fast", "read at: fast, expected a spindle speed"), ("nan", "read at: nan")):
+        tab.type_into("#read-at", text)
+        until_status(tab, words)
+    tab.type_into("#read-at", "99000")
+    tab.until("document.querySelector('#reading').textContent.includes('expected 3000 to 12000 rpm')")
+
+
 def test_no_request_leaves_this_computer(tab: Tab, site: Site) -> None:
     tab.type_into("#read-at", "5000")
     tab.until("document.querySelector('#reading').textContent.startsWith('At ')")

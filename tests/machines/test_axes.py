@@ -92,6 +92,18 @@ def test_symmetric_positions_of_a_symmetric_machine_are_mirror_images(tmp_path: 
     assert abs(left[0, 0, 1]) > 1e-3 * abs(left[0, 0, 0])
 
 
+def test_a_column_mill_is_its_mirror_image_left_and_right() -> None:
+    """It is symmetric but for the place of its nut; with that in the middle, so is what it does at ± 220 mm."""
+    left, right = (
+        receptance(
+            read_machine(LIBRARY / "column_mill_a.toml", {"bundle.x_screw.position": 0.45, "axis.x.position": x})
+        )
+        for x in (-0.22, 0.22)
+    )
+    mirror = np.diag([-1.0, 1.0])
+    assert mirror @ left @ mirror == pytest.approx(right, rel=1e-7, abs=1e-7 * np.max(np.abs(right)))
+
+
 def redrawn(path: Path, folder: Path, shift: dict[str, Any], **keys: Any) -> Machine:
     """A column mill with its file and its parts written by hand at another place: shift by component or bundle."""
     text = path.read_text().replace("column_mill/", "")
@@ -155,6 +167,29 @@ def test_a_moved_axis_is_the_machine_drawn_there(
     by_hand = redrawn(path, tmp_path, shift, **keys)
     assert receptance(moved) == pytest.approx(receptance(by_hand), rel=1e-9)
     assert static_point(moved).displacement == pytest.approx(static_point(by_hand).displacement, rel=1e-6, abs=1e-13)
+
+
+def test_a_lathe_cuts_the_bar_where_its_tool_stands() -> None:
+    """The bar gives way less beside the chuck; the station of the cut follows the tool, post and slide carry it."""
+    path, d = LIBRARY / "lathe.toml", -0.11
+    moved = read_machine(path, {"axis.z.position": d})
+    beam = next(c for c in moved.components if isinstance(c, Beam))
+    assert beam.stations == {"rear": 0.1, "front": 0.4, "cut": pytest.approx(0.71 + d)}
+    by_hand = read_machine(
+        path,
+        {
+            "component.spindle.station[2].at": 0.71 + d,
+            "component.slide.centre[2]": 0.25 + d,
+            "component.post.centre[2]": 0.25 + d,
+            "component.post.point[0].at[2]": 0.21 + d,
+            "bundle.z_screw.position": 0.5 + d,
+            "bundle.x_screw.at[2]": 0.25 + d,
+            **{f"bundle.z_guide.at[{i}][2]": z + d for i, z in enumerate((0.1, 0.1, 0.4, 0.4))},
+            **{f"bundle.x_guide.at[{i}][2]": z + d for i, z in enumerate((0.15, 0.35, 0.15, 0.35))},
+        },
+    )
+    assert receptance(moved) == pytest.approx(receptance(by_hand), rel=1e-9)
+    assert abs(receptance(moved)[0, 0, 0]) < 0.9 * abs(receptance(read_machine(path))[0, 0, 0])
 
 
 def test_at_zero_nothing_is_touched(tmp_path: Path) -> None:

@@ -64,3 +64,44 @@ def test_parts_that_machines_share_are_changed_for_one_of_them_only() -> None:
 def test_places_that_are_not_there_are_told_with_the_nearest(path: str, value: Any, said: str) -> None:
     with pytest.raises(InputError, match=said):
         read_machine(TOOL, {path: value})
+
+
+def test_a_table_changes_the_keys_it_names(tmp_path: Path) -> None:
+    """Another size of a guide: several keys of its bundle at once; the rest of the table stays."""
+    size = {"preload": "3 kN", "stiffness": "1200 N/um", "width": "53 mm"}
+    whole = read_machine(MILL, {"bundle.x_guide": size})
+    one_by_one = read_machine(MILL, {f"bundle.x_guide.{key}": value for key, value in size.items()})
+    lines = np.array([10.0, 100.0])
+    H = [frozen_receptance(m, lines, 0.0).receptance for m in (whole, one_by_one, read_machine(MILL))]
+    assert np.array_equal(H[0], H[1])
+    assert abs(H[0][0, 0, 0] / H[2][0, 0, 0] - 1) > 1e-4
+    cut = read_machine(MILL, {"cutting": {"tangential": "700 N/mm^2", "normal": 2e8}}).cutting
+    assert cut is not None
+    assert (cut["tangential"], cut["normal"], cut["teeth"]) == (7e8, 2e8, 3)
+    with pytest.raises(InputError, match="expected it to end in a key"):
+        read_machine(MILL, {"bundle.x_guide": 3})
+    with pytest.raises(InputError, match="unknown key 'widht', did you mean 'width'"):
+        read_machine(MILL, {"bundle.x_guide": {"widht": 0.05}})
+
+
+def test_a_longer_cutter_takes_its_tip_along(tmp_path: Path) -> None:
+    """Stick-out as one number: the station "end" lies where the last segment ends."""
+    modules = (LIBRARY / "column_mill/modules.toml").read_text()
+    (tmp_path / "column_mill").mkdir()
+    (tmp_path / "column_mill/modules.toml").write_text(modules.replace('at = "130 mm"', 'at = "end"'))
+    for name in ("column_mill_a.toml", "mount.joint.toml"):
+        (tmp_path / name).write_text((LIBRARY / name).read_text())
+    same, longer = (
+        read_machine(tmp_path / "column_mill_a.toml", {"component.cutter.segment[2].length": length})
+        for length in ("60 mm", "90 mm")
+    )
+    by_hand = read_machine(
+        MILL, {"component.cutter.segment[2].length": "90 mm", "component.cutter.station[1].at": "160 mm"}
+    )
+    lines = [0.5, 200.0]
+    assert frozen_receptance(same, lines, 0.0).receptance == pytest.approx(
+        frozen_receptance(read_machine(MILL), lines, 0.0).receptance, rel=1e-9
+    )
+    assert frozen_receptance(longer, lines, 0.0).receptance == pytest.approx(
+        frozen_receptance(by_hand, lines, 0.0).receptance, rel=1e-9
+    )

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from jointlib.errors import InputError
+from jointlib.errors import CheckFailed, InputError
 from machines import frozen_receptance, lobes_at_amplitude, read_machine
 from machines.explore import Explorer
 from machines.explore.save import plain_name
@@ -113,3 +113,18 @@ def test_a_report_shows_the_setting_and_needs_no_network(lathe: Explorer, tmp_pa
     assert f"{lowest * 1e3:.4g} mm" in text
     with pytest.raises(InputError, match="is there already"):
         lathe.report({}, tmp_path / "kept", "my setting")
+
+
+def test_where_the_exact_method_gives_no_lobes_the_preview_stands_with_the_reason(tmp_path: Path) -> None:
+    text = (LIBRARY / "two_mode_tool.toml").read_text()
+    assert "speed = [4000, 25000]" in text
+    (tmp_path / "slow.toml").write_text(text.replace("speed = [4000, 25000]", "speed = [20, 60]"))
+    explorer = Explorer(tmp_path / "slow.toml")
+    curves = explorer.curves({})
+    reason = "harmonics of a tooth frequency"
+    assert any(reason in note for note in curves.notes)
+    with pytest.raises(CheckFailed, match=reason):
+        explorer.at({}, 40.0)
+    page = explorer.report({}, tmp_path / "kept", "slow").read_text("utf-8")
+    assert reason in page
+    assert "zero-order" in page

@@ -117,8 +117,37 @@ def test_a_study_of_another_machine_and_a_folder_without_results_are_refused_in_
     with pytest.raises(InputError, match=r"its base is .*lathe\.toml, expected .*two_mass\.toml"):
         Explorer(LIBRARY / "two_mass.toml", folder / "s.study.toml", folder / "out")
     with pytest.raises(InputError, match="nothing: holds no study"):
-        Explorer(folder / "lathe.toml", folder / "s.study.toml", folder / "nothing").scatter()
+        Explorer(folder / "lathe.toml", folder / "s.study.toml", folder / "nothing")
     assert not (folder / "nothing").exists()
     with pytest.raises(InputError, match="expected both or neither"):
         Explorer(folder / "lathe.toml", folder / "s.study.toml")
     assert Explorer(folder / "lathe.toml").scatter() is None
+
+
+def test_a_design_that_changes_several_keys_together_sets_their_sliders_together(tmp_path: Path) -> None:
+    text = f"""
+schema = "jointlib/study/1"
+base = "{LIBRARY}/carriage.toml"
+[[factor]]
+name = "screw"
+path = "bundle.screw"
+values = [{{ diameter = "20 mm", nut_stiffness = "300 N/um" }}, {{ diameter = "32 mm", nut_stiffness = "2.5 kN/um" }}]
+words = ["slim", "stout"]
+[[objective]]
+quantity = "static-compliance"
+goal = "min"
+"""
+    (tmp_path / "s.study.toml").write_text(text)
+    study = read_study(tmp_path / "s.study.toml")
+    evaluate_all(study, begin(study, tmp_path / "out"), {}, workers=1)
+    explorer = Explorer(LIBRARY / "carriage.toml", tmp_path / "s.study.toml", tmp_path / "out")
+    found = explorer.scatter()
+    assert found is not None
+    assert found.unset == ()
+    assert found.values == (
+        {"bundle.screw.diameter": 20.0, "bundle.screw.nut_stiffness": 300.0},
+        {"bundle.screw.diameter": 32.0, "bundle.screw.nut_stiffness": 2500.0},
+    )
+    assert explorer.by_key["bundle.screw.nut_stiffness"].high == 2500.0  # four times the file's 450 is less
+    for row, values in zip(found.rows, found.values, strict=True):
+        assert row[1] == pytest.approx(1e6 * explorer.moment(values).built.static_compliance, rel=1e-9)

@@ -93,8 +93,19 @@ def test_the_preview_is_the_zero_order_chart_of_the_machine(mill: Explorer, ampl
     curves, moment = mill.curves(values), mill.moment(values)
     full = lobes_at_amplitude(moment.machine, curves.speed, moment.amplitude, "zero-order")
     assert curves.method == "zero-order"
-    assert any("preview" in note for note in curves.notes)
+    assert "preview" in curves.notes[0]
     assert np.max(np.abs(curves.depth / full.depth - 1)) < off
+
+
+def test_the_preview_is_checked_where_one_would_cut_after_it(mill: Explorer) -> None:
+    values = {"cutting.immersion": 20.0}
+    best, curves = mill.summary(values).pocket, mill.curves(values)
+    assert best is not None
+    k = int(np.searchsorted(curves.speed, best.speed))
+    exact = mill.at(values, best.speed)
+    assert abs(curves.depth[k] / exact.depth - 1) > 0.1  # zero order is far off there
+    shown, known = (f"{depth * 1e3:.3g} mm" for depth in (curves.depth[k], exact.depth))
+    assert curves.notes[1] == f"At {best.speed:.0f} rpm the preview has {shown}, {exact.method} {known}."
 
 
 def test_the_describing_function_is_the_first_harmonic_of_the_force_over_a_cycle(mill: Explorer) -> None:

@@ -12,8 +12,9 @@ from jointlib.errors import InputError
 from machines import Beam, Rigid, frozen_receptance, lobes_at_amplitude, read_machine
 from machines.lobes import Cutting
 from machines.lobes.pocket import pocket
+from machines.study import engine, run
 from machines.study.evaluation import Evaluation
-from machines.study.run import begin, evaluate_all, identity
+from machines.study.run import begin, evaluate_all, identity, inputs
 from machines.study.study import Study, read_study
 from machines.study.variants import Variant
 from machines.study.verdict import judge
@@ -166,6 +167,32 @@ def test_a_changed_study_machine_or_joint_is_another_study(folder: Path) -> None
         begin(opened(folder), folder / "r")
 
 
+def test_results_of_another_release_are_not_mixed_in(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    study = opened(folder)
+    begin(study, folder / "r")
+    monkeypatch.setattr(run, "_code", lambda: "other")
+    with pytest.raises(InputError, match=r"another study \(program differ"):
+        begin(study, folder / "r")
+
+
+def test_one_worker_computes_elsewhere_where_this_process_has_many_threads(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    study, pools = opened(folder), []
+
+    def noted(workers: int) -> object:
+        pools.append(workers)
+        return engine.process_pool(workers)
+
+    monkeypatch.setattr(run, "process_pool", noted)
+    for threads, computed in ((True, []), (False, [1])):
+        monkeypatch.setattr(run, "single_threaded", lambda threads=threads: threads)
+        store = begin(study, folder / f"threads {threads}")
+        evaluate_all(study, store, {}, workers=1)
+        assert not store.missing()
+        assert pools == computed
+
+
 def test_machines_that_are_alternatives_are_compared(folder: Path) -> None:
     (folder / "b.toml").write_text((folder / "lathe.toml").read_text().replace("2.2", "4.4"))
     base = '[[factor]]\npath = "base"\nvalues = ["lathe.toml", "b.toml"]\n'
@@ -215,8 +242,8 @@ def test_no_objective_or_no_factor_is_told(folder: Path) -> None:
     (folder / "y.toml").write_text(
         text.replace("cutting.specific", "response.drive").replace("[1e9, 2e9]", '["slide.x"]')
     )
-    with pytest.raises(InputError, match=r"no \[cutting\]"):
-        Evaluation(folder / "y.toml")(0, 1)
+    with pytest.raises(InputError, match=r"'minimum-depth' needs a cut, but .*lathe.toml has no \[cutting\]"):
+        begin(read_study(folder / "y.toml"), folder / "r")
 
 
 def test_weight_is_that_of_the_parts() -> None:
@@ -314,3 +341,141 @@ def test_materials_replace_the_keys_of_the_cut(folder: Path) -> None:
         assert best is not None
         assert found["removal-rate"][0, case, 0] == pytest.approx(best.removal_rate, rel=1e-6)
         assert found["pocket-speed"][0, case, 0] == best.speed
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('\ndiameter = "80 mm"', "", "'removal-rate' needs 'diameter' in [cutting], but"),
+        ('\nfeed = "0.2 mm"', "", "'removal-rate' needs 'feed' in [cutting], but"),
+        ('frequency = ["1 kHz", "7 kHz"]', "", "'minimum-depth' needs the band of the machine, but"),
+        ('[tool]\nx = "slide.x"', "", "'minimum-depth' is that of the tool point, but"),
+    ],
+)
+def test_objectives_without_their_conditions_are_refused_first(folder: Path, old: str, new: str, said: str) -> None:
+    machine = folder / "lathe.toml"
+    text = machine.read_text()
+    assert old in text
+    machine.write_text(text.replace(old, new))
+    with pytest.raises(InputError, match=re.escape(said)):
+        begin(opened(folder), folder / "r")
+    assert not (folder / "r").exists()
+
+
+@pytest.mark.parametrize(
+    ("conditions", "said"),
+    [
+        ("position = { x = [0.1] }", "position of axis 'x', which"),
+        ("position = { x = [] }", "x is empty, expected at least one position"),
+        ("position = { x = [0.1, '100 mm'] }", "x names a position twice"),
+        ("position = 3", "position is 3, expected a table"),
+        ('material = [{ name = "steel" }]', "says nothing of the cut, expected keys of [cutting]"),
+        ('material = [{ name = "steel", specfic = 2e9 }]', "unknown key 'specfic', did you mean 'specific'?"),
+        ('material = [{ name = "steel", tangential = 2e9 }]', "material 'steel': "),
+        ('material = [{ name = "steel", diameter = "2 kg" }]', "unit 'kg' does not fit"),
+        ('material = [{ name = "a", feed = 1e-4 }, { name = "a", feed = 2e-4 }]', "a word of its own"),
+        ('material = [{ name = "a", specific = 2e9 }]', "cutting.specific is a factor and stands in [conditions]"),
+    ],
+)
+def test_conditions_without_sense_are_refused_in_a_sentence(folder: Path, conditions: str, said: str) -> None:
+    with pytest.raises(InputError, match=re.escape(said)):
+        begin(opened(folder, ("speed = [2000, 9000]", f"speed = [2000, 9000]\n{conditions}")), folder / "r")
+
+
+def test_speeds_must_stand_somewhere(folder: Path) -> None:
+    with pytest.raises(InputError, match=r"'minimum-depth' needs speed = \[low, high\] in \[conditions\] or"):
+        begin(opened(folder, ("speed = [2000, 9000]", "speeds = 20")), folder / "r")
+
+
+def test_positions_of_axes_are_computed_as_the_machine_that_stands_there(tmp_path: Path) -> None:
+    """Static compliance of a column mill at three places: what a machine read at each place has; the worst counts."""
+    (tmp_path / "p.study.toml").write_text(f"""
+schema = "jointlib/study/1"
+base = "{LIBRARY}/column_mill_b.toml"
+[[factor]]
+path = "bundle.x_guide.preload"
+values = ["1500 N", "3 kN"]
+[conditions]
+position = {{ x = ["-250 mm", 0, "300 mm"] }}
+[[objective]]
+quantity = "static-compliance"
+goal = "min"
+""")
+    study = read_study(tmp_path / "p.study.toml")
+    begin(study, tmp_path / "r")
+    rows = Evaluation(study.source)(0, 6)["static-compliance"]
+    found = study.shaped(rows)[:, :, 0]
+    for i, preload in enumerate((1500, 3000)):
+        for j, x in enumerate((-0.25, 0, 0.3)):
+            machine = read_machine(study.base, {"axis.x.position": x, "bundle.x_guide.preload": preload})
+            G = frozen_receptance(machine, 0.1, 0.0).receptance[0]
+            assert found[i, j] == pytest.approx(np.max(np.abs(np.diag(G))), rel=1e-5)
+    verdict = judge(study, {"static-compliance": rows})
+    assert verdict.best is not None
+    assert verdict.best.number == 1
+    assert verdict.best.results["static-compliance"] == np.max(found[1])
+
+
+def test_a_position_beyond_the_travel_is_refused_first(tmp_path: Path) -> None:
+    (tmp_path / "p.study.toml").write_text(f"""
+schema = "jointlib/study/1"
+base = "{LIBRARY}/column_mill_b.toml"
+factor = [{{ path = "bundle.x_guide.preload", values = [1500] }}]
+conditions = {{ position = {{ z = [0, "400 mm"] }} }}
+objective = [{{ quantity = "weight", goal = "min" }}]
+""")
+    said = "[conditions]: position z is 400 mm, expected -100 to 300 mm, its travel"
+    with pytest.raises(InputError, match=re.escape(said)):
+        begin(read_study(tmp_path / "p.study.toml"), tmp_path / "r")
+
+
+def test_natural_factors_of_a_machine_tool_are_paths(tmp_path: Path) -> None:
+    """Parts of another make, guide size, number of carriages, stick-out, joint file: each is the file written so."""
+    text = (LIBRARY / "column_mill/modules.toml").read_text().replace("../", f"{LIBRARY}/")
+    (tmp_path / "heavy.toml").write_text(text.replace('"260 kg"', '"400 kg"'))
+    (tmp_path / "modules.toml").write_text(text)
+    mill = (LIBRARY / "column_mill_a.toml").read_text().replace("column_mill/", "")
+    (tmp_path / "mill.toml").write_text(mill)
+    three = [[-0.3, -0.15, 0.74], [0.3, -0.15, 0.74], [0.0, 0.15, 0.74]]
+    joints = LIBRARY / "mount.joint.toml"
+    (tmp_path / "s.study.toml").write_text(f"""
+schema = "jointlib/study/1"
+base = "mill.toml"
+[[factor]]
+path = "parts[0]"
+values = ["modules.toml", "heavy.toml"]
+[[factor]]
+path = "bundle.x_guide"
+values = [{{ preload = "1500 N", stiffness = "700 N/um" }}, {{ preload = "2200 N", stiffness = "1000 N/um" }}]
+words = ["size 35", "size 45"]
+[[factor]]
+path = "bundle.x_guide.at"
+values = [{three}, [[-0.3, -0.15, 0.74], [0.3, -0.15, 0.74], [-0.3, 0.15, 0.74], [0.3, 0.15, 0.74]]]
+words = ["three", "four"]
+[[factor]]
+path = "component.cutter.segment[1].length"
+range = ["43 mm", "45 mm"]
+levels = 2
+[[factor]]
+path = "connection.mount_1.x.joint"
+values = ["{joints}"]
+[[objective]]
+quantity = "static-compliance"
+goal = "min"
+[[objective]]
+quantity = "weight"
+goal = "min"
+""")
+    study = read_study(tmp_path / "s.study.toml")
+    begin(study, tmp_path / "r")
+    assert {(tmp_path / "heavy.toml").resolve(), joints} <= set(inputs(study))
+    found = Evaluation(study.source)(11, 12)
+    assert study.numbers()[11].tolist() == [1, 0, 1, 45, 0]
+    machine = read_machine(
+        tmp_path / "mill.toml", {"parts[0]": "heavy.toml", "component.cutter.segment[1].length": 0.045}
+    )
+    G = frozen_receptance(machine, 0.1, 0.0).receptance[0]
+    assert found["static-compliance"][0] == pytest.approx(np.max(np.abs(np.diag(G))), rel=1e-5)
+    assert found["weight"][0] == pytest.approx(Variant(machine).weight, rel=1e-12)
+    softer = Evaluation(study.source)(8, 9)["static-compliance"][0]
+    assert softer > found["static-compliance"][0]

@@ -18,6 +18,7 @@ from study_kills import BLOCK, TOTAL
 
 from jointlib.arrays import Array
 from jointlib.errors import InputError
+from machines.study import engine
 from machines.study.engine import compute, process_pool
 from machines.study.store import Store
 
@@ -164,3 +165,44 @@ def test_a_full_disk_stops_the_study_and_loses_nothing(tmp_path: Path, monkeypat
     assert {path.suffix for path in (tmp_path / "r" / "shards").iterdir()} == {".npz"}
     compute(store, quick)
     assert same(store.results())
+
+
+class Clock:
+    """Time that passes only while something is computed."""
+
+    def __init__(self, seconds: float) -> None:
+        self.now, self.seconds = 0.0, seconds
+
+    def evaluate(self, first: int, end: int) -> dict[str, Array]:
+        self.now += self.seconds * (end - first)
+        return quick(first, end)
+
+
+@pytest.mark.parametrize(("seconds", "longest"), [(1e-6, 24), (0.02, 10), (0.5, 1)])
+def test_tasks_are_as_long_as_the_measured_cost_allows(
+    seconds: float, longest: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two seconds, or one block where that takes longer; never more than a fair share of what is left."""
+    clock, store = Clock(seconds), begun(tmp_path / "r")
+    monkeypatch.setattr(engine.time, "perf_counter", lambda: clock.now)
+    compute(store, clock.evaluate, engine._Here(), 2)
+    sizes = [last - first + 1 for first, last in store.held()]
+    assert sizes[0] == 1, "nothing is known before the first block"
+    assert max(sizes) == longest
+    left = store.blocks - np.append(0, np.cumsum(sizes)[:-1])
+    assert all(size <= max(1, rest // 4) for size, rest in zip(sizes, left, strict=True))
+    assert len(sizes) < 25 or longest == 1
+    assert same(store.results())
+
+
+def test_workers_have_one_thread_for_linear_algebra(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With more threads the last digits of a product may be others, and processes would fight for the processors."""
+    for name in engine._THREADS:
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(os, "cpu_count", lambda: 8)
+    assert not engine.single_threaded()
+    with process_pool(1) as pool:
+        assert [pool.submit(os.getenv, name).result() for name in engine._THREADS] == ["1", "1", "1"]
+    assert os.getenv("OPENBLAS_NUM_THREADS") is None
+    monkeypatch.setenv("OMP_NUM_THREADS", "1")
+    assert engine.single_threaded()

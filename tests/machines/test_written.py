@@ -41,6 +41,7 @@ def carried(target: Path, made: tuple[Path, ...], elsewhere: Path) -> Machine:
     [
         ("two_mass.toml", {"component.slide.mass[0][0]": np.float64(0.7), "response.force": ["3 N"]}),
         ("column_mill_a.toml", {"bundle.x_guide.preload": "3 kN", "connection.foot.x.at": [0.0, 0.62, 0.7]}),
+        ("column_mill_b.toml", {"axis.x.position": "150 mm", "axis.z.position": 0.1}),
         ("three_joints.toml", {"component.base.damping[0][0]": 150.0}),
         ("two_mode_tool.toml", {"component.cutter.frequency[1]": "0.7 kHz"}),
     ],
@@ -107,6 +108,23 @@ def test_other_parameters_in_joint_files_and_bundles_stay_with_their_connections
         assert before is not None
         assert c.joint.parameters == before.with_parameters(moved).parameters
         assert (c.at, c.direction, c.between) == (old[c.name].at, old[c.name].direction, old[c.name].between)
+
+
+def test_a_bundle_with_another_joint_is_written_where_its_axis_stands(tmp_path: Path) -> None:
+    source, target = LIBRARY / "column_mill_a.toml", tmp_path / "here" / "best.toml"
+    moved = {"axis.x.position": 0.15, "axis.z.position": -0.05}
+    made = write_machine(source, {**moved, "bundle.x_guide.joint.hertz_contact.preload": 2000.0}, target)
+    new, old = carried(target, made, tmp_path / "there"), read_machine(source, moved)
+    stands = {c.name: (c.at, c.direction) for c in old.connections}
+    assert {c.name: (c.at, c.direction) for c in new.connections} == stands
+    for c in old.flexible:
+        if c.name.startswith("x_guide") and c.joint is not None:
+            old = old.with_joint(c.name, c.joint.with_parameters({"hertz_contact.preload": 2000.0}))
+    wanted = receptance(old, 0.0)
+    np.testing.assert_allclose(receptance(new, 0.0), wanted, rtol=0, atol=1e-9 * np.max(np.abs(wanted)))
+    ends = {axis.name: (axis.position, axis.travel) for axis in new.axes}
+    assert ends["x"] == (0.0, pytest.approx((-0.45, 0.15)))
+    assert ends["y"] == (0.0, (-0.225, 0.225))
 
 
 def machine_of_files(folder: Path) -> Path:
