@@ -96,12 +96,12 @@ class Built:
         """The receptance with every joint frozen at a tool-point amplitude in m."""
         if amplitude == 0:
             return self.rest
-        if cutting is None:
-            return operating_point(self.machine, self.lines, amplitude).frf
         kind = ReceptanceKind.FROZEN if self.assembly.nonlinear else ReceptanceKind.LINEAR
-        return replace(
-            self.rest, receptance=chattering_receptance(self.machine, cutting, self.lines, amplitude), kind=kind
-        )
+        with np.errstate(over="ignore", invalid="ignore"):  # where nothing settles, joints are held at their limits
+            if cutting is None:
+                return operating_point(self.machine, self.lines, amplitude).frf
+            G = chattering_receptance(self.machine, cutting, self.lines, amplitude)
+        return replace(self.rest, receptance=G, kind=kind)
 
     def quick_lobes(self, speeds: Array, amplitude: float, cutting: Cutting, moving: FRF) -> StabilityLobes:
         """The chart by the fast method of the process, from the modes at rest or the lines of ``moving``."""
@@ -115,12 +115,16 @@ class Built:
         """Amplitude of every joint in m at a frequency (Hz) and tool-point amplitude (m), and what held one back."""
         if amplitude == 0:
             return {}, ""
-        if cutting is None:
-            point = operating_point(self.machine, frequency, amplitude)
-        else:
-            point = chattering_point(self.machine, cutting, frequency, amplitude)[0]
+        with np.errstate(over="ignore", invalid="ignore"):
+            if cutting is None:
+                point = operating_point(self.machine, frequency, amplitude)
+            else:
+                point = chattering_point(self.machine, cutting, frequency, amplitude)[0]
+        outcome = point.outcomes[0]
+        if outcome is Outcome.STALLED:
+            return {}, outcome.value
         size = dict(zip((c.name for c in self.machine.flexible), point.joint_amplitude[0].tolist(), strict=True))
-        return size, "" if point.outcomes[0] is Outcome.CONVERGED else point.outcomes[0].value
+        return size, "" if outcome is Outcome.CONVERGED else outcome.value
 
     def gains(self, names: Mapping[str, str], amplitude: Array, frequency: float) -> dict[str, ComplexArray]:
         """Describing function in N/m over amplitude (m) at a frequency (Hz) of one nonlinear joint of each place.
