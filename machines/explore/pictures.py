@@ -83,7 +83,7 @@ def _reading(read: Any, speed: Any, values: Mapping[str, float]) -> Reading | No
     """What was read off, if it is of this speed and these sliders."""
     if not read or read["speed"] != speed or read["values"] != values or "words" in read:
         return None
-    unbounded = {"depth": np.inf, "chatter_frequency": np.nan}
+    unbounded: dict[str, Any] = {"depth": np.inf, "chatter_frequency": np.nan}
     return Reading(**{k: unbounded[k] if v is None else v for k, v in read["found"].items()})
 
 
