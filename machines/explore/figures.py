@@ -86,7 +86,7 @@ def lobes_figure(now: Curves, before: Curves | None, speed: float | None, readin
             of = np.isfinite(curves.depth) & (np.asarray(curves.kind) == kind)
             if of.any():
                 trace = _line(*_pieces(curves, of), f"{kind} chatter", GREY if kept else colour, kept, "y2")
-                trace["line"] |= {"width": 2 if kept else 6, "dash": dash}
+                trace["line"] |= {"width": 2 if kept else 6, "dash": dash, "simplify": False}
                 traces.append(trace)
     marks = []
     if speed is not None:
