@@ -21,13 +21,13 @@ def headline(curves: Curves) -> str:
     """The smallest and the largest limit of the chart."""
     if not len(curves.speed):
         return "This machine file has no cut, so there are no lobes."
-    preview = "Preview: " if curves.method == PREVIEW else ""
+    stable = "Preview: stable" if curves.method == PREVIEW else "Stable"
     finite = np.isfinite(curves.depth)
     if not finite.any():
-        return f"{preview}no chatter at any depth at the speeds of the file."
+        return f"{stable} at any depth at all speeds."
     low = np.flatnonzero(finite)[np.argmin(curves.depth[finite])]
     chatter = f"chatter at {curves.chatter_frequency[low]:.4g} Hz"
-    said = f"{preview}stable below {_mm(curves, low)} at all speeds ({chatter})"
+    said = f"{stable} below {_mm(curves, low)} at all speeds ({chatter})"
     if not finite.all():
         return f"{said}; any depth at {curves.speed[~finite][0]:.0f} rpm"
     high = int(np.argmax(curves.depth))

@@ -82,15 +82,12 @@ def lobes_figure(now: Curves, before: Curves | None, speed: float | None, readin
         depth = np.where(np.isfinite(curves.depth), curves.depth * 1e3, np.nan)
         name = "limiting depth, preview" if curves.method == PREVIEW else "limiting depth"
         traces.append(_line(curves.speed, depth, name, BLUE, kept))
-        for kind, colour, symbol in (("hopf", BLUE, "circle"), ("flip", ORANGE, "x")):
+        for kind, colour, dash in (("hopf", BLUE, "solid"), ("flip", ORANGE, "dot")):
             of = np.isfinite(curves.depth) & (np.asarray(curves.kind) == kind)
             if of.any():
-                size = 4 if kept else 7
-                at = np.where(of, curves.chatter_frequency, np.nan)
-                traces.append(
-                    _points(curves.speed, at, f"{kind} chatter", GREY if kept else colour, symbol, size, "y2")
-                )
-                traces[-1]["showlegend"] = not kept
+                trace = _line(*_pieces(curves, of), f"{kind} chatter", GREY if kept else colour, kept, "y2")
+                trace["line"] |= {"width": 2 if kept else 6, "dash": dash, "simplify": False}
+                traces.append(trace)
     marks = []
     if speed is not None:
         marks = [_upright(speed, "y domain"), _upright(speed, "y2 domain")]
@@ -107,6 +104,19 @@ def lobes_figure(now: Curves, before: Curves | None, speed: float | None, readin
         yaxis=_axis("depth [mm]", domain=[0.42, 1.0], range=[0.0, _top([now, *([before] if before else [])])]),
         yaxis2=_axis("chatter [Hz]", domain=[0.0, 0.33]),
     )
+
+
+def _pieces(curves: Curves, of: Any) -> tuple[Any, Any]:
+    """Chatter frequency over speed, broken where another lobe begins; a speed alone becomes a short line."""
+    number = np.flatnonzero(of)
+    ends = np.flatnonzero((np.diff(number) > 1) | (np.diff(curves.lobe[number]) != 0)) + 1
+    reach = 0.3 * np.min(np.diff(curves.speed), initial=np.inf) if len(curves.speed) > 1 else 1.0
+    x, y = [], []
+    for piece in np.split(number, ends):
+        along = curves.speed[piece] if len(piece) > 1 else curves.speed[piece] + reach * np.array([-1.0, 1.0])
+        x += [*along, along[-1]]
+        y += [*np.broadcast_to(curves.chatter_frequency[piece], along.shape), np.nan]
+    return x, y
 
 
 def scatter_figure(study: Scatter, across: int, up: int, chosen: Sequence[int], here: int | None) -> Figure:

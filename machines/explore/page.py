@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from dash import dcc, html
 
 from .controls import Control
+from .curves import Curves
 from .figures import BRUSHED, CONFIG, labelled
 from .state import STEPS, State, position, shown
 
@@ -38,9 +39,7 @@ def grouped(controls: Sequence[Control]) -> tuple[Control, ...]:
     return tuple(sorted(controls, key=lambda c: groups.index(c.group)))
 
 
-def layout(
-    name: str, folder: str, controls: Sequence[Control], connections: Sequence[str], study: Scatter | None
-) -> Any:
+def layout(name: str, folder: str, controls: Sequence[Control], first: Curves, study: Scatter | None) -> Any:
     """The whole page for controls in the order of :func:`grouped`."""
     start = State.start(controls)
     empty = ("kept", "action", "answer", "speed", "read-off", "exact", "settled", "wish", *ORDERS)
@@ -56,7 +55,7 @@ def layout(
                     html.Span("computing …", id="working"),
                 ]
             ),
-            html.Div([_sliders(controls, start), _pictures(name, folder, connections, study)], className="columns"),
+            html.Div([_sliders(controls, start), _pictures(name, folder, first, study)], className="columns"),
         ],
         id="explorer",
     )
@@ -105,7 +104,7 @@ def _control(number: int, control: Control, value: float) -> Any:
     )
 
 
-def _pictures(name: str, folder: str, connections: Sequence[str], study: Scatter | None) -> Any:
+def _pictures(name: str, folder: str, first: Curves, study: Scatter | None) -> Any:
     reading = html.Div(
         [
             html.Label("read at", htmlFor="read-at"),
@@ -122,18 +121,21 @@ def _pictures(name: str, folder: str, connections: Sequence[str], study: Scatter
         [
             html.Label("of", htmlFor="connection"),
             dcc.Dropdown(
-                list(connections), next(iter(connections), None), id="connection", clearable=False, searchable=False
+                list(first.gains), next(iter(first.gains), None), id="connection", clearable=False, searchable=False
             ),
         ],
         className="pick",
     )
     sections = [
-        _section("Stability lobes: stable below the curve", _graph("lobes", "tall"), reading),
+        _section(
+            "Stability lobes: stable below the curve", _graph("lobes", "tall"), reading, seen=len(first.speed) > 0
+        ),
         html.Div(
             [
                 _section("Receptance at the tool point", _graph("frf")),
                 html.Section(
-                    [html.Div([html.H2("Describing function"), connection], className="head"), _graph("gain")]
+                    [html.Div([html.H2("Describing function"), connection], className="head"), _graph("gain")],
+                    hidden=not first.gains,
                 ),
             ],
             className="pair",
@@ -188,8 +190,9 @@ def _study(study: Scatter) -> Any:
     )
 
 
-def _section(title: str, *content: Any) -> Any:
-    return html.Section([html.H2(title), *content])
+def _section(title: str, *content: Any, seen: bool = True) -> Any:
+    # What a machine has nothing for stays on the page, unseen, so that the page is one for all machines.
+    return html.Section([html.H2(title), *content], hidden=not seen)
 
 
 def _graph(identity: str, size: str = "") -> Any:

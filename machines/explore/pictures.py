@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from typing import Any
 
+import numpy as np
 from dash import Dash, Input, Output, State, ctx, html, no_update
 from dash.exceptions import PreventUpdate
 
@@ -81,11 +83,8 @@ def _reading(read: Any, speed: Any, values: Mapping[str, float]) -> Reading | No
     """What was read off, if it is of this speed and these sliders."""
     if not read or read["speed"] != speed or read["values"] != values or "words" in read:
         return None
-    found = read["found"]
-    # JSON has no infinity.
-    depth = float("inf") if found["depth"] is None else found["depth"]
-    chatter = float("nan") if found["chatter_frequency"] is None else found["chatter_frequency"]
-    return Reading(**{**found, "depth": depth, "chatter_frequency": chatter, "warnings": ()})
+    unbounded: dict[str, Any] = {"depth": np.inf, "chatter_frequency": np.nan}
+    return Reading(**{k: unbounded[k] if v is None else v for k, v in read["found"].items()})
 
 
 def _told(read: Any, speed: Any, reading: Reading | None, values: Mapping[str, float]) -> str:
@@ -116,9 +115,12 @@ def connect_readings(app: Dash, explorer: Explorer, controls: Sequence[Control])
             speed = float(click["points"][0]["x"])
             return speed, f"{speed:.6g}", ""
         try:
-            return float(str(text).replace(",", ".")), no_update, ""
+            speed = float(str(text).replace(",", "."))
         except ValueError:
+            speed = np.nan
+        if not np.isfinite(speed):
             return no_update, no_update, f"read at: {text or 'nothing'}, expected a spindle speed in rpm"
+        return speed, no_update, ""
 
     @app.callback(
         Output("read-off", "data"),
@@ -135,10 +137,8 @@ def connect_readings(app: Dash, explorer: Explorer, controls: Sequence[Control])
             found = explorer.at(Sliders.read(data, controls).values, float(speed))
         except FAULTS as error:
             return {**told, "words": str(error)}
-        numbers = {
-            name: getattr(found, name) for name in ("speed", "depth", "chatter_frequency", "kind", "lobe", "method")
-        }
-        plain = {k: None if isinstance(v, float) and not abs(v) < float("inf") else v for k, v in numbers.items()}
+        # JSON has neither infinity nor NaN: a depth without bound becomes null, its chatter frequency too.
+        plain = {k: None if isinstance(v, float) and not np.isfinite(v) else v for k, v in asdict(found).items()}
         return {**told, "found": plain}
 
     @app.callback(

@@ -48,9 +48,8 @@ def explorer_app(explorer: Explorer, name: str, folder: Path, export: Export, al
         debug=False, dev_tools_ui=False, dev_tools_disable_version_check=True, dev_tools_silence_routes_logging=True
     )
     controls = grouped(explorer.controls)
-    study = explorer.scatter() if explorer.study is not None else None
-    connections = list(explorer.curves({c.key: c.value for c in controls}).gains)
-    app.layout = layout(name, str(folder), controls, connections, study)
+    study = explorer.scatter()
+    app.layout = layout(name, str(folder), controls, explorer.curves({}), study)
     connect_sliders(app, controls)
     connect_pictures(app, explorer, controls)
     connect_readings(app, explorer, controls)
@@ -64,9 +63,8 @@ def explorer_app(explorer: Explorer, name: str, folder: Path, export: Export, al
 def _told(error: Exception) -> None:
     """A fault of the program: the page keeps what it shows and says so, the terminal has the rest."""
     _log.error("a callback failed", exc_info=error)
-    set_props(
-        "status", {"children": f"The program met a fault of its own ({type(error).__name__}); nothing was changed."}
-    )
+    said = f"The program met a fault of its own ({type(error).__name__}); nothing was changed."
+    set_props("status", {"children": said})
 
 
 def _guarded(app: Dash, alone: bool) -> None:
@@ -89,9 +87,7 @@ def _guarded(app: Dash, alone: bool) -> None:
     def known() -> Response | None:
         host = urlsplit(f"//{request.host}").hostname or ""
         if alone and not is_this_computer(host):
-            return Response(
-                f"{host}: not the name of this page, open it at http://{LOOPBACK}\n", 403, mimetype="text/plain"
-            )
+            return refused(f"{host}: not the name of this page, open it at http://{LOOPBACK}")
         origin = request.headers.get("Origin")
         if origin is not None and urlsplit(origin).netloc != request.host:
             return refused(f"{origin}: another page may not use this one")

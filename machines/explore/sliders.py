@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 from dash import ALL, ClientsideFunction, Dash, Input, Output, State, no_update
@@ -85,13 +85,27 @@ def connect_sliders(app: Dash, controls: Sequence[Control]) -> None:
                 status = str(error)
             else:
                 refused[number] = str(error)
-        answer = _look(controls, new, refused)
+        touched = {i for i, words in enumerate(said) if words} | {number}
+        answer = _changed(_look(controls, old, said), _look(controls, new, refused), touched)
         if action["kind"] == "move":
             # The slider is in somebody's hand and stays where that hand has it.
             answer["places"] = [no_update] * len(controls)
-        state = new.data(controls) if new != old else no_update
         answered = {"serial": action["serial"], "changed": new != old}
-        return {**answer, "said": refused, "status": status, "state": state, "answer": answered}
+        state = new.data(controls) if new != old else no_update
+        return {**answer, "status": status, "state": state, "answer": answered}
+
+
+def _changed(
+    old: Mapping[str, list[Any]], new: Mapping[str, list[Any]], touched: Collection[int | None]
+) -> dict[str, Any]:
+    """What the page must be told: what differs, and all of a control that was touched or had refused a text."""
+    return {
+        name: [
+            now if i in touched or now != was else no_update
+            for i, (was, now) in enumerate(zip(old[name], new[name], strict=True))
+        ]
+        for name in new
+    }
 
 
 def _one_moved(action: Mapping[str, Any], old: Sliders, control: Control) -> Sliders:
@@ -120,11 +134,12 @@ def _all_moved(action: Mapping[str, Any], old: Sliders, kept: Any, controls: Seq
     return old, ""
 
 
-def _look(controls: Sequence[Control], state: Sliders, refused: Sequence[str]) -> dict[str, Any]:
+def _look(controls: Sequence[Control], state: Sliders, refused: Sequence[str]) -> dict[str, list[Any]]:
     """How every part of every control looks in a state; a refused text stays to be mended."""
     locked = [c.key in state.locked for c in controls]
     data = state.data(controls)
     return {
+        "said": list(refused),
         "places": [str(place) for place in data["order"]],
         "fixed": locked,
         "texts": [no_update if no else text for text, no in zip(data["texts"], refused, strict=True)],

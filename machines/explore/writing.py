@@ -35,11 +35,7 @@ def connect_files(app: Dash, explorer: Explorer, controls: Sequence[Control], fo
         prevent_initial_call=True,
         running=[
             *((Output(button, "disabled"), True, False) for button in buttons),
-            (
-                Output("busy", "children"),
-                WAIT,
-                "",
-            ),
+            (Output("busy", "children"), WAIT, ""),
         ],
     )
     def write(order: Any, data: Any) -> str:

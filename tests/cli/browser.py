@@ -164,7 +164,7 @@ class Browser:
             if value:
                 return value
             assert time.monotonic() < end, f"not within {seconds:g} s: {what}"
-            time.sleep(0.02)
+            time.sleep(0.05)
 
     def tab(self, width: int = 1280, height: int = 800) -> Tab:
         context = self.call("Target.createBrowserContext")["browserContextId"]

@@ -95,3 +95,33 @@ def press(tab: Tab, name: str) -> None:
     """A button, pressed by the keyboard."""
     tab.focus(name)
     tab.press("Enter")
+
+
+GRAPHS = ("frf", "gain", "lobes")
+
+
+@dataclass(frozen=True)
+class Opened:
+    """A page that several tests use one after the other: opening one takes seconds of processor time."""
+
+    tab: Tab
+    curves: dict[str, list[list[float]]]
+
+    @classmethod
+    def now(cls, tab: Tab) -> Opened:
+        return cls(tab, {graph: curve(tab, graph) for graph in GRAPHS})
+
+    def anew(self) -> Tab:
+        """Everything as when it was opened, done by the buttons of the page."""
+        tab = self.tab
+        if tab.evaluate("innerWidth") != 1280:
+            tab.size(1280, 800)
+        tab.evaluate(
+            "document.querySelectorAll('button[aria-pressed=true], #forget').forEach(e => e.click());"
+            "dash_clientside.set_props('speed', {data: null}); dash_clientside.set_props('status', {children: ''});"
+            "document.querySelector('#reset-all').click()"
+        )
+        until_status(tab, "as in the file")
+        tab.wait(lambda: {graph: curve(tab, graph) for graph in GRAPHS} == self.curves, "all is as at first")
+        tab.evaluate("dash_clientside.set_props('status', {children: ''})")
+        return tab

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import pytest
 from browser import Browser, Tab
 from command_line import LIBRARY
-from explorer_site import Site, curve, page, part, press, serving, until_drawn, until_status, value
+from explorer_site import Opened, Site, curve, page, part, press, serving, until_drawn, until_status, value
 from tools import package
 
 from jointlib.errors import InputError
@@ -55,11 +55,16 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
         yield site
 
 
+@pytest.fixture(scope="module")
+def opened(chromium: Browser, site: Site) -> Iterator[Opened]:
+    with page(chromium, site) as tab:
+        tab.until(SHOWN)
+        yield Opened.now(tab)
+
+
 @pytest.fixture
-def tab(chromium: Browser, site: Site) -> Iterator[Tab]:
-    with page(chromium, site) as opened:
-        opened.until(SHOWN)
-        yield opened
+def tab(opened: Opened) -> Tab:
+    return opened.anew()
 
 
 def labels(tab: Tab) -> list[str]:

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 from browser import Browser, Tab
 from command_line import LIBRARY, jointlib
-from explorer_site import DRAWN, Site, curve, page, part, press, serving, until_drawn, until_status, value
+from explorer_site import DRAWN, Opened, Site, curve, page, part, press, serving, until_drawn, until_status, value
 from tools import package
 
 from jointlib.cli.explore import identified
@@ -32,10 +32,15 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
         yield site
 
 
+@pytest.fixture(scope="module")
+def opened(chromium: Browser, site: Site) -> Iterator[Opened]:
+    with page(chromium, site) as tab:
+        yield Opened.now(tab)
+
+
 @pytest.fixture
-def tab(chromium: Browser, site: Site) -> Iterator[Tab]:
-    with page(chromium, site) as opened:
-        yield opened
+def tab(opened: Opened) -> Tab:
+    return opened.anew()
 
 
 def test_dragging_a_slider_moves_every_curve(tab: Tab) -> None:
@@ -79,11 +84,11 @@ def test_a_click_reads_what_jointlib_lobes_says_of_the_saved_machine(tab: Tab, s
     assert found, read
     speed = tab.evaluate("document.querySelector('#lobes .js-plotly-plot')._fullData.at(-2).x[0]")
     assert float(found[1]) == pytest.approx(speed, rel=1e-5)
-    done = jointlib(["lobes", str(site.folder / "clicked.toml"), "--speed", repr(speed), "--json"])
+    done = jointlib(["lobes", str(site.folder / "clicked.toml"), "--speed", repr(speed), "--amplitude", "0", "--json"])
     assert done.status == 0, done.err
-    assert float(found[2]) == pytest.approx(done.json["depth"][0] * 1e3, rel=1e-5)
-    assert float(found[3]) == pytest.approx(done.json["chatter_frequency"][0], rel=1e-5)
-    assert (found[4], int(found[5])) == (done.json["kind"][0], done.json["lobe"][0])
+    ((depth,),), ((chatter,),) = done.json["depth"], done.json["chatter_frequency"]
+    assert (float(found[2]), float(found[3])) == pytest.approx((depth * 1e3, chatter), rel=1e-5)
+    assert (found[4], int(found[5])) == (done.json["kind"][0][0], done.json["lobe"][0][0])
 
 
 def test_locked_sliders_stay(tab: Tab) -> None:
@@ -114,6 +119,14 @@ def test_a_bad_value_is_refused_in_words_beside_its_field(tab: Tab, text: str) -
     tab.type_into(part("field", PRELOAD), "600 N")
     tab.until(f"!document.querySelector({json.dumps(part('said', PRELOAD))}).textContent")
     until_drawn(tab, before)
+
+
+def test_a_bad_speed_is_refused_in_words(tab: Tab) -> None:
+    for text, words in (("fast", "read at: fast, expected a spindle speed"), ("nan", "read at: nan")):
+        tab.type_into("#read-at", text)
+        until_status(tab, words)
+    tab.type_into("#read-at", "99000")
+    tab.until("document.querySelector('#reading').textContent.includes('expected 3000 to 12000 rpm')")
 
 
 def test_no_request_leaves_this_computer(tab: Tab, site: Site) -> None:
@@ -284,6 +297,7 @@ def test_a_broken_request_gets_no_traceback(site: Site, body: bytes) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("amplitude", ["0", "5"])
 def test_a_slider_is_answered_within_three_tenths_of_a_second(tab: Tab, amplitude: str) -> None:
+    """From the key to the last picture, the best of sixteen: other work on the computer can only add to it."""
     before = curve(tab, "frf")
     tab.type_into(part("field", AMPLITUDE), amplitude)
     if amplitude != "0":
@@ -291,14 +305,13 @@ def test_a_slider_is_answered_within_three_tenths_of_a_second(tab: Tab, amplitud
     tab.evaluate(
         "window.took = []; window.since = 0;"
         "addEventListener('keydown', () => { window.since = performance.now(); }, true);"
-        "document.querySelector('#lobes .js-plotly-plot').on('plotly_afterplot', () => {"
+        "document.querySelector('#gain .js-plotly-plot').on('plotly_afterplot', () => {"
         "if (window.since) window.took.push(performance.now() - window.since); window.since = 0; })"
     )
     tab.focus(part("slider", PRELOAD))
-    for count in range(1, 12):
+    for count in range(1, 17):
         tab.press("ArrowRight")
         tab.until(f"window.took.length >= {count}")
-    # Other work on the computer can only add to it.
     assert min(tab.evaluate("window.took")) < 300
 
 
