@@ -193,3 +193,26 @@ def test_the_page_tells_people_units_and_how_sure_it_is(tmp_path: Path) -> None:
         "What this stands on",
     ]
     assert "m/N" not in re.sub(r"µm/N", "", re.sub(r"<svg.*?</svg>", "", html, flags=re.S))
+
+
+def test_the_shipped_comparison_of_the_column_mills(tmp_path: Path) -> None:
+    """Thinned to one place. In B the saddle turns on its carriages under a force in x: L²/K softer, 1.54 nm/N."""
+    text = (LIBRARY / "column_mill.study.toml").read_text()
+    text = text.replace('"column_mill_', f'"{LIBRARY}/column_mill_')
+    for old, new in (
+        (r"position = .*", 'position = { x = ["0 mm"], z = ["0 mm"] }'),
+        (r'values = \["700 N/um", "1000 N/um"\]\nwords = .*', 'values = ["700 N/um"]'),
+        (r"samples = \d+", "samples = 1"),
+    ):
+        assert re.search(old, text)
+        text = re.sub(old, new, text)
+    (tmp_path / "s.study.toml").write_text(text)
+    opened = read_study(tmp_path / "s.study.toml")
+    results = Evaluation(opened.source)(0, 6)
+    a, b = results["static-compliance"].reshape(2, 3)
+    np.testing.assert_allclose(b - a, 0.62**2 / (4 * 1000e6 * 0.25**2), rtol=0.06)
+    # More preload makes the bearings stiffer and, with the same grease, the spindle less damped.
+    assert np.all(np.diff(a) < 0)
+    depth = results["minimum-depth"].reshape(2, 3)
+    assert np.all(np.diff(depth[:, 1:]) < 0)
+    assert {d.factors["machine"] for d in judge(opened, results).leading} == {"A", "B"}
