@@ -161,7 +161,7 @@ def _contrast(title: str, study: Study, found: Contrast) -> Section:
     if len(rows) == 1:
         text.append(f"They differ in one factor only: {rows[0][0]} {rows[0][1]} and {rows[0][2]}.")
         return Section(title, text)
-    text.append("Each factor of the other was put into the first by itself and the machine computed again.")
+    text.append("Each factor of the other was put into the first by itself, everything else staying the first's.")
     rows.append(("acting together", "", "", f"{found.remainder * scale:+.3g}"))
     table = Table(["factor", "first", "other", f"changes the {words.named(q)} by [{unit}]"], rows)
     if found.samples < study.samples:
