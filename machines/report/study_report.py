@@ -91,7 +91,7 @@ def study_page(
         assumptions=_assumptions(study),
         warnings=[],
         command=command,
-        version=str(identity.get("program", version("jointlib"))),
+        version=f"{identity.get('program', version('jointlib'))}, numpy {version('numpy')}, scipy {version('scipy')}",
     )
 
 
