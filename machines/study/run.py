@@ -54,7 +54,7 @@ def planned(study: Study, folder: Path) -> Study:
     """The study with the designs that its search has proposed so far; any other study as it is."""
     if not study.searched:
         return study
-    rows = [_proposed(path) for path in sorted((folder / _PLAN).glob("*.npz"))]
+    rows = [_proposed(path) for path in sorted((folder / _PLAN).glob("*.npz"), key=lambda p: int(p.stem))]
     return replace(study, found=np.concatenate(rows)) if rows else study
 
 
