@@ -103,7 +103,7 @@ def _numbers(study: Study, verdict: Verdict) -> list[tuple[str, str]]:
             for o in study.objectives
         ]
     if verdict.surer is not None:
-        told.append(("better than the second", f"{100 * verdict.surer:.0f} % of {study.samples}"))
+        told.append(("samples where it is better", f"{100 * verdict.surer:.0f} % of {study.samples}"))
     return told
 
 

@@ -126,7 +126,7 @@ def effects_section(study: Study, verdict: Verdict) -> Section:
             f"The {words.named(quantity)} depends most on {strongest.factor.name}, which alone explains "
             f"{100 * strongest.first:.0f} % of its variance over the designs."
         )
-    if study.method == "latin-hypercube":
+    if study.method not in ("factorial", "sobol"):
         text.append("From this plan the shares are estimated in bins; interactions need a 'sobol' or 'factorial' plan.")
     text += [
         f"The {words.named(o.quantity)} is the same in every design, or nowhere finite."
