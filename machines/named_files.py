@@ -8,6 +8,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from jointlib.errors import InputError
+
 
 def documents_and_data(path: Path) -> set[Path]:
     """A file and every file that its text names, in turn."""
@@ -45,7 +47,10 @@ def renamed(value: Any, folder: Path, name: Callable[[Path], str]) -> Any:
 
 def read(path: Path) -> dict[str, Any]:
     """The tables of a TOML file, unchecked."""
-    return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
+    try:
+        return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: not valid TOML: {error}") from None
 
 
 def _absolute(path: Path) -> Path:

@@ -36,7 +36,7 @@ DOCS = ROOT / "docs"
 PAGES = sorted(path.name for path in DOCS.glob("*.md"))
 LANGUAGES = {"console", "python", "toml", "text"}
 """``text`` is what must not run; a ``toml`` or ``python`` block that begins with ``# file: NAME`` is written there."""
-ELSEWHERE = re.compile(r"jointlib (run|explore|trace .*guide_mill)")
+ELSEWHERE = re.compile(r"jointlib (run|explore|trace .*guide_mill|.*\bmills\b)")
 """What takes long and is run by other tests; here only the arguments are read."""
 _FENCE = re.compile(r"^```(\{?[\w-]+\}?)[^\n]*\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 _SPAN = re.compile(r"`([^`]+)`")

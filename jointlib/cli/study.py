@@ -45,7 +45,9 @@ def _options(function: Any) -> Any:
 def run(
     study: Path, workers: int | None, shard: str | None, scheduler: str | None, output: Path, as_json: bool
 ) -> None:
-    """Compute every configuration of STUDY; what is in the folder already is not computed again.
+    """Compute every configuration of STUDY, and end with a report and the best machine as a file.
+
+    What is in the folder already is not computed again.
 
     \b
     Example:

@@ -57,7 +57,7 @@ def _write(
     best = None
     if verdict.best is not None:
         best = write_best(study, evaluate, joints, verdict.ranking, verdict.best, output / BEST)
-        found = [contrast(study, evaluate, verdict.best, rival) for rival in rivals(study, verdict)]
+        found = [contrast(study, evaluate, verdict.ranking, verdict.best, rival) for rival in rivals(study, verdict)]
     files = (study.source, *inputs(study))
     command = f"jointlib study run {study.source} -o {output}"
     page = study_page(study, results, verdict, found, best, files, identity(study), command)

@@ -37,7 +37,7 @@ def answer(study: Study, verdict: Verdict) -> str:
         second = verdict.leading[1]
         said += f"; {words.apart(best.results[main.quantity], second.results[main.quantity])} than the second"
     if verdict.surer is not None:
-        said += f"; better in {100 * verdict.surer:.0f} % of the samples"
+        said += f"; better in {100 * verdict.surer:.0f} % of the {study.samples} samples"
     said += "."
     if len(study.objectives) > 1 and len(verdict.front) > 1:
         others = " and ".join(words.named(o.quantity) for o in study.objectives)
@@ -91,7 +91,7 @@ def study_page(
         assumptions=_assumptions(study),
         warnings=[],
         command=command,
-        version=str(identity.get("program", version("jointlib"))),
+        version=f"{identity.get('program', version('jointlib'))}, numpy {version('numpy')}, scipy {version('scipy')}",
     )
 
 
@@ -103,7 +103,7 @@ def _numbers(study: Study, verdict: Verdict) -> list[tuple[str, str]]:
             for o in study.objectives
         ]
     if verdict.surer is not None:
-        told.append(("better than the second", f"{100 * verdict.surer:.0f} % of samples"))
+        told.append(("samples where it is better", f"{100 * verdict.surer:.0f} % of {study.samples}"))
     return told
 
 

@@ -126,7 +126,7 @@ def effects_section(study: Study, verdict: Verdict) -> Section:
             f"The {words.named(quantity)} depends most on {strongest.factor.name}, which alone explains "
             f"{100 * strongest.first:.0f} % of its variance over the designs."
         )
-    if study.method == "latin-hypercube":
+    if study.method not in ("factorial", "sobol"):
         text.append("From this plan the shares are estimated in bins; interactions need a 'sobol' or 'factorial' plan.")
     text += [
         f"The {words.named(o.quantity)} is the same in every design, or nowhere finite."
@@ -161,7 +161,7 @@ def _contrast(title: str, study: Study, found: Contrast) -> Section:
     if len(rows) == 1:
         text.append(f"They differ in one factor only: {rows[0][0]} {rows[0][1]} and {rows[0][2]}.")
         return Section(title, text)
-    text.append("Each factor of the other was put into the first by itself and the machine computed again.")
+    text.append("Each factor of the other was put into the first by itself, everything else staying the first's.")
     rows.append(("acting together", "", "", f"{found.remainder * scale:+.3g}"))
     table = Table(["factor", "first", "other", f"changes the {words.named(q)} by [{unit}]"], rows)
     if found.samples < study.samples:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +10,7 @@ from jointlib.arrays import Array
 
 from .evaluation import Evaluation
 from .study import Objective, Study
-from .verdict import Design, worst_of
+from .verdict import Design, Ranking, worst_of
 
 _MOST = 2000
 """Configurations that a contrast may compute; beyond that the samples are thinned."""
@@ -50,37 +49,44 @@ class Contrast:
         return left if abs(left) > _ROUNDING * max(abs(self.first), abs(self.second)) else 0.0
 
 
-def contrast(study: Study, evaluate: Evaluation, best: Design, other: Design) -> Contrast:
+def contrast(study: Study, evaluate: Evaluation, ranking: Ranking, best: Design, other: Design) -> Contrast:
     """Exchange every factor in which two designs differ.
 
-    All are computed anew with the same samples, so that the differences have no noise.
+    What the plan does not hold is computed, with the same samples, so that the differences have no noise.
     """
-    rows = study.shaped(np.arange(len(study.numbers()), dtype=float)).astype(int)
-    plan = study.numbers()
-    a, b = plan[rows[best.number, 0]], plan[rows[other.number, 0]]  # (samples, factors): cases do not change factors
-    different = [i for i, f in enumerate(study.factors) if not f.uncertain and a[0, i] != b[0, i]]
-    per_sample = (len(different) + 2) * len(study.cases)
-    kept = max(1, min(len(a), _MOST // per_sample))
-    a, b = a[:kept], b[:kept]
-    swapped = []
-    for i in different:
-        mixed = a.copy()
-        mixed[:, i] = b[:, i]
-        swapped.append(mixed)
-    objective = study.objectives[0]
-    before, after, *singly = _means(study, evaluate, objective.quantity, [a, b, *swapped])
-    words = [(study.factors[i], a[0, i], b[0, i]) for i in different]
-    exchanges = tuple(
-        Exchange(f.name, f.words(float(one)), f.words(float(other)), value - before)
-        for (f, one, other), value in zip(words, singly, strict=True)
-    )
-    return Contrast(objective, (best, other), exchanges, before, after, kept)
+    a, b = ranking.numbers[best.number], ranking.numbers[other.number]
+    different = [i for i, f in enumerate(study.factors) if not f.uncertain and a[i] != b[i]]
+    swapped = [np.where(np.arange(len(a)) == i, b, a) for i in different]
+    known = [_known(study, ranking, design) for design in swapped]
+    samples = ranking.worst[study.objectives[0].quantity].shape[1]
+    computed = len(study.cases) * sum(i is None for i in known)
+    kept = max(1, min(samples, _MOST // computed)) if computed else samples
+    values = [_mean(study, evaluate, ranking, d, i, kept) for d, i in zip(swapped, known, strict=True)]
+    quantity = study.objectives[0].quantity
+    before, after = (float(np.mean(ranking.worst[quantity][d.number, :kept])) for d in (best, other))
+    exchanges = []
+    for i, value in zip(different, values, strict=True):
+        f = study.factors[i]
+        exchanges.append(Exchange(f.name, f.words(float(a[i])), f.words(float(b[i])), value - before))
+    return Contrast(study.objectives[0], (best, other), tuple(exchanges), before, after, kept)
 
 
-def _means(study: Study, evaluate: Evaluation, quantity: str, designs: Sequence[Array]) -> list[float]:
-    """The quantity of designs given by their rows (samples, factors): worst over the cases, mean over the samples."""
-    asked = [(row, case) for design in designs for case in study.cases for row in design]
-    found = evaluate.each(asked)
-    values = found[quantity].reshape(len(designs), len(study.cases), -1)
+def _known(study: Study, ranking: Ranking, design: Array) -> int | None:
+    """The number of a design that the plan holds."""
+    chosen = [i for i, f in enumerate(study.factors) if not f.uncertain]
+    found = np.flatnonzero(np.all(ranking.numbers[:, chosen] == design[chosen], axis=1))
+    return int(found[0]) if len(found) else None
+
+
+def _mean(study: Study, evaluate: Evaluation, ranking: Ranking, design: Array, known: int | None, kept: int) -> float:
+    """The first objective of a design: worst over the cases, mean over the first samples."""
+    quantity = study.objectives[0].quantity
+    if known is not None:
+        return float(np.mean(ranking.worst[quantity][known, :kept]))
+    rows = study.numbers()[: study.repeats][:kept]  # the first case of the first design, for its samples
+    uncertain = np.array([f.uncertain for f in study.factors])
+    drawn = np.where(uncertain, rows, design)
+    found = evaluate.each([(row, case) for case in study.cases for row in drawn])
+    values = found[quantity].reshape(1, len(study.cases), kept)
     at = worst_of(study, {quantity: values})[quantity]
-    return [float(v) for v in np.mean(np.take_along_axis(values, at[:, None], axis=1)[:, 0], axis=1)]
+    return float(np.mean(np.take_along_axis(values, at[:, None], axis=1)))

@@ -15,6 +15,8 @@ from .sampling import sensitivities
 _LEVELS = 12
 """Different values up to which each is a level of its own."""
 _BINS = 6
+_LONG = 24
+"""Letters of a value that a picture has room for."""
 _FEWEST = 3
 """Designs that a bin needs at least."""
 
@@ -35,8 +37,9 @@ class Effect:
 
     @property
     def words(self) -> list[str]:
-        """The values as people read them."""
-        return [self.factor.words(float(f"{x:.3g}")) for x in self.place]
+        """The values as people read them, cut off where they are long."""
+        full = [self.factor.words(float(f"{x:.3g}")) for x in self.place]
+        return [word if len(word) <= _LONG else f"{word[:_LONG]}…" for word in full]
 
 
 def effects(factors: Sequence[Factor], numbers: Array, result: Array, method: str) -> list[Effect]:

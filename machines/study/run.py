@@ -21,6 +21,7 @@ from jointlib.errors import InputError
 from jointlib.io.atomic import sha256, write_npz
 from jointlib.joint import Joint
 
+from ..named_files import documents_and_data, named_files
 from .asked import check_asked
 from .engine import compute, process_pool, single_threaded
 from .evaluation import Evaluation, Generation
@@ -173,41 +174,14 @@ def identity(study: Study) -> dict[str, Any]:
 def inputs(study: Study) -> tuple[Path, ...]:
     """Every file that the configurations are made from."""
     bases = [study.base, *(study.source.parent / str(v) for f in study.factors if f.path == BASE for v in f.choices)]
-    found = {file for base in bases for file in _files(base, frozenset())}
-    words = {word for f in study.factors if f.path != BASE for word in _words(list(f.choices))}
-    named = (folder / word for folder in {file.parent for file in found} for word in words if _may_name(word))
-    found |= {file for path in named if path.is_file() for file in _files(path, frozenset())}
+    for base in bases:
+        if not base.is_file():
+            raise InputError(f"{base}: no such file, expected a machine file")
+    found = {file for base in bases for file in documents_and_data(base)}
+    choices = [list(f.choices) for f in study.factors if f.path != BASE]
+    named = {file for folder in {file.parent for file in found} for file in named_files(choices, folder)}
+    found |= {file for path in named for file in documents_and_data(path)}
     return tuple(sorted(found))
-
-
-def _may_name(word: str) -> bool:
-    return len(word) < 200 and "\n" not in word
-
-
-def _files(path: Path, above: frozenset[Path]) -> set[Path]:
-    """A file and every file that its text names, in turn."""
-    import tomllib
-
-    if not path.is_file():
-        raise InputError(f"{path}: no such file, expected a machine file")
-    found = {path.resolve()}
-    if path.suffix == ".toml" and path not in above:
-        try:
-            table = tomllib.loads(path.read_text("utf-8-sig"))
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-            raise InputError(f"{path}: not valid TOML: {error}") from None
-        for word in _words(table):
-            named = path.parent / word
-            if _may_name(word) and named.is_file():
-                found |= _files(named, above | {path})
-    return found
-
-
-def _words(value: Any) -> set[str]:
-    if isinstance(value, str):
-        return {value}
-    inside = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
-    return {word for part in inside for word in _words(part)}
 
 
 def _code() -> str:
