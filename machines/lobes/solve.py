@@ -64,14 +64,8 @@ def stability_lobes(
     frequency
         Lines in Hz where the search starts; needed for a function. The first and the last bound the search.
     """
-    speeds = np.asarray(speed, dtype=float)
-    if speeds.size == 0 or not np.all(np.isfinite(speeds) & (speeds > 0)):
-        raise InputError("lobes: spindle speeds must be finite, positive and at least one, in rpm")
-    name = _default(receptance, cutting, speed) if method is None else method
-    if name not in METHODS:
-        raise InputError(f"lobes: no method {method!r}, {nearest(str(method), METHODS)}")
-    if cutting.process not in METHODS[name]:
-        raise InputError(f"{name}: the process is {cutting.process}, expected {' or '.join(METHODS[name])}")
+    speeds = spindle_speeds(speed)
+    name = default_method(receptance, cutting, speeds) if method is None else known_method(method, cutting)
     model = receptance if isinstance(receptance, ToolModel) else None
     if model is not None and axes is not None:
         raise InputError("lobes: a ToolModel already has its axes, leave them out")
@@ -81,9 +75,7 @@ def stability_lobes(
         receptance = tool_point(receptance, _assumed_axes(receptance, cutting, axes), frequency)
     elif axes is not None or frequency is not None:
         raise InputError("lobes: a ToolPoint already has its axes and frequencies, leave both out")
-    warnings = sign_warnings(receptance)
-    if cutting.exponent != 1:
-        warnings += (_POWER_LAW,)
+    warnings = said_before(receptance, cutting)
 
     if name in ("multi-frequency", "collocation"):
         if name == "multi-frequency":
@@ -131,7 +123,24 @@ def stability_lobes(
     )
 
 
-def _default(receptance: FRF | Receptance | ToolPoint | ToolModel, cutting: Cutting, speed: ArrayLike) -> str:
+def spindle_speeds(speed: ArrayLike) -> Array:
+    """Spindle speeds in rpm, checked."""
+    speeds = np.asarray(speed, dtype=float)
+    if speeds.size == 0 or not np.all(np.isfinite(speeds) & (speeds > 0)):
+        raise InputError("lobes: spindle speeds must be finite, positive and at least one, in rpm")
+    return speeds
+
+
+def known_method(method: str, cutting: Cutting) -> str:
+    """The name of a method, checked against the process."""
+    if method not in METHODS:
+        raise InputError(f"lobes: no method {method!r}, {nearest(str(method), METHODS)}")
+    if cutting.process not in METHODS[method]:
+        raise InputError(f"{method}: the process is {cutting.process}, expected {' or '.join(METHODS[method])}")
+    return method
+
+
+def default_method(receptance: FRF | Receptance | ToolPoint | ToolModel, cutting: Cutting, speed: Array) -> str:
     """Collocation for a tool with modes, unless a tooth period holds so many oscillations that harmonics are faster."""
     if cutting.process != "milling":
         return "turning"
@@ -140,6 +149,11 @@ def _default(receptance: FRF | Receptance | ToolPoint | ToolModel, cutting: Cutt
         if receptance.fastest * period <= _MOST_PHASE:
             return "collocation"
     return "multi-frequency"
+
+
+def said_before(point: ToolPoint, cutting: Cutting) -> tuple[str, ...]:
+    """What is doubtful whatever the method."""
+    return sign_warnings(point) + ((_POWER_LAW,) if cutting.exponent != 1 else ())
 
 
 def _assumed_axes(receptance: FRF | Receptance, cutting: Cutting, axes: Sequence[str] | None) -> Sequence[str] | None:
