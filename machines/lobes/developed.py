@@ -4,7 +4,8 @@ Chatter holds the lines ω + qω_T. Its amplitude A is that of the line at which
 held, on all lines, as the springs and dampers that they are at A and the frequency f of that line, moved by the force
 that the crossing has there. Neither f nor that force is known before: with the joints as they are at each resonance in
 turn, the crossings whose strongest line is nearest to that resonance are found; each is then followed until joints,
-frequency and force agree. Of those that do, the one of lowest depth is the limit.
+frequency and force agree. Of those that do, the one of lowest depth is the limit. Where two lines of one crossing are
+nearly alike, that is the case with either as the chatter: a line is kept while the tool moves half as much as at most.
 """
 
 from __future__ import annotations
@@ -165,7 +166,7 @@ class DevelopedChatter:
             crossing = near(loop, found.crossing)
             if not crossing.kind:
                 return None
-            order, direction = loop.strongest(crossing)
+            order, direction = loop.strongest(crossing, found.order)
             change = abs(crossing.depth / found.crossing.depth - 1)
             found = Persistent(crossing, order, direction)
             if change <= _SETTLED:

@@ -31,6 +31,7 @@ Held = Callable[[Array], tuple[Array, ComplexArray]]
 """ν, (g,) → the frequency of the chatter in Hz, (g,), and the gains of all joints in N/m, (g, connections)."""
 
 _PAST = 3
+_HALF = 0.5
 
 
 def constant(frequency: float, gain: ComplexArray) -> Held:
@@ -45,8 +46,11 @@ class HeldLoop(ABC):
     def __call__(self, fraction: Array) -> ComplexArray: ...
 
     @abstractmethod
-    def strongest(self, crossing: Crossing) -> tuple[int, ComplexArray]:
-        """Order of the line at which the tool moves most, and the force on the tool there at a positive frequency."""
+    def strongest(self, crossing: Crossing, order: int | None = None) -> tuple[int, ComplexArray]:
+        """Order of the line at which the tool moves most, and the force on the tool there at a positive frequency.
+
+        A given ``order`` is kept where the tool moves at least half as much.
+        """
 
 
 class HeldJoints(ABC):
@@ -87,14 +91,14 @@ class _Modes(HeldLoop):
         parts = zip(chatter.tolist(), gain, fraction[:, None], strict=True)
         return np.concatenate([self._at(f, g)[1](nu) for f, g, nu in parts])
 
-    def strongest(self, crossing: Crossing) -> tuple[int, ComplexArray]:
+    def strongest(self, crossing: Crossing, order: int | None = None) -> tuple[int, ComplexArray]:
         chatter, gain = self.held(np.array([crossing.fraction]))
         model, arc = self._at(float(chatter[0]), gain[0])
         reach = int(np.ceil(model.fastest / np.pi / self.tooth)) + 1
         orders = np.arange(-reach - 1.0, reach + 1.0)
         force = arc.force(crossing.fraction, eigenvector(arc, crossing), orders)
         moved = np.einsum("qab,qb->qa", model((crossing.fraction + orders) * self.tooth), force)
-        return _strongest(crossing, orders, force, moved)
+        return _strongest(crossing, orders, force, moved, order)
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,10 +132,10 @@ class _Harmonics(HeldLoop):
     def __call__(self, fraction: Array) -> ComplexArray:
         return self.loop(fraction)
 
-    def strongest(self, crossing: Crossing) -> tuple[int, ComplexArray]:
+    def strongest(self, crossing: Crossing, order: int | None = None) -> tuple[int, ComplexArray]:
         force = self.loop.force(eigenvector(self.loop, crossing))
         moved = np.einsum("qab,qb->qa", self.loop.lines(np.array([crossing.fraction]))[0], force)
-        return _strongest(crossing, self.loop.orders, force, moved)
+        return _strongest(crossing, self.loop.orders, force, moved, order)
 
 
 @dataclass(frozen=True, eq=False)
@@ -232,8 +236,12 @@ def _coupled(view: View, gain: ComplexArray, joints: int) -> ComplexArray:
     return np.asarray(direct - c.through(through, gain) @ q)
 
 
-def _strongest(crossing: Crossing, orders: Array, force: ComplexArray, moved: ComplexArray) -> tuple[int, ComplexArray]:
+def _strongest(
+    crossing: Crossing, orders: Array, force: ComplexArray, moved: ComplexArray, order: int | None
+) -> tuple[int, ComplexArray]:
     """The strongest line; of two alike the one of positive frequency."""
     size = np.linalg.norm(moved, axis=1)
     at = int(np.flatnonzero(size >= (1 - 1e-9) * np.max(size))[-1])
+    kept = at if order is None else int(np.flatnonzero(orders == order)[0])
+    at = kept if size[kept] >= _HALF * size[at] else at
     return int(orders[at]), force[at] if crossing.fraction + orders[at] > 0 else force[at].conj()

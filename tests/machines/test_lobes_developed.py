@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ from jointlib.laws.jenkins import Jenkins
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from machines import Connection, Lumped, Machine, lobes_at_amplitude, read_machine
-from machines.lobes import Cutting
+from machines.lobes import Cutting, witness
 from machines.lobes.amplitude import wide_receptance
 from machines.lobes.critical_depth import Crossing, first_crossings
 from machines.lobes.developed_lobes import developed_chatter
@@ -115,6 +116,30 @@ def test_the_joint_is_moved_by_the_force_that_the_crossing_has() -> None:
     value = np.linalg.eigvals(loop(np.array([found.crossing.fraction]))[0])
     turned = value * (1 - np.exp(-2j * np.pi * found.crossing.fraction))
     assert np.min(np.abs(1 + found.crossing.depth * turned)) < 1e-6
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("speed", "depth", "sizes", "chatter", "stable", "share"),
+    [
+        (4000.0, 2.0e-3, (2e-6, 8e-6), 333.0, True, 0.02),
+        (4000.0, 2.6e-3, (10e-6, 40e-6), 327.0, False, 0.01),
+        (3473.0, 4.5e-3, (2e-6, 10e-6), 330.0, True, 0.04),
+        (3473.0, 5.0e-3, (15e-6, 30e-6), 323.0, False, 0.03),
+        (3473.0, 5.5e-3, (9e-6, 36e-6), 322.0, False, 0.08),
+    ],
+)
+def test_the_cut_of_a_machine_with_modes_in_time_is_near_the_held_joints(
+    speed: float, depth: float, sizes: tuple[float, float], chatter: float, stable: bool, share: float
+) -> None:
+    """Elastic slip in the guide: the depth predicted at the amplitude that the simulation settles on, or parts at."""
+    machine = guide_mill()
+    cut = {key: value for key, value in (machine.cutting or {}).items() if key != "feed"}
+    machine = replace(machine, cutting=cut)
+    found = witness(machine, speed, depth, np.geomspace(*sizes, 4), rounds=3, waves=150, steps=40, frequency=chatter)
+    (cycle,) = found.cycles
+    assert cycle.stable == stable
+    assert lobes_at_amplitude(machine, [speed], cycle.amplitude).depth[0] == pytest.approx(depth, rel=share)
 
 
 @pytest.mark.slow
