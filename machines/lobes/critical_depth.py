@@ -113,7 +113,7 @@ def _lowest(found: list[Crossing], ceiling: float) -> float:
 def _largest(matrices: ComplexArray) -> Array:
     """An upper bound of the largest eigenvalue: the norm of the eighth power, to the power 1/8."""
     scale = np.linalg.norm(matrices, axis=(1, 2))
-    power = matrices / scale[:, None, None]
+    power = matrices / np.where(scale > 0, scale, 1.0)[:, None, None]
     for _ in range(3):
         power = power @ power
     return np.asarray(scale * np.linalg.norm(power, axis=(1, 2)) ** (1 / 8))

@@ -121,8 +121,8 @@ def _harmonic(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> Found:
         P *= 2
     raise CheckFailed(
         f"multi-frequency: more than {_MOST_SEARCHED} harmonics of a tooth frequency of {loop.tooth_frequency:g} Hz "
-        "would be needed; raise the spindle speed, narrow the band, or take zero-order, which is near the truth with "
-        "that many waves between two teeth"
+        "would be needed; take collocation where the tool has modes, raise the spindle speed, narrow the band, or take "
+        "zero-order, which is near the truth with that many waves between two teeth"
     )
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from jointlib.arrays import Array, ArrayLike
-from jointlib.errors import InputError, Outcome, nearest
+from jointlib.errors import CheckFailed, InputError, Outcome, nearest
 from jointlib.frf import FRF
 
 from . import periodic, turning, zero_order
@@ -28,8 +28,8 @@ METHODS = {
 }
 """The methods and the processes each is for."""
 
-_MOST_PHASE = 80.0
-"""rad that the fastest mode turns in a tooth period, up to which collocation is the default."""
+_MOST_PHASE = 150.0
+"""rad that the fastest mode turns in the cut of a tooth period, up to which collocation is the default."""
 _POWER_LAW = (
     "The force grows with a power of the chip thickness other than 1: the depths hold for vanishing vibration at the "
     "nominal feed, and a knock can start chatter below them."
@@ -58,7 +58,8 @@ def stability_lobes(
         Spindle speeds in rpm, any shape.
     method
         ``"turning"``; for milling ``"multi-frequency"``, ``"zero-order"`` (a preview) or ``"collocation"`` (of a
-        `ToolModel`). Without it: turning, collocation of a `ToolModel`, else multi-frequency.
+        `ToolModel`). Without it: turning, collocation of a `ToolModel` (multi-frequency where its cut is long against
+        its oscillations and no more than 128 harmonics are needed), else multi-frequency.
     axes
         Directions that move, ``("x",)``, ``("y",)`` or ``("x", "y")``; see `tool_point`.
     frequency
@@ -78,8 +79,14 @@ def stability_lobes(
     warnings = said_before(receptance, cutting)
 
     if name in ("multi-frequency", "collocation"):
+        chart = None
         if name == "multi-frequency":
-            chart = periodic.by_harmonics(receptance, cutting, speeds.ravel())
+            try:
+                chart = periodic.by_harmonics(receptance, cutting, speeds.ravel())
+            except CheckFailed:
+                if method is not None or model is None:
+                    raise
+        if chart is not None:
             if receptance.sampled:
                 traced = trace(receptance, zero_order.loop_stiffness(cutting, receptance.axes))
                 warnings += tuple(_wide_lines(receptance, traced))
@@ -141,12 +148,13 @@ def known_method(method: str, cutting: Cutting) -> str:
 
 
 def default_method(receptance: FRF | Receptance | ToolPoint | ToolModel, cutting: Cutting, speed: Array) -> str:
-    """Collocation for a tool with modes, unless a tooth period holds so many oscillations that harmonics are faster."""
+    """Collocation for a tool with modes, unless the cut holds so many oscillations that harmonics are faster."""
     if cutting.process != "milling":
         return "turning"
     if isinstance(receptance, ToolModel):
         period = 60 / (cutting.cuts_per_revolution * float(np.min(speed)))
-        if receptance.fastest * period <= _MOST_PHASE:
+        arc = (cutting.exit_angle - cutting.entry_angle) * cutting.cuts_per_revolution / (2 * np.pi)
+        if receptance.fastest * period * min(1.0, arc) <= _MOST_PHASE:
             return "collocation"
     return "multi-frequency"
 
