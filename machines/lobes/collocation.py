@@ -14,14 +14,13 @@ Too few nodes make a cut look stable, so every result is computed with n and n +
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
-from jointlib.errors import CheckFailed
 
 from .cutting import Cutting
 from .tool_model import ToolModel
@@ -31,14 +30,11 @@ MORE = 10
 _LONGEST = 60.0
 """θ above which a stretch is split."""
 FINER = 4
-_RAISES = 8
-_GUARD = 1e-7
-_BLOCK = 1_000_000
 
 
 @dataclass(frozen=True, eq=False)
 class ArcMap:
-    """One tooth period at one speed; see the module for R, T, E and L.
+    """One tooth period at a speed, or at several along a first axis; see the module for R, T, E and L.
 
     ``time`` of the nodes in tooth periods, ``weight`` of a quadrature over them, ``along`` U, shape (nodes, axes, r).
     """
@@ -52,7 +48,7 @@ class ArcMap:
     along: Array
 
     def __call__(self, fraction: Array) -> ComplexArray:
-        """The loop at ν = ωτ/2π, shape (g, nodes·r, nodes·r), for the search of the boundary."""
+        """The loop at ν = ωτ/2π, shape (g, nodes·r, nodes·r), for the search of the boundary at one speed."""
         turn = np.exp(2j * np.pi * fraction)[:, None, None]
         ring = np.linalg.solve(turn * np.eye(len(self.period)) - self.period, self.push.astype(complex))
         return np.asarray(self.volterra + self.entry @ ring)
@@ -63,111 +59,116 @@ class ArcMap:
         turn = np.exp(-2j * np.pi * (fraction + orders)[:, None] * self.time)
         return np.asarray(turn @ np.einsum("kar,kr->ka", self.along, chip))
 
-    def multipliers(self, depth: Array) -> Array:
-        """Largest size of a Floquet multiplier at depths in m, shape (d,)."""
-        size = len(self.period) + len(self.volterra)
-        block = max(1, _BLOCK // size**2)
-        parts = [np.linalg.eigvals(self.maps(depth[start : start + block])) for start in range(0, len(depth), block)]
-        return np.concatenate([np.max(np.abs(part), axis=1) for part in parts])
+    @property
+    def size(self) -> int:
+        """Number of Floquet multipliers."""
+        return int(self.period.shape[-1] + self.volterra.shape[-1])
+
+    def multipliers(self, depth: Array) -> ComplexArray:
+        """All Floquet multipliers at depths in m, shape (…, d) → (…, d, size)."""
+        if self.volterra.ndim == 2:
+            return np.asarray(np.linalg.eigvals(self.maps(depth)), dtype=complex)
+        several = np.broadcast_to(depth, (len(self.volterra), depth.shape[-1]))
+        return np.stack([self.at(i).multipliers(w) for i, w in enumerate(several)])
+
+    def at(self, i: int) -> ArcMap:
+        """The map at one of several speeds."""
+        return replace(self, entry=self.entry[i], volterra=self.volterra[i], period=self.period[i], push=self.push[i])
 
     def maps(self, depth: Array) -> Array:
-        """(x, η) → (x, η) one tooth period on, at depths in m, shape (d, states + nodes·r, …)."""
-        states, count = len(self.period), len(self.volterra)
-        w = depth[:, None, None]
-        Z = np.linalg.inv(np.eye(count) + w * self.volterra)
-        whole = np.empty((len(depth), states + count, states + count))
-        np.matmul(Z, self.entry, out=whole[:, states:, :states])
-        whole[:, states:, states:] = np.eye(count) - Z
-        pushed = w * (self.push @ Z)
-        whole[:, :states, states:] = pushed
-        whole[:, :states, :states] = self.period - pushed @ self.entry
+        """(x, η) → (x, η) one tooth period on, at depths in m, shape (…, d) → (…, d, size, size)."""
+        states, one = self.period.shape[-1], np.eye(self.volterra.shape[-1])
+        w = depth[..., None, None]
+        entry, push = self.entry[..., None, :, :], self.push[..., None, :, :]
+        Z = np.linalg.inv(one + w * self.volterra[..., None, :, :])
+        whole = np.empty((*Z.shape[:-2], self.size, self.size))
+        whole[..., states:, :states] = Z @ entry
+        np.subtract(one, Z, out=whole[..., states:, states:])
+        pushed = w * (push @ Z)
+        whole[..., :states, states:] = pushed
+        whole[..., :states, :states] = self.period[..., None, :, :] - pushed @ entry
         return whole
 
 
-def arc_map(model: ToolModel, cutting: Cutting, speed: float, more: int = MORE, share: float = 1.0) -> ArcMap:
-    """The map over one tooth period at a speed in rpm, with ⌈``share``·θ⌉ + ``more`` nodes per stretch of cut."""
+def arc_map(model: ToolModel, cutting: Cutting, speed: float | Array, more: int = MORE, share: float = 1.0) -> ArcMap:
+    """The map over one tooth period at a speed in rpm, with ⌈``share``·θ⌉ + ``more`` nodes per stretch of cut.
+
+    Several speeds, shape (b,), have the nodes of the slowest in common and become the first axis of the map.
+    """
     modes, axes = len(model.poles), ["xy".index(axis) for axis in model.axes]
     pitch = 2 * np.pi / cutting.cuts_per_revolution
-    turning = 2 * np.pi * speed / 60
-    state = np.concatenate([np.eye(modes), 1j * np.eye(modes)], axis=1)
+    turning = 2 * np.pi * np.asarray(speed, dtype=float) / 60
+    shape = turning.shape
+    state = np.broadcast_to(np.concatenate([np.eye(modes), 1j * np.eye(modes)], axis=1), (*shape, modes, 2 * modes))
     pushed: list[ComplexArray] = []
     entry, rows, times, weights, forces = [], [], [], [], []
     seen = model.weight[:, None] * model.outputs
-    edges = _edges(cutting, pitch)
-    for start, end in pairwise(edges.tolist()):
-        cut = _teeth(cutting, (start + end) / 2)
+    for start, end, cut in _stretches(cutting):
         duration = (end - start) / turning
         if not len(cut):
-            ring = np.exp(model.poles * duration)[:, None]
+            ring = np.exp(model.poles * duration[..., None])[..., None]
             state, pushed = ring * state, [ring * part for part in pushed]
             continue
-        theta = (model.fastest + 2 * turning) * duration
-        pieces = max(1, int(np.ceil(theta / _LONGEST)))
-        count = int(np.ceil(share * theta / pieces)) + more
+        pieces, count = _nodes(model, float(np.min(turning)), end - start, more, share)
         x, derivative, rule = _chebyshev(count)
-        step = duration / pieces
-        inverse = np.linalg.inv(2 / step * derivative[1:, 1:] - model.poles[:, None, None] * np.eye(count))
-        free = -2 / step * (inverse @ derivative[1:, 0])
+        rate = 2 * pieces / duration[..., None, None, None]
+        inverse = np.linalg.inv(rate * derivative[1:, 1:] - model.poles[:, None, None] * np.eye(count))
+        free = -rate[..., 0] * (inverse @ derivative[1:, 0])
         for piece in range(pieces):
             angle = start + (end - start) * (piece + (x + 1) / 2) / pieces
             U, V = _directions(cutting, axes, angle[:, None] + cut)
-            driven = inverse[:, :, :, None] * np.tensordot(model.inputs, U, (1, 1))[:, None]
-            look = np.tensordot(seen, V, (1, 1))
-            ring = (look * free[:, :, None]).transpose(1, 2, 0)
+            look, drive = np.tensordot(seen, V, (1, 1)), np.tensordot(model.inputs, U, (1, 1))
+            ring = np.einsum("pkr,...pk->...krp", look, free).reshape(*shape, -1, modes)
             entry.append((ring @ state).real)
             earlier = [(ring @ part).real for part in pushed]
-            own = np.einsum("pkr,pklc->krlc", look, driven).real
-            own[np.arange(count), :, np.arange(count), :] += np.einsum("kar,ab,kbc->krc", V, model.direct, U)
-            rows.append([*earlier, own.reshape(count, U.shape[2], -1)])
-            state = free[:, -1, None] * state
-            pushed = [free[:, -1, None] * part for part in pushed]
-            pushed.append(driven[:, -1].reshape(modes, -1))
+            own = np.einsum("pkr,...pklc->...krlc", look, inverse[..., None] * drive[:, None]).real
+            every = np.arange(count)
+            own[..., every, :, every, :] += np.einsum("kar,ab,kbc->krc", V, model.direct, U).reshape(
+                count, *(1,) * len(shape), U.shape[2], U.shape[2]
+            )
+            rows.append([*earlier, own.reshape(*shape, count * U.shape[2], -1)])
+            state = free[..., -1, None] * state
+            pushed = [free[..., -1, None] * part for part in pushed]
+            pushed.append((inverse[..., -1, :, None] * drive).reshape(*shape, modes, -1))
             times.append(angle[1:] / pitch)
             weights.append(rule * (end - start) / pieces / 2 / pitch)
             forces.append(U)
-    total = sum(part.shape[1] for part in pushed)
-    volterra = np.zeros((total, total))
+    total = sum(part.shape[-1] for part in pushed)
+    volterra = np.zeros((*shape, total, total))
     at = 0
     for row in rows:
-        flat = np.concatenate([part.reshape(part.shape[0] * part.shape[1], -1) for part in row], axis=1)
-        volterra[at : at + len(flat), : flat.shape[1]] = flat
-        at += len(flat)
-    push = np.concatenate(pushed, axis=1)
+        flat = np.concatenate(row, axis=-1)
+        volterra[..., at : at + flat.shape[-2], : flat.shape[-1]] = flat
+        at += flat.shape[-2]
+    push = np.concatenate(pushed, axis=-1)
     return ArcMap(
-        np.concatenate([part.reshape(-1, 2 * modes) for part in entry]),
+        np.concatenate(entry, axis=-2),
         volterra,
-        np.concatenate([state.real, state.imag]),
-        np.concatenate([push.real, push.imag]),
+        np.concatenate([state.real, state.imag], axis=-2),
+        np.concatenate([push.real, push.imag], axis=-2),
         np.concatenate(times),
         np.concatenate(weights),
         np.concatenate(forces),
     )
 
 
-def largest_multipliers(model: ToolModel, cutting: Cutting, speed: Array, depth: Array) -> Array:
-    """Largest |μ| over one tooth period at every speed (rpm) and depth (m), shape (speeds, depths).
+def node_count(model: ToolModel, cutting: Cutting, speed: float, more: int = MORE) -> int:
+    """Nodes of `arc_map` at a speed in rpm."""
+    cut = [end - start for start, end, teeth in _stretches(cutting) if len(teeth)]
+    return int(sum(np.prod(_nodes(model, 2 * np.pi * speed / 60, angle, more)) for angle in cut))
 
-    The number of nodes is raised until four more change no multiplier at the largest and the middle depth by more than
-    10⁻⁷ of itself (of 1 where it is smaller); a speed at which that fails raises `CheckFailed`.
-    """
-    out = np.empty((len(speed), len(depth)))
-    check = np.unique([np.max(depth), np.median(depth)])
-    for i, rpm in enumerate(speed):
-        coarse = arc_map(model, cutting, float(rpm))
-        before = coarse.multipliers(check)
-        for raise_ in range(_RAISES):
-            found = arc_map(model, cutting, float(rpm), MORE + FINER * (raise_ + 1))
-            after = found.multipliers(check)
-            if np.all(np.abs(after - before) <= _GUARD * np.maximum(after, 1.0)):
-                break
-            coarse, before = found, after
-        else:
-            raise CheckFailed(
-                f"collocation: at {rpm:g} rpm the multipliers still change with the number of nodes; "
-                "lower the depth, or use multi-frequency"
-            )
-        out[i] = coarse.multipliers(depth)
-    return out
+
+def _stretches(cutting: Cutting) -> list[tuple[float, float, Array]]:
+    """Angles of tooth 0 over one pitch between which the same teeth cut: from, to, and those teeth as `_teeth`."""
+    edges = _edges(cutting, 2 * np.pi / cutting.cuts_per_revolution).tolist()
+    return [(start, end, _teeth(cutting, (start + end) / 2)) for start, end in pairwise(edges)]
+
+
+def _nodes(model: ToolModel, turning: float, angle: float, more: int, share: float = 1.0) -> tuple[int, int]:
+    """Equal pieces of a stretch of cut, and nodes of each, at a speed in rad/s."""
+    theta = (model.fastest + 2 * turning) * angle / turning
+    pieces = max(1, int(np.ceil(theta / _LONGEST)))
+    return pieces, int(np.ceil(share * theta / pieces)) + more
 
 
 def _edges(cutting: Cutting, pitch: float) -> Array:

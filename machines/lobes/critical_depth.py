@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from itertools import islice
 
 import numpy as np
-from scipy.linalg import lu_factor, lu_solve
+from scipy.linalg.lapack import zgetrf, zgetrs
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import CheckFailed
@@ -123,14 +123,14 @@ def near(loop: Loop, crossing: Crossing) -> Crossing:
     """The same crossing of a finer loop; a loop that does not have it near by gives `NONE`."""
     nu = crossing.fraction
     if crossing.kind == "flip":
-        value = _nearest(loop(np.array([0.5]))[0], crossing.eigenvalue)
+        value, _ = _nearest(loop(np.array([0.5]))[0], crossing.eigenvalue)
         if abs(value.imag) > _REAL * abs(value) or value.real >= 0:
             return NONE
         return Crossing(-0.5 / value.real, 0.5, complex(value.real))
     before, value = nu * (1 - 1e-6), crossing.eigenvalue
-    past = _nearest(loop(np.array([before]))[0], value) * complex(regeneration(np.array(before)))
+    past = _nearest(loop(np.array([before]))[0], value)[0] * complex(regeneration(np.array(before)))
     for _ in range(20):
-        new = _nearest(loop(np.array([nu]))[0], value)
+        new, _ = _nearest(loop(np.array([nu]))[0], value)
         if abs(new - value) > _APART * abs(value):
             return NONE
         value, turned = new, new * complex(regeneration(np.array(nu)))
@@ -146,26 +146,26 @@ def near(loop: Loop, crossing: Crossing) -> Crossing:
 
 def eigenvector(loop: Loop, crossing: Crossing) -> ComplexArray:
     """What the loop carries round at a crossing, shape (m,)."""
-    values, vectors = np.linalg.eig(loop(np.array([crossing.fraction]))[0])
-    return np.asarray(vectors[:, np.argmin(np.abs(values - crossing.eigenvalue))])
+    return _nearest(loop(np.array([crossing.fraction]))[0], crossing.eigenvalue)[1]
 
 
-def _nearest(matrix: ComplexArray, guess: complex) -> complex:
-    """The eigenvalue nearest to a guess, by inverse iteration."""
-    size = len(matrix)
-    factors = lu_factor(matrix - guess * (1 + 1e-9) * np.eye(size), check_finite=False)
-    vector = np.exp(1j * np.arange(size) ** 2)
+def _nearest(matrix: ComplexArray, guess: complex) -> tuple[complex, ComplexArray]:
+    """The eigenvalue nearest to a guess and its vector, by inverse iteration."""
+    size, shift = len(matrix), guess * (1 + 1e-9)
+    factors, pivots, _ = zgetrf(matrix - shift * np.eye(size))
+    vector = np.exp(1j * np.arange(size) ** 2) / np.sqrt(size)
     value = complex(np.nan)
     for _ in range(60):
-        grown = lu_solve(factors, vector, check_finite=False)
-        share = np.vdot(vector, grown) / np.vdot(vector, vector)
+        grown, _ = zgetrs(factors, pivots, vector)
+        share = np.vdot(vector, grown)
         vector = grown / np.linalg.norm(grown)
-        new = guess * (1 + 1e-9) + 1 / complex(share)
+        new = shift + 1 / complex(share)
         if abs(new - value) <= 1e-14 * abs(new):
-            return new
+            return new, vector
         value = new
-    values = np.linalg.eigvals(matrix)
-    return complex(values[np.argmin(np.abs(values - guess))])
+    values, vectors = np.linalg.eig(matrix)
+    at = int(np.argmin(np.abs(values - guess)))
+    return complex(values[at]), np.asarray(vectors[:, at])
 
 
 def _flips(values: ComplexArray, accepted: Callable[[Crossing], bool] | None) -> list[Crossing]:
@@ -231,7 +231,7 @@ def _closed(loop: Loop, bracket: _Bracket) -> Crossing | None:
     for _ in range(80):
         nu = right - above * (right - left) / (above - below)
         nu = min(max(nu, min(left, right)), max(left, right))
-        value = _nearest(loop(np.array([nu]))[0], start + chord * (nu - origin))
+        value, _ = _nearest(loop(np.array([nu]))[0], start + chord * (nu - origin))
         turned = value * complex(regeneration(np.array(nu)))
         if abs(turned.imag) <= _TOLERANCE * abs(turned) or abs(right - left) <= 4e-15 * nu:
             return Crossing(-1 / turned.real, float(nu), value) if turned.real < 0 else None

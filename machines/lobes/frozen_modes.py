@@ -12,11 +12,12 @@ from jointlib.errors import CheckFailed, InputError
 from ..machine import Machine
 from .amplitude import _point, lobes_at_amplitude, wide_receptance
 from .chart import StabilityLobes
-from .collocation import FINER, MORE, arc_map, largest_multipliers
+from .collocation import FINER, MORE, arc_map
 from .critical_depth import Crossing, near
 from .cutting import Cutting
 from .developed_lobes import HELD, developed_chatter
 from .machine_model import machine_model, modes_at_rest
+from .multipliers import largest_multipliers
 from .periodic import NOTES
 from .tool_model import ToolModel
 

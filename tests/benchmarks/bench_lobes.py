@@ -17,7 +17,8 @@ from scipy.optimize import brentq
 
 from jointlib.arrays import Array, ComplexArray
 from machines.lobes import Cutting, stability_lobes
-from machines.lobes.collocation import arc_map, largest_multipliers
+from machines.lobes.collocation import arc_map
+from machines.lobes.multipliers import largest_multipliers
 from machines.lobes.tool_model import ToolModel
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "machines"))
@@ -120,7 +121,7 @@ def chart(directions: int) -> None:
     seconds = loop / len(points) * mu.size
     semi = np.array([largest_multiplier(*matrices(n), H, s, 2, depth) for s in CHART_SPEEDS])
     check = semi[::20, 3::10].ravel()
-    truth = np.array([arc_map(tool, HALF, s, 40).multipliers(depth) for s in CHART_SPEEDS]) < 1
+    truth = np.array([np.max(np.abs(arc_map(tool, HALF, s, 40).multipliers(depth)), axis=1) for s in CHART_SPEEDS]) < 1
     wrong, theirs = np.count_nonzero((mu < 1) != truth), np.count_nonzero((semi < 1) != truth)
     print(
         f"{mu.size} points, {n} direction(s): {ours:.2f} s by collocation, {seconds:.0f} s by a loop of "
@@ -130,15 +131,15 @@ def chart(directions: int) -> None:
 
 
 def memory() -> None:
-    """Peak while computing a coarse and a tenfold chart."""
+    """Peak beside the result while computing charts of 400 to 400 000 points."""
     tool = two_modes()
-    peaks = []
-    for count in (100, 1000):
+    for speeds, depths in ((4, 100), (4, 1000), (400, 100), (400, 1000)):
         tracemalloc.start()
-        largest_multipliers(tool, CUTTING, np.linspace(9000, 11000, 4), np.linspace(1e-5, 4e-3, count))
-        peaks.append(tracemalloc.get_traced_memory()[1])
+        chart = largest_multipliers(tool, CUTTING, np.linspace(4e3, 2e4, speeds), np.linspace(1e-5, 4e-3, depths))
+        peak = tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
-    print(f"peak memory, 4 speeds: {peaks[0] / 1e6:.1f} MB at 100 depths, {peaks[1] / 1e6:.1f} MB at 1000")
+        beside, own = (peak - chart.nbytes) / 1e6, chart.nbytes / 1e6
+        print(f"peak memory, {speeds} x {depths} points: {beside:.2f} MB beside a result of {own:.2f} MB")
 
 
 def boundary() -> None:

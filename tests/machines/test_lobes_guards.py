@@ -13,8 +13,8 @@ from jointlib.errors import CheckFailed, InputError
 from jointlib.frf import FRF
 from machines import lobes_at_amplitude, read_machine
 from machines.lobes import Cutting, stability_lobes
-from machines.lobes.collocation import largest_multipliers
 from machines.lobes.frozen_modes import multipliers
+from machines.lobes.multipliers import largest_multipliers
 from machines.lobes.tool_model import ToolModel
 
 LIBRARY = Path(__file__).parents[2] / "machines" / "library"
@@ -158,16 +158,18 @@ def test_collocation_asks_for_modes() -> None:
 def test_a_guard_that_fails_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
     """With nodes that are never enough the answer is no number at all."""
     from machines.lobes import collocation, periodic
+    from machines.lobes import multipliers as charts
 
     whole = collocation.arc_map
 
-    def poor(model: ToolModel, cutting: Cutting, speed: float, more: int = 0, share: float = 1.0) -> object:
+    def poor(model: ToolModel, cutting: Cutting, speed: float | Array, more: int = 0, share: float = 1.0) -> object:
         return whole(model, cutting, speed, 6 + more // 4, 0.0)
 
-    monkeypatch.setattr(collocation, "arc_map", poor)
+    monkeypatch.setattr(charts, "arc_map", poor)
     monkeypatch.setattr(periodic, "arc_map", poor)
-    with pytest.raises(CheckFailed, match="multipliers still change with the number of nodes"):
-        largest_multipliers(TOOL, SLOT, np.array([5000.0]), np.array([1e-3]))
+    for depth in (np.array([1e-3]), np.linspace(1e-5, 1e-3, 100)):
+        with pytest.raises(CheckFailed, match="multipliers still change with the number of nodes"):
+            largest_multipliers(TOOL, SLOT, np.array([5000.0]), depth)
     with pytest.raises(CheckFailed, match="depth still changes with the number of nodes"):
         stability_lobes(TOOL, SLOT, 5000.0, "collocation")
 
