@@ -38,8 +38,8 @@ def lobes_at_amplitude(
 
     Every joint is frozen at the describing-function gain it has at that amplitude, G(ω; A) is the receptance that
     follows, and b_lim(rpm, A) is computed from it: the depth at which a chatter line of that size neither grows nor
-    dies. Amplitude 0 is the onset from rest. In milling the direction of the vibration is that of the eigenvector
-    that chatters first at each frequency.
+    dies. Amplitude 0 is the onset from rest. In milling see `DevelopedChatter`; by the zero-order approximation the
+    vibration is, at each frequency, that of the eigenvector that chatters first.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def lobes_at_amplitude(
     amplitude
         m, peak.
     method
-        As in `stability_lobes`; for collocation see `frozen_modes`.
+        As in `stability_lobes`.
     points
         Lines to begin with; more are added where the receptance bends.
     """

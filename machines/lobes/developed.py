@@ -30,7 +30,7 @@ _CLOSE = 1.5
 _SAME = 0.05
 _ROUNDS = 40
 _SETTLED = 1e-9
-_PEAK = 0.01
+_PEAK, _MOST = 0.01, 16
 _RAISES = 6
 _TRIES = 3
 
@@ -96,7 +96,7 @@ class DevelopedChatter:
         peak = np.flatnonzero((size > padded[:-2]) & (size >= padded[2:]) & (size >= _PEAK * np.max(size)))
         if not len(peak):
             peak = np.array([np.argmax(size)])
-        peak = peak[np.argsort(-size[peak], kind="stable")]
+        peak = peak[np.argsort(-size[peak], kind="stable")][:_MOST]
         return [(float(self.table.frf.frequency[i]), self.table.gain[i]) for i in peak]
 
     def _found(self, speed: float, level: int) -> list[Persistent] | None:

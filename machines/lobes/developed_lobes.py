@@ -90,12 +90,20 @@ def developed_chatter(
 
 
 def _limits(vibrations: list[Persistent]) -> list[str]:
-    """A sentence for every limit that a joint met."""
-    counts = Counter(one.outcome for one in vibrations if one.outcome is not Outcome.CONVERGED)
-    return [
-        f"At {count} of {len(vibrations)} speeds a joint is held at its limit ({outcome.value})."
+    """A sentence for every limit that a joint met, and where joints and crossing do not agree."""
+    counts, every = Counter(one.outcome for one in vibrations), len(vibrations)
+    apart = counts.pop(Outcome.STALLED, 0)
+    said = [
+        f"At {count} of {every} speeds a joint is held at its limit ({outcome.value})."
         for outcome, count in counts.items()
+        if outcome is not Outcome.CONVERGED
     ]
+    if apart:
+        said.append(
+            f"At {apart} of {every} speeds no vibration of that size agrees with the joints it moves, as where one of "
+            "them sticks; the depth there is that with the joints as they are at the nearest resonance."
+        )
+    return said
 
 
 def _band(method: HeldJoints, vibrations: list[Persistent], speed: Array) -> list[str]:
