@@ -24,7 +24,7 @@ _AXIS = 120
 _DECADES = 6.0
 _FURTHEST = 1.0
 _STEPS = 60
-_BARELY_MOVING = 1e-10
+_BARELY_MOVING, _STUCK = 1e-10, 1e-13
 _SETTLED = 1e-11
 
 
@@ -33,6 +33,8 @@ class OperatingPoint:
     """Receptance at a tool-point amplitude, with what every joint does there; first axis: lines."""
 
     frf: FRF
+    gain: ComplexArray
+    """Gain in N/m at which every joint is held, (nf, connections)."""
     joint_amplitude: Array
     """Amplitude of every joint in m, (nf, connections)."""
     force: Array
@@ -113,7 +115,7 @@ def operating_point(
         kind = ReceptanceKind.FROZEN if moving else ReceptanceKind.LINEAR
     H = assembly.coupled(omega, gains)
     H = H[:, [assembly.outputs.index(name) for name in rows], :]
-    return OperatingPoint(FRF(lines, H, rows, tool, kind), joint_amplitude, force, tuple(outcomes))
+    return OperatingPoint(FRF(lines, H, rows, tool, kind), gains, joint_amplitude, force, tuple(outcomes))
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,7 +180,9 @@ def _one_joint(assembly: Assembly, view: View, axes: int, amplitude: float) -> _
     low, high = np.where(k > 0, A[k - 1], 0.0), np.where(hit, A[k], ends)
 
     def exact(amplitudes: Array, at: Index) -> Array:
-        return excess(amplitudes[:, None], joint.first_harmonic(amplitudes, omega[at]).gain[:, None], at)[:, 0]
+        # At rest a joint may be rigid; that end counts as too small.
+        with np.errstate(invalid="ignore"):
+            return excess(amplitudes[:, None], joint.first_harmonic(amplitudes, omega[at]).gain[:, None], at)[:, 0]
 
     # The last admissible amplitude may still hold a solution beyond the last point of the axis.
     rest = np.flatnonzero(~hit)
@@ -189,9 +193,10 @@ def _one_joint(assembly: Assembly, view: View, axes: int, amplitude: float) -> _
     final = np.where(hit, high, ends)
     todo = np.flatnonzero(hit)
     final[todo] = _root(exact, todo, low[todo], high[todo])
-    G = joint.first_harmonic(final, omega).gain
-    G = np.where(np.isfinite(G), G, joint.first_harmonic(_BARELY_MOVING, omega).gain)
+    # A joint that sticks while the tool moves elsewhere is held as one that hardly moves.
     still = (final == 0) | (driven[:, 0] == 0)
+    G = joint.first_harmonic(np.maximum(final, _STUCK), omega).gain
+    G = np.where(np.isfinite(G), G, joint.first_harmonic(_BARELY_MOVING, omega).gain)
     F = final * np.abs(1 + h[:, 0] * G) / np.where(still, 1.0, np.abs(driven[:, 0]))
     tool = np.max(np.abs(_motions(view, G[:, None], np.ones(len(omega)))[:, first : first + axes]), axis=1)
     F = np.where(still, amplitude / tool, F)

@@ -16,6 +16,8 @@ _UNLIKE = 0.5
 """A difference of this share of the norm is no matter of noise."""
 _YIELDING = 0.5
 """Share by which energy that comes out must outweigh what goes in before a record counts as upside down."""
+_RISING = 1.0
+"""Slope of log H over log f at the first lines above which a record is no receptance."""
 _NOISE = 1e-9
 _SIGMAS = 3.0
 
@@ -43,8 +45,7 @@ def broken(frequency: Array, H: ComplexArray, dofs: Sequence[str], variance: Arr
         if np.sum(power) - doubt > _YIELDING * np.sum(np.abs(power)):
             said.append(
                 f"the driving point {dofs[i]} yields energy over the band as a whole (Im H > 0 at its resonances), "
-                "expected a passive record; it may count time as exp(-jωt), then say conjugate = true, or carry the "
-                "wrong sign"
+                f"expected a passive record; {_cause(frequency, H[:, i, i])}"
             )
         for j in range(i):
             pair = H[:, i, j], H[:, j, i]
@@ -57,6 +58,19 @@ def broken(frequency: Array, H: ComplexArray, dofs: Sequence[str], variance: Arr
                     "records; one may have another sign, unit, or pair of points"
                 )
     return said
+
+
+def _cause(frequency: Array, H: ComplexArray) -> str:
+    """What may be wrong with a driving point that yields energy: an accelerance starts at −ω²/k."""
+    first = slice(0, max(3, len(H) // 20))
+    size = np.abs(H[first])
+    rising = bool(np.all(size > 0)) and np.polyfit(np.log(frequency[first]), np.log(size), 1)[0] > _RISING
+    if rising and np.sum(H[first].real) < 0:
+        return (
+            "it rises with the square of frequency from below zero as an accelerance does, "
+            'then say quantity = "accelerance"'
+        )
+    return "it may count time as exp(-jωt), then say conjugate = true, or carry the wrong sign"
 
 
 def not_reciprocal(frequency: Array, H: ComplexArray, dofs: Sequence[str], variance: Array | None = None) -> list[str]:

@@ -10,12 +10,14 @@ import numpy as np
 from jointlib.arrays import Array, ArrayLike, ComplexArray
 from jointlib.errors import FrequencyMismatch, InputError, Outcome
 
+from ..assembly import Assembly
 from ..indices import Mask
 from ..limits import beyond_frequency
 from ..machine import AXES, Machine
 from ..operating import OperatingPoint, operating_point
 from .chart import StabilityLobes
 from .cutting import Cutting
+from .developed_lobes import developed_lobes
 from .machine_model import modes_at_rest
 from .solve import stability_lobes
 from .tool_point import ToolPoint
@@ -36,8 +38,8 @@ def lobes_at_amplitude(
 
     Every joint is frozen at the describing-function gain it has at that amplitude, G(ω; A) is the receptance that
     follows, and b_lim(rpm, A) is computed from it: the depth at which a chatter line of that size neither grows nor
-    dies. Amplitude 0 is the onset from rest. In milling the direction of the vibration is that of the eigenvector
-    that chatters first at each frequency.
+    dies. Amplitude 0 is the onset from rest. In milling see `DevelopedChatter`; by the zero-order approximation the
+    vibration is, at each frequency, that of the eigenvector that chatters first.
 
     Parameters
     ----------
@@ -48,7 +50,7 @@ def lobes_at_amplitude(
     amplitude
         m, peak.
     method
-        As in `stability_lobes`; for collocation see `frozen_modes`.
+        As in `stability_lobes`.
     points
         Lines to begin with; more are added where the receptance bends.
     """
@@ -65,20 +67,31 @@ def frozen_lobes(
     cutting = Cutting(**machine.cutting)
     if cutting.process != "milling" and not cutting.feed_direction and "x" not in axes:
         raise InputError(f"{machine.where}: [tool] has no x, the direction of the chip thickness in turning")
-    if method == "collocation":
-        from .frozen_modes import collocated_lobes
+    if amplitude > 0 and not Assembly(machine, (), ()).nonlinear:
+        amplitude = 0.0
+    exact = modes_at_rest(machine) if amplitude == 0 and method != "zero-order" else None
+    if method == "collocation" and exact is None and cutting.process != "milling":
+        from .frozen_modes import collocated_turning
 
-        chart = collocated_lobes(machine, cutting, speed, amplitude)
+        chart = collocated_turning(machine, cutting, speed, amplitude)
         return chart, _held(machine, cutting, chart, amplitude)
+    if (
+        cutting.process == "milling"
+        and method != "zero-order"
+        and (amplitude > 0 or (method == "collocation" and exact is None))
+    ):
+        table = wide_receptance(machine, amplitude, points)
+        chart, held = developed_lobes(machine, cutting, speed, amplitude, method, table)
+        assert machine.frequency is not None
+        return replace(chart, warnings=chart.warnings + beyond_frequency(machine, *machine.frequency)), held
     if amplitude == 0 and machine.frequency is not None:
-        modes = modes_at_rest(machine) if cutting.process == "milling" and method != "zero-order" else None
         lines = np.linspace(*machine.frequency, points)
         tip = ToolPoint(lambda f: _at_rest(machine, cutting, f), lines, axes, sampled=False)
-        chart = stability_lobes(tip if modes is None else modes, cutting, speed, method)
+        model = exact if cutting.process == "milling" or method == "collocation" else None
+        chart = stability_lobes(model or tip, cutting, speed, method)
         said = chart.warnings + beyond_frequency(machine, *machine.frequency)
         return replace(chart, warnings=said), np.zeros(chart.depth.shape, dtype=bool)
-    averaged = cutting.process != "milling" or method == "zero-order"
-    point = operating_receptance(machine, amplitude, points) if averaged else _wide(machine, amplitude, points)
+    point = operating_receptance(machine, amplitude, points)
     chart = stability_lobes(point.frf, cutting, speed, method, axes=axes)
     assert machine.frequency is not None
     said = chart.warnings + _limits(point, chart) + beyond_frequency(machine, *machine.frequency)
@@ -86,7 +99,7 @@ def frozen_lobes(
     return replace(chart, warnings=said), _chattering_on(limited, point.frf.frequency, chart.chatter_frequency)
 
 
-def _wide(machine: Machine, amplitude: float, points: int) -> OperatingPoint:
+def wide_receptance(machine: Machine, amplitude: float, points: int = _LINES) -> OperatingPoint:
     """The receptance over a band that holds side lines of the chatter too, where all components are known there."""
     try:
         return operating_receptance(machine, amplitude, points, _SIDE_LINES)
@@ -186,12 +199,14 @@ def _at_rest(machine: Machine, cutting: Cutting, frequency: Array) -> ComplexArr
 
 def _replaced(point: OperatingPoint, at: Array, new: OperatingPoint) -> OperatingPoint:
     """The operating point with some of its lines computed anew."""
-    receptance, amplitude, force = point.frf.receptance.copy(), point.joint_amplitude.copy(), point.force.copy()
-    receptance[at], amplitude[at], force[at] = new.frf.receptance, new.joint_amplitude, new.force
+    receptance, gain = point.frf.receptance.copy(), point.gain.copy()
+    amplitude, force = point.joint_amplitude.copy(), point.force.copy()
+    receptance[at], gain[at] = new.frf.receptance, new.gain
+    amplitude[at], force[at] = new.joint_amplitude, new.force
     outcomes = list(point.outcomes)
     for i, outcome in zip(at, new.outcomes, strict=True):
         outcomes[i] = outcome
-    return OperatingPoint(replace(point.frf, receptance=receptance), amplitude, force, tuple(outcomes))
+    return OperatingPoint(replace(point.frf, receptance=receptance), gain, amplitude, force, tuple(outcomes))
 
 
 def _merged(first: OperatingPoint, second: OperatingPoint) -> OperatingPoint:
@@ -201,6 +216,7 @@ def _merged(first: OperatingPoint, second: OperatingPoint) -> OperatingPoint:
     outcomes = (*first.outcomes, *second.outcomes)
     return OperatingPoint(
         replace(first.frf, frequency=frequency[order], receptance=receptance),
+        np.concatenate([first.gain, second.gain])[order],
         np.concatenate([first.joint_amplitude, second.joint_amplitude])[order],
         np.concatenate([first.force, second.force])[order],
         tuple(outcomes[i] for i in order),

@@ -38,26 +38,28 @@ class Spectrum:
         if self.carried_on:
             for outside, edge, inward in ((above, high, 1 / 1.1), (below, low, 1.1)):
                 if outside.any():
-                    G[outside] = self._past(f[outside], edge, inward)
+                    last, before = self.point(np.array([edge, inward * edge])).real
+                    G[outside] = carried(last, before, f[outside] / edge, inward)
         else:
             G[above] = 0.0
             G[below] = G[below].real
         G = np.where((frequency.ravel() < 0)[:, None, None], G.conj(), G)
         return np.asarray(G.reshape(*frequency.shape, *G.shape[1:]))
 
-    def _past(self, frequency: Array, edge: float, inward: float) -> Array:
-        """1/G of every entry straight in f², as a spring with a mass has it, from the last tenth of the band on.
 
-        Where that would put a resonance outside the band, or the entry changes sign, it is a mass above the band and a
-        spring below it.
-        """
-        last, before = self.point(np.array([edge, inward * edge])).real
-        steady = (last * before > 0) & (np.abs(last) <= np.abs(before))
-        start = 1 / np.where(steady, last, 1.0)
-        slope = (1 / np.where(steady, before, 1.0) - start) / (inward**2 - 1)
-        ratio = ((frequency / edge) ** 2)[:, None, None]
-        inverse = np.where(steady, start + slope * (ratio - 1), 1.0)
-        return np.where(steady, 1 / inverse, last / np.maximum(ratio, 1.0))
+def carried(last: Array, before: Array, ratio: Array, inward: float) -> Array:
+    """1/G of every entry straight in f², as a spring with a mass has it, from the last tenth of the band on.
+
+    ``last`` is Re G at the edge of the band and ``before`` at ``inward`` times that, (…, n, n); ``ratio`` (…) are the
+    frequencies over the edge. Where that would put a resonance outside the band, or the entry changes sign, it is a
+    mass above the band and a spring below it.
+    """
+    steady = (last * before > 0) & (np.abs(last) <= np.abs(before))
+    start = 1 / np.where(steady, last, 1.0)
+    slope = (1 / np.where(steady, before, 1.0) - start) / (inward**2 - 1)
+    square = (ratio**2)[..., None, None]
+    inverse = np.where(steady, start + slope * (square - 1), 1.0)
+    return np.where(steady, 1 / inverse, last / np.maximum(square, 1.0))
 
 
 def spectrum(point: ToolPoint, highest: float) -> Spectrum:

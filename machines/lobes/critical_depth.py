@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 from scipy.linalg.lapack import zgetrf, zgetrs
@@ -59,8 +60,12 @@ def regeneration(fraction: Array) -> ComplexArray:
     return np.asarray(1 - np.exp(-2j * np.pi * fraction))
 
 
-def first_crossings(loop: Loop, fraction: Array) -> list[Crossing]:
+def first_crossings(
+    loop: Loop, fraction: Array, accepted: Callable[[Crossing], bool] | None = None, ceiling: float = np.inf
+) -> list[Crossing]:
     """The lowest depth at which an eigenvalue of the loop closes on itself, and those up to a tenth above it.
+
+    Only those that are ``accepted`` count, by default all; depths over a tenth above ``ceiling`` (m) are not searched.
 
     ``fraction`` are the ν to begin with, ascending, the last one 1/2; intervals over which an eigenvalue that may hold
     the lowest crossing turns by more than a third of itself, or is not told from its neighbour, are halved. Where a
@@ -70,9 +75,9 @@ def first_crossings(loop: Loop, fraction: Array) -> list[Crossing]:
     bound = _largest(matrices) * np.abs(regeneration(fraction))
     values = np.full(matrices.shape[:2], np.nan, dtype=complex)
     values[-1] = np.linalg.eigvals(matrices[-1])
-    found = _flips(values[-1])
+    found = flips = _flips(values[-1], accepted)
     for share in _LEVELS:
-        level = max(share * float(np.max(bound)), 1 / (_CLOSE * min((one.depth for one in found), default=np.inf)))
+        level = max(share * float(np.max(bound)), 1 / (_CLOSE * _lowest(found, ceiling)))
         for _ in range(_ROUNDS):
             matters = (bound[:-1] >= level) | (bound[1:] >= level)
             missing = np.isnan(values[:, 0]) & (np.append(matters, False) | np.insert(matters, 0, False))
@@ -88,22 +93,27 @@ def first_crossings(loop: Loop, fraction: Array) -> list[Crossing]:
             fraction = np.concatenate([fraction, middle])[order]
             matrices = np.concatenate([matrices, between])[order]
             values, bound = np.concatenate([values, closed])[order], np.concatenate([bound, reach])[order]
-        found = _flips(values[-1])
+        found = list(flips)
         for bracket in sorted(brackets, key=lambda one: one.floor):
-            if bracket.floor > _CLOSE * min((one.depth for one in found), default=np.inf):
+            if bracket.floor > _CLOSE * _lowest(found, ceiling):
                 break
             closed_at = _closed(loop, bracket)
-            found += [] if closed_at is None else [closed_at]
-        if found and 1 / (_CLOSE * min(one.depth for one in found)) >= level:
+            if closed_at is not None and (accepted is None or accepted(closed_at)):
+                found.append(closed_at)
+        if 1 / (_CLOSE * _lowest(found, ceiling)) >= level:
             break
-    lowest = min((one.depth for one in found), default=np.inf)
+    lowest = _lowest(found, ceiling)
     return sorted({one for one in found if one.depth <= _CLOSE * lowest}, key=lambda one: one.depth)
+
+
+def _lowest(found: list[Crossing], ceiling: float) -> float:
+    return min([ceiling, *(one.depth for one in found)])
 
 
 def _largest(matrices: ComplexArray) -> Array:
     """An upper bound of the largest eigenvalue: the norm of the eighth power, to the power 1/8."""
     scale = np.linalg.norm(matrices, axis=(1, 2))
-    power = matrices / scale[:, None, None]
+    power = matrices / np.where(scale > 0, scale, 1.0)[:, None, None]
     for _ in range(3):
         power = power @ power
     return np.asarray(scale * np.linalg.norm(power, axis=(1, 2)) ** (1 / 8))
@@ -158,10 +168,11 @@ def _nearest(matrix: ComplexArray, guess: complex) -> tuple[complex, ComplexArra
     return complex(values[at]), np.asarray(vectors[:, at])
 
 
-def _flips(values: ComplexArray) -> list[Crossing]:
-    """Period doublings, from the eigenvalues at ν = 1/2."""
+def _flips(values: ComplexArray, accepted: Callable[[Crossing], bool] | None) -> list[Crossing]:
+    """The two lowest period doublings, from the eigenvalues at ν = 1/2."""
     real = values.real[(np.abs(values.imag) <= _REAL * np.max(np.abs(values))) & (values.real < 0)]
-    return [Crossing(-0.5 / value, 0.5, complex(value)) for value in np.sort(real)[:2].tolist()]
+    every = (Crossing(-0.5 / value, 0.5, complex(value)) for value in np.sort(real).tolist())
+    return list(islice(every if accepted is None else filter(accepted, every), 2))
 
 
 @dataclass(frozen=True)

@@ -3,33 +3,33 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from jointlib.arrays import Array, ArrayLike
-from jointlib.errors import InputError
+from jointlib.errors import CheckFailed, InputError
 
 from ..machine import Machine
-from .amplitude import _point, lobes_at_amplitude
+from .amplitude import _point, lobes_at_amplitude, wide_receptance
 from .chart import StabilityLobes
+from .collocation import FINER, MORE, arc_map
+from .critical_depth import Crossing, near
 from .cutting import Cutting
+from .developed_lobes import HELD, developed_chatter
 from .machine_model import machine_model, modes_at_rest
 from .multipliers import largest_multipliers
-from .solve import stability_lobes
+from .periodic import NOTES
 from .tool_model import ToolModel
 
-HELD = (
-    "Joints are held, at every speed, as the springs and dampers that they are at this amplitude and the frequency of "
-    "the chatter there."
-)
+_RAISES = 8
+_GUARD = 1e-6
 
 
 def tool_models(machine: Machine, cutting: Cutting, speed: Array, amplitude: float) -> list[ToolModel]:
     """Modes of the tool point at every speed (rpm), while it vibrates with ``amplitude`` (m): one if all are the same.
 
     They are at rest, where the joints are springs and dampers. Otherwise K = Re G and C = Im G/ω are taken at the
-    chatter frequency that the multi-frequency method (in turning, the closed form) finds.
+    chatter frequency of the chart at that amplitude, in milling that of `DevelopedChatter`.
     """
     exact = modes_at_rest(machine) if amplitude == 0 else None
     if exact is not None:
@@ -37,36 +37,66 @@ def tool_models(machine: Machine, cutting: Cutting, speed: Array, amplitude: flo
     if machine.frequency is None:
         raise InputError(f"{machine.where}: no frequency in [response], lobes need the band to search for chatter")
     middle = float(np.mean(machine.frequency))
-    machine_model(machine, middle)  # refuses a machine without modes at once
-    chatter = lobes_at_amplitude(machine, speed, amplitude).chatter_frequency
-    found = []
-    for f in np.where(np.isfinite(chatter), chatter, middle).tolist():
-        joints = _point(machine, cutting, np.array([f]), amplitude).joint_amplitude[0]
-        found.append(machine_model(machine, f, joints))
-    return found
+    rest = machine_model(machine, middle)  # refuses a machine without modes at once
+    if cutting.process == "milling":
+        chatter = developed_chatter(
+            machine, cutting, amplitude, wide_receptance(machine, amplitude), "collocation", True
+        )
+        found = [chatter.persistent(rpm) for rpm in speed.tolist()]
+        tooth = cutting.cuts_per_revolution * speed / 60
+        return [
+            rest if one.gain is None else machine_model(machine, one.line * each, one.gain)
+            for one, each in zip(found, tooth.tolist(), strict=True)
+        ]
+    lines = lobes_at_amplitude(machine, speed, amplitude, "turning").chatter_frequency
+    return [_turned(machine, cutting, f, amplitude) if np.isfinite(f) else rest for f in lines.tolist()]
 
 
-def collocated_lobes(machine: Machine, cutting: Cutting, speed: ArrayLike, amplitude: float = 0.0) -> StabilityLobes:
-    """Stability lobes by collocation, of `tool_models`."""
-    speeds = np.asarray(speed, dtype=float)
-    if amplitude == 0 and (exact := modes_at_rest(machine)) is not None:
-        return stability_lobes(exact, cutting, speeds, "collocation")
-    models = tool_models(machine, cutting, speeds.ravel(), amplitude)
-    charts = [
-        stability_lobes(model, cutting, rpm, "collocation") for model, rpm in zip(models, speeds.ravel(), strict=True)
-    ]
+def _turned(machine: Machine, cutting: Cutting, frequency: float, amplitude: float) -> ToolModel:
+    gain = _point(machine, cutting, np.array([frequency]), amplitude).gain[0]
+    return machine_model(machine, frequency, gain)
 
-    def joined(key: str) -> Any:
-        return np.array([getattr(chart, key) for chart in charts]).reshape(speeds.shape)
 
+def collocated_turning(machine: Machine, cutting: Cutting, speed: ArrayLike, amplitude: float = 0.0) -> StabilityLobes:
+    """Turning chart by collocation with the joints held at each speed as the closed form leaves them."""
+    chart = lobes_at_amplitude(machine, speed, amplitude, "turning")
+    depth, frequency = chart.depth.ravel().copy(), chart.chatter_frequency.ravel().copy()
+    for i, (rpm, f) in enumerate(zip(chart.speed.ravel().tolist(), frequency.tolist(), strict=True)):
+        if not np.isfinite(f):
+            continue
+        model, turns = _turned(machine, cutting, f, amplitude), 60 * f / rpm
+        share = cutting.rotation[0][["xy".index(axis) for axis in model.axes]]
+        value = complex(cutting.mean_stiffness[0, 0] * (share @ model(np.array([f]))[0] @ share))
+        nu = turns % 1
+        start = Crossing(float(depth[i]), min(nu, 1 - nu), value if nu < 0.5 else value.conjugate())
+        settled = _resolved(model, cutting, rpm, start)
+        depth[i] = settled.depth
+        frequency[i] = rpm / 60 * (np.floor(turns) + (settled.fraction if nu < 0.5 else 1 - settled.fraction))
+    lowest = int(np.argmin(depth))
     return replace(
-        min(charts, key=lambda chart: chart.minimum_depth),
-        speed=speeds,
-        depth=joined("depth"),
-        chatter_frequency=joined("chatter_frequency"),
-        kind=joined("kind"),
-        lobe=joined("lobe"),
-        warnings=(*dict.fromkeys(w for chart in charts for w in chart.warnings), HELD),
+        chart,
+        method="collocation",
+        depth=depth.reshape(chart.depth.shape),
+        chatter_frequency=frequency.reshape(chart.depth.shape),
+        minimum_depth=float(depth[lowest]),
+        minimum_frequency=float(frequency[lowest]),
+        minimum_phase=float(60 * frequency[lowest] / chart.speed.ravel()[lowest] % 1),
+        branches=(),
+        notes=NOTES,
+        warnings=(*chart.warnings, HELD),
+    )
+
+
+def _resolved(model: ToolModel, cutting: Cutting, rpm: float, crossing: Crossing) -> Crossing:
+    """The crossing near a given one, with nodes enough that four more change nothing."""
+    before = near(arc_map(model, cutting, rpm), crossing)
+    for raised in range(1, _RAISES):
+        after = near(arc_map(model, cutting, rpm, MORE + FINER * raised), crossing)
+        if after.kind and abs(after.depth / before.depth - 1) <= _GUARD:
+            return after
+        before = after
+    raise CheckFailed(
+        f"collocation: at {rpm:g} rpm the depth still changes with the number of nodes; use the method turning"
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import block_diag
 
-from jointlib.arrays import Array
+from jointlib.arrays import ComplexArray
 from jointlib.errors import InputError
 
 from ..assembly import Assembly
@@ -37,15 +37,16 @@ def modes_at_rest(machine: Machine) -> ToolModel | None:
     return model if np.all(error <= _SAME * np.max(np.linalg.norm(G, axis=(1, 2)))) else None
 
 
-def machine_model(machine: Machine, frequency: float, joint_amplitude: Array | None = None) -> ToolModel:
+def machine_model(machine: Machine, frequency: float, gain: ComplexArray | None = None) -> ToolModel:
     """Modes of the tool point with every joint a spring and a damper, K = Re G and C = Im G/ω.
 
-    G is the gain of a joint at ``frequency`` (Hz), at rest or at ``joint_amplitude`` (m, one per joint). Raises
-    `InputError` for machines with measured components and for joints that are rigid there.
+    G is the gain of a joint in N/m at ``frequency`` (Hz), by default that at rest. Raises `InputError` for machines
+    with measured components and for joints that are rigid there.
     """
     states = machine_states(machine)
-    omega = 2 * np.pi * np.array([frequency])
-    K, C = (np.array(part) for part in _linearised(machine, omega, joint_amplitude))
+    omega = 2 * np.pi * frequency
+    G = _at_rest(machine, omega) if gain is None else gain
+    K, C = G.real, G.imag / omega
     if not (np.all(np.isfinite(K)) and np.all(np.isfinite(C))):
         raise InputError(f"{machine.where}: a joint is rigid at that amplitude; use multi-frequency")
     axes = tuple(axis for axis in AXES if axis in machine.tool)
@@ -66,10 +67,8 @@ def machine_model(machine: Machine, frequency: float, joint_amplitude: Array | N
     return ToolModel.from_states(closed, B @ rows.T, rows @ out, rows @ D @ rows.T, axes)
 
 
-def _linearised(machine: Machine, omega: Array, amplitude: Array | None) -> tuple[Array, Array]:
-    """K in N/m and C in N s/m of every joint at one frequency."""
+def _at_rest(machine: Machine, omega: float) -> ComplexArray:
+    """Gains of the joints in N/m at one frequency in rad/s, at rest."""
     tool = tuple(machine.tool[axis] for axis in AXES if axis in machine.tool)
     joints = Assembly(machine, tool, tool).joints
-    size = np.zeros(len(joints)) if amplitude is None else amplitude
-    gain = np.array([joint.first_harmonic(A, omega).gain.ravel()[0] for joint, A in zip(joints, size, strict=True)])
-    return np.real(gain), np.imag(gain) / omega[0]
+    return np.array([complex(joint.first_harmonic(0.0, omega).gain) for joint in joints], dtype=complex)

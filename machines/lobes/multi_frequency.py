@@ -76,12 +76,15 @@ class HarmonicLoop:
             parts.append(felt @ flat if nodes <= lines * n else flat @ felt)
         return np.concatenate(parts)
 
-    def motion(self, fraction: float, carried: ComplexArray) -> Array:
-        """Size of the tool's displacement at ω + qω_T, q as `orders`, for an eigenvector of the loop."""
+    def force(self, carried: ComplexArray) -> ComplexArray:
+        """The force on the tool at ω + qω_T, q as `orders`, for an eigenvector of the loop, (2P + 2, n)."""
         into, _ = self._directions
         nodes, lines, n = into.shape
-        force = np.tensordot(carried, into, 1) if nodes <= lines * n else carried.reshape(lines, n)
-        moved = np.einsum("qab,qb->qa", self.lines(np.array([fraction]))[0], force)
+        return np.asarray(np.tensordot(carried, into, 1) if nodes <= lines * n else carried.reshape(lines, n))
+
+    def motion(self, fraction: float, carried: ComplexArray) -> Array:
+        """Size of the tool's displacement at ω + qω_T for an eigenvector of the loop, (2P + 2,)."""
+        moved = np.einsum("qab,qb->qa", self.lines(np.array([fraction]))[0], self.force(carried))
         return np.asarray(np.linalg.norm(moved, axis=1))
 
     @cached_property

@@ -38,7 +38,7 @@ _GUARD = 1e-6
 
 
 @dataclass(frozen=True)
-class _Found:
+class Found:
     """A crossing with its chatter line (in tooth frequencies) and the relative error in depth that the band leaves."""
 
     crossing: Crossing
@@ -59,7 +59,7 @@ def by_harmonics(point: ToolPoint, cutting: Cutting, speed: Array) -> StabilityL
         for rpm in speed.tolist()
     ]
     said = _band_said(receptance, found, stiffest, speed)
-    return _chart("multi-frequency", found, cutting, speed, said)
+    return charted("multi-frequency", found, cutting, speed, said)
 
 
 def by_collocation(model: ToolModel, point: ToolPoint, cutting: Cutting, speed: Array) -> StabilityLobes:
@@ -70,15 +70,15 @@ def by_collocation(model: ToolModel, point: ToolPoint, cutting: Cutting, speed: 
         tooth = cutting.cuts_per_revolution * rpm / 60
         settled, finer = _collocated(model, cutting, rpm, resolved.folded(tooth))
         if not settled.kind:
-            found.append(_Found(NONE))
+            found.append(Found(NONE))
             continue
         reach = int(np.ceil(2 * resolved.highest / tooth)) + 1
         orders = np.arange(-reach - 1.0, reach + 1.0)
         force = finer.force(settled.fraction, eigenvector(finer, settled), orders)
         line = settled.fraction + orders
         moved = np.einsum("qab,qb->qa", model(line * tooth), force)
-        found.append(_Found(settled, _largest(line, np.linalg.norm(moved, axis=1))))
-    return _chart("collocation", found, cutting, speed, ())
+        found.append(Found(settled, _largest(line, np.linalg.norm(moved, axis=1))))
+    return charted("collocation", found, cutting, speed, ())
 
 
 def _collocated(model: ToolModel, cutting: Cutting, speed: float, fraction: Array) -> tuple[Crossing, ArcMap]:
@@ -98,7 +98,7 @@ def _collocated(model: ToolModel, cutting: Cutting, speed: float, fraction: Arra
     )
 
 
-def _harmonic(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> _Found:
+def _harmonic(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> Found:
     """The settled crossing at one speed; P grows until twice as many change nothing."""
     fraction = resolved.folded(loop.tooth_frequency)
     P = int(np.ceil(resolved.highest / loop.tooth_frequency)) + _PAST
@@ -106,7 +106,7 @@ def _harmonic(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> _Found:
         coarse, finer = replace(loop, harmonics=P), replace(loop, harmonics=2 * P)
         search = first_crossings(coarse, fraction)
         if not search and not first_crossings(finer, fraction):
-            return _Found(NONE)
+            return Found(NONE)
         if search and _left_out(resolved, coarse, stiffest * search[0].depth) < _GAIN:
             before, settled = search[0], min((near(finer, one) for one in search), key=lambda one: one.depth)
             if settled.kind and abs(settled.depth / before.depth - 1) < _SAME:
@@ -117,12 +117,12 @@ def _harmonic(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> _Found:
                 if abs(settled.depth / before.depth - 1) <= _AGREE:
                     moved = coarse.motion(settled.fraction, eigenvector(coarse, settled))
                     line = _largest(settled.fraction + coarse.orders, moved)
-                    return _Found(settled, line, _doubt(*first, fraction))
+                    return Found(settled, line, _doubt(*first, fraction))
         P *= 2
     raise CheckFailed(
         f"multi-frequency: more than {_MOST_SEARCHED} harmonics of a tooth frequency of {loop.tooth_frequency:g} Hz "
-        "would be needed; raise the spindle speed, narrow the band, or take zero-order, which is near the truth with "
-        "that many waves between two teeth"
+        "would be needed; take collocation where the tool has modes, raise the spindle speed, narrow the band, or take "
+        "zero-order, which is near the truth with that many waves between two teeth"
     )
 
 
@@ -175,7 +175,7 @@ def _largest(line: Array, moved: Array) -> float:
     return float(abs(line[np.argmax(moved)]))
 
 
-def _band_said(receptance: Spectrum, found: list[_Found], stiffest: float, speed: Array) -> tuple[str, ...]:
+def _band_said(receptance: Spectrum, found: list[Found], stiffest: float, speed: Array) -> tuple[str, ...]:
     """What the ends of the band cost; refused where that cannot be bounded."""
     low, high = receptance.known
     if not np.isfinite(high):
@@ -204,7 +204,8 @@ def _band_said(receptance: Spectrum, found: list[_Found], stiffest: float, speed
     )
 
 
-def _chart(method: str, found: list[_Found], cutting: Cutting, speed: Array, said: tuple[str, ...]) -> StabilityLobes:
+def charted(method: str, found: list[Found], cutting: Cutting, speed: Array, said: tuple[str, ...]) -> StabilityLobes:
+    """The chart of what was found at each speed in rpm."""
     depth = np.array([one.crossing.depth for one in found])
     line = np.array([one.line for one in found])
     tooth = cutting.cuts_per_revolution * speed / 60

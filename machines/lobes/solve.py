@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from jointlib.arrays import Array, ArrayLike
-from jointlib.errors import InputError, Outcome, nearest
+from jointlib.errors import CheckFailed, InputError, Outcome, nearest
 from jointlib.frf import FRF
 
 from . import periodic, turning, zero_order
@@ -28,8 +28,8 @@ METHODS = {
 }
 """The methods and the processes each is for."""
 
-_MOST_PHASE = 80.0
-"""rad that the fastest mode turns in a tooth period, up to which collocation is the default."""
+_MOST_PHASE = 150.0
+"""rad that the fastest mode turns in the cut of a tooth period, up to which collocation is the default."""
 _POWER_LAW = (
     "The force grows with a power of the chip thickness other than 1: the depths hold for vanishing vibration at the "
     "nominal feed, and a knock can start chatter below them."
@@ -58,20 +58,15 @@ def stability_lobes(
         Spindle speeds in rpm, any shape.
     method
         ``"turning"``; for milling ``"multi-frequency"``, ``"zero-order"`` (a preview) or ``"collocation"`` (of a
-        `ToolModel`). Without it: turning, collocation of a `ToolModel`, else multi-frequency.
+        `ToolModel`). Without it: turning, collocation of a `ToolModel` (multi-frequency where its cut is long against
+        its oscillations and no more than 128 harmonics are needed), else multi-frequency.
     axes
         Directions that move, ``("x",)``, ``("y",)`` or ``("x", "y")``; see `tool_point`.
     frequency
         Lines in Hz where the search starts; needed for a function. The first and the last bound the search.
     """
-    speeds = np.asarray(speed, dtype=float)
-    if speeds.size == 0 or not np.all(np.isfinite(speeds) & (speeds > 0)):
-        raise InputError("lobes: spindle speeds must be finite, positive and at least one, in rpm")
-    name = _default(receptance, cutting, speed) if method is None else method
-    if name not in METHODS:
-        raise InputError(f"lobes: no method {method!r}, {nearest(str(method), METHODS)}")
-    if cutting.process not in METHODS[name]:
-        raise InputError(f"{name}: the process is {cutting.process}, expected {' or '.join(METHODS[name])}")
+    speeds = spindle_speeds(speed)
+    name = default_method(receptance, cutting, speeds) if method is None else known_method(method, cutting)
     model = receptance if isinstance(receptance, ToolModel) else None
     if model is not None and axes is not None:
         raise InputError("lobes: a ToolModel already has its axes, leave them out")
@@ -81,13 +76,17 @@ def stability_lobes(
         receptance = tool_point(receptance, _assumed_axes(receptance, cutting, axes), frequency)
     elif axes is not None or frequency is not None:
         raise InputError("lobes: a ToolPoint already has its axes and frequencies, leave both out")
-    warnings = sign_warnings(receptance)
-    if cutting.exponent != 1:
-        warnings += (_POWER_LAW,)
+    warnings = said_before(receptance, cutting)
 
     if name in ("multi-frequency", "collocation"):
+        chart = None
         if name == "multi-frequency":
-            chart = periodic.by_harmonics(receptance, cutting, speeds.ravel())
+            try:
+                chart = periodic.by_harmonics(receptance, cutting, speeds.ravel())
+            except CheckFailed:
+                if method is not None or model is None:
+                    raise
+        if chart is not None:
             if receptance.sampled:
                 traced = trace(receptance, zero_order.loop_stiffness(cutting, receptance.axes))
                 warnings += tuple(_wide_lines(receptance, traced))
@@ -131,15 +130,38 @@ def stability_lobes(
     )
 
 
-def _default(receptance: FRF | Receptance | ToolPoint | ToolModel, cutting: Cutting, speed: ArrayLike) -> str:
-    """Collocation for a tool with modes, unless a tooth period holds so many oscillations that harmonics are faster."""
+def spindle_speeds(speed: ArrayLike) -> Array:
+    """Spindle speeds in rpm, checked."""
+    speeds = np.asarray(speed, dtype=float)
+    if speeds.size == 0 or not np.all(np.isfinite(speeds) & (speeds > 0)):
+        raise InputError("lobes: spindle speeds must be finite, positive and at least one, in rpm")
+    return speeds
+
+
+def known_method(method: str, cutting: Cutting) -> str:
+    """The name of a method, checked against the process."""
+    if method not in METHODS:
+        raise InputError(f"lobes: no method {method!r}, {nearest(str(method), METHODS)}")
+    if cutting.process not in METHODS[method]:
+        raise InputError(f"{method}: the process is {cutting.process}, expected {' or '.join(METHODS[method])}")
+    return method
+
+
+def default_method(receptance: FRF | Receptance | ToolPoint | ToolModel, cutting: Cutting, speed: Array) -> str:
+    """Collocation for a tool with modes, unless the cut holds so many oscillations that harmonics are faster."""
     if cutting.process != "milling":
         return "turning"
     if isinstance(receptance, ToolModel):
         period = 60 / (cutting.cuts_per_revolution * float(np.min(speed)))
-        if receptance.fastest * period <= _MOST_PHASE:
+        arc = (cutting.exit_angle - cutting.entry_angle) * cutting.cuts_per_revolution / (2 * np.pi)
+        if receptance.fastest * period * min(1.0, arc) <= _MOST_PHASE:
             return "collocation"
     return "multi-frequency"
+
+
+def said_before(point: ToolPoint, cutting: Cutting) -> tuple[str, ...]:
+    """What is doubtful whatever the method."""
+    return sign_warnings(point) + ((_POWER_LAW,) if cutting.exponent != 1 else ())
 
 
 def _assumed_axes(receptance: FRF | Receptance, cutting: Cutting, axes: Sequence[str] | None) -> Sequence[str] | None:

@@ -30,6 +30,7 @@ _FAR = 1.5
 _NARROW = 2e-3
 _TINY = 1e-300
 _REACH = 100.0
+_HALF_WAVE = 0.01
 _WINDOW, _BEATING = 12, 60
 """Waves in which an amplitude is read; the lines of milling beat."""
 
@@ -79,7 +80,8 @@ def witness(
     The machine's state equations are integrated with its joints' laws in time, memory included, and with the delayed
     chip. With a ``feed`` in the cutting operation an edge that leaves the cut feels no force and next time meets the
     deepest of all earlier passes; without one the force is linear in the chip. Every change from dying to growing or
-    back is closed in on by further batches, and its amplitude read where the growth vanishes.
+    back is closed in on by further batches, and its amplitude read where the growth vanishes. A flip has a fixed phase
+    to the teeth: near one the vibrations start in two phases, a quarter wave apart, and those that lasted longer count.
 
     Parameters
     ----------
@@ -105,13 +107,16 @@ def witness(
     if given.ndim != 1 or not np.all(np.isfinite(given)) or np.any(np.diff(given, prepend=0) <= 0):
         raise InputError("witness: amplitudes must be above 0 and ascending, in m")
     hertz = _chatter(machine, speed, float(np.sqrt(given[0] * given[-1]))) if frequency is None else frequency
-    batches = [vibrate(machine, speed, depth, given, hertz, waves, steps)]
+    phases = (0.0, np.pi / 2) if _flips(cutting, speed, hertz) else (0.0,)
+    kicked = [vibrate(machine, speed, depth, given, hertz, waves, steps, phase=phase) for phase in phases]
+    batches = [max(kicked, key=lambda one: float(np.sum(np.log(np.maximum(one.early, _TINY)))))]
+    phase = phases[kicked.index(batches[0])]
     reach = _REACH * float(given[-1])
     for _ in range(rounds - 1):
         closer = _between(batches[-1])
         if not len(closer):
             break
-        batches.append(vibrate(machine, speed, depth, closer, hertz, waves, steps, reach))
+        batches.append(vibrate(machine, speed, depth, closer, hertz, waves, steps, reach, phase))
     first, last = batches[0], batches[-1]
     lasting = int(np.argmax(np.where(np.isfinite(first.end), first.end, 0.0)))
     return Witness(
@@ -153,15 +158,16 @@ def vibrate(
     waves: int = _WAVES,
     steps: int = _STEPS,
     reach: float | None = None,
+    phase: float = 0.0,
 ) -> Batch:
     """Simulate one batch: ``depth`` in m may differ from motion to motion, and ``start`` holds their amplitudes in m.
 
-    ``hertz`` is the frequency of the starting vibrations; motions that exceed ``reach`` (m) are stopped, by default at
-    a hundred times the largest start.
+    ``hertz`` is the frequency of the starting vibrations and ``phase`` in rad their angle at time 0; motions that
+    exceed ``reach`` (m) are stopped, by default at a hundred times the largest start.
     """
     cutting = Cutting(**dict(machine.cutting or {}))
     axes = tuple(axis for axis in AXES if axis in machine.tool)
-    parts, state, joints, tool = _vibrating(machine, cutting, hertz, start)
+    parts, state, joints, tool = _vibrating(machine, cutting, hertz, start, phase)
     cut = stretches(cutting, axes, speed, hertz * steps)
     surfaces = [_ploughed(s, at, tool, hertz) for s, at in zip(cut, _begins(cut), strict=True)]
     periods = max(8, int(np.ceil(waves * cutting.cuts_per_revolution * speed / 60 / hertz)))
@@ -239,8 +245,14 @@ def _chatter(machine: Machine, speed: float, amplitude: float) -> float:
     raise InputError(f"{machine.where}: nothing chatters inside its frequencies; give the frequency of the start")
 
 
+def _flips(cutting: Cutting, speed: float, hertz: float) -> bool:
+    """Whether a vibration repeats every second tooth."""
+    turns = hertz * 60 / speed / cutting.cuts_per_revolution
+    return cutting.process == "milling" and abs(turns % 1 - 0.5) < _HALF_WAVE
+
+
 def _vibrating(
-    machine: Machine, cutting: Cutting, hertz: float, amplitude: Array
+    machine: Machine, cutting: Cutting, hertz: float, amplitude: Array, phase: float
 ) -> tuple[MovingParts, Array, ComplexArray, ComplexArray]:
     """The machine in harmonic motion at time 0 with each tool amplitude: its states, and phasors of joints and tool."""
     omega = 2 * np.pi * hertz
@@ -260,8 +272,8 @@ def _vibrating(
         )
         phasor = parts.harmonic(omega, gains, direction)
         tip = (parts.P @ phasor)[2 * j : 2 * j + parts.tool]
-        # The moment of the largest excursion is time 0.
-        states.append(phasor * A / tip[np.argmax(np.abs(tip))])
+        # With phase 0 the moment of the largest excursion is time 0.
+        states.append(phasor * A * np.exp(1j * phase) / tip[np.argmax(np.abs(tip))])
     moving = np.stack(states, axis=1)
     y = parts.P @ moving
     return parts, moving.real.copy(), y[:j], y[2 * j : 2 * j + parts.tool]

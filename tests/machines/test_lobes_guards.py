@@ -203,3 +203,14 @@ def test_a_chart_at_rest_and_the_points_below_it_agree() -> None:
     for i, speed in enumerate(chart.speed):
         mu = multipliers(machine, speed, chart.depth[i] * np.array([0.999, 1.001]))
         assert (mu[0] > 1).tolist() == [False, True]
+
+
+def test_a_slow_spindle_gets_its_depth_by_default() -> None:
+    """579 rad of the mode between two teeth: more than 128 harmonics, so the default is collocation in pieces."""
+    tool = ToolModel.from_modes([922.0, 922.0], [0.011, 0.011], [0.03993, 0.03993], np.eye(2))
+    cut = Cutting("milling", teeth=2, tangential=6e8, normal=2e8, mode="down", immersion=0.1)
+    chart = stability_lobes(tool, cut, [300.0])
+    with pytest.raises(CheckFailed, match="take collocation where the tool has modes"):
+        stability_lobes(tool, cut, [300.0], "multi-frequency")
+    mu = largest_multipliers(tool, cut, np.array([300.0]), chart.depth * np.array([0.999, 1.001]))
+    assert mu[0, 0] < 1 < mu[0, 1]

@@ -40,6 +40,15 @@ def test_published_depths_at_which_a_vibration_persists(
     assert float(depth_ratio(1.0, exponent)) == pytest.approx(touching_ratio(exponent), rel=1e-12)
 
 
+@pytest.mark.parametrize(("chip", "balanced"), [(0.1, 0.997747), (0.2, 0.991049), (0.4, 0.965135)])
+def test_the_cubic_expansion_of_the_force_is_left_as_the_chip_varies_more(chip: float, balanced: float) -> None:
+    """Five harmonics of the expansion of Kalmár-Nagy, Stépán & Moon, lengths in 12/5 of the feed: 1/(1 + 9B²/40)."""
+    expanded, exact = 1 / (1 + 9 / 40 * chip**2), float(depth_ratio(2.4 * chip, 0.75))
+    assert expanded == pytest.approx(balanced, abs=2e-4)
+    assert 0 < expanded - exact < 0.8 * chip**4
+    assert float(depth_ratio(2.4 * 0.4, 0.75)) == pytest.approx(0.9460, abs=5e-5)
+
+
 def test_a_linear_force_knows_no_amplitude_until_contact_is_lost() -> None:
     np.testing.assert_allclose(depth_ratio([0.1, 0.5, 1.0], 1.0), 1.0, rtol=1e-15)
     after = depth_ratio([1.01, 1.5, 2.0], 1.0)

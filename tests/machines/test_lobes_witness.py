@@ -126,6 +126,21 @@ def test_small_vibrations_in_milling_grow_above_the_published_limit(
     assert boundary(mill(axes, **cut), speed, depth, 900.0) == pytest.approx(depth, rel=2e-5)
 
 
+def test_near_a_flip_the_vibration_starts_in_the_better_of_two_phases() -> None:
+    """A flip stands still against the teeth: of a start only the part in its phase lasts, cos of the angle between."""
+    machine, size = mill(("x",), mode="down", immersion=0.1), np.array([1e-6])
+    phases = np.pi * np.arange(8) / 8
+    lasting = [
+        float(vibrate(machine, 18000.0, 0.8156572e-3, size, 900.0, waves=120, phase=phase).end[0]) for phase in phases
+    ]
+    second = np.abs(np.fft.fft(np.square(lasting)))
+    assert second[1] == pytest.approx(second[0] / 2, rel=1e-2)
+    assert min(lasting) < 0.25 * max(lasting)
+    found = witness(machine, 18000.0, 0.8156572e-3, size, waves=120, frequency=900.0)
+    assert found.end[0] == pytest.approx(max(lasting[0], lasting[4]), rel=1e-9)
+    assert found.end[0] > 0.7 * max(lasting)
+
+
 def test_forced_vibration_in_milling_is_no_chatter() -> None:
     """Half-way to the limit the tool shakes with the teeth for ever, and chatter dies out."""
     machine = mill(("x", "y"), mode="down", immersion=0.5, feed=1e-4)
