@@ -185,4 +185,4 @@ def _peak(tool: ToolModel | FRF) -> float:
 
 def _direct(receptance: ComplexArray) -> Array:
     """Sizes of the direct receptances, (lines, axes)."""
-    return np.abs(np.einsum("fii->fi", receptance))
+    return np.asarray(np.abs(np.einsum("fii->fi", receptance)))
