@@ -27,6 +27,8 @@ from .held_joints import Held, HeldJoints, constant
 
 _CLOSE = 1.5
 """Times the lowest depth so far up to which a resonance is searched: its joints are not yet those of the crossing."""
+_DEEPEST = 1.0
+"""m; no cut is deeper, and what a loop closes on far above its limit is what its discretisation left over."""
 _SAME = 0.05
 _ROUNDS = 40
 _SETTLED = 1e-9
@@ -136,7 +138,7 @@ class DevelopedChatter:
             line = abs(seen[crossing][0] + crossing.fraction) * tooth
             return int(np.argmin(np.abs(np.log(line) - centres))) == i
 
-        found = first_crossings(loop, self._shapes[i].folded(tooth), own, _CLOSE * ceiling)
+        found = first_crossings(loop, self._shapes[i].folded(tooth), own, min(_CLOSE * ceiling, _DEEPEST))
         finer = self.search.loop(speed, level, held)
         again = [(one, near(finer, one)) for one in found]
         real = [one for one, other in again if other.kind and abs(other.depth / one.depth - 1) <= _SAME]

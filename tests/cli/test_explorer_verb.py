@@ -24,7 +24,9 @@ MACHINE = "machines/library/two_mass.toml"
 def test_the_example_runs_until_ctrl_c_and_ends_without_a_word_of_failure(here: Path) -> None:
     package("dash")
     (shown,) = examples("explore")
-    command = [sys.executable, "-c", "from jointlib.cli.main import main; main()", *shlex.split(shown)]
+    # A shell starts what it puts in the background with SIGINT ignored, and that is inherited.
+    heed = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
+    command = [sys.executable, "-c", f"{heed}; from jointlib.cli.main import main; main()", *shlex.split(shown)]
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONUNBUFFERED": "1"}
     with subprocess.Popen(
         command, cwd=here, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
