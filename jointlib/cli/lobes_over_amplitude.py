@@ -11,7 +11,7 @@ import numpy as np
 from jointlib.cli.output import working
 from jointlib.errors import CheckFailed, InputError
 
-_FEW = (0.03, 0.1, 0.3, 0.6, 1.0)
+_FEW = (0.1, 0.3, 1.0)
 _MANY = (0.001, 0.003, 0.01, 0.03, *np.linspace(0.06, 1.0, 24))
 """Tool amplitudes behind the zones of a picture over the largest, in milling, where each costs more, and in turning."""
 
@@ -122,7 +122,8 @@ def zones_of(model: Any, charts: Sequence[Any], amplitude: Sequence[float]) -> A
     cutting = Cutting(**(model.cutting or {}))
     largest = amplitude_range(cutting)[-1]
     sizes = largest * np.array(_FEW if cutting.process == "milling" else _MANY)
-    with working(f"computing limits at {len(sizes)} amplitudes"):
+    cost = ", in milling some minutes" if cutting.process == "milling" else ""
+    with working(f"computing limits at {len(sizes)} amplitudes{cost}"):
         return Zones.of(amplitude_limits(model, charts[0].speed, sizes, charts[0].method))
 
 
