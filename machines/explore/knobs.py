@@ -222,7 +222,9 @@ def _stick_out_controls(machine: Machine, tables: Sequence[Section]) -> tuple[Co
         start, last = sum(lengths[:-1]), len(lengths) - 1
         base = f"component.{name}"
         at = {
-            s["name"]: (f"{base}.station[{i}].at", quantity(s["at"], "m", where))
+            s["name"]: ("", sum(lengths))
+            if s["at"] == "end"
+            else (f"{base}.station[{i}].at", quantity(s["at"], "m", where))
             for i, s in enumerate(table["station"])
         }
         beyond = {station: (path, place) for station, (path, place) in at.items() if place > start + 1e-9}
@@ -231,7 +233,7 @@ def _stick_out_controls(machine: Machine, tables: Sequence[Section]) -> tuple[Co
         nearest_to_start = min(place for _, place in beyond.values()) - start
         length = lengths[-1]
         low = max(length / _GEOMETRY, length - 0.9 * nearest_to_start)
-        moves = ((f"{base}.segment[{last}].length", length), *beyond.values())
+        moves = ((f"{base}.segment[{last}].length", length), *(moved for moved in beyond.values() if moved[0]))
         ends = float(f"{low * 1e3:.3g}"), float(f"{length * 1e3 * _GEOMETRY:.3g}")
         out.append(Control(f"{base}.stick_out", "stick-out", name, "mm", length * 1e3, *ends, scale=1e-3, moves=moves))
     return tuple(out)

@@ -175,6 +175,18 @@ def test_the_stick_out_takes_the_tip_along_and_no_station_before_it(tmp_path: Pa
     }
 
 
+def test_a_tip_at_the_end_of_the_bar_goes_along_by_itself(tmp_path: Path) -> None:
+    explorer = bar(tmp_path)
+    text = explorer.machine.read_text()
+    assert 'at = "120 mm"' in text
+    (tmp_path / "end.toml").write_text(text.replace('at = "120 mm"', 'at = "end"'))
+    other = Explorer(tmp_path / "end.toml")
+    key = "component.bar.stick_out"
+    assert other.by_key[key].changes(150.0) == {"component.bar.segment[1].length": pytest.approx(0.15)}
+    one, two = (e.summary({key: 150.0}).static_compliance for e in (explorer, other))
+    assert one == pytest.approx(two, rel=1e-9)
+
+
 def test_what_is_nothing_may_become_something(tmp_path: Path) -> None:
     joint = Joint((Linear(1e7), Viscous(0.0)), "slide")
     text = (
