@@ -21,6 +21,7 @@ from itertools import pairwise
 import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
+from jointlib.errors import CheckFailed
 
 from .cutting import Cutting
 from .tool_model import ToolModel
@@ -30,6 +31,7 @@ MORE = 10
 _LONGEST = 60.0
 """θ above which a stretch is split."""
 FINER = 4
+_MOST_NODES = 1000
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,6 +97,13 @@ def arc_map(model: ToolModel, cutting: Cutting, speed: float | Array, more: int 
 
     Several speeds, shape (b,), have the nodes of the slowest in common and become the first axis of the map.
     """
+    slowest = float(np.min(speed))
+    needed = node_count(model, cutting, slowest, more)
+    if needed > _MOST_NODES:
+        raise CheckFailed(
+            f"collocation: at {slowest:g} rpm the cut of a tooth takes {needed} nodes for modes of up to "
+            f"{model.fastest / (2 * np.pi):.0f} Hz, expected at most {_MOST_NODES}: a faster speed or lower modes"
+        )
     modes, axes = len(model.poles), ["xy".index(axis) for axis in model.axes]
     pitch = 2 * np.pi / cutting.cuts_per_revolution
     turning = 2 * np.pi * np.asarray(speed, dtype=float) / 60

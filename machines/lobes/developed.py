@@ -3,9 +3,10 @@
 Chatter holds the lines ω + qω_T. Its amplitude A is that of the line at which the tool moves most, and the joints are
 held, on all lines, as the springs and dampers that they are at A and the frequency f of that line, moved by the force
 that the crossing has there. Neither f nor that force is known before: with the joints as they are at each resonance in
-turn, the crossings whose strongest line is nearest to that resonance are found; each is then followed until joints,
-frequency and force agree. Of those that do, the one of lowest depth is the limit. Where two lines of one crossing are
-nearly alike, that is the case with either as the chatter: a line is kept while the tool moves half as much as at most.
+turn, the crossings whose strongest line is nearest to that resonance are found (for resonances at which the joints are
+alike, in one go); each is then followed until joints, frequency and force agree. Of those that do, the one of lowest
+depth is the limit. Where two lines of one crossing are nearly alike, that is the case with either as the chatter: a
+line is kept while the tool moves half as much as at most.
 """
 
 from __future__ import annotations
@@ -29,9 +30,10 @@ _CLOSE = 1.5
 """Times the lowest depth so far up to which a resonance is searched: its joints are not yet those of the crossing."""
 _DEEPEST = 1.0
 """m; no cut is deeper, and what a loop closes on far above its limit is what its discretisation left over."""
-_SAME = 0.05
+_SAME, _ALIKE = 0.05, 3e-3
 _ROUNDS = 40
 _SETTLED = 1e-9
+_BESIDE = 1e-4
 _PEAK, _MOST = 0.01, 16
 _RAISES = 6
 _TRIES = 3
@@ -101,15 +103,30 @@ class DevelopedChatter:
         peak = peak[np.argsort(-size[peak], kind="stable")][:_MOST]
         return [(float(self.table.frf.frequency[i]), self.table.gain[i]) for i in peak]
 
+    @cached_property
+    def groups(self) -> list[list[int]]:
+        """The resonances, those together at which the joints are alike."""
+        found: list[list[int]] = []
+        for i, (f, gain) in enumerate(self.starts):
+            for group in found:
+                other, first = self.starts[group[0]]
+                apart = np.abs(gain.real - first.real) + np.abs(gain.imag * other / f - first.imag)
+                if np.all(apart <= _ALIKE * np.abs(first)):
+                    group.append(i)
+                    break
+            else:
+                found.append([i])
+        return found
+
     def _found(self, speed: float, level: int) -> list[Persistent] | None:
         """The lowest of every resonance, with those that do not settle only if none does; None if under-resolved."""
         settled: list[Persistent] = []
         stalled: list[Persistent] = []
-        for i in range(len(self.starts)):
+        for group in self.groups:
             tried: list[Persistent] = []
             for _ in range(_TRIES):
                 ceiling = min((one.crossing.depth for one in settled), default=np.inf)
-                some = self._crossings(speed, level, i, tried, ceiling)
+                some = self._crossings(speed, level, group, tried, ceiling)
                 if some is None:
                     return None
                 ends = [self._settled(one, speed) for one in some]
@@ -121,11 +138,11 @@ class DevelopedChatter:
         return settled or stalled
 
     def _crossings(
-        self, speed: float, level: int, i: int, tried: list[Persistent], ceiling: float
+        self, speed: float, level: int, group: list[int], tried: list[Persistent], ceiling: float
     ) -> list[Persistent] | None:
-        """Crossings with the joints held as at resonance i, of those whose strongest line is nearest to it."""
+        """Crossings with the joints held as at the first of some resonances; their strongest line is nearest to one."""
         tooth = self.cutting.cuts_per_revolution * speed / 60
-        frequency, gain = self.starts[i]
+        frequency, gain = self.starts[group[0]]
         centres = np.log([f for f, _ in self.starts])
         held = constant(frequency, gain)
         loop = self.search.loop(speed, level, held, coarse=True)
@@ -136,9 +153,9 @@ class DevelopedChatter:
                 return False
             seen[crossing] = loop.strongest(crossing)
             line = abs(seen[crossing][0] + crossing.fraction) * tooth
-            return int(np.argmin(np.abs(np.log(line) - centres))) == i
+            return int(np.argmin(np.abs(np.log(line) - centres))) in group
 
-        found = first_crossings(loop, self._shapes[i].folded(tooth), own, min(_CLOSE * ceiling, _DEEPEST))
+        found = first_crossings(loop, self._shapes[group[0]].folded(tooth), own, min(_CLOSE * ceiling, _DEEPEST))
         finer = self.search.loop(speed, level, held)
         again = [(one, near(finer, one)) for one in found]
         real = [one for one, other in again if other.kind and abs(other.depth / one.depth - 1) <= _SAME]
@@ -177,12 +194,14 @@ class DevelopedChatter:
         return None
 
     def _following(self, found: Persistent, tooth: float) -> Held:
-        """The joints as they are when the line of the vibration is at ν."""
-        direction = found.direction
-        assert direction is not None
+        """The joints as they are when the line of the vibration is at ν; near by, their gains run straight."""
+        assert found.direction is not None
+        start = found.line * tooth
+        here, beside = self.point(np.array([start, start * (1 + _BESIDE)]), found.direction).gain
+        slope = (beside - here) / (_BESIDE * start)
 
         def held(fraction: Array) -> tuple[Array, ComplexArray]:
             chatter = np.abs(fraction + found.order) * tooth
-            return chatter, np.concatenate([self.point(np.array([f]), direction).gain for f in chatter.tolist()])
+            return chatter, here + (chatter - start)[:, None] * slope
 
         return held

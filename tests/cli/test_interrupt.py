@@ -48,7 +48,7 @@ def test_ctrl_c_leaves_whole_files_only(machine: str, moment: str, here: Path) -
         while moment not in seen or not seen:
             seen = process.stderr.readline()
             assert seen, "the run ended before the signal"
-        time.sleep(0.3)
+        time.sleep(0.05)
         process.send_signal(signal.SIGINT)
         out, err = process.communicate(timeout=60)
     assert process.returncode == 130
