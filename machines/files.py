@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
@@ -96,9 +97,14 @@ def documents(path: Path, changes: Mapping[str, Any] | None = None) -> list[Sect
     return all_of
 
 
-def read_cutting(path: Path | str, changes: Mapping[str, Any]) -> Cutting:
+def cutting_table(path: Path | str) -> dict[str, Any]:
+    """The ``[cutting]`` table of a machine file as it stands there, for `read_cutting`; empty where there is none."""
+    return {key: table for key, table in read_toml(Path(path), "machine").raw().items() if key == "cutting"}
+
+
+def read_cutting(path: Path | str, table: Mapping[str, Any], changes: Mapping[str, Any]) -> Cutting:
     """The cutting operation alone of a machine file, with changes in its ``[cutting]`` table; see `read_machine`."""
-    document = read_toml(Path(path), "machine")
+    document = Section(deepcopy(dict(table)), str(path), Path(path).parent)
     change([document], changes, str(path))
     return Cutting(**_cutting(document.section("cutting")))
 

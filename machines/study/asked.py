@@ -7,7 +7,7 @@ from typing import Any
 
 from jointlib.errors import InputError, nearest
 
-from ..files import read_cutting, read_machine
+from ..files import cutting_table, read_cutting, read_machine
 from ..machine import Machine
 from .study import BASE, Study
 
@@ -69,6 +69,6 @@ def _check_axes(study: Study, machine: Machine) -> None:
 
 def _check_material(study: Study, file: Path, material: str, cut: dict[str, Any]) -> None:
     try:
-        read_cutting(file, cut)
+        read_cutting(file, cutting_table(file), cut)
     except InputError as error:
         raise InputError(f"{study.source}: material {material!r}: {error}") from None

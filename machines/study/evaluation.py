@@ -107,7 +107,8 @@ class Evaluation:
             out["static-compliance"] = float(np.max(_direct(G)))
         if wanted & (DEPTHS | {"peak-receptance"}):
             tools = [self._tool(machine, model, A) for A in self._study.amplitudes]
-            out["peak-receptance"] = max(_peak(tool) for tool in tools)
+            if "peak-receptance" in wanted:
+                out["peak-receptance"] = max(_peak(tool) for tool in tools)
             if wanted & DEPTHS:
                 out |= self._depths(machine, tools, self._machines.cut(of), case)
         return out

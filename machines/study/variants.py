@@ -17,7 +17,7 @@ from jointlib.joint import Joint
 from jointlib.units import quantity
 
 from ..component import Component
-from ..files import read_cutting, read_machine
+from ..files import cutting_table, read_cutting, read_machine
 from ..lobes.cutting import Cutting
 from ..lobes.machine_model import modes_at_rest
 from ..lobes.tool_model import ToolModel
@@ -144,6 +144,7 @@ class Machines:
     """Joints that the base machine leaves to be identified, by connection."""
     _kept: dict[tuple[Path, tuple[tuple[str, Any], ...]], Variant] = field(default_factory=dict)
     _cuts: dict[tuple[Path, tuple[tuple[str, Any], ...]], Cutting] = field(default_factory=dict)
+    _tables: dict[Path, dict[str, Any]] = field(default_factory=dict)
 
     def of(self, file: Path, document: tuple[tuple[str, Any], ...] = ()) -> Variant:
         """The machine of a file with changes, before parameters of its joints are changed."""
@@ -170,7 +171,10 @@ class Machines:
         key = of.file, of.cutting
         if key not in self._cuts:
             _make_room(self._cuts, _CUTS)
-            self._cuts[key] = read_cutting(of.file, {path: _plain(value) for path, value in of.cutting})
+            if of.file not in self._tables:
+                self._tables[of.file] = cutting_table(of.file)
+            changes = {path: _plain(value) for path, value in of.cutting}
+            self._cuts[key] = read_cutting(of.file, self._tables[of.file], changes)
         return self._cuts[key]
 
 
