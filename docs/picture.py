@@ -32,7 +32,8 @@ def main(run: Path) -> None:
         chart.set(
             xlabel="spindle speed [rpm]", ylabel="limiting depth of cut [mm]", title="Machine, stable below", ylim=0
         )
-        chart.legend(title="vibration of the tool", loc="lower right", fontsize=8)
+        chart.set_ylim(0, 1.25 * chart.get_ylim()[1])
+        chart.legend(title="vibration of the tool", loc="upper center", ncol=4, fontsize=8)
         before.figure.savefig(Path(__file__).with_name("picture.png"), dpi=110, metadata={"Software": None})
 
 
