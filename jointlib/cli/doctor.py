@@ -8,12 +8,20 @@ from jointlib.cli.arguments import Verb, json_option
 from jointlib.cli.output import emit
 
 _PACKAGES = ("numpy", "scipy", "control", "fmpy", "pythonfmu", "matplotlib", "pint", "pyuff")
+_EXTRAS = {
+    "native": "ziglang",
+    "cluster": "distributed",
+    "explore": "dash",
+    "optimise": "pymoo",
+    "tables": "pyarrow",
+}
+"""What `pip install 'jointlib[…]'` brings, by extra."""
 
 
 @click.command("doctor", cls=Verb)
 @json_option
 def command(as_json: bool) -> None:
-    """Versions of what jointlib stands on, the C compiler for native FMUs, and plugins that fail to load.
+    """Versions of what jointlib stands on and of its extras, the C compiler for native FMUs, plugins that fail to load.
 
     \b
     Example:
@@ -26,13 +34,15 @@ def command(as_json: bool) -> None:
     from fmu.build import compilers, here
     from jointlib.registry import GROUPS, installed
 
-    packages = {}
-    for name in ("jointlib", *_PACKAGES):
+    def found(name: str) -> str:
         try:
-            packages[name] = version(name)
+            return version(name)
         except PackageNotFoundError:
-            packages[name] = "missing"
-    reached = {found.platform.fmi3: " ".join(found.command) for found in compilers()}
+            return "missing"
+
+    packages = {name: found(name) for name in ("jointlib", *_PACKAGES)}
+    extras = {extra: found(name) for extra, name in _EXTRAS.items()}
+    reached = {one.platform.fmi3: " ".join(one.command) for one in compilers()}
     compiler = reached.get(here())
     browser = next(
         (path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))), None
@@ -42,6 +52,7 @@ def command(as_json: bool) -> None:
         "python": platform.python_version(),
         "platform": platform.platform(),
         "packages": packages,
+        "extras": extras,
         "compiler": compiler,
         "browser": browser,
         "fmu_runtimes": ["c", "python"] if compiler else ["python"],
@@ -49,7 +60,12 @@ def command(as_json: bool) -> None:
         "failed_plugins": failed,
     }
     lines = [f"Python {data['python']} on {data['platform']}"]
-    lines += [f"  {name} {found}" for name, found in packages.items()]
+    lines += [f"  {name} {release}" for name, release in packages.items()]
+    lines += [
+        f"  extra {extra}: "
+        + (f"pip install 'jointlib[{extra}]'" if release == "missing" else f"{_EXTRAS[extra]} {release}")
+        for extra, release in extras.items()
+    ]
     lines += [
         f"native FMUs: FMI 2.0 and 3.0 for {', '.join(reached)}, compiled by {compiler}"
         if compiler

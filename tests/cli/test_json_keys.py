@@ -255,6 +255,24 @@ def test_doctor_names_the_compiler_that_native_fmus_are_made_with(here: Path, mo
     assert line in jointlib("doctor").out.splitlines()
 
 
+def test_doctor_tells_what_each_extra_brings_and_how_to_get_it(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from importlib import metadata
+
+    releases = {"dash": "4.4.1"}
+
+    def version(name: str) -> str:
+        if name in releases:
+            return releases[name]
+        raise metadata.PackageNotFoundError(name)
+
+    monkeypatch.setattr(metadata, "version", version)
+    data = jointlib("doctor --json").json
+    assert (data["extras"]["explore"], data["extras"]["tables"]) == ("4.4.1", "missing")
+    said = jointlib("doctor").out.splitlines()
+    assert "  extra explore: dash 4.4.1" in said
+    assert "  extra tables: pip install 'jointlib[tables]'" in said
+
+
 def test_doctor_says_what_to_install_where_no_native_fmu_can_be_made(
     here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

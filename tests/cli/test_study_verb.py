@@ -62,7 +62,7 @@ def test_parts_processes_and_one_process_leave_the_same_bytes(study: Path) -> No
 def test_workers_of_a_dask_scheduler_leave_the_same_bytes(study: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     distributed = pytest.importorskip("distributed", reason="Dask is not installed (extra cluster)")
     jointlib(f"study run {study.resolve()} -o one --workers 1")
-    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster:
         done = jointlib(f"study run {study} -o dask --scheduler {cluster.scheduler_address} --json")
         monkeypatch.setattr("machines.study.run._code", lambda: "another release")
         other = jointlib(f"study run {study} -o other --scheduler {cluster.scheduler_address}")
@@ -76,7 +76,7 @@ def test_workers_of_a_dask_scheduler_leave_the_same_bytes(study: Path, monkeypat
 def test_a_scheduler_that_ends_is_told_and_nothing_is_lost(study: Path) -> None:
     distributed = pytest.importorskip("distributed", reason="Dask is not installed (extra cluster)")
     study.write_text(STUDY.replace("count = 16", "count = 4096"))
-    with distributed.LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster:
+    with distributed.LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=":0") as cluster:
 
         def end() -> None:
             deadline = time.monotonic() + 60
@@ -184,7 +184,7 @@ def test_a_search_by_other_workers_leaves_the_same_bytes(search: Path) -> None:
     before = Path("one/results.npz").read_bytes()
     assert Path("pool/results.npz").read_bytes() == before
     distributed = pytest.importorskip("distributed", reason="Dask is not installed (extra cluster)")
-    with distributed.LocalCluster(n_workers=1, threads_per_worker=2, dashboard_address=None) as cluster:
+    with distributed.LocalCluster(n_workers=1, threads_per_worker=2, dashboard_address=":0") as cluster:
         jointlib(f"study run {search.resolve()} -o dask --scheduler {cluster.scheduler_address}")
     assert Path("dask/results.npz").read_bytes() == before
     refused = jointlib(f"study run {search} -o parts --shard 1/2")
