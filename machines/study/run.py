@@ -37,7 +37,7 @@ _PATIENCE = 10
 """Seconds a scheduler has to answer."""
 _PLAN = "plan"
 _PACKAGES = ("jointlib", "machines")
-_SHOWING = ("cli", "explore", "report")
+_SHOWING = ("explore", "report")
 
 
 def begin(study: Study, folder: Path) -> Store:
