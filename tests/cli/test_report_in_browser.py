@@ -10,21 +10,10 @@ from pathlib import Path
 import matplotlib.image
 import numpy as np
 import pytest
+from browser import FLAGS
 from command_line import jointlib
 from conftest import Left
 from tools import require
-
-FLAGS = (
-    "--headless",
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--hide-scrollbars",
-)
 
 
 @pytest.fixture(scope="module")
