@@ -85,14 +85,7 @@ def first_crossings(
             brackets, coarse = _brackets(fraction, values, matters, level)
             if not coarse.any():
                 break
-            middle = (fraction[:-1][coarse] + fraction[1:][coarse]) / 2
-            order = np.argsort(np.concatenate([fraction, middle]), kind="stable")
-            between = loop(middle)
-            closed = np.linalg.eigvals(between)
-            reach = np.max(np.abs(closed), axis=1) * np.abs(regeneration(middle))
-            fraction = np.concatenate([fraction, middle])[order]
-            matrices = np.concatenate([matrices, between])[order]
-            values, bound = np.concatenate([values, closed])[order], np.concatenate([bound, reach])[order]
+            fraction, matrices, values, bound = _halved(loop, coarse, fraction, matrices, values, bound)
         found = list(flips)
         for bracket in sorted(brackets, key=lambda one: one.floor):
             if bracket.floor > _CLOSE * _lowest(found, ceiling):
@@ -104,6 +97,23 @@ def first_crossings(
             break
     lowest = _lowest(found, ceiling)
     return sorted({one for one in found if one.depth <= _CLOSE * lowest}, key=lambda one: one.depth)
+
+
+def _halved(
+    loop: Loop, coarse: Mask, fraction: Array, matrices: ComplexArray, values: ComplexArray, bound: Array
+) -> tuple[Array, ComplexArray, ComplexArray, Array]:
+    """ν, the loop, its eigenvalues and the bound of them, with the middles of the coarse intervals among them."""
+    middle = (fraction[:-1][coarse] + fraction[1:][coarse]) / 2
+    order = np.argsort(np.concatenate([fraction, middle]), kind="stable")
+    between = loop(middle)
+    closed = np.linalg.eigvals(between)
+    reach = np.max(np.abs(closed), axis=1) * np.abs(regeneration(middle))
+    return (
+        np.concatenate([fraction, middle])[order],
+        np.concatenate([matrices, between])[order],
+        np.concatenate([values, closed])[order],
+        np.concatenate([bound, reach])[order],
+    )
 
 
 def _lowest(found: list[Crossing], ceiling: float) -> float:

@@ -15,7 +15,7 @@ from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import CheckFailed
 
 from . import crossing
-from .critical_depth import Crossing, Loop, _Bracket, _brackets, _closed, _largest, regeneration
+from .critical_depth import Crossing, Loop, _Bracket, _brackets, _closed, _halved, _largest, regeneration
 from .regeneration import Trace, limiting_depth, loop_eigenvalues
 from .tool_point import ToolPoint
 
@@ -65,14 +65,7 @@ def edges_of_loop(loop: Loop, fraction: Array, deepest: float) -> list[Edge]:
         brackets, coarse = _brackets(nu, values, matters, level)
         if not coarse.any():
             break
-        middle = (nu[:-1][coarse] + nu[1:][coarse]) / 2
-        order = np.argsort(np.concatenate([nu, middle]), kind="stable")
-        between = loop(middle)
-        closed = np.linalg.eigvals(between)
-        reach = np.max(np.abs(closed), axis=1) * np.abs(regeneration(middle))
-        nu = np.concatenate([nu, middle])[order]
-        matrices = np.concatenate([matrices, between])[order]
-        values, bound = np.concatenate([values, closed])[order], np.concatenate([bound, reach])[order]
+        nu, matrices, values, bound = _halved(loop, coarse, nu, matrices, values, bound)
     found = _flips(loop, values[-1], nu[-2]) + [edge for one in brackets if (edge := _hopf(loop, one)) is not None]
     return _distinct([edge for edge in found if edge.depth <= deepest])
 

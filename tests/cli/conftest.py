@@ -12,6 +12,44 @@ from browser import Browser, running
 from command_line import Done, examples, jointlib, with_library
 from tools import package, require
 
+LATHE = """
+schema = "jointlib/machine/1"
+name = "lathe"
+[[component]]
+name = "slide"
+kind = "lumped"
+dofs = ["x"]
+mass = [[25.33]]
+[[connection]]
+name = "guide"
+between = ["slide.x", "ground"]
+joint = "guide.joint.toml"
+[tool]
+x = "slide.x"
+[response]
+frequency = ["60 Hz", "200 Hz"]
+[cutting]
+process = "turning"
+specific = 1e9
+speed = [2000, 3000]
+"""
+GUIDE = """
+schema = "jointlib/joint/1"
+name = "guide"
+[[law]]
+kind = "linear"
+stiffness = 1e7
+[[law]]
+kind = "viscous"
+damping = 954.9
+[[law]]
+kind = "cubic"
+stiffness3 = 1.33332e14
+[covariance]
+names = ["linear.stiffness", "viscous.damping"]
+matrix = [[4e10, 0.0], [0.0, 1600.0]]
+"""
+
 
 @dataclass(frozen=True)
 class Left:
@@ -27,6 +65,14 @@ def here(tmp_path: Path) -> Iterator[Path]:
     """An empty working folder with the library in reach."""
     with contextlib.chdir(with_library(tmp_path / "here")):
         yield tmp_path / "here"
+
+
+@pytest.fixture
+def lathe(here: Path) -> str:
+    """A slide on a hardening guide whose parameters have a covariance, and what it turns."""
+    (here / "lathe.toml").write_text(LATHE, encoding="utf-8")
+    (here / "guide.joint.toml").write_text(GUIDE, encoding="utf-8")
+    return "lathe.toml"
 
 
 @pytest.fixture(scope="session")

@@ -61,52 +61,6 @@ def test_lobes_as_a_picture_name_the_recommended_pocket(here: Path, amplitudes: 
     assert data["pocket"]["margin"] > 0
 
 
-LATHE = """
-schema = "jointlib/machine/1"
-name = "lathe"
-[[component]]
-name = "slide"
-kind = "lumped"
-dofs = ["x"]
-mass = [[25.33]]
-[[connection]]
-name = "guide"
-between = ["slide.x", "ground"]
-joint = "guide.joint.toml"
-[tool]
-x = "slide.x"
-[response]
-frequency = ["60 Hz", "200 Hz"]
-[cutting]
-process = "turning"
-specific = 1e9
-speed = [2000, 3000]
-"""
-GUIDE = """
-schema = "jointlib/joint/1"
-name = "guide"
-[[law]]
-kind = "linear"
-stiffness = 1e7
-[[law]]
-kind = "viscous"
-damping = 954.9
-[[law]]
-kind = "cubic"
-stiffness3 = 1.33332e14
-[covariance]
-names = ["linear.stiffness", "viscous.damping"]
-matrix = [[4e10, 0.0], [0.0, 1600.0]]
-"""
-
-
-@pytest.fixture
-def lathe(here: Path) -> str:
-    (here / "lathe.toml").write_text(LATHE, encoding="utf-8")
-    (here / "guide.joint.toml").write_text(GUIDE, encoding="utf-8")
-    return "lathe.toml"
-
-
 def table(path: str) -> dict[str, list[float]]:
     rows = list(csv.DictReader(line for line in Path(path).read_text().splitlines() if line[0] != "#"))
     return {key: [float(row[key]) for row in rows] for key in rows[0] if key != "kind"}

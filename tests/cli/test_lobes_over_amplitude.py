@@ -7,50 +7,6 @@ from pathlib import Path
 import pytest
 from command_line import jointlib
 
-LATHE = """
-schema = "jointlib/machine/1"
-name = "lathe"
-[[component]]
-name = "slide"
-kind = "lumped"
-dofs = ["x"]
-mass = [[25.33]]
-[[connection]]
-name = "guide"
-between = ["slide.x", "ground"]
-joint = "guide.joint.toml"
-[tool]
-x = "slide.x"
-[response]
-frequency = ["60 Hz", "200 Hz"]
-[cutting]
-process = "turning"
-specific = 1e9
-"""
-GUIDE = """
-schema = "jointlib/joint/1"
-name = "guide"
-[[law]]
-kind = "linear"
-stiffness = 1e7
-[[law]]
-kind = "viscous"
-damping = 954.9
-[[law]]
-kind = "cubic"
-stiffness3 = 1.33332e14
-[covariance]
-names = ["linear.stiffness", "viscous.damping"]
-matrix = [[4e10, 0.0], [0.0, 1600.0]]
-"""
-
-
-@pytest.fixture
-def lathe(here: Path) -> str:
-    (here / "lathe.toml").write_text(LATHE, encoding="utf-8")
-    (here / "guide.joint.toml").write_text(GUIDE, encoding="utf-8")
-    return "lathe.toml"
-
 
 def test_at_a_chosen_speed_the_limits_over_amplitude_are_told(lathe: str) -> None:
     done = jointlib(f"lobes {lathe} --speed 2350")
