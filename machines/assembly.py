@@ -201,7 +201,7 @@ class Assembly:
 
     def coupled(self, omega: Array, gains: ComplexArray) -> ComplexArray:
         """Receptance outputs × inputs with all joints held at these gains, (nf, number of joints)."""
-        machine, n = self.machine, len(self.joints)
+        machine, n = self.machine, len(self.machine.flexible)
         ports = machine.rows(machine.flexible)
         shown, driven = (machine.dof_rows(dofs, "receptance") for dofs in (self.outputs, self.inputs))
         R, C = np.concatenate([ports, shown]), np.concatenate([ports, driven])

@@ -14,10 +14,9 @@ import numpy as np
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import CheckFailed
 
-from . import crossing
 from .critical_depth import Crossing, Loop, _Bracket, _brackets, _closed, _halved, _largest, regeneration
-from .regeneration import Trace, limiting_depth, loop_eigenvalues
-from .tool_point import ToolPoint
+from .crossing import Brackets, brackets, closed
+from .regeneration import Loops, Trace, limiting_depth
 
 _PAST = 1.3
 _ROUNDS = 16
@@ -70,21 +69,19 @@ def edges_of_loop(loop: Loop, fraction: Array, deepest: float) -> list[Edge]:
     return _distinct([edge for edge in found if edge.depth <= deepest])
 
 
-def edges_of_trace(
-    point: ToolPoint, stiffness: Array, traced: Trace, period: Array, deepest: Array
-) -> list[list[Edge]]:
-    """The crossings of a cut that is the same at all times, turning or zero order, for every period τ in s."""
-    brackets = _within(traced, crossing._bracketed(traced, period), deepest)
-    frequency, value, _ = crossing._closed(point, stiffness, traced, brackets, period[brackets.speed])
+def edges_of_trace(loops: Loops, traced: Trace, period: Array, deepest: Array) -> list[list[Edge]]:
+    """The crossings of one cut that is the same at all times, turning or zero order, for every period τ in s."""
+    within = _within(traced, brackets(traced, period[None]), deepest)
+    frequency, value, _ = closed(loops, traced, within, period[None])
     depth = limiting_depth(value)
-    kept = np.isfinite(depth) & (depth <= deepest[brackets.speed])
-    frequency, value, depth, speed = frequency[kept], value[kept], depth[kept], brackets.speed[kept]
+    kept = np.isfinite(depth) & (depth <= deepest[within.speed])
+    frequency, value, depth, speed = frequency[kept], value[kept], depth[kept], within.speed[kept]
     found: list[list[Edge]] = [[] for _ in period]
     if not len(depth):
         return found
     inside = frequency * (1 - _SLOPE) > traced.frequency[0]
     near = frequency * np.where(inside, 1 - _SLOPE, 1 + _SLOPE)
-    values = loop_eigenvalues(stiffness, point(near))
+    values = loops(near, np.zeros(len(near), dtype=np.intp))
     beside = values[np.arange(len(near)), np.argmin(np.abs(values - value[:, None]), axis=1)]
     slope = -(beside * regeneration(near * period[speed])).imag * np.where(inside, 1, -1)
     for i, d, f, s, v in zip(speed.tolist(), depth.tolist(), frequency.tolist(), slope, value.tolist(), strict=True):
@@ -92,13 +89,12 @@ def edges_of_trace(
     return [_distinct(edges) for edges in found]
 
 
-def _within(traced: Trace, brackets: crossing._Brackets, deepest: Array) -> crossing._Brackets:
+def _within(traced: Trace, found: Brackets, deepest: Array) -> Brackets:
     """Those whose lowest conceivable depth is above ``deepest`` are left out."""
-    before = traced.eigenvalue[brackets.row, brackets.branch]
-    after = traced.eigenvalue[brackets.row + 1, brackets.branch]
+    before = traced.eigenvalue[found.row, found.branch]
+    after = traced.eigenvalue[found.row + 1, found.branch]
     strongest = np.maximum(-before.real, -after.real) + np.abs(after - before)
-    kept = 2 * deepest[brackets.speed] * strongest >= 1
-    return crossing._Brackets(*(getattr(brackets, key)[kept] for key in ("speed", "row", "branch", "lobe")))
+    return found[2 * deepest[found.speed] * strongest >= 1]
 
 
 def _hopf(loop: Loop, bracket: _Bracket) -> Edge | None:

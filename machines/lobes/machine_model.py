@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.linalg import block_diag
 
-from jointlib.arrays import ComplexArray
+from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
+from jointlib.joint import Joint
 
 from ..assembly import Assembly
+from ..indices import Mask
 from ..machine import AXES, Machine
-from ..operating import operating_point
 from ..state_equations import machine_states
 from .tool_model import ToolModel
 
@@ -18,6 +22,8 @@ _SAME = 1e-6
 """Of the largest receptance; what modes far above the band are taken together costs less."""
 _COMPARED = 7
 _INSTANT = 1e-12
+_TOGETHER = 2**19
+"""Entries of the matrices decomposed at once."""
 
 
 def modes_at_rest(machine: Machine) -> ToolModel | None:
@@ -27,12 +33,15 @@ def modes_at_rest(machine: Machine) -> ToolModel | None:
     """
     if machine.frequency is None:
         return None
+    middle, assembly = float(np.mean(machine.frequency)), _at_tool(machine)
     try:
-        model = machine_model(machine, float(np.mean(machine.frequency)))
+        model = OpenJoints.of(machine).models(gains_of(assembly.standing, middle)[None], middle)[0]
     except InputError:
         return None
     lines = np.linspace(*machine.frequency, _COMPARED)
-    G = operating_point(machine, lines, 0.0).frf.receptance
+    omega = 2 * np.pi * lines
+    tangents = [np.broadcast_to(joint.first_harmonic(0.0, omega).gain, len(lines)) for joint in assembly.standing]
+    G = assembly.coupled(omega, np.array(tangents, dtype=complex).reshape(-1, len(lines)).T)
     error = np.linalg.norm(model(lines) - G, axis=(1, 2))
     return model if np.all(error <= _SAME * np.max(np.linalg.norm(G, axis=(1, 2)))) else None
 
@@ -43,32 +52,85 @@ def machine_model(machine: Machine, frequency: float, gain: ComplexArray | None 
     G is the gain of a joint in N/m at ``frequency`` (Hz), by default that at rest. Raises `InputError` for machines
     with measured components and for joints that are rigid there.
     """
-    states = machine_states(machine)
-    omega = 2 * np.pi * frequency
-    G = _at_rest(machine, omega) if gain is None else gain
-    K, C = G.real, G.imag / omega
-    if not (np.all(np.isfinite(K)) and np.all(np.isfinite(C))):
-        raise InputError(f"{machine.where}: a joint is rigid at that amplitude; use multi-frequency")
-    axes = tuple(axis for axis in AXES if axis in machine.tool)
-    rows = machine.dof_rows([machine.tool[axis] for axis in axes], "[tool]")
-    A, B, out = (block_diag(*(getattr(b, key) for b in states.blocks)) for key in "ABC")
-    copies = np.tile(np.eye(rows.shape[1]), (len(states.blocks), 1))
-    B, out = B @ copies, copies.T @ out
-    D = np.sum([b.D for b in states.blocks], axis=0)
-    joints = states.joints
-    if np.any(joints @ D) or np.any(D @ joints.T):
-        raise InputError(f"{machine.where}: a joint holds what jumps with a force; use multi-frequency")
-    speed = joints @ out @ A
-    closed = A - B @ joints.T @ (K[:, None] * (joints @ out) + C[:, None] * speed)
-    jump = np.abs(joints @ out @ B)[C != 0] if len(joints) else np.zeros(0)
-    scale = np.max(np.abs(out), initial=0.0) * np.max(np.abs(B), initial=0.0)
-    if np.any(jump > _INSTANT * scale):
-        raise InputError(f"{machine.where}: a damper holds what gains speed at once; use multi-frequency")
-    return ToolModel.from_states(closed, B @ rows.T, rows @ out, rows @ D @ rows.T, axes)
+    gains = gains_at_rest(machine, frequency) if gain is None else gain
+    return OpenJoints.of(machine).models(gains[None], frequency)[0]
 
 
-def _at_rest(machine: Machine, omega: float) -> ComplexArray:
-    """Gains of the joints in N/m at one frequency in rad/s, at rest."""
+def gains_at_rest(machine: Machine, frequency: float) -> ComplexArray:
+    """Gains of the joints in N/m at a frequency in Hz, at rest."""
+    return gains_of(_at_tool(machine).standing, frequency)
+
+
+def _at_tool(machine: Machine) -> Assembly:
     tool = tuple(machine.tool[axis] for axis in AXES if axis in machine.tool)
-    joints = Assembly(machine, tool, tool).joints
+    return Assembly(machine, tool, tool)
+
+
+def gains_of(joints: Sequence[Joint], frequency: float) -> ComplexArray:
+    """Gains of joints at rest in N/m, at a frequency in Hz."""
+    omega = 2 * np.pi * frequency
     return np.array([complex(joint.first_harmonic(0.0, omega).gain) for joint in joints], dtype=complex)
+
+
+@dataclass(frozen=True, eq=False)
+class OpenJoints:
+    """A machine with every joint open: ẋ = Ax + B·F, the tool at Cx + D·F, and what its joints see of it."""
+
+    where: str
+    axes: tuple[str, ...]
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+    push: Array
+    """Of the forces of the joints on the states, (n, joints)."""
+    stretch: Array
+    """Displacements of the joints by the states, (joints, n)."""
+    speed: Array
+    """Their time derivatives."""
+    jumps: Mask
+    """Joints that some force gives a speed at once."""
+
+    @classmethod
+    def of(cls, machine: Machine) -> OpenJoints:
+        """From the equations of motion of the components; `InputError` where one has none."""
+        states = machine_states(machine)
+        axes = tuple(axis for axis in AXES if axis in machine.tool)
+        rows = machine.dof_rows([machine.tool[axis] for axis in axes], "[tool]")
+        A, B, out = (block_diag(*(getattr(b, key) for b in states.blocks)) for key in "ABC")
+        copies = np.tile(np.eye(rows.shape[1]), (len(states.blocks), 1))
+        B, out = B @ copies, copies.T @ out
+        D = np.sum([b.D for b in states.blocks], axis=0)
+        joints = states.joints
+        if np.any(joints @ D) or np.any(D @ joints.T):
+            raise InputError(f"{machine.where}: a joint holds what jumps with a force; use multi-frequency")
+        stretch = joints @ out
+        scale = np.max(np.abs(out), initial=0.0) * np.max(np.abs(B), initial=0.0)
+        jumps = np.any(np.abs(stretch @ B) > _INSTANT * scale, axis=1)
+        return cls(
+            machine.where,
+            axes,
+            A,
+            B @ rows.T,
+            rows @ out,
+            rows @ D @ rows.T,
+            B @ joints.T,
+            stretch,
+            stretch @ A,
+            jumps,
+        )
+
+    def models(self, gain: ComplexArray, frequency: float) -> list[ToolModel]:
+        """Modes of the tool point with joints of these gains in N/m, (models, joints), at a frequency in Hz."""
+        K, C = gain.real, gain.imag / (2 * np.pi * frequency)
+        if not (np.all(np.isfinite(K)) and np.all(np.isfinite(C))):
+            raise InputError(f"{self.where}: a joint is rigid at that amplitude; use multi-frequency")
+        if np.any(self.jumps & (C != 0)):
+            raise InputError(f"{self.where}: a damper holds what gains speed at once; use multi-frequency")
+        models: list[ToolModel] = []
+        together = max(1, _TOGETHER // max(self.A.size, 1))
+        for first in range(0, len(gain), together):
+            k, c = (part[first : first + together, :, None] for part in (K, C))
+            closed = self.A - self.push @ (k * self.stretch + c * self.speed)
+            models += ToolModel.several(closed, self.B, self.C, self.D, self.axes)
+        return models

@@ -16,7 +16,7 @@ from .chart import StabilityLobes
 from .crossing import Crossings, first_crossings
 from .cutting import Cutting
 from .plausible import sign_warnings
-from .regeneration import Minimum, Trace, boundary, limiting_depth, lowest_depth, trace, wave_fraction
+from .regeneration import Loops, Minimum, Trace, boundary, limiting_depth, lowest_depth, trace, wave_fraction
 from .tool_model import ToolModel
 from .tool_point import Receptance, ToolPoint, tool_point
 
@@ -88,7 +88,7 @@ def stability_lobes(
                     raise
         if chart is not None:
             if receptance.sampled:
-                traced = trace(receptance, zero_order.loop_stiffness(cutting, receptance.axes))
+                traced = trace(Loops.of(receptance, zero_order.loop_stiffness(cutting, receptance.axes)))
                 warnings += tuple(_wide_lines(receptance, traced))
         elif model is None:
             raise InputError(
@@ -108,9 +108,10 @@ def stability_lobes(
 
     cuts = cutting.cuts_per_revolution
     period = 60 / (cuts * speeds.ravel())
-    traced = trace(point, stiffness)
-    found = first_crossings(point, stiffness, traced, period)
-    lowest = lowest_depth(point, stiffness, traced)
+    loops = Loops.of(point, stiffness)
+    traced = trace(loops)
+    found = first_crossings(loops, traced, period[None])
+    lowest = lowest_depth(loops, traced)
     outcome, doubts = _judged(point, traced, period, found, lowest)
     return StabilityLobes(
         method=name,
@@ -119,9 +120,9 @@ def stability_lobes(
         chatter_frequency=found.frequency.reshape(speeds.shape),
         kind=np.where(np.isfinite(found.depth), "hopf", "").reshape(speeds.shape),
         lobe=found.lobe.reshape(speeds.shape),
-        minimum_depth=lowest.depth,
-        minimum_frequency=lowest.frequency,
-        minimum_phase=lowest.phase,
+        minimum_depth=float(lowest.depth[0]),
+        minimum_frequency=float(lowest.frequency[0]),
+        minimum_phase=float(lowest.phase[0]),
         cuts_per_revolution=cuts,
         branches=boundary(traced, cuts),
         outcome=outcome,
@@ -175,13 +176,14 @@ def _judged(
 ) -> tuple[Outcome, tuple[str, ...]]:
     """Whether the band and the lines can carry the result, and what to say where they cannot."""
     outcome, said = Outcome.CONVERGED, []
-    if lowest.at_edge:
+    if lowest.at_edge[0]:
         outcome = Outcome.PEAK_AT_EDGE
-        said.append(f"The minimum depth lies at the edge of the band, {lowest.frequency:g} Hz, and may fall beyond it.")
+        at = float(lowest.frequency[0])
+        said.append(f"The minimum depth lies at the edge of the band, {at:g} Hz, and may fall beyond it.")
     for end, word in ((0, "starts"), (-1, "ends")):
         value, edge = traced.eigenvalue[end], traced.frequency[end]
         depth = limiting_depth(value)
-        beyond = np.isfinite(depth) & (depth < found.depth[:, None])
+        beyond = np.isfinite(depth) & (depth < found.depth[0, :, None])
         if end == 0:  # below the band only the waves already gathered at its edge can complete
             beyond &= period[:, None] * edge > wave_fraction(value)
         count = int(np.count_nonzero(beyond.any(axis=1)))
@@ -191,7 +193,7 @@ def _judged(
                 f"The band {word} at {edge:g} Hz inside a lobe: at {count} of {len(period)} speeds a lower depth may "
                 "belong to a frequency outside it."
             )
-    if found.unsettled or not traced.resolved:
+    if found.unsettled[0] or not traced.resolved[0]:
         said.append(
             "The receptance jumps between neighbouring frequencies, so some depths are only as good as its lines."
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +10,8 @@ import numpy as np
 from jointlib.arrays import Array, ArrayLike, ComplexArray
 from jointlib.errors import InputError
 
-from ..indices import Mask
+from ..indices import Index, Mask
+from .tool_point import share_along
 
 _HELD_APART = 1e8
 _NOTHING = 1e-13
@@ -19,6 +21,8 @@ _FAR = 4.0
 _SLOW = 1e-7
 """Share of the fastest pole below which one is a free motion, which rounding has put beside zero."""
 _ASIDE = 1e-9
+_CACHED = 4096
+"""Lines worked on at once, so few that they stay in the processor's cache."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,27 +55,38 @@ class ToolModel:
         Modes four times above every strong one act by their flexibility alone where their peak is below 10⁻⁴ of the
         highest.
         """
-        poles, right = np.linalg.eig(A)
-        reach = np.linalg.svd(right / np.linalg.norm(right, axis=0), compute_uv=False)
-        if not reach[-1] * _HELD_APART > reach[0]:
+        return cls.several(A[None], B, C, D, axes)[0]
+
+    @classmethod
+    def several(cls, A: Array, B: Array, C: Array, D: Array, axes: tuple[str, ...]) -> list[ToolModel]:
+        """`from_states` for several A, (models, n, n), in one decomposition."""
+        poles, right = (found.astype(complex) for found in np.linalg.eig(A))
+        reach = np.linalg.svd(right / np.linalg.norm(right, axis=1, keepdims=True), compute_uv=False)
+        if not np.all(reach[:, -1] * _HELD_APART > reach[:, 0]):
             raise InputError("collocation: the tool has modes that coincide, such as a free motion; hold it, or use "
                              "multi-frequency")  # fmt: skip
-        inputs, outputs = np.linalg.solve(right, B), (C @ right).T
-        size = np.linalg.norm(inputs, axis=1) * np.linalg.norm(outputs, axis=1)
-        peak = size / np.maximum(np.abs(poles.real), 1e-9 * np.abs(poles))
-        upper = (poles.imag >= -_NOTHING * np.abs(poles)) & ~_aside(poles, inputs, outputs)
-        kept = upper & (peak > _NOTHING * np.max(peak))
+        inputs, outputs = np.linalg.solve(right, B.astype(complex)), (C @ right).swapaxes(1, 2)
+        speed = np.abs(poles)
+        peak = np.linalg.norm(inputs, axis=2) * np.linalg.norm(outputs, axis=2)
+        peak /= np.maximum(np.abs(poles.real), 1e-9 * speed)
+        share = peak / np.max(peak, axis=1, keepdims=True)
+        aside = np.array([_aside(*one) for one in zip(poles, inputs, outputs, strict=True)])
+        kept = (poles.imag >= -_NOTHING * speed) & ~aside & (share > _NOTHING)
         if np.any(poles.real[kept] >= 0):
             raise InputError(
                 "collocation: a mode of the tool is not damped, so it never settles; give it a damping ratio above 0"
             )
-        speed = np.abs(poles)
-        strong = np.max(speed[kept & (peak >= _STRONG * np.max(peak))])
-        stiff = kept & (peak < _FLEXIBLE * np.max(peak)) & (speed > _FAR * strong)
-        model = cls(poles[stiff], inputs[stiff], outputs[stiff], np.zeros_like(D), axes)
-        kept &= ~stiff
-        rest = D + (model(np.zeros(1))[0].real if stiff.any() else 0)
-        return cls(poles[kept], inputs[kept], outputs[kept], rest, axes)
+        strong = np.max(np.where(kept & (share >= _STRONG), speed, 0.0), axis=1, keepdims=True)
+        stiff = kept & (share < _FLEXIBLE) & (speed > _FAR * strong)
+
+        def part(i: int, mask: Mask, rest: Array) -> ToolModel:
+            return cls(poles[i, mask], inputs[i, mask], outputs[i, mask], rest, axes)
+
+        models = []
+        for i, far in enumerate(stiff):
+            rest = D + part(i, far, np.zeros_like(D))(np.zeros(1))[0].real if far.any() else D
+            models.append(part(i, kept[i] & ~far, rest))
+        return models
 
     @classmethod
     def from_modes(
@@ -109,6 +124,12 @@ class ToolModel:
         value = (1 / (jw - self.poles)) @ flat + (1 / (jw - self.poles.conj())) @ flat.conj()
         return np.asarray(value.reshape(*jw.shape[:-1], *self.direct.shape) + self.direct)
 
+    def along(self, direction: ArrayLike) -> ToolModel:
+        """The same tool, free to move along one direction only; see `ToolPoint.along`."""
+        share = share_along(self.axes, direction)
+        inputs, outputs = (modes @ share[:, None] for modes in (self.inputs, self.outputs))
+        return ToolModel(self.poles, inputs, outputs, np.array([[share @ self.direct @ share]]), ("x",))
+
     @property
     def lines(self) -> Array:
         """Lines in Hz on which every mode leaves its trace, from a tenth of the lowest to twice the highest."""
@@ -117,6 +138,60 @@ class ToolModel:
         grid = np.geomspace(0.1 * np.min(size), 2 * np.max(size), 60)
         lines = np.unique(np.concatenate([around.ravel(), grid])) / (2 * np.pi)
         return lines[lines > 0]
+
+
+class ToolModels:
+    """Several tool models that move along the same axes, evaluated together."""
+
+    def __init__(self, models: Sequence[ToolModel]) -> None:
+        self.axes = models[0].axes
+        self._direct = np.array([model.direct.ravel() for model in models]).T
+        most, n = max(len(model.poles) for model in models), len(self.axes)
+        # Places that a model does not fill are poles at −1 without a share.
+        poles, residue = np.full((len(models), most), -1.0 + 0j), np.zeros((len(models), most, n, n), dtype=complex)
+        for i, model in enumerate(models):
+            poles[i, : len(model.poles)] = model.poles
+            terms = model.weight[:, None, None] * model.outputs[:, :, None] * model.inputs[:, None, :]
+            residue[i, : len(model.poles)] = terms
+        # κ/2·(R/(jω − s) + R̄/(jω − s̄)) = (b + jω·a)/(|s|² − ω² − 2jω·Re s) with a = κ·Re R and b = −κ·Re(R·s̄)
+        b = -(residue * poles.conj()[:, :, None, None]).real
+        flat = (len(models), most, n * n)
+        parts = (
+            np.abs(poles)[:, :, None] ** 2,
+            -2 * poles.real[:, :, None],
+            residue.real.reshape(flat),
+            b.reshape(flat),
+        )
+        self._terms = np.ascontiguousarray(np.concatenate(parts, axis=2).transpose(1, 2, 0))
+        lines = [model.lines for model in models]
+        self.lines: Array = np.concatenate(lines)
+        """`ToolModel.lines` of all models, one after the other."""
+        self.tool: Index = np.repeat(np.arange(len(models)), [len(own) for own in lines])
+        """The model of every line."""
+
+    def __call__(self, frequency: Array, tool: Index) -> ComplexArray:
+        """G at frequencies in Hz, each of the model ``tool``: both of shape (nf,) → (nf, n, n)."""
+        n = len(self.axes)
+        G = np.empty((len(frequency), n, n), dtype=complex)
+        for first in range(0, len(frequency), _CACHED):
+            some = slice(first, first + _CACHED)
+            self._some(2 * np.pi * frequency[some], tool[some], G[some].reshape(-1, n * n))
+        return G
+
+    def _some(self, omega: Array, tool: Index, G: ComplexArray) -> None:
+        real, imag = self._direct[:, tool].copy(), np.zeros((G.shape[1], len(omega)))
+        squared = omega**2
+        for of_pole in self._terms:
+            of_line = of_pole.take(tool, axis=1)
+            re, im = of_line[0] - squared, of_line[1] * omega
+            scale = 1 / (re**2 + im**2)
+            re *= scale
+            im *= scale
+            fast_re, fast_im = re * omega, im * omega
+            for k, (speed, place) in enumerate(zip(of_line[2 : 2 + len(real)], of_line[2 + len(real) :], strict=True)):
+                real[k] += place * re + speed * fast_im
+                imag[k] += speed * fast_re - place * im
+        G.real, G.imag = real.T, imag.T
 
 
 def _aside(poles: ComplexArray, inputs: ComplexArray, outputs: ComplexArray) -> Mask:

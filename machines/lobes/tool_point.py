@@ -53,12 +53,18 @@ class ToolPoint:
 
     def along(self, direction: ArrayLike) -> ToolPoint:
         """The same tool point, free to move along one direction only, given by its components on x and y."""
-        share = np.asarray(direction, dtype=float)[["xy".index(axis) for axis in self.axes]]
-        if not np.linalg.norm(share) > 1e-9:
-            raise InputError(f"tool point: no axis along the chip thickness, it moves along {', '.join(self.axes)}")
+        share = share_along(self.axes, direction)
         return ToolPoint(
             lambda f: np.einsum("i,fij,j->f", share, self(f), share)[:, None, None], self.lines, ("x",), self.sampled
         )
+
+
+def share_along(axes: Sequence[str], direction: ArrayLike) -> Array:
+    """Components on the axes that move of a direction given by those on x and y; `InputError` where it has none."""
+    share = np.asarray(direction, dtype=float)[["xy".index(axis) for axis in axes]]
+    if not np.linalg.norm(share) > 1e-9:
+        raise InputError(f"tool point: no axis along the chip thickness, it moves along {', '.join(axes)}")
+    return share
 
 
 def tool_point(

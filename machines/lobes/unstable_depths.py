@@ -26,7 +26,7 @@ from .edges import Edge, edges_of_loop, edges_of_trace, outside
 from .machine_model import modes_at_rest
 from .multi_frequency import HarmonicLoop
 from .periodic import _MOST_SEARCHED, _PAST, _left_out, _stiffest
-from .regeneration import trace
+from .regeneration import Loops, trace
 from .tool_model import ToolModel
 from .tool_point import ToolPoint, tool_point
 
@@ -117,7 +117,8 @@ def unstable_depths_of(
         seen = point.along(cutting.rotation[0]) if turned else point
         stiffness = turning.loop_stiffness(cutting) if turned else zero_order.loop_stiffness(cutting, point.axes)
         period = 60 / (cutting.cuts_per_revolution * speed)
-        edges = edges_of_trace(seen, stiffness, trace(seen, stiffness), period, np.where(chatters, reach, 0.0))
+        loops = Loops.of(seen, stiffness)
+        edges = edges_of_trace(loops, trace(loops), period, np.where(chatters, reach, 0.0))
     else:
         search = _Search(chart.method, point, model, cutting)
         edges = [

@@ -4,32 +4,29 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
-from jointlib.errors import InputError
 from jointlib.frf import FRF
 from jointlib.joint import Joint
 
 from ..lobes.amplitude import operating_receptance
 from ..lobes.cutting import Cutting
-from ..lobes.machine_model import machine_model
 from ..lobes.pocket import best_pocket
 from ..lobes.solve import stability_lobes
+from ..lobes.together import METHODS, limits, peak_receptance, static_compliance
 from ..lobes.tool_model import ToolModel
-from ..machine import AXES, Machine
 from ..operating import frozen_receptance
 from .asked import DEPTHS
 from .conditions import Case
+from .settings import Setting, setting
 from .study import Study, read_study
-from .variants import Machines, Setting, changed_joints, joint_units, setting, with_joints
+from .variants import Machines, Variant, joint_units
 
-_CLOSER = 5
-"""Looks at a peak, each four times as close; the last leaves 1e-5 of it."""
 _STATIC_LINE = 0.1
 """Hz; low enough for the receptance to be the static one, high enough for free parts."""
 
@@ -76,8 +73,41 @@ class Evaluation:
 
     def each(self, asked: Sequence[tuple[Array, Case]]) -> dict[str, Array]:
         """Every quantity of configurations told by the numbers of their factors and their conditions."""
-        rows = [self._one(*one) for one in asked]
-        return {name: np.array([row[name] for row in rows]) for name in self._study.quantities}
+        settings = [self.setting(*one) for one in asked]
+        out = {name: np.full(len(asked), np.nan) for name in self._study.quantities}
+        tips, cuttings = _Tips(), dict[int, Cutting]()
+        for rows in _by_machine(settings):
+            part = self._machines.of(settings[rows[0]].file, settings[rows[0]].document)
+            if "weight" in out:
+                out["weight"][rows] = part.weight
+            if DEPTHS & set(out):
+                cuttings |= {row: self._machines.cut(settings[row]) for row in rows}
+            if set(out) != {"weight"}:
+                self._meet(part, [settings[row] for row in rows], rows, out, tips)
+        if "peak-receptance" in out:
+            out["peak-receptance"] = tips.peaks(len(asked))
+        if DEPTHS & set(out):
+            found = self._depths(tips, [cuttings[row] for row in range(len(asked))], [case for _, case in asked])
+            out |= {name: values for name, values in found.items() if name in out}
+        return out
+
+    def _meet(self, part: Variant, own: list[Setting], rows: list[int], out: dict[str, Array], tips: _Tips) -> None:
+        """Static compliances and tool points of configurations that differ in their joints only."""
+        draws = self._study.samples, self._study.seed
+        models = part.models(own, *draws)
+        if "static-compliance" in out and models is not None:
+            out["static-compliance"][rows] = static_compliance(models)
+        elif "static-compliance" in out:
+            at_rest = (frozen_receptance(part.changed(of, *draws), _STATIC_LINE, 0.0) for of in own)
+            out["static-compliance"][rows] = [np.max(_direct(G.receptance)) for G in at_rest]
+        if not set(out) & (DEPTHS | {"peak-receptance"}):
+            return
+        for amplitude in self._study.amplitudes:
+            if models is not None and amplitude == 0:
+                tips.add(rows, models, part.axes)
+            else:
+                points = [operating_receptance(part.changed(of, *draws), amplitude) for of in own]
+                tips.add(rows, [point.frf for point in points], part.axes)
 
     def setting(self, numbers: Array, case: Case) -> Setting:
         """What is changed in which file for a configuration."""
@@ -87,53 +117,80 @@ class Evaluation:
         """Rows of the plan that belong to designs, given as quantiles (designs, design factors)."""
         return replace(self._study, found=designs).numbers()
 
-    def _one(self, numbers: Array, case: Case) -> dict[str, float]:
-        of = self.setting(numbers, case)
-        part = self._machines.of(of.file, of.document)
-        machine = part.machine
-        if of.sample is not None:
-            machine = part.drawn(of.sample, self._study.samples, self._study.seed)
-        if of.joints:
-            machine = with_joints(machine, changed_joints(machine, of.joints))
-        wanted = set(self._study.quantities)
-        out = {"weight": part.weight} if "weight" in wanted else {}
-        if wanted == {"weight"}:
-            return out
-        model = part.modes
-        if model is not None and (of.joints or of.sample is not None):
-            model = machine_model(machine, float(np.mean(_band(machine))))
-        if "static-compliance" in wanted:
-            G = frozen_receptance(machine, _STATIC_LINE, 0.0).receptance if model is None else model(np.zeros(1))
-            out["static-compliance"] = float(np.max(_direct(G)))
-        if wanted & (DEPTHS | {"peak-receptance"}):
-            tools = [self._tool(machine, model, A) for A in self._study.amplitudes]
-            if "peak-receptance" in wanted:
-                out["peak-receptance"] = max(_peak(tool) for tool in tools)
-            if wanted & DEPTHS:
-                out |= self._depths(machine, tools, self._machines.cut(of), case)
+    def _depths(self, tips: _Tips, cuttings: Sequence[Cutting], cases: Sequence[Case]) -> dict[str, Array]:
+        """Depths and pockets of every configuration, the lowest limit over its tool points counting."""
+        study = self._study
+        speeds = np.array([
+            cutting.speeds(study.speed_count)
+            if "cutting.speed" in case.changes or not len(study.speeds)
+            else study.speeds
+            for cutting, case in zip(cuttings, cases, strict=True)
+        ])  # fmt: skip
+        pockets = set(study.quantities) - {"minimum-depth"} & DEPTHS
+        lowest, limit = np.full(len(cuttings), np.inf), np.full(speeds.shape, np.inf)
+        together: dict[tuple[tuple[str, ...], str], list[int]] = {}
+        for i, (row, tool, axes) in enumerate(zip(tips.rows, tips.tools, tips.axes, strict=True)):
+            method = study.lobes or ("zero-order" if cuttings[row].process == "milling" else "turning")
+            if isinstance(tool, ToolModel) and method in METHODS:
+                together.setdefault((axes, method), []).append(i)
+                continue
+            chart = stability_lobes(
+                tool, cuttings[row], speeds[row], method, axes=axes if isinstance(tool, FRF) else None
+            )
+            lowest[row], limit[row] = min(lowest[row], chart.minimum_depth), np.minimum(limit[row], chart.depth)
+        for (_, method), members in together.items():
+            rows = [tips.rows[i] for i in members]
+            models = [tool for i in members if isinstance(tool := tips.tools[i], ToolModel)]
+            found = limits(
+                models, [cuttings[row] for row in rows], method, speeds[rows] if pockets else speeds[rows, :0]
+            )
+            np.minimum.at(lowest, rows, found.minimum_depth)
+            if pockets:
+                np.minimum.at(limit, rows, found.depth)
+        out = {"minimum-depth": lowest}
+        if pockets:
+            best = [best_pocket(*one) for one in zip(speeds, limit, cuttings, strict=True)]
+            out["pocket-depth"] = np.array([np.nan if one is None else one.depth for one in best])
+            out["pocket-speed"] = np.array([np.nan if one is None else one.speed for one in best])
+            rates = (None if one is None else one.removal_rate for one in best)
+            out["removal-rate"] = np.array([np.nan if rate is None else rate for rate in rates])
         return out
 
-    def _tool(self, machine: Machine, model: ToolModel | None, amplitude: float) -> ToolModel | FRF:
-        """The tool point as modes, or on lines close enough where the amplitude or a component allows no modes."""
-        return model if model is not None and amplitude == 0 else operating_receptance(machine, amplitude).frf
 
-    def _depths(self, machine: Machine, tools: list[ToolModel | FRF], cutting: Cutting, case: Case) -> dict[str, float]:
-        own = "cutting.speed" in case.changes or not len(self._study.speeds)
-        speeds = cutting.speeds(self._study.speed_count) if own else self._study.speeds
-        method = self._study.lobes or ("zero-order" if cutting.process == "milling" else "turning")
-        axes = tuple(axis for axis in AXES if axis in machine.tool)
-        charts = [
-            stability_lobes(tool, cutting, speeds, method, axes=axes if isinstance(tool, FRF) else None)
-            for tool in tools
-        ]
-        best = best_pocket(speeds, np.min([chart.depth for chart in charts], axis=0), cutting)
-        nothing = float("nan")
-        return {
-            "minimum-depth": min(chart.minimum_depth for chart in charts),
-            "pocket-depth": nothing if best is None else best.depth,
-            "pocket-speed": nothing if best is None else best.speed,
-            "removal-rate": nothing if best is None or best.removal_rate is None else best.removal_rate,
-        }
+@dataclass(eq=False)
+class _Tips:
+    """Tool points of configurations, one per amplitude: as modes, or on lines where there are none."""
+
+    rows: list[int] = field(default_factory=list)
+    tools: list[ToolModel | FRF] = field(default_factory=list)
+    axes: list[tuple[str, ...]] = field(default_factory=list)
+
+    def add(self, rows: Sequence[int], tools: Sequence[ToolModel | FRF], axes: tuple[str, ...]) -> None:
+        """Tool points that move along the same axes."""
+        self.rows += rows
+        self.tools += tools
+        self.axes += [axes] * len(rows)
+
+    def peaks(self, count: int) -> Array:
+        """Largest direct receptance in m/N of every configuration: of modes at the very peak, else on the lines."""
+        found = np.zeros(count)
+        modal: dict[tuple[str, ...], list[tuple[int, ToolModel]]] = {}
+        for row, tool, axes in zip(self.rows, self.tools, self.axes, strict=True):
+            if isinstance(tool, ToolModel):
+                modal.setdefault(axes, []).append((row, tool))
+            else:
+                found[row] = max(found[row], np.max(_direct(tool.receptance)))
+        for members in modal.values():
+            np.maximum.at(found, [row for row, _ in members], peak_receptance([tool for _, tool in members]))
+        return found
+
+
+def _by_machine(settings: Sequence[Setting]) -> list[list[int]]:
+    """Configurations that differ in their joints and their cut only."""
+    found: dict[tuple[object, object], list[int]] = {}
+    for row, of in enumerate(settings):
+        found.setdefault((of.file, of.document), []).append(row)
+    return list(found.values())
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,27 +218,6 @@ def _arrived(source: Path, joints: tuple[tuple[str, Joint], ...], run: str) -> E
     if known is None or not run or known.run != run:
         known = _LATEST.evaluation = Evaluation(source, joints, run)
     return known
-
-
-def _band(machine: Machine) -> tuple[float, float]:
-    if machine.frequency is None:
-        raise InputError(f"{machine.where}: no frequency in [response], a study needs the band")
-    return machine.frequency
-
-
-def _peak(tool: ToolModel | FRF) -> float:
-    """Largest direct receptance in m/N: of modes at the very peak, of a record or at an amplitude on its lines."""
-    if isinstance(tool, FRF):
-        return float(np.max(_direct(tool.receptance)))
-    found = 0.0
-    for axis in range(_direct(tool(tool.lines[:1])).shape[1]):
-        lines = tool.lines
-        for _ in range(_CLOSER):
-            size = _direct(tool(lines))[:, axis]
-            i = int(np.argmax(size))
-            found = max(found, float(size[i]))
-            lines = np.linspace(lines[max(i - 1, 0)], lines[min(i + 1, len(lines) - 1)], 9)
-    return found
 
 
 def _direct(receptance: ComplexArray) -> Array:

@@ -29,9 +29,9 @@ from .search import generations, optimiser
 from .store import Store, arrays
 from .study import BASE, Study, read_study
 
-_BLOCK = 16
+_BLOCK = 32
 """Most configurations in a block."""
-_BLOCKS = 256
+_BLOCKS = 128
 """Blocks a plan should at least have, so that many workers share a short one."""
 _PATIENCE = 10
 """Seconds a scheduler has to answer."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -11,22 +11,19 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csc_matrix
 
-from jointlib.arrays import Array
+from jointlib.arrays import ComplexArray
 from jointlib.errors import InputError, nearest
 from jointlib.joint import Joint
-from jointlib.units import quantity
 
 from ..component import Component
 from ..files import cutting_table, read_cutting, read_machine
 from ..lobes.cutting import Cutting
-from ..lobes.machine_model import modes_at_rest
+from ..lobes.machine_model import OpenJoints, gains_at_rest, gains_of, modes_at_rest
 from ..lobes.tool_model import ToolModel
 from ..lobes.uncertainty import sampled_machines
-from ..machine import Machine
+from ..machine import AXES, Machine
 from ..static_load import axis_of
-from .conditions import Case
-from .factors import IDENTIFICATION
-from .study import BASE, Study
+from .settings import Setting, plain
 
 _KEPT = 24
 _CUTS = 256
@@ -66,6 +63,53 @@ class Variant:
         """The tool point at rest as a sum of modes, if it is one: a decomposition tells it at every frequency."""
         return modes_at_rest(self.machine)
 
+    @cached_property
+    def axes(self) -> tuple[str, ...]:
+        """The directions of the tool that move."""
+        return tuple(axis for axis in AXES if axis in self.machine.tool)
+
+    @cached_property
+    def _open(self) -> OpenJoints:
+        return OpenJoints.of(self.machine)
+
+    @cached_property
+    def _middle(self) -> float:
+        assert self.machine.frequency is not None  # machines without a band have no modes at rest
+        return float(np.mean(self.machine.frequency))
+
+    @cached_property
+    def _gains(self) -> ComplexArray:
+        return gains_of(self.machine.joints(), self._middle)
+
+    def changed(self, of: Setting, samples: int, seed: int) -> Machine:
+        """The machine of a configuration: as drawn, and with the parameters of its joints."""
+        machine = self.machine if of.sample is None else self.drawn(of.sample, samples, seed)
+        return with_joints(machine, changed_joints(machine, of.joints)) if of.joints else machine
+
+    def models(self, settings: Sequence[Setting], samples: int, seed: int) -> list[ToolModel] | None:
+        """Tool points at rest as modes, of configurations that differ in their joints; None where there are no modes.
+
+        The equations of motion with every joint open are those of all of them, and are decomposed together.
+        """
+        if self.modes is None:
+            return None
+        models = [self.modes] * len(settings)
+        other = [i for i, of in enumerate(settings) if of.joints or of.sample is not None]
+        if other:
+            gains = np.array([self._changed_gains(settings[i], samples, seed) for i in other])
+            for i, model in zip(other, self._open.models(gains, self._middle), strict=True):
+                models[i] = model
+        return models
+
+    def _changed_gains(self, of: Setting, samples: int, seed: int) -> ComplexArray:
+        if of.sample is not None or self.machine.static is not None:
+            return gains_at_rest(self.changed(of, samples, seed), self._middle)
+        gains, joints = self._gains.copy(), self.machine.joints()
+        for i, joint in enumerate(changed_joints(self.machine, of.joints)):
+            if joint is not joints[i]:
+                gains[i] = gains_of((joint,), self._middle)[0]
+        return gains
+
 
 def _moved(component: Component, axis: int) -> float:
     """The mass in kg that moves along an axis: what a unit acceleration pulls at the dofs along it."""
@@ -82,60 +126,6 @@ def with_joints(machine: Machine, joints: tuple[Joint, ...]) -> Machine:
     return replace(machine, connections=tuple(kept))
 
 
-@dataclass(frozen=True)
-class Setting:
-    """One configuration: the file it starts from, what is changed in it, and what in its joints and its cut."""
-
-    file: Path
-    document: tuple[tuple[str, Any], ...]
-    """Changes of the file by path, hashable."""
-    joints: tuple[tuple[str, float], ...]
-    """Values in SI by connection or bundle and parameter, as ``guide.hertz_guide.preload``."""
-    cutting: tuple[tuple[str, Any], ...]
-    sample: int | None = None
-    """Number of the draw from what the identification left open; None: the machine as identified."""
-
-    @property
-    def changes(self) -> dict[str, Any]:
-        """All of it by path, as `write_machine` takes it."""
-        return {path: _plain(value) for path, value in (*self.document, *self.cutting, *self.joints)}
-
-
-def setting(study: Study, numbers: Array, case: Case, places: Mapping[str, str]) -> Setting:
-    """What a row of the plan stands for; ``places`` maps paths into joints to the unit of the parameter."""
-    document: list[tuple[str, Any]] = []
-    cutting: list[tuple[str, Any]] = []
-    joints, file, sample = [], study.base, None
-    for path, value in case.changes.items():
-        (cutting if path.startswith("cutting.") else document).append((path, _hashable(value)))
-    for factor, number in zip(study.factors, numbers, strict=True):
-        if factor.path == IDENTIFICATION:
-            sample = None if np.isnan(number) else int(number)
-            continue
-        value = factor.value(float(number))
-        if factor.path == BASE:
-            file = study.source.parent / str(value)
-        elif factor.path in places:
-            joints.append((factor.path, quantity(value, places[factor.path], f"{study.source}: {factor.name}")))
-        elif factor.path == "cutting" or factor.path.startswith("cutting."):
-            cutting.append((factor.path, _hashable(value)))
-        else:
-            document.append((factor.path, _hashable(value)))
-    return Setting(file, tuple(document), tuple(joints), tuple(cutting), sample)
-
-
-def _hashable(value: Any) -> Any:
-    if isinstance(value, dict):
-        return frozenset((key, _hashable(v)) for key, v in value.items())
-    return tuple(_hashable(v) for v in value) if isinstance(value, list) else value
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, frozenset):
-        return {key: _plain(v) for key, v in sorted(value, key=lambda item: str(item[0]))}
-    return [_plain(v) for v in value] if isinstance(value, tuple) else value
-
-
 @dataclass(eq=False)
 class Machines:
     """The machines of a study as they are asked for; the last few are kept, with what was computed of them."""
@@ -150,7 +140,7 @@ class Machines:
         """The machine of a file with changes, before parameters of its joints are changed."""
         key = file, document
         if key not in self._kept:
-            machine = read_machine(file, {path: _plain(value) for path, value in document})
+            machine = read_machine(file, {path: plain(value) for path, value in document})
             machine = replace(machine, components=tuple(self._known(c) for c in machine.components))
             for connection in machine.flexible:
                 if connection.joint is None and connection.name in self.found:
@@ -173,7 +163,7 @@ class Machines:
             _make_room(self._cuts, _CUTS)
             if of.file not in self._tables:
                 self._tables[of.file] = cutting_table(of.file)
-            changes = {path: _plain(value) for path, value in of.cutting}
+            changes = {path: plain(value) for path, value in of.cutting}
             self._cuts[key] = read_cutting(of.file, self._tables[of.file], changes)
         return self._cuts[key]
 
