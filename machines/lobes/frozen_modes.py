@@ -16,7 +16,7 @@ from .collocation import FINER, MORE, arc_map
 from .critical_depth import Crossing, near
 from .cutting import Cutting
 from .developed_lobes import HELD, developed_chatter
-from .machine_model import machine_model, modes_at_rest
+from .machine_model import OpenJoints, machine_model, modes_at_rest
 from .multipliers import largest_multipliers
 from .periodic import NOTES
 from .tool_model import ToolModel
@@ -44,8 +44,9 @@ def tool_models(machine: Machine, cutting: Cutting, speed: Array, amplitude: flo
         )
         found = [chatter.persistent(rpm) for rpm in speed.tolist()]
         tooth = cutting.cuts_per_revolution * speed / 60
+        opened = OpenJoints.of(machine)
         return [
-            rest if one.gain is None else machine_model(machine, one.line * each, one.gain)
+            rest if one.gain is None else opened.models(one.gain[None], one.line * each)[0]
             for one, each in zip(found, tooth.tolist(), strict=True)
         ]
     lines = lobes_at_amplitude(machine, speed, amplitude, "turning").chatter_frequency

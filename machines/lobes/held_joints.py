@@ -22,7 +22,7 @@ from .band import Shape, carried, shape
 from .collocation import FINER, MORE, ArcMap, arc_map
 from .critical_depth import Crossing, eigenvector
 from .cutting import Cutting
-from .machine_model import machine_model
+from .machine_model import OpenJoints
 from .multi_frequency import HarmonicLoop
 from .tool_model import ToolModel
 from .tool_point import ToolPoint
@@ -109,9 +109,13 @@ class HeldInModes(HeldJoints):
     cutting: Cutting
     tolerance: float = 1e-6
 
+    @cached_property
+    def _open(self) -> OpenJoints:
+        return OpenJoints.of(self.machine)
+
     def model(self, frequency: float, gain: ComplexArray) -> ToolModel:
         """Modes of the tool point."""
-        return machine_model(self.machine, frequency, gain)
+        return self._open.models(gain[None], frequency)[0]
 
     def loop(self, speed: float, level: int, held: Held, coarse: bool = False) -> HeldLoop:
         more, share = (MORE // 2, 0.6) if coarse else (MORE, 1.0)

@@ -1,4 +1,4 @@
-"""A study of guide_mill beside the command for every configuration, and what the engine itself takes of the time.
+"""A study of guide_mill beside the command for every configuration, blocks beside rows, and what the engine takes.
 
 Run it as a script; ``--configurations 100000`` computes a plan of that size to the end. Memory is that of the largest
 process. Processor time of this process and its children, OPENBLAS_NUM_THREADS=1.
@@ -103,6 +103,7 @@ def main() -> None:
             f"workers counted; largest process {largest / 1024:.0f} MB"
         )
         overhead(folder)
+        together(folder)
         with measured("commands", seconds):
             found = [command(study, row) for row in range(COMMANDS)]
         print(f"largest difference from the command: {np.max(np.abs(np.array(found) / depth[:COMMANDS] - 1)):.0e}")
@@ -128,6 +129,26 @@ def overhead(folder: Path) -> None:
     compute(store, timed)
     whole = time.process_time() - start
     print(f"engine and store: {100 * (whole / spent[0] - 1):.2f} % of the work")
+
+
+def together(folder: Path) -> None:
+    """The configurations of a block computed together beside one after the other, in one process."""
+    source = plan(folder, 1024).source
+    for quantity in ("minimum-depth", "removal-rate"):
+        path = folder / f"{quantity}.study.toml"
+        path.write_text(source.read_text().replace("minimum-depth", quantity))
+        evaluation = Evaluation(path)
+        evaluation(0, 32)
+        spent, found = [], []
+        for size in (1, 32):
+            start = time.process_time()
+            found.append([evaluation(first, first + size)[quantity] for first in range(0, 512, size)])
+            spent.append((time.process_time() - start) / 512)
+        same = np.array_equal(np.concatenate(found[0]), np.concatenate(found[1]))
+        print(
+            f"{quantity}: {1e3 * spent[0]:.2f} ms one by one, {1e3 * spent[1]:.2f} ms in blocks of 32, "
+            f"{spent[0] / spent[1]:.1f}x, {'the same bytes' if same else 'NOT the same bytes'}"
+        )
 
 
 def command(study: Study, row: int) -> float:
