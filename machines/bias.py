@@ -22,7 +22,7 @@ from jointlib.law import JointLaw, Motion
 from .coordinates import Coordinates
 from .indices import Mask
 from .machine import Machine
-from .mean_force import MeanForce, Slopes
+from .mean_force import MeanForce, Slopes, alike
 from .statics import static_point
 from .working_point import about
 
@@ -166,10 +166,7 @@ class Biased:
     @cached_property
     def _alike(self) -> list[tuple[MeanForce, list[int]]]:
         """Equal joints are asked together."""
-        groups: dict[int, list[int]] = {}
-        for i, mean in enumerate(self.means):
-            groups.setdefault(id(mean.joint), []).append(i)
-        return [(self.means[columns[0]], columns) for columns in groups.values()]
+        return [(self.means[columns[0]], columns) for columns in alike([mean.joint for mean in self.means])]
 
     def gains(self, amplitude: Array, omega: Array) -> tuple[ComplexArray, ComplexArray]:
         """G of every joint, (points, members), and ∂G/∂A of every joint by every amplitude; nan without a balance."""

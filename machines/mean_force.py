@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -121,3 +122,11 @@ class MeanForce:
             force = force + self._kept.step(self._slowly(z), virgin)[0]
             stiffness = stiffness + self._kept.jacobian(self._slowly(z), virgin)[0]
         return force, stiffness
+
+
+def alike(joints: Sequence[Joint]) -> list[list[int]]:
+    """Joints by their place, those together that are the same one and so can be asked together."""
+    groups: dict[int, list[int]] = {}
+    for i, joint in enumerate(joints):
+        groups.setdefault(id(joint), []).append(i)
+    return list(groups.values())

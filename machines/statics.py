@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
@@ -12,7 +12,7 @@ from jointlib.arrays import Array
 from jointlib.errors import InputError
 
 from .machine import Machine
-from .mean_force import MeanForce
+from .mean_force import MeanForce, alike
 from .second_order import MachineEquations, machine_equations
 
 _ITERATIONS = 200
@@ -68,8 +68,14 @@ class Balance:
     def joints(self, y: Array) -> tuple[Array, Array, Array]:
         """Displacement, force and tangent stiffness of every joint."""
         z = self.rows @ y + self.offset
-        pairs = [mean.static(np.array(x)) for mean, x in zip(self.means, z, strict=True)]
-        return z, np.array([float(f) for f, _ in pairs]), np.array([float(k) for _, k in pairs])
+        force, stiffness = np.empty((2, len(z)))
+        for columns in self._alike:
+            force[columns], stiffness[columns] = self.means[columns[0]].static(z[columns])
+        return z, force, stiffness
+
+    @cached_property
+    def _alike(self) -> list[list[int]]:
+        return alike([mean.joint for mean in self.means])
 
     def solve(self, where: str, names: tuple[str, ...]) -> Array:
         """y of the equilibrium, by Newton's method with a search along each step."""

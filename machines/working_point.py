@@ -8,13 +8,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from jointlib.arrays import Array, ArrayLike
+from jointlib.arrays import Array, ArrayLike, ComplexArray
 from jointlib.harmonic import FirstHarmonic
 from jointlib.joint import Joint
 from jointlib.law import JointLaw, Motion
 
 from .machine import Machine
-from .mean_force import SLOW
+from .mean_force import SLOW, alike
 from .statics import static_point
 
 
@@ -64,6 +64,17 @@ def at_working_point(machine: Machine) -> Machine:
     if machine.static is None:
         return machine
     return placed(machine, static_point(machine).displacement)
+
+
+def tangents(machine: Machine, frequency: ArrayLike) -> ComplexArray:
+    """Gains of the joints in N/m about where they stand, (nf, connections), at rest; ``frequency`` in Hz, (nf,)."""
+    omega = 2 * np.pi * np.atleast_1d(np.asarray(frequency, dtype=float))
+    joints = machine.joints()
+    stands = np.zeros(len(joints)) if machine.static is None else static_point(machine).displacement
+    gains = np.empty((len(omega), len(joints)), dtype=complex)
+    for columns in alike(joints):
+        gains[:, columns] = joints[columns[0]].first_harmonic(0.0, omega[:, None], stands[columns]).gain
+    return gains
 
 
 def placed(machine: Machine, displacement: Array) -> Machine:

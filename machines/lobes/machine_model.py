@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,12 +9,12 @@ from scipy.linalg import block_diag
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
-from jointlib.joint import Joint
 
 from ..assembly import Assembly
 from ..indices import Mask
 from ..machine import AXES, Machine
 from ..state_equations import machine_states
+from ..working_point import tangents
 from .tool_model import ToolModel
 
 _SAME = 1e-6
@@ -33,15 +32,14 @@ def modes_at_rest(machine: Machine) -> ToolModel | None:
     """
     if machine.frequency is None:
         return None
-    middle, assembly = float(np.mean(machine.frequency)), _at_tool(machine)
+    middle, lines = float(np.mean(machine.frequency)), np.linspace(*machine.frequency, _COMPARED)
+    gains = tangents(machine, np.append(middle, lines))
     try:
-        model = OpenJoints.of(machine).models(gains_of(assembly.standing, middle)[None], middle)[0]
+        model = OpenJoints.of(machine).models(gains[:1], middle)[0]
     except InputError:
         return None
-    lines = np.linspace(*machine.frequency, _COMPARED)
-    omega = 2 * np.pi * lines
-    tangents = [np.broadcast_to(joint.first_harmonic(0.0, omega).gain, len(lines)) for joint in assembly.standing]
-    G = assembly.coupled(omega, np.array(tangents, dtype=complex).reshape(-1, len(lines)).T)
+    tool = tuple(machine.tool[axis] for axis in AXES if axis in machine.tool)
+    G = Assembly(machine, tool, tool).coupled(2 * np.pi * lines, gains[1:])
     error = np.linalg.norm(model(lines) - G, axis=(1, 2))
     return model if np.all(error <= _SAME * np.max(np.linalg.norm(G, axis=(1, 2)))) else None
 
@@ -52,24 +50,8 @@ def machine_model(machine: Machine, frequency: float, gain: ComplexArray | None 
     G is the gain of a joint in N/m at ``frequency`` (Hz), by default that at rest. Raises `InputError` for machines
     with measured components and for joints that are rigid there.
     """
-    gains = gains_at_rest(machine, frequency) if gain is None else gain
-    return OpenJoints.of(machine).models(gains[None], frequency)[0]
-
-
-def gains_at_rest(machine: Machine, frequency: float) -> ComplexArray:
-    """Gains of the joints in N/m at a frequency in Hz, at rest."""
-    return gains_of(_at_tool(machine).standing, frequency)
-
-
-def _at_tool(machine: Machine) -> Assembly:
-    tool = tuple(machine.tool[axis] for axis in AXES if axis in machine.tool)
-    return Assembly(machine, tool, tool)
-
-
-def gains_of(joints: Sequence[Joint], frequency: float) -> ComplexArray:
-    """Gains of joints at rest in N/m, at a frequency in Hz."""
-    omega = 2 * np.pi * frequency
-    return np.array([complex(joint.first_harmonic(0.0, omega).gain) for joint in joints], dtype=complex)
+    gains = tangents(machine, frequency) if gain is None else gain[None]
+    return OpenJoints.of(machine).models(gains, frequency)[0]
 
 
 @dataclass(frozen=True, eq=False)

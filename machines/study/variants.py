@@ -18,11 +18,12 @@ from jointlib.joint import Joint
 from ..component import Component
 from ..files import cutting_table, read_cutting, read_machine
 from ..lobes.cutting import Cutting
-from ..lobes.machine_model import OpenJoints, gains_at_rest, gains_of, modes_at_rest
+from ..lobes.machine_model import OpenJoints, modes_at_rest
 from ..lobes.tool_model import ToolModel
 from ..lobes.uncertainty import sampled_machines
 from ..machine import AXES, Machine
 from ..static_load import axis_of
+from ..working_point import tangents
 from .settings import Setting, plain
 
 _KEPT = 24
@@ -79,7 +80,8 @@ class Variant:
 
     @cached_property
     def _gains(self) -> ComplexArray:
-        return gains_of(self.machine.joints(), self._middle)
+        gains: ComplexArray = tangents(self.machine, self._middle)[0]
+        return gains
 
     def changed(self, of: Setting, samples: int, seed: int) -> Machine:
         """The machine of a configuration: as drawn, and with the parameters of its joints."""
@@ -103,11 +105,12 @@ class Variant:
 
     def _changed_gains(self, of: Setting, samples: int, seed: int) -> ComplexArray:
         if of.sample is not None or self.machine.static is not None:
-            return gains_at_rest(self.changed(of, samples, seed), self._middle)
+            gains: ComplexArray = tangents(self.changed(of, samples, seed), self._middle)[0]
+            return gains
         gains, joints = self._gains.copy(), self.machine.joints()
         for i, joint in enumerate(changed_joints(self.machine, of.joints)):
             if joint is not joints[i]:
-                gains[i] = gains_of((joint,), self._middle)[0]
+                gains[i] = complex(joint.first_harmonic(0.0, 2 * np.pi * self._middle).gain)
         return gains
 
 
