@@ -22,9 +22,10 @@ from jointlib.errors import CheckFailed, Outcome
 
 from ..operating import OperatingPoint
 from .band import Shape
-from .critical_depth import NONE, Crossing, first_crossings, near
+from .critical_depth import first_crossings, near
 from .cutting import Cutting
 from .held_joints import Held, HeldJoints, constant
+from .loop_branches import NONE, Crossing
 
 _CLOSE = 1.5
 """Times the lowest depth so far up to which a resonance is searched: its joints are not yet those of the crossing."""

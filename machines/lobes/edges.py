@@ -14,8 +14,9 @@ import numpy as np
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import CheckFailed
 
-from .critical_depth import Crossing, Loop, _Bracket, _brackets, _closed, _halved, _largest, regeneration
-from .crossing import Brackets, brackets, closed
+from . import crossing, loop_branches
+from .crossing import Brackets
+from .loop_branches import Bracket, Crossing, Loop, halved, largest, regeneration
 from .regeneration import Loops, Trace, limiting_depth
 
 _PAST = 1.3
@@ -52,27 +53,27 @@ def edges_of_loop(loop: Loop, fraction: Array, deepest: float) -> list[Edge]:
     level = 1 / (_PAST * deepest)
     nu = np.append(fraction[fraction < 0.5 - _NEXT], [0.5 - _NEXT, 0.5])
     matrices = loop(nu)
-    bound = _largest(matrices) * np.abs(regeneration(nu))
+    bound = largest(matrices) * np.abs(regeneration(nu))
     values = np.full(matrices.shape[:2], np.nan, dtype=complex)
-    brackets: list[_Bracket] = []
+    brackets: list[Bracket] = []
     for _ in range(_ROUNDS):
         matters = (bound[:-1] >= level) | (bound[1:] >= level)
         needed = np.isnan(values[:, 0]) & (np.append(matters, False) | np.insert(matters, 0, False))
         needed[-2:] |= np.isnan(values[-2:, 0])
         values[needed] = np.linalg.eigvals(matrices[needed])
         matters[-1] = False  # branches are real at 1/2, or not to be told from real next to it
-        brackets, coarse = _brackets(nu, values, matters, level)
+        brackets, coarse = loop_branches.brackets(nu, values, matters, level)
         if not coarse.any():
             break
-        nu, matrices, values, bound = _halved(loop, coarse, nu, matrices, values, bound)
+        nu, matrices, values, bound = halved(loop, coarse, nu, matrices, values, bound)
     found = _flips(loop, values[-1], nu[-2]) + [edge for one in brackets if (edge := _hopf(loop, one)) is not None]
     return _distinct([edge for edge in found if edge.depth <= deepest])
 
 
 def edges_of_trace(loops: Loops, traced: Trace, period: Array, deepest: Array) -> list[list[Edge]]:
     """The crossings of one cut that is the same at all times, turning or zero order, for every period τ in s."""
-    within = _within(traced, brackets(traced, period[None]), deepest)
-    frequency, value, _ = closed(loops, traced, within, period[None])
+    within = _within(traced, crossing.brackets(traced, period[None]), deepest)
+    frequency, value, _ = crossing.closed(loops, traced, within, period[None])
     depth = limiting_depth(value)
     kept = np.isfinite(depth) & (depth <= deepest[within.speed])
     frequency, value, depth, speed = frequency[kept], value[kept], depth[kept], within.speed[kept]
@@ -97,8 +98,8 @@ def _within(traced: Trace, found: Brackets, deepest: Array) -> Brackets:
     return found[2 * deepest[found.speed] * strongest >= 1]
 
 
-def _hopf(loop: Loop, bracket: _Bracket) -> Edge | None:
-    found = _closed(loop, bracket)
+def _hopf(loop: Loop, bracket: Bracket) -> Edge | None:
+    found = loop_branches.closed(loop, bracket)
     if found is None:
         return None
     rising = _turned(bracket.end, bracket.right) > _turned(bracket.start, bracket.left)

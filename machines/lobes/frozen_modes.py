@@ -13,9 +13,10 @@ from ..machine import Machine
 from .amplitude import _point, lobes_at_amplitude, wide_receptance
 from .chart import StabilityLobes
 from .collocation import FINER, MORE, arc_map
-from .critical_depth import Crossing, near
+from .critical_depth import near
 from .cutting import Cutting
 from .developed_lobes import HELD, developed_chatter
+from .loop_branches import Crossing
 from .machine_model import OpenJoints, machine_model, modes_at_rest
 from .multipliers import largest_multipliers
 from .periodic import NOTES

@@ -20,8 +20,9 @@ from ..assembly import Assembly, View, is_linear
 from ..machine import AXES, Machine
 from .band import Shape, carried, shape
 from .collocation import FINER, MORE, ArcMap, arc_map
-from .critical_depth import Crossing, eigenvector
+from .critical_depth import eigenvector
 from .cutting import Cutting
+from .loop_branches import Crossing
 from .machine_model import OpenJoints
 from .multi_frequency import HarmonicLoop
 from .tool_model import ToolModel

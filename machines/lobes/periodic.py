@@ -12,8 +12,9 @@ from jointlib.errors import CheckFailed, InputError, Outcome
 from .band import Shape, Spectrum, shape, spectrum
 from .chart import StabilityLobes
 from .collocation import FINER, MORE, ArcMap, arc_map
-from .critical_depth import NONE, Crossing, eigenvector, first_crossings, near
+from .critical_depth import eigenvector, first_crossings, near
 from .cutting import Cutting
+from .loop_branches import NONE, Crossing
 from .multi_frequency import HarmonicLoop
 from .tool_model import ToolModel
 from .tool_point import ToolPoint
@@ -22,9 +23,9 @@ NOTES = (
     "Not covered: helix, uneven tooth pitch, runout, process damping, axial and torsional motion, loss of contact.",
     "The minimum depth is the lowest at the speeds given.",
 )
-_PAST = 3
+PAST = 3
 """Harmonics beyond the highest frequency that matters, in the search; the depth itself is settled with more."""
-_MOST_SEARCHED, _MOST = 128, 512
+MOST_SEARCHED, _MOST = 128, 512
 _AGREE = 1e-4
 _SAME = 0.05
 _GAIN = 0.5
@@ -49,10 +50,10 @@ class Found:
 def by_harmonics(point: ToolPoint, cutting: Cutting, speed: Array) -> StabilityLobes:
     """Multi-frequency chart; P harmonics are settled when 2·P change the depth by less than 10⁻⁴."""
     cuts, resolved = cutting.cuts_per_revolution, shape(point)
-    highest = max(float(point.lines[-1]), (resolved.highest + _PAST * cuts * float(np.max(speed)) / 60) * 2)
+    highest = max(float(point.lines[-1]), (resolved.highest + PAST * cuts * float(np.max(speed)) / 60) * 2)
     receptance = spectrum(point, highest)
     axes = tuple("xy".index(axis) for axis in point.axes)
-    stiffest = _stiffest(cutting, axes)
+    stiffest = stiffest_direction(cutting, axes)
     _refuse_resonant_ends(receptance, resolved)
     found = [
         _harmonic(HarmonicLoop(receptance, cutting, axes, cuts * rpm / 60, 0), resolved, stiffest)
@@ -101,13 +102,13 @@ def _collocated(model: ToolModel, cutting: Cutting, speed: float, fraction: Arra
 def _harmonic(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> Found:
     """The settled crossing at one speed; P grows until twice as many change nothing."""
     fraction = resolved.folded(loop.tooth_frequency)
-    P = int(np.ceil(resolved.highest / loop.tooth_frequency)) + _PAST
-    while P <= _MOST_SEARCHED:
+    P = int(np.ceil(resolved.highest / loop.tooth_frequency)) + PAST
+    while P <= MOST_SEARCHED:
         coarse, finer = replace(loop, harmonics=P), replace(loop, harmonics=2 * P)
         search = first_crossings(coarse, fraction)
         if not search and not first_crossings(finer, fraction):
             return Found(NONE)
-        if search and _left_out(resolved, coarse, stiffest * search[0].depth) < _GAIN:
+        if search and left_out(resolved, coarse, stiffest * search[0].depth) < _GAIN:
             before, settled = search[0], min((near(finer, one) for one in search), key=lambda one: one.depth)
             if settled.kind and abs(settled.depth / before.depth - 1) < _SAME:
                 first = replace(loop, harmonics=2 * P), settled
@@ -120,19 +121,19 @@ def _harmonic(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> Found:
                     return Found(settled, line, _doubt(*first, fraction))
         P *= 2
     raise CheckFailed(
-        f"multi-frequency: more than {_MOST_SEARCHED} harmonics of a tooth frequency of {loop.tooth_frequency:g} Hz "
+        f"multi-frequency: more than {MOST_SEARCHED} harmonics of a tooth frequency of {loop.tooth_frequency:g} Hz "
         "would be needed; take collocation where the tool has modes, raise the spindle speed, narrow the band, or take "
         "zero-order, which is near the truth with that many waves between two teeth"
     )
 
 
-def _left_out(resolved: Shape, loop: HarmonicLoop, cut: float) -> float:
+def left_out(resolved: Shape, loop: HarmonicLoop, cut: float) -> float:
     """Gain round the loop, at most, of lines past the harmonics kept; below 1 they cannot chatter by themselves."""
     beyond = resolved.size[resolved.lines > (loop.harmonics + 0.5) * loop.tooth_frequency]
     return 2 * cut * float(np.max(beyond, initial=0.0))
 
 
-def _stiffest(cutting: Cutting, axes: tuple[int, ...]) -> float:
+def stiffest_direction(cutting: Cutting, axes: tuple[int, ...]) -> float:
     """Largest stiffness of the cut per depth over a turn of the tool, N/m²."""
     angle = np.linspace(0, 2 * np.pi, 721)[:, None] + 2 * np.pi / cutting.cuts_per_revolution * np.arange(
         cutting.cuts_per_revolution

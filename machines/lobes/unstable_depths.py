@@ -20,12 +20,13 @@ from .amplitude import _at_rest, lobes_at_amplitude
 from .band import shape, spectrum
 from .chart import StabilityLobes
 from .collocation import FINER, MORE, ArcMap, arc_map
-from .critical_depth import NONE, Crossing, Loop, near
+from .critical_depth import near
 from .cutting import Cutting
 from .edges import Edge, edges_of_loop, edges_of_trace, outside
+from .loop_branches import NONE, Crossing, Loop
 from .machine_model import modes_at_rest
 from .multi_frequency import HarmonicLoop
-from .periodic import _MOST_SEARCHED, _PAST, _left_out, _stiffest
+from .periodic import MOST_SEARCHED, PAST, left_out, stiffest_direction
 from .regeneration import Loops, trace
 from .tool_model import ToolModel
 from .tool_point import ToolPoint, tool_point
@@ -186,15 +187,15 @@ class _Search:
         if self.model is not None:
             coarse = arc_map(self.model, self.cutting, speed, MORE // 2 + FINER * extra, _SHARE)
             return coarse, arc_map(self.model, self.cutting, speed, MORE + FINER * (extra + 1))
-        P = (int(np.ceil(self.shape.highest / tooth)) + _PAST) * 2**extra
-        highest = max(float(self.point.lines[-1]), (self.shape.highest + _PAST * tooth) * 2)
+        P = (int(np.ceil(self.shape.highest / tooth)) + PAST) * 2**extra
+        highest = max(float(self.point.lines[-1]), (self.shape.highest + PAST * tooth) * 2)
         axes = tuple("xy".index(axis) for axis in self.point.axes)
         loop = HarmonicLoop(spectrum(self.point, highest), self.cutting, axes, tooth, P)
-        while _left_out(self.shape, loop, _stiffest(self.cutting, axes) * deepest) >= 0.5:
+        while left_out(self.shape, loop, stiffest_direction(self.cutting, axes) * deepest) >= 0.5:
             loop = replace(loop, harmonics=2 * loop.harmonics)
-        if loop.harmonics > _MOST_SEARCHED:
+        if loop.harmonics > MOST_SEARCHED:
             raise CheckFailed(
-                f"{self.method}: at {speed:g} rpm more than {_MOST_SEARCHED} harmonics would be needed to find the "
+                f"{self.method}: at {speed:g} rpm more than {MOST_SEARCHED} harmonics would be needed to find the "
                 f"crossings up to a depth of {deepest * 1e3:.3g} mm"
             )
         return loop, replace(loop, harmonics=2 * loop.harmonics)

@@ -19,9 +19,10 @@ from jointlib.laws.viscous import Viscous
 from machines import Connection, Lumped, Machine, lobes_at_amplitude, read_machine
 from machines.lobes import Cutting, witness
 from machines.lobes.amplitude import wide_receptance
-from machines.lobes.critical_depth import Crossing, first_crossings
+from machines.lobes.critical_depth import first_crossings
 from machines.lobes.developed_lobes import developed_chatter
 from machines.lobes.held_joints import constant
+from machines.lobes.loop_branches import Crossing
 
 LIBRARY = Path(__file__).parents[2] / "machines" / "library"
 MASS, SIZE = 0.03993, 10e-6

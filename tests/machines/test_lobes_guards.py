@@ -178,7 +178,7 @@ def test_too_few_harmonics_are_not_believed(monkeypatch: pytest.MonkeyPatch) -> 
     """Five harmonics miss the mode of the slot at 5000 rpm and give 2.58 mm for .409."""
     from machines.lobes import periodic
 
-    monkeypatch.setattr(periodic, "_PAST", -4)
+    monkeypatch.setattr(periodic, "PAST", -4)
     found = stability_lobes(TOOL, SLOT, 5000.0, "multi-frequency")
     assert float(found.depth) * 1e3 == pytest.approx(0.4086278, rel=1e-6)
 

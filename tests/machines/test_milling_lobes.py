@@ -13,7 +13,8 @@ from jointlib.frf import FRF
 from machines.lobes import Cutting, StabilityLobes, stability_lobes
 from machines.lobes.band import spectrum
 from machines.lobes.collocation import arc_map
-from machines.lobes.critical_depth import Crossing, first_crossings, near
+from machines.lobes.critical_depth import first_crossings, near
+from machines.lobes.loop_branches import Crossing
 from machines.lobes.multi_frequency import HarmonicLoop
 from machines.lobes.multipliers import largest_multipliers
 from machines.lobes.tool_model import ToolModel
