@@ -108,19 +108,25 @@ def wide_receptance(machine: Machine, amplitude: float, points: int = _LINES) ->
 
 
 def operating_receptance(
-    machine: Machine, amplitude: float, points: int = _LINES, beyond: float = 1.0
+    machine: Machine,
+    amplitude: float,
+    points: int = _LINES,
+    beyond: float = 1.0,
+    cutting: Cutting | None = None,
 ) -> OperatingPoint:
     """Tool-point receptance at an amplitude in m, on lines over the machine's band that are close enough.
 
     Lines are halved where the inverse receptance, which the lobe solver interpolates, is not nearly straight between
     them. Where the joint jumps from one state to another no spacing is close enough; there the halving ends. The band
-    is widened by the factor ``beyond`` at both ends.
+    is widened by the factor ``beyond`` at both ends. In milling the tool vibrates as the ``cutting`` drives it, by
+    default that of the machine.
     """
     if machine.frequency is None:
         raise InputError(f"{machine.where}: no frequency in [response], lobes need the band to search for chatter")
-    if machine.cutting is None:
-        raise InputError(f"{machine.where}: no [cutting], lobes need a cutting operation")
-    cutting = Cutting(**machine.cutting)
+    if cutting is None:
+        if machine.cutting is None:
+            raise InputError(f"{machine.where}: no [cutting], lobes need a cutting operation")
+        cutting = Cutting(**machine.cutting)
     low, high = machine.frequency
     lines = np.linspace(low, high, points)
     if beyond > 1:

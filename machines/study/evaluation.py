@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -75,15 +75,15 @@ class Evaluation:
         """Every quantity of configurations told by the numbers of their factors and their conditions."""
         settings = [self.setting(*one) for one in asked]
         out = {name: np.full(len(asked), np.nan) for name in self._study.quantities}
-        tips, cuttings = _Tips(), dict[int, Cutting]()
+        tips, cuttings = _Tips(), dict[int, Cutting]()  # the cut of every row, where there is one
         for rows in _by_machine(settings):
             part = self._machines.of(settings[rows[0]].file, settings[rows[0]].document)
             if "weight" in out:
                 out["weight"][rows] = part.weight
-            if DEPTHS & set(out):
+            if part.machine.cutting is not None:
                 cuttings |= {row: self._machines.cut(settings[row]) for row in rows}
             if set(out) != {"weight"}:
-                self._meet(part, [settings[row] for row in rows], rows, out, tips)
+                self._meet(part, {row: settings[row] for row in rows}, cuttings, out, tips)
         if "peak-receptance" in out:
             out["peak-receptance"] = tips.peaks(len(asked))
         if DEPTHS & set(out):
@@ -91,23 +91,32 @@ class Evaluation:
             out |= {name: values for name, values in found.items() if name in out}
         return out
 
-    def _meet(self, part: Variant, own: list[Setting], rows: list[int], out: dict[str, Array], tips: _Tips) -> None:
-        """Static compliances and tool points of configurations that differ in their joints only."""
-        draws = self._study.samples, self._study.seed
-        models = part.models(own, *draws)
+    def _meet(
+        self,
+        part: Variant,
+        settings: Mapping[int, Setting],
+        cuttings: Mapping[int, Cutting],
+        out: dict[str, Array],
+        tips: _Tips,
+    ) -> None:
+        """Static compliances and tool points of configurations, by row, that differ in joints and cut only."""
+        draws, rows = (self._study.samples, self._study.seed), list(settings)
+        models = part.models(list(settings.values()), *draws)
         if "static-compliance" in out and models is not None:
             out["static-compliance"][rows] = static_compliance(models)
         elif "static-compliance" in out:
-            at_rest = (frozen_receptance(part.changed(of, *draws), _STATIC_LINE, 0.0) for of in own)
-            out["static-compliance"][rows] = [np.max(_direct(G.receptance)) for G in at_rest]
+            for row, of in settings.items():
+                at_rest = frozen_receptance(part.changed(of, *draws), _STATIC_LINE, 0.0)
+                out["static-compliance"][row] = np.max(_direct(at_rest.receptance))
         if not set(out) & (DEPTHS | {"peak-receptance"}):
             return
         for amplitude in self._study.amplitudes:
             if models is not None and amplitude == 0:
                 tips.add(rows, models, part.axes)
-            else:
-                points = [operating_receptance(part.changed(of, *draws), amplitude) for of in own]
-                tips.add(rows, [point.frf for point in points], part.axes)
+                continue
+            for row, of in settings.items():
+                machine, cutting = part.changed(of, *draws), cuttings.get(row)
+                tips.add([row], [operating_receptance(machine, amplitude, cutting=cutting).frf], part.axes)
 
     def setting(self, numbers: Array, case: Case) -> Setting:
         """What is changed in which file for a configuration."""
@@ -126,7 +135,7 @@ class Evaluation:
             else study.speeds
             for cutting, case in zip(cuttings, cases, strict=True)
         ])  # fmt: skip
-        pockets = set(study.quantities) - {"minimum-depth"} & DEPTHS
+        pockets = bool(set(study.quantities) & DEPTHS - {"minimum-depth"})
         lowest, limit = np.full(len(cuttings), np.inf), np.full(speeds.shape, np.inf)
         together: dict[tuple[tuple[str, ...], str], list[int]] = {}
         for i, (row, tool, axes) in enumerate(zip(tips.rows, tips.tools, tips.axes, strict=True)):

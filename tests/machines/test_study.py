@@ -8,7 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from jointlib import write_joint
 from jointlib.errors import InputError
+from jointlib.joint import Joint
+from jointlib.laws.jenkins import Jenkins
 from machines import Beam, Rigid, frozen_receptance, lobes_at_amplitude, read_machine
 from machines.lobes import Cutting
 from machines.lobes.pocket import pocket
@@ -521,3 +524,40 @@ def test_a_spindle_that_is_free_to_turn_does_not_keep_a_mill_from_its_modes(mass
     G = frozen_receptance(machine, lines, 0.0).receptance
     error = np.linalg.norm(modes(lines) - G, axis=(1, 2))
     assert np.all(error < 1e-6 * np.linalg.norm(G, axis=(1, 2)))
+
+
+def test_at_an_amplitude_a_changed_cut_drives_the_tool(tmp_path: Path) -> None:
+    """The force that shakes the joint points along the chatter of the configuration's own cut, not of the file's."""
+    write_joint(tmp_path / "slipping.joint.toml", Joint((Jenkins(4e6, 8.0),)))
+    (tmp_path / "mill.toml").write_text(
+        """
+schema = "jointlib/machine/1"
+tool = { x = "tip.x", y = "tip.y" }
+response = { frequency = [60, 400] }
+cutting = { process = "milling", teeth = 3, tangential = 6e8, normal = 2e8, mode = "down", immersion = 0.5 }
+[[component]]
+name = "tip"
+kind = "modal"
+dofs = ["x", "y", "joint"]
+frequency = [150, 190]
+damping_ratio = [0.03, 0.03]
+modal_mass = [4.0, 5.0]
+shapes = [[1.0, -0.6], [0.5, 1.0], [1.0, 0.8]]
+[[connection]]
+name = "slip"
+between = ["tip.joint", "ground"]
+joint = "slipping.joint.toml"
+"""
+    )
+    (tmp_path / "a.study.toml").write_text("""
+schema = "jointlib/study/1"
+base = "mill.toml"
+factor = [{ path = "cutting.mode", values = ["up", "down"] }]
+conditions = { speed = [3000, 12000], amplitude = ["6 um"], speeds = 20 }
+objective = [{ quantity = "minimum-depth", goal = "max" }, { quantity = "pocket-depth", goal = "max" }]
+""")
+    found = Evaluation(tmp_path / "a.study.toml")(0, 2)
+    for i, mode in enumerate(("up", "down")):
+        machine = read_machine(tmp_path / "mill.toml", {"cutting.mode": mode})
+        chart = lobes_at_amplitude(machine, np.linspace(3000, 12000, 20), 6e-6, "zero-order")
+        assert found["minimum-depth"][i] == pytest.approx(chart.minimum_depth, rel=1e-9)
