@@ -25,7 +25,7 @@ _RULED_OUT = "#e5a98c"
 def pareto_figure(study: Study, verdict: Verdict) -> Figure:
     """All designs over the first objective and each further one; the front, the best, the limits."""
     pairs = [o.quantity for o in study.objectives[1:]][:3]
-    main = study.objectives[0].quantity
+    main, goals = study.objectives[0].quantity, {o.quantity: o.goal for o in study.objectives}
     means = {q: np.mean(v, axis=1) * shown_unit(q)[1] for q, v in verdict.ranking.worst.items() if q in (main, *pairs)}
     front = [d.number for d in verdict.front]
     out = ~verdict.ranking.allowed
@@ -35,7 +35,8 @@ def pareto_figure(study: Study, verdict: Verdict) -> Figure:
             axes.plot(x[~out], y[~out], "o", color=FLOOR, alpha=0.6, markersize=4, markeredgewidth=0, label="designs")
             axes.plot(x[out], y[out], "x", color=_RULED_OUT, markersize=4, label="ruled out" if out.any() else None)
             along = sorted(front, key=lambda i: (x[i], y[i]))
-            style: dict[str, Any] = {} if len(pairs) > 1 else {"drawstyle": "steps-post", "linewidth": 1.0}
+            step = "steps-post" if goals[q] == "min" else "steps-pre"
+            style: dict[str, Any] = {} if len(pairs) > 1 else {"drawstyle": step, "linewidth": 1.0}
             line = "" if len(pairs) > 1 else "-"
             axes.plot(x[along], y[along], f"o{line}", color=AFTER, markersize=6, label="beaten by no other", **style)
             if verdict.best is not None:

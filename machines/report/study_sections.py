@@ -10,6 +10,7 @@ import numpy as np
 from jointlib.arrays import Array
 
 from ..study import words
+from ..study.asked import DEPTHS
 from ..study.best import BestMachine
 from ..study.contrast import Contrast
 from ..study.study import BASE, Study
@@ -40,7 +41,8 @@ def _ends(study: Study, verdict: Verdict) -> list[str]:
         values, best = np.unique(verdict.ranking.numbers[:, i]), verdict.ranking.numbers[verdict.best.number, i]
         ordered = not f.choices or (len(f.choices) > 2 and not f.labels)
         if not f.uncertain and ordered and len(values) > 1 and best in (values[0], values[-1]):
-            said.append(f"The best {f.name} is the {'last' if best == values[-1] else 'first'} that was looked at.")
+            ends = ("first of its list", "last of its list") if f.choices else ("lowest looked at", "highest looked at")
+            said.append(f"The best {f.name}, {f.words(float(best))}, is the {ends[int(best == values[-1])]}.")
     return [f"{' '.join(said)} There may be better ones beyond."] if said else []
 
 
@@ -71,7 +73,7 @@ def _designs(designs: Sequence[Design], caption: str) -> Table:
 def _spread(quantity: str, design: Design) -> str:
     spread = design.spread[quantity]
     seen = spread > _SEEN * abs(design.results[quantity])
-    return f" ± {spread * words.shown_unit(quantity)[1]:.2g}" if seen else ""
+    return f" ± {words.plain(spread * words.shown_unit(quantity)[1], 2)}" if seen else ""
 
 
 def _alternatives(study: Study, verdict: Verdict) -> Table:
@@ -250,7 +252,8 @@ def _leads(study: Study, verdict: Verdict) -> dict[int, float]:
 
 def left_out_section(study: Study, verdict: Verdict) -> Section:
     """What was ruled out and why."""
-    text = [f"{verdict.feasible} of {verdict.designs} designs meet the constraints and have every result."]
+    what = "meet the constraints and have every result" if study.constraints else "have every result; no limits are set"
+    text = [f"{verdict.feasible} of {verdict.designs} designs {what}."]
     if study.uncertain and study.constraints:
         text.append(f"A constraint must hold in {100 * study.confidence:g} % of the samples, and in every condition.")
     reasons = np.array(list(verdict.ranking.broken.values()), dtype=bool).reshape(-1, verdict.designs)
@@ -275,8 +278,13 @@ def machine_section(study: Study, best: BestMachine) -> Section:
     if best.case.name:
         text.append(f"It stands as in the worst condition: {best.case.name}.")
     rows = [(words.named(q), words.with_unit(q, v)) for q, v in best.results.items()]
-    if "minimum-depth" in best.results or "pocket-depth" in best.results:
+    if DEPTHS & best.results.keys():
         text.append(f"Its lobes: {best.command}")
+    if "pocket-speed" in best.results:
+        text.append(
+            f"The command looks at other speeds than the {study.speed_count} of this study, so that it may find its "
+            "pocket a little beside."
+        )
     if best.method == "zero-order":
         text.append(
             "The depths are those of the zero-order method, a preview: without --method the exact one is taken."

@@ -20,6 +20,8 @@ from .sampling import METHODS, SEARCH, checked_search, plan, planned, refuse_man
 
 BASE = "base"
 """Path of a factor that takes whole machine files."""
+ROUNDING = 1e-9
+"""Share of a result by which two that are alike may differ."""
 _MOST_SPEEDS = 10_000
 _TAKEN = ("design", "case", "sample")
 """Names of columns of a table beside those of the factors."""

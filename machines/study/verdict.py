@@ -13,7 +13,7 @@ from jointlib.arrays import Array
 
 from . import words
 from .effects import Effect, effects
-from .study import BASE, Constraint, Study
+from .study import BASE, ROUNDING, Constraint, Study
 
 _SHOWN = 5
 
@@ -45,6 +45,8 @@ class Ranking:
     """Those designs, best first."""
     broken: Mapping[str, NDArray[np.bool_]]
     """True for designs that a constraint or a missing result rules out, by the reason in words."""
+    once: NDArray[np.bool_]
+    """False for designs that a plan holds again: lists make a `sobol` plan repeat itself."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +107,7 @@ def judge(study: Study, results: Mapping[str, Array]) -> Verdict:
         leading,
         tuple(design(order[i]) for i in front),
         len(order),
-        len(ranking.allowed),
+        int(ranking.once.sum()),
         surer,
         _sensitivity(study, ranking),
         ranking,
@@ -116,14 +118,23 @@ def judge(study: Study, results: Mapping[str, Array]) -> Verdict:
 def rank(study: Study, results: Mapping[str, Array]) -> Ranking:
     """Which designs are allowed, and in what order they stand; see `judge`."""
     by_design = worst(study, results)
-    broken = {words.limit(c): ~_held(study, c, results) for c in study.constraints}
+    numbers = study.numbers()[:: study.repeats]
+    once = _first_ones(numbers[:, [i for i, f in enumerate(study.factors) if not f.uncertain]])
+    broken = {words.limit(c): ~_held(study, c, results) & once for c in study.constraints}
     means = [np.mean(_score(by_design[o.quantity], o.goal), axis=1) for o in study.objectives]
     for o, mean in zip(study.objectives, means, strict=True):
         if np.any(np.isnan(mean)):
-            broken[f"no {words.named(o.quantity)} found"] = np.isnan(mean)
-    allowed = ~np.any([*broken.values(), np.zeros(len(means[0]), dtype=bool)], axis=0)
+            broken[words.missing(o.quantity)] = np.isnan(mean) & once
+    allowed = ~np.any([*broken.values(), ~once], axis=0)
     order = np.flatnonzero(allowed)[np.argsort(-means[0][allowed], kind="stable")]
-    return Ranking(study.numbers()[:: study.repeats], by_design, allowed, order, broken)
+    return Ranking(numbers, by_design, allowed, order, broken, once)
+
+
+def _first_ones(rows: Array) -> NDArray[np.bool_]:
+    """True for rows that no earlier one equals."""
+    out = np.zeros(len(rows), dtype=bool)
+    out[np.unique(rows, axis=0, return_index=True)[1] if rows.shape[1] else [0]] = True
+    return out
 
 
 def design_of(study: Study, ranking: Ranking, i: int) -> Design:
@@ -196,7 +207,9 @@ def _score(values: Array, goal: str) -> Array:
 
 
 def _front(scores: Array) -> list[int]:
-    """Rows that no other row equals or exceeds in every column, exceeding it in one."""
+    """Rows that no other row equals or exceeds in every column, exceeding it in one; rounding beats nothing."""
+    largest = np.max(np.abs(scores), axis=0, initial=0.0, where=np.isfinite(scores))
+    scores = np.round(scores / np.where(largest > 0, ROUNDING * largest, 1.0))
     order = np.lexsort(tuple(-scores[:, ::-1].T))
     kept: list[int] = []
     for i in order:
