@@ -19,6 +19,7 @@ from ..study.factors import Factor
 from ..study.run import begin, planned
 from ..study.study import QUANTITIES, Study, read_study
 from ..study.verdict import judge
+from ..study.words import named
 from .controls import Control
 from .knobs import pretty
 
@@ -88,7 +89,7 @@ def designs(study: Study, results: Path, controls: Mapping[str, Control]) -> Sca
     front = np.zeros(len(ranking.allowed), dtype=bool)
     front[[design.number for design in verdict.front]] = True
     return Scatter(
-        names=(*(f.name for _, f in chosen), *quantities),
+        names=(*(f.name for _, f in chosen), *map(named, quantities)),
         units=(*(pretty(unit) for _, unit in drawn), *(unit for _, unit in units)),
         rows=np.stack(columns, axis=1),
         words=tuple({f.name: f.words(float(row[i])) for i, f in chosen} for row in ranking.numbers),

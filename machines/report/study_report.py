@@ -59,7 +59,8 @@ def _samples(study: Study) -> str:
 
 
 def _nothing(study: Study, verdict: Verdict) -> str:
-    most = sorted(verdict.ranking.broken.items(), key=lambda item: -item[1].sum())
+    once = verdict.ranking.once
+    most = sorted(((reason, out & once) for reason, out in verdict.ranking.broken.items()), key=lambda r: -r[1].sum())
     told = [f"{reason} rules out {int(out.sum())}" for reason, out in most if out.any()]
     said = f"None of the {verdict.designs} designs meets what is asked for: {', '.join(told)}."
     if verdict.nearest is not None:

@@ -256,7 +256,8 @@ def left_out_section(study: Study, verdict: Verdict) -> Section:
     text = [f"{verdict.feasible} of {verdict.designs} designs {what}."]
     if study.uncertain and study.constraints:
         text.append(f"A constraint must hold in {100 * study.confidence:g} % of the samples, and in every condition.")
-    reasons = np.array(list(verdict.ranking.broken.values()), dtype=bool).reshape(-1, verdict.designs)
+    reasons = np.array(list(verdict.ranking.broken.values()), dtype=bool).reshape(-1, len(verdict.ranking.once))
+    reasons = reasons & verdict.ranking.once
     alone = reasons & (reasons.sum(axis=0) == 1)
     rows = [
         (reason, str(out.sum()), str(only.sum()))

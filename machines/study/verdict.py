@@ -42,7 +42,7 @@ class Ranking:
     allowed: NDArray[np.bool_]
     """True for designs that have results and meet the constraints."""
     order: NDArray[np.intp]
-    """Those designs, best first."""
+    """Those designs, each once, best first."""
     broken: Mapping[str, NDArray[np.bool_]]
     """True for designs that a constraint or a missing result rules out, by the reason in words."""
     once: NDArray[np.bool_]
@@ -120,13 +120,14 @@ def rank(study: Study, results: Mapping[str, Array]) -> Ranking:
     by_design = worst(study, results)
     numbers = study.numbers()[:: study.repeats]
     once = _first_ones(numbers[:, [i for i, f in enumerate(study.factors) if not f.uncertain]])
-    broken = {words.limit(c): ~_held(study, c, results) & once for c in study.constraints}
+    broken = {words.limit(c): ~_held(study, c, results) for c in study.constraints}
     means = [np.mean(_score(by_design[o.quantity], o.goal), axis=1) for o in study.objectives]
     for o, mean in zip(study.objectives, means, strict=True):
         if np.any(np.isnan(mean)):
-            broken[words.missing(o.quantity)] = np.isnan(mean) & once
-    allowed = ~np.any([*broken.values(), ~once], axis=0)
-    order = np.flatnonzero(allowed)[np.argsort(-means[0][allowed], kind="stable")]
+            broken[words.missing(o.quantity)] = np.isnan(mean)
+    allowed = ~np.any([*broken.values(), np.zeros(len(once), dtype=bool)], axis=0)
+    counted = allowed & once
+    order = np.flatnonzero(counted)[np.argsort(-means[0][counted], kind="stable")]
     return Ranking(numbers, by_design, allowed, order, broken, once)
 
 
