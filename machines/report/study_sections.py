@@ -120,6 +120,12 @@ def front_section(study: Study, verdict: Verdict) -> Section:
 
 def effects_section(study: Study, verdict: Verdict) -> Section:
     """What the objectives depend on."""
+    if study.searched:
+        said = (
+            "A search crowds where designs are good, so that shares of the variance over its designs would tell of the "
+            "search. A 'factorial', 'latin-hypercube' or 'sobol' plan tells what the objectives depend on."
+        )
+        return Section("What it depends on", [said])
     text, figures = [], []
     for quantity, found in verdict.sensitivity.items():
         figures.append(effects_figure(quantity, found))
@@ -153,9 +159,9 @@ def _other(study: Study, found: Contrast) -> str:
 
 def _contrast(title: str, study: Study, found: Contrast) -> Section:
     q = found.objective.quantity
-    unit, scale = words.shown_unit(q)
+    unit = words.shown_unit(q)[0]
     a, b = found.designs
-    rows = [(e.factor, e.first, e.second, f"{e.change * scale:+.3g}") for e in found.exchanges]
+    rows = [(e.factor, e.first, e.second, words.change(q, e.change)) for e in found.exchanges]
     text = [
         f"The first has a {words.named(q)} of {words.with_unit(q, a.results[q])}, the other of "
         f"{words.with_unit(q, b.results[q])}."
@@ -164,7 +170,7 @@ def _contrast(title: str, study: Study, found: Contrast) -> Section:
         text.append(f"They differ in one factor only: {rows[0][0]} {rows[0][1]} and {rows[0][2]}.")
         return Section(title, text)
     text.append("Each factor of the other was put into the first by itself, everything else staying the first's.")
-    rows.append(("acting together", "", "", f"{found.remainder * scale:+.3g}"))
+    rows.append(("acting together", "", "", words.change(q, found.remainder)))
     table = Table(["factor", "first", "other", f"changes the {words.named(q)} by [{unit}]"], rows)
     if found.samples < study.samples:
         text.append(f"This took {found.samples} of the {study.samples} samples of what is uncertain.")

@@ -64,7 +64,7 @@ class Verdict:
     surer: float | None
     """Probability that the best is better than the second, over the samples of what is uncertain."""
     sensitivity: Mapping[str, tuple[Effect, ...]]
-    """Per objective: what follows from each design factor; empty where the objective does not vary."""
+    """Per objective that varies: what follows from each design factor; nothing in a search."""
     ranking: Ranking
     nearest: Design | None
     """Where no design meets the constraints: the one that misses them by the smallest share."""
@@ -221,8 +221,11 @@ def _front(scores: Array) -> list[int]:
 
 
 def _sensitivity(study: Study, ranking: Ranking) -> dict[str, tuple[Effect, ...]]:
+    """Effects by objective; of a search none, whose designs crowd where they are good."""
     design = [i for i, f in enumerate(study.factors) if not f.uncertain]
-    out = {}
+    out: dict[str, tuple[Effect, ...]] = {}
+    if study.searched:
+        return out
     for objective in study.objectives:
         mean = np.mean(ranking.worst[objective.quantity], axis=1)
         found = effects([study.factors[i] for i in design], ranking.numbers[:, design], mean, study.method)

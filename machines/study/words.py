@@ -60,6 +60,12 @@ def plain(value: float, digits: int) -> str:
     return told.rstrip("0").rstrip(".") if "." in told else told
 
 
+def change(quantity: str, value: float) -> str:
+    """A difference without its unit and with its sign."""
+    told = plain(value * shown_unit(quantity)[1], 3)
+    return f"+{told}" if value > 0 else told
+
+
 def with_unit(quantity: str, value: float) -> str:
     """``212 cm³/min``."""
     return number(quantity, value) + (f" {shown_unit(quantity)[0]}" if np.isfinite(value) else "")

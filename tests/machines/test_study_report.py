@@ -12,7 +12,7 @@ import pytest
 from jointlib.arrays import Array
 from machines import frozen_receptance, read_machine
 from machines.report.study_report import answer, study_page
-from machines.report.study_sections import leading_section
+from machines.report.study_sections import front_section, leading_section
 from machines.study import words
 from machines.study.best import write_best
 from machines.study.contrast import contrast
@@ -164,6 +164,16 @@ def test_a_best_value_at_the_end_of_its_range_is_named(tmp_path: Path) -> None:
     verdict = judge(opened, Evaluation(opened.source)(0, opened.total))
     (_, said) = leading_section(opened, verdict).text
     assert said == "The best guide, 700 N/um, is the highest looked at. There may be better ones beyond."
+
+
+def test_a_design_far_from_the_front_does_not_press_the_picture_of_it_flat(tmp_path: Path) -> None:
+    opened = study(tmp_path)
+    compliance, peak = np.array([1.0, 2.0, 90.0, 1.5]) * 1e-8, np.array([2.0, 1.0, 1.5, 1.5]) * 1e-6
+    results = {"static-compliance": np.repeat(compliance, 3), "peak-receptance": np.repeat(peak, 3)}
+    shown = front_section(opened, judge(opened, results)).figures[0].caption
+    assert shown.endswith("Outside the picture, far worse: 1 of 4 designs.")
+    results["static-compliance"][6:9] = 2.2e-8
+    assert "Outside" not in front_section(opened, judge(opened, results)).figures[0].caption
 
 
 def test_a_design_that_a_plan_holds_twice_counts_once(tmp_path: Path) -> None:
