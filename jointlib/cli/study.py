@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 _SHARD = re.compile(r"([0-9]{1,6})/([0-9]{1,6})")
-_ADDRESS = re.compile(r"(\w+://)?[^\s/]+:[0-9]{1,5}")
+_ADDRESS = re.compile(r"((tcp|tls|ucx|ws|wss)://)?[^\s/]+:[0-9]{1,5}")
 
 
 @click.group("study", invoke_without_command=True)

@@ -60,7 +60,7 @@ class Store:
             found = _read(path)
             different = sorted(key for key in {*found, *self.head} if found.get(key) != self.head.get(key))
             if different and self._used(word):
-                what = " and ".join(_DIFFERS[key] for key in different if key in _DIFFERS) or ", ".join(different)
+                what = ", ".join([words for key, words in _DIFFERS.items() if key in different] or different)
                 raise InputError(
                     f"{self.folder}: holds results of another study (it differs in {what}), expected an empty folder "
                     "or the study that was begun there"
