@@ -142,7 +142,9 @@ class Store:
         """Refuse a study of which some blocks are still to do."""
         missing = [i for i in self.missing() if blocks is None or i in blocks]
         if missing:
-            raise InputError(f"{self.folder}: {len(missing)} of {self.blocks} blocks are missing; resume the study")
+            raise InputError(
+                f"{self.folder}: lacks {len(missing)} of {self.blocks} blocks, expected all; resume the study"
+            )
 
     def results(self, blocks: range | None = None) -> dict[str, Array]:
         """Every result of every configuration, in order, or of those in some blocks; they must be done."""
@@ -186,7 +188,9 @@ def arrays(path: Path) -> dict[str, Array]:
     try:
         with np.load(path, allow_pickle=False) as held:
             return {name: held[name] for name in held.files}
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile, zlib.error) as error:
+    except ValueError:
+        raise InputError(f"{path}: is no file of arrays; remove it and resume the study") from None
+    except (OSError, EOFError, zipfile.BadZipFile, zlib.error) as error:
         raise InputError(f"{path}: cannot be read ({error}); remove it and resume the study") from None
 
 

@@ -62,7 +62,7 @@ def test_a_pool_and_two_parts_leave_the_same_results(tmp_path: Path) -> None:
     for k in (2, 1):
         compute(parts, quick, part=(k, 2))
         if k == 2:
-            with pytest.raises(InputError, match="blocks are missing; resume"):
+            with pytest.raises(InputError, match="blocks, expected all; resume"):
                 parts.results()
     assert same(pooled.results())
     assert same(parts.results())
