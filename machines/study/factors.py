@@ -123,7 +123,11 @@ class Factor:
             middle = table.take("mean") if kind == "normal" else table.take("median")
             low, unit = _number(middle, f"{table.where}: mean or median")
             high, other = _number(table.take("deviation"), f"{table.where}: deviation")
-            other = unit if kind == "log-normal" and not other else other
+            if kind == "log-normal" and other:
+                raise InputError(
+                    f"{table.where}: deviation has the unit {other!r}, expected a number: it is that of the logarithm"
+                )
+            other = unit if kind == "log-normal" else other
             table.done()
         section.done()
         return cls(name, path, (), (), kind, low, high, _one(unit, other, section.where), levels, uncertain)._checked(

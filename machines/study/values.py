@@ -48,4 +48,5 @@ def check_values(study: Study, joints: Mapping[str, Joint]) -> None:
         except InputError as error:
             told = zip(study.factors, numbers[row], strict=True)
             words = [f"{f.name} {f.words(float(n))}" for f, n in told if f.path != IDENTIFICATION]
-            raise InputError(f"{study.source}: with {', '.join(words)}: {error}") from None
+            said = str(error).removeprefix(f"{study.source}: ")
+            raise InputError(f"{study.source}: with {', '.join(words)}: {said}") from None

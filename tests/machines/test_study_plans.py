@@ -106,6 +106,11 @@ def test_a_single_factor_explains_everything() -> None:
     assert float(total[0]) == pytest.approx(1.0, abs=0.05)
 
 
+def test_the_deviation_of_a_logarithm_has_no_unit() -> None:
+    with pytest.raises(InputError, match="deviation has the unit 'N', expected a number: it is that of the logarithm"):
+        factor(distribution={"kind": "log-normal", "median": "3 N", "deviation": "1 N"})
+
+
 def test_plans_without_sense_are_refused() -> None:
     with pytest.raises(InputError, match="power of two"):
         plan([factor(range=[1, 2])], "sobol", 1000, 0)
