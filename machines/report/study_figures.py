@@ -51,10 +51,15 @@ def pareto_figure(study: Study, verdict: Verdict) -> Figure:
                 _limit(axes, c, q, main)
             axes.set(xlabel=headed(q), ylabel=headed(main))
             axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0))
-    said = f"Every design, in its worst case and on average over what is uncertain. Wanted: {wanted(study.objectives)}."
+    counted = " in its worst case" * (len(study.cases) > 1) + _averaged(study)
+    said = f"Every design{counted}. Wanted: {wanted(study.objectives)}."
     if left_out.any():
         said += f" Outside the picture, far worse: {int(left_out.sum())} of {len(left_out)} designs."
     return Figure(paper.svg, said)
+
+
+def _averaged(study: Study) -> str:
+    return ", on average over what is uncertain" if study.uncertain else ""
 
 
 def _close_to(axes: Any, x: Array, y: Array, front: Sequence[int]) -> NDArray[np.bool_]:
@@ -208,7 +213,7 @@ def map_figure(study: Study, quantity: str, axes_moved: Sequence[str], values: A
             _field(axes, mm, scaled[0], headed(quantity))
             axes.set(xlabel=f"{axes_moved[0]} [mm]", ylabel=f"{axes_moved[1]} [mm]")
     what = "Curves" if len(places) == 1 else "Field"
-    said = f"{what} of the {named(quantity)} over the positions of the axes, mean over what is uncertain."
+    said = f"{what} of the {named(quantity)} over the positions of the axes{_averaged(study)}."
     return Figure(paper.svg, said)
 
 

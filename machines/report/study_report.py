@@ -6,14 +6,17 @@ from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
 
+import numpy as np
+
 from jointlib.arrays import Array
 from jointlib.io.atomic import sha256
 
+from ..lobes.pocket import WANDER
 from ..study import words
 from ..study.best import BestMachine
 from ..study.contrast import Contrast
 from ..study.study import Study
-from ..study.verdict import Verdict
+from ..study.verdict import Design, Verdict
 from .page import Page, Section
 from .study_sections import (
     certainty_section,
@@ -33,11 +36,21 @@ def answer(study: Study, verdict: Verdict) -> str:
         return _nothing(study, verdict)
     best, main = verdict.best, study.objectives[0]
     take = f"Take {words.chosen(best.factors)}" if study.design else "There is nothing to choose"
-    said = f"{take}: {words.does(main.quantity, best.results)}{_ahead(study, verdict)}."
+    said = f"{take}: {words.does(main.quantity, best.results)}{_elsewhere(study, verdict, best)}"
+    said += f"{_ahead(study, verdict)}."
     if len(study.objectives) > 1 and len(verdict.front) > 1:
         others = " and ".join(words.named(o.quantity) for o in study.objectives)
         said += f" In {others} together {len(verdict.front)} designs are beaten by no other."
     return said
+
+
+def _elsewhere(study: Study, verdict: Verdict, best: Design) -> str:
+    """Between which speeds the pocket lies, where the samples do not agree on one."""
+    if study.objectives[0].quantity not in ("pocket-depth", "removal-rate"):
+        return ""
+    speeds = verdict.ranking.worst["pocket-speed"][best.number]
+    low, high = float(np.min(speeds)), float(np.max(speeds))
+    return f" (by sample at {low:.0f} to {high:.0f} rpm)" if high - low > 2 * WANDER * low else ""
 
 
 def _ahead(study: Study, verdict: Verdict) -> str:
@@ -131,4 +144,8 @@ def _assumptions(study: Study) -> list[str]:
     said.append(f"Tool-point amplitudes: {amplitudes}; the lowest limit counts.")
     if "pocket-speed" in study.quantities:
         said.append("A pocket stays stable when the speed is off by 2 %, and is 10 % below the limit there.")
+        if study.repeats > 1:
+            said.append(
+                "In every condition and sample the pocket is looked for anew: the speed is to be found on the machine."
+            )
     return said

@@ -26,7 +26,7 @@ class Design:
     factors: Mapping[str, str]
     """Values as people read them."""
     results: Mapping[str, float]
-    """Means in SI (rpm for speeds)."""
+    """Means in SI (rpm for speeds); of the speed of a pocket the median."""
     spread: Mapping[str, float]
     """Standard deviations over the samples; 0 where nothing is uncertain."""
 
@@ -144,7 +144,17 @@ def design_of(study: Study, ranking: Ranking, i: int) -> Design:
     shown = {f.name: f.words(float(n)) for f, n in given if not f.uncertain}
     rows = {name: values[i] for name, values in ranking.worst.items()}
     spread = {k: float(np.std(v)) if np.all(np.isfinite(v)) and np.ptp(v) > 0 else 0.0 for k, v in rows.items()}
-    return Design(i, shown, {k: float(np.mean(v)) for k, v in rows.items()}, spread)
+    return Design(i, shown, {k: float(over_samples(study, k, v)) for k, v in rows.items()}, spread)
+
+
+def over_samples(study: Study, quantity: str, values: Array) -> Array:
+    """What is told of a quantity over the samples, its last axis: the mean, of the speed of a pocket the median.
+
+    Between the pockets of two samples the machine may chatter, so that a speed is told that one of them has.
+    """
+    if quantity == "pocket-speed" and all(o.quantity != quantity for o in study.objectives):
+        return np.quantile(values, 0.5, axis=-1, method="inverted_cdf")
+    return np.asarray(np.mean(values, axis=-1))
 
 
 def rivals(study: Study, verdict: Verdict) -> tuple[Design, ...]:
