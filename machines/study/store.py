@@ -109,7 +109,13 @@ class Store:
 
     def held(self) -> list[tuple[int, int]]:
         """Ranges of blocks that are done, ascending."""
-        names = (_SHARD.fullmatch(path.name) for path in (self.folder / "shards").glob("*.npz"))
+        shards = self.folder / "shards"
+        try:
+            names = [_SHARD.fullmatch(path.name) for path in shards.iterdir()]
+        except FileNotFoundError:
+            return []
+        except OSError as error:
+            raise InputError(f"{shards}: cannot be opened ({error.strerror}), expected a folder of results") from None
         return sorted((int(m[1]), int(m[2])) for m in names if m)
 
     def missing(self) -> list[int]:

@@ -157,6 +157,15 @@ def test_a_folder_that_holds_no_result_yet_is_as_good_as_empty(tmp_path: Path) -
     assert Store.opened(tmp_path / "r")[1]["study"] == "killed"
 
 
+def test_shards_that_cannot_be_listed_are_not_taken_for_none(tmp_path: Path) -> None:
+    store = begun(tmp_path / "r")
+    assert store.held() == []
+    (tmp_path / "r").mkdir()
+    (tmp_path / "r" / "shards").write_text("no folder")
+    with pytest.raises(InputError, match=r"shards: cannot be opened \(Not a directory\)"):
+        store.held()
+
+
 def test_two_processes_do_not_compute_one_part(tmp_path: Path) -> None:
     store = begun(tmp_path / "r")
     with store.lock("part-1-of-1"), pytest.raises(InputError, match="another process"):
