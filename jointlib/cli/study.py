@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from machines.study.study import Study
 
 
+_PER_PROCESSOR = 4
 _SHARD = re.compile(r"([0-9]{1,6})/([0-9]{1,6})")
 _ADDRESS = re.compile(r"((tcp|tls|ucx|ws|wss)://)?[^\s/]+:[0-9]{1,5}")
 
@@ -113,6 +115,9 @@ def _compute(
     from machines.study.values import check_values
 
     part = _part(shard)
+    most = _PER_PROCESSOR * (os.cpu_count() or 1)
+    if workers is not None and workers > most:
+        raise InputError(f"--workers: {workers}, expected at most {most}, {_PER_PROCESSOR} for each processor")
     if scheduler is not None and not _ADDRESS.fullmatch(scheduler):
         raise InputError(f"--scheduler: {scheduler!r}, expected an address such as tcp://10.0.0.5:8786")
     opened = read_study(study)

@@ -215,6 +215,7 @@ def test_results_go_into_a_table_for_other_programs(study: Path) -> None:
         ("study resume {s} -o out", "holds no study to resume"),
         ("study report {s} -o out", "holds no study"),
         ("study run {s} -o out --workers 0", "--workers"),
+        ("study run {s} -o out --workers 99999", "--workers: 99999, expected at most"),
         ("study run nothing.toml -o out", "nothing.toml: no such file, expected a study file"),
         ("study run machines/library/two_mass.toml -o out", 'expected "jointlib/study/1"'),
         ("study run {s} -o out --scheduler tcp://127.0.0.1:1", "does not answer"),
