@@ -38,8 +38,10 @@ class Outcome(Enum):
 
 
 def nearest(word: str, valid: Iterable[str]) -> str:
-    """Half a sentence that names the valid word nearest to ``word``, or all of them."""
+    """Half a sentence that names the valid word nearest to ``word``, or all of them; without any: there is none."""
     words = sorted(valid)
+    if not words:
+        return "there is none"
     same = [valid for valid in words if valid.casefold() == word.casefold()]
     close = same or difflib.get_close_matches(word, words, n=1, cutoff=0.5)
     return f"did you mean {close[0]!r}?" if close else "expected one of " + ", ".join(words)

@@ -210,8 +210,9 @@ class Beam(Component):
 
     def remarks(self) -> tuple[str, ...]:
         found = self._reduced[0]
+        segments = "1 segment" if len(self.segments) == 1 else f"{len(self.segments)} segments"
         return (
-            f"{self.name}: beam of {len(self.segments)} segments and {found.basis.shape[1]} coordinates, made for "
+            f"{self.name}: beam of {segments} and {found.basis.shape[1]} coordinates, made for "
             f"frequencies up to {self.up_to:g} Hz; reduction error at most {found.error:.1g} there.",
         )
 

@@ -39,8 +39,7 @@ def _put(documents: Sequence[Section], path: str, value: Any, where: str) -> Non
         found = named(rest, list(tables))
         if found is None:
             word = rest.partition(".")[0]
-            said = nearest(word, tables) if tables else "there is none"
-            raise InputError(f"{where}: path {path!r}: no {kind} {word!r}, {said}")
+            raise InputError(f"{where}: path {path!r}: no {kind} {word!r}, {nearest(word, tables)}")
         target, rest = tables[found[0]], found[1]
     else:
         target, rest = documents[-1].raw(), path

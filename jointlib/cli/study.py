@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,14 +19,22 @@ if TYPE_CHECKING:
     from machines.study.study import Study
 
 
-@click.group("study")
-def command() -> None:
+_PER_PROCESSOR = 4
+_SHARD = re.compile(r"([0-9]{1,6})/([0-9]{1,6})")
+_ADDRESS = re.compile(r"((tcp|tls|ucx|ws|wss)://)?[^\s/]+:[0-9]{1,5}")
+
+
+@click.group("study", invoke_without_command=True)
+@click.pass_context
+def command(ctx: click.Context) -> None:
     """Compare many configurations of a machine: compute them, go on after a stop, say which is best.
 
     \b
     Example:
       jointlib study run machines/library/guide_mill.study.toml -o study
     """
+    if ctx.invoked_subcommand is None:
+        click.echo(ctx.get_help())
 
 
 def _options(function: Any) -> Any:
@@ -102,25 +112,38 @@ def _compute(
 ) -> None:
     from machines.study.run import begin, evaluate_all, planned
     from machines.study.study import read_study
+    from machines.study.values import check_values
 
     part = _part(shard)
+    most = _PER_PROCESSOR * (os.cpu_count() or 1)
+    if workers is not None and workers > most:
+        raise InputError(f"--workers: {workers}, expected at most {most}, {_PER_PROCESSOR} for each processor")
+    if scheduler is not None and not _ADDRESS.fullmatch(scheduler):
+        raise InputError(f"--scheduler: {scheduler!r}, expected an address such as tcp://10.0.0.5:8786")
     opened = read_study(study)
     if not new and not (output / "study.json").is_file():
         raise InputError(f"-o {output}: holds no study to resume, expected the folder of 'jointlib study run'")
     store = begin(opened, output)
     joints = _identified(opened)
-    with working(f"computing {len(store.missing())} of {store.blocks} blocks"):
-        evaluate_all(opened, store, joints, workers, part, scheduler)
+    missing = len(store.missing())
+    if missing:
+        check_values(opened, joints)
+    try:
+        with working(f"computing {missing} of {store.blocks} blocks"):
+            evaluate_all(opened, store, joints, workers, part, scheduler)
+    except KeyboardInterrupt:
+        click.echo("\njointlib: what is computed is kept; 'jointlib study resume' goes on with it", err=True)
+        raise
     tell(planned(opened, output), store, joints, output, as_json)
 
 
 def _part(shard: str | None) -> tuple[int, int]:
     if shard is None:
         return 1, 1
-    k, slash, n = shard.partition("/")
-    if not (slash and k.isdigit() and n.isdigit() and 1 <= int(k) <= int(n)):
+    found = _SHARD.fullmatch(shard)
+    if found is None or not 1 <= int(found[1]) <= int(found[2]):
         raise InputError(f"--shard: {shard!r}, expected k/n such as 2/8")
-    return int(k), int(n)
+    return int(found[1]), int(found[2])
 
 
 def _identified(study: Study) -> dict[str, Joint]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -28,7 +29,7 @@ def tell(study: Study, store: Store, joints: Mapping[str, Joint], output: Path, 
     data: dict[str, Any] = {"done": done, "total": store.total, "best": None}
     lines = [f"{done} of {store.total} configurations are computed"]
     if done < store.total:
-        emit(as_json, data, [*lines, "the others are still to do: resume the study"])
+        emit(as_json, data, [*lines, "the others are still to do, by the other parts or by 'jointlib study resume'"])
         return
     results = store.results()
     write_npz(output / "results.npz", {"factors": study.numbers(), **results})
@@ -59,7 +60,7 @@ def _write(
         best = write_best(study, evaluate, joints, verdict.ranking, verdict.best, output / BEST)
         found = [contrast(study, evaluate, verdict.ranking, verdict.best, rival) for rival in rivals(study, verdict)]
     files = (study.source, *inputs(study))
-    command = f"jointlib study run {study.source} -o {output}"
+    command = shlex.join(["jointlib", "study", "run", str(study.source), "-o", str(output)])
     page = study_page(study, results, verdict, found, best, files, identity(study), command)
     page.write(output / REPORT)
     return [output / REPORT, *([] if best is None else [best.files[0]])]

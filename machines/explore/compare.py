@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from dash import html
 
+from ..study.words import alike
 from .controls import Control
 from .curves import Curves
 from .scene import Reading
@@ -20,7 +21,7 @@ PREVIEW = "zero-order"
 def headline(curves: Curves) -> str:
     """The smallest and the largest limit of the chart."""
     if not len(curves.speed):
-        return "This machine file has no cut, so there are no lobes."
+        return "This machine file has no cut with a range of speeds, so there are no lobes."
     stable = "Preview: stable" if curves.method == PREVIEW else "Stable"
     finite = np.isfinite(curves.depth)
     if not finite.any():
@@ -93,4 +94,4 @@ class Setting:
 def _row(name: str, a: float, b: float) -> Any:
     change = f"{100 * (b / a - 1):+.3g} %" if np.isfinite([a, b]).all() and a else "–"
     cells = [html.Td(f"{v:.5g}" if np.isfinite(v) else "any") for v in (a, b)]
-    return html.Tr([html.Th(name, scope="row"), *cells, html.Td("same" if a == b else change)])
+    return html.Tr([html.Th(name, scope="row"), *cells, html.Td("same" if alike(a, b) else change)])

@@ -11,6 +11,7 @@ from dash import Dash, Input, Output, State, ctx, html, no_update
 from dash.exceptions import PreventUpdate
 
 from jointlib.errors import CheckFailed, InputError
+from jointlib.units import quantity
 
 from . import figures
 from .compare import Setting, differences, headline, reading_words
@@ -115,12 +116,9 @@ def connect_readings(app: Dash, explorer: Explorer, controls: Sequence[Control])
             speed = float(click["points"][0]["x"])
             return speed, f"{speed:.6g}", ""
         try:
-            speed = float(str(text).replace(",", "."))
-        except ValueError:
-            speed = np.nan
-        if not np.isfinite(speed):
-            return no_update, no_update, f"read at: {text or 'nothing'}, expected a spindle speed in rpm"
-        return speed, no_update, ""
+            return quantity(str(text or "").replace(",", ".").strip(), "rpm", "read at"), no_update, ""
+        except InputError as error:
+            return no_update, no_update, str(error)
 
     @app.callback(
         Output("read-off", "data"),

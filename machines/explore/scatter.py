@@ -18,7 +18,8 @@ from ..indices import Mask
 from ..study.factors import Factor
 from ..study.run import begin, planned
 from ..study.study import QUANTITIES, Study, read_study
-from ..study.verdict import judge
+from ..study.verdict import judge, over_samples
+from ..study.words import named
 from .controls import Control
 from .knobs import pretty
 
@@ -84,11 +85,12 @@ def designs(study: Study, results: Path, controls: Mapping[str, Control]) -> Sca
         np.asarray(taken, dtype=float)[ranking.numbers[:, i].astype(int)] if taken else ranking.numbers[:, i]
         for (i, _), (taken, _) in zip(chosen, drawn, strict=True)
     ]
-    columns += [size * np.mean(ranking.worst[name], axis=1) for name, (size, _) in zip(quantities, units, strict=True)]
+    told = [over_samples(study, name, ranking.worst[name]) for name in quantities]
+    columns += [size * values for values, (size, _) in zip(told, units, strict=True)]
     front = np.zeros(len(ranking.allowed), dtype=bool)
     front[[design.number for design in verdict.front]] = True
     return Scatter(
-        names=(*(f.name for _, f in chosen), *quantities),
+        names=(*(f.name for _, f in chosen), *map(named, quantities)),
         units=(*(pretty(unit) for _, unit in drawn), *(unit for _, unit in units)),
         rows=np.stack(columns, axis=1),
         words=tuple({f.name: f.words(float(row[i])) for i, f in chosen} for row in ranking.numbers),

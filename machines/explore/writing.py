@@ -58,7 +58,8 @@ def _write(button: str, explorer: Explorer, state: Sliders, folder: Path, name: 
         return f"Wrote {explorer.report(state.values, folder, name)}."
     if button == "save":
         written = explorer.save(state.values, folder, name)
-        beside = f" and {len(written) - 1} files it names" if len(written) > 1 else ""
+        more = len(written) - 1
+        beside = f" and {more} file{'s' if more > 1 else ''} that it names" if more else ""
         return f"Wrote {written[0]}{beside}."
     target = free_target(folder, name, ".fmu")
     with TemporaryDirectory() as beside_it:

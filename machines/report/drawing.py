@@ -30,6 +30,7 @@ _STYLE: Any = {
     "lines.linewidth": 1.6,
     "legend.frameon": False,
     "svg.fonttype": "path",
+    "text.parse_math": False,
     "svg.hashsalt": "jointlib",
 }
 
@@ -60,6 +61,7 @@ def sheet(
         with warnings.catch_warnings():
             # Where labels leave no room the axes overlap a little; that is no reason to lose a report.
             warnings.filterwarnings("ignore", message="constrained_layout not applied")
+            warnings.filterwarnings("ignore", message="Glyph .* missing from font")
             figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
     # The XML prologue has no place inside HTML.
     paper.svg = re.sub(r"^.*?(?=<svg)", "", buffer.getvalue(), flags=re.S)

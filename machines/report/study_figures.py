@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from jointlib.arrays import Array
 
@@ -18,6 +19,8 @@ from .drawing import AFTER, BEFORE, FLOOR, MEASURED, sheet
 from .page import Figure
 
 _PANELS = 5
+_AROUND = 5.0
+"""Spans of the front that a picture shows on either side of it."""
 _ORDINALS = ("the first", "the second", "the third", "the fourth", "the fifth")
 _RULED_OUT = "#e5a98c"
 
@@ -25,9 +28,10 @@ _RULED_OUT = "#e5a98c"
 def pareto_figure(study: Study, verdict: Verdict) -> Figure:
     """All designs over the first objective and each further one; the front, the best, the limits."""
     pairs = [o.quantity for o in study.objectives[1:]][:3]
-    main = study.objectives[0].quantity
+    main, goals = study.objectives[0].quantity, {o.quantity: o.goal for o in study.objectives}
     means = {q: np.mean(v, axis=1) * shown_unit(q)[1] for q, v in verdict.ranking.worst.items() if q in (main, *pairs)}
     front = [d.number for d in verdict.front]
+    left_out = np.zeros(len(verdict.ranking.allowed), dtype=bool)
     out = ~verdict.ranking.allowed
     with sheet(1, len(pairs), width=9.0, height=4.2 * len(pairs), squeeze=False) as paper:
         for axes, q in zip(paper.axes[:, 0], pairs, strict=True):
@@ -35,18 +39,41 @@ def pareto_figure(study: Study, verdict: Verdict) -> Figure:
             axes.plot(x[~out], y[~out], "o", color=FLOOR, alpha=0.6, markersize=4, markeredgewidth=0, label="designs")
             axes.plot(x[out], y[out], "x", color=_RULED_OUT, markersize=4, label="ruled out" if out.any() else None)
             along = sorted(front, key=lambda i: (x[i], y[i]))
-            style: dict[str, Any] = {} if len(pairs) > 1 else {"drawstyle": "steps-post", "linewidth": 1.0}
+            step = "steps-post" if goals[q] == "min" else "steps-pre"
+            style: dict[str, Any] = {} if len(pairs) > 1 else {"drawstyle": step, "linewidth": 1.0}
             line = "" if len(pairs) > 1 else "-"
             axes.plot(x[along], y[along], f"o{line}", color=AFTER, markersize=6, label="beaten by no other", **style)
             if verdict.best is not None:
                 i = verdict.best.number
                 axes.plot(x[i], y[i], "*", color=BEFORE, markersize=17, label="the best", zorder=5)
+            left_out |= _close_to(axes, x, y, along)
             for c in study.constraints:
                 _limit(axes, c, q, main)
             axes.set(xlabel=headed(q), ylabel=headed(main))
             axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0))
-    said = f"Every design, in its worst case and on average over what is uncertain. Wanted: {wanted(study.objectives)}."
+    counted = " in its worst case" * (len(study.cases) > 1) + _averaged(study)
+    said = f"Every design{counted}. Wanted: {wanted(study.objectives)}."
+    if left_out.any():
+        said += f" Outside the picture, far worse: {int(left_out.sum())} of {len(left_out)} designs."
     return Figure(paper.svg, said)
+
+
+def _averaged(study: Study) -> str:
+    return ", on average over what is uncertain" if study.uncertain else ""
+
+
+def _close_to(axes: Any, x: Array, y: Array, front: Sequence[int]) -> NDArray[np.bool_]:
+    """Leave no more room around the front than lets it be seen; which designs lie outside."""
+    outside = np.zeros(len(x), dtype=bool)
+    for values, set_ends in ((x, axes.set_xlim), (y, axes.set_ylim)):
+        span = float(np.ptp(values[front])) if len(front) else 0.0
+        if np.isfinite(span) and span > 0:
+            low, high = np.min(values[front]), np.max(values[front])
+            inside = (values >= low - _AROUND * span) & (values <= high + _AROUND * span)
+            if np.any(np.isfinite(values) & ~inside):
+                set_ends(np.min(values[inside]) - 0.05 * span, np.max(values[inside]) + 0.05 * span)
+                outside |= np.isfinite(values) & ~inside
+    return outside
 
 
 def _limit(axes: Any, c: Constraint, x: str, y: str) -> None:
@@ -186,7 +213,7 @@ def map_figure(study: Study, quantity: str, axes_moved: Sequence[str], values: A
             _field(axes, mm, scaled[0], headed(quantity))
             axes.set(xlabel=f"{axes_moved[0]} [mm]", ylabel=f"{axes_moved[1]} [mm]")
     what = "Curves" if len(places) == 1 else "Field"
-    said = f"{what} of the {named(quantity)} over the positions of the axes, mean over what is uncertain."
+    said = f"{what} of the {named(quantity)} over the positions of the axes{_averaged(study)}."
     return Figure(paper.svg, said)
 
 

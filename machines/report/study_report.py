@@ -6,14 +6,17 @@ from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
 
+import numpy as np
+
 from jointlib.arrays import Array
 from jointlib.io.atomic import sha256
 
+from ..lobes.pocket import WANDER
 from ..study import words
 from ..study.best import BestMachine
 from ..study.contrast import Contrast
 from ..study.study import Study
-from ..study.verdict import Verdict
+from ..study.verdict import Design, Verdict
 from .page import Page, Section
 from .study_sections import (
     certainty_section,
@@ -32,25 +35,51 @@ def answer(study: Study, verdict: Verdict) -> str:
     if verdict.best is None:
         return _nothing(study, verdict)
     best, main = verdict.best, study.objectives[0]
-    said = f"Take {words.chosen(best.factors)}: {words.does(main.quantity, best.results)}"
-    if len(verdict.leading) > 1:
-        second = verdict.leading[1]
-        said += f"; {words.apart(best.results[main.quantity], second.results[main.quantity])} than the second"
-    if verdict.surer is not None:
-        said += f"; better in {100 * verdict.surer:.0f} % of the {study.samples} samples"
-    said += "."
+    take = f"Take {words.chosen(best.factors)}" if study.design else "There is nothing to choose"
+    said = f"{take}: {words.does(main.quantity, best.results)}{_elsewhere(study, verdict, best)}"
+    said += f"{_ahead(study, verdict)}."
     if len(study.objectives) > 1 and len(verdict.front) > 1:
         others = " and ".join(words.named(o.quantity) for o in study.objectives)
         said += f" In {others} together {len(verdict.front)} designs are beaten by no other."
     return said
 
 
+def _elsewhere(study: Study, verdict: Verdict, best: Design) -> str:
+    """Between which speeds the pocket lies, where the samples do not agree on one."""
+    if study.objectives[0].quantity not in ("pocket-depth", "removal-rate"):
+        return ""
+    speeds = verdict.ranking.worst["pocket-speed"][best.number]
+    low, high = float(np.min(speeds)), float(np.max(speeds))
+    return f" (by sample at {low:.0f} to {high:.0f} rpm)" if high - low > 2 * WANDER * low else ""
+
+
+def _ahead(study: Study, verdict: Verdict) -> str:
+    """How far the first is ahead of the second, and in how many samples."""
+    if len(verdict.leading) < 2:
+        return f" on average over {_samples(study)}" if study.uncertain else ""
+    best, second = (design.results[study.objectives[0].quantity] for design in verdict.leading[:2])
+    if words.alike(best, second):
+        return "; the second does as well"
+    said = f"; {words.apart(best, second)} than the second"
+    if verdict.surer is None:
+        return said
+    better = round(verdict.surer * study.samples)
+    return f"{said}; better in {'all' if better == study.samples else f'{better} of'} {_samples(study)}"
+
+
+def _samples(study: Study) -> str:
+    return f"{study.samples} sample{'s' if study.samples > 1 else ''} of what is uncertain"
+
+
 def _nothing(study: Study, verdict: Verdict) -> str:
-    most = sorted(verdict.ranking.broken.items(), key=lambda item: -item[1].sum())
+    once = verdict.ranking.once
+    most = sorted(((reason, out & once) for reason, out in verdict.ranking.broken.items()), key=lambda r: -r[1].sum())
     told = [f"{reason} rules out {int(out.sum())}" for reason, out in most if out.any()]
-    said = f"None of {verdict.designs} designs meets what is asked for: {', '.join(told)}."
+    said = f"None of the {verdict.designs} designs meets what is asked for: {', '.join(told)}."
     if verdict.nearest is not None:
-        said += f" Nearest comes {words.chosen(verdict.nearest.factors)}."
+        asked = dict.fromkeys(c.quantity for c in study.constraints)
+        has = " and ".join(f"{words.named(q)} {words.with_unit(q, verdict.nearest.results[q])}" for q in asked)
+        said += f" Nearest comes {words.chosen(verdict.nearest.factors) or 'the machine as it is'} with {has}."
     return said
 
 
@@ -103,7 +132,7 @@ def _numbers(study: Study, verdict: Verdict) -> list[tuple[str, str]]:
             for o in study.objectives
         ]
     if verdict.surer is not None:
-        told.append(("samples where it is better", f"{100 * verdict.surer:.0f} % of {study.samples}"))
+        told.append(("better than the second in", f"{100 * verdict.surer:.0f} % of {study.samples} samples"))
     return told
 
 
@@ -113,5 +142,10 @@ def _assumptions(study: Study) -> list[str]:
     said = [f"{plan}; {len(study.numbers())} configurations.", f"Method of the stability lobes: {method}."]
     amplitudes = ", ".join(f"{A * 1e6:g} µm" if A else "vanishing" for A in study.amplitudes)
     said.append(f"Tool-point amplitudes: {amplitudes}; the lowest limit counts.")
-    said.append("A pocket stays stable when the speed is off by 2 %, and is 10 % below the limit there.")
+    if "pocket-speed" in study.quantities:
+        said.append("A pocket stays stable when the speed is off by 2 %, and is 10 % below the limit there.")
+        if study.repeats > 1:
+            said.append(
+                "In every condition and sample the pocket is looked for anew: the speed is to be found on the machine."
+            )
     return said

@@ -10,6 +10,7 @@ import numpy as np
 from jointlib.arrays import Array
 
 from ..study import words
+from ..study.asked import DEPTHS
 from ..study.best import BestMachine
 from ..study.contrast import Contrast
 from ..study.study import BASE, Study
@@ -40,7 +41,8 @@ def _ends(study: Study, verdict: Verdict) -> list[str]:
         values, best = np.unique(verdict.ranking.numbers[:, i]), verdict.ranking.numbers[verdict.best.number, i]
         ordered = not f.choices or (len(f.choices) > 2 and not f.labels)
         if not f.uncertain and ordered and len(values) > 1 and best in (values[0], values[-1]):
-            said.append(f"The best {f.name} is the {'last' if best == values[-1] else 'first'} that was looked at.")
+            ends = ("first of its list", "last of its list") if f.choices else ("lowest looked at", "highest looked at")
+            said.append(f"The best {f.name}, {f.words(float(best))}, is the {ends[int(best == values[-1])]}.")
     return [f"{' '.join(said)} There may be better ones beyond."] if said else []
 
 
@@ -71,7 +73,7 @@ def _designs(designs: Sequence[Design], caption: str) -> Table:
 def _spread(quantity: str, design: Design) -> str:
     spread = design.spread[quantity]
     seen = spread > _SEEN * abs(design.results[quantity])
-    return f" ± {spread * words.shown_unit(quantity)[1]:.2g}" if seen else ""
+    return f" ± {words.plain(spread * words.shown_unit(quantity)[1], 2)}" if seen else ""
 
 
 def _alternatives(study: Study, verdict: Verdict) -> Table:
@@ -118,6 +120,12 @@ def front_section(study: Study, verdict: Verdict) -> Section:
 
 def effects_section(study: Study, verdict: Verdict) -> Section:
     """What the objectives depend on."""
+    if study.searched:
+        said = (
+            "A search crowds where designs are good, so that shares of the variance over its designs would tell of the "
+            "search. A 'factorial', 'latin-hypercube' or 'sobol' plan tells what the objectives depend on."
+        )
+        return Section("What it depends on", [said])
     text, figures = [], []
     for quantity, found in verdict.sensitivity.items():
         figures.append(effects_figure(quantity, found))
@@ -151,9 +159,9 @@ def _other(study: Study, found: Contrast) -> str:
 
 def _contrast(title: str, study: Study, found: Contrast) -> Section:
     q = found.objective.quantity
-    unit, scale = words.shown_unit(q)
+    unit = words.shown_unit(q)[0]
     a, b = found.designs
-    rows = [(e.factor, e.first, e.second, f"{e.change * scale:+.3g}") for e in found.exchanges]
+    rows = [(e.factor, e.first, e.second, words.change(q, e.change)) for e in found.exchanges]
     text = [
         f"The first has a {words.named(q)} of {words.with_unit(q, a.results[q])}, the other of "
         f"{words.with_unit(q, b.results[q])}."
@@ -162,7 +170,7 @@ def _contrast(title: str, study: Study, found: Contrast) -> Section:
         text.append(f"They differ in one factor only: {rows[0][0]} {rows[0][1]} and {rows[0][2]}.")
         return Section(title, text)
     text.append("Each factor of the other was put into the first by itself, everything else staying the first's.")
-    rows.append(("acting together", "", "", f"{found.remainder * scale:+.3g}"))
+    rows.append(("acting together", "", "", words.change(q, found.remainder)))
     table = Table(["factor", "first", "other", f"changes the {words.named(q)} by [{unit}]"], rows)
     if found.samples < study.samples:
         text.append(f"This took {found.samples} of the {study.samples} samples of what is uncertain.")
@@ -250,10 +258,12 @@ def _leads(study: Study, verdict: Verdict) -> dict[int, float]:
 
 def left_out_section(study: Study, verdict: Verdict) -> Section:
     """What was ruled out and why."""
-    text = [f"{verdict.feasible} of {verdict.designs} designs meet the constraints and have every result."]
+    what = "meet the constraints and have every result" if study.constraints else "have every result; no limits are set"
+    text = [f"{verdict.feasible} of {verdict.designs} designs {what}."]
     if study.uncertain and study.constraints:
         text.append(f"A constraint must hold in {100 * study.confidence:g} % of the samples, and in every condition.")
-    reasons = np.array(list(verdict.ranking.broken.values()), dtype=bool).reshape(-1, verdict.designs)
+    reasons = np.array(list(verdict.ranking.broken.values()), dtype=bool).reshape(-1, len(verdict.ranking.once))
+    reasons = reasons & verdict.ranking.once
     alone = reasons & (reasons.sum(axis=0) == 1)
     rows = [
         (reason, str(out.sum()), str(only.sum()))
@@ -275,8 +285,13 @@ def machine_section(study: Study, best: BestMachine) -> Section:
     if best.case.name:
         text.append(f"It stands as in the worst condition: {best.case.name}.")
     rows = [(words.named(q), words.with_unit(q, v)) for q, v in best.results.items()]
-    if "minimum-depth" in best.results or "pocket-depth" in best.results:
+    if DEPTHS & best.results.keys():
         text.append(f"Its lobes: {best.command}")
+    if "pocket-speed" in best.results:
+        text.append(
+            f"The command looks at other speeds than the {study.speed_count} of this study, so that it may find its "
+            "pocket a little beside."
+        )
     if best.method == "zero-order":
         text.append(
             "The depths are those of the zero-order method, a preview: without --method the exact one is taken."

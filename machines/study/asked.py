@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from jointlib.errors import InputError, nearest
 
 from ..files import cutting_table, read_cutting, read_machine
+from ..lobes.cutting import Cutting
+from ..lobes.pocket import best_pocket
 from ..machine import Machine
 from .study import BASE, Study
+from .variants import Variant
 
 DEPTHS = frozenset({"minimum-depth", "pocket-depth", "pocket-speed", "removal-rate"})
 """Quantities of a cut."""
+_ENOUGH = 5000
+"""Speeds beyond which more do not help."""
 
 
 def check_asked(study: Study) -> None:
@@ -33,6 +41,8 @@ def check_asked(study: Study) -> None:
 def _check(study: Study, machine: Machine, file: Path, quantity: str) -> None:
     needs = f"{study.source}: {quantity!r}"
     if quantity == "weight":
+        if not Variant(machine).weight:
+            raise InputError(f"{needs} is that of the components, but none of {file} tells its mass")
         return
     if not machine.tool:
         raise InputError(f"{needs} is that of the tool point, but {file} has no [tool]")
@@ -42,7 +52,10 @@ def _check(study: Study, machine: Machine, file: Path, quantity: str) -> None:
         return
     if machine.cutting is None:
         raise InputError(f"{needs} needs a cut, but {file} has no [cutting]")
-    by_factor = {f.path.removeprefix("cutting.") for f in study.factors}
+    by_factor = {path.removeprefix("cutting.") for f in study.factors for path in f.paths}
+    process = machine.cutting["process"]
+    if study.lobes is not None and "process" not in by_factor and (study.lobes == "turning") == (process == "milling"):
+        raise InputError(f"{study.source}: [conditions]: lobes is {study.lobes!r}, but {file} is about {process}")
     for case in study.cases:
         given = {*machine.cutting, *by_factor, *(path.removeprefix("cutting.") for path in case.changes)}
         whom = f"{file} has none" + (f" and material {case.material!r} gives none" if case.material else "")
@@ -51,6 +64,26 @@ def _check(study: Study, machine: Machine, file: Path, quantity: str) -> None:
         for key in ("feed", "diameter") if quantity == "removal-rate" else ():
             if key not in given:
                 raise InputError(f"{needs} needs {key!r} in [cutting], but {whom}")
+        if quantity != "minimum-depth" and "speed" not in by_factor:
+            _check_speeds(study, needs, case.changes.get("cutting.speed"), machine.cutting)
+
+
+def _check_speeds(study: Study, needs: str, of_case: list[float] | None, cutting: Mapping[str, Any]) -> None:
+    """Refuse speeds among which no pocket can be seen."""
+    of_study = (float(study.speeds[0]), float(study.speeds[-1])) if len(study.speeds) else None
+    low, high = of_case or of_study or cutting["speed"]
+
+    def seen(count: int) -> bool:
+        speeds = np.linspace(low, high, count)
+        return best_pocket(speeds, np.ones(count), Cutting(**cutting)) is not None
+
+    if not seen(study.speed_count):
+        enough = next((n for n in range(study.speed_count, _ENOUGH) if seen(n)), None)
+        raise InputError(
+            f"{needs} needs speeds at most 2 % apart to see a pocket, but there are {study.speed_count} "
+            f"from {low:g} to {high:g} rpm, expected "
+            + (f"speeds = {enough} or more in [conditions]" if enough else "a wider range of speeds")
+        )
 
 
 def _check_axes(study: Study, machine: Machine) -> None:
@@ -59,8 +92,7 @@ def _check_axes(study: Study, machine: Machine) -> None:
         for name, at in case.position.items():
             said = f"{study.source}: [conditions]: position"
             if name not in axes:
-                known = nearest(name, axes) if axes else "it has none"
-                raise InputError(f"{said} of axis {name!r}, which {machine.where} does not have, {known}")
+                raise InputError(f"{said} of axis {name!r}, which {machine.where} does not have, {nearest(name, axes)}")
             travel = axes[name].travel
             if travel is not None and not travel[0] <= at <= travel[1]:
                 ends = f"{travel[0] * 1e3:g} to {travel[1] * 1e3:g} mm, its travel"

@@ -9,12 +9,11 @@ import numpy as np
 from jointlib.arrays import Array
 
 from .evaluation import Evaluation
-from .study import Objective, Study
+from .study import ROUNDING, Objective, Study
 from .verdict import Design, Ranking, worst_of
 
 _MOST = 2000
 """Configurations that a contrast may compute; beyond that the samples are thinned."""
-_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -46,7 +45,7 @@ class Contrast:
     def remainder(self) -> float:
         """What the exchanges one at a time do not add up to: the factors acting together."""
         left = self.second - self.first - sum(e.change for e in self.exchanges)
-        return left if abs(left) > _ROUNDING * max(abs(self.first), abs(self.second)) else 0.0
+        return left if abs(left) > ROUNDING * max(abs(self.first), abs(self.second)) else 0.0
 
 
 def contrast(study: Study, evaluate: Evaluation, ranking: Ranking, best: Design, other: Design) -> Contrast:

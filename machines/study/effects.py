@@ -11,6 +11,7 @@ from jointlib.arrays import Array
 
 from .factors import Factor
 from .sampling import sensitivities
+from .study import ROUNDING
 
 _LEVELS = 12
 """Different values up to which each is a level of its own."""
@@ -51,7 +52,7 @@ def effects(factors: Sequence[Factor], numbers: Array, result: Array, method: st
     told. Designs without a finite result are left out, and then bins tell what they can.
     """
     finite = np.isfinite(result)
-    if np.ptp(result[finite]) == 0 if finite.any() else True:
+    if not finite.any() or np.ptp(result[finite]) <= ROUNDING * np.max(np.abs(result[finite])):
         return []
     binned = [_binned(f, numbers[finite, i], result[finite]) for i, f in enumerate(factors)]
     if not finite.all():

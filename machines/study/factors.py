@@ -68,7 +68,13 @@ class Factor:
         """The value as people read it."""
         if self.labels:
             return self.labels[int(number)]
-        return str(self.value(number)) if self.choices else f"{number:.6g} {self.unit}".rstrip()
+        return _told(self.value(number)) if self.choices else f"{number:.6g} {self.unit}".rstrip()
+
+    @property
+    def paths(self) -> set[str]:
+        """What it sets: its path, or those of the keys of its tables."""
+        tables = [value for value in self.choices if isinstance(value, dict)]
+        return {f"{self.path}.{key}" for table in tables for key in table} or {self.path}
 
     @property
     def midpoints(self) -> Array:
@@ -84,6 +90,8 @@ class Factor:
         """Read ``[[factor]]``: path, and one of values, range, or distribution."""
         path = section.text("path")
         name = section.text("name", path.rsplit(".", 1)[-1])
+        if not name.strip():
+            raise InputError(f"{section.where}: name is {name!r}, expected a word")
         uncertain = section.text("role", "design", ("design", "uncertain")) == "uncertain"
         given = [key for key in ("values", "range", "distribution") if section.has(key)]
         if path == IDENTIFICATION:
@@ -92,18 +100,15 @@ class Factor:
                     f"{section.where}: path {path!r} draws from the covariance of the joints and the variance of the "
                     'measured FRFs, expected role = "uncertain" and no values, range or distribution'
                 )
+            section.done()
             return cls(name, path, uncertain=True)
         if len(given) != 1:
             said = " and ".join(given) or "no values"
             raise InputError(f"{section.where}: {said} given, expected one of values, range, distribution")
         if given == ["values"]:
-            choices = section.take("values")
-            if not isinstance(choices, list) or not choices:
-                raise InputError(f"{section.where}: values is {choices!r}, expected a list of at least one value")
-            labels = section.words("words", ())
-            if labels and len(labels) != len(choices):
-                raise InputError(f"{section.where}: {len(labels)} words for {len(choices)} values, expected as many")
-            return cls(name, path, tuple(choices), labels, uncertain=uncertain)
+            choices, labels = _listed(section)
+            section.done()
+            return cls(name, path, choices, labels, uncertain=uncertain)
         levels = section.integer("levels", 0)
         if given == ["range"]:
             ends = section.take("range")
@@ -118,8 +123,13 @@ class Factor:
             middle = table.take("mean") if kind == "normal" else table.take("median")
             low, unit = _number(middle, f"{table.where}: mean or median")
             high, other = _number(table.take("deviation"), f"{table.where}: deviation")
-            other = unit if kind == "log-normal" and not other else other
+            if kind == "log-normal" and other:
+                raise InputError(
+                    f"{table.where}: deviation has the unit {other!r}, expected a number: it is that of the logarithm"
+                )
+            other = unit if kind == "log-normal" else other
             table.done()
+        section.done()
         return cls(name, path, (), (), kind, low, high, _one(unit, other, section.where), levels, uncertain)._checked(
             section
         )
@@ -133,6 +143,28 @@ class Factor:
         if self.distribution in ("log-uniform", "log-normal") and self.low <= 0:
             raise InputError(f"{section.where}: {self.low:g} has no logarithm, expected more than 0")
         return self
+
+
+def _listed(section: Section) -> tuple[tuple[Any, ...], tuple[str, ...]]:
+    """The values of a list and what people call them."""
+    choices = section.take("values")
+    if not isinstance(choices, list) or not choices:
+        raise InputError(f"{section.where}: values is {choices!r}, expected a list of at least one value")
+    labels = section.words("words", ())
+    if labels and len(labels) != len(choices):
+        raise InputError(f"{section.where}: {len(labels)} words for {len(choices)} values, expected as many")
+    for key, held in (("values", choices), ("words", list(labels))):
+        for i, value in enumerate(held):
+            if value in held[:i]:
+                raise InputError(f"{section.where}: {key} names {value!r} twice, expected different ones")
+    if section.has("levels"):
+        raise InputError(f"{section.where}: levels and values given, expected levels with a range only")
+    return tuple(choices), labels
+
+
+def _told(value: Any) -> str:
+    """A value of a list where no words were given for it: ``preload 1 kN, width 45 mm`` for a table."""
+    return ", ".join(f"{key} {v}" for key, v in value.items()) if isinstance(value, dict) else str(value)
 
 
 def _number(value: Any, where: str) -> tuple[float, str]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from scipy import stats
@@ -17,7 +16,8 @@ from .factors import Factor
 METHODS = ("factorial", "latin-hypercube", "sobol", "pareto")
 SEARCH = "pareto"
 """The method that plans designs only as results of others are known."""
-_MOST = 20_000_000
+MOST = 20_000_000
+"""Configurations that a plan may hold."""
 
 
 def plan(factors: Sequence[Factor], method: str, count: int, seed: int) -> Array:
@@ -27,30 +27,39 @@ def plan(factors: Sequence[Factor], method: str, count: int, seed: int) -> Array
     evenly spread. ``sobol``: the matrices of Saltelli's scheme for variance-based sensitivities, ``count`` (a power of
     two) base points and count · (factors + 2) configurations, in the order A, B, then A with column i from B.
     """
+    refuse_many(planned(factors, method, count), "configurations")
     if method == "factorial":
-        return _factorial(factors)
+        axes = [factor.midpoints for factor in factors]
+        return np.stack([axis.ravel() for axis in np.meshgrid(*axes, indexing="ij")], axis=1)
     if method == "latin-hypercube":
         return np.asarray(stats.qmc.LatinHypercube(len(factors), rng=np.random.default_rng(seed)).random(count))
-    if count & (count - 1) or count < 2:
-        raise InputError(f"[sampling]: count is {count}, expected a power of two for 'sobol'")
     base = stats.qmc.Sobol(2 * len(factors), rng=np.random.default_rng(seed)).random(count)
     A, B = base[:, : len(factors)], base[:, len(factors) :]
     mixed = [np.where(np.arange(len(factors)) == i, B, A) for i in range(len(factors))]
     return np.concatenate([A, B, *mixed])
 
 
-def _factorial(factors: Sequence[Factor]) -> Array:
-    for factor in factors:
-        if not factor.choices and factor.levels < 1:
-            raise InputError(
-                f"[[factor]] {factor.name!r}: a full factorial needs its values, "
-                "expected a list or levels with the range"
-            )
-    axes = [factor.midpoints for factor in factors]
-    size = int(np.prod([len(axis) for axis in axes], dtype=float))
-    if size > _MOST:
-        raise InputError(f"[sampling]: the full factorial has {size:,} configurations, expected at most {_MOST:,}")
-    return np.stack([axis.ravel() for axis in np.meshgrid(*axes, indexing="ij")], axis=1)
+def planned(factors: Sequence[Factor], method: str, count: int) -> int:
+    """How many configurations of the factors a plan holds."""
+    if method == "factorial":
+        for factor in factors:
+            if not factor.choices and factor.levels < 1:
+                raise InputError(
+                    f"[[factor]] {factor.name!r}: a full factorial needs its values, "
+                    "expected a list or levels with the range"
+                )
+        return math.prod(len(f.choices) or f.levels for f in factors)
+    if method == "sobol":
+        if count & (count - 1) or count < 2:
+            raise InputError(f"[sampling]: count is {count}, expected a power of two for 'sobol'")
+        return count * (len(factors) + 2)
+    return count
+
+
+def refuse_many(count: int, what: str) -> None:
+    """Refuse more than a plan may hold."""
+    if count > MOST:
+        raise InputError(f"[sampling]: asks for {count:,} {what}, expected at most {MOST:,}")
 
 
 def checked_search(factors: Sequence[Factor], count: int, population: int, where: str) -> None:
@@ -74,6 +83,7 @@ def sensitivities(results: Array, factors: int) -> tuple[Array, Array]:
     in (Saltelli et al. 2010, as scipy computes them).
     """
     values = np.asarray(results, dtype=float).reshape(factors + 2, -1)
-    blocks: Any = {"f_A": values[:1], "f_B": values[1:2], "f_AB": values[2:][:, None, :]}
-    found = stats.sobol_indices(func=blocks, n=values.shape[1])
-    return np.ravel(found.first_order), np.ravel(found.total_order)
+    # Twice the same result: of a single one with a single factor scipy drops every axis, and stumbles.
+    A, B, mixed = values[[0, 0]], values[[1, 1]], np.repeat(values[2:, None], 2, axis=1)
+    found = stats.sobol_indices(func={"f_A": A, "f_B": B, "f_AB": mixed}, n=values.shape[1])
+    return np.reshape(found.first_order, (2, -1))[0], np.reshape(found.total_order, (2, -1))[0]

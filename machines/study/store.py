@@ -14,8 +14,9 @@ import re
 import zipfile
 import zlib
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import IO
 
 import numpy as np
 
@@ -24,7 +25,9 @@ from jointlib.errors import InputError
 from jointlib.io.atomic import write_npz, write_text
 
 _SHARD = re.compile(r"(\d{6,})-(\d{6,})\.npz")
+_LOCK = re.compile(r"\.(.+)\.lock")
 _HEAD = "study.json"
+_DIFFERS = {"study": "its study file", "inputs": "a file that it names", "program": "the release of jointlib"}
 
 
 @dataclass(frozen=True)
@@ -36,25 +39,51 @@ class Store:
     """Configurations."""
     block: int
     """Configurations in a block; the last may be shorter."""
+    head: Mapping[str, object] = field(default_factory=dict)
+    """What tells it from every other study, written as soon as a part of it is being computed."""
 
     @classmethod
     def begin(cls, folder: Path, identity: Mapping[str, object], total: int, block: int) -> Store:
-        """The folder for the results of a study; ``identity`` (hashes, version) tells it from every other study."""
-        head = {**identity, "total": total, "block": block}
-        path = folder / _HEAD
+        """The folder for the results of a study; ``identity`` (hashes, version) tells it from every other study.
+
+        A folder that was begun for another study and holds nothing yet is as good as empty. Nothing is written before
+        a part is locked.
+        """
+        store = cls(folder, total, block, {**identity, "total": total, "block": block})
+        store._refuse_others()
+        return store
+
+    def _refuse_others(self, word: str = "") -> bool:
+        """Whether the folder holds this study; refuse one that holds something else. ``word``: the own lock."""
+        path = self.folder / _HEAD
         if path.is_file():
             found = _read(path)
-            different = sorted(key for key in {*found, *head} if found.get(key) != head.get(key))
-            if different:
+            different = sorted(key for key in {*found, *self.head} if found.get(key) != self.head.get(key))
+            if different and self._used(word):
+                what = ", ".join([words for key, words in _DIFFERS.items() if key in different] or different)
                 raise InputError(
-                    f"{folder}: holds results of another study ({', '.join(different)} differ), expected an empty "
-                    "folder or the study that was begun there"
+                    f"{self.folder}: holds results of another study (it differs in {what}), expected an empty folder "
+                    "or the study that was begun there"
                 )
-        elif folder.is_dir() and any(folder.iterdir()):
-            raise InputError(f"{folder}: is not empty and holds no study, expected an empty folder")
-        else:
-            write_text(path, json.dumps(head, indent=1, sort_keys=True) + "\n")
-        return cls(folder, total, block)
+            return not different
+        if self._used(word):
+            raise InputError(f"{self.folder}: is not empty and holds no study, expected an empty folder")
+        return False
+
+    def _used(self, word: str) -> bool:
+        """Whether the folder holds anything but a head and locks that nobody else holds."""
+        try:
+            for path in self.folder.iterdir() if self.folder.is_dir() else ():
+                lock = _LOCK.fullmatch(path.name)
+                if lock is None and path.name != _HEAD:
+                    return True
+                if lock is not None and lock[1] not in (word, "study"):
+                    with path.open("w") as file:
+                        if not _locked(file.fileno()):
+                            return True
+        except OSError as error:
+            raise InputError(f"{self.folder}: cannot be opened ({error.strerror})") from None
+        return False
 
     @classmethod
     def opened(cls, folder: Path) -> tuple[Store, dict[str, object]]:
@@ -80,7 +109,13 @@ class Store:
 
     def held(self) -> list[tuple[int, int]]:
         """Ranges of blocks that are done, ascending."""
-        names = (_SHARD.fullmatch(path.name) for path in (self.folder / "shards").glob("*.npz"))
+        shards = self.folder / "shards"
+        try:
+            names = [_SHARD.fullmatch(path.name) for path in shards.iterdir()]
+        except FileNotFoundError:
+            return []
+        except OSError as error:
+            raise InputError(f"{shards}: cannot be opened ({error.strerror}), expected a folder of results") from None
         return sorted((int(m[1]), int(m[2])) for m in names if m)
 
     def missing(self) -> list[int]:
@@ -113,7 +148,9 @@ class Store:
         """Refuse a study of which some blocks are still to do."""
         missing = [i for i in self.missing() if blocks is None or i in blocks]
         if missing:
-            raise InputError(f"{self.folder}: {len(missing)} of {self.blocks} blocks are missing; resume the study")
+            raise InputError(
+                f"{self.folder}: lacks {len(missing)} of {self.blocks} blocks, expected all; resume the study"
+            )
 
     def results(self, blocks: range | None = None) -> dict[str, Array]:
         """Every result of every configuration, in order, or of those in some blocks; they must be done."""
@@ -124,11 +161,22 @@ class Store:
     @contextlib.contextmanager
     def lock(self, word: str) -> Iterator[None]:
         """Hold a part of the study for this process; the operating system lets go of it if the process dies."""
-        self.folder.mkdir(parents=True, exist_ok=True)
-        with (self.folder / f".{word}.lock").open("w") as file:
+        with self._locking(word) as file:
             if not _locked(file.fileno()):
                 raise InputError(f"{self.folder}: {word} is being computed by another process, expected it to end")
+            with self._locking("study") as head:
+                _locked(head.fileno(), wait=True)
+                if self.head and not self._refuse_others(word):
+                    text = json.dumps(dict(self.head), indent=1, sort_keys=True) + "\n"
+                    write_text(self.folder / _HEAD, text)
             yield
+
+    def _locking(self, word: str) -> IO[str]:
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            return (self.folder / f".{word}.lock").open("w")
+        except OSError as error:
+            raise InputError(f"{self.folder}: cannot be written ({error.strerror})") from None
 
 
 def _read(path: Path) -> dict[str, object]:
@@ -146,18 +194,20 @@ def arrays(path: Path) -> dict[str, Array]:
     try:
         with np.load(path, allow_pickle=False) as held:
             return {name: held[name] for name in held.files}
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile, zlib.error) as error:
+    except ValueError:
+        raise InputError(f"{path}: is no file of arrays; remove it and resume the study") from None
+    except (OSError, EOFError, zipfile.BadZipFile, zlib.error) as error:
         raise InputError(f"{path}: cannot be read ({error}); remove it and resume the study") from None
 
 
-def _locked(descriptor: int) -> bool:
+def _locked(descriptor: int, wait: bool = False) -> bool:
     """Whether an exclusive lock was got; on systems without such locks it is taken for granted."""
     if os.name != "posix":
         return True
     import fcntl
 
     try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        fcntl.flock(descriptor, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
     except OSError:
         return False
     return True

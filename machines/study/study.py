@@ -16,10 +16,15 @@ from jointlib.io.toml import Section, read_toml
 from ..lobes import METHODS as LOBES
 from .conditions import Case, read_cases
 from .factors import IDENTIFICATION, Factor
-from .sampling import METHODS, SEARCH, checked_search, plan
+from .sampling import METHODS, SEARCH, checked_search, plan, planned, refuse_many
 
 BASE = "base"
 """Path of a factor that takes whole machine files."""
+ROUNDING = 1e-9
+"""Share of a result by which two that are alike may differ."""
+_MOST_SPEEDS = 10_000
+_TAKEN = ("design", "case", "sample")
+"""Names of columns of a table beside those of the factors."""
 QUANTITIES: Mapping[str, tuple[str, str]] = {
     "minimum-depth": ("m", "depth below which every speed is stable"),
     "pocket-depth": ("m", "recommended depth between the lobes"),
@@ -127,7 +132,7 @@ class Study:
     @property
     def total(self) -> int:
         """How many configurations there are, those a search has not planned yet included."""
-        return self.repeats * (self.count if self.searched else len(self._chosen()))
+        return self.repeats * (planned(self.design, self.method, self.count) if self.design else 1)
 
     @property
     def repeats(self) -> int:
@@ -159,6 +164,8 @@ def read_study(path: Path | str) -> Study:
     conditions = document.section("conditions")
     speed = conditions.numbers("speed", "rpm", None, length=2)
     count = conditions.integer("speeds", 100, lower=1)
+    if count > _MOST_SPEEDS:
+        raise InputError(f"{conditions.where}: speeds is {count:,}, expected at most {_MOST_SPEEDS:,}")
     amplitudes = conditions.numbers("amplitude", "m", (0.0,))
     lobes = conditions.text("lobes", None, tuple(LOBES))
     cases = read_cases(conditions)
@@ -202,6 +209,9 @@ def _checked(study: Study) -> Study:
         for value in values:
             if values.count(value) > 1:
                 raise InputError(f"{where}: two factors have the {key} {value!r}, expected different ones")
+    for f in study.factors:
+        if f.name in _TAKEN:
+            raise InputError(f"{where}: a factor has the name {f.name!r}, a column that tables have anyway")
     if len(study.speeds) and not 0 < study.speeds[0] <= study.speeds[-1]:
         raise InputError(f"{where}: [conditions]: speed is not ascending, expected [low, high] in rpm")
     if any(A < 0 for A in study.amplitudes) or not study.amplitudes:
@@ -212,13 +222,31 @@ def _checked(study: Study) -> Study:
         )
     if study.searched:
         checked_search(study.design, study.count, study.population, where)
-    for f in study.factors:
-        if f.path == BASE and not f.choices:
+    try:
+        refuse_many(study.total, "configurations")
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
+    told = {path for case in study.cases for path in case.changes}
+    for i, f in enumerate(study.factors):
+        if f.path == BASE and not (f.choices and all(isinstance(value, str) for value in f.choices)):
             raise InputError(f"{where}: factor {f.name!r} changes the base machine, expected values = [files]")
-        paths = {f.path, *(f"{f.path}.{key}" for value in f.choices if isinstance(value, dict) for key in value)}
-        for path in sorted(paths & {path for case in study.cases for path in case.changes}):
+        for path in sorted(f.paths & told):
             raise InputError(f"{where}: {path} is a factor and stands in [conditions], expected one of the two")
+        for later in study.factors[i + 1 :]:
+            if lost := sorted(path for path in f.paths if any(_holds(over, path) for over in later.paths)):
+                raise InputError(
+                    f"{where}: factor {later.name!r} puts its values over {lost[0]} of factor {f.name!r}, expected "
+                    "different keys, or the factor of the whole before that of its part"
+                )
+    for o in study.objectives:
+        if [other.quantity for other in study.objectives].count(o.quantity) > 1:
+            raise InputError(f"{where}: two objectives ask for {o.quantity!r}, expected different ones")
     return study
+
+
+def _holds(over: str, path: str) -> bool:
+    """Whether what stands at ``over`` holds ``path``; parameters of a joint are set after all else."""
+    return path == over or (path.startswith((f"{over}.", f"{over}[")) and ".joint." not in path)
 
 
 def _quantity(section: Section) -> str:
@@ -239,6 +267,11 @@ def _constraint(section: Section) -> Constraint:
     unit = QUANTITIES[quantity][0]
     found = Constraint(quantity, section.number("at_least", unit, -np.inf), section.number("at_most", unit, np.inf))
     section.done()
+    if found.at_least > found.at_most:
+        raise InputError(
+            f"{section.where}: at_least is {found.at_least:g} and at_most {found.at_most:g} {unit}, "
+            "expected at_least below at_most"
+        )
     if np.isinf(found.at_least) and np.isinf(found.at_most):
         raise InputError(f"{section.where}: no limit given, expected at_least or at_most")
     return found

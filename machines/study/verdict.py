@@ -13,7 +13,7 @@ from jointlib.arrays import Array
 
 from . import words
 from .effects import Effect, effects
-from .study import BASE, Constraint, Study
+from .study import BASE, ROUNDING, Constraint, Study
 
 _SHOWN = 5
 
@@ -26,7 +26,7 @@ class Design:
     factors: Mapping[str, str]
     """Values as people read them."""
     results: Mapping[str, float]
-    """Means in SI (rpm for speeds)."""
+    """Means in SI (rpm for speeds); of the speed of a pocket the median."""
     spread: Mapping[str, float]
     """Standard deviations over the samples; 0 where nothing is uncertain."""
 
@@ -42,9 +42,11 @@ class Ranking:
     allowed: NDArray[np.bool_]
     """True for designs that have results and meet the constraints."""
     order: NDArray[np.intp]
-    """Those designs, best first."""
+    """Those designs, each once, best first."""
     broken: Mapping[str, NDArray[np.bool_]]
     """True for designs that a constraint or a missing result rules out, by the reason in words."""
+    once: NDArray[np.bool_]
+    """False for designs that a plan holds again: lists make a `sobol` plan repeat itself."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +64,7 @@ class Verdict:
     surer: float | None
     """Probability that the best is better than the second, over the samples of what is uncertain."""
     sensitivity: Mapping[str, tuple[Effect, ...]]
-    """Per objective: what follows from each design factor; empty where the objective does not vary."""
+    """Per objective that varies: what follows from each design factor; nothing in a search."""
     ranking: Ranking
     nearest: Design | None
     """Where no design meets the constraints: the one that misses them by the smallest share."""
@@ -105,7 +107,7 @@ def judge(study: Study, results: Mapping[str, Array]) -> Verdict:
         leading,
         tuple(design(order[i]) for i in front),
         len(order),
-        len(ranking.allowed),
+        int(ranking.once.sum()),
         surer,
         _sensitivity(study, ranking),
         ranking,
@@ -116,14 +118,24 @@ def judge(study: Study, results: Mapping[str, Array]) -> Verdict:
 def rank(study: Study, results: Mapping[str, Array]) -> Ranking:
     """Which designs are allowed, and in what order they stand; see `judge`."""
     by_design = worst(study, results)
+    numbers = study.numbers()[:: study.repeats]
+    once = _first_ones(numbers[:, [i for i, f in enumerate(study.factors) if not f.uncertain]])
     broken = {words.limit(c): ~_held(study, c, results) for c in study.constraints}
     means = [np.mean(_score(by_design[o.quantity], o.goal), axis=1) for o in study.objectives]
     for o, mean in zip(study.objectives, means, strict=True):
         if np.any(np.isnan(mean)):
-            broken[f"no {words.named(o.quantity)} found"] = np.isnan(mean)
-    allowed = ~np.any([*broken.values(), np.zeros(len(means[0]), dtype=bool)], axis=0)
-    order = np.flatnonzero(allowed)[np.argsort(-means[0][allowed], kind="stable")]
-    return Ranking(study.numbers()[:: study.repeats], by_design, allowed, order, broken)
+            broken[words.missing(o.quantity)] = np.isnan(mean)
+    allowed = ~np.any([*broken.values(), np.zeros(len(once), dtype=bool)], axis=0)
+    counted = allowed & once
+    order = np.flatnonzero(counted)[np.argsort(-means[0][counted], kind="stable")]
+    return Ranking(numbers, by_design, allowed, order, broken, once)
+
+
+def _first_ones(rows: Array) -> NDArray[np.bool_]:
+    """True for rows that no earlier one equals."""
+    out = np.zeros(len(rows), dtype=bool)
+    out[np.unique(rows, axis=0, return_index=True)[1] if rows.shape[1] else [0]] = True
+    return out
 
 
 def design_of(study: Study, ranking: Ranking, i: int) -> Design:
@@ -132,7 +144,17 @@ def design_of(study: Study, ranking: Ranking, i: int) -> Design:
     shown = {f.name: f.words(float(n)) for f, n in given if not f.uncertain}
     rows = {name: values[i] for name, values in ranking.worst.items()}
     spread = {k: float(np.std(v)) if np.all(np.isfinite(v)) and np.ptp(v) > 0 else 0.0 for k, v in rows.items()}
-    return Design(i, shown, {k: float(np.mean(v)) for k, v in rows.items()}, spread)
+    return Design(i, shown, {k: float(over_samples(study, k, v)) for k, v in rows.items()}, spread)
+
+
+def over_samples(study: Study, quantity: str, values: Array) -> Array:
+    """What is told of a quantity over the samples, its last axis: the mean, of the speed of a pocket the median.
+
+    Between the pockets of two samples the machine may chatter, so that a speed is told that one of them has.
+    """
+    if quantity == "pocket-speed" and all(o.quantity != quantity for o in study.objectives):
+        return np.quantile(values, 0.5, axis=-1, method="inverted_cdf")
+    return np.asarray(np.mean(values, axis=-1))
 
 
 def rivals(study: Study, verdict: Verdict) -> tuple[Design, ...]:
@@ -196,7 +218,9 @@ def _score(values: Array, goal: str) -> Array:
 
 
 def _front(scores: Array) -> list[int]:
-    """Rows that no other row equals or exceeds in every column, exceeding it in one."""
+    """Rows that no other row equals or exceeds in every column, exceeding it in one; rounding beats nothing."""
+    largest = np.max(np.abs(scores), axis=0, initial=0.0, where=np.isfinite(scores))
+    scores = np.round(scores / np.where(largest > 0, ROUNDING * largest, 1.0))
     order = np.lexsort(tuple(-scores[:, ::-1].T))
     kept: list[int] = []
     for i in order:
@@ -207,8 +231,11 @@ def _front(scores: Array) -> list[int]:
 
 
 def _sensitivity(study: Study, ranking: Ranking) -> dict[str, tuple[Effect, ...]]:
+    """Effects by objective; of a search none, whose designs crowd where they are good."""
     design = [i for i, f in enumerate(study.factors) if not f.uncertain]
-    out = {}
+    out: dict[str, tuple[Effect, ...]] = {}
+    if study.searched:
+        return out
     for objective in study.objectives:
         mean = np.mean(ranking.worst[objective.quantity], axis=1)
         found = effects([study.factors[i] for i in design], ranking.numbers[:, design], mean, study.method)

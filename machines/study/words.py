@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from .study import QUANTITIES, Constraint, Objective
+from .study import QUANTITIES, ROUNDING, Constraint, Objective
 
 _SHOWN: Mapping[str, tuple[str, float]] = {
     "m": ("mm", 1e3),
@@ -48,7 +48,22 @@ def number(quantity: str, value: float) -> str:
     if np.isinf(value):
         return "no limit"
     scaled = value * shown_unit(quantity)[1]
-    return f"{scaled:.0f}" if quantity == "pocket-speed" else f"{scaled:.4g}"
+    return f"{scaled:.0f}" if quantity == "pocket-speed" else plain(scaled, 4)
+
+
+def plain(value: float, digits: int) -> str:
+    """A number with so many digits that count, more where it is larger, and no power of ten where people need none."""
+    if value == 0 or not 1e-6 <= abs(value) < 1e9:
+        return f"{value:.{digits}g}"
+    places = max(0, digits - 1 - int(np.floor(np.log10(abs(float(f"{value:.{digits}g}"))))))
+    told = f"{value:.{places}f}"
+    return told.rstrip("0").rstrip(".") if "." in told else told
+
+
+def change(quantity: str, value: float) -> str:
+    """A difference without its unit and with its sign."""
+    told = plain(value * shown_unit(quantity)[1], 3)
+    return f"+{told}" if value > 0 else told
 
 
 def with_unit(quantity: str, value: float) -> str:
@@ -58,9 +73,17 @@ def with_unit(quantity: str, value: float) -> str:
 
 def does(quantity: str, results: Mapping[str, float]) -> str:
     """What a design does: ``it removes 212 cm³/min at 7850 rpm``."""
+    if quantity == "minimum-depth" and np.isposinf(results[quantity]):
+        return "at every speed it cuts without chatter, however deep"
     speed = results.get("pocket-speed", np.nan)
     at = f" at {with_unit('pocket-speed', speed)}" if np.isfinite(speed) else ""
     return _SAYS[quantity].format(with_unit(quantity, results[quantity]), at)
+
+
+def missing(quantity: str) -> str:
+    """Why a design is ruled out whose result does not exist."""
+    pocket = quantity in ("pocket-depth", "pocket-speed", "removal-rate")
+    return "no pocket between the lobes" if pocket else f"no {named(quantity)}"
 
 
 def limit(constraint: Constraint) -> str:
@@ -75,10 +98,17 @@ def wanted(objectives: Sequence[Objective]) -> str:
     return " and ".join(f"{named(o.quantity)} {'large' if o.goal == 'max' else 'small'}" for o in objectives)
 
 
+def alike(first: float, second: float) -> bool:
+    """Whether two results differ by no more than rounding."""
+    return first == second or abs(first - second) <= ROUNDING * max(abs(first), abs(second))
+
+
 def apart(first: float, second: float) -> str:
     """How far the first is from the second, as a share of the second: ``18 % more``."""
-    if not (np.isfinite(first) and np.isfinite(second)) or second == 0 or first == second:
-        return "as much" if first == second else "better"
+    if alike(first, second):
+        return "as much"
+    if not (np.isfinite(first) and np.isfinite(second)) or second == 0:
+        return "better"
     share = 100 * (first / second - 1)
     digits = f"{abs(share):.0f}" if abs(share) >= 9.5 else f"{abs(share):.2g}"
     return f"{digits} % {'more' if share > 0 else 'less'}"

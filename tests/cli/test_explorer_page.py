@@ -122,10 +122,10 @@ def test_a_bad_value_is_refused_in_words_beside_its_field(tab: Tab, text: str) -
 
 
 def test_a_bad_speed_is_refused_in_words(tab: Tab) -> None:
-    for text, words in (("fast", "read at: fast, expected a spindle speed"), ("nan", "read at: nan")):
+    for text, words in (("fast", "read at: 'fast', expected a number"), ("6 kN", "read at: unit 'kN'")):
         tab.type_into("#read-at", text)
         until_status(tab, words)
-    tab.type_into("#read-at", "99000")
+    tab.type_into("#read-at", "99 krpm")
     tab.until("document.querySelector('#reading').textContent.includes('expected 3000 to 12000 rpm')")
 
 

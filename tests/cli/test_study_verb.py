@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import threading
 import time
 from pathlib import Path
@@ -209,9 +210,12 @@ def test_results_go_into_a_table_for_other_programs(study: Path) -> None:
     [
         ("study run {s} -o out --shard 3/2", "--shard: '3/2', expected k/n such as 2/8"),
         ("study run {s} -o out --shard 1", "--shard: '1', expected k/n"),
+        ("study run {s} -o out --shard ²/3", "--shard: '²/3', expected k/n"),
+        ("study run {s} -o out --scheduler nowhere", "--scheduler: 'nowhere', expected an address such as tcp://"),
         ("study resume {s} -o out", "holds no study to resume"),
         ("study report {s} -o out", "holds no study"),
         ("study run {s} -o out --workers 0", "--workers"),
+        ("study run {s} -o out --workers 99999", "--workers: 99999, expected at most"),
         ("study run nothing.toml -o out", "nothing.toml: no such file, expected a study file"),
         ("study run machines/library/two_mass.toml -o out", 'expected "jointlib/study/1"'),
         ("study run {s} -o out --scheduler tcp://127.0.0.1:1", "does not answer"),
@@ -222,4 +226,18 @@ def test_what_is_wrong_is_said_in_one_sentence(study: Path, words: str, said: st
     done = jointlib(words.format(s=study))
     assert done.status == 2
     assert said in done.err
-    assert not {path for path in files(Path()) - before if path.suffix == ".npz"}
+    assert files(Path()) == before
+
+
+def test_a_value_that_a_machine_cannot_take_is_said_first_and_nothing_is_left(study: Path) -> None:
+    """The last of all values; once it is put right, the same folder takes the study."""
+    whole = STUDY.replace("range = [0.3, 0.7]", 'values = [0.3, 0.5, "half"]').replace("sobol", "latin-hypercube")
+    study.write_text(whole)
+    before = files(Path())
+    refused = jointlib(f"study run {study} -o out --workers 1")
+    assert (refused.status, len(refused.err.splitlines()), files(Path())) == (2, 1, before)
+    assert re.search(
+        r"s.study.toml: with .*, immersion half: machines/\S+: \[cutting\]: immersion: 'half'", refused.err
+    )
+    study.write_text(whole.replace('"half"', "0.6"))
+    assert jointlib(f"study run {study} -o out --workers 1").status == 0

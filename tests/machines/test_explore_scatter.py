@@ -68,7 +68,7 @@ def study(explorer: Explorer) -> Scatter:
 
 
 def test_factors_and_quantities_stand_in_columns_with_their_units(study: Scatter) -> None:
-    assert study.names == ("guide", "material", "base", "minimum-depth", "static-compliance")
+    assert study.names == ("guide", "material", "base", "minimum depth", "static compliance")
     assert study.units == ("N/µm", "N/mm²", "", "mm", "µm/N")
     assert study.rows.shape == (20, 5)
     assert sorted(set(study.rows[:, 0])) == [100.0, 300.0, 500.0, 700.0, 900.0]

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tools import package
 
 from jointlib import Joint
 from jointlib.cli.joints import with_joints
@@ -152,6 +153,15 @@ def test_turning_is_drawn_as_it_is_read_off(lathe: Explorer) -> None:
         assert curves.method == "turning"
     exact = lathe.curves({}, exact=True)
     assert exact.depth[10] == lathe.at({}, float(exact.speed[10])).depth
+
+
+def test_rounding_is_no_change_since_a(lathe: Explorer) -> None:
+    package("dash")
+    from machines.explore.compare import Setting, differences
+
+    curves = lathe.curves({})
+    now = str(differences([], Setting({}, curves, 1e-8), Setting({}, curves, 1e-8 * (1 + 1e-14))))
+    assert now.count("'same'") == now.count("Tr(") - 1 == 5
 
 
 def test_a_machine_that_does_not_cut_still_answers_forces(tmp_path: Path) -> None:

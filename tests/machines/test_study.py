@@ -189,7 +189,7 @@ distribution = { kind = "normal", mean = 1.5e9, deviation = 1e8 }"""
 def test_a_changed_study_machine_or_joint_is_another_study(folder: Path) -> None:
     study = opened(folder)
     before = identity(study)
-    begin(study, folder / "r")
+    evaluate_all(study, begin(study, folder / "r"), {}, workers=1)
     assert identity(opened(folder, ("levels = 3", "levels = 4")))["study"] != before["study"]
     machine = folder / "lathe.toml"
     machine.write_text(machine.read_text() + "# changed\n")
@@ -201,9 +201,9 @@ def test_a_changed_study_machine_or_joint_is_another_study(folder: Path) -> None
 
 def test_results_of_another_release_are_not_mixed_in(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     study = opened(folder)
-    begin(study, folder / "r")
+    evaluate_all(study, begin(study, folder / "r"), {}, workers=1)
     monkeypatch.setattr(run, "_code", lambda: "other")
-    with pytest.raises(InputError, match=r"another study \(program differ"):
+    with pytest.raises(InputError, match=r"another study \(it differs in the release of jointlib\)"):
         begin(study, folder / "r")
 
 
@@ -249,6 +249,23 @@ def test_machines_that_are_alternatives_are_compared(folder: Path) -> None:
         (('name = "base"', 'name = "specific"'), "two factors have the name 'specific'"),
         (("speed = [2000, 9000]", "speed = [9000, 2000]"), "not ascending"),
         (("levels = 3", ""), "a list or levels"),
+        (("levels = 3", "levels = 3\nscal = 'log'"), "unknown key 'scal', did you mean 'scale'"),
+        (("levels = 3", "levels = 9000000000"), "asks for 36,000,000,000 configurations, expected"),
+        (("[1e9, 2e9]", "[1e9, 1e9]"), "values names 1000000000.0 twice"),
+        (("[1e9, 2e9]", '[1e9, 2e9]\nwords = ["a", "a"]'), "words names 'a' twice"),
+        (("[1e9, 2e9]", "[1e9, 2e9]\nlevels = 4"), "levels and values given"),
+        (('name = "base"', 'name = " "'), "name is ' ', expected a word"),
+        (('name = "base"', 'name = "case"'), "a factor has the name 'case', a column that tables have anyway"),
+        (
+            ('path = "cutting.specific"\nvalues = [1e9, 2e9]', 'path = "component.base.mass"\nvalues = [[[1.0]]]'),
+            ("factor 'mass' puts its values over component.base.mass[0][0] of factor 'base'"),
+        ),
+        (('quantity = "weight"', 'quantity = "removal-rate"'), "two objectives ask for 'removal-rate'"),
+        (('at_least = "1 um"', 'at_least = "2 um"\nat_most = "1 um"'), "expected at_least below at_most"),
+        (("speed = [2000, 9000]", "speed = [2000, 9000]\nspeeds = 90000000000"), "expected at most 10,000"),
+        (("speed = [2000, 9000]", "speed = [2000, 9000]\nspeeds = 20"), "expected speeds = 4"),
+        (("speed = [2000, 9000]", "speed = [2000, 2010]"), "expected a wider range of speeds"),
+        (("speed = [2000, 9000]", "speed = [2000, 9000]\nlobes = 'zero-order'"), "is about turning"),
         (
             ("[[constraint]]", '[sampling]\nmethod = "sobol"\ncount = 100\n[[constraint]]'),
             "power of two",

@@ -62,7 +62,7 @@ def test_a_pool_and_two_parts_leave_the_same_results(tmp_path: Path) -> None:
     for k in (2, 1):
         compute(parts, quick, part=(k, 2))
         if k == 2:
-            with pytest.raises(InputError, match="blocks are missing; resume"):
+            with pytest.raises(InputError, match="blocks, expected all; resume"):
                 parts.results()
     assert same(pooled.results())
     assert same(parts.results())
@@ -128,10 +128,10 @@ def dies_late(first: int, end: int) -> dict[str, Array]:
 
 
 def test_results_of_another_study_are_not_mixed_in(tmp_path: Path) -> None:
-    begun(tmp_path / "r")
-    with pytest.raises(InputError, match=r"another study \(study differ"):
+    compute(begun(tmp_path / "r"), quick, part=(1, 10))
+    with pytest.raises(InputError, match=r"another study \(it differs in its study file\)"):
         Store.begin(tmp_path / "r", {"study": "other"}, TOTAL, BLOCK)
-    with pytest.raises(InputError, match=r"another study \(block, total differ"):
+    with pytest.raises(InputError, match=r"another study \(it differs in block, total\)"):
         Store.begin(tmp_path / "r", IDENTITY, TOTAL + 1, BLOCK + 1)
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "x").touch()
@@ -139,6 +139,31 @@ def test_results_of_another_study_are_not_mixed_in(tmp_path: Path) -> None:
         begun(tmp_path / "full")
     with pytest.raises(InputError, match="holds no study"):
         Store.opened(tmp_path / "full")
+
+
+def test_a_folder_that_holds_no_result_yet_is_as_good_as_empty(tmp_path: Path) -> None:
+    """A study that was refused or stopped at once, put right and begun again; but not while a process is at work."""
+    other = Store.begin(tmp_path / "r", {"study": "with an error"}, TOTAL, BLOCK)
+    assert not (tmp_path / "r").exists()
+    with other.lock("part-1-of-2"):
+        with pytest.raises(InputError, match="another study"):
+            begun(tmp_path / "r")
+        late = Store(tmp_path / "r", TOTAL, BLOCK, {"study": "killed"})
+        with pytest.raises(InputError, match="another study"), late.lock("part-2-of-2"):
+            pass
+    store = begun(tmp_path / "r")
+    with pytest.raises(InputError, match="another study"), store.lock("part-1-of-2"), other.lock("part-2-of-2"):
+        pass
+    assert Store.opened(tmp_path / "r")[1]["study"] == "killed"
+
+
+def test_shards_that_cannot_be_listed_are_not_taken_for_none(tmp_path: Path) -> None:
+    store = begun(tmp_path / "r")
+    assert store.held() == []
+    (tmp_path / "r").mkdir()
+    (tmp_path / "r" / "shards").write_text("no folder")
+    with pytest.raises(InputError, match=r"shards: cannot be opened \(Not a directory\)"):
+        store.held()
 
 
 def test_two_processes_do_not_compute_one_part(tmp_path: Path) -> None:

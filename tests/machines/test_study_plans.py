@@ -98,6 +98,19 @@ def test_factors_without_sense_are_refused(keys: dict[str, Any], said: str) -> N
         factor(**keys)
 
 
+def test_a_single_factor_explains_everything() -> None:
+    u = plan([factor(range=[0, 1])], "sobol", 64, 0)[:, 0]
+    first, total = sensitivities(np.sin(3 * u), 1)
+    assert (first.shape, total.shape) == ((1,), (1,))
+    assert float(first[0]) == pytest.approx(1.0, abs=0.05)
+    assert float(total[0]) == pytest.approx(1.0, abs=0.05)
+
+
+def test_the_deviation_of_a_logarithm_has_no_unit() -> None:
+    with pytest.raises(InputError, match="deviation has the unit 'N', expected a number: it is that of the logarithm"):
+        factor(distribution={"kind": "log-normal", "median": "3 N", "deviation": "1 N"})
+
+
 def test_plans_without_sense_are_refused() -> None:
     with pytest.raises(InputError, match="power of two"):
         plan([factor(range=[1, 2])], "sobol", 1000, 0)

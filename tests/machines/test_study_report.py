@@ -12,6 +12,8 @@ import pytest
 from jointlib.arrays import Array
 from machines import frozen_receptance, read_machine
 from machines.report.study_report import answer, study_page
+from machines.report.study_sections import front_section, leading_section
+from machines.study import words
 from machines.study.best import write_best
 from machines.study.contrast import contrast
 from machines.study.effects import effects
@@ -125,6 +127,92 @@ def test_the_best_machine_is_worth_what_its_file_says(tmp_path: Path) -> None:
     assert machine.components[1].second_order().damping[0, 0] == pytest.approx(200.0)  # type: ignore[union-attr]
 
 
+@pytest.mark.parametrize(
+    ("value", "digits", "said"),
+    [
+        (190.0, 2, "190"),
+        (12345.6, 4, "12346"),
+        (0.0321, 2, "0.032"),
+        (0.00321, 4, "0.00321"),
+        (9.9996, 4, "10"),
+        (2.30e-7, 4, "2.3e-07"),
+        (0.0, 4, "0"),
+        (-1999.9, 2, "-2000"),
+    ],
+)
+def test_numbers_are_told_without_powers_of_ten(value: float, digits: int, said: str) -> None:
+    assert words.plain(value, digits) == said
+
+
+def test_designs_that_differ_by_rounding_are_told_as_equal(tmp_path: Path) -> None:
+    """Neither leads, none of them beats the other, and no factor explains what does not vary."""
+    opened = study(tmp_path)
+    one = np.repeat([1e-8, 1e-8 * (1 + 1e-13), 1.1e-8, 1e-8 * (1 - 1e-13)], 3)
+    verdict = judge(opened, {"static-compliance": one, "peak-receptance": np.repeat([1.0, 1.0, 2.0, 1.0], 3) * 1e-6})
+    assert answer(opened, verdict).endswith(
+        "its tool point yields 0.01 µm/N; the second does as well. "
+        "In static compliance and peak receptance together 3 designs are beaten by no other."
+    )
+    assert len(verdict.front) == 3
+    same = np.repeat([1e-8, 1e-8 * (1 + 1e-13), 1e-8, 1e-8], 3)
+    assert judge(opened, {"static-compliance": same, "peak-receptance": one}).sensitivity.keys() == {"peak-receptance"}
+
+
+def test_a_best_value_at_the_end_of_its_range_is_named(tmp_path: Path) -> None:
+    values = 'values = ["500 N/um", "700 N/um"]'
+    opened = study(tmp_path, (values, 'range = ["500 N/um", "700 N/um"]\nlevels = 3'))
+    verdict = judge(opened, Evaluation(opened.source)(0, opened.total))
+    (_, said) = leading_section(opened, verdict).text
+    assert said == "The best guide, 700 N/um, is the highest looked at. There may be better ones beyond."
+
+
+def test_a_design_far_from_the_front_does_not_press_the_picture_of_it_flat(tmp_path: Path) -> None:
+    opened = study(tmp_path)
+    compliance, peak = np.array([1.0, 2.0, 90.0, 1.5]) * 1e-8, np.array([2.0, 1.0, 1.5, 1.5]) * 1e-6
+    results = {"static-compliance": np.repeat(compliance, 3), "peak-receptance": np.repeat(peak, 3)}
+    shown = front_section(opened, judge(opened, results)).figures[0].caption
+    assert shown.endswith("Outside the picture, far worse: 1 of 4 designs.")
+    results["static-compliance"][6:9] = 2.2e-8
+    assert "Outside" not in front_section(opened, judge(opened, results)).figures[0].caption
+
+
+def test_a_design_that_a_plan_holds_twice_counts_once(tmp_path: Path) -> None:
+    """Sobol's plan of lists repeats designs: six rows of a list of two are two designs, and the second is another."""
+    opened = study(
+        tmp_path,
+        ("[sampling]", '[sampling]\nmethod = "sobol"\ncount = 4'),
+    )
+    verdict = judge(opened, Evaluation(opened.source)(0, opened.total))
+    distinct = {tuple(row) for row in opened.numbers()[:: opened.repeats, :2]}
+    assert len(distinct) < opened.total // opened.repeats
+    assert (verdict.designs, verdict.feasible) == (len(distinct), len(distinct))
+    assert len({tuple(design.factors.values()) for design in verdict.leading}) == len(verdict.leading)
+
+
+def test_the_speed_of_a_pocket_is_one_that_a_sample_has(tmp_path: Path) -> None:
+    """Two samples have their pocket at 7500 rpm, one at 11700 rpm: between them nobody should cut."""
+    text = STUDY.replace("static-compliance", "removal-rate").replace('goal = "min"', 'goal = "max"', 1)
+    (tmp_path / "s.study.toml").write_text(text)
+    opened = read_study(tmp_path / "s.study.toml")
+    speeds = np.array([7500.0, 11700.0, 7500.0])
+    rate = np.repeat([4e-6, 3e-6, 2e-6, 1e-6], 3)
+    results = {"removal-rate": rate, "peak-receptance": rate, "pocket-speed": np.tile(speeds, 4)}
+    verdict = judge(opened, results)
+    assert "it removes 240 cm³/min at 7500 rpm (by sample at 7500 to 11700 rpm); 33 %" in answer(opened, verdict)
+    results["pocket-speed"] = np.tile([7500.0, 7550.0, 7600.0], 4)
+    assert "it removes 240 cm³/min at 7550 rpm; 33 %" in answer(opened, judge(opened, results))
+
+
+def test_a_study_of_what_is_uncertain_alone_has_nothing_to_choose(tmp_path: Path) -> None:
+    opened = study(tmp_path)
+    alone = replace(opened, factors=opened.uncertain)
+    results = {"static-compliance": np.full(3, 1e-8), "peak-receptance": np.full(3, 1e-6)}
+    said = answer(alone, judge(alone, results))
+    assert said == (
+        "There is nothing to choose: its tool point yields 0.01 µm/N on average over 3 samples of what is uncertain."
+    )
+
+
 def test_where_nothing_is_allowed_the_nearest_design_is_named(tmp_path: Path) -> None:
     limit = '[[constraint]]\nquantity = "static-compliance"\nat_most = "0.005 um/N"\n[[objective]]'
     opened = study(tmp_path, ('[[objective]]\nquantity = "static', f'{limit}\nquantity = "static'))
@@ -134,8 +222,8 @@ def test_where_nothing_is_allowed_the_nearest_design_is_named(tmp_path: Path) ->
     assert verdict.nearest is not None
     assert verdict.nearest.factors == {"guide": "700 N/um", "base": "200 N/um"}
     assert answer(opened, verdict) == (
-        "None of 4 designs meets what is asked for: static compliance of at most 0.005 µm/N rules out 4. "
-        "Nearest comes guide 700 N/um, base 200 N/um."
+        "None of the 4 designs meets what is asked for: static compliance of at most 0.005 µm/N rules out 4. "
+        "Nearest comes guide 700 N/um, base 200 N/um with static compliance 0.006429 µm/N."
     )
     html = study_page(opened, results, verdict, [], None, (), {}, "x").html()
     assert "Nearest to what is asked for comes guide 700 N/um" in html
@@ -183,7 +271,7 @@ def test_the_page_tells_people_units_and_how_sure_it_is(tmp_path: Path) -> None:
     assert said.startswith(
         "Take guide 700 N/um, base 200 N/um: its tool point yields 1.07 µm/N; 0.93 % less than the second"
     )
-    assert "better in 100 % of the 3 samples" in said
+    assert "better in all 3 samples of what is uncertain" in said
     html = study_page(opened, results, verdict, [], None, (), {}, "jointlib study run x").html()
     titles = [re.sub(r"<.*?>", "", title) for title in re.findall(r"<h2>(.*?)</h2>", html)]
     assert titles == [

@@ -128,6 +128,8 @@ def test_no_design_is_computed_twice(tmp_path: Path) -> None:
     rows = {tuple(row) for row in study.numbers().tolist()}
     assert len(rows) == len(results["weight"]) == 28
     assert rows <= set(itertools.product(range(6), range(5)))
+    # They crowd where they are good: shares of their variance would tell of the search.
+    assert judge(study, results).sensitivity == {}
 
 
 class Entries:

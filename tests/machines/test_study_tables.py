@@ -137,7 +137,7 @@ def test_a_table_without_sense_is_refused(name: str, said: str, study: Study, st
     with pytest.raises(InputError, match=said):
         write_table(study, store, tmp_path / name)
     next(iter((store.folder / "shards").iterdir())).unlink()
-    with pytest.raises(InputError, match="blocks are missing; resume the study"):
+    with pytest.raises(InputError, match="blocks, expected all; resume the study"):
         write_table(study, store, tmp_path / "t.csv")
 
 
