@@ -10,6 +10,7 @@ import contextlib
 import math
 import multiprocessing
 import os
+import signal
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -142,6 +143,9 @@ def process_pool(workers: int) -> Iterator[Executor]:
         context = multiprocessing.get_context("spawn")
         with ProcessPoolExecutor(workers, mp_context=context, initializer=_end_with_parent) as pool:
             try:
+                with _undisturbed():
+                    for _ in range(workers):  # each starts a worker
+                        pool.submit(os.getpid)
                 yield pool
             except BaseException:
                 pool.shutdown(wait=False, cancel_futures=True)
@@ -154,8 +158,25 @@ def process_pool(workers: int) -> Iterator[Executor]:
                 os.environ[name] = value
 
 
+@contextlib.contextmanager
+def _undisturbed() -> Iterator[None]:
+    """Keeps Ctrl-C from the processes that are started meanwhile until they can end without a word."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def _end_with_parent() -> None:
-    """Watch the parent from a thread and leave with it, even where it was killed."""
+    """Watch the parent from a thread and leave with it, even where it was killed; Ctrl-C ends without a word."""
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+    if hasattr(signal, "pthread_sigmask"):
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     parent = parent_process()
     if parent is None:
         return

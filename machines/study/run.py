@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import hashlib
 import importlib
@@ -137,10 +138,13 @@ def _cluster(address: str, study: Study) -> Iterator[tuple[Executor, int]]:
     except ImportError:
         raise InputError("--scheduler: Dask is not installed, expected pip install 'jointlib[cluster]'") from None
     try:
-        client = distributed.Client(address, timeout=_PATIENCE, set_as_default=False)
-    except (OSError, TimeoutError, ValueError) as error:
-        raise InputError(f"--scheduler: {address} does not answer ({str(error).splitlines()[0]})") from None
-    with client:
+        kind = asyncio.run(asyncio.wait_for(_kind(distributed, address), _PATIENCE))
+    except Exception as error:  # whatever program it is that listens there
+        said = str(error).partition("\n")[0] or f"nothing in {_PATIENCE} s"
+        raise InputError(f"--scheduler: {address} does not answer ({said}), expected a Dask scheduler") from None
+    if kind != "Scheduler":
+        raise InputError(f"--scheduler: {address} is a {kind.lower()} of Dask, expected its scheduler")
+    with distributed.Client(address, timeout=_PATIENCE, set_as_default=False) as client:
         threads = sum(client.nthreads().values())
         if not threads:
             raise InputError(f"--scheduler: {address} has no workers, expected at least one")
@@ -159,6 +163,12 @@ def _cluster(address: str, study: Study) -> Iterator[tuple[Executor, int]]:
             raise InputError(
                 f"--scheduler: {address} ended or lost its workers; what is done is kept, resume the study"
             ) from None
+
+
+async def _kind(distributed: Any, address: str) -> str:
+    """What of Dask answers; a client would wait for a stranger without end."""
+    async with distributed.rpc(address) as other:
+        return str((await other.identity())["type"])
 
 
 def _seen(source: Path) -> dict[str, Any]:

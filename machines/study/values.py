@@ -12,8 +12,9 @@ from jointlib.joint import Joint
 
 from .factors import IDENTIFICATION
 from .sampling import plan
+from .settings import setting
 from .study import Study
-from .variants import Machines, changed_joints, joint_units, setting, with_joints
+from .variants import Machines, changed_joints, joint_units, with_joints
 
 _MOST = 300
 """Configurations that are looked at."""

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import re
+import signal
+import socket
+import subprocess
+import sys
 import threading
 import time
 from pathlib import Path
@@ -10,6 +15,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import files, jointlib
+
+from machines.study import run
 
 STUDY = """
 schema = "jointlib/study/1"
@@ -227,6 +234,38 @@ def test_what_is_wrong_is_said_in_one_sentence(study: Path, words: str, said: st
     assert done.status == 2
     assert said in done.err
     assert files(Path()) == before
+
+
+def test_a_stranger_at_the_address_of_the_scheduler_is_told(study: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It takes the connection and says nothing."""
+    monkeypatch.setattr(run, "_PATIENCE", 1)
+    with socket.create_server(("127.0.0.1", 0)) as stranger:
+        done = jointlib(f"study run {study} -o out --scheduler tcp://127.0.0.1:{stranger.getsockname()[1]}")
+    assert (done.status, Path("out").exists()) == (2, False)
+    assert "does not answer (nothing in 1 s), expected a Dask scheduler" in done.err
+
+
+@pytest.mark.skipif(os.name != "posix", reason="process groups are those of POSIX systems")
+@pytest.mark.parametrize("after", [0.0, 1.0])
+def test_ctrl_c_ends_command_and_workers_without_a_traceback(study: Path, after: float) -> None:
+    """A terminal sends it to all of them, whether the workers have begun or are being started."""
+    study.write_text(STUDY.replace("count = 16", "count = 4096"))
+    # A shell starts what it puts in the background with SIGINT ignored, and that is inherited.
+    heed = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
+    words = f"sys.argv = ['jointlib', 'study', 'run', '{study}', '-o', 'out', '--workers', '2']"
+    command = f"{heed}; import sys; {words}; from jointlib.cli.main import main; main()"
+    process = subprocess.Popen(
+        [sys.executable, "-c", command], stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+    deadline = time.monotonic() + 60
+    while not Path("out/study.json").exists():
+        assert process.poll() is None and time.monotonic() < deadline
+        time.sleep(0.01)
+    time.sleep(after)
+    os.killpg(process.pid, signal.SIGINT)
+    _, err = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert "Traceback" not in err and "Warning" not in err, err
 
 
 def test_a_value_that_a_machine_cannot_take_is_said_first_and_nothing_is_left(study: Path) -> None:
