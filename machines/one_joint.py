@@ -126,9 +126,12 @@ class _Tip:
 
     def excess(self, A: Array, gain: ComplexArray) -> Array:
         """On (lines, amplitudes)."""
-        axes = range(self.direct.shape[1])
-        tips = [np.abs(self.direct[:, a, None] + gain * self.bent[:, a, None]) for a in axes]
-        return np.asarray(A * np.max(tips, axis=0) - self.wanted[:, None])
+        squares = np.zeros(gain.shape)
+        for direct, bent in zip(self.direct.T, self.bent.T, strict=True):
+            tip = gain * bent[:, None]
+            tip += direct[:, None]
+            squares = np.maximum(squares, tip.real**2 + tip.imag**2)
+        return np.asarray(A * np.sqrt(squares) - self.wanted[:, None])
 
     def exact(self, joint: Joint, A: Array, omega: Array) -> tuple[Array, Array]:
         """At one amplitude per line, with the slope over it; nan where the joint is rigid at rest."""

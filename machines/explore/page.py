@@ -42,8 +42,8 @@ def grouped(controls: Sequence[Control]) -> tuple[Control, ...]:
 def layout(name: str, folder: str, controls: Sequence[Control], first: Curves, study: Scatter | None) -> Any:
     """The whole page for controls in the order of :func:`grouped`."""
     start = State.start(controls)
-    empty = ("kept", "action", "answer", "speed", "read-off", "exact", "settled", "wish", *ORDERS)
-    stores = {"state": start.data(controls), "drawn": 0, **dict.fromkeys(empty)}
+    empty = ("kept", "action", "answer", "speed", "read-off", "exact", "settled", "drawn", "wish", *ORDERS)
+    stores = {"state": start.data(controls), **dict.fromkeys(empty)}
     return html.Div(
         [
             *(dcc.Store(id=key, data=data) for key, data in stores.items()),
