@@ -52,6 +52,7 @@ def connect_pictures(app: Dash, explorer: Explorer, controls: Sequence[Control])
             "exact": Input("exact", "data"),
             "connection": Input("connection", "value"),
             "data": State("state", "data"),
+            "answered": State("answer", "data"),
             "drawn": State("drawn", "data"),
             "shown": State("notes", "children"),
             "look": State("explorer", "className"),
@@ -67,6 +68,7 @@ def connect_pictures(app: Dash, explorer: Explorer, controls: Sequence[Control])
         exact: Any,
         connection: Any,
         data: Any,
+        answered: Any,
         drawn: Any,
         shown: Any,
         look: Any,
@@ -77,11 +79,12 @@ def connect_pictures(app: Dash, explorer: Explorer, controls: Sequence[Control])
         answer["drawn"] = {"count": count}
         try:
             state = Sliders.read(data, controls)
-            if action and "action.data" in ctx.triggered_prop_ids:
-                # The page has the sliders as they were before this action until their own answer, or already after it.
-                state, words = acted(action, state, kept, controls)
-                if words and action.get("control") is None:
-                    answer["status"] = words
+            after, words = acted(action, state, kept, controls) if action else (state, "")
+            if action and (not answered or answered["serial"] < action["serial"]):
+                # The page has the sliders as they were before this action until that is answered.
+                state = after
+            if words and action.get("control") is None and "action.data" in ctx.triggered_prop_ids:
+                answer["status"] = words
             values = dict(state.values)
             answer["drawn"] = {"count": count, "values": values}
             before = Sliders.read(kept, controls) if kept else None
