@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,21 +12,14 @@ from numpy.typing import ArrayLike
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError, Outcome
 from jointlib.frf import FRF, ReceptanceKind
-from jointlib.joint import Joint
 
-from .amplitude_map import admissible, gain_table
 from .assembly import Assembly, View
+from .coupling import joined
 from .indices import Index, Reasons
 from .limits import feeds_energy
 from .machine import AXES, Machine
+from .one_joint import BARELY_MOVING, OneJoint
 from .prescribed import Prescribed, solve_prescribed
-
-_AXIS = 120
-_DECADES = 6.0
-_FURTHEST = 1.0
-_STEPS = 60
-_BARELY_MOVING, _STUCK = 1e-10, 1e-13
-_SETTLED = 1e-11
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,39 +77,108 @@ def operating_point(
     outputs
         Degrees of freedom of the rows; default: the tool's. The columns are always the tool's.
     """
-    lines = np.atleast_1d(np.asarray(frequency, dtype=float))
-    if not (lines.ndim == 1 and len(lines) and np.all(np.isfinite(lines)) and np.all(lines > 0)):
-        raise InputError("frozen receptance: lines must be finite and above 0 Hz")
-    if not (np.isfinite(amplitude) and amplitude >= 0):
-        raise InputError(f"frozen receptance: amplitude is {amplitude!r} m, expected at least 0")
-    tool = tuple(machine.tool[axis] for axis in AXES if axis in machine.tool)
-    if not tool:
-        raise InputError(f"{machine.where}: no tool point, expected [tool] with x or y")
-    rows = tool if outputs is None else tuple(outputs)
-    towards = _direction(direction, len(lines), len(tool))
-    assembly = Assembly(machine, tuple(dict.fromkeys([*tool, *rows])), tool)
-    omega = 2 * np.pi * lines
-    joints, moving = assembly.joints, list(assembly.nonlinear)
-    gains = np.empty((len(lines), len(joints)), dtype=complex)
-    for j, joint in enumerate(joints):
-        gains[:, j] = joint.first_harmonic(0.0, omega).gain
-    joint_amplitude, force = np.zeros((len(lines), len(joints))), np.zeros(len(lines))
-    outcomes: list[Outcome] = [Outcome.CONVERGED] * len(lines)
-    kind = ReceptanceKind.TANGENT if moving else ReceptanceKind.LINEAR
-    if amplitude > 0:
-        view = assembly.at(omega).directed(towards)
-        if not np.all(np.any(view.Hof[:, len(joints) : len(joints) + len(tool), 0], axis=1)):
+    return OpenTool(machine, np.atleast_1d(np.asarray(frequency, dtype=float)), outputs).vibrating(amplitude, direction)
+
+
+@dataclass(frozen=True, eq=False)
+class OpenTool:
+    """A machine seen from its tool with its nonlinear joints open: what no vibration of the tool changes.
+
+    `operating_point` says what the fields are; ``frequency`` is an array.
+    """
+
+    machine: Machine
+    frequency: Array
+    outputs: Sequence[str] | None = None
+
+    def __post_init__(self) -> None:
+        lines = self.frequency
+        if not (lines.ndim == 1 and len(lines) and np.all(np.isfinite(lines)) and np.all(lines > 0)):
+            raise InputError("frozen receptance: lines must be finite and above 0 Hz")
+        if not self.tool:
+            raise InputError(f"{self.machine.where}: no tool point, expected [tool] with x or y")
+
+    @property
+    def tool(self) -> tuple[str, ...]:
+        """Degrees of freedom of the tool in the directions in which it moves."""
+        return tuple(self.machine.tool[axis] for axis in AXES if axis in self.machine.tool)
+
+    @property
+    def rows(self) -> tuple[str, ...]:
+        """Degrees of freedom of the receptance that is asked for."""
+        return self.tool if self.outputs is None else tuple(self.outputs)
+
+    @cached_property
+    def assembly(self) -> Assembly:
+        """Between its tool and the outputs, whose first are the tool."""
+        return Assembly(self.machine, tuple(dict.fromkeys([*self.tool, *self.rows])), self.tool)
+
+    @cached_property
+    def _view(self) -> View:
+        return self.assembly.at(2 * np.pi * self.frequency)
+
+    @cached_property
+    def _one(self) -> OneJoint:
+        assembly = self.assembly
+        return OneJoint(assembly.joints[assembly.nonlinear[0]], assembly.limits[0], self._view.omega)
+
+    def vibrating(
+        self, amplitude: float, direction: ArrayLike | None = None, chosen: Index | None = None
+    ) -> OperatingPoint:
+        """The `operating_point` on all lines, or on those ``chosen`` by index, which ``direction`` is then of."""
+        if not (np.isfinite(amplitude) and amplitude >= 0):
+            raise InputError(f"frozen receptance: amplitude is {amplitude!r} m, expected at least 0")
+        lines = self.frequency if chosen is None else self.frequency[chosen]
+        axes = len(self.tool)
+        towards = _direction(direction, len(lines), axes)
+        joints, moving = self.assembly.joints, list(self.assembly.nonlinear)
+        omega = 2 * np.pi * lines
+        gains = np.empty((len(lines), len(joints)), dtype=complex)
+        for j, joint in enumerate(joints):
+            gains[:, j] = joint.first_harmonic(0.0, omega).gain
+        if amplitude == 0:
+            kind = ReceptanceKind.TANGENT if moving else ReceptanceKind.LINEAR
+            none = np.zeros((len(lines), len(joints)))
+            frf = self._frf(lines, self.assembly.coupled(omega, gains), kind)
+            return OperatingPoint(frf, gains, none, np.zeros(len(lines)), (Outcome.CONVERGED,) * len(lines))
+        whole = self._view if chosen is None else self._view.at(chosen)
+        view = whole.directed(towards)
+        if not np.all(np.any(view.Hof[:, len(joints) : len(joints) + axes, 0], axis=1)):
             raise InputError(
-                f"{machine.where}: a force on the tool {', '.join(tool)} moves nothing there, expected shapes or "
-                "connections that let it"
+                f"{self.machine.where}: a force on the tool {', '.join(self.tool)} moves nothing there, expected "
+                "shapes or connections that let it"
             )
-        state = (_one_joint if len(moving) == 1 else _joints)(assembly, view, len(tool), amplitude)
-        gains[:, moving], force, outcomes = state.gain, state.force, list(state.outcomes)
+        if len(moving) == 1:
+            state = self._with_one(view, amplitude, np.arange(len(lines)) if chosen is None else chosen)
+        else:
+            state = _joints(self.assembly, view, axes, amplitude)
+        gains[:, moving] = state.gain
         joint_amplitude = np.abs(_motions(view, state.gain, state.force))[:, : len(joints)]
+        if moving and view.coordinates.complete:
+            shown = slice(len(joints), None)
+            H = joined(whole.Hzz, whole.Hzf, whole.Hoz[:, shown], whole.Hof[:, shown], state.gain)
+        else:
+            H = self.assembly.coupled(omega, gains)
         kind = ReceptanceKind.FROZEN if moving else ReceptanceKind.LINEAR
-    H = assembly.coupled(omega, gains)
-    H = H[:, [assembly.outputs.index(name) for name in rows], :]
-    return OperatingPoint(FRF(lines, H, rows, tool, kind), gains, joint_amplitude, force, tuple(outcomes))
+        return OperatingPoint(self._frf(lines, H, kind), gains, joint_amplitude, state.force, state.outcomes)
+
+    def _frf(self, lines: Array, H: ComplexArray, kind: ReceptanceKind) -> FRF:
+        H = H[:, [self.assembly.outputs.index(name) for name in self.rows], :]
+        return FRF(lines, H, self.rows, self.tool, kind)
+
+    def _with_one(self, view: View, amplitude: float, lines: Index) -> _State:
+        """One joint: force and receptances follow from its amplitude."""
+        first, axes = len(self.assembly.joints), len(self.tool)
+        h, driven = view.Hzz[:, 0, 0], view.Hzf[:, 0, 0]
+        direct, through = view.Hof[:, first : first + axes, 0], view.Hoz[:, first : first + axes, 0]
+        size, G, outcomes = self._one.vibrating(h, driven, direct, through, amplitude, lines)
+        # A joint that sticks while the tool moves elsewhere is held as one that hardly moves.
+        still = (size == 0) | (driven == 0)
+        F = size * np.abs(1 + h * G) / np.where(still, 1.0, np.abs(driven))
+        if np.any(still):
+            every = _motions(view, G[:, None], np.ones(len(lines)))
+            F = np.where(still, amplitude / np.max(np.abs(every[:, first : first + axes]), axis=1), F)
+        return _State(G[:, None], F, outcomes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,93 +215,6 @@ def _motions(view: View, gain: ComplexArray, force: Array) -> ComplexArray:
     return moved * force[:, None]
 
 
-def _one_joint(assembly: Assembly, view: View, axes: int, amplitude: float) -> _State:
-    """One joint: its amplitude A is the given quantity, tool amplitude and force follow from it.
-
-    q(A) = A·max_a abs(Hof D − Hoz G Hzf) reaches ``amplitude``·abs(Hzf) where the tool does.
-    """
-    joint, limit, omega = assembly.joints[assembly.nonlinear[0]], assembly.limits[0], view.omega
-    first = len(assembly.joints)
-    h, driven = view.Hzz[:, :, 0], view.Hzf[:, 0, :]
-    direct, through = view.Hof[:, first : first + axes, 0], view.Hoz[:, first : first + axes, 0]
-
-    def excess(A: Array, gain: ComplexArray, at: Index) -> Array:
-        tip = [
-            np.abs(direct[at, a, None] * (1 + h[at] * gain) - through[at, a, None] * gain * driven[at])
-            for a in range(axes)
-        ]
-        return np.asarray(A * np.max(tip, axis=0) - amplitude * np.abs(driven[at]))
-
-    every = np.arange(len(omega))
-    ceiling = min(limit.amplitude, _reach(joint, omega, excess, every))
-    A = np.geomspace(ceiling * 10**-_DECADES, ceiling, _AXIS)
-    gain = gain_table(joint, omega, A)[0]
-    ends, reasons = admissible(joint, omega, A, gain, limit)
-    over = (excess(A, gain, every) >= 0) & (ends[:, None] >= A)
-    hit = np.any(over, axis=1)
-    k = np.argmax(over, axis=1)
-    low, high = np.where(k > 0, A[k - 1], 0.0), np.where(hit, A[k], ends)
-
-    def exact(amplitudes: Array, at: Index) -> Array:
-        # At rest a joint may be rigid; that end counts as too small.
-        with np.errstate(invalid="ignore"):
-            return excess(amplitudes[:, None], joint.first_harmonic(amplitudes, omega[at]).gain[:, None], at)[:, 0]
-
-    # The last admissible amplitude may still hold a solution beyond the last point of the axis.
-    rest = np.flatnonzero(~hit)
-    if len(rest):
-        under = np.searchsorted(A, ends[rest], side="right") - 1
-        low[rest] = np.where(under >= 0, A[np.maximum(under, 0)], 0.0)
-        hit[rest] = exact(ends[rest], rest) >= 0
-    final = np.where(hit, high, ends)
-    todo = np.flatnonzero(hit)
-    final[todo] = _root(exact, todo, low[todo], high[todo])
-    # A joint that sticks while the tool moves elsewhere is held as one that hardly moves.
-    still = (final == 0) | (driven[:, 0] == 0)
-    G = joint.first_harmonic(np.maximum(final, _STUCK), omega).gain
-    G = np.where(np.isfinite(G), G, joint.first_harmonic(_BARELY_MOVING, omega).gain)
-    F = final * np.abs(1 + h[:, 0] * G) / np.where(still, 1.0, np.abs(driven[:, 0]))
-    tool = np.max(np.abs(_motions(view, G[:, None], np.ones(len(omega)))[:, first : first + axes]), axis=1)
-    F = np.where(still, amplitude / tool, F)
-    outcomes = tuple(Outcome.CONVERGED if ok else reasons[i] for i, ok in enumerate(hit))
-    return _State(G[:, None], F, outcomes)
-
-
-def _reach(joint: Joint, omega: Array, excess: object, every: Index) -> float:
-    """An amplitude in m at which the tool moves more than asked for on every line."""
-    coarse = np.geomspace(1e-12, _FURTHEST, 61)
-    assert callable(excess)
-    over = np.all(excess(coarse, gain_table(joint, omega, coarse)[0], every) >= 0, axis=0)
-    return float(coarse[int(np.argmax(over))]) if np.any(over) else _FURTHEST
-
-
-def _root(function: object, at: Index, low: Array, high: Array) -> Array:
-    """Regula falsi with halved weights (Illinois) for all lines at once."""
-    assert callable(function)
-    if not len(at):
-        return high
-    at_low, at_high = function(low, at), function(high, at)
-    at_low = np.where(at_low < 0, at_low, -1e-300)
-    x = high.copy()
-    left, side = np.arange(len(at)), np.zeros(len(at))
-    for _ in range(_STEPS):
-        a, b, fa, fb = low[left], high[left], at_low[left], at_high[left]
-        new = np.where(fb > fa, (a * fb - b * fa) / np.where(fb > fa, fb - fa, 1.0), (a + b) / 2)
-        f = function(new, at[left])
-        below = f < 0
-        # An end loses half its weight where it stays for a second time; sooner, and the rest would only be halved.
-        again = np.where(below == (side[left] < 0), 0.5, 1.0)
-        side[left] = np.where(below, -1.0, 1.0)
-        low[left], high[left] = np.where(below, new, a), np.where(below, b, new)
-        at_low[left], at_high[left] = np.where(below, f, fa * again), np.where(below, fb * again, f)
-        done = np.abs(new - x[left]) <= _SETTLED * new
-        x[left] = new
-        left = left[~done]
-        if not len(left):
-            break
-    return x
-
-
 def _joints(assembly: Assembly, view: View, axes: int, amplitude: float) -> _State:
     """Several joints, or none."""
     joints = assembly.moving
@@ -269,5 +245,5 @@ def _held(assembly: Assembly, found: Prescribed, outcomes: Reasons, omega: Array
             joint = assembly.joints[assembly.nonlinear[j]]
             A = np.abs(found.z[past, j])
             ends = np.minimum(np.where(np.isfinite(A), A, limit.amplitude), limit.amplitude)
-            out[past, j] = joint.first_harmonic(np.where(np.isfinite(ends), ends, _BARELY_MOVING), omega[past]).gain
+            out[past, j] = joint.first_harmonic(np.where(np.isfinite(ends), ends, BARELY_MOVING), omega[past]).gain
     return out

@@ -13,7 +13,7 @@ from jointlib.errors import InputError, Outcome
 from jointlib.frf import FRF, ReceptanceKind
 
 from ..assembly import Assembly
-from ..lobes.amplitude import chattering_point, chattering_receptance
+from ..lobes.amplitude import chattering, chattering_point
 from ..lobes.chart import StabilityLobes
 from ..lobes.cutting import Cutting
 from ..lobes.machine_model import modes_at_rest
@@ -21,7 +21,7 @@ from ..lobes.solve import stability_lobes
 from ..lobes.tool_model import ToolModel
 from ..lobes.tool_point import ToolPoint
 from ..machine import AXES, Machine
-from ..operating import frozen_receptance, operating_point
+from ..operating import OpenTool, frozen_receptance, operating_point
 
 _LINES = 500
 _STATIC_LINE = 0.1
@@ -92,6 +92,11 @@ class Built:
             G = frozen_receptance(self.machine, _STATIC_LINE, 0.0).receptance
         return float(np.max(np.abs(np.einsum("fii->fi", G))))
 
+    @cached_property
+    def open(self) -> OpenTool:
+        """The tool on the lines with its joints open."""
+        return OpenTool(self.machine, self.lines)
+
     def moving(self, amplitude: float, cutting: Cutting | None) -> FRF:
         """The receptance with every joint frozen at a tool-point amplitude in m."""
         if amplitude == 0:
@@ -99,8 +104,8 @@ class Built:
         kind = ReceptanceKind.FROZEN if self.assembly.nonlinear else ReceptanceKind.LINEAR
         with np.errstate(over="ignore", invalid="ignore"):  # where nothing settles, joints are held at their limits
             if cutting is None:
-                return operating_point(self.machine, self.lines, amplitude).frf
-            G = chattering_receptance(self.machine, cutting, self.lines, amplitude)
+                return self.open.vibrating(amplitude).frf
+            G = chattering(self.open, cutting, amplitude)[0].frf.receptance
         return replace(self.rest, receptance=G, kind=kind)
 
     def quick_lobes(self, speeds: Array, amplitude: float, cutting: Cutting, moving: FRF) -> StabilityLobes:

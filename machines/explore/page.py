@@ -42,8 +42,8 @@ def grouped(controls: Sequence[Control]) -> tuple[Control, ...]:
 def layout(name: str, folder: str, controls: Sequence[Control], first: Curves, study: Scatter | None) -> Any:
     """The whole page for controls in the order of :func:`grouped`."""
     start = State.start(controls)
-    empty = ("kept", "action", "answer", "speed", "read-off", "exact", "settled", "wish", *ORDERS)
-    stores = {"state": start.data(controls), "drawn": 0, **dict.fromkeys(empty)}
+    empty = ("kept", "action", "answer", "speed", "read-off", "exact", "settled", "drawn", "wish", *ORDERS)
+    stores = {"state": start.data(controls), **dict.fromkeys(empty)}
     return html.Div(
         [
             *(dcc.Store(id=key, data=data) for key, data in stores.items()),
@@ -89,13 +89,11 @@ def _control(number: int, control: Control, value: float) -> Any:
             dcc.Input(id=field, type="text", inputMode="decimal", debounce=True, value=shown(value), className="field"),
             _button(ident("lock", number), "lock", f"lock {control.label}", className="small", pressed=False),
             _button(ident("reset", number), "reset", f"reset {control.label}", className="small"),
+            # The style sheet writes the ends: every part of Dash costs time at every slider that moves.
             html.Div(
-                [
-                    html.Span(shown(control.low), **{"aria-hidden": "true"}),
-                    dcc.Input(id=slider, type="range", min=0, max=STEPS, step=1, value=place, className="slider"),
-                    html.Span(shown(control.high), **{"aria-hidden": "true"}),
-                ],
+                dcc.Input(id=slider, type="range", min=0, max=STEPS, step=1, value=place, className="slider"),
                 className="travel",
+                **{"data-low": shown(control.low), "data-high": shown(control.high)},
             ),
             html.Div("", id=ident("said", number), className="said", role="alert"),
         ],

@@ -17,6 +17,7 @@ from . import figures
 from .compare import Setting, differences, headline, reading_words
 from .controls import Control
 from .scene import Explorer, Reading
+from .sliders import acted
 from .state import State as Sliders
 
 FAULTS = (InputError, CheckFailed)
@@ -29,7 +30,7 @@ def connect_pictures(app: Dash, explorer: Explorer, controls: Sequence[Control])
 
     def setting(state: Sliders, exact: bool) -> Setting:
         curves = explorer.curves(state.values, exact=exact)
-        return Setting(state.values, curves, explorer.summary(state.values).static_compliance)
+        return Setting(state.values, curves, explorer.moment(state.values).built.static_compliance)
 
     @app.callback(
         {
@@ -45,36 +46,65 @@ def connect_pictures(app: Dash, explorer: Explorer, controls: Sequence[Control])
             "status": Output("status", "children", allow_duplicate=True),
         },
         {
-            "data": Input("state", "data"),
+            "action": Input("action", "data"),
             "kept": Input("kept", "data"),
             "speed": Input("speed", "data"),
             "read": Input("read-off", "data"),
             "exact": Input("exact", "data"),
             "connection": Input("connection", "value"),
+            "data": State("state", "data"),
+            "answered": State("answer", "data"),
             "drawn": State("drawn", "data"),
+            "shown": State("notes", "children"),
+            "look": State("explorer", "className"),
         },
         prevent_initial_call="initial_duplicate",
         running=[(Output("working", "className"), "on", "")],
     )
-    def draw(data: Any, kept: Any, speed: Any, read: Any, exact: Any, connection: Any, drawn: Any) -> dict[str, Any]:
-        names = ("lobes", "frf", "gain", "headline", "notes", "differences", "reading", "status")
-        answer: dict[str, Any] = dict.fromkeys(names, no_update) | {"drawn": (drawn or 0) + 1, "look": ""}
+    def draw(
+        action: Any,
+        kept: Any,
+        speed: Any,
+        read: Any,
+        exact: Any,
+        connection: Any,
+        data: Any,
+        answered: Any,
+        drawn: Any,
+        shown: Any,
+        look: Any,
+    ) -> dict[str, Any]:
+        names = ("lobes", "frf", "gain", "headline", "notes", "differences", "reading", "status", "look")
+        answer: dict[str, Any] = dict.fromkeys(names, no_update)
+        count = drawn["count"] + 1 if drawn else 1
+        answer["drawn"] = {"count": count}
         try:
             state = Sliders.read(data, controls)
+            after, words = acted(action, state, kept, controls) if action else (state, "")
+            if action and (not answered or answered["serial"] < action["serial"]):
+                # The page has the sliders as they were before this action until that is answered.
+                state = after
+            if words and action.get("control") is None and "action.data" in ctx.triggered_prop_ids:
+                answer["status"] = words
+            values = dict(state.values)
+            answer["drawn"] = {"count": count, "values": values}
             before = Sliders.read(kept, controls) if kept else None
-            now = setting(state, exact == data["values"])
+            now = setting(state, exact == values)
             old = setting(before, bool(kept.get("exact"))) if before else None
             pair = now.curves, old.curves if old else None
-            reading = _reading(read, speed, data["values"])
+            reading = _reading(read, speed, values)
             answer |= {
                 "lobes": figures.lobes_figure(*pair, speed, reading),
                 "frf": figures.response_figure(*pair),
                 "gain": figures.gain_figure(*pair, str(connection)),
                 "headline": headline(now.curves),
-                "notes": [html.Li(note) for note in now.curves.notes],
                 "differences": differences(controls, old, now),
-                "reading": _told(read, speed, reading, data["values"]),
+                "reading": _told(read, speed, reading, values),
             }
+            if [note["props"]["children"] for note in shown or ()] != list(now.curves.notes):
+                answer["notes"] = [html.Li(note) for note in now.curves.notes]
+            if look:
+                answer["look"] = ""
         except FAULTS as error:
             answer |= {"status": f"{error} {_STALE}", "look": "stale"}
         return answer

@@ -19,7 +19,10 @@ _BUTTONS = ("reset-all", "back", "keep", "forget", "refine", "save", "export", "
 
 
 def connect_sliders(app: Dash, controls: Sequence[Control]) -> None:
-    """Whatever is done on the page goes into one line (``assets/explorer.js``) and comes here one by one."""
+    """Whatever is done on the page goes into one line (``assets/explorer.js``) and comes here one by one.
+
+    What the sliders look like then is answered here, what follows from them at the same time in ``pictures``.
+    """
     slider, field, lock, reset = (ident(part, ALL) for part in ("slider", "field", "lock", "reset"))
     app.clientside_callback(
         ClientsideFunction("explorer", "acted"),
@@ -39,7 +42,6 @@ def connect_sliders(app: Dash, controls: Sequence[Control]) -> None:
     app.clientside_callback(
         ClientsideFunction("explorer", "drawn"),
         Input("drawn", "data"),
-        State("state", "data"),
         prevent_initial_call=True,
     )
 
@@ -54,7 +56,6 @@ def connect_sliders(app: Dash, controls: Sequence[Control]) -> None:
             "stuck": Output(reset, "disabled"),
             "rows": Output(ident("row", ALL), "className"),
             "said": Output(ident("said", ALL), "children"),
-            "status": Output("status", "children", allow_duplicate=True),
             "answer": Output("answer", "data"),
         },
         {
@@ -70,21 +71,10 @@ def connect_sliders(app: Dash, controls: Sequence[Control]) -> None:
             raise PreventUpdate
         old = Sliders.read(data, controls)
         number = action.get("control")
-        refused = [s or "" for s in said]
-        status: Any = ""
-        new = old
-        try:
-            if number is None:
-                new, status = _all_moved(action, old, kept, controls)
-                refused = [""] * len(controls)
-            else:
-                refused[number] = ""
-                new = _one_moved(action, old, controls[number])
-        except InputError as error:
-            if number is None:
-                status = str(error)
-            else:
-                refused[number] = str(error)
+        new, words = acted(action, old, kept, controls)
+        refused = [s or "" for s in said] if number is not None else [""] * len(controls)
+        if number is not None:
+            refused[number] = words
         touched = {i for i, words in enumerate(said) if words} | {number}
         answer = _changed(_look(controls, old, said), _look(controls, new, refused), touched)
         if action["kind"] == "move":
@@ -92,7 +82,18 @@ def connect_sliders(app: Dash, controls: Sequence[Control]) -> None:
             answer["places"] = [no_update] * len(controls)
         answered = {"serial": action["serial"], "changed": new != old}
         state = new.data(controls) if new != old else no_update
-        return {**answer, "status": status, "state": state, "answer": answered}
+        return {**answer, "state": state, "answer": answered}
+
+
+def acted(action: Mapping[str, Any], old: Sliders, kept: Any, controls: Sequence[Control]) -> tuple[Sliders, str]:
+    """The sliders after an action, and what is to be said: of one control why it was refused, else what was done."""
+    number = action.get("control")
+    try:
+        if number is None:
+            return _all_moved(action, old, kept, controls)
+        return _one_moved(action, old, controls[number]), ""
+    except InputError as error:
+        return old, str(error)
 
 
 def _changed(

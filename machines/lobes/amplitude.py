@@ -14,7 +14,7 @@ from ..assembly import Assembly
 from ..indices import Mask
 from ..limits import beyond_frequency
 from ..machine import AXES, Machine
-from ..operating import OperatingPoint, operating_point
+from ..operating import OpenTool, OperatingPoint
 from .chart import StabilityLobes
 from .cutting import Cutting
 from .developed_lobes import developed_lobes
@@ -157,7 +157,7 @@ def chattering_point(
     machine: Machine, cutting: Cutting, frequency: float, amplitude: float
 ) -> tuple[OperatingPoint, ComplexArray]:
     """The tool point at one frequency (Hz) and amplitude (m), and the force direction that chatters first, (axes,)."""
-    point, direction = _directed(machine, cutting, np.array([frequency]), amplitude)
+    point, direction = chattering(OpenTool(machine, np.array([frequency])), cutting, amplitude)
     return point, direction[0]
 
 
@@ -168,18 +168,18 @@ def chattering_receptance(machine: Machine, cutting: Cutting, lines: Array, ampl
 
 def _point(machine: Machine, cutting: Cutting, lines: Array, amplitude: float) -> OperatingPoint:
     """The tool point at ascending lines, vibrating along the direction that chatters first."""
-    return _directed(machine, cutting, lines, amplitude)[0]
+    return chattering(OpenTool(machine, lines), cutting, amplitude)[0]
 
 
-def _directed(
-    machine: Machine, cutting: Cutting, lines: Array, amplitude: float
-) -> tuple[OperatingPoint, ComplexArray]:
-    axes = tuple(axis for axis in AXES if axis in machine.tool)
+def chattering(tool: OpenTool, cutting: Cutting, amplitude: float) -> tuple[OperatingPoint, ComplexArray]:
+    """The tool point on all lines at an amplitude in m, and per line the force direction that chatters first."""
+    axes = tuple(axis for axis in AXES if axis in tool.machine.tool)
+    lines = tool.frequency
     direction: ComplexArray = np.zeros((len(lines), len(axes)), dtype=complex)
     direction[:, 0] = 1.0
     if cutting.process != "milling":
         direction[:] = cutting.rotation[0][["xy".index(axis) for axis in axes]]
-    point = operating_point(machine, lines, amplitude, direction)
+    point = tool.vibrating(amplitude, direction)
     if amplitude == 0 or cutting.process != "milling" or len(axes) == 1:
         return point, direction
     D = loop_stiffness(cutting, axes)
@@ -192,7 +192,7 @@ def _directed(
         turning = turning[turned > _ALIGNED]
         if not len(turning):
             break
-        again = operating_point(machine, lines[turning], amplitude, direction[turning])
+        again = tool.vibrating(amplitude, direction[turning], turning)
         point = _replaced(point, turning, again)
     return point, direction
 

@@ -45,7 +45,7 @@ def main() -> None:
         folder = Path(name)
         with running("chromium", folder / "profile") as browser, page(browser, site) as tab:
             tab.evaluate(LISTEN)
-            for amplitude in ("0", "5"):
+            for amplitude in ("0", "1", "5", "20"):
                 before = curve(tab, "frf")
                 tab.type_into(part("field", AMPLITUDE), amplitude)
                 if amplitude != "0":

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from browser import Browser, Tab
 from command_line import LIBRARY, jointlib
@@ -53,6 +54,21 @@ def test_dragging_a_slider_moves_every_curve(tab: Tab) -> None:
     assert 1200 < float(value(tab, PRELOAD)) < 1700
     # A guide under more preload is stiffer, its describing function at rest is larger.
     assert curve(tab, "gain")[0][0] > 1.05 * before["gain"][0][0]
+
+
+def test_pictures_of_sliders_are_not_lost_to_others_that_are_asked_for_at_the_same_time(tab: Tab) -> None:
+    """A second wish for pictures takes the place of the first, and the sliders may not have been answered by then."""
+    before = curve(tab, "lobes")
+    tab.evaluate(
+        "(() => { const fetched = window.fetch; let wishes = 0; window.fetch = (...given) => {"
+        "const answer = fetched(...given); wishes += String(given[1]?.body).includes('two teeth');"
+        "if (wishes === 2) { window.fetch = fetched; dash_clientside.set_props('exact', {data: null}); }"
+        "return answer; }; })();"
+        "dash_clientside.set_props('wish', {data: {values: {'cutting.teeth': 2}, words: 'two teeth'}})"
+    )
+    # Half the teeth cut half as much at a time: more depth at every place where the chatter is worst.
+    tab.wait(lambda: np.min(curve(tab, "lobes")[1]) > 1.2 * np.min(before[1]), "the lobes are those of two teeth")
+    assert value(tab, TEETH) == "2"
 
 
 def test_a_vibration_is_marked_on_the_describing_function(tab: Tab) -> None:

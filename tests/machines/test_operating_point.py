@@ -24,6 +24,7 @@ from machines import (
     read_machine,
     response,
 )
+from machines.operating import OpenTool
 
 LIBRARY = Path(machines.__file__).parent / "library"
 SOFT = Joint((Linear(654.164e6), Cubic(-1.7083e18), Viscous(463.062)))
@@ -77,6 +78,20 @@ def test_direction_of_the_force_may_change_from_line_to_line() -> None:
     for i in (0, 30, 59):
         alone = frozen_receptance(machine, LINES[i], 1e-6, directions[i]).receptance
         assert np.max(np.abs(whole[i] - alone[0])) < 1e-9 * np.max(np.abs(alone))
+
+
+@pytest.mark.parametrize("joints", [1, 2])
+def test_open_machine_serves_every_vibration_of_its_tool(joints: int) -> None:
+    """What was computed for one amplitude, direction or choice of lines leaves the next one as it is alone."""
+    machine, some = plane(joints), np.array([3, 31, 58])
+    tool = OpenTool(machine, LINES)
+    tool.vibrating(1e-8)
+    for amplitude, direction in ((1e-6, [1.0, 0.0]), (5e-7, [0.3, 1.0j])):
+        shared = tool.vibrating(amplitude, direction, some)
+        alone = operating_point(machine, LINES[some], amplitude, direction)
+        assert shared.outcomes == alone.outcomes
+        assert shared.force == pytest.approx(alone.force, rel=1e-9)
+        assert shared.frf.receptance == pytest.approx(alone.frf.receptance, rel=1e-9)
 
 
 def test_vanishing_amplitude_is_the_tangent_machine() -> None:

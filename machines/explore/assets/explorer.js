@@ -1,6 +1,7 @@
 // What is done on the page waits in one line. Each thing goes to the server when the one before it was answered, so
 // that nothing is computed of sliders that have moved since; of a slider in motion only the last place counts, and it
-// goes once the pictures of the place before are drawn.
+// goes once the pictures of the place before are drawn. The sliders and the pictures of an action are asked for at the
+// same time, and either may be answered first.
 (() => {
   const PATIENCE = 20000; // ms, for an answer that is lost
   const REST = 400; // ms
@@ -27,6 +28,7 @@
         dash_clientside.set_props(`order-${next.kind}`, { data });
       } else {
         asked = drawing = Date.now();
+        if (document.getElementById("status").textContent) dash_clientside.set_props("status", { children: "" });
         dash_clientside.set_props("action", { data });
       }
     }
@@ -73,15 +75,15 @@
     advance();
   };
 
-  const drawn = (count, state) => {
+  const drawn = (what) => {
     drawing = 0;
     advance();
-    const values = JSON.stringify(state.values);
+    const values = JSON.stringify(what.values);
     clearTimeout(resting);
     if (values === settled) return;
     resting = setTimeout(() => {
       settled = values;
-      dash_clientside.set_props("settled", { data: count });
+      dash_clientside.set_props("settled", { data: values });
     }, REST);
   };
 
