@@ -140,7 +140,7 @@ def process_pool(workers: int) -> Iterator[Executor]:
     before = {name: os.environ.get(name) for name in _THREADS}
     os.environ.update(dict.fromkeys(_THREADS, "1"))  # read when a worker imports numpy
     try:
-        context = multiprocessing.get_context("spawn")
+        context, others = multiprocessing.get_context("spawn"), multiprocessing.active_children()
         with ProcessPoolExecutor(workers, mp_context=context, initializer=_end_with_parent) as pool:
             try:
                 with _undisturbed():
@@ -148,7 +148,9 @@ def process_pool(workers: int) -> Iterator[Executor]:
                         pool.submit(os.getpid)
                 yield pool
             except BaseException:
-                pool.shutdown(wait=False, cancel_futures=True)
+                for worker in set(multiprocessing.active_children()).difference(others):
+                    worker.terminate()
+                pool.shutdown(cancel_futures=True)
                 raise
     finally:
         for name, value in before.items():
