@@ -15,6 +15,7 @@ from ..indices import Mask
 from ..limits import beyond_frequency
 from ..machine import AXES, Machine
 from ..operating import OpenTool, OperatingPoint
+from ..working_point import tangents
 from .chart import StabilityLobes
 from .cutting import Cutting
 from .developed_lobes import developed_lobes
@@ -85,8 +86,7 @@ def frozen_lobes(
         assert machine.frequency is not None
         return replace(chart, warnings=chart.warnings + beyond_frequency(machine, *machine.frequency)), held
     if amplitude == 0 and machine.frequency is not None:
-        lines = np.linspace(*machine.frequency, points)
-        tip = ToolPoint(lambda f: _at_rest(machine, cutting, f), lines, axes, sampled=False)
+        tip = tip_at_rest(machine, np.linspace(*machine.frequency, points))
         model = exact if cutting.process == "milling" or method == "collocation" else None
         chart = stability_lobes(model or tip, cutting, speed, method)
         said = chart.warnings + beyond_frequency(machine, *machine.frequency)
@@ -153,6 +153,16 @@ def operating_receptance(
     return point
 
 
+def tip_at_rest(machine: Machine, lines: Array) -> ToolPoint:
+    """The tool point for small vibrations, known at every frequency; ``lines`` (Hz) are where a search starts."""
+    axes = tuple(axis for axis in AXES if axis in machine.tool)
+    if not axes:
+        raise InputError(f"{machine.where}: no tool point, expected [tool] with x or y")
+    tool = tuple(machine.tool[axis] for axis in axes)
+    assembly = Assembly(machine, tool, tool)
+    return ToolPoint(lambda f: assembly.coupled(2 * np.pi * f, tangents(machine, f)), lines, axes, sampled=False)
+
+
 def chattering_point(
     machine: Machine, cutting: Cutting, frequency: float, amplitude: float
 ) -> tuple[OperatingPoint, ComplexArray]:
@@ -195,12 +205,6 @@ def chattering(tool: OpenTool, cutting: Cutting, amplitude: float) -> tuple[Oper
         again = tool.vibrating(amplitude, direction[turning], turning)
         point = _replaced(point, turning, again)
     return point, direction
-
-
-def _at_rest(machine: Machine, cutting: Cutting, frequency: Array) -> ComplexArray:
-    """The tangent receptance at frequencies in any order, which needs no lines between which to interpolate."""
-    ascending, place = np.unique(frequency, return_inverse=True)
-    return _point(machine, cutting, ascending, 0.0).frf.receptance[place]
 
 
 def _replaced(point: OperatingPoint, at: Array, new: OperatingPoint) -> OperatingPoint:

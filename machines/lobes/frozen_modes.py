@@ -10,7 +10,7 @@ from jointlib.arrays import Array, ArrayLike
 from jointlib.errors import CheckFailed, InputError
 
 from ..machine import Machine
-from .amplitude import _point, lobes_at_amplitude, wide_receptance
+from .amplitude import chattering_point, lobes_at_amplitude, wide_receptance
 from .chart import StabilityLobes
 from .collocation import FINER, MORE, arc_map
 from .critical_depth import near
@@ -55,7 +55,7 @@ def tool_models(machine: Machine, cutting: Cutting, speed: Array, amplitude: flo
 
 
 def _turned(machine: Machine, cutting: Cutting, frequency: float, amplitude: float) -> ToolModel:
-    gain = _point(machine, cutting, np.array([frequency]), amplitude).gain[0]
+    gain = chattering_point(machine, cutting, frequency, amplitude)[0].gain[0]
     return machine_model(machine, frequency, gain)
 
 

@@ -14,9 +14,9 @@ import numpy as np
 
 from jointlib.errors import CheckFailed, InputError
 
-from ..machine import AXES, Machine
+from ..machine import Machine
 from . import turning, zero_order
-from .amplitude import _at_rest, lobes_at_amplitude
+from .amplitude import lobes_at_amplitude, tip_at_rest
 from .band import shape, spectrum
 from .chart import StabilityLobes
 from .collocation import FINER, MORE, ArcMap, arc_map
@@ -95,9 +95,7 @@ def unstable_depths(
         return unstable_depths_of(model, cutting, chart, deepest)
     if chart.method == "collocation":
         raise InputError(f"{machine.where}: the joints at rest are no springs and dampers; use multi-frequency")
-    axes = tuple(axis for axis in AXES if axis in machine.tool)
-    lines = np.linspace(*machine.frequency, _LINES)
-    tip = ToolPoint(lambda f: _at_rest(machine, cutting, f), lines, axes, sampled=False)
+    tip = tip_at_rest(machine, np.linspace(*machine.frequency, _LINES))
     return unstable_depths_of(tip, cutting, chart, deepest)
 
 
