@@ -65,20 +65,35 @@ def best_pocket(speeds: Array, safe: Array, cutting: Cutting) -> Pocket | None:
     a natural frequency would take away. None where there are too few speeds to tell (fewer than three within that
     band), or where no limit was found at all.
     """
-    if len(speeds) < _FEWEST or np.any(np.diff(speeds) <= 0) or not np.any(np.isfinite(safe)):
-        return None
+    return common_pockets(speeds, safe[None], [cutting])[0]
+
+
+def common_pockets(speeds: Array, safe: Array, cuttings: Sequence[Cutting]) -> list[Pocket | None]:
+    """`best_pocket` of machines that nobody can tell apart when the speed is set, such as samples of one: it is the
+    same for all, the one at which they remove most on average, and each has the depth that is stable there for it.
+
+    ``safe`` is (machines, speeds). Machines without any limit have no pocket and no say.
+    """
+    none: list[Pocket | None] = [None] * len(safe)
+    bounded = np.any(np.isfinite(safe), axis=1)
+    if len(speeds) < _FEWEST or np.any(np.diff(speeds) <= 0) or not np.any(bounded):
+        return none
     low = np.searchsorted(speeds, speeds * (1 - WANDER))
     high = np.searchsorted(speeds, speeds * (1 + WANDER), side="right")
     inside = (speeds * (1 - WANDER) >= speeds[0]) & (speeds * (1 + WANDER) <= speeds[-1]) & (high - low >= _FEWEST)
     ends = np.stack([low, np.maximum(high, low + 1)], axis=1).ravel()
-    worst = np.minimum.reduceat(np.append(safe, np.inf), ends)[::2]
-    worst[~inside | ~np.isfinite(worst)] = -np.inf
-    best = int(np.argmax(speeds * worst))
-    if not np.isfinite(worst[best]):
-        return None
-    depth = float((1 - RESERVE) * worst[best])
-    rate = removal_rate(cutting, float(speeds[best]), depth)
-    return Pocket(float(speeds[best]), depth, float(safe[best]), rate)
+    padded = np.concatenate([safe, np.full((len(safe), 1), np.inf)], axis=1)
+    worst = np.minimum.reduceat(padded, ends, axis=1)[:, ::2]
+    counts = inside & np.all(np.isfinite(worst[bounded]), axis=0)
+    if not np.any(counts):
+        return none
+    best = int(np.argmax(np.where(counts, speeds * np.mean(np.where(counts, worst, 0.0)[bounded], axis=0), -np.inf)))
+    speed = float(speeds[best])
+    found = none
+    for i in np.flatnonzero(bounded).tolist():
+        depth = float((1 - RESERVE) * worst[i, best])
+        found[i] = Pocket(speed, depth, float(safe[i, best]), removal_rate(cuttings[i], speed, depth))
+    return found
 
 
 def removal_rate(cutting: Cutting, speed: float, depth: float) -> float | None:

@@ -45,12 +45,12 @@ def answer(study: Study, verdict: Verdict) -> str:
 
 
 def _elsewhere(study: Study, verdict: Verdict, best: Design) -> str:
-    """Between which speeds the pocket lies, where the samples do not agree on one."""
+    """Between which speeds the pocket lies, where the worst conditions of the samples do not agree on one."""
     if study.objectives[0].quantity not in ("pocket-depth", "removal-rate"):
         return ""
     speeds = verdict.ranking.worst["pocket-speed"][best.number]
     low, high = float(np.min(speeds)), float(np.max(speeds))
-    return f" (by sample at {low:.0f} to {high:.0f} rpm)" if high - low > 2 * WANDER * low else ""
+    return f" (by condition at {low:.0f} to {high:.0f} rpm)" if high - low > 2 * WANDER * low else ""
 
 
 def _ahead(study: Study, verdict: Verdict) -> str:
@@ -144,8 +144,11 @@ def _assumptions(study: Study) -> list[str]:
     said.append(f"Tool-point amplitudes: {amplitudes}; the lowest limit counts.")
     if "pocket-speed" in study.quantities:
         said.append("A pocket stays stable when the speed is off by 2 %, and is 10 % below the limit there.")
-        if study.repeats > 1:
+        if len(study.cases) > 1:
+            said.append("Every condition has a pocket of its own.")
+        if study.uncertain:
             said.append(
-                "In every condition and sample the pocket is looked for anew: the speed is to be found on the machine."
+                "Its speed is one for all samples of what is uncertain, as nobody knows which of them the machine is: "
+                "that at which most is removed on average."
             )
     return said

@@ -59,10 +59,12 @@ def contrast(study: Study, evaluate: Evaluation, ranking: Ranking, best: Design,
     known = [_known(study, ranking, design) for design in swapped]
     samples = ranking.worst[study.objectives[0].quantity].shape[1]
     computed = len(study.cases) * sum(i is None for i in known)
-    kept = max(1, min(samples, _MOST // computed)) if computed else samples
+    kept = samples
+    if computed * samples > _MOST:  # all designs are computed again over fewer samples
+        kept, known = max(1, _MOST // (len(study.cases) * (len(known) + 2))), [None] * len(known)
     values = [_mean(study, evaluate, ranking, d, i, kept) for d, i in zip(swapped, known, strict=True)]
-    quantity = study.objectives[0].quantity
-    before, after = (float(np.mean(ranking.worst[quantity][d.number, :kept])) for d in (best, other))
+    ends = [None, None] if kept < samples else [best.number, other.number]
+    before, after = (_mean(study, evaluate, ranking, d, i, kept) for d, i in zip((a, b), ends, strict=True))
     exchanges = []
     for i, value in zip(different, values, strict=True):
         f = study.factors[i]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -16,7 +16,7 @@ from jointlib.joint import Joint
 
 from ..lobes.amplitude import operating_receptance
 from ..lobes.cutting import Cutting
-from ..lobes.pocket import best_pocket
+from ..lobes.pocket import common_pockets
 from ..lobes.solve import stability_lobes
 from ..lobes.together import METHODS, limits, peak_receptance, static_compliance
 from ..lobes.tool_model import ToolModel
@@ -87,7 +87,7 @@ class Evaluation:
         if "peak-receptance" in out:
             out["peak-receptance"] = tips.peaks(len(asked))
         if DEPTHS & set(out):
-            found = self._depths(tips, [cuttings[row] for row in range(len(asked))], [case for _, case in asked])
+            found = self._depths(tips, [cuttings[row] for row in range(len(asked))], asked)
             out |= {name: values for name, values in found.items() if name in out}
         return out
 
@@ -126,14 +126,16 @@ class Evaluation:
         """Rows of the plan that belong to designs, given as quantiles (designs, design factors)."""
         return replace(self._study, found=designs).numbers()
 
-    def _depths(self, tips: _Tips, cuttings: Sequence[Cutting], cases: Sequence[Case]) -> dict[str, Array]:
+    def _depths(
+        self, tips: _Tips, cuttings: Sequence[Cutting], asked: Sequence[tuple[Array, Case]]
+    ) -> dict[str, Array]:
         """Depths and pockets of every configuration, the lowest limit over its tool points counting."""
         study = self._study
         speeds = np.array([
             cutting.speeds(study.speed_count)
             if "cutting.speed" in case.changes or not len(study.speeds)
             else study.speeds
-            for cutting, case in zip(cuttings, cases, strict=True)
+            for cutting, (_, case) in zip(cuttings, asked, strict=True)
         ])  # fmt: skip
         pockets = bool(set(study.quantities) & DEPTHS - {"minimum-depth"})
         lowest, limit = np.full(len(cuttings), np.inf), np.full(speeds.shape, np.inf)
@@ -158,12 +160,22 @@ class Evaluation:
                 np.minimum.at(limit, rows, found.depth)
         out = {"minimum-depth": lowest}
         if pockets:
-            best = [best_pocket(*one) for one in zip(speeds, limit, cuttings, strict=True)]
-            out["pocket-depth"] = np.array([np.nan if one is None else one.depth for one in best])
-            out["pocket-speed"] = np.array([np.nan if one is None else one.speed for one in best])
-            rates = (None if one is None else one.removal_rate for one in best)
-            out["removal-rate"] = np.array([np.nan if rate is None else rate for rate in rates])
+            out |= {name: np.full(len(cuttings), np.nan) for name in ("pocket-depth", "pocket-speed", "removal-rate")}
+            for rows in self._told_apart(asked, speeds):
+                best = common_pockets(speeds[rows[0]], limit[rows], [cuttings[row] for row in rows])
+                for row, one in zip(rows, best, strict=True):
+                    if one is not None:
+                        out["pocket-depth"][row], out["pocket-speed"][row] = one.depth, one.speed
+                        out["removal-rate"][row] = np.nan if one.removal_rate is None else one.removal_rate
         return out
+
+    def _told_apart(self, asked: Sequence[tuple[Array, Case]], speeds: Array) -> list[list[int]]:
+        """The samples of every design in every case: who sets the speed knows the latter, and not the sample."""
+        known = [i for i, factor in enumerate(self._study.factors) if not factor.uncertain]
+        found: dict[Hashable, list[int]] = {}
+        for row, (numbers, case) in enumerate(asked):
+            found.setdefault((case, numbers[known].tobytes(), speeds[row].tobytes()), []).append(row)
+        return list(found.values())
 
 
 @dataclass(eq=False)

@@ -45,9 +45,10 @@ def begin(study: Study, folder: Path) -> Store:
     """The results folder of a study: a new one, or that of the same study, inputs and program."""
     check_asked(study)
     together = study.population * study.repeats if study.searched else study.total
-    block = max(1, min(_BLOCK, together // _BLOCKS))
+    whole = study.together
+    block = max(whole, min(_BLOCK, together // _BLOCKS) // whole * whole)
     if study.searched:  # generations end where blocks do
-        block = max(size for size in range(1, block + 1) if together % size == 0)
+        block = max(size for size in range(whole, block + 1, whole) if together % size == 0)
     known = identity(study) | ({"optimiser": optimiser()} if study.searched else {})
     return Store.begin(folder, known, study.total, block)
 

@@ -143,6 +143,11 @@ class Study:
     def _drawn(self) -> int:
         return self.samples if self.uncertain else 1
 
+    @property
+    def together(self) -> int:
+        """Configurations that no block may part: where a pocket counts, the samples that have its speed in common."""
+        return self._drawn if "pocket-speed" in self.quantities else 1
+
     def case(self, row: int) -> Case:
         """The conditions of a row of the plan."""
         return self.cases[row // self._drawn % len(self.cases)]

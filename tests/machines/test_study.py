@@ -14,7 +14,7 @@ from jointlib.joint import Joint
 from jointlib.laws.jenkins import Jenkins
 from machines import Beam, Rigid, frozen_receptance, lobes_at_amplitude, read_machine
 from machines.lobes import Cutting
-from machines.lobes.pocket import pocket
+from machines.lobes.pocket import pocket, removal_rate
 from machines.study import engine, run
 from machines.study.evaluation import Evaluation
 from machines.study.run import begin, evaluate_all, identity, inputs
@@ -541,6 +541,55 @@ def test_a_spindle_that_is_free_to_turn_does_not_keep_a_mill_from_its_modes(mass
     G = frozen_receptance(machine, lines, 0.0).receptance
     error = np.linalg.norm(modes(lines) - G, axis=(1, 2))
     assert np.all(error < 1e-6 * np.linalg.norm(G, axis=(1, 2)))
+
+
+def test_a_pocket_has_one_speed_for_all_samples_and_that_is_the_best_on_average(folder: Path) -> None:
+    """Who sets the speed does not know the mass of the slide: no speed removes more on average over its samples."""
+    text = (folder / "s.study.toml").read_text()
+    kept = text[: text.index('[[factor]]\nname = "base"')]
+    (folder / "u.study.toml").write_text(
+        f"""{kept}
+[[factor]]
+name = "base"
+path = "component.base.mass[0][0]"
+role = "uncertain"
+range = [1.6, 2.4]
+[conditions]
+speed = [2000, 9000]
+[[objective]]
+quantity = "removal-rate"
+goal = "max"
+[sampling]
+method = "factorial"
+samples = 5
+"""
+    )
+    study = read_study(folder / "u.study.toml")
+    store = begin(study, folder / "r")
+    rows = [store.rows(i, i) for i in range(store.blocks)]
+    assert all((part.stop - part.start) % 5 == 0 for part in rows), "the samples of a design are in one block"
+    found = {name: study.shaped(v)[:, 0] for name, v in Evaluation(study.source)(0, 15).items()}
+    speeds = np.linspace(2000, 9000, 100)
+    for design in range(3):
+        worst, cut = [], None
+        for sample in range(5):
+            stiffness, mass = study.numbers()[5 * design + sample]
+            machine = read_machine(study.base, {"component.base.mass[0][0]": float(mass)})
+            joint = machine.connections[0].joint
+            assert joint is not None
+            machine = machine.with_joint("guide", joint.with_parameters({"linear.stiffness": 1e6 * float(stiffness)}))
+            depth = lobes_at_amplitude(machine, speeds, 0.0, "turning").depth
+            near = np.abs(speeds[:, None] - speeds) <= 0.02 * speeds[:, None]
+            inside = (speeds * 0.98 >= 2000) & (speeds * 1.02 <= 9000) & (np.sum(near, axis=1) >= 3)
+            worst.append(np.where(inside, np.min(np.where(near, depth, np.inf), axis=1), -np.inf))
+            cut = Cutting(**(machine.cutting or {}))
+        at = int(np.argmax(speeds * np.mean(worst, axis=0)))
+        assert np.all(found["pocket-speed"][design] == speeds[at])
+        assert cut is not None
+        rates = [removal_rate(cut, float(speeds[at]), 0.9 * float(one[at])) for one in worst]
+        np.testing.assert_allclose(found["removal-rate"][design], rates, rtol=1e-6)
+        alone = [float(speeds[int(np.argmax(speeds * one))]) for one in worst]
+        assert len({*alone}) > 1, "each sample by itself would have had another speed"
 
 
 def test_at_an_amplitude_a_changed_cut_drives_the_tool(tmp_path: Path) -> None:

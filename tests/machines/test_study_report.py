@@ -189,8 +189,8 @@ def test_a_design_that_a_plan_holds_twice_counts_once(tmp_path: Path) -> None:
     assert len({tuple(design.factors.values()) for design in verdict.leading}) == len(verdict.leading)
 
 
-def test_the_speed_of_a_pocket_is_one_that_a_sample_has(tmp_path: Path) -> None:
-    """Two samples have their pocket at 7500 rpm, one at 11700 rpm: between them nobody should cut."""
+def test_the_speed_of_a_pocket_is_one_that_a_condition_has(tmp_path: Path) -> None:
+    """In two samples the worst one has its pocket at 7500 rpm, in one at 11700: between them nobody should cut."""
     text = STUDY.replace("static-compliance", "removal-rate").replace('goal = "min"', 'goal = "max"', 1)
     (tmp_path / "s.study.toml").write_text(text)
     opened = read_study(tmp_path / "s.study.toml")
@@ -198,7 +198,7 @@ def test_the_speed_of_a_pocket_is_one_that_a_sample_has(tmp_path: Path) -> None:
     rate = np.repeat([4e-6, 3e-6, 2e-6, 1e-6], 3)
     results = {"removal-rate": rate, "peak-receptance": rate, "pocket-speed": np.tile(speeds, 4)}
     verdict = judge(opened, results)
-    assert "it removes 240 cm³/min at 7500 rpm (by sample at 7500 to 11700 rpm); 33 %" in answer(opened, verdict)
+    assert "it removes 240 cm³/min at 7500 rpm (by condition at 7500 to 11700 rpm); 33 %" in answer(opened, verdict)
     results["pocket-speed"] = np.tile([7500.0, 7550.0, 7600.0], 4)
     assert "it removes 240 cm³/min at 7550 rpm; 33 %" in answer(opened, judge(opened, results))
 
