@@ -10,6 +10,8 @@ from jointlib.errors import InputError, nearest
 from jointlib.io.toml import Section
 
 _NAMED = ("component", "connection", "bundle", "axis")
+_ONE_OF = ("joint", "identify", "rigid")
+"""Keys of a connection that exclude each other."""
 _STEP = re.compile(r"([^.\[\]]+)|\[(\d+)\]")
 
 
@@ -19,7 +21,8 @@ def change(documents: Sequence[Section], changes: Mapping[str, Any], where: str)
     ``component.cutter.stiffness[0][0]``, ``bundle.x_guide.preload``, ``connection.foot.joint.law[0].damping``,
     ``axis.x.position``, ``cutting.immersion``: components, connections, bundles and axes by name, entries of lists by
     number from 0. A key that the file leaves out may be set; what no file has is refused when the file is read. Where
-    the value is a table and a table stands at the path, ``bundle.x_guide``, its keys take the place of those there.
+    the value is a table and a table stands at the path, ``bundle.x_guide``, its keys take the place of those there. A
+    joint given to a connection takes the place of records to identify one from, or of a rigid connection.
     """
     for path, value in changes.items():
         _put(documents, path, value, where)
@@ -61,6 +64,10 @@ def _put(documents: Sequence[Section], path: str, value: Any, where: str) -> Non
         raise InputError(f"{where}: path {path!r}: {last!r} is a key, but there stands {target!r}")
     held = target.get(last) if isinstance(target, dict) else target[last]
     target[last] = {**held, **value} if isinstance(held, dict) and isinstance(value, Mapping) else value
+    if kind == "connection" and len(steps) == 1 and last in _ONE_OF and value is not False:
+        for other in _ONE_OF:
+            if other != last:
+                target.pop(other, None)
 
 
 def _words(steps: Sequence[str | int]) -> list[str]:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from jointlib import read_joint
 from jointlib.errors import InputError
 from machines import Machine, frozen_receptance, read_machine
 
@@ -105,3 +106,15 @@ def test_a_longer_cutter_takes_its_tip_along(tmp_path: Path) -> None:
     assert frozen_receptance(longer, lines, 0.0).receptance == pytest.approx(
         frozen_receptance(by_hand, lines, 0.0).receptance, rel=1e-9
     )
+
+
+def test_a_joint_given_takes_the_place_of_records_and_of_a_rigid_connection() -> None:
+    """The guide of the mill is identified from records, and its spindle nose is rigid."""
+    path = LIBRARY / "guide_mill.toml"
+    file = str((LIBRARY / "mount.joint.toml").resolve())
+    for name in ("guide", "spindle-nose"):
+        machine = read_machine(path, {f"connection.{name}.joint": file})
+        found = next(c for c in machine.connections if c.name == name)
+        assert (found.joint, found.identify, found.rigid) == (read_joint(file), None, False)
+    held = next(c for c in read_machine(path, {"connection.guide.rigid": True}).connections if c.name == "guide")
+    assert (held.joint, held.identify, held.rigid) == (None, None, True)
