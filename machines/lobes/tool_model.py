@@ -23,6 +23,7 @@ _SLOW = 1e-7
 _ASIDE = 1e-9
 _CACHED = 4096
 """Lines worked on at once, so few that they stay in the processor's cache."""
+_COINCIDE = "collocation: the tool has modes that coincide, such as a free motion; hold it, or use multi-frequency"
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,16 +62,19 @@ class ToolModel:
     def several(cls, A: Array, B: Array, C: Array, D: Array, axes: tuple[str, ...]) -> list[ToolModel]:
         """`from_states` for several A, (models, n, n), in one decomposition."""
         poles, right = (found.astype(complex) for found in np.linalg.eig(A))
-        reach = np.linalg.svd(right / np.linalg.norm(right, axis=1, keepdims=True), compute_uv=False)
-        if not np.all(reach[:, -1] * _HELD_APART > reach[:, 0]):
-            raise InputError("collocation: the tool has modes that coincide, such as a free motion; hold it, or use "
-                             "multi-frequency")  # fmt: skip
-        inputs, outputs = np.linalg.solve(right, B.astype(complex)), (C @ right).swapaxes(1, 2)
+        try:
+            inputs, outputs = np.linalg.solve(right, B.astype(complex)), (C @ right).swapaxes(1, 2)
+        except np.linalg.LinAlgError:
+            raise InputError(_COINCIDE) from None
+        aside = np.array([_aside(*one) for one in zip(poles, inputs, outputs, strict=True)])
+        for vectors, left_out in zip(right / np.linalg.norm(right, axis=1, keepdims=True), aside, strict=True):
+            reach = np.linalg.svd(vectors[:, ~left_out], compute_uv=False)
+            if not reach[-1] * _HELD_APART > reach[0]:
+                raise InputError(_COINCIDE)
         speed = np.abs(poles)
         peak = np.linalg.norm(inputs, axis=2) * np.linalg.norm(outputs, axis=2)
         peak /= np.maximum(np.abs(poles.real), 1e-9 * speed)
-        share = peak / np.max(peak, axis=1, keepdims=True)
-        aside = np.array([_aside(*one) for one in zip(poles, inputs, outputs, strict=True)])
+        share = peak / np.max(np.where(aside, 0.0, peak), axis=1, keepdims=True)
         kept = (poles.imag >= -_NOTHING * speed) & ~aside & (share > _NOTHING)
         if np.any(poles.real[kept] >= 0):
             raise InputError(

@@ -100,23 +100,24 @@ class Evaluation:
         tips: _Tips,
     ) -> None:
         """Static compliances and tool points of configurations, by row, that differ in joints and cut only."""
-        draws, rows = (self._study.samples, self._study.seed), list(settings)
-        models = part.models(list(settings.values()), *draws)
-        if "static-compliance" in out and models is not None:
-            out["static-compliance"][rows] = static_compliance(models)
-        elif "static-compliance" in out:
-            for row, of in settings.items():
-                at_rest = frozen_receptance(part.changed(of, *draws), _STATIC_LINE, 0.0)
+        draws = self._study.samples, self._study.seed
+        models = dict(zip(settings, part.models(list(settings.values()), *draws), strict=True))
+        modal = {row: model for row, model in models.items() if model is not None}
+        if "static-compliance" in out:
+            if modal:
+                out["static-compliance"][list(modal)] = static_compliance(list(modal.values()))
+            for row in models.keys() - modal.keys():
+                at_rest = frozen_receptance(part.changed(settings[row], *draws), _STATIC_LINE, 0.0)
                 out["static-compliance"][row] = np.max(_direct(at_rest.receptance))
         if not set(out) & (DEPTHS | {"peak-receptance"}):
             return
         for amplitude in self._study.amplitudes:
-            if models is not None and amplitude == 0:
-                tips.add(rows, models, part.axes)
-                continue
             for row, of in settings.items():
-                machine, cutting = part.changed(of, *draws), cuttings.get(row)
-                tips.add([row], [operating_receptance(machine, amplitude, cutting=cutting).frf], part.axes)
+                tool: ToolModel | FRF | None = modal.get(row) if amplitude == 0 else None
+                if tool is None:
+                    machine, cutting = part.changed(of, *draws), cuttings.get(row)
+                    tool = operating_receptance(machine, amplitude, cutting=cutting).frf
+                tips.add(row, tool, part.axes)
 
     def setting(self, numbers: Array, case: Case) -> Setting:
         """What is changed in which file for a configuration."""
@@ -186,11 +187,11 @@ class _Tips:
     tools: list[ToolModel | FRF] = field(default_factory=list)
     axes: list[tuple[str, ...]] = field(default_factory=list)
 
-    def add(self, rows: Sequence[int], tools: Sequence[ToolModel | FRF], axes: tuple[str, ...]) -> None:
-        """Tool points that move along the same axes."""
-        self.rows += rows
-        self.tools += tools
-        self.axes += [axes] * len(rows)
+    def add(self, row: int, tool: ToolModel | FRF, axes: tuple[str, ...]) -> None:
+        """A tool point that moves along these axes."""
+        self.rows.append(row)
+        self.tools.append(tool)
+        self.axes.append(axes)
 
     def peaks(self, count: int) -> Array:
         """Largest direct receptance in m/N of every configuration: of modes at the very peak, else on the lines."""

@@ -88,20 +88,29 @@ class Variant:
         machine = self.machine if of.sample is None else self.drawn(of.sample, samples, seed)
         return with_joints(machine, changed_joints(machine, of.joints)) if of.joints else machine
 
-    def models(self, settings: Sequence[Setting], samples: int, seed: int) -> list[ToolModel] | None:
+    def models(self, settings: Sequence[Setting], samples: int, seed: int) -> list[ToolModel | None]:
         """Tool points at rest as modes, of configurations that differ in their joints; None where there are no modes.
 
         The equations of motion with every joint open are those of all of them, and are decomposed together.
         """
-        if self.modes is None:
-            return None
         models = [self.modes] * len(settings)
         other = [i for i, of in enumerate(settings) if of.joints or of.sample is not None]
-        if other:
-            gains = np.array([self._changed_gains(settings[i], samples, seed) for i in other])
-            for i, model in zip(other, self._open.models(gains, self._middle), strict=True):
-                models[i] = model
+        if self.modes is None or not other:
+            return models
+        gains = np.array([self._changed_gains(settings[i], samples, seed) for i in other])
+        try:
+            found: list[ToolModel | None] = [*self._open.models(gains, self._middle)]
+        except InputError:
+            found = [self._alone(gain) for gain in gains]
+        for i, model in zip(other, found, strict=True):
+            models[i] = model
         return models
+
+    def _alone(self, gain: ComplexArray) -> ToolModel | None:
+        try:
+            return self._open.models(gain[None], self._middle)[0]
+        except InputError:
+            return None
 
     def _changed_gains(self, of: Setting, samples: int, seed: int) -> ComplexArray:
         if of.sample is not None or self.machine.static is not None:

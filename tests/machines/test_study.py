@@ -627,3 +627,25 @@ objective = [{ quantity = "minimum-depth", goal = "max" }, { quantity = "pocket-
         machine = read_machine(tmp_path / "mill.toml", {"cutting.mode": mode})
         chart = lobes_at_amplitude(machine, np.linspace(3000, 12000, 20), 6e-6, "zero-order")
         assert found["minimum-depth"][i] == pytest.approx(chart.minimum_depth, rel=1e-9)
+
+
+def test_a_spindle_that_turns_freely_stops_no_study(tmp_path: Path) -> None:
+    """Its turning is a double pole at zero that rounding splits otherwise in every configuration; no cut sees it."""
+    (tmp_path / "l.study.toml").write_text(
+        f"""
+schema = "jointlib/study/1"
+base = "{LIBRARY}/lathe.toml"
+factor = [{{ path = "connection.mount_3.y.joint.linear.stiffness", range = ["180 N/um", "420 N/um"], levels = 41 }}]
+conditions = {{ speed = [1000, 3000] }}
+objective = [{{ quantity = "minimum-depth", goal = "max" }}]
+"""
+    )
+    study = read_study(tmp_path / "l.study.toml")
+    found = Evaluation(study.source)(0, 41)["minimum-depth"]
+    machine = read_machine(LIBRARY / "lathe.toml")
+    for row in (4, 40):
+        old = next(c.joint for c in machine.connections if c.name == "mount_3.y")
+        assert old is not None
+        changed = old.with_parameters({"linear.stiffness": 1e6 * float(study.numbers()[row, 0])})
+        chart = lobes_at_amplitude(machine.with_joint("mount_3.y", changed), [2000.0], 0.0, "turning")
+        assert found[row] == pytest.approx(chart.minimum_depth, rel=1e-6)
