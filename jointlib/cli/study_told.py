@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from jointlib.arrays import Array
     from jointlib.joint import Joint
     from machines.study.contrast import Contrast
+    from machines.study.evaluation import Evaluation
     from machines.study.store import Store
     from machines.study.study import Study
     from machines.study.verdict import Design, Verdict
@@ -22,7 +23,10 @@ REPORT, BEST = "report.html", "best.toml"
 
 def tell(study: Study, store: Store, joints: Mapping[str, Joint], output: Path, as_json: bool) -> None:
     """Print what is done; once all is, judge it and write ``results.npz``, ``report.html`` and ``best.toml``."""
+    import numpy as np
+
     from jointlib.io.atomic import write_npz
+    from machines.study.evaluation import Evaluation
     from machines.study.verdict import judge
 
     done = store.total - sum(store.rows(i, i).stop - store.rows(i, i).start for i in store.missing())
@@ -34,8 +38,13 @@ def tell(study: Study, store: Store, joints: Mapping[str, Joint], output: Path, 
     results = store.results()
     write_npz(output / "results.npz", {"factors": study.numbers(), **results})
     verdict = judge(study, results)
+    evaluate = Evaluation(study.source.resolve(), tuple(sorted(joints.items())))
+    without = np.flatnonzero(np.all([np.isnan(values) for values in results.values()], axis=0))
+    refused = evaluate.refused(study.numbers()[without[0]], study.case(int(without[0]))) if len(without) else ""
+    if refused:
+        lines.append(f"{len(without)} of them have no results; the first: {refused}")
     with working("writing the report"):
-        written = _write(study, results, verdict, joints, output)
+        written = _write(study, results, verdict, joints, evaluate, lines[1:], output)
     data |= _as_json(verdict) | {"report": str(output / REPORT), "machine": None}
     if verdict.best is not None:
         data["machine"] = str(output / BEST)
@@ -43,25 +52,29 @@ def tell(study: Study, store: Store, joints: Mapping[str, Joint], output: Path, 
 
 
 def _write(
-    study: Study, results: Mapping[str, Array], verdict: Verdict, joints: Mapping[str, Joint], output: Path
+    study: Study,
+    results: Mapping[str, Array],
+    verdict: Verdict,
+    joints: Mapping[str, Joint],
+    evaluate: Evaluation,
+    warnings: Sequence[str],
+    output: Path,
 ) -> list[Path]:
     """The best machine, where there is one, and the report."""
     from machines.report.study_report import study_page
     from machines.study.best import write_best
     from machines.study.contrast import contrast
-    from machines.study.evaluation import Evaluation
     from machines.study.run import identity, inputs
     from machines.study.verdict import rivals
 
     found: list[Contrast] = []
-    evaluate = Evaluation(study.source.resolve(), tuple(sorted(joints.items())))
     best = None
     if verdict.best is not None:
         best = write_best(study, evaluate, joints, verdict.ranking, verdict.best, output / BEST)
         found = [contrast(study, evaluate, verdict.ranking, verdict.best, rival) for rival in rivals(study, verdict)]
     files = (study.source, *inputs(study))
     command = shlex.join(["jointlib", "study", "run", str(study.source), "-o", str(output)])
-    page = study_page(study, results, verdict, found, best, files, identity(study), command)
+    page = study_page(study, results, verdict, found, best, files, identity(study), command, warnings)
     page.write(output / REPORT)
     return [output / REPORT, *([] if best is None else [best.files[0]])]
 

@@ -92,6 +92,7 @@ def study_page(
     inputs: tuple[Path, ...],
     identity: Mapping[str, object],
     command: str,
+    warnings: Sequence[str] = (),
 ) -> Page:
     """The whole report; ``found`` holds the best against others, ``best`` its machine file if there is one."""
     sections: list[Section] = []
@@ -118,7 +119,7 @@ def study_page(
         sections=sections,
         inputs=[(path.name, sha256(path)) for path in inputs],
         assumptions=_assumptions(study),
-        warnings=[],
+        warnings=list(warnings),
         command=command,
         version=f"{identity.get('program', version('jointlib'))}, numpy {version('numpy')}, scipy {version('scipy')}",
     )

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
+from jointlib.errors import CheckFailed, InputError
 from jointlib.frf import FRF
 from jointlib.joint import Joint
 
@@ -68,8 +69,27 @@ class Evaluation:
         return self.of(self._numbers[first:end], first)
 
     def of(self, numbers: Array, first: int) -> dict[str, Array]:
-        """Every quantity of configurations with these numbers, the first of which is row ``first`` of the plan."""
-        return self.each([(row, self._study.case(first + i)) for i, row in enumerate(numbers)])
+        """Every quantity of configurations with these numbers, the first of which is row ``first`` of the plan.
+
+        They are not numbers where a machine has none: it gives way under its load, or a mode of its tool never settles.
+        """
+        asked = [(row, self._study.case(first + i)) for i, row in enumerate(numbers)]
+        try:
+            return self.each(asked)
+        except (CheckFailed, InputError):
+            able = [i for i, one in enumerate(asked) if not self.refused(*one)]
+        out = {name: np.full(len(asked), np.nan) for name in self._study.quantities}
+        for name, values in (self.each([asked[i] for i in able]) if able else {}).items():
+            out[name][able] = values
+        return out
+
+    def refused(self, numbers: Array, case: Case) -> str:
+        """The sentence in which a configuration is refused; empty where it has its results."""
+        try:
+            self.each([(numbers, case)])
+        except (CheckFailed, InputError) as error:
+            return str(error)
+        return ""
 
     def each(self, asked: Sequence[tuple[Array, Case]]) -> dict[str, Array]:
         """Every quantity of configurations told by the numbers of their factors and their conditions."""

@@ -36,6 +36,7 @@ _BLOCKS = 128
 """Blocks a plan should at least have, so that many workers share a short one."""
 _PATIENCE = 10
 """Seconds a scheduler has to answer."""
+_TRIED = 8
 _PLAN = "plan"
 _PACKAGES = ("jointlib", "machines")
 _SHOWING = ("explore", "report")
@@ -79,13 +80,25 @@ def evaluate_all(
     if study.searched and part != (1, 1):
         raise InputError("--shard: a generation of a search follows from the one before, expected no parts of it")
     evaluation = Evaluation(study.source.resolve(), tuple(sorted(joints.items())), uuid.uuid4().hex)
-    trial = Generation(evaluation, next(generations(study)), 0) if study.searched else evaluation
-    trial(0, 1)  # what is wrong with the study is said before any worker starts
+    _try(study, evaluation)
     with _workers(study, workers, scheduler) as (executor, count):
         if study.searched:
             search_all(study, store, evaluation, executor, count, progress)
         else:
             compute(store, evaluation, executor, count, part, progress)
+
+
+def _try(study: Study, evaluation: Evaluation) -> None:
+    """Say what is wrong with the study before any worker starts: where the first few designs are all refused."""
+    numbers = evaluation.numbers(next(generations(study))) if study.searched else study.numbers()
+    tried = range(0, len(numbers), study.repeats)[:_TRIED]
+    said = ""
+    for row in tried:
+        sentence = evaluation.refused(numbers[row], study.case(row))
+        if not sentence:
+            return
+        said = said or sentence
+    raise InputError(said)
 
 
 def search_all(

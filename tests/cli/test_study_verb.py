@@ -16,6 +16,9 @@ import numpy as np
 import pytest
 from command_line import files, jointlib
 
+from jointlib import Joint, write_joint
+from jointlib.laws.hertz_contact import HertzContact
+from jointlib.laws.viscous import Viscous
 from machines.study import run
 
 STUDY = """
@@ -286,3 +289,44 @@ def test_a_value_that_a_machine_cannot_take_is_said_first_and_nothing_is_left(st
     )
     study.write_text(whole.replace('"half"', "0.6"))
     assert jointlib(f"study run {study} -o out --workers 1").status == 0
+
+
+def test_a_machine_that_cannot_be_has_no_results_and_stops_no_study(here: Path) -> None:
+    """Pulled with 700 N, a contact of less preload gives way; the designs that hold are compared all the same."""
+    write_joint("contact.joint.toml", Joint((HertzContact(900.0, 3.931408125e-8), Viscous(400.0))))
+    Path("hung.toml").write_text(
+        """
+schema = "jointlib/machine/1"
+tool = { x = "slide.x" }
+response = { frequency = [20, 2000] }
+static = { force = { "slide.x" = "-700 N" } }
+[[component]]
+name = "slide"
+kind = "lumped"
+dofs = ["x"]
+mass = [[60.0]]
+[[connection]]
+name = "guide"
+between = ["slide.x", "ground"]
+joint = "contact.joint.toml"
+"""
+    )
+    study = """
+schema = "jointlib/study/1"
+base = "hung.toml"
+factor = [{ name = "preload", path = "connection.guide.joint.hertz_contact.preload", values = [VALUES] }]
+objective = [{ quantity = "static-compliance", goal = "min" }]
+"""
+    Path("s.study.toml").write_text(study.replace("VALUES", '"600 N", "650 N", "900 N", "1200 N"'))
+    done = jointlib("study run s.study.toml -o out --workers 1 --json")
+    assert done.status == 0
+    assert done.json["best"]["factors"] == {"preload": "1200 N"}
+    with np.load("out/results.npz") as held:
+        assert np.isnan(held["static-compliance"]).tolist() == [True, True, False, False]
+    said = jointlib("study report s.study.toml -o out")
+    assert re.search(r"2 of them have no results; the first: \S*hung.toml: static: no equilibrium", said.out)
+    assert "2 of 4 designs meet the constraints" in said.out
+    assert "2 of them have no results" in Path("out/report.html").read_text()
+    Path("s.study.toml").write_text(study.replace("VALUES", '"600 N", "650 N"'))
+    none = jointlib("study run s.study.toml -o none --workers 1")
+    assert (none.status, "no equilibrium" in none.err, Path("none/study.json").exists()) == (2, True, False)

@@ -12,6 +12,7 @@ from jointlib.errors import InputError
 from machines import lobes_at_amplitude, read_machine
 from machines.lobes.uncertainty import sampled_machines
 from machines.study.evaluation import Evaluation
+from machines.study.run import begin, evaluate_all
 from machines.study.study import Study, read_study
 from machines.study.verdict import judge
 
@@ -142,5 +143,9 @@ record = [{ file = "slide.csv", drive = "x", response = "x", quantity = "recepta
     ],
 )
 def test_where_nothing_is_known_of_errors_it_is_said(tmp_path: Path, joint: str, study: str, said: str) -> None:
+    def computed() -> None:
+        opened = written(tmp_path, joint, study)
+        evaluate_all(opened, begin(opened, tmp_path / "r"), {}, workers=1)
+
     with pytest.raises(InputError, match=said):
-        depths(written(tmp_path, joint, study))
+        computed()
