@@ -64,7 +64,8 @@ def _write(
     from machines.report.study_report import study_page
     from machines.study.best import write_best
     from machines.study.contrast import contrast
-    from machines.study.run import identity, inputs
+    from machines.study.inputs import inputs
+    from machines.study.run import identity
     from machines.study.verdict import rivals
 
     found: list[Contrast] = []

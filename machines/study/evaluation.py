@@ -24,6 +24,7 @@ from ..lobes.tool_model import ToolModel
 from ..operating import frozen_receptance
 from .asked import DEPTHS
 from .conditions import Case
+from .inputs import inputs_hash
 from .settings import Setting, setting
 from .study import Study, read_study
 from .variants import Machines, Variant, joint_units
@@ -44,6 +45,8 @@ class Evaluation:
     """Joints that the base machine leaves to be identified, by connection."""
     run: str = ""
     """A word for one run of the study: within it a worker reads the files once."""
+    files: str = ""
+    """Hash of what the study stands on when the run began; where it is given, files that change stop the run."""
 
     @cached_property
     def _study(self) -> Study:
@@ -62,7 +65,7 @@ class Evaluation:
         return joint_units(self._machines.of(self._study.base).machine, (f.path for f in self._study.factors))
 
     def __reduce__(self) -> tuple[object, tuple[object, ...]]:
-        return _arrived, (self.source, self.joints, self.run)
+        return _arrived, (self.source, self.joints, self.run, self.files)
 
     def __call__(self, first: int, end: int) -> dict[str, Array]:
         """Every quantity that the study asks for, of the configurations from ``first`` to before ``end``."""
@@ -77,6 +80,8 @@ class Evaluation:
         try:
             return self.each(asked)
         except (CheckFailed, InputError):
+            if self.files and self.files != inputs_hash(self._study):
+                raise
             able = [i for i, one in enumerate(asked) if not self.refused(*one)]
         out = {name: np.full(len(asked), np.nan) for name in self._study.quantities}
         for name, values in (self.each([asked[i] for i in able]) if able else {}).items():
@@ -254,11 +259,11 @@ class Generation:
         return self.evaluation.of(self._numbers[first - self.first : end - self.first], first)
 
 
-def _arrived(source: Path, joints: tuple[tuple[str, Joint], ...], run: str) -> Evaluation:
+def _arrived(source: Path, joints: tuple[tuple[str, Joint], ...], run: str, files: str) -> Evaluation:
     """The evaluation in a worker: that of earlier tasks of the same run with all it has read, or a new one."""
     known: Evaluation | None = getattr(_LATEST, "evaluation", None)
     if known is None or not run or known.run != run:
-        known = _LATEST.evaluation = Evaluation(source, joints, run)
+        known = _LATEST.evaluation = Evaluation(source, joints, run, files)
     return known
 
 

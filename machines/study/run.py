@@ -22,13 +22,13 @@ from jointlib.errors import InputError
 from jointlib.io.atomic import sha256, write_npz
 from jointlib.joint import Joint
 
-from ..named_files import documents_and_data, named_files
 from .asked import check_asked
 from .engine import compute, process_pool, single_threaded
 from .evaluation import Evaluation, Generation
+from .inputs import inputs_hash
 from .search import generations, optimiser
 from .store import Store, arrays
-from .study import BASE, Study, read_study
+from .study import Study, read_study
 
 _BLOCK = 32
 """Most configurations in a block."""
@@ -79,7 +79,7 @@ def evaluate_all(
     """
     if study.searched and part != (1, 1):
         raise InputError("--shard: a generation of a search follows from the one before, expected no parts of it")
-    evaluation = Evaluation(study.source.resolve(), tuple(sorted(joints.items())), uuid.uuid4().hex)
+    evaluation = Evaluation(study.source.resolve(), tuple(sorted(joints.items())), uuid.uuid4().hex, inputs_hash(study))
     _try(study, evaluation)
     with _workers(study, workers, scheduler) as (executor, count):
         if study.searched:
@@ -192,21 +192,7 @@ def _seen(source: Path) -> dict[str, Any]:
 
 def identity(study: Study) -> dict[str, Any]:
     """Hashes of the study, of every file it stands on and of the program, by which results are told apart."""
-    together = hashlib.sha256("".join(sha256(file) for file in inputs(study)).encode()).hexdigest()
-    return {"study": sha256(study.source), "inputs": together, "program": f"{version('jointlib')} {_code()}"}
-
-
-def inputs(study: Study) -> tuple[Path, ...]:
-    """Every file that the configurations are made from."""
-    bases = [study.base, *(study.source.parent / str(v) for f in study.factors if f.path == BASE for v in f.choices)]
-    for base in bases:
-        if not base.is_file():
-            raise InputError(f"{base}: no such file, expected a machine file")
-    found = {file for base in bases for file in documents_and_data(base)}
-    choices = [list(f.choices) for f in study.factors if f.path != BASE]
-    named = {file for folder in {file.parent for file in found} for file in named_files(choices, folder)}
-    found |= {file for path in named for file in documents_and_data(path)}
-    return tuple(sorted(found))
+    return {"study": sha256(study.source), "inputs": inputs_hash(study), "program": f"{version('jointlib')} {_code()}"}
 
 
 def _code() -> str:

@@ -17,7 +17,8 @@ from machines.lobes import Cutting
 from machines.lobes.pocket import pocket, removal_rate
 from machines.study import engine, run
 from machines.study.evaluation import Evaluation
-from machines.study.run import begin, evaluate_all, identity, inputs
+from machines.study.inputs import inputs, inputs_hash
+from machines.study.run import begin, evaluate_all, identity
 from machines.study.study import Study, read_study
 from machines.study.variants import Variant
 from machines.study.verdict import judge
@@ -649,3 +650,14 @@ objective = [{{ quantity = "minimum-depth", goal = "max" }}]
         changed = old.with_parameters({"linear.stiffness": 1e6 * float(study.numbers()[row, 0])})
         chart = lobes_at_amplitude(machine.with_joint("mount_3.y", changed), [2000.0], 0.0, "turning")
         assert found[row] == pytest.approx(chart.minimum_depth, rel=1e-6)
+
+
+def test_a_file_that_goes_while_a_study_runs_is_no_machine_that_cannot_be(folder: Path) -> None:
+    """Its configurations must not be kept as designs without results."""
+    study = opened(folder)
+    evaluation = Evaluation(study.source, files=inputs_hash(study))
+    assert np.all(np.isfinite(evaluation(0, 2)["weight"]))
+    (folder / "lathe.toml").unlink()
+    fresh = Evaluation(study.source, files=evaluation.files)
+    with pytest.raises(InputError, match=r"lathe\.toml: no such file"):
+        fresh(0, 2)
