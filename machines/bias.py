@@ -22,7 +22,7 @@ from jointlib.law import JointLaw, Motion
 from .coordinates import Coordinates
 from .indices import Mask
 from .machine import Machine
-from .mean_force import MeanForce, Slopes, alike
+from .mean_force import MeanForce, Slopes, same_joints
 from .statics import static_point
 from .working_point import about
 
@@ -166,7 +166,7 @@ class Biased:
     @cached_property
     def _alike(self) -> list[tuple[MeanForce, list[int]]]:
         """Equal joints are asked together."""
-        return [(self.means[columns[0]], columns) for columns in alike([mean.joint for mean in self.means])]
+        return [(self.means[columns[0]], columns) for columns in same_joints([mean.joint for mean in self.means])]
 
     def gains(self, amplitude: Array, omega: Array) -> tuple[ComplexArray, ComplexArray]:
         """G of every joint, (points, members), and ∂G/∂A of every joint by every amplitude; nan without a balance."""

@@ -124,7 +124,7 @@ class MeanForce:
         return force, stiffness
 
 
-def alike(joints: Sequence[Joint]) -> list[list[int]]:
+def same_joints(joints: Sequence[Joint]) -> list[list[int]]:
     """Joints by their place, those together that are the same one and so can be asked together."""
     groups: dict[int, list[int]] = {}
     for i, joint in enumerate(joints):

@@ -12,7 +12,7 @@ from jointlib.arrays import Array
 from jointlib.errors import InputError
 
 from .machine import Machine
-from .mean_force import MeanForce, alike
+from .mean_force import MeanForce, same_joints
 from .second_order import MachineEquations, machine_equations
 
 _ITERATIONS = 200
@@ -75,7 +75,7 @@ class Balance:
 
     @cached_property
     def _alike(self) -> list[list[int]]:
-        return alike([mean.joint for mean in self.means])
+        return same_joints([mean.joint for mean in self.means])
 
     def solve(self, where: str, names: tuple[str, ...]) -> Array:
         """y of the equilibrium, by Newton's method with a search along each step."""

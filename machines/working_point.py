@@ -14,7 +14,7 @@ from jointlib.joint import Joint
 from jointlib.law import JointLaw, Motion
 
 from .machine import Machine
-from .mean_force import SLOW, alike
+from .mean_force import SLOW, same_joints
 from .statics import static_point
 
 
@@ -72,7 +72,7 @@ def tangents(machine: Machine, frequency: ArrayLike) -> ComplexArray:
     joints = machine.joints()
     stands = np.zeros(len(joints)) if machine.static is None else static_point(machine).displacement
     gains = np.empty((len(omega), len(joints)), dtype=complex)
-    for columns in alike(joints):
+    for columns in same_joints(joints):
         gains[:, columns] = joints[columns[0]].first_harmonic(0.0, omega[:, None], stands[columns]).gain
     return gains
 

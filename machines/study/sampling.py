@@ -27,7 +27,7 @@ def plan(factors: Sequence[Factor], method: str, count: int, seed: int) -> Array
     evenly spread. ``sobol``: the matrices of Saltelli's scheme for variance-based sensitivities, ``count`` (a power of
     two) base points and count · (factors + 2) configurations, in the order A, B, then A with column i from B.
     """
-    refuse_many(planned(factors, method, count), "configurations")
+    refuse_many(plan_size(factors, method, count), "configurations")
     if method == "factorial":
         axes = [factor.midpoints for factor in factors]
         return np.stack([axis.ravel() for axis in np.meshgrid(*axes, indexing="ij")], axis=1)
@@ -39,7 +39,7 @@ def plan(factors: Sequence[Factor], method: str, count: int, seed: int) -> Array
     return np.concatenate([A, B, *mixed])
 
 
-def planned(factors: Sequence[Factor], method: str, count: int) -> int:
+def plan_size(factors: Sequence[Factor], method: str, count: int) -> int:
     """How many configurations of the factors a plan holds."""
     if method == "factorial":
         for factor in factors:

@@ -16,7 +16,7 @@ from jointlib.io.toml import Section, read_toml
 from ..lobes import METHODS as LOBES
 from .conditions import Case, read_cases
 from .factors import IDENTIFICATION, Factor
-from .sampling import METHODS, SEARCH, checked_search, plan, planned, refuse_many
+from .sampling import METHODS, SEARCH, checked_search, plan, plan_size, refuse_many
 
 BASE = "base"
 """Path of a factor that takes whole machine files."""
@@ -132,7 +132,7 @@ class Study:
     @property
     def total(self) -> int:
         """How many configurations there are, those a search has not planned yet included."""
-        return self.repeats * (planned(self.design, self.method, self.count) if self.design else 1)
+        return self.repeats * (plan_size(self.design, self.method, self.count) if self.design else 1)
 
     @property
     def repeats(self) -> int:

@@ -150,7 +150,8 @@ def design_of(study: Study, ranking: Ranking, i: int) -> Design:
 def over_samples(study: Study, quantity: str, values: Array) -> Array:
     """What is told of a quantity over the samples, its last axis: the mean, of the speed of a pocket the median.
 
-    Between the pockets of two samples the machine may chatter, so that a speed is told that one of them has.
+    Samples differ in it where their worst conditions do. Between the pockets of two conditions the machine may chatter,
+    so that a speed is told that one of them has.
     """
     if quantity == "pocket-speed" and all(o.quantity != quantity for o in study.objectives):
         return np.quantile(values, 0.5, axis=-1, method="inverted_cdf")
