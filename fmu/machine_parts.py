@@ -128,7 +128,7 @@ def parts_of_machine(machine: Machine) -> Parts:
 
 def _outside(machine: Machine) -> dict[str, Array]:
     """Rows over the machine's dofs of the tool's axes and, where it is none of them, the drive."""
-    dofs = {axis: machine.tool[axis] for axis in AXES if axis in machine.tool}
+    dofs = dict(zip(machine.tool_axes, machine.tool_dofs, strict=True))
     driven = machine.driven_dof()
     if driven not in dofs.values():
         dofs["drive"] = driven

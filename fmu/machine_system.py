@@ -13,7 +13,7 @@ from jointlib.joint import Joint
 from jointlib.law import Motion
 from jointlib.parameter import Role, parameters_of
 from machines.component import Component
-from machines.machine import AXES, Machine
+from machines.machine import Machine
 from machines.second_order import MachineEquations, machine_equations
 from machines.statics import StaticPoint, static_point
 
@@ -44,7 +44,7 @@ def system_of_machine(machine: Machine) -> System:
     joints = tuple((fmi_name(c.name), j) for c, j in zip(machine.flexible, machine.joints(), strict=True))
     for connection, joint in zip(machine.flexible, machine.joints(), strict=True):
         _check(f"{machine.where}: connection {connection.name!r}", joint)
-    ports = {axis: machine.tool[axis] for axis in AXES if axis in machine.tool}
+    ports = dict(zip(machine.tool_axes, machine.tool_dofs, strict=True))
     driven = machine.driven_dof()
     if driven not in ports.values():
         ports["drive"] = driven

@@ -88,6 +88,16 @@ class Machine:
         if self.frequency is not None:
             checked_range(self.frequency, f"{where}: [response]")
 
+    @property
+    def tool_axes(self) -> tuple[str, ...]:
+        """The directions in which the tool moves, x before y."""
+        return tuple(axis for axis in AXES if axis in self.tool)
+
+    @property
+    def tool_dofs(self) -> tuple[str, ...]:
+        """The degrees of freedom of the tool along them."""
+        return tuple(self.tool[axis] for axis in self.tool_axes)
+
     def _place(self, connection: Connection) -> Array:
         try:
             row = connection.row(self.components)

@@ -17,7 +17,7 @@ from .assembly import Assembly, View
 from .coupling import joined
 from .indices import Index, Reasons
 from .limits import feeds_energy
-from .machine import AXES, Machine
+from .machine import Machine
 from .one_joint import BARELY_MOVING, OneJoint
 from .prescribed import Prescribed, solve_prescribed
 
@@ -101,7 +101,7 @@ class OpenTool:
     @property
     def tool(self) -> tuple[str, ...]:
         """Degrees of freedom of the tool in the directions in which it moves."""
-        return tuple(self.machine.tool[axis] for axis in AXES if axis in self.machine.tool)
+        return self.machine.tool_dofs
 
     @property
     def rows(self) -> tuple[str, ...]:

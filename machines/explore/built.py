@@ -18,9 +18,10 @@ from ..lobes.chart import StabilityLobes
 from ..lobes.cutting import Cutting
 from ..lobes.machine_model import modes_at_rest
 from ..lobes.solve import stability_lobes
+from ..lobes.together import preview
 from ..lobes.tool_model import ToolModel
 from ..lobes.tool_point import ToolPoint
-from ..machine import AXES, Machine
+from ..machine import Machine
 from ..operating import OpenTool, frozen_receptance, operating_point
 
 _LINES = 500
@@ -34,11 +35,6 @@ class Built:
 
     machine: Machine
     modal: bool
-
-    @property
-    def axes(self) -> tuple[str, ...]:
-        """Directions in which the tool point moves."""
-        return tuple(axis for axis in AXES if axis in self.machine.tool)
 
     @cached_property
     def band(self) -> tuple[float, float]:
@@ -79,7 +75,7 @@ class Built:
         """Receptance of the tool point in m/N for small motion."""
         if self.model is None:
             return operating_point(self.machine, self.lines, 0.0).frf
-        dofs = tuple(self.machine.tool[axis] for axis in self.axes)
+        dofs = self.machine.tool_dofs
         kind = ReceptanceKind.TANGENT if self.assembly.nonlinear else ReceptanceKind.LINEAR
         return FRF(self.lines, self.model(self.lines), dofs, dofs, kind)
 
@@ -110,11 +106,11 @@ class Built:
 
     def quick_lobes(self, speeds: Array, amplitude: float, cutting: Cutting, moving: FRF) -> StabilityLobes:
         """The chart by the fast method of the process, from the modes at rest or the lines of ``moving``."""
-        method = "zero-order" if cutting.process == "milling" else "turning"
+        method = preview(cutting.process)
         if amplitude == 0 and self.model is not None:
-            tip = ToolPoint(self.model, self.lines, self.axes, sampled=False)
+            tip = ToolPoint(self.model, self.lines, self.machine.tool_axes, sampled=False)
             return stability_lobes(tip, cutting, speeds, method)
-        return stability_lobes(moving, cutting, speeds, method, axes=self.axes)
+        return stability_lobes(moving, cutting, speeds, method, axes=self.machine.tool_axes)
 
     def joints_at(self, frequency: float, amplitude: float, cutting: Cutting | None) -> tuple[Mapping[str, float], str]:
         """Amplitude of every joint in m at a frequency (Hz) and tool-point amplitude (m), and what held one back."""

@@ -123,4 +123,4 @@ def _beside(moment: Moment, preview: StabilityLobes) -> list[str]:
 
 
 def _direct(built: Built, receptance: ComplexArray) -> dict[str, ComplexArray]:
-    return {axis: receptance[:, i, i] for i, axis in enumerate(built.axes)}
+    return {axis: receptance[:, i, i] for i, axis in enumerate(built.machine.tool_axes)}

@@ -13,7 +13,7 @@ from jointlib.errors import FrequencyMismatch, InputError, Outcome
 from ..assembly import Assembly
 from ..indices import Mask
 from ..limits import beyond_frequency
-from ..machine import AXES, Machine
+from ..machine import Machine
 from ..operating import OpenTool, OperatingPoint
 from ..working_point import tangents
 from .chart import StabilityLobes
@@ -64,7 +64,7 @@ def frozen_lobes(
     """`lobes_at_amplitude`, and per speed whether a joint is held at its limit at the chatter frequency."""
     if machine.cutting is None:
         raise InputError(f"{machine.where}: no [cutting], lobes need a cutting operation")
-    axes = tuple(axis for axis in AXES if axis in machine.tool)
+    axes = machine.tool_axes
     cutting = Cutting(**machine.cutting)
     if cutting.process != "milling" and not cutting.feed_direction and "x" not in axes:
         raise InputError(f"{machine.where}: [tool] has no x, the direction of the chip thickness in turning")
@@ -155,10 +155,9 @@ def operating_receptance(
 
 def tip_at_rest(machine: Machine, lines: Array) -> ToolPoint:
     """The tool point for small vibrations, known at every frequency; ``lines`` (Hz) are where a search starts."""
-    axes = tuple(axis for axis in AXES if axis in machine.tool)
+    axes, tool = machine.tool_axes, machine.tool_dofs
     if not axes:
         raise InputError(f"{machine.where}: no tool point, expected [tool] with x or y")
-    tool = tuple(machine.tool[axis] for axis in axes)
     assembly = Assembly(machine, tool, tool)
     return ToolPoint(lambda f: assembly.coupled(2 * np.pi * f, tangents(machine, f)), lines, axes, sampled=False)
 
@@ -183,7 +182,7 @@ def _point(machine: Machine, cutting: Cutting, lines: Array, amplitude: float) -
 
 def chattering(tool: OpenTool, cutting: Cutting, amplitude: float) -> tuple[OperatingPoint, ComplexArray]:
     """The tool point on all lines at an amplitude in m, and per line the force direction that chatters first."""
-    axes = tuple(axis for axis in AXES if axis in tool.machine.tool)
+    axes = tool.machine.tool_axes
     lines = tool.frequency
     direction: ComplexArray = np.zeros((len(lines), len(axes)), dtype=complex)
     direction[:, 0] = 1.0

@@ -11,7 +11,7 @@ from jointlib.arrays import Array, ArrayLike
 from jointlib.errors import InputError, Outcome
 
 from ..indices import Mask
-from ..machine import AXES, Machine
+from ..machine import Machine
 from ..operating import OperatingPoint, operating_point
 from .band import shape
 from .chart import StabilityLobes
@@ -48,7 +48,7 @@ def developed_lobes(
         if method == "collocation":
             raise
         model = None
-    point = tool_point(table.frf, tuple(axis for axis in AXES if axis in machine.tool))
+    point = tool_point(table.frf, machine.tool_axes)
     name = default_method(model or point, cutting, speeds) if method is None else known_method(method, cutting)
     chatter = developed_chatter(machine, cutting, amplitude, table, name, model is not None)
     vibrations = [chatter.persistent(rpm) for rpm in speeds.ravel().tolist()]
@@ -77,7 +77,7 @@ def developed_chatter(
     modes: bool,
 ) -> DevelopedChatter:
     """What vibrates in a cut; ``modes`` says whether collocation is to be had."""
-    point = tool_point(table.frf, tuple(axis for axis in AXES if axis in machine.tool))
+    point = tool_point(table.frf, machine.tool_axes)
     harmonics = HeldInHarmonics(machine, cutting, table.frf.frequency, shape(point).highest)
     search: HeldJoints = HeldInModes(machine, cutting) if modes else harmonics
     return DevelopedChatter(

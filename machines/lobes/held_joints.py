@@ -17,7 +17,7 @@ from jointlib.arrays import Array, ComplexArray
 from jointlib.joint import Joint
 
 from ..assembly import Assembly, View, is_linear
-from ..machine import AXES, Machine
+from ..machine import Machine
 from .band import Shape, carried, shape
 from .collocation import FINER, MORE, ArcMap, arc_map
 from .critical_depth import eigenvector
@@ -156,14 +156,9 @@ class HeldInHarmonics(HeldJoints):
     tolerance: float = 1e-4
 
     @cached_property
-    def axes(self) -> tuple[str, ...]:
-        """The directions of the tool that move."""
-        return tuple(axis for axis in AXES if axis in self.machine.tool)
-
-    @cached_property
     def assembly(self) -> Assembly:
         """The machine between its tool point and its nonlinear joints."""
-        tool = tuple(self.machine.tool[axis] for axis in self.axes)
+        tool = self.machine.tool_dofs
         return Assembly(self.machine, tool, tool)
 
     @cached_property
@@ -182,7 +177,7 @@ class HeldInHarmonics(HeldJoints):
         def receptance(frequency: Array) -> ComplexArray:
             return self.receptance(frequency, *held(frequency[:, frequency.shape[1] // 2] / tooth))
 
-        axes = tuple("xy".index(axis) for axis in self.axes)
+        axes = tuple("xy".index(axis) for axis in self.machine.tool_axes)
         return _Harmonics(HarmonicLoop(receptance, self.cutting, axes, tooth, P))
 
     def resolved(self, frequency: float, gain: ComplexArray) -> Shape:
@@ -191,7 +186,7 @@ class HeldInHarmonics(HeldJoints):
         def receptance(f: Array) -> ComplexArray:
             return self.receptance(f[:, None], *at(f))[:, 0]
 
-        return shape(ToolPoint(receptance, self.lines, self.axes, sampled=False))
+        return shape(ToolPoint(receptance, self.lines, self.machine.tool_axes, sampled=False))
 
     @cached_property
     def known(self) -> tuple[float, float]:

@@ -12,7 +12,7 @@ from jointlib.errors import InputError
 
 from ..assembly import Assembly
 from ..indices import Mask
-from ..machine import AXES, Machine
+from ..machine import Machine
 from ..state_equations import machine_states
 from ..working_point import tangents
 from .tool_model import ToolModel
@@ -38,7 +38,7 @@ def modes_at_rest(machine: Machine) -> ToolModel | None:
         model = OpenJoints.of(machine).models(gains[:1], middle)[0]
     except InputError:
         return None
-    tool = tuple(machine.tool[axis] for axis in AXES if axis in machine.tool)
+    tool = machine.tool_dofs
     G = Assembly(machine, tool, tool).coupled(2 * np.pi * lines, gains[1:])
     error = np.linalg.norm(model(lines) - G, axis=(1, 2))
     return model if np.all(error <= _SAME * np.max(np.linalg.norm(G, axis=(1, 2)))) else None
@@ -77,8 +77,7 @@ class OpenJoints:
     def of(cls, machine: Machine) -> OpenJoints:
         """From the equations of motion of the components; `InputError` where one has none."""
         states = machine_states(machine)
-        axes = tuple(axis for axis in AXES if axis in machine.tool)
-        rows = machine.dof_rows([machine.tool[axis] for axis in axes], "[tool]")
+        rows = machine.dof_rows(machine.tool_dofs, "[tool]")
         A, B, out = (block_diag(*(getattr(b, key) for b in states.blocks)) for key in "ABC")
         copies = np.tile(np.eye(rows.shape[1]), (len(states.blocks), 1))
         B, out = B @ copies, copies.T @ out
@@ -91,7 +90,7 @@ class OpenJoints:
         jumps = np.any(np.abs(stretch @ B) > _INSTANT * scale, axis=1)
         return cls(
             machine.where,
-            axes,
+            machine.tool_axes,
             A,
             B @ rows.T,
             rows @ out,

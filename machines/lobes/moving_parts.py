@@ -12,7 +12,7 @@ from jointlib.errors import InputError
 from jointlib.joint import Joint
 from jointlib.law import Motion
 
-from ..machine import AXES, Machine
+from ..machine import Machine
 from ..state_equations import machine_states
 from ..working_point import at_working_point
 
@@ -89,7 +89,7 @@ def moving_parts(machine: Machine, amplitudes: Array, omega: float) -> MovingPar
         raise InputError(f"{machine.where}: a motion that jumps with a force cannot be simulated; give the part a mass")
     to_velocity = C @ A
     rows = states.joints
-    tool = machine.dof_rows([machine.tool[axis] for axis in AXES if axis in machine.tool], "[tool]")
+    tool = machine.dof_rows(machine.tool_dofs, "[tool]")
     rest, index, spring, damper = [], [], [], []
     for i, joint in enumerate(machine.joints()):
         bent = tuple(law for law in joint.laws if not law.linear or law.states)

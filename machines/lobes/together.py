@@ -22,6 +22,11 @@ from .tool_point import tool_point
 METHODS = ("turning", "zero-order")
 
 
+def preview(process: str) -> str:
+    """The one of these methods that is for a process; of milling it is an approximation."""
+    return "zero-order" if process == "milling" else "turning"
+
+
 @dataclass(frozen=True, eq=False)
 class Limits:
     """What `StabilityLobes` says of the depth, for every tool."""
@@ -37,13 +42,13 @@ def limits(models: Sequence[ToolModel], cuttings: Sequence[Cutting], method: str
 
     ``speed`` in rpm, (tools, speeds); with no speeds only the minimum is computed.
     """
-    _refuse_impossible(models)
+    several = ToolModels(models)
+    _refuse_impossible(models, several)
     if method == "turning":
         stiffness = np.array([turning.loop_stiffness(cutting) for cutting in cuttings])
-        models = [model.along(cutting.rotation[0]) for model, cutting in zip(models, cuttings, strict=True)]
+        several = ToolModels([m.along(cutting.rotation[0]) for m, cutting in zip(models, cuttings, strict=True)])
     else:
-        stiffness = np.array([zero_order.loop_stiffness(cutting, models[0].axes) for cutting in cuttings])
-    several = ToolModels(models)
+        stiffness = np.array([zero_order.loop_stiffness(cutting, several.axes) for cutting in cuttings])
     loops = Loops(several, stiffness, several.lines, several.tool)
     traced = trace(loops)
     depth = speed
@@ -77,9 +82,8 @@ def peak_receptance(models: Sequence[ToolModel]) -> Array:
     return found
 
 
-def _refuse_impossible(models: Sequence[ToolModel]) -> None:
+def _refuse_impossible(models: Sequence[ToolModel], several: ToolModels) -> None:
     """Raise for receptances that cannot be those of a tool, as `sign_warnings` does; none of those left out can be."""
-    several = ToolModels(models)
     direct = np.einsum("fii->fi", several(several.lines, several.tool))
     ends = np.searchsorted(several.tool, np.arange(len(models) + 1))
     for i, model in enumerate(models):

@@ -20,7 +20,7 @@ from jointlib.frf import FRF
 from jointlib.joint import Joint
 from jointlib.parameter import parameters_of
 
-from ..machine import AXES, Machine
+from ..machine import Machine
 from ..measured import Measured
 from ..operating import operating_point
 from . import turning, zero_order
@@ -164,8 +164,7 @@ def lobe_band(
         return _one_by_one(lambda m: frozen_lobes(m, speeds, amplitude, exact)[0].depth, machines, exact, clipped)
     lines = np.linspace(*machine.frequency, _LINES)
     samples = np.array([chattering_receptance(m, cutting, lines, amplitude) for m in machines])
-    axes = tuple(axis for axis in AXES if axis in machine.tool)
-    return Band(sampled_depths(samples, lines, cutting, speeds, axes), clipped, method)
+    return Band(sampled_depths(samples, lines, cutting, speeds, machine.tool_axes), clipped, method)
 
 
 def measured_lobe_band(

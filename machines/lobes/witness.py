@@ -10,7 +10,7 @@ from jointlib.arrays import Array, ArrayLike, ComplexArray
 from jointlib.errors import InputError
 
 from ..indices import Mask
-from ..machine import AXES, Machine
+from ..machine import Machine
 from .amplitude import chattering_point, frozen_lobes
 from .cutting import Cutting
 from .delay_simulation import Chip, Cut, Run, Surface, simulate
@@ -166,7 +166,7 @@ def vibrate(
     exceed ``reach`` (m) are stopped, by default at a hundred times the largest start.
     """
     cutting = Cutting(**dict(machine.cutting or {}))
-    axes = tuple(axis for axis in AXES if axis in machine.tool)
+    axes = machine.tool_axes
     parts, state, joints, tool = _vibrating(machine, cutting, hertz, start, phase)
     cut = stretches(cutting, axes, speed, hertz * steps)
     surfaces = [_ploughed(s, at, tool, hertz) for s, at in zip(cut, _begins(cut), strict=True)]

@@ -11,6 +11,7 @@ import numpy as np
 from jointlib.joint import Joint
 
 from ..files import read_machine
+from ..lobes.together import preview
 from ..written import write_machine
 from .conditions import Case
 from .evaluation import Evaluation
@@ -62,8 +63,8 @@ def write_best(
         changes["cutting.speed"] = [float(study.speeds[0]), float(study.speeds[-1])]
     open_ = {c.name: joints[c.name] for c in machine.connections if c.identify is not None and c.name in joints}
     files = write_machine(setting.file, changes, target, open_)
-    process = None if machine.cutting is None else machine.cutting["process"]
-    method = study.lobes or ("zero-order" if process == "milling" else "turning")
+    process = "" if machine.cutting is None else machine.cutting["process"]
+    method = study.lobes or preview(process)
     return BestMachine(
         files, case, {name: float(values[worst]) for name, values in found.items()}, method, study.amplitudes
     )

@@ -19,7 +19,7 @@ from ..lobes.amplitude import operating_receptance
 from ..lobes.cutting import Cutting
 from ..lobes.pocket import common_pockets
 from ..lobes.solve import stability_lobes
-from ..lobes.together import METHODS, limits, peak_receptance, static_compliance
+from ..lobes.together import METHODS, limits, peak_receptance, preview, static_compliance
 from ..lobes.tool_model import ToolModel
 from ..operating import frozen_receptance
 from .asked import DEPTHS
@@ -142,7 +142,7 @@ class Evaluation:
                 if tool is None:
                     machine, cutting = part.changed(of, *draws), cuttings.get(row)
                     tool = operating_receptance(machine, amplitude, cutting=cutting).frf
-                tips.add(row, tool, part.axes)
+                tips.add(row, tool, part.machine.tool_axes)
 
     def setting(self, numbers: Array, case: Case) -> Setting:
         """What is changed in which file for a configuration."""
@@ -167,7 +167,7 @@ class Evaluation:
         lowest, limit = np.full(len(cuttings), np.inf), np.full(speeds.shape, np.inf)
         together: dict[tuple[tuple[str, ...], str], list[int]] = {}
         for i, (row, tool, axes) in enumerate(zip(tips.rows, tips.tools, tips.axes, strict=True)):
-            method = study.lobes or ("zero-order" if cuttings[row].process == "milling" else "turning")
+            method = study.lobes or preview(cuttings[row].process)
             if isinstance(tool, ToolModel) and method in METHODS:
                 together.setdefault((axes, method), []).append(i)
                 continue

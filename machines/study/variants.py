@@ -21,7 +21,7 @@ from ..lobes.cutting import Cutting
 from ..lobes.machine_model import OpenJoints, modes_at_rest
 from ..lobes.tool_model import ToolModel
 from ..lobes.uncertainty import sampled_machines
-from ..machine import AXES, Machine
+from ..machine import Machine
 from ..static_load import axis_of
 from ..working_point import tangents
 from .settings import Setting, plain
@@ -63,11 +63,6 @@ class Variant:
     def modes(self) -> ToolModel | None:
         """The tool point at rest as a sum of modes, if it is one: a decomposition tells it at every frequency."""
         return modes_at_rest(self.machine)
-
-    @cached_property
-    def axes(self) -> tuple[str, ...]:
-        """The directions of the tool that move."""
-        return tuple(axis for axis in AXES if axis in self.machine.tool)
 
     @cached_property
     def _open(self) -> OpenJoints:
