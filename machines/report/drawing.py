@@ -30,7 +30,6 @@ _STYLE: Any = {
     "lines.linewidth": 1.6,
     "legend.frameon": False,
     "svg.fonttype": "path",
-    "text.parse_math": False,
     "svg.hashsalt": "jointlib",
 }
 
@@ -65,6 +64,11 @@ def sheet(
             figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
     # The XML prologue has no place inside HTML.
     paper.svg = re.sub(r"^.*?(?=<svg)", "", buffer.getvalue(), flags=re.S)
+
+
+def literal(text: str) -> str:
+    """Words of a user as they are: to a drawing dollar signs would begin and end a formula."""
+    return text.replace("$", r"\$")
 
 
 def shades(count: int) -> list[Any]:

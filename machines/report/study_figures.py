@@ -15,7 +15,7 @@ from ..study.effects import Effect
 from ..study.study import Constraint, Study
 from ..study.verdict import Verdict
 from ..study.words import headed, named, shown_unit, wanted
-from .drawing import AFTER, BEFORE, FLOOR, MEASURED, sheet
+from .drawing import AFTER, BEFORE, FLOOR, MEASURED, literal, sheet
 from .page import Figure
 
 _PANELS = 5
@@ -96,7 +96,7 @@ def effects_figure(quantity: str, effects: Sequence[Effect]) -> Figure:
     """Shares of the variance of an objective by factor, and its mean over the values of the strongest ones."""
     ranked = sorted(effects, key=lambda e: e.first if e.total is None else e.total)
     strongest = ranked[::-1][:_PANELS]
-    labels = [e.factor.name for e in ranked]
+    labels = [literal(e.factor.name) for e in ranked]
     columns = 1 + len(strongest)
     height = max(2.9, 0.55 * len(ranked) + 1.3)
     ratios = [1.7, *([1.0] * len(strongest))]
@@ -128,7 +128,7 @@ def effects_figure(quantity: str, effects: Sequence[Effect]) -> Figure:
 
 def _levels(axes: Any, effect: Effect, scale: float) -> None:
     x: Array = effect.place
-    words = effect.words
+    words = [literal(word) for word in effect.words]
     listed = bool(effect.factor.choices)
     axes.plot(x, effect.mean * scale, "o-" if not listed or len(x) > 2 else "o:", color=AFTER, markersize=5)
     if listed:
@@ -138,14 +138,14 @@ def _levels(axes: Any, effect: Effect, scale: float) -> None:
     else:
         axes.set_xlabel(f"[{effect.factor.unit}]" if effect.factor.unit else "")
         axes.locator_params(axis="x", nbins=3)
-    axes.set_title(effect.factor.name, fontsize=10)
+    axes.set_title(literal(effect.factor.name), fontsize=10)
 
 
 def contrast_figure(found: Contrast) -> Figure:
     """From the first design to the second, one factor at a time, as a waterfall."""
     quantity = found.objective.quantity
     scale = shown_unit(quantity)[1]
-    steps = [(f"{e.factor}: {e.first} → {e.second}", e.change) for e in found.exchanges]
+    steps = [(literal(f"{e.factor}: {e.first} → {e.second}"), e.change) for e in found.exchanges]
     steps.append(("acting together", found.remainder))
     with sheet(width=9.0, height=1.5 + 0.42 * (len(steps) + 2)) as paper:
         axes = paper.axes
@@ -202,16 +202,17 @@ def map_figure(study: Study, quantity: str, axes_moved: Sequence[str], values: A
     places = [sorted({case.position[axis] for case in study.cases}) for axis in axes_moved]
     scaled = values * shown_unit(quantity)[1]
     mm = [np.array(p) * 1e3 for p in places]
+    moved = [f"{literal(axis)} [mm]" for axis in axes_moved]
     with sheet(width=7.5, height=4.2 if len(places) > 1 else 3.4) as paper:
         axes = paper.axes
         if len(places) == 1:
             for row, name, colour in zip(scaled, _ORDINALS, (AFTER, BEFORE, MEASURED), strict=False):
                 axes.plot(mm[0], row, "o-", color=colour, markersize=5, label=name)
             axes.legend()
-            axes.set(xlabel=f"{axes_moved[0]} [mm]", ylabel=headed(quantity))
+            axes.set(xlabel=moved[0], ylabel=headed(quantity))
         else:
             _field(axes, mm, scaled[0], headed(quantity))
-            axes.set(xlabel=f"{axes_moved[0]} [mm]", ylabel=f"{axes_moved[1]} [mm]")
+            axes.set(xlabel=moved[0], ylabel=moved[1])
     what = "Curves" if len(places) == 1 else "Field"
     said = f"{what} of the {named(quantity)} over the positions of the axes{_averaged(study)}."
     return Figure(paper.svg, said)

@@ -23,6 +23,7 @@ from jointlib.loop.report import Candidate, Estimate, Rival, Status, TraceReport
 from jointlib.measurement import Correction, RecordSource
 from machines import linear_check, read_machine, response
 from machines.report import Page, Section
+from machines.report.drawing import literal, sheet
 from machines.report.joint_figures import gain, static_fit, surface
 from machines.report.parameter_table import parameter_table
 from machines.report.sections import check_section, response_section, trace_section
@@ -344,3 +345,19 @@ def test_a_path_shows_the_shape_of_the_missing_force_and_the_strokes() -> None:
     assert "p = 0.0001" in text
     assert re.search(r"99\s% ± 2\s%", text)
     assert not re.search(r"\b(nan|None|inf)\b", text)
+
+
+def test_powers_of_ten_on_an_axis_are_drawn_as_such_and_words_of_a_user_as_they_are() -> None:
+    """A label such as 10² is narrower than five letters; its formula written out would be wider than a panel."""
+    with sheet() as paper:
+        paper.axes.plot([1.0, 1e4], [1.0, 1e4])
+        paper.axes.set_yscale("log")
+        paper.axes.set_title(literal("between $5 and $9: {x_"))  # no formula, and no error of one
+        figure = paper.axes.figure
+        figure.canvas.draw()
+        letters = paper.axes.text(0.5, 0.5, "mmmmm", fontsize=paper.axes.yaxis.get_ticklabels()[0].get_fontsize())
+        widest = letters.get_window_extent().width
+        shown = [label for label in paper.axes.yaxis.get_ticklabels() if label.get_text()]
+        assert len(shown) > 2
+        assert all(0 < label.get_window_extent().width < widest for label in shown)
+    assert "between $5 and $9" in paper.svg
