@@ -29,7 +29,8 @@ _MAPPED = 3
 def leading_section(study: Study, verdict: Verdict) -> Section:
     """The leading designs, and the best with every other choice."""
     tables = [_designs(verdict.leading, "The leading designs, best first")]
-    tables += [_alternatives(study, verdict)] if len(verdict.leading) > 1 else []
+    alternatives = _alternatives(study, verdict)
+    tables += [alternatives] if len(verdict.leading) > 1 and alternatives.rows else []
     return Section("The leading designs", [_counting(study), *_ends(study, verdict)], tables=tables)
 
 
