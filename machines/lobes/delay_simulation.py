@@ -13,6 +13,9 @@ from ..indices import Mask
 from .moving_parts import MovingParts, Step, step_of
 from .passes import Stretch
 
+_GRAZING, _SHALLOW = 1e-9, 1e-2
+"""Shares of the feed in the chip: nothing, and too little for a lost contact to be spoken of."""
+
 
 @dataclass(frozen=True)
 class Chip:
@@ -36,14 +39,28 @@ class Chip:
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """What the edges left in one stretch during the last period, along the chip thickness: m and m/s at the nodes.
+    """What the edges left in one stretch during the last period, along the chip thickness, in m.
 
     With a feed that is the deepest of all earlier passes, so an edge that leaves the cut meets older surface
-    (multiple regeneration). Shapes (nodes, edges, batch).
+    (multiple regeneration). Shapes (nodes or middles, edges, batch).
     """
 
     height: Array
-    slope: Array
+    between: Array
+
+    @classmethod
+    def ploughed(cls, stretch: Stretch, x: Array, v: Array) -> Surface:
+        """Surface of edges that cut all the time, by the motion and velocity of the tool at the nodes, (nodes, axes,
+        batch).
+        """
+        height, rate = stretch.radial @ x, stretch.radial @ v + stretch.radial_rate @ x
+        return cls(height, (height[:-1] + height[1:]) / 2 + stretch.step / 8 * (rate[:-1] - rate[1:]))
+
+    def fed(self, stretch: Stretch, feed: float) -> Surface:
+        """As the next edges meet it, which stand one feed (m) further on."""
+        return Surface(
+            self.height - feed * stretch.feed[:, :, None], self.between - feed * stretch.feed_between[:, :, None]
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +105,7 @@ def simulate(
     """Step a batch of motions through ``periods`` tooth periods (revolutions in turning).
 
     Fourth order in the step where forces are smooth: the linear part is exact, forces follow Cox & Matthews (2002), and
-    the surface between two nodes is the cubic through its heights and slopes. Edges enter and leave the cut on
+    what an edge leaves between two nodes is the cubic through heights and slopes. Edges enter and leave the cut on
     nodes. The constant part of the cutting force is left out, as the joints stand where it holds them. Motions that
     exceed ``reach`` (m) are stopped.
 
@@ -111,10 +128,9 @@ def simulate(
         for p in range(periods):
             first = 0
             for i, stretch in enumerate(cut.stretches):
-                x, v, state, memories = _across(
-                    parts, steps[stretch.step], stretch, cut, bias, surfaces[i], state, memories
-                )
-                surfaces[i], off = _left(stretch, cut.chip, surfaces[i], x, v)
+                met = surfaces[i].fed(stretch, cut.chip.feed or 0.0)
+                x, v, state, memories = _across(parts, steps[stretch.step], stretch, cut, bias, met, state, memories)
+                surfaces[i], off = _left(stretch, cut.chip, met, Surface.ploughed(stretch, x, v))
                 motion[p, first : first + stretch.steps] = x[:-1]
                 lost[p] |= off
                 first += stretch.steps
@@ -125,7 +141,7 @@ def simulate(
                 state[:, gone] = 0.0
                 for m, joint in zip(memories, parts.rest, strict=True):
                     m[gone] = joint.initial_state(np.zeros(()))
-                surfaces = [Surface(np.where(gone, 0.0, s.height), np.where(gone, 0.0, s.slope)) for s in surfaces]
+                surfaces = [Surface(np.where(gone, 0.0, s.height), np.where(gone, 0.0, s.between)) for s in surfaces]
                 if np.all(escaped):
                     break
     lengths = np.concatenate([np.full(s.steps, s.step) for s in cut.stretches])
@@ -138,14 +154,13 @@ def _across(
     stretch: Stretch,
     cut: Cut,
     bias: Array,
-    surface: Surface,
+    met: Surface,
     u: Array,
     memories: list[Array],
 ) -> tuple[Array, Array, Array, list[Array]]:
     """Tool displacement and velocity at the nodes of one stretch, (nodes, axes, batch), and what it ends with."""
     j, tool, h = len(parts.rest), parts.tool, stretch.step
     rows, batch = len(parts.P), u.shape[1]
-    met, between = _met(stretch, cut.chip, surface)
     spring, damper = parts.spring[:, None], parts.damper[:, None]
     cutting = bool(stretch.feed.shape[1])
     twice = 2 * step.half
@@ -169,12 +184,12 @@ def _across(
         return f, after
 
     y = parts.P @ u
-    f, _ = forces(y, 0.0, stretch.radial[0], stretch.force[0], met[0])
+    f, _ = forces(y, 0.0, stretch.radial[0], stretch.force[0], met.height[0])
     x[0], v[0] = y[2 * j : 2 * j + tool], y[2 * j + tool :]
     for k in range(stretch.steps):
         ahead = step.propagate @ u
-        middle = stretch.radial_between[k], stretch.force_between[k], between[k]
-        end = stretch.radial[k + 1], stretch.force[k + 1], met[k + 1]
+        middle = stretch.radial_between[k], stretch.force_between[k], met.between[k]
+        end = stretch.radial[k + 1], stretch.force[k + 1], met.height[k + 1]
         fa, _ = forces(ahead[:rows] + step.half @ f, h / 2, *middle)
         fb, _ = forces(ahead[:rows] + step.half @ fa, h / 2, *middle)
         fc, _ = forces(ahead[rows : 2 * rows] + step.end @ f + twice @ fb, h, *end)
@@ -185,29 +200,18 @@ def _across(
     return x, v, u, memories
 
 
-def _met(stretch: Stretch, chip: Chip, surface: Surface) -> tuple[Array, Array]:
-    """Surface that the edges meet at the nodes and between them, (nodes or middles, edges, batch)."""
-    feed = chip.feed or 0.0
-    height = surface.height - feed * stretch.feed[:, :, None]
-    slope = surface.slope - feed * stretch.feed_rate[:, :, None]
-    between = (height[:-1] + height[1:]) / 2 + stretch.step / 8 * (slope[:-1] - slope[1:])
-    return height, between
+def _left(stretch: Stretch, chip: Chip, met: Surface, new: Surface) -> tuple[Surface, Mask]:
+    """Surface after the edges have passed, and in which motions one of them left the cut.
 
-
-def _left(stretch: Stretch, chip: Chip, surface: Surface, x: Array, v: Array) -> tuple[Surface, Mask]:
-    """Surface after the edges have passed, and in which motions one of them left the cut."""
-    height = stretch.radial @ x
-    slope = stretch.radial @ v + stretch.radial_rate @ x
+    Where the feed adds nothing, at the very ends of the arc, older surface lies behind the edge, not before it: any
+    point inside the arc meets new surface there after enough passes. So an edge that only grazes is always in the cut.
+    """
     if chip.feed is None:
-        return Surface(height, slope), np.zeros(x.shape[2], dtype=bool)
-    met, _ = _met(stretch, chip, surface)
-    off = height < met
-    older = surface.slope - chip.feed * stretch.feed_rate[:, :, None]
-    # At the very ends of the arc the nominal chip may be nothing; there an edge that only grazes has not left the cut.
-    nominal = chip.feed * stretch.feed[:, :, None]
-    return Surface(np.where(off, met, height), np.where(off, older, slope)), np.any(
-        off & (nominal > 1e-2 * chip.feed), axis=(0, 1)
-    )
+        return new, np.zeros(new.height.shape[2], dtype=bool)
+    grazes = stretch.feed[:, :, None] < _GRAZING
+    off = (new.height < met.height) & ~grazes
+    left = Surface(np.where(off, met.height, new.height), np.maximum(new.between, met.between))
+    return left, np.any(off & (stretch.feed[:, :, None] > _SHALLOW), axis=(0, 1))
 
 
 def _mean_force(cut: Cut) -> Array:

@@ -27,8 +27,6 @@ class Stretch:
     feed: Array
     """Share of the feed in the chip, sin φ in milling and 1 in turning, (nodes, edges)."""
     feed_between: Array
-    feed_rate: Array
-    """Its time derivative in 1/s at the nodes."""
     radial: Array
     """Row over the tool's axes that gives its motion along the chip thickness, (nodes, edges, axes)."""
     radial_between: Array
@@ -72,17 +70,15 @@ def _stretch(cutting: Cutting, axes: tuple[str, ...], angle: Array, step: float,
     rows = ["xy".index(axis) for axis in axes]
     u, v = (part[:, :, rows] for part in cutting.tooth(angle))
     if cutting.process == "milling":
-        share, feeding = np.sin(angle), turning * np.cos(angle)
-        turned = turning * cutting.tooth(angle + np.pi / 2)[1][:, :, rows]
+        share, turned = np.sin(angle), turning * cutting.tooth(angle + np.pi / 2)[1][:, :, rows]
     else:
-        share, feeding, turned = np.ones_like(angle), np.zeros_like(angle), np.zeros_like(v)
+        share, turned = np.ones_like(angle), np.zeros_like(v)
     force = -u.swapaxes(1, 2)
     nodes, middles = slice(None, None, 2), slice(1, None, 2)
     return Stretch(
         step,
         share[nodes],
         share[middles],
-        feeding[nodes],
         v[nodes],
         v[middles],
         turned[nodes],

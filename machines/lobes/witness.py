@@ -290,4 +290,4 @@ def _ploughed(stretch: Stretch, begins: float, tool: ComplexArray, hertz: float)
     time = begins + stretch.step * np.arange(stretch.steps + 1)
     turned = tool * np.exp(1j * omega * time)[:, None, None]
     x, v = turned.real, (1j * omega * turned).real
-    return Surface(stretch.radial @ x, stretch.radial @ v + stretch.radial_rate @ x)
+    return Surface.ploughed(stretch, x, v)

@@ -152,6 +152,40 @@ def test_forced_vibration_in_milling_is_no_chatter() -> None:
     assert not batch.lost[0]
 
 
+def test_after_a_lost_contact_the_tool_shakes_as_the_teeth_force_it_again() -> None:
+    """A knock lets the edges leave the cut for some teeth; then the chip is the feed's alone, and a Fourier series of
+    its force through the receptance gives the motion. Where the tooth leaves the arc the feed moves no surface away.
+    """
+    machine = mill(("x", "y"), mode="down", immersion=0.5, feed=1e-5)
+    depth, speed, teeth = 0.05e-3, 10000.0, 2
+    batch = vibrate(machine, speed, depth, np.array([2e-5]), 900.0, waves=400)
+    assert np.any(batch.run.lost[:20])
+    assert not np.any(batch.run.lost[-30:])
+    count = 4096
+    angle = (np.arange(count) + 0.5) * np.pi / count
+    arc = np.where(angle > np.pi / 2, 1e-5 * np.sin(angle), 0.0) * depth
+    push = -np.stack([6e8 * np.cos(angle) + 2e8 * np.sin(angle), -6e8 * np.sin(angle) + 2e8 * np.cos(angle)]) * arc
+    force = np.fft.rfft(push, axis=1)[:, :200] / count
+    omega = 2 * np.pi * teeth * speed / 60 * np.arange(1, 200)
+    natural = 2 * np.pi * 922
+    G = 1 / (0.03993 * (natural**2 - omega**2 + 2j * 0.011 * natural * omega))
+    node = 2 * np.pi * (batch.run.time / batch.run.period)[:, None] - 2 * angle[0]
+    forced = 2 * np.real(np.exp(1j * node * np.arange(1, 200)) @ (force[:, 1:] * G).T)
+    moved = batch.run.motion[-1, :, :, 0] - np.mean(batch.run.motion[-1, :, :, 0], axis=0)
+    np.testing.assert_allclose(moved, forced - forced.mean(axis=0), atol=2e-3 * np.max(np.abs(forced)))
+
+
+def test_two_small_vibrations_part_with_a_feed_as_without_one() -> None:
+    """Where the feed adds nothing to the chip, at the end of the arc, an edge that only grazes is in the cut."""
+    cut = {"mode": "down", "immersion": 0.1}
+    fed, linear = (
+        vibrate(mill(("x", "y"), **cut, **feed), 18000.0, 0.3e-3, np.array([1e-7, 2e-7]), 900.0, waves=60).run.motion
+        for feed in ({"feed": 1e-5}, {})
+    )
+    apart = np.diff(linear, axis=3)
+    np.testing.assert_allclose(np.diff(fed, axis=3), apart, atol=1e-6 * np.max(np.abs(apart)))
+
+
 def around(amplitude: float) -> Array:
     return amplitude * np.array([0.98, 0.99, 1.01, 1.02])
 
