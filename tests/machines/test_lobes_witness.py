@@ -175,17 +175,6 @@ def test_after_a_lost_contact_the_tool_shakes_as_the_teeth_force_it_again() -> N
     np.testing.assert_allclose(moved, forced - forced.mean(axis=0), atol=2e-3 * np.max(np.abs(forced)))
 
 
-def test_two_small_vibrations_part_with_a_feed_as_without_one() -> None:
-    """Where the feed adds nothing to the chip, at the end of the arc, an edge that only grazes is in the cut."""
-    cut = {"mode": "down", "immersion": 0.1}
-    fed, linear = (
-        vibrate(mill(("x", "y"), **cut, **feed), 18000.0, 0.3e-3, np.array([1e-7, 2e-7]), 900.0, waves=60).run.motion
-        for feed in ({"feed": 1e-5}, {})
-    )
-    apart = np.diff(linear, axis=3)
-    np.testing.assert_allclose(np.diff(fed, axis=3), apart, atol=1e-6 * np.max(np.abs(apart)))
-
-
 def around(amplitude: float) -> Array:
     return amplitude * np.array([0.98, 0.99, 1.01, 1.02])
 
