@@ -9,7 +9,8 @@ import click
 
 from jointlib.cli.arguments import Quantity, Target, Verb, input_file, json_option
 from jointlib.cli.output import Steps, emit, wrote
-from jointlib.cli.road import Road
+from jointlib.cli.road import Road, pieces_of
+from jointlib.cli.steps.piece import walk
 from jointlib.errors import CheckFailed, InputError
 
 _AMPLITUDES = (0.0, 2e-6, 5e-6, 10e-6)
@@ -41,12 +42,13 @@ def command(machine: Path, output: Path, amplitude: tuple[float, ...], as_json: 
     words = ["jointlib", "run", str(machine), "-o", str(output)]
     words += ["--amplitude", *(f"{A:g}" for A in amplitude)] if amplitude else []
     road = Road(model, output, Steps(), shlex.join(words))
-    road.joints()
-    road.couple()
-    if model.cutting is not None:
-        road.cut(tuple(sorted(amplitude)) or _AMPLITUDES)
-    road.export()
+    road.warnings += model.remarks()
+    if bare := ", ".join(model.without_equations):
+        road.warnings.append(f"Only FRFs are known of {bare}: not checked against python-control.")
+    walk(pieces_of(model, tuple(sorted(amplitude)) or _AMPLITUDES), road)
     data = road.close()
-    emit(as_json, data, [*road.said, *(wrote(path) for path in road.written)])
+    doubts = [f"warning: {doubt}" for doubt in road.doubts]
+    lost = [f"failed: {why}" for why in road.failed]
+    emit(as_json, data, [*road.advice, *doubts, *lost, *road.said, *(wrote(path) for path in road.written)])
     if road.failed:
         raise CheckFailed("; ".join(road.failed))

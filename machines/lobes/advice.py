@@ -15,7 +15,7 @@ _MATTERS = 0.05
 
 
 def advice(charts: Sequence[tuple[float, StabilityLobes]], cutting: Cutting) -> tuple[str, ...]:
-    """Sentences on the depth that is safe at every speed, the recommended pocket, and what amplitude does.
+    """Sentences on the recommended pocket, the depth that is safe at every speed, and what amplitude does.
 
     ``charts`` holds (tool-point amplitude in m, chart) with the same speeds, amplitudes ascending. Where the limiting
     depth grows with amplitude, a vibration settles at the amplitude whose limit is the depth of the cut; where it
@@ -30,9 +30,10 @@ def advice(charts: Sequence[tuple[float, StabilityLobes]], cutting: Cutting) -> 
     if not np.isfinite(lowest[k]):
         return ("No chatter was found at any speed and depth, inside the frequencies that were searched.",)
     where = "" if charts[k][1].branches else "in the range "
-    said = [f"Below {_mm(lowest[k])} every speed {where}is stable (chatter would come at {chatter:.0f} Hz)."]
+    said = []
     if best is not None:
         said.append(f"Recommended: {best.words()}; it holds for speeds {100 * WANDER:g} % off as well.")
+    said.append(f"Below {_mm(lowest[k])} every speed {where}is stable (chatter would come at {chatter:.0f} Hz).")
     if len(charts) > 1 and charts[0][0] == 0:
         worst = int(np.argmin(depths[0]))
         first, last = depths[0, worst], depths[-1, worst]

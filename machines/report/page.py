@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from jointlib.io.atomic import write_text
@@ -24,6 +24,8 @@ class Table:
     header: Sequence[str]
     rows: Sequence[Sequence[str]]
     caption: str = ""
+    fold: str = ""
+    """Words to open it by, where it is there for those who look for it; else it is open."""
 
 
 @dataclass(frozen=True)
@@ -55,6 +57,12 @@ class Page:
     command: str
     """The command line that makes this report again."""
     version: str
+    answers: Sequence[str] = ()
+    """What else a reader wants to know first, a sentence or two each, in the order of weight."""
+    lost: Sequence[str] = ()
+    """What was asked for and failed, with the reason."""
+    doubts: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    """Sentences that stand beside a number, by its name."""
 
     def html(self) -> str:
         """The page as HTML text."""

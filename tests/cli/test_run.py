@@ -56,6 +56,7 @@ def test_the_report_begins_with_what_was_found(guide_mill_run: Left) -> None:
     text, found = read(guide_mill_run.folder), trace(guide_mill_run)
     sentence = " ".join(str(found["sentence"]).split())
     assert sentence in text
+    assert text.index("Recommended: ") < text.index("every speed in the range is stable") < text.index(sentence)
     assert text.index(sentence) < text.index("The joint as identified")
 
 
@@ -180,7 +181,8 @@ def test_the_exported_guide_verifies(guide_mill_run: Left) -> None:
 
 def test_what_is_printed_names_the_verdict_and_progress_goes_to_standard_error(guide_mill_run: Left) -> None:
     done = guide_mill_run.done
-    assert done.out.startswith(f"{trace(guide_mill_run)['verdict']}: ")
+    assert done.out.startswith("Recommended: ")
+    assert f"\n{trace(guide_mill_run)['verdict']}: " in done.out
     assert "…" not in done.out
     for step in ("identifying", "tracing", "checking", "forced response", "stability lobes", "exporting"):
         assert any(line.startswith(step) for line in done.err.splitlines())

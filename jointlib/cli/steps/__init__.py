@@ -1,0 +1,1 @@
+"""The steps of a run, one file per stretch of the road."""

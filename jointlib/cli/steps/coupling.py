@@ -1,0 +1,103 @@
+"""The coupled machine of a run: where it stands, checked against python-control, forced at every level."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from jointlib.cli.steps.piece import Piece
+
+if TYPE_CHECKING:
+    from jointlib.cli.road import Road
+    from machines import Machine
+
+
+def coupling_pieces(machine: Machine, needs: tuple[str, ...]) -> list[Piece]:
+    """What is computed of the assembled machine before it cuts."""
+    pieces = []
+    if machine.static is not None:
+        pieces.append(
+            Piece(
+                "static",
+                "Static working point",
+                _stand,
+                "Less load, or a joint that carries it: see [static] in the machine file.",
+                needs=needs,
+            )
+        )
+    if not machine.without_equations:
+        pieces.append(
+            Piece(
+                "check",
+                "Check against python-control",
+                _check,
+                f"`jointlib check {machine.source}` repeats it alone.",
+                needs=needs,
+            )
+        )
+    pieces.append(
+        Piece(
+            "frf",
+            "Forced response",
+            _force,
+            f"`jointlib frf {machine.source} -o frf.npz` repeats it alone; less `--force` or a narrower `--frequency` "
+            "asks for less.",
+            needs=needs,
+        )
+    )
+    return pieces
+
+
+def _stand(road: Road) -> None:
+    from machines.report.working_point import working_point
+
+    step, section = working_point(road.machine)
+    road.steps.append(step)
+    road.sections.append(section)
+
+
+def _check(road: Road) -> None:
+    from jointlib.io.atomic import write_npz
+    from machines import linear_check
+    from machines.report.sections import check_section
+
+    with road.progress.step("checking the coupled machine against python-control"):
+        check = linear_check(road.machine)
+    excluded = [{"connection": e.connection, "law": e.law, "reason": e.reason} for e in check.excluded]
+    size = check.max_relative_difference
+    data = {"max_relative_difference": size, "passed": check.passed, "excluded": excluded}
+    road.json("check.json", data)
+    curves = {"coupled": check.coupled.receptance, "control": check.control.receptance}
+    write_npz(road.path("check.npz"), {"frequency": check.frequency, **curves})
+    road.steps.append({"step": "check", **data})
+    road.sections.append(check_section(check))
+    road.said.append(f"check against python-control: {size:.2g} in norm, {'passed' if check.passed else 'FAILED'}")
+    if not check.passed:
+        road.failed.append("receptance coupling and python-control differ")
+
+
+def _force(road: Road) -> None:
+    from jointlib.cli.frf import peak_rows, write_response
+    from machines import response
+    from machines.report.sections import response_section
+
+    with road.progress.step("forced response at each force"):
+        result = response(road.machine)
+    write_response(road.path("frf.npz"), result)
+    road.json("frf.json", {"peaks": peak_rows(result), "file": "frf.npz"})
+    outcomes = {f"{f:g} N": o.name.lower() for f, o in zip(result.force, result.outcomes, strict=True)}
+    road.steps.append({"step": "frf", "outcomes": outcomes})
+    short = [(f, o.value) for f, o in zip(result.force, result.outcomes, strict=True) if o.value]
+    told = [*result.warnings, *(f"Forced response at {f:g} N: {why}" for f, why in short)]
+    road.warnings += told
+    reached = [p for p in result.peaks if np.isfinite(p.amplitude)]
+    if reached and road.machine.cutting is None:
+        top = max(reached, key=lambda p: p.amplitude)
+        road.advice.append(
+            f"At {top.force:g} N the joint {top.connection} moves by up to {top.amplitude * 1e6:.3g} µm, "
+            f"at {top.frequency:.5g} Hz."
+        )
+        road.numbers.append((f"motion of {top.connection}", f"{top.amplitude * 1e6:.3g} µm"))
+        road.doubts += told
+    road.sections.append(response_section(result))

@@ -1,0 +1,87 @@
+"""The cut of a run: a stability chart at each tool-point amplitude, and what they say together."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from jointlib.cli.steps.piece import Piece
+
+if TYPE_CHECKING:
+    from jointlib.cli.road import Road
+    from machines import Cutting, Machine, StabilityLobes
+
+
+def cutting_pieces(machine: Machine, needs: tuple[str, ...], amplitudes: Sequence[float]) -> list[Piece]:
+    """A chart at each amplitude (m), each alone; then the lobes of all that were found."""
+    charts = [
+        Piece(
+            "lobes",
+            f"Stability lobes at {_size(A)}",
+            partial(_chart, amplitude=A),
+            f"`jointlib lobes {machine.source} --amplitude {A:g}` repeats it alone; fewer speeds (`--speed`) or "
+            "another `--method` ask for less.",
+            _size(A),
+            needs,
+        )
+        for A in amplitudes
+    ]
+    together = partial(_together, amplitudes=tuple(amplitudes))
+    return [*charts, Piece("lobes", "Stability lobes", together, "The charts are in lobes.npz.", needs=needs)]
+
+
+def _size(amplitude: float) -> str:
+    return f"a tool-point amplitude of {amplitude * 1e6:g} um" if amplitude else "vanishing vibration"
+
+
+def _chart(road: Road, amplitude: float) -> None:
+    from jointlib.cli.lobes import default_speeds
+    from machines import lobes_at_amplitude
+
+    with road.progress.step(f"stability lobes at {_size(amplitude)}"):
+        road.charts[amplitude] = lobes_at_amplitude(road.machine, default_speeds(road.machine, 100), amplitude)
+
+
+def _together(road: Road, amplitudes: tuple[float, ...]) -> None:
+    from jointlib.cli.lobes import chart_data, write_lobes
+    from machines import Cutting
+    from machines.lobes.advice import advice
+    from machines.lobes.developed_lobes import HELD
+    from machines.report.sections import lobes_section
+
+    sizes = [A for A in amplitudes if A in road.charts]
+    if not sizes:
+        return
+    charts = [road.charts[A] for A in sizes]
+    speeds = charts[0].speed
+    write_lobes(road.path("lobes.npz"), charts, speeds, sizes)
+    road.json("lobes.json", chart_data(charts, speeds, sizes))
+    road.steps.append({"step": "lobes", "minimum_depth": [c.minimum_depth for c in charts], "amplitude": sizes})
+    pairs, cutting = list(zip(sizes, charts, strict=True)), Cutting(**(road.machine.cutting or {}))
+    told = sorted({w for c in charts for w in c.warnings})
+    road.doubts += [warning for warning in told if warning != HELD]
+    road.warnings += [warning for warning in told if warning == HELD]
+    missing = [A for A in amplitudes if A not in road.charts]
+    if missing:
+        road.doubts.append(f"The limits at {' and at '.join(_size(A) for A in missing)} are not known.")
+    if amplitudes[0] in road.charts:
+        road.advice += advice(pairs, cutting)
+        road.numbers += _figures(charts, cutting)
+    else:
+        road.advice.append(f"No speed and depth are recommended: the limits at {_size(amplitudes[0])} are not known.")
+    road.sections.append(lobes_section(pairs, cutting))
+
+
+def _figures(charts: Sequence[StabilityLobes], cutting: Cutting) -> list[tuple[str, str]]:
+    """Where to set the machine, the depth that is safe whatever the speed, and what would chatter there."""
+    from machines.lobes.pocket import pocket
+
+    lowest, best = min(charts, key=lambda chart: chart.minimum_depth), pocket(charts, cutting)
+    said = [] if best is None else [("recommended", f"{best.depth * 1e3:.3g} mm at {best.speed:.0f} rpm")]
+    if np.isfinite(lowest.minimum_depth):
+        said.append(("safe depth at every speed", f"{lowest.minimum_depth * 1e3:.3g} mm"))
+        said.append(("chatter that limits it", f"{lowest.minimum_frequency:.0f} Hz"))
+    return said
