@@ -17,6 +17,7 @@ from .machine import Machine
 from .matrices import Matrices
 from .measured import Measured
 from .modal import Modal
+from .natural_modes import NaturalModes, natural_modes
 from .operating import OperatingPoint, frozen_receptance, operating_point
 from .peaks import Peak
 from .profile import Material
@@ -44,6 +45,7 @@ __all__ = [
     "Matrices",
     "Measured",
     "Modal",
+    "NaturalModes",
     "Newton",
     "OperatingPoint",
     "Peak",
@@ -61,6 +63,7 @@ __all__ = [
     "linear_check",
     "lobes_at_amplitude",
     "mean_displacement",
+    "natural_modes",
     "operating_point",
     "read_machine",
     "response",
