@@ -101,16 +101,16 @@ class Balance:
             driven=self.driven[points],
         )
 
-    def forces(self, z: ComplexArray, most: int = 1024) -> Forces:
-        """Joint forces at motions z, (points, nh, r), from at most so many samples of a cycle."""
+    def forces(self, z: ComplexArray, most: int = 1024, slopes: bool = True) -> Forces:
+        """Joint forces at motions z, (points, nh, r), from at most so many samples of a cycle; see `joint_forces`."""
         motion = self.coordinates.motions(z)
         if self.biased is None:
-            return joint_forces(self.joints, motion, self.omega, self.harmonics, most)
+            return joint_forces(self.joints, motion, self.omega, self.harmonics, most, slopes=slopes)
         if self.harmonics == (1, 0):
             return dual_input_forces(self.biased, motion, self.omega)
         placed = motion.astype(complex)
         placed[:, -1] += self.biased.rest
-        found = joint_forces(self.joints, placed, self.omega, self.harmonics, most, self.biased.rest)
+        found = joint_forces(self.joints, placed, self.omega, self.harmonics, most, self.biased.rest, slopes)
         found.force[:, -1] -= self.biased.carried
         return found
 

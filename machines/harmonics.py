@@ -50,13 +50,15 @@ def joint_forces(
     harmonics: Harmonics,
     most: int = _BENT,
     rest: Array | float = 0.0,
+    slopes: bool = True,
 ) -> Forces:
     """Forces of joints that move by Σ Re(Z_h e^(jhωt)), z of shape (points, nh, nj) in m; ω in rad/s, (points,).
 
     One harmonic: the exact describing function. Several: the laws are sampled over the cycle (alternating frequency
     and time), those with memory over whole cycles until their state repeats; a cycle that does not repeat is nan. The
     mean, harmonic 0, is real: Z_0 counts by its real part, the force by its average. The travel counts from ``rest``
-    (m, per joint), and what remembers was loaded from 0, slowly.
+    (m, per joint), and what remembers was loaded from 0, slowly. Without ``slopes`` the derivatives of what remembers,
+    which cost many times its force, are left out.
     """
     if harmonics == (1,):
         A, Z = np.abs(z[:, 0]), z[:, 0]
@@ -76,7 +78,7 @@ def joint_forces(
         place = np.tile(np.broadcast_to(rest, len(joints))[columns], len(z))
         every, chunk = np.repeat(omega, c), max(1, _BLOCK // (most * len(harmonics)))
         pieces = [slice(begin, begin + chunk) for begin in range(0, len(cases), chunk)]
-        parts = [_one(joint, cases[now], every[now], harmonics, most, place[now]) for now in pieces]
+        parts = [_one(joint, cases[now], every[now], harmonics, most, place[now], slopes) for now in pieces]
         found = [np.concatenate(same) for same in zip(*parts, strict=True)] if parts else []
         for whole, part in zip((out.force, out.by_z, out.by_conjugate, out.travel), found, strict=bool(parts)):
             whole[..., columns] = np.moveaxis(part.reshape(len(z), c, *part.shape[1:]), 1, -1)
@@ -129,7 +131,7 @@ def _bent(law: JointLaw) -> bool:
 
 
 def _one(
-    joint: Joint, z: ComplexArray, omega: Array, harmonics: Harmonics, most: int, rest: Array
+    joint: Joint, z: ComplexArray, omega: Array, harmonics: Harmonics, most: int, rest: Array, slopes: bool = True
 ) -> tuple[ComplexArray, ComplexArray, ComplexArray, Array]:
     """Force, its two derivatives and the travel of one joint over cases z (cases, nh)."""
     linear = [law for law in joint.laws if law.linear]
@@ -149,11 +151,11 @@ def _one(
     motion = cycle.motion(z, omega)
     if memoryless.laws:
         force += cycle.project(memoryless.step(motion, np.empty((*motion.displacement.shape, 0)))[0])
-        slopes = tangent(memoryless, cycle, motion, 2 * max(harmonics))
-        first, second = slopes_of_harmonics(slopes, harmonics, omega)
+        tangents = tangent(memoryless, cycle, motion, 2 * max(harmonics))
+        first, second = slopes_of_harmonics(tangents, harmonics, omega)
         by_z, by_conjugate = by_z + first, by_conjugate + second
     if remembering.laws:
-        first, second, third = _with_memory(remembering, cycle, z, omega)
+        first, second, third = _with_memory(remembering, cycle, z, omega, slopes)
         force, by_z, by_conjugate = force + first, by_z + second, by_conjugate + third
     return force, by_z, by_conjugate, np.max(np.abs(motion.displacement - rest[:, None]), axis=1)
 
@@ -226,10 +228,13 @@ def _cycle(joint: Joint, harmonics: Harmonics, most: int = _BENT) -> Cycle:
 
 
 def _with_memory(
-    joint: Joint, cycle: Cycle, z: ComplexArray, omega: Array
+    joint: Joint, cycle: Cycle, z: ComplexArray, omega: Array, slopes: bool
 ) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
-    """Force and derivatives by small changes of every part, all stepped side by side."""
+    """Force and derivatives by small changes of every part, all stepped side by side; without slopes they are 0."""
     cases, nh = z.shape
+    if not slopes:
+        none = np.zeros((cases, nh, nh), dtype=complex)
+        return cycle.project(_steady_force(joint, cycle, z, omega)), none, none
     size = np.maximum(np.max(np.abs(z), axis=1), 1e-300)
     nudges = np.zeros((2 * nh + 1, nh), dtype=complex)
     nudges[1 : nh + 1], nudges[nh + 1 :] = _NUDGE * np.eye(nh), 1j * _NUDGE * np.eye(nh)
