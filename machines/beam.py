@@ -14,13 +14,16 @@ from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError, nearest
 from jointlib.io.toml import Section
 
+from .beam_line import drawn_beam
 from .beam_mesh import FIELDS, beam_mesh
 from .component import Component, SecondOrder, checked_dofs
 from .craig_bampton import Reduction, craig_bampton
+from .drawn import Drawn
 from .lumped import receptance_of
 from .modes import in_modes
 from .nodes import DIRECTIONS, TOLERANCE, Nodes, checked_nodes
 from .profile import Material, Profile, rectangle, tube
+from .solid import circle
 
 _ERROR = 1e-6
 """Largest relative error that the reduction to the stations may make up to the highest frequency."""
@@ -58,6 +61,15 @@ class Segment:
         assert self.width is not None
         assert self.height is not None
         return rectangle(self.width, self.height, self.material.poisson)
+
+    @property
+    def outline(self) -> Array:
+        """Corners (k, 2) of its cross-section in width and height, m."""
+        if self.diameter is not None:
+            return circle(self.diameter / 2)
+        assert self.width is not None
+        assert self.height is not None
+        return np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]]) * [self.width, self.height]
 
 
 @dataclass(frozen=True, eq=False)
@@ -219,6 +231,11 @@ class Beam(Component):
     def motion_at(self, point: Array, direction: Array) -> Array:
         """Motion of the station that lies there."""
         return self.nodes.motion(f"component {self.name!r}", self.dofs, point, direction)
+
+    def drawn(self) -> Drawn:
+        """Its segments, bent as its stations move."""
+        assert self.start is not None
+        return drawn_beam(self.start, self.frame, self.stations, [(s.length, s.outline) for s in self.segments])
 
 
 def place_along(station: Section, length: float) -> float:

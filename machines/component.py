@@ -14,6 +14,7 @@ from jointlib.arrays import Array, ArrayLike, ComplexArray
 from jointlib.errors import InputError
 from jointlib.io.toml import Section
 
+from .drawn import Drawn
 from .mode_sum import ModeSum
 
 
@@ -100,6 +101,10 @@ class Component(ABC):
 
         None where a component has no shape in space.
         """
+        return None
+
+    def drawn(self) -> Drawn | None:
+        """How it looks and how what is drawn moves; None where it has no shape in space."""
         return None
 
     def weight(self, gravity: Array) -> Array | None:

@@ -14,7 +14,7 @@ from jointlib.joint import Joint
 from jointlib.registry import plugin
 
 from .axes import move, read_axes
-from .bundles import expand
+from .bundles.bundle import placed
 from .changes import change
 from .component import Component
 from .connection import Connection, Identify
@@ -56,7 +56,7 @@ def read_machine(path: Path | str, changes: Mapping[str, Any] | None = None) -> 
     move(all_of, axes)
     components = tuple(_component(section) for each in all_of for section in each.sections("component"))
     connections = tuple(_connection(section) for each in all_of for section in each.sections("connection"))
-    bundled = [c for each in all_of for section in each.sections("bundle") for c in expand(section)]
+    bundles = tuple(placed(section) for each in all_of for section in each.sections("bundle"))
     for part in all_of[:-1]:
         part.done()
     static = StaticLoad.from_section(document.section("static")) if document.has("static") else None
@@ -72,7 +72,7 @@ def read_machine(path: Path | str, changes: Mapping[str, Any] | None = None) -> 
     document.done()
     machine = Machine(
         components=components,
-        connections=(*connections, *bundled),
+        connections=(*connections, *(c for bundle in bundles for c in bundle.connections)),
         name=name,
         tool=tool,
         drive=drive,
@@ -81,6 +81,7 @@ def read_machine(path: Path | str, changes: Mapping[str, Any] | None = None) -> 
         cutting=cutting,
         static=static,
         axes=axes,
+        bundles=bundles,
         source=path,
     )
     check_sound(machine)

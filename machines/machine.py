@@ -15,6 +15,7 @@ from jointlib.errors import InputError, nearest
 from jointlib.joint import Joint
 
 from .axes import Axis
+from .bundles.bundle import Placed
 from .component import Component
 from .connection import Connection, motion_row
 from .groups import unmoved
@@ -44,6 +45,8 @@ class Machine:
         What it carries while it vibrates, or None: joints then vibrate about zero.
     axes
         The axes of its file, whose positions the components and connections stand at already.
+    bundles
+        The bundles that some of its connections were made of, for the eye: nothing is computed from them.
     source
         The file it came from.
     """
@@ -58,6 +61,7 @@ class Machine:
     cutting: Mapping[str, Any] | None = None
     static: StaticLoad | None = None
     axes: tuple[Axis, ...] = ()
+    bundles: tuple[Placed, ...] = ()
     source: Path | None = None
 
     def __post_init__(self) -> None:

@@ -16,6 +16,7 @@ from jointlib.io.toml import Section
 
 from .component import Component, SecondOrder, checked_dofs, checked_square
 from .craig_bampton import Reduction, craig_bampton, static_shapes
+from .drawn import Drawn
 from .lumped import receptance_of
 from .matrix_rows import aligned, matrix_file, named_rows
 from .modes import in_modes
@@ -225,6 +226,12 @@ class Matrices(Component):
     def motion_at(self, point: Array, direction: Array) -> Array | None:
         """Motion of the node that lies there; None where no positions are given."""
         return None if self.nodes is None else self.nodes.motion(self._where, self.dofs, point, direction)
+
+    def drawn(self) -> Drawn | None:
+        """Its nodes; motions that a node has no row for are drawn as zero."""
+        if self.nodes is None:
+            return None
+        return Drawn(self.nodes.frames(self.dofs), self.nodes.names, len(self.nodes.names), dots=True)
 
 
 def _small(T: Array, matrix: csc_matrix) -> Array:

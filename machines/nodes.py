@@ -11,6 +11,7 @@ from jointlib.arrays import Array
 from jointlib.errors import InputError
 
 from .component import checked_dofs
+from .drawn import Frame
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 """Translations along and rotations about the machine axes."""
@@ -56,6 +57,12 @@ class Nodes:
                     f"{where}: node {name!r} has no dof {axis!r}, which direction {_words(direction)} needs"
                 )
         return row
+
+    def frames(self, dofs: Sequence[str]) -> tuple[Frame, ...]:
+        """Every node as a frame over these dofs; motions that a node lacks are zero."""
+        wanted = [[f"{name}.{axis}" for axis in DIRECTIONS] for name in self.names]
+        rows = [np.array([[float(dof == row) for dof in dofs] for row in six]) for six in wanted]
+        return tuple(Frame(at, row) for at, row in zip(self.positions, rows, strict=True))
 
 
 def checked_nodes(where: str, names: Sequence[str], positions: Array, tolerance: float = TOLERANCE) -> Nodes:

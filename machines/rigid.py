@@ -13,9 +13,13 @@ from jointlib.errors import InputError
 from jointlib.io.toml import Section
 
 from .component import Component, SecondOrder, checked_square
+from .drawn import Drawn, Frame
 from .nodes import DIRECTIONS, checked_nodes
+from .solid import block
 
 DOFS = ("ux", "uy", "uz", "rx", "ry", "rz")
+_FLAT = 0.02
+"""Least edge of the block that is drawn, over its largest."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,6 +110,18 @@ class Rigid(Component):
     def motion_at(self, point: Array, direction: Array) -> Array:
         """n·(u + ϑ × ρ) = n·u + (ρ × n)·ϑ with ρ from the centre to the point."""
         return np.concatenate([self._twist(point, direction), np.zeros(len(self.dofs) - 6)])
+
+    def drawn(self) -> Drawn:
+        """The even block that has its mass and inertia: of edges a, b, c with J_x = m (b² + c²)/12 and so on."""
+        assert self.centre is not None
+        J, axes = np.linalg.eigh(self.inertia)
+        edges = np.sqrt(np.clip(6 * (np.sum(J) - 2 * J) / self.mass, 0.0, None))
+        if np.linalg.det(axes) < 0:
+            axes = -axes
+        solid = block(np.zeros(3), np.maximum(edges, _FLAT * max(edges))).placed(self.centre, axes.T)
+        own = Frame(self.centre, np.eye(6, len(self.dofs)))
+        named = [Frame(at, np.concatenate([own.motion(at), own.rows[3:]])) for at in self.points.values()]
+        return Drawn((own, *named), ("", *self.points), 1, (solid,))
 
     def _twist(self, point: Array, direction: Array) -> Array:
         assert self.centre is not None

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from jointlib.cli.arguments import Verb, input_file, json_option
+from jointlib.cli.arguments import Target, Verb, input_file, json_option
 from jointlib.cli.output import emit, table
 from jointlib.errors import InputError
 from jointlib.units import shown
@@ -19,18 +19,27 @@ if TYPE_CHECKING:
 
 @click.command("inspect", cls=Verb)
 @input_file("file")
+@click.option("-o", "output", type=Target(".svg", ".html"), help="Draw a machine into this file: .svg or .html.")
 @json_option
-def command(file: Path, as_json: bool) -> None:
+def command(file: Path, output: Path | None, as_json: bool) -> None:
     """Say what FILE holds: a measurement, joint or machine file, a record (csv, npz, mat, uff), or an FMU.
 
+    With -o a machine is drawn as well: an SVG with four views, or an HTML page in which it turns.
+
     \b
-    Example:
+    Examples:
       jointlib inspect machines/library/guide.joint.toml
+      jointlib inspect machines/library/lathe.toml -o lathe.html
     """
     if not file.is_file():
         raise InputError(f"{file}: a folder, expected a file" if file.is_dir() else f"{file}: no such file")
-    lines = _lines(file)
-    emit(as_json, {"file": str(file), "lines": lines}, lines)
+    lines, data = _lines(file), {"file": str(file)}
+    if output is not None:
+        from jointlib.cli.picture import draw
+
+        lines += draw(file, output)
+        data["picture"] = str(output)
+    emit(as_json, {**data, "lines": lines}, lines)
 
 
 def _lines(file: Path) -> list[str]:

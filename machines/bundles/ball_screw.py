@@ -13,6 +13,7 @@ from jointlib.io.toml import Section
 from jointlib.joint import Joint
 from jointlib.laws.linear import Linear
 
+from ..solid import Solid, bar, ring
 from .bundle import Bundle, Row, assumed_value, positive
 
 MOUNTINGS = ("fixed-free", "fixed-fixed")
@@ -22,6 +23,18 @@ STEEL_MODULUS = 206e9
 """N/m²."""
 STEEL_SHEAR = 79e9
 """N/m²."""
+
+
+@dataclass(frozen=True)
+class Shaft:
+    """A screw along the axis of its bundle: diameter, and where it begins and ends from the nut, m."""
+
+    diameter: float
+    start: float
+    end: float
+    both: bool
+    """Whether bearings hold both ends, else the one it is fixed at."""
+    fixed_start: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +47,7 @@ class BallScrew(Bundle):
 
     joint: Joint
     assumed: tuple[str, ...] = ()
+    shaft: Shaft | None = None
 
     kind: ClassVar[str] = "ball-screw"
     main: ClassVar[tuple[float, float, float]] = (1.0, 0.0, 0.0)
@@ -46,7 +60,7 @@ class BallScrew(Bundle):
         said: list[str] = []
         diameter, length = section.number("diameter", "m"), section.number("length", "m")
         position = section.number("position", "m")
-        section.text("fixed_end", "start", ENDS)  # only an axis that moves asks for it, see `slid`
+        fixed_start = section.text("fixed_end", "start", ENDS) == "start"
         alone = section.flag("without_nut")
         nut = np.inf if alone else section.number("nut_stiffness", "N/m")
         if not alone and section.has("nut_preload"):
@@ -63,7 +77,9 @@ class BallScrew(Bundle):
         if lead is not None:
             said.append("shear modulus = 79 GPa")
         stiffness = screw_stiffness(diameter, position, length, nut, bearing, mounting, modulus, lead)
-        return cls(Joint((Linear(stiffness),)), tuple(said))
+        start = -position if fixed_start else position - length
+        shaft = Shaft(diameter, start, start + length, mounting == "fixed-fixed", fixed_start)
+        return cls(Joint((Linear(stiffness),)), tuple(said), shaft)
 
     @classmethod
     def slid(cls, section: Section, along: float) -> dict[str, Any]:
@@ -75,6 +91,16 @@ class BallScrew(Bundle):
 
     def rows(self) -> tuple[Row, ...]:
         return (Row("axial", np.zeros(3), np.array([1.0, 0.0, 0.0]), self.joint),)
+
+    def solids(self) -> tuple[Solid, ...]:
+        """Nut, shaft and bearings; nothing where the file gives the joint of the whole drive alone."""
+        if self.shaft is None:
+            return ()
+        d, s = self.shaft.diameter, self.shaft
+        nut = ring(-1.5 * d, 1.5 * d, 0.9 * d, d / 2, frame=0)
+        ends = [x for x, held in ((s.start, s.both or s.fixed_start), (s.end, s.both or not s.fixed_start)) if held]
+        bearings = [ring(x - 0.5 * d, x + 0.5 * d, 1.2 * d, d / 2, frame=1) for x in ends]
+        return nut, bar(s.start, s.end, d / 2, frame=1), *bearings
 
 
 def screw_stiffness(

@@ -13,6 +13,7 @@ from jointlib.io.toml import Section
 from jointlib.joint import Joint
 from jointlib.laws.hertz_contact import HertzContact
 
+from ..solid import Solid, ring
 from .bundle import Bundle, Row, assumed_value, positive
 from .hertz import groove_contact
 from .shared import guide_of, guide_row
@@ -123,4 +124,14 @@ class BearingPair(Bundle):
                 at = radial * self.pitch_diameter / 2 + [place * self.spacing, 0.0, 0.0]
                 direction = cos * radial + [sign * sin, 0.0, 0.0]
                 out.append(Row(f"{letter}{number + 1}", at, direction, joint))
+        return tuple(out)
+
+    def solids(self) -> tuple[Solid, ...]:
+        """Inner and outer rings with the balls' row between them, in proportions that bearings have."""
+        middle, ball = self.pitch_diameter / 2, self.ball_diameter
+        out = []
+        for place in (-self.spacing / 2, self.spacing / 2):
+            ends = place - 0.75 * ball, place + 0.75 * ball
+            out.append(ring(*ends, middle - 0.25 * ball, max(middle - ball, 0.1 * middle), frame=0))
+            out.append(ring(*ends, middle + ball, middle + 0.25 * ball, frame=1))
         return tuple(out)

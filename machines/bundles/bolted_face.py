@@ -12,6 +12,7 @@ from jointlib.io.joint_file import read_joint
 from jointlib.io.toml import Section
 from jointlib.joint import Joint
 
+from ..solid import Solid, block
 from .bundle import Bundle, Row, gauss, positive
 from .contact_patch import Face
 from .shared import shared
@@ -97,3 +98,9 @@ class BoltedFace(Bundle):
                 assert self.face is not None
                 found.append(own(self.face, area, pressure))
         return found[0], found[1]
+
+    def solids(self) -> tuple[Solid, ...]:
+        """The two faces, as plates."""
+        thick = 0.04 * max(self.length, self.width)
+        size = thick, self.length, self.width
+        return block((-thick / 2, 0.0, 0.0), size, frame=0), block((thick / 2, 0.0, 0.0), size, frame=1)

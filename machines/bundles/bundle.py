@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any, ClassVar
@@ -19,6 +19,7 @@ from jointlib.motion import Motion
 from jointlib.registry import plugin
 
 from ..connection import GROUND, Connection
+from ..solid import Solid
 
 _SQUARE = 1e-6
 ASSUMED = "assumed"
@@ -62,9 +63,32 @@ class Bundle(ABC):
     def rows(self) -> tuple[Row, ...]:
         """The contacts, each with its joint."""
 
+    def solids(self) -> tuple[Solid, ...]:
+        """How it looks, in its own axes about its place; nothing where its contacts alone are drawn."""
+        return ()
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """A bundle in a machine: the connections that it became, and where it is drawn."""
+
+    name: str
+    bundle: Bundle
+    between: tuple[str, str]
+    places: Mapping[str, Array]
+    """Centres in m by what follows the name; nothing where its sides are degrees of freedom without a place."""
+    axes: Array
+    """Unit vectors as rows."""
+    connections: tuple[Connection, ...]
+
 
 def expand(section: Section) -> tuple[Connection, ...]:
-    """The connections that a ``[[bundle]]`` table stands for, named ``<bundle>.<row>``.
+    """The connections of a ``[[bundle]]`` table, see `placed`."""
+    return placed(section).connections
+
+
+def placed(section: Section) -> Placed:
+    """The bundle of a ``[[bundle]]`` table, as connections that are named ``<bundle>.<row>``.
 
     With a list of places in ``at`` there is one alike at each, ``<bundle>_1.<row>`` and so on.
     """
@@ -99,7 +123,7 @@ def expand(section: Section) -> tuple[Connection, ...]:
         place, direction = (None, None) if scalar else (_triple(at + axes.T @ row.at), _triple(axes.T @ row.direction))
         sides = between[0], between[1]
         out.append(Connection(f"{name}{label}.{row.name}", sides, joint, at=place, direction=direction))
-    return tuple(out)
+    return Placed(name, bundle, (between[0], between[1]), {} if scalar else places, axes, tuple(out))
 
 
 def _places(section: Section) -> dict[str, Array]:

@@ -13,6 +13,7 @@ from jointlib.io.toml import Section
 from jointlib.joint import Joint
 from jointlib.laws.hertz_contact import HertzContact
 
+from ..solid import Solid, block
 from .bundle import Bundle, Row, assumed_value, gauss, positive
 from .hertz import groove_contact
 from .shared import guide_of, guide_row
@@ -117,6 +118,13 @@ class LinearGuide(Bundle):
                     direction = np.array([0.0, outward * height * sin, -lateral * cos])
                     out.append(Row(f"{level}_{side}_{number}", at, direction, joint))
         return tuple(out)
+
+    def solids(self) -> tuple[Solid, ...]:
+        """Carriage and rail, in proportions that carriages have."""
+        rows = max(self.height, self.width / 3)
+        carriage = block((0.0, 0.3 * rows, 0.0), (1.3 * self.length, 2.2 * rows, 1.9 * self.width))
+        rail = block((0.0, -0.9 * rows, 0.0), (1.3 * self.length, 2.4 * rows, 0.9 * self.width), frame=1, runs=True)
+        return carriage, rail
 
     def _joint(self, share: float) -> Joint:
         """The joint of one point, which carries this share of its row."""

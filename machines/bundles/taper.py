@@ -9,6 +9,7 @@ import numpy as np
 
 from jointlib.io.toml import Section
 
+from ..solid import Solid, bar
 from .bundle import Bundle, Row, assumed_value, gauss, positive
 from .contact_patch import Face
 
@@ -87,3 +88,7 @@ class Taper(Bundle):
                 out.append(Row(f"axial_{i}{j + 1}", at, cos * axis - sin * radial, rubbed))
                 out.append(Row(f"round_{i}{j + 1}", at, np.cross(axis, radial), rubbed))
         return tuple(out)
+
+    def solids(self) -> tuple[Solid, ...]:
+        """The cone."""
+        return (bar(0.0, self.length, self.diameter / 2, to=self.diameter / 2 - self.ratio * self.length / 2),)
