@@ -30,6 +30,8 @@ class MachineEquations:
     shapes: Array
     joints: Array
     blocks: tuple[slice, ...]
+    motions: Array
+    """N: the components' own generalised coordinates q = N p, one component after the other."""
 
     def natural_frequencies(self, joint_stiffness: Array) -> Array:
         """Undamped natural frequencies in Hz, ascending, with these joint stiffnesses in N/m; free motions are 0."""
@@ -77,6 +79,7 @@ def machine_equations(machine: Machine) -> MachineEquations:
         shapes @ N,
         machine.rows(machine.flexible) @ shapes @ N,
         tuple(blocks),
+        N,
     )
 
 

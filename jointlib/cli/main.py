@@ -18,6 +18,7 @@ VERBS = {
     "trace": "Find what a joint model leaves unexplained, name it, mend the joint.",
     "df": "Describing function of a joint.",
     "frf": "Nonlinear forced response of a machine, all branches.",
+    "modes": "Natural modes of a machine: what moves, which joint holds the energy, what stiffness gives.",
     "check": "Compare the coupled machine, joints linearised, with python-control.",
     "lobes": "Stability lobes of a machine.",
     "fmu": "Export a joint as an FMU and verify it, or verify one.",

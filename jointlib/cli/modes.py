@@ -1,0 +1,165 @@
+"""``jointlib modes``: natural frequencies of a machine, what moves, what holds and what dissipates the energy."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from jointlib.cli.arguments import Quantity, Verb, input_file, json_option
+from jointlib.cli.output import emit, table, working
+from jointlib.errors import InputError
+
+if TYPE_CHECKING:
+    from machines.lobes.depth_sensitivity import DepthSensitivity
+    from machines.mode_energy import ModeEnergies
+    from machines.natural_modes import NaturalModes
+
+
+@click.command("modes", cls=Verb)
+@input_file("file", metavar="MACHINE")
+@click.option(
+    "--amplitude",
+    type=Quantity("m", lower=0),
+    default=0.0,
+    help="Tool-point amplitude of the joints; default: at rest.",
+)
+@click.option("--all", "every", is_flag=True, help="Every mode, not only the first ten and those that the tool feels.")
+@json_option
+def command(file: Path, amplitude: float, every: bool, as_json: bool) -> None:
+    """Modes of MACHINE: frequency, damping, which part moves, which joint holds the energy, what stiffness would give.
+
+    \b
+    Example:
+      jointlib modes machines/library/lathe.toml
+    """
+    import numpy as np
+
+    from jointlib.cli.joints import with_joints
+    from machines import natural_modes, read_machine
+    from machines.lobes.depth_sensitivity import depth_sensitivity
+    from machines.mode_energy import mode_energies
+    from machines.mode_words import leading, shown_modes, warnings
+    from machines.static_compliance import static_compliance
+
+    _is_machine(file)
+    with working("computing modes"):
+        machine, remarks = with_joints(read_machine(file))
+        modes = natural_modes(machine, amplitude)
+        energies, compliance = mode_energies(modes), static_compliance(modes)
+        depth = depth_sensitivity(modes) if machine.cutting is not None and machine.tool and not amplitude else None
+    sentences = leading(modes, energies, depth)
+    chosen = np.arange(len(modes.pole)) if every else shown_modes(modes)
+    said = [*warnings(modes, compliance), *(depth.warnings if depth is not None else ()), *remarks]
+    data = {
+        "modes": [_mode(modes, energies, int(i)) for i in chosen],
+        "count": len(modes.pole),
+        "free": modes.free.shape[1],
+        "decay": modes.decay,
+        "static_compliance": compliance,
+        "amplitude": amplitude,
+        "depth": None if depth is None else _depth(modes, depth),
+        "sentence": sentences[0],
+        "warnings": said,
+    }
+    lines = [*sentences, *_table(modes, energies, [int(i) for i in chosen])]
+    rest = len(modes.pole) - len(chosen)
+    lines += ["(part): by its own elasticity or damping, not by a joint."] if len(chosen) else []
+    lines += [f"{rest} further modes up to {modes.frequency[-1]:.4g} Hz (--all)."] if rest else []
+    free = modes.free.shape[1]
+    lines += [f"{free} free motion{'s' if free > 1 else ''}, which nothing holds."] if free else []
+    lines += [
+        f"static compliance of the tool in {axis}: {value * 1e6:.4g} um/N ({1e-6 / value:.4g} N/um)"
+        for axis, value in compliance.items()
+        if value
+    ]
+    emit(as_json, data, [*lines, *said])
+
+
+def _is_machine(file: Path) -> None:
+    """Say of a measurement that its modes are not to be had yet, before the reader of machines wonders at it."""
+    import tomllib
+
+    try:
+        schema = tomllib.loads(file.read_text("utf-8-sig")).get("schema")
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
+        return  # what is wrong with it is said where it is read
+    if schema == "jointlib/measurement/1":
+        raise InputError(
+            f"{file}: a measurement, whose modes are not identified here; expected a machine file, and for measured "
+            "receptances a component of kind 'frf' in it, or a modal one"
+        )
+
+
+def _mode(modes: NaturalModes, energies: ModeEnergies, i: int) -> dict[str, Any]:
+    from machines.mode_energy import bundles
+
+    machine = modes.machine
+    names = [c.name for c in machine.flexible]
+    columns = (energies.strain, energies.loss, energies.sensitivity)
+    per_joint = zip(names, *(array[:, i] for array in columns), strict=True)
+    inside = zip(
+        machine.components,
+        energies.strain_inside[:, i],
+        energies.loss_inside[:, i],
+        [None] * len(machine.components) if energies.kinetic is None else energies.kinetic[:, i],
+        strict=True,
+    )
+    return {
+        "frequency": modes.frequency[i],
+        "damping_ratio": modes.damping_ratio[i],
+        "tool_compliance": modes.tool_peak[i] if machine.tool else None,
+        "joints": [
+            {"connection": name, "share": share, "loss": loss, "frequency_sensitivity": slope}
+            for name, share, loss, slope in per_joint
+        ],
+        "bundles": [
+            {"bundle": name, "share": energies.strain[rows, i].sum(), "loss": energies.loss[rows, i].sum()}
+            for name, rows in bundles(machine.flexible).items()
+        ],
+        "components": [
+            {"component": c.name, "kinetic": moving, "share": _known(share), "loss": _known(loss)}
+            for c, share, loss, moving in inside
+        ],
+    }
+
+
+def _known(value: float) -> float | None:
+    return float(value) if value == value else None
+
+
+def _depth(modes: NaturalModes, depth: DepthSensitivity) -> dict[str, Any]:
+    from machines.mode_energy import bundles
+
+    connections = modes.machine.flexible
+    return {
+        "depth": depth.depth,
+        "chatter_frequency": depth.frequency,
+        "method": depth.method,
+        "mode": modes.frequency[depth.mode],
+        "sensitivities": [
+            {"connection": c.name, "sensitivity": value} for c, value in zip(connections, depth.joints, strict=True)
+        ],
+        "bundles": [
+            {"bundle": name, "sensitivity": depth.joints[rows].sum()} for name, rows in bundles(connections).items()
+        ],
+    }
+
+
+def _table(modes: NaturalModes, energies: ModeEnergies, chosen: list[int]) -> list[str]:
+    from machines.mode_words import dissipaters, holders, largest, movers
+
+    rows = [
+        (
+            f"{modes.frequency[i]:.5g}",
+            f"{100 * modes.damping_ratio[i]:.3g}",
+            f"{modes.tool_peak[i] * 1e6:.3g}" if modes.machine.tool else "",
+            largest(movers(modes, energies, i)),
+            largest(holders(modes, energies, i)),
+            largest(dissipaters(modes, energies, i), 1),
+        )
+        for i in chosen
+    ]
+    header = ("mode [Hz]", "damping [%]", "at the tool [um/N]", "what moves", "what bends", "what dissipates")
+    return table(header, rows) if rows else []
