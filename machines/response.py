@@ -19,6 +19,7 @@ from .following import by_raising_the_force, from_branches
 from .hill import hill_equations
 from .labels import with_errors, with_labels
 from .limits import beyond_frequency
+from .lobes.chatter_band import frequency_range
 from .machine import Machine, checked_forces, checked_range
 from .on_lines import by_lines
 from .overtones import Overtones, refined
@@ -202,9 +203,7 @@ def _forces(machine: Machine, force: float | Sequence[float] | None) -> Array:
 
 def _lines(machine: Machine, frequency: Sequence[float] | Array | None, points: int) -> tuple[Array, bool]:
     """The lines in Hz, and whether more may be added."""
-    given = machine.frequency if frequency is None else frequency
-    if given is None:
-        raise InputError(f"{machine.where}: no frequency is given, expected frequency in [response] or as an argument")
+    given = frequency_range(machine) if frequency is None else frequency
     values = np.asarray(given, dtype=float)
     if values.shape == (2,):
         low, high = checked_range(values.tolist(), "response")

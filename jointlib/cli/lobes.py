@@ -109,12 +109,13 @@ def command(
                 f"(chatter at {chart.minimum_frequency:.5g} Hz), {chart.method}"
             )
         else:
-            lines.append(f"no chatter at any depth{at} inside the file's frequency range, {chart.method}")
+            known = "" if chart.known_to is None else f" up to {chart.known_to:g} Hz, above which nothing is known"
+            lines.append(f"no chatter at any depth{at}{known}, {chart.method}")
         if speed:
             rows = [
                 (f"{n:g}", f"{b * 1e3:.6g}", f"{f:.6g}", str(kind), str(k))
                 if np.isfinite(b)
-                else (f"{n:g}", "unbounded", "", "", "")
+                else (f"{n:g}", "unbounded" if chart.known_to is None else f"up to {chart.known_to:g} Hz", "", "", "")
                 for n, b, f, kind, k in zip(
                     speeds, chart.depth, chart.chatter_frequency, chart.kind, chart.lobe, strict=True
                 )

@@ -9,18 +9,17 @@ from functools import cached_property
 import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
-from jointlib.errors import InputError, Outcome
+from jointlib.errors import Outcome
 from jointlib.frf import FRF, ReceptanceKind
 
 from ..assembly import Assembly
 from ..lobes.amplitude import chattering, chattering_point
 from ..lobes.chart import StabilityLobes
+from ..lobes.chatter_band import chatter_band, modes_at_rest
 from ..lobes.cutting import Cutting
-from ..lobes.machine_model import modes_at_rest
 from ..lobes.solve import stability_lobes
 from ..lobes.together import preview
 from ..lobes.tool_model import ToolModel
-from ..lobes.tool_point import ToolPoint
 from ..machine import Machine
 from ..operating import OpenTool, frozen_receptance, operating_point
 
@@ -39,9 +38,8 @@ class Built:
     @cached_property
     def band(self) -> tuple[float, float]:
         """Lowest and highest frequency in Hz."""
-        if self.machine.frequency is None:
-            raise InputError(f"{self.machine.where}: no frequency in [response], expected the band to look at")
-        return self.machine.frequency
+        found = chatter_band(self.machine)
+        return found.low, found.high
 
     @cached_property
     def assembly(self) -> Assembly:
@@ -108,8 +106,7 @@ class Built:
         """The chart by the fast method of the process, from the modes at rest or the lines of ``moving``."""
         method = preview(cutting.process)
         if amplitude == 0 and self.model is not None:
-            tip = ToolPoint(self.model, self.lines, self.machine.tool_axes, sampled=False)
-            return stability_lobes(tip, cutting, speeds, method)
+            return stability_lobes(self.model, cutting, speeds, method)
         return stability_lobes(moving, cutting, speeds, method, axes=self.machine.tool_axes)
 
     def joints_at(self, frequency: float, amplitude: float, cutting: Cutting | None) -> tuple[Mapping[str, float], str]:

@@ -20,6 +20,7 @@ from jointlib.units import scale as size_of
 from ..assembly import Assembly
 from ..bundles import expand
 from ..files import documents
+from ..lobes.chatter_band import frequency_range
 from ..lobes.cutting import Cutting
 from ..machine import Machine
 from ..operating import operating_point
@@ -93,8 +94,8 @@ def _amplitude_control(machine: Machine) -> Control:
     assembly = Assembly(machine, tuple(machine.tool.values()), tuple(machine.tool.values()))
     largest = _LARGEST if feed is None else float(feed)
     limits = [limit.amplitude for limit in assembly.limits]
-    if np.any(np.isfinite(limits)) and machine.frequency is not None:
-        point = operating_point(machine, np.linspace(*machine.frequency, 100), _SMALL * largest)
+    if np.any(np.isfinite(limits)):
+        point = operating_point(machine, np.linspace(*frequency_range(machine), 100), _SMALL * largest)
         share = point.joint_amplitude[:, list(assembly.nonlinear)] / (_SMALL * largest) / limits
         largest = min(largest, 1 / max(float(np.median(np.max(share, axis=1))), 1e-30))
     return Control(AMPLITUDE, "amplitude", "tool", "µm", 0.0, 0.0, float(f"{largest * 1e6:.2g}"), scale=1e-6)

@@ -15,7 +15,7 @@ from jointlib.errors import InputError
 from jointlib.joint import Joint
 
 from ..lobes.amplitude import lobes_at_amplitude
-from ..lobes.machine_model import modes_at_rest
+from ..lobes.chatter_band import modes_at_rest
 from ..lobes.pocket import Pocket, best_pocket
 from ..machine import Machine
 from ..study.study import Study

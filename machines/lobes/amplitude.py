@@ -17,9 +17,9 @@ from ..machine import Machine
 from ..operating import OpenTool, OperatingPoint
 from ..working_point import tangents
 from .chart import StabilityLobes
+from .chatter_band import ChatterBand, chatter_band
 from .cutting import Cutting
 from .developed_lobes import developed_lobes
-from .machine_model import modes_at_rest
 from .solve import stability_lobes
 from .tool_point import ToolPoint
 from .zero_order import loop_stiffness
@@ -70,7 +70,8 @@ def frozen_lobes(
         raise InputError(f"{machine.where}: [tool] has no x, the direction of the chip thickness in turning")
     if amplitude > 0 and not Assembly(machine, (), ()).nonlinear:
         amplitude = 0.0
-    exact = modes_at_rest(machine) if amplitude == 0 and method != "zero-order" else None
+    band = chatter_band(machine)
+    exact = band.model if amplitude == 0 else None
     if method == "collocation" and exact is None and cutting.process != "milling":
         from .frozen_modes import collocated_turning
 
@@ -83,20 +84,21 @@ def frozen_lobes(
     ):
         table = wide_receptance(machine, amplitude, points)
         chart, held = developed_lobes(machine, cutting, speed, amplitude, method, table)
-        assert machine.frequency is not None
-        return replace(chart, warnings=chart.warnings + beyond_frequency(machine, *machine.frequency)), held
-    if amplitude == 0 and machine.frequency is not None:
-        tip = tip_at_rest(machine, np.linspace(*machine.frequency, points))
-        model = exact if cutting.process == "milling" or method == "collocation" else None
-        chart = stability_lobes(model or tip, cutting, speed, method)
-        said = chart.warnings + beyond_frequency(machine, *machine.frequency)
-        return replace(chart, warnings=said), np.zeros(chart.depth.shape, dtype=bool)
+        return _within(chart, machine, band), held
+    if amplitude == 0:
+        chart = stability_lobes(exact or tip_at_rest(machine, band.lines), cutting, speed, method)
+        return _within(chart, machine, band), np.zeros(chart.depth.shape, dtype=bool)
     point = operating_receptance(machine, amplitude, points)
     chart = stability_lobes(point.frf, cutting, speed, method, axes=axes)
-    assert machine.frequency is not None
-    said = chart.warnings + _limits(point, chart) + beyond_frequency(machine, *machine.frequency)
+    chart = _within(replace(chart, warnings=chart.warnings + _limits(point, chart)), machine, band)
     limited = np.array([outcome is not Outcome.CONVERGED for outcome in point.outcomes])
-    return replace(chart, warnings=said), _chattering_on(limited, point.frf.frequency, chart.chatter_frequency)
+    return chart, _chattering_on(limited, point.frf.frequency, chart.chatter_frequency)
+
+
+def _within(chart: StabilityLobes, machine: Machine, band: ChatterBand) -> StabilityLobes:
+    """The chart with what is to be said of the frequencies over which the machine was searched."""
+    said = chart.warnings + band.said + beyond_frequency(machine, band.low, band.high)
+    return replace(chart, warnings=said, known_to=None if band.whole else band.high)
 
 
 def wide_receptance(machine: Machine, amplitude: float, points: int = _LINES) -> OperatingPoint:
@@ -121,14 +123,13 @@ def operating_receptance(
     is widened by the factor ``beyond`` at both ends. In milling the tool vibrates as the ``cutting`` drives it, by
     default that of the machine.
     """
-    if machine.frequency is None:
-        raise InputError(f"{machine.where}: no frequency in [response], lobes need the band to search for chatter")
     if cutting is None:
         if machine.cutting is None:
             raise InputError(f"{machine.where}: no [cutting], lobes need a cutting operation")
         cutting = Cutting(**machine.cutting)
-    low, high = machine.frequency
-    lines = np.linspace(low, high, points)
+    band = chatter_band(machine)
+    low, high = band.low, band.high
+    lines = band.lines if band.said else np.linspace(low, high, points)
     if beyond > 1:
         count = points // 10
         lines = np.concatenate(

@@ -81,6 +81,9 @@ class StabilityLobes:
         What the method does not cover, a sentence each.
     warnings
         What was met in this computation and bears on the result, a sentence each.
+    known_to
+        Hz above which nothing is known of the tool, so that chatter there is not excluded; None where no mode is left
+        out.
     """
 
     method: str
@@ -97,6 +100,7 @@ class StabilityLobes:
     outcome: Outcome
     notes: tuple[str, ...]
     warnings: tuple[str, ...]
+    known_to: float | None = None
 
     def minimum_speed(self, lobe: ArrayLike) -> Array:
         """Spindle speeds in rpm at which lobes k touch the minimum depth."""

@@ -12,12 +12,13 @@ from jointlib.errors import CheckFailed, InputError
 from ..machine import Machine
 from .amplitude import chattering_point, lobes_at_amplitude, wide_receptance
 from .chart import StabilityLobes
+from .chatter_band import chatter_band, modes_at_rest
 from .collocation import FINER, MORE, arc_map
 from .critical_depth import near
 from .cutting import Cutting
 from .developed_lobes import HELD, developed_chatter
 from .loop_branches import Crossing
-from .machine_model import OpenJoints, machine_model, modes_at_rest
+from .machine_model import OpenJoints, machine_model
 from .multipliers import largest_multipliers
 from .periodic import NOTES
 from .tool_model import ToolModel
@@ -35,10 +36,7 @@ def tool_models(machine: Machine, cutting: Cutting, speed: Array, amplitude: flo
     exact = modes_at_rest(machine) if amplitude == 0 else None
     if exact is not None:
         return [exact]
-    if machine.frequency is None:
-        raise InputError(f"{machine.where}: no frequency in [response], lobes need the band to search for chatter")
-    middle = float(np.mean(machine.frequency))
-    rest = machine_model(machine, middle)  # refuses a machine without modes at once
+    rest = machine_model(machine, chatter_band(machine).middle)  # refuses a machine without modes at once
     if cutting.process == "milling":
         chatter = developed_chatter(
             machine, cutting, amplitude, wide_receptance(machine, amplitude), "collocation", True

@@ -10,38 +10,15 @@ from scipy.linalg import block_diag
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
 
-from ..assembly import Assembly
 from ..indices import Mask
 from ..machine import Machine
 from ..state_equations import machine_states
 from ..working_point import tangents
 from .tool_model import ToolModel
 
-_SAME = 1e-6
-"""Of the largest receptance; what modes far above the band are taken together costs less."""
-_COMPARED = 7
 _INSTANT = 1e-12
 _TOGETHER = 2**19
 """Entries of the matrices decomposed at once."""
-
-
-def modes_at_rest(machine: Machine) -> ToolModel | None:
-    """Modes of the tool point at rest; None where the machine has none, or a joint is no spring and damper in truth.
-
-    Joints are: every tangent K + jωC. That is found out by comparing with the machine's own receptance.
-    """
-    if machine.frequency is None:
-        return None
-    middle, lines = float(np.mean(machine.frequency)), np.linspace(*machine.frequency, _COMPARED)
-    gains = tangents(machine, np.append(middle, lines))
-    try:
-        model = OpenJoints.of(machine).models(gains[:1], middle)[0]
-    except InputError:
-        return None
-    tool = machine.tool_dofs
-    G = Assembly(machine, tool, tool).coupled(2 * np.pi * lines, gains[1:])
-    error = np.linalg.norm(model(lines) - G, axis=(1, 2))
-    return model if np.all(error <= _SAME * np.max(np.linalg.norm(G, axis=(1, 2)))) else None
 
 
 def machine_model(machine: Machine, frequency: float, gain: ComplexArray | None = None) -> ToolModel:

@@ -25,6 +25,7 @@ from ..measured import Measured
 from ..operating import operating_point
 from . import turning, zero_order
 from .amplitude import chattering_receptance, frozen_lobes
+from .chatter_band import chatter_band
 from .cutting import Cutting
 from .regeneration import limiting_depth, loop_eigenvalues, wave_fraction
 from .solve import stability_lobes
@@ -152,8 +153,8 @@ def lobe_band(
     the exact methods compute a chart per sample, and cost that many charts. Samples that a method refuses are left out
     and counted, up to one in twenty.
     """
-    if machine.frequency is None or machine.cutting is None:
-        raise InputError(f"{machine.where}: lobes need [cutting] and a frequency in [response]")
+    if machine.cutting is None:
+        raise InputError(f"{machine.where}: no [cutting], lobes need a cutting operation")
     cutting = Cutting(**dict(machine.cutting))
     speeds = np.atleast_1d(np.asarray(speed, dtype=float))
     machines, clipped = sampled_machines(machine, count, seed)
@@ -162,7 +163,8 @@ def lobe_band(
     if method not in ("turning", "zero-order"):
         exact = method or frozen_lobes(machine, speeds[:1], amplitude)[0].method
         return _one_by_one(lambda m: frozen_lobes(m, speeds, amplitude, exact)[0].depth, machines, exact, clipped)
-    lines = np.linspace(*machine.frequency, _LINES)
+    band = chatter_band(machine)
+    lines = band.lines if band.said else np.linspace(band.low, band.high, _LINES)
     samples = np.array([chattering_receptance(m, cutting, lines, amplitude) for m in machines])
     return Band(sampled_depths(samples, lines, cutting, speeds, machine.tool_axes), clipped, method)
 

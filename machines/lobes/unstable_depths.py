@@ -19,12 +19,12 @@ from . import turning, zero_order
 from .amplitude import lobes_at_amplitude, tip_at_rest
 from .band import shape, spectrum
 from .chart import StabilityLobes
+from .chatter_band import chatter_band
 from .collocation import FINER, MORE, ArcMap, arc_map
 from .critical_depth import near
 from .cutting import Cutting
 from .edges import Edge, edges_of_loop, edges_of_trace, outside
 from .loop_branches import NONE, Crossing, Loop
-from .machine_model import modes_at_rest
 from .multi_frequency import HarmonicLoop
 from .periodic import MOST_SEARCHED, PAST, left_out, stiffest_direction
 from .regeneration import Loops, trace
@@ -39,7 +39,6 @@ _BESIDE = 1e-3
 _WITHIN = 0.98
 """Share of the reach up to which a limit leaves room for anything above it."""
 _RAISES = 4
-_LINES = 600
 _CLOSER = 8
 
 
@@ -87,16 +86,15 @@ def unstable_depths(
     deepest
         m; default: `REACH` times the limiting depth of each speed.
     """
-    if machine.frequency is None or machine.cutting is None:
-        raise InputError(f"{machine.where}: lobes need [cutting] and a frequency in [response]")
+    if machine.cutting is None:
+        raise InputError(f"{machine.where}: no [cutting], lobes need a cutting operation")
     cutting = Cutting(**dict(machine.cutting))
-    model = modes_at_rest(machine) if chart.method in ("collocation", "multi-frequency") else None
-    if model is not None:
-        return unstable_depths_of(model, cutting, chart, deepest)
+    band = chatter_band(machine)
+    if band.model is not None:
+        return unstable_depths_of(band.model, cutting, chart, deepest)
     if chart.method == "collocation":
         raise InputError(f"{machine.where}: the joints at rest are no springs and dampers; use multi-frequency")
-    tip = tip_at_rest(machine, np.linspace(*machine.frequency, _LINES))
-    return unstable_depths_of(tip, cutting, chart, deepest)
+    return unstable_depths_of(tip_at_rest(machine, band.lines), cutting, chart, deepest)
 
 
 def unstable_depths_of(

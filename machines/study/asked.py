@@ -46,8 +46,6 @@ def _check(study: Study, machine: Machine, file: Path, quantity: str) -> None:
         return
     if not machine.tool:
         raise InputError(f"{needs} is that of the tool point, but {file} has no [tool]")
-    if machine.frequency is None:
-        raise InputError(f"{needs} needs the band of the machine, but {file} has no frequency in [response]")
     if quantity not in DEPTHS:
         return
     if machine.cutting is None:

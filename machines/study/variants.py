@@ -17,8 +17,9 @@ from jointlib.joint import Joint
 
 from ..component import Component
 from ..files import cutting_table, read_cutting, read_machine
+from ..lobes.chatter_band import chatter_band, modes_at_rest
 from ..lobes.cutting import Cutting
-from ..lobes.machine_model import OpenJoints, modes_at_rest
+from ..lobes.machine_model import OpenJoints
 from ..lobes.tool_model import ToolModel
 from ..lobes.uncertainty import sampled_machines
 from ..machine import Machine
@@ -70,8 +71,7 @@ class Variant:
 
     @cached_property
     def _middle(self) -> float:
-        assert self.machine.frequency is not None  # machines without a band have no modes at rest
-        return float(np.mean(self.machine.frequency))
+        return chatter_band(self.machine).middle
 
     @cached_property
     def _gains(self) -> ComplexArray:
