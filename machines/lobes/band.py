@@ -84,11 +84,23 @@ class Shape:
     @property
     def highest(self) -> float:
         """The highest frequency in Hz at which the receptance is more than a fiftieth of its largest."""
-        return float(self.lines[np.flatnonzero(self.size >= _WEAK * np.max(self.size))[-1]])
+        return self.reaching(_WEAK * self.largest)
 
-    def folded(self, tooth_frequency: float) -> Array:
-        """ν = ω/ω_T in (0, 1/2] at which these lines are met, with a few between; the last one is 1/2."""
-        worth = self.size >= _FAINT * np.max(self.size)
+    @property
+    def largest(self) -> float:
+        """The largest receptance in m/N."""
+        return float(np.max(self.size))
+
+    def reaching(self, level: float) -> float:
+        """The highest frequency in Hz at which the receptance is at least ``level`` (m/N); 0 where it never is."""
+        return float(np.max(self.lines[self.size >= level], initial=0.0))
+
+    def folded(self, tooth_frequency: float, level: float | None = None) -> Array:
+        """ν = ω/ω_T in (0, 1/2] at which these lines are met, with a few between; the last one is 1/2.
+
+        Lines count from a receptance of ``level`` (m/N) on, by default a thousandth of the largest.
+        """
+        worth = self.size >= (_FAINT * self.largest if level is None else level)
         order = np.mod(self.lines[worth] / tooth_frequency, 1.0)
         nu = np.minimum(order, 1 - order)
         nu = np.unique(np.round(np.concatenate([nu, np.linspace(0.04, 0.46, 12), [1e-3, 0.01, 0.49, 0.499]]), 7))

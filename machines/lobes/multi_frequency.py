@@ -28,6 +28,7 @@ Spectrum = Callable[[Array], ComplexArray]
 """G at frequencies in Hz of either sign, shape (…) → (…, n, n)."""
 
 _BLOCK = 2_000_000
+_LOOKS = 13
 
 
 _gauss = lru_cache(maxsize=64)(np.polynomial.legendre.leggauss)
@@ -45,6 +46,8 @@ class HarmonicLoop:
     axes: tuple[int, ...]
     tooth_frequency: float
     harmonics: int
+    kept: tuple[int, ...] | None = None
+    """Orders q that are kept, for a search; None: all."""
 
     @cached_property
     def nodes(self) -> tuple[Array, Array]:
@@ -63,18 +66,39 @@ class HarmonicLoop:
     @property
     def orders(self) -> Array:
         """q = −P−1 … P: symmetric about zero frequency at ν = 1/2, where flips are."""
-        return np.arange(-self.harmonics - 1.0, self.harmonics + 1.0)
+        every = np.arange(-self.harmonics - 1.0, self.harmonics + 1.0)
+        return every if self.kept is None else np.array(self.kept, dtype=float)
+
+    def strongest(self, level: float) -> tuple[int, ...]:
+        """Those orders on whose lines the receptance reaches ``level`` (m/N) for some ν, −1 − q beside every q."""
+        fraction = np.linspace(0.0, 0.5, _LOOKS)
+        size = np.max(np.linalg.norm(self.lines(fraction), axis=(2, 3)), axis=0)
+        strong = (size >= level) | (size[::-1] >= level)
+        return tuple(self.orders[strong].astype(int).tolist())
 
     def __call__(self, fraction: Array) -> ComplexArray:
         into, out = self._directions
         nodes, lines, n = out.shape
+        if nodes > lines * n:
+            return np.concatenate([self._by_lines(some) for some in np.array_split(fraction, -(-len(fraction) // 64))])
         parts = []
         block = max(1, _BLOCK // out.size)
         for start in range(0, len(fraction), block):
             felt = self._felt(out, self.lines(fraction[start : start + block])).reshape(-1, nodes, lines * n)
-            flat = into.reshape(nodes, lines * n).T
-            parts.append(felt @ flat if nodes <= lines * n else flat @ felt)
+            parts.append(felt @ into.reshape(nodes, lines * n).T)
         return np.concatenate(parts)
+
+    def _by_lines(self, fraction: Array) -> ComplexArray:
+        """H_(p−q)·G(ω + qω_T), shape (g, lines·n, lines·n)."""
+        size, n = self._coupled.shape[0], len(self.axes)
+        turned = self._coupled.reshape(size, -1, 1, n) @ self.lines(fraction)[:, None]
+        return np.asarray(turned.reshape(len(fraction), size, size))
+
+    @cached_property
+    def _coupled(self) -> ComplexArray:
+        """H_(p−q), shape (lines·n, lines·n)."""
+        into, out = self._directions
+        return np.asarray(into.reshape(len(into), -1).T @ out.reshape(len(out), -1))
 
     def force(self, carried: ComplexArray) -> ComplexArray:
         """The force on the tool at ω + qω_T, q as `orders`, for an eigenvector of the loop, (2P + 2, n)."""
@@ -94,6 +118,12 @@ class HarmonicLoop:
         u, v = (part[:, None, list(self.axes)] for part in self.cutting.tooth(angle))
         turn = np.exp(1j * self.cutting.cuts_per_revolution * angle[:, None] * self.orders)[:, :, None]
         return np.asarray(turn.conj() * u * weight[:, None, None]), np.asarray(turn * v)
+
+    @property
+    def size(self) -> int:
+        """Rows of its matrices."""
+        nodes, lines, n = self._directions[0].shape
+        return min(nodes, lines * n)
 
     @staticmethod
     def _felt(out: ComplexArray, G: ComplexArray) -> ComplexArray:

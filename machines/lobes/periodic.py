@@ -29,6 +29,10 @@ MOST_SEARCHED, _MOST = 128, 512
 _AGREE = 1e-4
 _SAME = 0.05
 _GAIN = 0.5
+_LARGEST = 450
+"""Rows of the matrices of a loop up to which it is computed; finer ones have twice as many."""
+_STRONG, _WEAK_LINE, _FAINTEST = 0.3, 0.03, 1e-3
+"""Shares: of the largest receptance, of the level searched, and of the largest again, below which nothing chatters."""
 _UNBOUNDED = 1.0
 _WORTH_TELLING = 1e-4
 _RESONANT, _TURNED = 0.5, 0.3
@@ -120,10 +124,55 @@ def _harmonic(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> Found:
                     line = _largest(settled.fraction + coarse.orders, moved)
                     return Found(settled, line, _doubt(*first, fraction))
         P *= 2
+    return _strongest(loop, resolved, stiffest)
+
+
+def _strongest(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> Found:
+    """The settled crossing where many teeth pass in a wave of the fastest mode: the strongest lines search.
+
+    A line on which the gain round the loop stays below `_GAIN` at the depth found cannot chatter by itself, so that
+    modes far above the band ask for no harmonics; lines weaker still are left out of the search, not of the result.
+    """
+    level = _STRONG * resolved.largest
+    while level >= _FAINTEST * resolved.largest:
+        P = int(np.ceil(resolved.reaching(level) / loop.tooth_frequency)) + PAST
+        whole, finer = replace(loop, harmonics=P), replace(loop, harmonics=2 * P)
+        if whole.size > _LARGEST:
+            break
+        search: list[Crossing] = []
+        weak = _WEAK_LINE * level
+        for _ in range(_RAISES):
+            coarse = replace(whole, kept=whole.strongest(weak))
+            search = first_crossings(coarse, resolved.folded(loop.tooth_frequency, weak))
+            if not search:
+                break
+            before = min((near(whole, one) for one in search), key=lambda one: one.depth)
+            if before.kind and abs(before.depth / search[0].depth - 1) < _SAME:
+                break
+            weak /= 4
+        else:
+            break
+        if not search:
+            level /= 4
+            continue
+        needed = _GAIN / (2 * stiffest * before.depth)
+        if resolved.reaching(needed) > (P + 0.5) * loop.tooth_frequency:
+            level = min(needed, level / 1.5)
+            continue
+        settled = near(finer, before)
+        if not settled.kind or abs(settled.depth / before.depth - 1) > _AGREE:
+            raise CheckFailed(
+                f"multi-frequency: at a tooth frequency of {loop.tooth_frequency:g} Hz the depth still changes with the "
+                f"number of harmonics, {P}; take collocation where the tool has modes"
+            )
+        moved = whole.motion(before.fraction, eigenvector(whole, before))
+        line = _largest(settled.fraction + whole.orders, moved)
+        return Found(settled, line, _doubt(finer, settled, resolved.folded(loop.tooth_frequency, weak)))
+    else:
+        return Found(NONE)
     raise CheckFailed(
-        f"multi-frequency: more than {MOST_SEARCHED} harmonics of a tooth frequency of {loop.tooth_frequency:g} Hz "
-        "would be needed; take collocation where the tool has modes, raise the spindle speed, narrow the band, or take "
-        "zero-order, which is near the truth with that many waves between two teeth"
+        f"multi-frequency: {P} harmonics of a tooth frequency of {loop.tooth_frequency:g} Hz would be needed, too many "
+        "to compute; take a faster spindle, or zero-order, which is near the truth with that many waves between teeth"
     )
 
 
