@@ -29,9 +29,11 @@ MOST_SEARCHED, _MOST = 128, 512
 _AGREE = 1e-4
 _SAME = 0.05
 _GAIN = 0.5
+_FEW = 24
+"""Harmonics up to which all lines take part in the search."""
 _LARGEST = 450
 """Rows of the matrices of a loop up to which it is computed; finer ones have twice as many."""
-_STRONG, _WEAK_LINE, _FAINTEST = 0.3, 0.03, 1e-3
+_STRONG, _WEAK_LINE, _FAINTEST = 0.3, 0.1, 1e-3
 """Shares: of the largest receptance, of the level searched, and of the largest again, below which nothing chatters."""
 _UNBOUNDED = 1.0
 _WORTH_TELLING = 1e-4
@@ -107,7 +109,7 @@ def _harmonic(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> Found:
     """The settled crossing at one speed; P grows until twice as many change nothing."""
     fraction = resolved.folded(loop.tooth_frequency)
     P = int(np.ceil(resolved.highest / loop.tooth_frequency)) + PAST
-    while P <= MOST_SEARCHED:
+    while P <= _FEW:
         coarse, finer = replace(loop, harmonics=P), replace(loop, harmonics=2 * P)
         search = first_crossings(coarse, fraction)
         if not search and not first_crossings(finer, fraction):
@@ -140,10 +142,10 @@ def _strongest(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> Found:
         if whole.size > _LARGEST:
             break
         search: list[Crossing] = []
-        weak = _WEAK_LINE * level
+        fraction, weak = resolved.folded(loop.tooth_frequency, level / 2), _WEAK_LINE * level
         for _ in range(_RAISES):
             coarse = replace(whole, kept=whole.strongest(weak))
-            search = first_crossings(coarse, resolved.folded(loop.tooth_frequency, weak))
+            search = first_crossings(coarse, fraction)
             if not search:
                 break
             before = min((near(whole, one) for one in search), key=lambda one: one.depth)
@@ -160,14 +162,14 @@ def _strongest(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> Found:
             level = min(needed, level / 1.5)
             continue
         settled = near(finer, before)
+        while settled.kind and abs(settled.depth / before.depth - 1) > _AGREE and finer.size < _LARGEST:
+            before, finer = settled, replace(finer, harmonics=2 * finer.harmonics)
+            settled = near(finer, before)
         if not settled.kind or abs(settled.depth / before.depth - 1) > _AGREE:
-            raise CheckFailed(
-                f"multi-frequency: at a tooth frequency of {loop.tooth_frequency:g} Hz the depth still changes with the "
-                f"number of harmonics, {P}; take collocation where the tool has modes"
-            )
-        moved = whole.motion(before.fraction, eigenvector(whole, before))
+            break
+        moved = whole.motion(settled.fraction, eigenvector(whole, settled))
         line = _largest(settled.fraction + whole.orders, moved)
-        return Found(settled, line, _doubt(finer, settled, resolved.folded(loop.tooth_frequency, weak)))
+        return Found(settled, line, _doubt(finer, settled, fraction))
     else:
         return Found(NONE)
     raise CheckFailed(

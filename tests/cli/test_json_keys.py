@@ -128,11 +128,20 @@ def test_an_unbounded_depth_is_null(here: Path) -> None:
     for key in ("depth", "chatter_frequency", "kind", "lobe"):
         assert data[key][0] is not None
         assert data[key][1] is None
-    Path("low.toml").write_text(TOOL.read_text().replace('"3 kHz"', '"500 Hz"'))
-    done = jointlib("lobes low.toml --speed 9000 --method zero-order")
+    done = jointlib(f"lobes {TOOL} --speed 1e7 --method zero-order")
     assert "unbounded" in done.out
     assert not {"inf", "nan", "-1"} & set(done.out.split())
-    assert jointlib("lobes low.toml --speed 9000 --method zero-order --json").json["minimum_depth"] is None
+
+
+@pytest.mark.parametrize("method", ["zero-order", "multi-frequency", "collocation"])
+def test_a_band_that_cuts_off_the_modes_of_the_tool_hides_no_chatter(here: Path, method: str) -> None:
+    whole = jointlib(f"lobes {TOOL} --speed 9000 --method {method} --json").json
+    for band in ('frequency = ["100 Hz", "500 Hz"]', 'frequency = ["2 kHz", "3 kHz"]', ""):
+        Path("other.toml").write_text(TOOL.read_text().replace('frequency = ["100 Hz", "3 kHz"]', band))
+        found = jointlib(f"lobes other.toml --speed 9000 --method {method} --json").json
+        assert found["depth"] == pytest.approx(whole["depth"], rel=1e-9)
+        assert found["minimum_depth"] == pytest.approx(whole["minimum_depth"], rel=1e-9)
+        assert any("the tool feels" in sentence for sentence in found["warnings"])
 
 
 def test_frf_gives_one_peak_for_each_force_connection_and_resonance(here: Path) -> None:

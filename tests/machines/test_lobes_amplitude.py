@@ -160,7 +160,6 @@ def test_ideal_friction_holds_a_joint_at_rest_so_that_nothing_starts() -> None:
     ("change", "said"),
     [
         ({"cutting": None}, r"no \[cutting\]"),
-        ({"frequency": None}, "no frequency in"),
         ({"tool": {"y": "slide.x"}}, r"\[tool\] has no x"),
         ({"tool": {}}, "tool"),
     ],

@@ -398,7 +398,6 @@ def test_materials_replace_the_keys_of_the_cut(folder: Path) -> None:
     [
         ('\ndiameter = "80 mm"', "", "'removal-rate' needs 'diameter' in [cutting], but"),
         ('\nfeed = "0.2 mm"', "", "'removal-rate' needs 'feed' in [cutting], but"),
-        ('frequency = ["1 kHz", "7 kHz"]', "", "'minimum-depth' needs the band of the machine, but"),
         ('[tool]\nx = "slide.x"', "", "'minimum-depth' is that of the tool point, but"),
     ],
 )

@@ -1,0 +1,82 @@
+"""The modes that the tool feels decide where chatter is looked for, not the band that somebody typed."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from jointlib.errors import InputError
+from jointlib.joint import Joint
+from jointlib.laws.linear import Linear
+from jointlib.laws.viscous import Viscous
+from machines import Connection, Lumped, Machine, Modal, lobes_at_amplitude, read_machine
+from machines.lobes.amplitude import operating_receptance
+from machines.lobes.chatter_band import chatter_band, frequency_range
+from machines.measured import Measured
+
+LIBRARY = Path(__file__).parents[2] / "machines" / "library"
+TURNING = {"process": "turning", "specific": 1e9}
+
+
+def spring_mass(frequency: tuple[float, float] | None, stiffness: float = 1e7) -> Machine:
+    """One mode at 100 Hz with a damping ratio of 3 %."""
+    joint = Joint((Linear(stiffness), Viscous(954.9)))
+    return Machine(
+        (Lumped("slide", ("x",), np.array([[25.33]])),),
+        (Connection("guide", ("slide.x", "ground"), joint),),
+        tool={"x": "slide.x"},
+        frequency=frequency,
+        cutting=TURNING,
+    )
+
+
+def test_without_a_band_it_runs_from_a_third_of_the_lowest_to_three_times_the_highest_mode() -> None:
+    machine = spring_mass(None)
+    natural = np.sqrt(1e7 / 25.33) / (2 * np.pi)
+    assert frequency_range(machine) == pytest.approx((natural / 3, 3 * natural), rel=1e-9)
+    assert chatter_band(machine).felt == pytest.approx([natural], rel=1e-9)
+    assert "No frequency in [response]" in chatter_band(machine).said[0]
+
+
+@pytest.mark.parametrize("band", [(10.0, 60.0), (300.0, 900.0), (60.0, 99.0)])
+def test_a_band_that_leaves_the_mode_out_is_widened_and_said(band: tuple[float, float]) -> None:
+    found = chatter_band(spring_mass(band))
+    assert found.low < 100 < found.high
+    assert "cuts off modes that the tool feels" in found.said[0]
+    chart = lobes_at_amplitude(spring_mass(band), [2350.0])
+    assert chart.depth[0] == pytest.approx(lobes_at_amplitude(spring_mass((30.0, 300.0)), [2350.0]).depth[0], rel=1e-9)
+    assert set(found.said) <= set(chart.warnings)
+
+
+def test_a_band_that_holds_the_modes_stays_as_it_is() -> None:
+    found = chatter_band(spring_mass((60.0, 200.0)))
+    assert (found.low, found.high, found.said) == (60.0, 200.0, ())
+
+
+def test_the_band_holds_at_an_amplitude_too() -> None:
+    machine = read_machine(LIBRARY / "two_mass.toml")
+    machine = replace(machine, cutting=TURNING, frequency=(1000.0, 1100.0))
+    lines = operating_receptance(machine, 1e-6).frf.frequency
+    assert lines[-1] > 5000
+
+
+def test_of_a_measured_part_nothing_is_claimed_beyond_its_record() -> None:
+    f = np.linspace(20.0, 400.0, 2000)
+    s = 2j * np.pi * f
+    H = 1 / (25.33 * s**2 + 954.9 * s + 1e7)
+    part = Measured("tool", ("x",), f, H[:, None, None], interpolation="rational")
+    machine = Machine((part,), tool={"x": "tool.x"}, cutting=TURNING)
+    band = chatter_band(machine)
+    assert (band.low, band.high, band.whole) == (20.0, 400.0, False)
+    chart = lobes_at_amplitude(machine, [2350.0])
+    assert chart.known_to == 400.0
+    assert chart.depth[0] == pytest.approx(lobes_at_amplitude(spring_mass(None), [2350.0]).depth[0], rel=1e-4)
+
+
+def test_a_tool_that_feels_no_mode_needs_a_band() -> None:
+    block = Modal("block", ("x",), np.array([0.0]), np.array([0.0]), np.array([[1.0]]), np.array([5.0]))
+    with pytest.raises(InputError, match="feels no mode"):
+        chatter_band(Machine((block,), tool={"x": "block.x"}))
