@@ -100,14 +100,12 @@ def chatter_band(machine: Machine) -> ChatterBand:
     else:
         low = low if np.any(natural - width < typed[0]) else typed[0]
         high = high if np.any(natural + width > typed[1]) else typed[1]
-        said = (
-            ""
-            if (low, high) == typed
-            else (
+        said = ""
+        if (low, high) != typed:
+            said = (
                 f"The band of [response], {typed[0]:g} to {typed[1]:g} Hz, cuts off modes that the tool feels ({span}): "
                 f"chatter was looked for from {low:.4g} to {high:.4g} Hz."
             )
-        )
     near = _around(felt)
     lines = np.union1d(np.linspace(low, high, _LINES), near[(near > low) & (near < high)])
     if model is not None and not _is_exact(machine, model, np.append(np.linspace(low, high, _COMPARED), near)):
