@@ -103,7 +103,7 @@ def chatter_band(machine: Machine) -> ChatterBand:
         said = ""
         if (low, high) != typed:
             said = (
-                f"The band of [response], {typed[0]:g} to {typed[1]:g} Hz, cuts off modes that the tool feels ({span}): "
+                f"The band of [response], {typed[0]:g} to {typed[1]:g} Hz, cuts off modes of the tool ({span}): "
                 f"chatter was looked for from {low:.4g} to {high:.4g} Hz."
             )
     near = _around(felt)
