@@ -1,7 +1,7 @@
 """Machines: components and joints assembled by nonlinear receptance coupling, their response and their lobes."""
 
 from .assembly import mean_displacement
-from .beam import Beam, Segment
+from .beam import Beam
 from .component import Component, FirstOrder, SecondOrder
 from .connection import Connection, Identify
 from .constant_amplitude import ConstantAmplitude, constant_amplitude
@@ -23,6 +23,7 @@ from .peaks import Peak
 from .profile import Material
 from .response import AmplitudeMap, ArcLength, Newton, Response, response
 from .rigid import Rigid
+from .segment import Segment
 from .state_space import StateSpace
 from .static_load import StaticLoad
 from .statics import StaticPoint, static_point

@@ -11,7 +11,7 @@ from scipy.linalg import block_diag
 from scipy.sparse import csc_matrix
 
 from jointlib.arrays import Array, ComplexArray
-from jointlib.errors import InputError, nearest
+from jointlib.errors import InputError
 from jointlib.io.toml import Section
 
 from .beam_line import drawn_beam
@@ -22,54 +22,11 @@ from .drawn import Drawn
 from .lumped import receptance_of
 from .modes import in_modes
 from .nodes import DIRECTIONS, TOLERANCE, Nodes, checked_nodes
-from .profile import Material, Profile, rectangle, tube
-from .solid import circle
+from .profile import Material
+from .segment import Segment
 
 _ERROR = 1e-6
 """Largest relative error that the reduction to the stations may make up to the highest frequency."""
-
-
-@dataclass(frozen=True)
-class Segment:
-    """A piece of a beam: length in m, material, and either diameter and bore or width and height (m)."""
-
-    length: float
-    material: Material
-    diameter: float | None = None
-    bore: float = 0.0
-    width: float | None = None
-    height: float | None = None
-
-    def __post_init__(self) -> None:
-        round_bar, block = self.diameter is not None, self.width is not None or self.height is not None
-        if round_bar == block or (block and (self.width is None or self.height is None)):
-            raise InputError("segment: expected either diameter or both width and height")
-        if block and self.bore:
-            raise InputError("segment: a bore is given with width and height, expected it with a diameter")
-        for key in ("length", "diameter", "width", "height"):
-            value = getattr(self, key)
-            if value is not None and not (np.isfinite(value) and value > 0):
-                raise InputError(f"segment: {key} is {value!r} m, expected more than 0")
-        if not 0 <= self.bore < (self.diameter or np.inf):
-            raise InputError(f"segment: bore is {self.bore!r} m, expected at least 0 and less than the diameter")
-
-    @property
-    def profile(self) -> Profile:
-        """Its cross-section."""
-        if self.diameter is not None:
-            return tube(self.diameter, self.bore, self.material.poisson)
-        assert self.width is not None
-        assert self.height is not None
-        return rectangle(self.width, self.height, self.material.poisson)
-
-    @property
-    def outline(self) -> Array:
-        """Corners (k, 2) of its cross-section in width and height, m."""
-        if self.diameter is not None:
-            return circle(self.diameter / 2)
-        assert self.width is not None
-        assert self.height is not None
-        return np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]]) * [self.width, self.height]
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +46,7 @@ class Beam(Component):
     start, axis
         First end (m) and direction of the beam, machine axes.
     up
-        Direction of the height of rectangles; only its part across the axis counts.
+        Direction of the height of sections; only its part across the axis counts.
     up_to
         Highest frequency in Hz that the model is made for.
     tolerance
@@ -161,7 +118,7 @@ class Beam(Component):
             materials[material.name] = material
         if not materials:
             raise InputError(f"{section.where}: no [[component.material]], expected at least one")
-        segments = tuple(_segment(part, materials) for part in section.sections("segment"))
+        segments = tuple(Segment.from_section(part, materials) for part in section.sections("segment"))
         stations: dict[str, float] = {}
         for part in section.sections("station"):
             station = part.text("name")
@@ -223,10 +180,13 @@ class Beam(Component):
     def remarks(self) -> tuple[str, ...]:
         found = self._reduced[0]
         segments = "1 segment" if len(self.segments) == 1 else f"{len(self.segments)} segments"
-        return (
+        said = (
             f"{self.name}: beam of {segments} and {found.basis.shape[1]} coordinates, made for "
             f"frequencies up to {self.up_to:g} Hz; reduction error at most {found.error:.1g} there.",
         )
+        if not any(s.assumed for s in self.segments):
+            return said
+        return (*said, f"{self.name}: assumed shear_factors = [5/6, 5/6] where a section is given by its constants.")
 
     def motion_at(self, point: Array, direction: Array) -> Array:
         """Motion of the station that lies there."""
@@ -237,6 +197,10 @@ class Beam(Component):
         assert self.start is not None
         return drawn_beam(self.start, self.frame, self.stations, [(s.length, s.outline) for s in self.segments])
 
+    def rotation_at(self, point: Array, direction: Array) -> Array | None:
+        """Rotation of the station that lies there."""
+        return self.nodes.rotation(f"component {self.name!r}", self.dofs, point, direction)
+
 
 def place_along(station: Section, length: float) -> float:
     """Where a ``[[component.station]]`` lies on a beam of this length, in m; "end" is its far end."""
@@ -246,27 +210,13 @@ def place_along(station: Section, length: float) -> float:
     return float(station.number("at", "m"))
 
 
-def _segment(part: Section, materials: dict[str, Material]) -> Segment:
-    word = part.text("material", next(iter(materials)))
-    if word not in materials:
-        raise InputError(f"{part.where}: material is {word!r}, {nearest(word, materials)}")
-    length, bore = part.number("length", "m"), part.number("bore", "m", 0.0)
-    diameter, width = part.number("diameter", "m", None), part.number("width", "m", None)
-    height = part.number("height", "m", None)
-    part.done()
-    try:
-        return Segment(length, materials[word], diameter, bore, width, height)
-    except InputError as error:
-        raise InputError(f"{part.where}: {str(error).removeprefix('segment: ')}") from None
-
-
 def _frame(where: str, axis: Array | None, up: Array | None, segments: tuple[Segment, ...]) -> Array:
     """Axis, width and height as rows of a right-handed set of unit vectors."""
     assert axis is not None
     along = axis / np.linalg.norm(axis)
     if up is None:
-        if any(s.width is not None and s.width != s.height for s in segments):
-            raise InputError(f"{where}: up is missing, expected the direction of the height of its rectangles")
+        if not all(s.lies_any_way for s in segments):
+            raise InputError(f"{where}: up is missing, expected the direction of the height of its sections")
         up = np.eye(3)[int(np.argmin(np.abs(along)))]
     across = np.array(up, dtype=float) - (np.array(up, dtype=float) @ along) * along
     if not np.linalg.norm(across) > 1e-6 * np.linalg.norm(up):

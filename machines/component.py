@@ -107,6 +107,13 @@ class Component(ABC):
         """How it looks and how what is drawn moves; None where it has no shape in space."""
         return None
 
+    def rotation_at(self, point: Array, direction: Array) -> Array | None:
+        """Row over the dofs that gives the rotation, in rad, about a unit direction of what lies at a point.
+
+        None where a component has no shape in space, or nothing there that turns.
+        """
+        return None
+
     def weight(self, gravity: Array) -> Array | None:
         """Static force of gravity (acceleration in m/s², machine axes) on every dof in N; None if no mass is known."""
         return None

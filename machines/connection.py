@@ -39,6 +39,8 @@ class Connection:
         Restoring force along z; None where ``rigid`` holds z at zero, or where ``identify`` says how to get it.
     at, direction
         Point (m, machine axes) and direction on which such a component is held; the direction is made a unit vector.
+    turns
+        z is then the relative rotation about the direction, in rad, of what lies at the point on either side.
     """
 
     name: str
@@ -48,6 +50,7 @@ class Connection:
     identify: Identify | None = None
     at: tuple[float, float, float] | None = None
     direction: tuple[float, float, float] | None = None
+    turns: bool = False
 
     def __post_init__(self) -> None:
         where = f"connection {self.name!r}"
@@ -87,7 +90,14 @@ class Connection:
             dofs = ", ".join(f"{side}.{dof}" for dof in known[side].dofs)
             raise InputError(f"{where}: side {side!r} needs a dof ({dofs}) or at and direction")
         direction = np.array(self.direction, dtype=float)
-        held = known[side].motion_at(np.array(self.at, dtype=float), direction / np.linalg.norm(direction))
+        motion = known[side].rotation_at if self.turns else known[side].motion_at
+        held = motion(np.array(self.at, dtype=float), direction / np.linalg.norm(direction))
+        if (
+            held is None
+            and self.turns
+            and known[side].motion_at(np.array(self.at, dtype=float), np.eye(3)[0]) is not None
+        ):
+            raise InputError(f"{where}: component {side!r} has no rotation there, so expected holds without rotations")
         if held is None:
             raise InputError(f"{where}: component {side!r} has no shape in space, so its side must name a dof")
         before = [c is known[side] for c in components].index(True)

@@ -18,8 +18,10 @@ from .bundles.bundle import placed
 from .changes import change
 from .component import Component
 from .connection import Connection, Identify
+from .flange import flange
 from .lobes.cutting import Cutting
 from .machine import Machine
+from .nodes import DIRECTIONS
 from .sound import check_sound
 from .static_load import StaticLoad
 
@@ -55,7 +57,7 @@ def read_machine(path: Path | str, changes: Mapping[str, Any] | None = None) -> 
     axes = read_axes(all_of)
     move(all_of, axes)
     components = tuple(_component(section) for each in all_of for section in each.sections("component"))
-    connections = tuple(_connection(section) for each in all_of for section in each.sections("connection"))
+    connections = tuple(c for each in all_of for section in each.sections("connection") for c in _connection(section))
     bundles = tuple(placed(section) for each in all_of for section in each.sections("bundle"))
     for part in all_of[:-1]:
         part.done()
@@ -128,7 +130,8 @@ def _component(section: Section) -> Component:
     return component
 
 
-def _connection(section: Section) -> Connection:
+def _connection(section: Section) -> tuple[Connection, ...]:
+    """One scalar connection, or those of a flange."""
     name = section.text("name")
     between = section.words("between")
     if len(between) != 2:
@@ -139,17 +142,19 @@ def _connection(section: Section) -> Connection:
     if joint is not None and identify is not None:
         raise InputError(f"{section.where}: both joint and identify, expected one of joint, identify or rigid")
     rigid = section.flag("rigid")
+    holds = section.words("holds", None)
     section.done()
-    try:
-        return Connection(
-            name,
-            (between[0], between[1]),
-            joint,
-            rigid,
-            identify,
-            None if at is None else (at[0], at[1], at[2]),
-            None if direction is None else (direction[0], direction[1], direction[2]),
+    sides = between[0], between[1]
+    place = None if at is None else (at[0], at[1], at[2])
+    along = None if direction is None else (direction[0], direction[1], direction[2])
+    if holds is not None and not (rigid and place is not None and along is None):
+        raise InputError(
+            f"{section.where}: holds is given, expected rigid = true and at beside it, without a direction"
         )
+    try:
+        if rigid and place is not None and along is None:
+            return flange(name, sides, place, DIRECTIONS if holds is None else holds)
+        return (Connection(name, sides, joint, rigid, identify, place, along),)
     except InputError as error:
         raise InputError(_placed(section, error)) from None
 

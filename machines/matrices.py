@@ -233,6 +233,10 @@ class Matrices(Component):
             return None
         return Drawn(self.nodes.frames(self.dofs), self.nodes.names, len(self.nodes.names), dots=True)
 
+    def rotation_at(self, point: Array, direction: Array) -> Array | None:
+        """Rotation of the node that lies there; None where it has none, as in models of solids."""
+        return None if self.nodes is None else self.nodes.rotation(self._where, self.dofs, point, direction)
+
 
 def _small(T: Array, matrix: csc_matrix) -> Array:
     small = np.asarray(T.T @ (matrix @ T))

@@ -38,14 +38,8 @@ class Nodes:
         InputError
             Where no node lies within the tolerance, or the node has no translation along the direction.
         """
-        distance = np.linalg.norm(self.positions - point, axis=1)
-        near = int(np.argmin(distance))
+        near = self._nearest(where, point)
         name = self.names[near]
-        if not distance[near] <= self.tolerance:
-            raise InputError(
-                f"{where}: no node at {_words(point)} m; the nearest, {name!r}, lies {distance[near]:.3g} m away "
-                f"at {_words(self.positions[near])} m (tolerance {self.tolerance:g} m)"
-            )
         arm = np.cross(point - self.positions[near], direction)
         row = np.zeros(len(dofs))
         for axis, share in zip(DIRECTIONS, np.concatenate([direction, arm]), strict=True):
@@ -63,6 +57,29 @@ class Nodes:
         wanted = [[f"{name}.{axis}" for axis in DIRECTIONS] for name in self.names]
         rows = [np.array([[float(dof == row) for dof in dofs] for row in six]) for six in wanted]
         return tuple(Frame(at, row) for at, row in zip(self.positions, rows, strict=True))
+
+    def rotation(self, where: str, dofs: Sequence[str], point: Array, direction: Array) -> Array | None:
+        """n·ϑ of the nearest node; None where it does not turn about all that the direction needs."""
+        name = self.names[self._nearest(where, point)]
+        row = np.zeros(len(dofs))
+        for axis, share in zip(DIRECTIONS[3:], direction, strict=True):
+            dof = f"{name}.{axis}"
+            if dof in dofs:
+                row[list(dofs).index(dof)] = share
+            elif abs(share) > 1e-12:
+                return None
+        return row
+
+    def _nearest(self, where: str, point: Array) -> int:
+        """The node that lies there, within the tolerance."""
+        distance = np.linalg.norm(self.positions - point, axis=1)
+        near = int(np.argmin(distance))
+        if not distance[near] <= self.tolerance:
+            raise InputError(
+                f"{where}: no node at {_words(point)} m; the nearest, {self.names[near]!r}, lies "
+                f"{distance[near]:.3g} m away at {_words(self.positions[near])} m (tolerance {self.tolerance:g} m)"
+            )
+        return near
 
 
 def checked_nodes(where: str, names: Sequence[str], positions: Array, tolerance: float = TOLERANCE) -> Nodes:

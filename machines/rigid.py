@@ -123,6 +123,10 @@ class Rigid(Component):
         named = [Frame(at, np.concatenate([own.motion(at), own.rows[3:]])) for at in self.points.values()]
         return Drawn((own, *named), ("", *self.points), 1, (solid,))
 
+    def rotation_at(self, point: Array, direction: Array) -> Array:
+        """n·ϑ, the same everywhere."""
+        return np.concatenate([np.zeros(3), direction, np.zeros(len(self.dofs) - 6)])
+
     def _twist(self, point: Array, direction: Array) -> Array:
         assert self.centre is not None
         return np.concatenate([direction, np.cross(point - self.centre, direction)])

@@ -269,6 +269,7 @@ _READERS = {
                 "rigid",
                 "static_load",
                 "beam",
+                "segment",
                 "matrices",
                 "matrix_rows",
                 "measured",

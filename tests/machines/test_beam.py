@@ -266,7 +266,7 @@ BAD = [
     ('bore = "20 mm"', 'bore = "80 mm"', r"\[\[segment\]\] 1: bore is 0.08"),
     ('bore = "20 mm"', "boor = 0", "unknown key 'boor', did you mean 'bore'"),
     ('material = "steel"', 'material = "steal"', "did you mean 'steel'"),
-    ('diameter = "40 mm"', 'width = "40 mm"', "either diameter or both"),
+    ('diameter = "40 mm"', 'width = "40 mm"', "expected one of diameter, of width and height"),
     ('length = "100 mm"', "length = 0", "length is 0.0"),
     ('at = "300 mm"', 'at = "310 mm"', "station 'nose' lies at 0.31 m, expected 0 to 0.3 m"),
     ('name = "nose"', 'name = "rear"', "'rear' is named twice"),
