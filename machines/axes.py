@@ -22,8 +22,8 @@ from .bundles.bundle import Bundle, bundle_axes
 from .connection import GROUND
 from .stations import Stations
 
-_FREE = {"rigid": "centre", "beam": "start"}
-"""Kinds of component that nothing but their connections holds, and the key that says where they are."""
+_FREE = {"rigid": ("centre",), "beam": ("start",), "riding": ("base", "centre")}
+"""Kinds of component that nothing but their connections holds, and the keys that say where they are."""
 _STILL = 1e-12
 """m; less is rounding."""
 
@@ -51,7 +51,7 @@ class Axis:
 
 def read_axes(documents: Sequence[Section]) -> tuple[Axis, ...]:
     """The ``[[axis]]`` tables of a machine file and its parts."""
-    components = {str(t.get("name")): str(t.get("kind")) for t, _ in _tables(documents, "component")}
+    components = {str(t.get("name")): _kind(t) for t, _ in _tables(documents, "component")}
     links = [_sides(t) for kind in ("connection", "bundle") for t, _ in _tables(documents, kind)]
     axes: dict[str, Axis] = {}
     for document in documents:
@@ -188,14 +188,19 @@ def _move_body(table: dict[str, Any], document: Section, travelled: _Travel, cut
     name = str(table.get("name"))
     where = f"{document.where}: [[component]] ({name})"
     own = travelled.of(name)
-    key = _FREE.get(str(table.get("kind")))
-    if key is not None and np.any(own):
-        _shift(table, key, own, where, document)
+    if np.any(own):
+        for key in _FREE.get(_kind(table), ()):
+            _shift(table, key, own, where, document)
     for kind in ("point", "node"):
         for point in _inside(table, kind):
             leader = cuts.get(f"{name}.{point.get('name')}", name) if kind == "point" else name
             if "at" in point and np.any(travelled.of(leader)):
                 _shift(point, "at", travelled.of(leader), where, document)
+
+
+def _kind(table: dict[str, Any]) -> str:
+    """Its kind; modes with a base of their own ride on what holds that."""
+    return "riding" if "base" in table else str(table.get("kind"))
 
 
 def _shift(table: dict[str, Any], key: str, by: Array, where: str, document: Section) -> None:

@@ -71,21 +71,11 @@ class Rigid(Component):
 
     @classmethod
     def from_section(cls, section: Section) -> Rigid:
-        name, mass = section.text("name"), section.number("mass", "kg")
-        raw = section.take("inertia")
-        again = Section({"inertia": raw}, section.where, section.folder)
-        nested = isinstance(raw, list) and bool(raw) and isinstance(raw[0], list)
-        inertia = again.matrix("inertia", "kg m^2") if nested else again.numbers("inertia", "kg m^2", length=3)
+        name, mass, inertia = section.text("name"), section.number("mass", "kg"), inertia_of(section)
         centre = section.numbers("centre", "m", None, length=3)
         dofs = section.words("dofs", DOFS)
-        points: dict[str, Array] = {}
-        for part in section.sections("point"):
-            point = part.text("name")
-            if point in points:
-                raise InputError(f"{section.where}: point {point!r} is named twice, expected different names")
-            points[point] = np.array(part.numbers("at", "m", length=3))
-            part.done()
-        return cls(name, mass, np.array(inertia), None if centre is None else np.array(centre), dofs, points)
+        points = read_points(section)
+        return cls(name, mass, inertia, None if centre is None else np.array(centre), dofs, points)
 
     def receptance(self, omega: Array, ports: Array | None = None) -> ComplexArray:
         P = np.eye(len(self.dofs)) if ports is None else ports
@@ -130,3 +120,23 @@ class Rigid(Component):
     def _twist(self, point: Array, direction: Array) -> Array:
         assert self.centre is not None
         return np.concatenate([direction, np.cross(point - self.centre, direction)])
+
+
+def inertia_of(section: Section) -> Array:
+    """The key ``inertia``: three principal values, or a 3 × 3 matrix, kg m²."""
+    raw = section.take("inertia")
+    again = Section({"inertia": raw}, section.where, section.folder)
+    nested = isinstance(raw, list) and bool(raw) and isinstance(raw[0], list)
+    return np.array(again.matrix("inertia", "kg m^2") if nested else again.numbers("inertia", "kg m^2", length=3))
+
+
+def read_points(section: Section) -> dict[str, Array]:
+    """The named points of a ``[[component]]``, m in machine axes."""
+    points: dict[str, Array] = {}
+    for part in section.sections("point"):
+        point = part.text("name")
+        if point in points:
+            raise InputError(f"{section.where}: point {point!r} is named twice, expected different names")
+        points[point] = np.array(part.numbers("at", "m", length=3))
+        part.done()
+    return points

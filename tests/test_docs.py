@@ -267,6 +267,7 @@ _READERS = {
                 "lumped",
                 "modal",
                 "rigid",
+                "riding",
                 "static_load",
                 "beam",
                 "segment",
