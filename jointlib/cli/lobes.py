@@ -144,8 +144,8 @@ def command(
         else:
             if zones is None and "over_amplitude" in data:
                 safe = np.fmin(safe, data["over_amplitude"]["safe_depth"])
-            known = bool(samples) or zones is not None or "over_amplitude" in data
-            _write(output, charts, speeds, sizes, safe if known else None, band)
+            bounded = bool(samples) or zones is not None or "over_amplitude" in data
+            _write(output, charts, speeds, sizes, safe if bounded else None, band)
         lines.append(wrote(output))
     emit(as_json, data, lines)
 

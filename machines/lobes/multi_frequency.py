@@ -123,7 +123,7 @@ class HarmonicLoop:
     def size(self) -> int:
         """Rows of its matrices."""
         nodes, lines, n = self._directions[0].shape
-        return min(nodes, lines * n)
+        return int(min(nodes, lines * n))
 
     @staticmethod
     def _felt(out: ComplexArray, G: ComplexArray) -> ComplexArray:
