@@ -100,4 +100,5 @@ def _receptance(curves: Curves, amplitude: float) -> Section:
 def _gains(moment: Moment, curves: Curves) -> list[Section]:
     """Every nonlinear joint once; of a bundle one row stands for all."""
     joints = dict(zip((c.name for c in moment.machine.flexible), moment.built.assembly.joints, strict=True))
-    return [gain_section(name, {"as set": joints[name]}, curves.gain_frequency) for name in curves.gains]
+    band = float(curves.frequency[0]), float(curves.frequency[-1])
+    return [gain_section(name, {"as set": joints[name]}, curves.gain_frequency, band) for name in curves.gains]

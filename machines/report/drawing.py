@@ -35,16 +35,17 @@ _STYLE: Any = {
 
 
 class Sheet:
-    """Axes to draw on; ``svg`` is filled when the sheet is finished."""
+    """Axes to draw on; ``svg``, and ``png`` where that is asked for, is filled when the sheet is finished."""
 
     def __init__(self, axes: Any) -> None:
         self.axes = axes
         self.svg = ""
+        self.png = b""
 
 
 @contextmanager
 def sheet(
-    columns: int = 1, rows: int = 1, *, width: float = 9.0, height: float = 3.6, **layout: Any
+    columns: int = 1, rows: int = 1, *, width: float = 9.0, height: float = 3.6, png: bool = False, **layout: Any
 ) -> Iterator[Sheet]:
     """A figure of ``rows`` × ``columns`` axes, size in inches."""
     import matplotlib
@@ -62,6 +63,10 @@ def sheet(
             warnings.filterwarnings("ignore", message="constrained_layout not applied")
             warnings.filterwarnings("ignore", message="Glyph .* missing from font")
             figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
+            if png:
+                pixels = io.BytesIO()
+                figure.savefig(pixels, format="png", dpi=150, metadata={"Software": None})
+                paper.png = pixels.getvalue()
     # The XML prologue has no place inside HTML.
     paper.svg = re.sub(r"^.*?(?=<svg)", "", buffer.getvalue(), flags=re.S)
 

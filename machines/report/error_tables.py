@@ -18,7 +18,8 @@ from .residual_figures import where_words
 def error_part(report: TraceReport) -> Section:
     """Error per equation before, after and of the noise; the rig run forward; term by term."""
     before, after = report.error_before, report.error_after
-    rows = []
+    rows: list[tuple[str, ...]] = []
+    hidden: list[tuple[str, ...]] = []
     floors = {**after, "chi2_floor": 1.0, "relative_floor": _force_floor(report)}
     for name, key, floor in (
         ("joint law, rms [N]", "joint_N", "joint_floor_N"),
@@ -36,9 +37,13 @@ def error_part(report: TraceReport) -> Section:
             continue
         write = percent if key in ("relative", "in_sample", "as_given") or key.startswith("heldout") else _plain
         noise = floors.get(floor) if floor else None
-        rows.append((name, write(old), *("–" if v is None else write(v) for v in (new, noise))))
+        (hidden if key == "chi2" else rows).append(
+            (name, write(old), *("–" if v is None else write(v) for v in (new, noise)))
+        )
     header = ("", "before", "after", "noise floor")
     tables = [Table(header, rows, f"Error {where_words(before)}")]
+    if hidden:
+        tables.append(Table(header, hidden, "Squares of the whitened residual, over their number", "Chi-square"))
     known = [(k, r) for k, r in report.resimulation.items() if isinstance(r, Mapping)]
     if known:
         lines = [(k, *(_percent_or(r.get(w)) for w in ("before", "after")), str(r.get("reason", ""))) for k, r in known]

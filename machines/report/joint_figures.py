@@ -85,12 +85,18 @@ def gain(joints: Mapping[str, Joint], amplitude: Array, frequency: float) -> Fig
     )
 
 
-def gain_over_frequency(joint: Joint, amplitudes: Array, frequency: Array) -> Figure:
-    """Size of G over frequency at several amplitudes."""
+def gain_over_frequency(joint: Joint, amplitudes: Array, band: tuple[float, float]) -> Figure:
+    """Size of G at several amplitudes, over the band it is used in and the one it was identified in (Hz)."""
+    first, last = joint.validity.get("frequency", band)
+    frequency = np.geomspace(min(first, band[0]), max(last, band[1]), 120)
     with sheet(width=6.5, height=3.4) as paper:
         for A, colour in zip(amplitudes, shades(len(amplitudes)), strict=True):
             G = DescribingFunction(joint)(A, 2 * np.pi * frequency)
             paper.axes.loglog(frequency, np.abs(G) / 1e6, color=colour, label=f"{A * 1e6:.3g} µm")
+        for low, high in ((frequency[0], first), (last, frequency[-1])):
+            if low < high:
+                paper.axes.axvspan(low, high, color="#f3f4f6", zorder=0)
         paper.axes.set(xlabel="frequency [Hz]", ylabel="|G| [N/µm]")
         paper.axes.legend(title="amplitude")
-    return Figure(paper.svg, "Size of the describing function over frequency.")
+    beyond = " Grey: beyond the frequencies of the records." if "frequency" in joint.validity else ""
+    return Figure(paper.svg, f"Size of the describing function over frequency.{beyond}")

@@ -15,6 +15,8 @@ class Figure:
 
     svg: str
     caption: str
+    png: bytes = b""
+    """The same in pixels, where that was asked for."""
 
 
 @dataclass(frozen=True)

@@ -13,12 +13,12 @@ from jointlib.joint import Joint
 from ..linear import LinearCheck
 from ..lobes import Cutting, StabilityLobes
 from ..lobes.zones import Zones
-from ..response import Response
+from .check_figure import check_figure
 from .joint_figures import gain, gain_over_frequency, static_fit, surface
 from .lobes_figure import lobes_figure
-from .machine_figures import check_figure, response_figure
 from .page import Figure, Section, Table
 from .parameter_table import parameter_table
+from .response_section import response_section as response_section
 from .trace_section import trace_section as trace_section
 
 
@@ -47,13 +47,13 @@ def _surface(samples: Sequence[RestoringForce], joint: Joint) -> Figure:
     return surface(z, v, f, joint, float(z @ f / (z @ z)))
 
 
-def gain_section(name: str, joints: Mapping[str, Joint], frequency: float) -> Section:
-    """Describing functions of a joint as it was and as it is used, the last."""
+def gain_section(name: str, joints: Mapping[str, Joint], frequency: float, band: tuple[float, float]) -> Section:
+    """Describing functions of a joint as it was and as it is used, the last, over the band it is used in (Hz)."""
     used = list(joints.values())[-1]
     high = used.validity.get("amplitude", (0.0, 5e-6))[1]
     A = np.geomspace(high / 100, 1.5 * high, 160)
     figures = [gain(joints, A, frequency)]
-    figures.append(gain_over_frequency(used, high * np.array([0.1, 0.3, 1.0]), np.geomspace(10, 1e7, 120)))
+    figures.append(gain_over_frequency(used, high * np.array([0.1, 0.3, 1.0]), band))
     text = [
         "The describing function is what the machine sees of the joint: at each amplitude an equivalent stiffness and "
         "damping."
@@ -71,19 +71,6 @@ def check_section(check: LinearCheck) -> Section:
     text += [f"Left out of both: {e}." for e in check.excluded]
     ours, theirs = check.coupled.receptance[:, 0, 0], check.control.receptance[:, 0, 0]
     return Section("Check against python-control", text, [check_figure(check.frequency, ours, theirs)])
-
-
-def response_section(result: Response) -> Section:
-    """Forced response per force level."""
-    rows = [
-        (f"{p.force:g}", p.connection, f"{p.amplitude * 1e6:.4g}", f"{p.frequency:.5g}", p.outcome.name.lower())
-        for p in result.peaks
-    ]
-    header = ("force [N]", "joint", "amplitude [µm]", "frequency [Hz]", "outcome")
-    said = sorted({f"{f:g} N: {o.value}" for f, o in zip(result.force, result.outcomes, strict=True) if o.value})
-    text = ["The response no longer scales with the force: each level has its own resonance and damping.", *said]
-    table = Table(header, rows, "Peaks of the relative motion, refined between the lines")
-    return Section("Forced response", text, [response_figure(result, result.outputs[0])], [table])
 
 
 def lobes_section(charts: Sequence[tuple[float, StabilityLobes]], cutting: Cutting) -> Section:

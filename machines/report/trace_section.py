@@ -46,7 +46,8 @@ def _place(report: TraceReport) -> Section:
     tables = []
     if rows:
         header = ("equation", "lines", "excess", "noise stays under", "count of lines", "that is")
-        tables.append(Table(header, rows, "Excess before, Σ|r|² − n of the whitened residual, on the records fitted"))
+        caption = "Excess before, Σ|r|² − n of the whitened residual, on the records fitted"
+        tables.append(Table(header, rows, caption, "The statistics behind it"))
     tables += _remainder(report)
     left = report.unexplained.get("fraction")
     text = []
@@ -101,7 +102,9 @@ def _contest(report: TraceReport) -> Section:
     caption += "each fold adds to it."
     caption += f" {rest} more, all refused, are in trace.json." if rest else ""
     return Section(
-        "How the candidates fared", figures=[candidate_figure(report)], tables=[Table(header, rows, caption)]
+        "How the candidates fared",
+        figures=[candidate_figure(report)],
+        tables=[Table(header, rows, caption, "Each candidate with its statistics")],
     )
 
 

@@ -119,7 +119,7 @@ def at_bench(bench: Path) -> Iterator[Path]:
         # places that cannot be written
         (f"frf {TWO_MASS} -o plain/frf.npz", "plain is a file, expected a folder"),
         (f"frf {TWO_MASS} -o folder.npz", "folder.npz is a folder, expected the name of a file"),
-        (f"frf {TWO_MASS} -o out/frf.txt", "ends in '.txt', expected .npz, .csv, .frf"),
+        (f"frf {TWO_MASS} -o out/frf.txt", "ends in '.txt', expected .npz, .csv, .frf, .svg, .png"),
         (f"lobes {TOOL} -o out/lobes.txt", "ends in '.txt', expected .npz, .csv, .svg"),
         (f"lobes {TOOL} -o plain/lobes.npz", "plain is a file"),
         (f"identify {STATIC} --law hertz-guide -o folder.toml", "folder.toml is a folder"),

@@ -49,7 +49,7 @@ def page(*sections: Section) -> Page:
 
 def sections() -> list[Section]:
     machine = read_machine(LIBRARY / "two_mass.toml")
-    return [response_section(response(machine, [10.0, 80.0])), check_section(linear_check(machine))]
+    return [response_section([response(machine, [10.0, 80.0])], {}), check_section(linear_check(machine))]
 
 
 def test_a_report_needs_no_network_and_is_one_file() -> None:
@@ -59,7 +59,7 @@ def test_a_report_needs_no_network_and_is_one_file() -> None:
     assert all(link.startswith("#") for link in links), [link for link in links if not link.startswith("#")]
     assert "@import" not in html
     assert "<script" not in html
-    assert html.count("<svg") == 2
+    assert html.count("<svg") == 3
 
 
 def test_text_is_never_markup() -> None:

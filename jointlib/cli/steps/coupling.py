@@ -78,14 +78,16 @@ def _check(road: Road) -> None:
 
 
 def _force(road: Road) -> None:
-    from jointlib.cli.frf import peak_rows, write_response
-    from machines import response
+    from jointlib.cli.frf import both
+    from jointlib.cli.frf_files import write_response
+    from jointlib.cli.frf_told import peak_rows
     from machines.report.sections import response_section
 
     with road.progress.step("forced response at each force"):
-        result = response(road.machine)
-    write_response(road.path("frf.npz"), result)
-    road.json("frf.json", {"peaks": peak_rows(result), "file": "frf.npz"})
+        results = both(road.machine, None)
+    result = results[0]
+    write_response(road.path("frf.npz"), results)
+    road.json("frf.json", {**peak_rows(results), "file": "frf.npz"})
     outcomes = {f"{f:g} N": o.name.lower() for f, o in zip(result.force, result.outcomes, strict=True)}
     road.steps.append({"step": "frf", "outcomes": outcomes})
     short = [(f, o.value) for f, o in zip(result.force, result.outcomes, strict=True) if o.value]
@@ -100,4 +102,4 @@ def _force(road: Road) -> None:
         )
         road.numbers.append((f"motion of {top.connection}", f"{top.amplitude * 1e6:.3g} µm"))
         road.doubts += told
-    road.sections.append(response_section(result))
+    road.sections.append(response_section(results, {dof: axis for axis, dof in road.machine.tool.items()}))

@@ -159,4 +159,4 @@ def _describe(road: Road, name: str) -> None:
         data |= {f"gain_real{word}": G.real, f"gain_imag{word}": G.imag}
     road.json(f"{name}.df.json", data)
     road.steps.append({"step": "df", "joint": name})
-    road.sections.append(gain_section(name, joints, float(frequency[1])))
+    road.sections.append(gain_section(name, joints, float(frequency[1]), (low, high)))
