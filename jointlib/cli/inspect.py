@@ -20,11 +20,12 @@ if TYPE_CHECKING:
 @click.command("inspect", cls=Verb)
 @input_file("file")
 @click.option("-o", "output", type=Target(".svg", ".html"), help="Draw a machine into this file: .svg or .html.")
+@click.option("--mode", type=click.IntRange(1), help="Show this mode, from 1 on in ascending frequency; with -o.")
 @json_option
-def command(file: Path, output: Path | None, as_json: bool) -> None:
+def command(file: Path, output: Path | None, mode: int | None, as_json: bool) -> None:
     """Say what FILE holds: a measurement, joint or machine file, a record (csv, npz, mat, uff), or an FMU.
 
-    With -o a machine is drawn as well: an SVG with four views, or an HTML page in which it turns.
+    With -o a machine is drawn as well: an SVG with four views, or an HTML page in which it turns and its modes move.
 
     \b
     Examples:
@@ -33,11 +34,13 @@ def command(file: Path, output: Path | None, as_json: bool) -> None:
     """
     if not file.is_file():
         raise InputError(f"{file}: a folder, expected a file" if file.is_dir() else f"{file}: no such file")
+    if mode is not None and output is None:
+        raise InputError("--mode: expected -o FILE.svg or FILE.html as well, the picture that shows it")
     lines, data = _lines(file), {"file": str(file)}
     if output is not None:
         from jointlib.cli.picture import draw
 
-        lines += draw(file, output)
+        lines += draw(file, output, mode)
         data["picture"] = str(output)
     emit(as_json, {**data, "lines": lines}, lines)
 

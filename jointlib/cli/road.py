@@ -13,6 +13,7 @@ from jointlib.cli.steps.coupling import coupling_pieces
 from jointlib.cli.steps.cutting import cutting_pieces
 from jointlib.cli.steps.exporting import exporting_pieces
 from jointlib.cli.steps.joints import joint_pieces
+from jointlib.cli.steps.picture import picture_pieces
 from jointlib.cli.steps.piece import Piece
 
 if TYPE_CHECKING:
@@ -28,7 +29,13 @@ def pieces_of(machine: Machine, amplitudes: Sequence[float]) -> list[Piece]:
     joints = joint_pieces(machine)
     needs = tuple(piece.name for piece in joints if piece.step == "identify")
     cut = [] if machine.cutting is None else cutting_pieces(machine, needs, amplitudes)
-    return [*joints, *coupling_pieces(machine, needs), *cut, *exporting_pieces(machine)]
+    return [
+        *joints,
+        *picture_pieces(machine, needs),
+        *coupling_pieces(machine, needs),
+        *cut,
+        *exporting_pieces(machine),
+    ]
 
 
 @dataclass

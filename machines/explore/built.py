@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -22,6 +23,9 @@ from ..lobes.together import preview
 from ..lobes.tool_model import ToolModel
 from ..machine import Machine
 from ..operating import OpenTool, frozen_receptance, operating_point
+from ..view import scene
+from ..view.modes import modes_of
+from ..view.page import data
 
 _LINES = 500
 _STATIC_LINE = 0.1
@@ -85,6 +89,16 @@ class Built:
         else:
             G = frozen_receptance(self.machine, _STATIC_LINE, 0.0).receptance
         return float(np.max(np.abs(np.einsum("fii->fi", G))))
+
+    @cached_property
+    def view(self) -> Mapping[str, Any]:
+        """What ``viewer.js`` draws under ``view``, None where nothing can be, and what is ``said`` of it."""
+        try:
+            drawn = scene(self.machine)
+            modes, why = modes_of(self.machine, drawn)
+        except InputError as error:
+            return {"view": None, "said": f"The machine is not drawn: {error}."}
+        return {"view": data(drawn, modes), "said": " ".join([*([why] if why else []), *drawn.placeless])}
 
     @cached_property
     def open(self) -> OpenTool:

@@ -42,7 +42,7 @@ def grouped(controls: Sequence[Control]) -> tuple[Control, ...]:
 def layout(name: str, folder: str, controls: Sequence[Control], first: Curves, study: Scatter | None) -> Any:
     """The whole page for controls in the order of :func:`grouped`."""
     start = State.start(controls)
-    empty = ("kept", "action", "answer", "speed", "read-off", "exact", "settled", "drawn", "wish", *ORDERS)
+    empty = ("kept", "action", "answer", "speed", "read-off", "exact", "settled", "drawn", "view", "wish", *ORDERS)
     stores = {"state": start.data(controls), **dict.fromkeys(empty)}
     return html.Div(
         [
@@ -138,6 +138,7 @@ def _pictures(name: str, folder: str, first: Curves, study: Scatter | None) -> A
             ],
             className="pair",
         ),
+        _section("The machine and its modes at rest", html.Div(id="machine-view"), html.P("", id="view-said")),
         _section("What this stands on", html.Ul(id="notes")),
         _section("A against now", html.Div("Nothing is kept as A yet.", id="differences")),
         _section(

@@ -19,6 +19,7 @@ from .page import grouped, layout
 from .pictures import connect_pictures, connect_readings
 from .scene import Explorer
 from .sliders import connect_sliders
+from .view import ADDRESSES, connect_view
 from .writing import Export, connect_files
 
 if TYPE_CHECKING:
@@ -37,6 +38,8 @@ def explorer_app(explorer: Explorer, name: str, folder: Path, export: Export, al
         "jointlib",
         assets_folder=str(Path(__file__).parent / "assets"),
         serve_locally=True,
+        external_stylesheets=list(ADDRESSES[:1]),
+        external_scripts=list(ADDRESSES[1:]),
         compress=False,
         title=f"{name} – jointlib",
         update_title="",
@@ -53,6 +56,7 @@ def explorer_app(explorer: Explorer, name: str, folder: Path, export: Export, al
     connect_sliders(app, controls)
     connect_pictures(app, explorer, controls)
     connect_readings(app, explorer, controls)
+    connect_view(app, explorer, controls)
     writing = connect_files(app, explorer, controls, folder, export)
     if study is not None:
         connect_designs(app, study)

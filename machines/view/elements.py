@@ -35,10 +35,10 @@ def _contact(places: Places, connection: Connection, grouped: bool, reach: float
     """A spring between its sides, a bar where it is rigid, a tick where it is one of a bundle."""
     found = places.line(connection)
     if found is None:
-        turned = any(places.of_dof(side) is not None for side in connection.between)
-        why = "is of a motion that is no translation" if turned else "joins parts that have no place"
-        yield f"connection {connection.name} ({' – '.join(connection.between)}) {why}: it is not drawn."
-        return
+        if any(places.of_dof(side) is None for side in connection.between if side != GROUND_SIDE):
+            sides = " – ".join(connection.between)
+            yield f"connection {connection.name} ({sides}) joins parts that have no place: it is not drawn."
+        return  # what holds a rotation has no line
     at, n = found
     ahead, behind = (places.side(side, at, n) for side in connection.between)
     if connection.rigid:

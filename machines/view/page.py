@@ -17,10 +17,10 @@ from .projection import upright
 from .scene import Scene
 
 _HERE = Path(__file__).parent
-VIEWER = _HERE / "viewer.js"
+VIEWER, STYLE = _HERE / "viewer.js", _HERE / "viewer.css"
 _DIGITS = 5
 """Of lengths in m and of shapes whose largest displacement is 1."""
-_STYLE = (
+_PAGE = (
     "body { margin: 1rem auto; max-width: 80rem; padding: 0 1rem; color: #1b1f24; "
     "font: 15px/1.5 system-ui, 'DejaVu Sans', Arial, sans-serif; } h1 { font-size: 1.4rem; }"
 )
@@ -75,7 +75,7 @@ def fragment(scene: Scene, modes: Sequence[Mode] = (), start: int = 0) -> str:
     # "</" within a script would end it.
     text = json.dumps(data(scene, modes), ensure_ascii=False, separators=(",", ":")).replace("</", "<\\/")
     return (
-        f"<style>{(_HERE / 'viewer.css').read_text('utf-8')}</style>"
+        f"<style>{STYLE.read_text('utf-8')}</style>"
         "<div id='machine-view'><noscript>This picture needs JavaScript.</noscript></div>"
         f"<script>{VIEWER.read_text('utf-8')}</script>"
         f"<script>jointlibView(document.getElementById('machine-view'), {text}, {{mode: {int(start)}}});</script>"
@@ -89,7 +89,7 @@ def page(scene: Scene, modes: Sequence[Mode] = (), start: int = 0) -> str:
         "<!DOCTYPE html>\n<html lang='en'><head><meta charset='utf-8'>"
         "<meta name='viewport' content='width=device-width, initial-scale=1'>"
         f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">'
-        f"<title>{escape(scene.name)}</title><style>{_STYLE}</style>"
+        f"<title>{escape(scene.name)}</title><style>{_PAGE}</style>"
         f"</head><body><h1>{escape(scene.name)}</h1>{fragment(scene, modes, start)}"
         f"{f'<ul>{said}</ul>' if said else ''}</body></html>\n"
     )

@@ -332,3 +332,13 @@ def test_the_fmu_of_a_setting_is_verified(site: Site, tmp_path: Path) -> None:
     source = explorer.save({"cutting.teeth": 5.0}, tmp_path, "five")[0]
     assert "verified with" in exported(source, tmp_path / "five.fmu")[0]
     assert jointlib(["fmu", "--verify", str(tmp_path / "five.fmu")]).status == 0
+
+
+def test_the_machine_is_drawn_with_its_modes(tab: Tab) -> None:
+    tab.until("document.querySelectorAll('#machine-view select option').length > 1")
+    assert tab.text("#machine-view select option:nth-child(2)").endswith("%")
+    assert "cutter (lumped) has no place in space" in tab.text("#view-said")
+    shown = "document.querySelector('#machine-view canvas').toDataURL()"
+    before = tab.evaluate(shown)
+    tab.click_on("#machine-view [data-view=top]")
+    tab.wait(lambda: tab.evaluate(shown) != before, "the machine is seen from above")

@@ -87,5 +87,10 @@
     }, REST);
   };
 
-  window.dash_clientside = Object.assign({}, window.dash_clientside, { explorer: { acted, answered, drawn } });
+  const view = (told) => {
+    if (told?.view) window.jointlibView(document.getElementById("machine-view"), told.view);
+    return told?.said ?? "computing …";
+  };
+
+  window.dash_clientside = Object.assign({}, window.dash_clientside, { explorer: { acted, answered, drawn, view } });
 })();
