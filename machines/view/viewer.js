@@ -78,7 +78,7 @@
       }
       pen.setTransform(dense, 0, 0, dense, 0, 0);
       pen.clearRect(0, 0, wide, high);
-      const look = axes(), scale = (state.zoom * 1.2 * Math.min(wide, high)) / data.size;
+      const look = axes(), scale = (state.zoom * 1.1 * Math.min(wide, high)) / data.size;
       const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
       const mid = look.map((axis) => dot(axis, data.centre));
       const seen = (p) => [
