@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
-from jointlib.errors import Outcome
+from jointlib.errors import InputError, Outcome
 from jointlib.frf import FRF, ReceptanceKind
 
 from ..assembly import Assembly
