@@ -33,6 +33,8 @@ def elements(places: Places, size: float) -> Iterator[Mark]:
 
 def _contact(places: Places, connection: Connection, grouped: bool, reach: float) -> Iterator[Mark]:
     """A spring between its sides, a bar where it is rigid, a tick where it is one of a bundle."""
+    if connection.turns:
+        return  # it holds a rotation, which has no line
     found = places.line(connection)
     if found is None:
         if any(places.of_dof(side) is None for side in connection.between if side != GROUND_SIDE):
