@@ -71,6 +71,7 @@ def read_machine(path: Path | str, changes: Mapping[str, Any] | None = None) -> 
     frequency = response.numbers("frequency", "Hz", None, length=2)
     response.done()
     cutting = _cutting(document.section("cutting")) if document.has("cutting") else None
+    compare = tuple(_laid_over(section) for section in document.sections("compare"))
     document.done()
     machine = Machine(
         components=components,
@@ -84,6 +85,7 @@ def read_machine(path: Path | str, changes: Mapping[str, Any] | None = None) -> 
         static=static,
         axes=axes,
         bundles=bundles,
+        compare=compare,
         source=path,
     )
     check_sound(machine)
@@ -179,6 +181,13 @@ def _identify(section: Section) -> Identify:
     start = section.path("start", None)
     section.done()
     return Identify(tuple(section.folder / record for record in records), start)
+
+
+def _laid_over(section: Section) -> Path:
+    """The measurement of one ``[[compare]]``."""
+    path = section.path("measurement")
+    section.done()
+    return path
 
 
 def _cutting(section: Section) -> dict[str, Any]:

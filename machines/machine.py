@@ -47,6 +47,8 @@ class Machine:
         The axes of its file, whose positions the components and connections stand at already.
     bundles
         The bundles that some of its connections were made of, for the eye: nothing is computed from them.
+    compare
+        Measurement files whose frequency responses are laid over what is predicted of it.
     source
         The file it came from.
     """
@@ -62,6 +64,7 @@ class Machine:
     static: StaticLoad | None = None
     axes: tuple[Axis, ...] = ()
     bundles: tuple[Placed, ...] = ()
+    compare: tuple[Path, ...] = ()
     source: Path | None = None
 
     def __post_init__(self) -> None:

@@ -10,7 +10,7 @@ import click
 
 from jointlib.cli.arguments import FrequencyRange, Quantity, Target, Verb, input_file, json_option
 from jointlib.cli.frf_files import draw, write_bands, write_receptances, write_response
-from jointlib.cli.frf_told import contact_lines, peak_rows, tool_lines
+from jointlib.cli.frf_told import contact_lines, measured_lines, over_measured, peak_rows, tool_lines
 from jointlib.cli.output import emit, working, wrote
 from jointlib.errors import InputError
 
@@ -37,6 +37,7 @@ PLOTS = ("mag-phase", "re-im", "nyquist")
     required=True,
     help=".npz: every branch; .csv, .frf (CutPro): receptances, one file per force and output; .svg, .png: a picture.",
 )
+@click.option("--measured", type=click.Path(path_type=Path), multiple=True, help="Measured FRFs to lay over it.")
 @click.option("--contacts", is_flag=True, help="Also list the peaks of every contact.")
 @click.option("--plot", type=click.Choice(PLOTS), default=PLOTS[0], help="What a picture shows.")
 @json_option
@@ -48,6 +49,7 @@ def command(
     harmonics: str,
     samples: int | None,
     output: Path,
+    measured: tuple[Path, ...],
     contacts: bool,
     plot: str,
     as_json: bool,
@@ -77,16 +79,19 @@ def command(
     if samples:
         further["band"] = band_of(model, results[0], points, samples, wanted)
     axes = {dof: axis for axis, dof in model.tool.items()}
+    laid, told = over_measured(model, (*model.compare, *measured))
+    further |= told
     if output.suffix == ".npz":
         written = write_response(output, results, further.get("band"))
     elif output.suffix in (".svg", ".png"):
-        written = draw(output, results, plot)
+        written = draw(output, results, plot, laid)
     else:
         written = write_receptances(output, results, points, axes) + write_bands(
             output, results[0], further.get("band")
         )
     lines = tool_lines(results, axes)
     lines += contact_lines(results) if contacts else []
+    lines += measured_lines(laid, told)
     for result in results:
         lines += [f"{f:g} N: {o.value}" for f, o in zip(result.force, result.outcomes, strict=True) if o.value]
     warnings = list(dict.fromkeys([*remarks, *(warning for result in results for warning in result.warnings)]))

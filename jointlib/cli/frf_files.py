@@ -11,6 +11,7 @@ import numpy as np
 from jointlib.errors import InputError
 
 if TYPE_CHECKING:
+    from machines.comparison import Comparison
     from machines.response import Response
 
 
@@ -123,12 +124,18 @@ def named(path: Path, result: Response, force: float, output: str, pair: str | N
     return path.with_name(f"{path.stem}{f'_{pair}' if pair else several}{size}{more}{path.suffix}")
 
 
-def draw(path: Path, results: Sequence[Response], plot: str) -> list[Path]:
-    """The receptances at the tool as a picture."""
+def draw(path: Path, results: Sequence[Response], plot: str, laid: Sequence[Comparison] = ()) -> list[Path]:
+    """The receptances at the tool as a picture, with measured ones laid over them."""
     from jointlib.io.atomic import write, write_text
+    from machines.report.drawing import MEASURED
+    from machines.report.receptance_figure import Curve
     from machines.report.response_figures import tool_figure
 
-    figure = tool_figure(results, plot, png=path.suffix == ".png")
+    measured = [
+        (r.drive, r.response, Curve(r.frequency, r.receptance, f"measured, {r.force:g} N", MEASURED, ":"))
+        for r in (comparison.record for comparison in laid)
+    ]
+    figure = tool_figure(results, plot, measured, png=path.suffix == ".png")
     if path.suffix == ".png":
         write(path, lambda file: file.write(figure.png))
     else:

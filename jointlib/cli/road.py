@@ -47,6 +47,8 @@ class Road:
     progress: Steps
     command: str
     steps: list[dict[str, Any]] = field(default_factory=list)
+    front: list[Section] = field(default_factory=list)
+    """Sections that a reader wants first: lobes, then responses."""
     sections: list[Section] = field(default_factory=list)
     advice: list[str] = field(default_factory=list)
     """What the one who sets the machine wants to know, in the order of weight."""
@@ -114,7 +116,7 @@ class Road:
             lost=self.failed,
             numbers=[*self.numbers, *(trace_numbers(main) if main else [])],
             doubts={self.numbers[0][0]: self.doubts} if self.numbers else {},
-            sections=self.sections,
+            sections=[*self.front, *self.sections],
             inputs=[*inputs, *inputs_of(self.tests)],
             assumptions=[
                 *assumptions_of(self.tests),

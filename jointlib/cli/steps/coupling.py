@@ -46,7 +46,26 @@ def coupling_pieces(machine: Machine, needs: tuple[str, ...]) -> list[Piece]:
             needs=needs,
         )
     )
+    if machine.compare:
+        files = " ".join(str(path) for path in machine.compare)
+        remedy = f"`jointlib inspect` tells what the measurement holds: {files}."
+        pieces.append(Piece("compare", "Measured over predicted", _lay_over, remedy, needs=needs))
     return pieces
+
+
+def _lay_over(road: Road) -> None:
+    from jointlib.cli.frf_told import over_measured
+    from machines.report.comparison_section import comparison_section
+
+    with road.progress.step("laying measured frequency responses over the prediction"):
+        laid, data = over_measured(road.machine, road.machine.compare)
+    road.json("compare.json", data)
+    sentence = (data.get("depth") or {}).get("sentence")
+    road.steps.append({"step": "compare", "frac": {c.record.name: c.frac for c in laid}})
+    road.said += [*([sentence] if sentence else []), *(c.sentence() for c in laid)]
+    road.doubts += [sentence] if sentence else []
+    road.warnings += [warning for c in laid for warning in c.warnings]
+    road.front.append(comparison_section(laid, sentence))
 
 
 def _stand(road: Road) -> None:
@@ -102,4 +121,4 @@ def _force(road: Road) -> None:
         )
         road.numbers.append((f"motion of {top.connection}", f"{top.amplitude * 1e6:.3g} µm"))
         road.doubts += told
-    road.sections.append(response_section(results, {dof: axis for axis, dof in road.machine.tool.items()}))
+    road.front.append(response_section(results, {dof: axis for axis, dof in road.machine.tool.items()}))

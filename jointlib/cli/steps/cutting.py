@@ -72,7 +72,7 @@ def _together(road: Road, amplitudes: tuple[float, ...]) -> None:
         road.numbers += _figures(charts, cutting)
     else:
         road.advice.append(f"No speed and depth are recommended: the limits at {_size(amplitudes[0])} are not known.")
-    road.sections.append(lobes_section(pairs, cutting))
+    road.front.insert(0, lobes_section(pairs, cutting))
 
 
 def _figures(charts: Sequence[StabilityLobes], cutting: Cutting) -> list[tuple[str, str]]:

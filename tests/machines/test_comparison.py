@@ -1,0 +1,119 @@
+"""Measured over predicted: one mode with noise, a record of the machine itself, and friction that the machine lacks."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from machines import read_machine
+from machines.comparison import Resonance, compared, depths, frac, paired, resonances
+from machines.lobes.amplitude import tip_at_rest
+from machines.report.comparison_section import comparison_rows, comparison_section
+
+LIBRARY = Path(__file__).parents[2] / "machines" / "library"
+F, ZETA, K = 400.0, 0.02, 2e7
+
+
+def mode(frequency: np.ndarray) -> np.ndarray:
+    r = frequency / F
+    return 1 / (K * (1 - r**2 + 2j * ZETA * r))
+
+
+def test_frac_is_one_but_for_a_factor_and_zero_for_what_is_orthogonal() -> None:
+    rng = np.random.default_rng(1)
+    a, b = rng.normal(size=(2, 50)) + 1j * rng.normal(size=(2, 50))
+    assert frac(a, (2 - 3j) * a) == pytest.approx(1.0, rel=1e-12)
+    assert frac(a, b - np.vdot(a, b) / np.vdot(a, a) * a) == pytest.approx(0.0, abs=1e-12)
+    assert frac(a, b) == pytest.approx(frac(b, a), rel=1e-12)
+
+
+def test_the_standard_errors_of_a_resonance_are_those_of_repeated_records() -> None:
+    lines, rng = np.arange(300.0, 500.0, 1.0), np.random.default_rng(2)
+    deviation = np.full(len(lines), 0.005 / (2 * K * ZETA))
+    (true,) = resonances(lines, mode(lines))
+    assert true.frequency == pytest.approx(F * np.sqrt(1 - 2 * ZETA**2), rel=1e-4)
+    assert true.damping_ratio == pytest.approx(ZETA, rel=0.02)
+    assert true.compliance == pytest.approx(1 / (2 * K * ZETA * np.sqrt(1 - ZETA**2)), rel=2e-3)
+    off = []
+    for _ in range(200):
+        noise = deviation * (rng.normal(size=len(lines)) + 1j * rng.normal(size=len(lines))) / np.sqrt(2)
+        (found,) = resonances(lines, mode(lines) + noise, deviation)
+        off.append(
+            [
+                (found.frequency - true.frequency) / found.frequency_error,
+                (found.damping_ratio - true.damping_ratio) / found.damping_error,
+                (found.compliance - true.compliance) / found.compliance_error,
+            ]
+        )
+    assert np.all(np.abs(np.std(off, axis=0) - 1) < 0.25)
+    assert np.all(np.abs(np.mean(off, axis=0)) < 0.5)
+
+
+def test_resonances_are_paired_with_the_nearest_or_left_alone() -> None:
+    a, b = [Resonance(f, 0.01, 1e-7) for f in (100.0, 300.0)], [Resonance(f, 0.01, 1e-7) for f in (104.0, 700.0)]
+    found = [(p.measured and p.measured.frequency, p.predicted and p.predicted.frequency) for p in paired(a, b)]
+    assert found == [(100.0, 104.0), (300.0, None), (None, 700.0)]
+
+
+def record_of_the_tool(folder: Path, scale: float = 1.0) -> tuple[Path, Path]:
+    """The two-mode tool and a noisy record of its x, ``scale`` times as compliant as it is."""
+    machine = read_machine(LIBRARY / "two_mode_tool.toml")
+    lines, rng = np.arange(60.0, 3000.0, 2.0), np.random.default_rng(3)
+    H = scale * tip_at_rest(machine, lines)(lines)[:, 0, 0]
+    H += 1e-3 * np.abs(H).max() * (rng.normal(size=len(lines)) + 1j * rng.normal(size=len(lines)))
+    table = "".join(f"{f:.12g},{h.real:.12e},{h.imag:.12e}\n" for f, h in zip(lines, H, strict=True))
+    (folder / "x.csv").write_text(f"frequency,real,imaginary\n{table}")
+    test = folder / "x.measurement.toml"
+    test.write_text(
+        'schema = "jointlib/measurement/1"\nkind = "frf"\n[[record]]\nfile = "x.csv"\ndrive = "cutter.x"\n'
+        'response = "cutter.x"\nquantity = "receptance"\nforce = "10 N"\n'
+    )
+    text = (LIBRARY / "two_mode_tool.toml").read_text()
+    path = folder / "tool.toml"
+    path.write_text(f'{text}\n[[compare]]\nmeasurement = "x.measurement.toml"\n')
+    return path, test
+
+
+def test_a_record_of_the_machine_itself_differs_in_nothing(tmp_path: Path) -> None:
+    path, test = record_of_the_tool(tmp_path)
+    machine = read_machine(path)
+    assert machine.compare == (test,)
+    (found,) = compared(machine, test)
+    assert found.frac > 0.999
+    (pair,) = found.pairs
+    assert pair.differences() == {}
+    assert "no difference above the uncertainty" in found.sentence()
+    assert [row[4:] for row in comparison_rows([found])] == [("none", "none", "none")]
+
+
+def test_a_tool_more_compliant_than_predicted_costs_depth_by_the_same_share(tmp_path: Path) -> None:
+    """With one direction the limiting depth is −1/(2 K Re G): a compliance larger by a quarter takes a fifth."""
+    path, test = record_of_the_tool(tmp_path, 1.25)
+    machine = replace(
+        read_machine(path), tool={"x": "cutter.x"}, cutting={"process": "turning", "specific": 1e9, "speed": [2e3, 4e3]}
+    )
+    found = compared(machine, test)
+    assert found[0].pairs[0].differences()["compliance"] == pytest.approx(1 / 1.25 - 1, abs=0.01)
+    depth = depths(machine, [c.record for c in found], np.linspace(2e3, 4e3, 30))
+    assert depth is not None
+    assert depth.replaced == ("xx",)
+    assert depth.predicted / depth.measured == pytest.approx(1.25, rel=0.02)
+    assert "the prediction is off by +2" in depth.sentence()
+    section = comparison_section(found, depth.sentence())
+    assert section.text[0] == depth.sentence()
+    assert section.figures[0].svg.startswith("<svg")
+
+
+def test_friction_that_the_machine_lacks_shows_at_small_forces() -> None:
+    machine = read_machine(LIBRARY / "three_joints.toml")
+    found = compared(machine, LIBRARY / "three_joints" / "tip.measurement.toml")
+    assert [c.record.force for c in found] == [1.0, 3.0, 8.0, 15.0, 20.0]
+    alike = [c.frac for c in found]
+    assert alike == sorted(alike)
+    first = [c.pairs[0].differences() for c in found]
+    assert all(d["damping_ratio"] < 0 < d["compliance"] for d in first)
+    assert first[0]["compliance"] > 5 * first[-1]["compliance"]
+    assert any("not there" in row for row in comparison_rows(found))
