@@ -21,6 +21,7 @@ from .connection import Connection, Identify
 from .flange import flange
 from .lobes.cutting import Cutting
 from .machine import Machine
+from .named_tools import choose_tool
 from .nodes import DIRECTIONS
 from .sound import check_sound
 from .static_load import StaticLoad
@@ -64,6 +65,7 @@ def read_machine(path: Path | str, changes: Mapping[str, Any] | None = None) -> 
     static = StaticLoad.from_section(document.section("static")) if document.has("static") else None
     tool_section = document.section("tool")
     tool = {axis: tool_section.text(axis) for axis in ("x", "y") if tool_section.has(axis)}
+    tool_name = tool_section.text("name", None)
     tool_section.done()
     response = document.section("response")
     drive = response.text("drive", None)
@@ -78,6 +80,7 @@ def read_machine(path: Path | str, changes: Mapping[str, Any] | None = None) -> 
         connections=(*connections, *(c for bundle in bundles for c in bundle.connections)),
         name=name,
         tool=tool,
+        tool_name=tool_name,
         drive=drive,
         force=force,
         frequency=None if frequency is None else (frequency[0], frequency[1]),
@@ -99,6 +102,7 @@ def documents(path: Path, changes: Mapping[str, Any] | None = None) -> list[Sect
     change([document], {key: own.pop(key) for key in list(own) if key.startswith("parts")}, str(path))
     all_of = [*(_part(document, file) for file in document.words("parts", ())), document]
     change(all_of, own, str(path))
+    choose_tool(all_of)
     return all_of
 
 

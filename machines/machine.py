@@ -33,6 +33,8 @@ class Machine:
     tool
         Degrees of freedom of the tool point by axis: the feed x, the normal y; one that is left out is rigid. A
         difference, ``cutter.tip.x - table.ux``, is the motion relative to the workpiece.
+    tool_name
+        Which of several tools this is, where they have names.
     drive
         Degree of freedom, or difference, that a force acts on; the tool's x, else y, where it is not given.
     force
@@ -66,6 +68,7 @@ class Machine:
     bundles: tuple[Placed, ...] = ()
     compare: tuple[Path, ...] = ()
     source: Path | None = None
+    tool_name: str | None = None
 
     def __post_init__(self) -> None:
         where = self.where
@@ -148,6 +151,8 @@ class Machine:
         owner = np.repeat(np.arange(len(self.components)), [len(c.dofs) for c in self.components])
         names = [c.name for c in self.components]
         moved = self.dof_rows([*self.tool.values(), *([self.drive] if self.drive else [])], "remarks")
+        if self.tool_name is not None:
+            own = (f"The tool is {self.tool_name!r}.", *own)
         return own + unmoved(owner, names, self.rows(self.connections), self.rows(self.flexible), moved)
 
     @property

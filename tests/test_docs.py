@@ -268,6 +268,7 @@ _READERS = {
                 "modal",
                 "rigid",
                 "riding",
+                "named_tools",
                 "static_load",
                 "beam",
                 "segment",

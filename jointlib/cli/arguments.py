@@ -120,6 +120,14 @@ def _belongs(kind: click.ParamType[Any]) -> Callable[[str], bool]:
     return lambda word: word in laws()
 
 
+tool_option = click.option(
+    "--tool",
+    "changes",
+    callback=lambda _ctx, _param, name: {} if name is None else {"tool.use": name},
+    metavar="NAME",
+    help="Which of several named tools is in the machine; default: the one its file says.",
+)
+"""Hands a verb the changes that make it so, for `machines.read_machine`."""
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON and nothing else.")
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from jointlib.cli.arguments import Quantity, Verb, input_file, json_option
+from jointlib.cli.arguments import Quantity, Verb, input_file, json_option, tool_option
 from jointlib.cli.output import emit, working
 from jointlib.errors import CheckFailed
 
@@ -14,8 +14,9 @@ from jointlib.errors import CheckFailed
 @click.command("check", cls=Verb)
 @input_file("machine")
 @click.option("--amplitude", type=Quantity("m"), help="Linearise the joints at this amplitude; default: at rest.")
+@tool_option
 @json_option
-def command(machine: Path, amplitude: float | None, as_json: bool) -> None:
+def command(machine: Path, amplitude: float | None, changes: dict[str, str], as_json: bool) -> None:
     """Compare MACHINE, its joints linearised, with a state-space model built by feedback in python-control.
 
     \b
@@ -26,7 +27,7 @@ def command(machine: Path, amplitude: float | None, as_json: bool) -> None:
     from machines import linear_check, read_machine
 
     with working("comparing with python-control"):
-        model, remarks = with_joints(read_machine(machine))
+        model, remarks = with_joints(read_machine(machine, changes))
         result = linear_check(model, amplitude)
     excluded = [{"connection": e.connection, "law": e.law, "reason": e.reason} for e in result.excluded]
     lines = [

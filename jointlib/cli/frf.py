@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from jointlib.cli.arguments import FrequencyRange, Quantity, Target, Verb, input_file, json_option
+from jointlib.cli.arguments import FrequencyRange, Quantity, Target, Verb, input_file, json_option, tool_option
 from jointlib.cli.frf_files import draw, write_bands, write_receptances, write_response
 from jointlib.cli.frf_told import contact_lines, measured_lines, over_measured, peak_rows, tool_lines
 from jointlib.cli.output import emit, working, wrote
@@ -40,6 +40,7 @@ PLOTS = ("mag-phase", "re-im", "nyquist")
 @click.option("--measured", type=click.Path(path_type=Path), multiple=True, help="Measured FRFs to lay over it.")
 @click.option("--contacts", is_flag=True, help="Also list the peaks of every contact.")
 @click.option("--plot", type=click.Choice(PLOTS), default=PLOTS[0], help="What a picture shows.")
+@tool_option
 @json_option
 def command(
     machine: Path,
@@ -52,6 +53,7 @@ def command(
     measured: tuple[Path, ...],
     contacts: bool,
     plot: str,
+    changes: dict[str, str],
     as_json: bool,
 ) -> None:
     """Forced response of MACHINE at each force: every branch, with the peaks of the tool and of each joint.
@@ -68,7 +70,7 @@ def command(
     if samples and output.suffix not in (".npz", ".csv"):
         raise InputError(f"-o {output}: this format has no room for a band, expected .npz or .csv with --samples")
     with working("coupling the machine"):
-        model, remarks = with_joints(read_machine(machine))
+        model, remarks = with_joints(read_machine(machine, changes))
         band = None if frequency is None else (frequency[0], frequency[1])
         points = 600 if frequency is None or frequency[2] is None else frequency[2]
         if samples:

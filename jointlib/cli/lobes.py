@@ -9,7 +9,7 @@ from typing import Any
 import click
 import numpy as np
 
-from jointlib.cli.arguments import Quantity, Target, Verb, input_file, json_option
+from jointlib.cli.arguments import Quantity, Target, Verb, input_file, json_option, tool_option
 from jointlib.cli.lobes_over_amplitude import (
     bands,
     grown,
@@ -44,6 +44,7 @@ from jointlib.errors import InputError
     "--samples", type=click.IntRange(40), help="Band of the depths from so many samples of what is uncertain."
 )
 @click.option("-o", "output", type=Target(".npz", ".csv", ".svg"), help="Also write the charts: numbers or a picture.")
+@tool_option
 @json_option
 def command(
     machine: Path,
@@ -54,6 +55,7 @@ def command(
     witness: bool,
     samples: int | None,
     output: Path | None,
+    changes: dict[str, str],
     as_json: bool,
 ) -> None:
     """Depth of cut at which MACHINE starts to chatter, over spindle speed, with chatter frequency and lobe.
@@ -74,7 +76,7 @@ def command(
         raise InputError("--witness: simulates one point at a time, expected --speed and --depth with it")
     if depth and not speed:
         raise InputError("--depth: needs --speed, expected the spindle speeds of these depths")
-    model = read_machine(machine)
+    model = read_machine(machine, changes)
     speeds = np.array(speed) if speed else default_speeds(model)
     with working("computing lobes"):
         model, remarks = with_joints(model)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from jointlib.cli.arguments import Quantity, Verb, input_file, json_option
+from jointlib.cli.arguments import Quantity, Verb, input_file, json_option, tool_option
 from jointlib.cli.output import emit, table, working
 from jointlib.errors import InputError
 
@@ -26,8 +26,9 @@ if TYPE_CHECKING:
     help="Tool-point amplitude of the joints; default: at rest.",
 )
 @click.option("--all", "every", is_flag=True, help="Every mode, not only the first ten and those that the tool feels.")
+@tool_option
 @json_option
-def command(file: Path, amplitude: float, every: bool, as_json: bool) -> None:
+def command(file: Path, amplitude: float, every: bool, changes: dict[str, str], as_json: bool) -> None:
     """Modes of MACHINE: frequency, damping, which part moves, which joint holds the energy, what stiffness would give.
 
     \b
@@ -45,7 +46,7 @@ def command(file: Path, amplitude: float, every: bool, as_json: bool) -> None:
 
     _is_machine(file)
     with working("computing modes"):
-        machine, remarks = with_joints(read_machine(file))
+        machine, remarks = with_joints(read_machine(file, changes))
         modes = natural_modes(machine, amplitude)
         energies, compliance = mode_energies(modes), static_compliance(modes)
         depth = depth_sensitivity(modes) if machine.cutting is not None and machine.tool and not amplitude else None

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from jointlib.cli.arguments import Quantity, Target, Verb, input_file, json_option
+from jointlib.cli.arguments import Quantity, Target, Verb, input_file, json_option, tool_option
 from jointlib.cli.output import Steps, emit, wrote
 from jointlib.cli.road import Road, pieces_of
 from jointlib.cli.steps.piece import walk
@@ -21,8 +21,9 @@ _AMPLITUDES = (0.0, 2e-6, 5e-6, 10e-6)
 @input_file("machine")
 @click.option("-o", "output", type=Target(folder=True), required=True, help="Folder for everything written.")
 @click.option("--amplitude", type=Quantity("m", lower=0), multiple=True, help="Tool-point amplitudes of the lobes.")
+@tool_option
 @json_option
-def command(machine: Path, output: Path, amplitude: tuple[float, ...], as_json: bool) -> None:
+def command(machine: Path, output: Path, amplitude: tuple[float, ...], changes: dict[str, str], as_json: bool) -> None:
     """Identify the joints of MACHINE, doubt and mend them, couple, check, cut, export, and write one report.
 
     \b
@@ -33,7 +34,7 @@ def command(machine: Path, output: Path, amplitude: tuple[float, ...], as_json: 
     from jointlib.cli.lobes import default_speeds
     from machines import read_machine
 
-    model = read_machine(machine)
+    model = read_machine(machine, changes)
     look_ahead(model)
     if model.cutting is not None:
         default_speeds(model)
@@ -41,6 +42,7 @@ def command(machine: Path, output: Path, amplitude: tuple[float, ...], as_json: 
         raise InputError(f"--amplitude: {machine} has no [cutting], so there are no lobes to compute")
     words = ["jointlib", "run", str(machine), "-o", str(output)]
     words += ["--amplitude", *(f"{A:g}" for A in amplitude)] if amplitude else []
+    words += ["--tool", *changes.values()] if changes else []
     road = Road(model, output, Steps(), shlex.join(words))
     road.warnings += model.remarks()
     if bare := ", ".join(model.without_equations):
