@@ -23,6 +23,7 @@ from .lobes.cutting import Cutting
 from .machine import Machine
 from .named_tools import choose_tool
 from .nodes import DIRECTIONS
+from .outline import take_outlines
 from .sound import check_sound
 from .static_load import StaticLoad
 
@@ -55,6 +56,7 @@ def read_machine(path: Path | str, changes: Mapping[str, Any] | None = None) -> 
     all_of = documents(path, changes)
     document = all_of[-1]
     name = document.text("name", path.name.removesuffix(".toml").removesuffix(".machine"))
+    outlines = take_outlines(all_of)
     axes = read_axes(all_of)
     move(all_of, axes)
     components = tuple(_component(section) for each in all_of for section in each.sections("component"))
@@ -89,6 +91,7 @@ def read_machine(path: Path | str, changes: Mapping[str, Any] | None = None) -> 
         axes=axes,
         bundles=bundles,
         compare=compare,
+        outlines=outlines,
         source=path,
     )
     check_sound(machine)

@@ -19,6 +19,7 @@ from .bundles.bundle import Placed
 from .component import Component
 from .connection import Connection, motion_row
 from .groups import unmoved
+from .outline import Outline
 from .static_load import StaticLoad
 
 AXES = ("x", "y")
@@ -51,6 +52,8 @@ class Machine:
         The bundles that some of its connections were made of, for the eye: nothing is computed from them.
     compare
         Measurement files whose frequency responses are laid over what is predicted of it.
+    outlines
+        Surfaces that components are drawn as, by name, where the file drew them, whatever position its axes have.
     source
         The file it came from.
     """
@@ -67,6 +70,7 @@ class Machine:
     axes: tuple[Axis, ...] = ()
     bundles: tuple[Placed, ...] = ()
     compare: tuple[Path, ...] = ()
+    outlines: Mapping[str, Outline] = field(default_factory=dict)
     source: Path | None = None
     tool_name: str | None = None
 

@@ -6,11 +6,12 @@ from collections.abc import Iterator
 
 import numpy as np
 from scipy.sparse.csgraph import minimum_spanning_tree
+from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 
 from ..component import Component
 from ..drawn import Drawn
-from .marks import Mark
+from .marks import Mark, length_words
 from .piece import COLOURS, Label, Piece
 from .places import Places
 
@@ -23,6 +24,8 @@ def bodies(places: Places, size: float) -> Iterator[Mark]:
     for number, component in enumerate(places.machine.components):
         colour = COLOURS[number % len(COLOURS)]
         drawn = places.drawn.get(component.name)
+        if component.name in places.machine.outlines:
+            yield from _outlined(places, component, colour, size)
         if drawn is None:
             yield from _placeless(places, component, colour)
         else:
@@ -31,9 +34,9 @@ def bodies(places: Places, size: float) -> Iterator[Mark]:
 
 def _drawn(places: Places, component: Component, drawn: Drawn, colour: str) -> Iterator[Mark]:
     name, first = f"{component.name} ({type(component).kind})", places.first[component.name]
-    for solid in drawn.solids:
+    glass, outlined = drawn.holds == 1, component.name in places.machine.outlines
+    for solid in () if outlined else drawn.solids:
         edges = tuple((*face, face[0]) for face in solid.faces) if len(solid.faces) == 6 else ()
-        glass = len(drawn.frames) == 1 or drawn.holds == 1
         yield Piece(
             name, component.name, colour, solid.corners, first + solid.frame, solid.faces, edges, glass=glass, width=0.7
         )
@@ -51,6 +54,33 @@ def _drawn(places: Places, component: Component, drawn: Drawn, colour: str) -> I
     elif drawn.holds == 1:
         yield from _spokes(places, component, colour)
     yield Label(component.name, np.mean(origins, axis=0), first, colour)
+
+
+def _outlined(places: Places, component: Component, colour: str, size: float) -> Iterator[Mark]:
+    """The surface of its outline, each corner with the frame next to it, where the axes have taken it."""
+    corners, triangles = places.machine.outlines[component.name].surface()
+    moved = [a for a in places.machine.axes if component.name in a.moves]
+    corners = corners + sum((a.position * np.array(a.direction) for a in moved), np.zeros(3))
+    held = places.loose.get(component.name, [])
+    if component.name in places.drawn:
+        drawn, first = places.drawn[component.name], places.first[component.name]
+        origins = np.array([frame.origin for frame in drawn.frames])
+        near = cKDTree(origins).query(corners)[1]
+        frames = first + near
+        apart = float(np.min(np.linalg.norm(corners - origins[near], axis=1)))
+        if apart > max(size, float(np.linalg.norm(np.ptp(corners, axis=0)))):
+            yield (
+                f"the outline of {component.name} lies {length_words(apart)} from it: is its unit another than "
+                f"{places.machine.outlines[component.name].unit}, or does it want an at?"
+            )
+    else:
+        frame = places.side(*held[0]) if held else 0
+        frames = np.full(len(corners), frame)
+        how = f"moves with {held[0][0]}" if held else "stays where it is, as it has no connection with a place"
+        yield f"the outline of {component.name} {how}."
+    faces = tuple((int(a), int(b), int(c)) for a, b, c in triangles)
+    name = f"{component.name} ({type(component).kind})"
+    yield Piece(name, component.name, colour, corners, frames, faces, glass=True)
 
 
 def _spokes(places: Places, component: Component, colour: str) -> Iterator[Mark]:
