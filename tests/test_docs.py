@@ -276,6 +276,7 @@ _READERS = {
                 "matrix_rows",
                 "measured",
                 "measured_records",
+                "outline",
                 "state_space",
             )
         ),
@@ -312,7 +313,7 @@ def test_every_key_that_a_reader_knows_is_documented(kind: str) -> None:
     known |= {
         "Measurement": {"schema"},
         "Joint": set(joint_file._VALIDITY) | {"schema"},
-        "Machine": set(files.CUTTING_UNITS) | {"x", "y", "at", "direction", "law", "schema"},
+        "Machine": set(files.CUTTING_UNITS) | {"x", "y", "at", "direction", "law", "schema", "outline"},
         "Bundles": set(),
         "Studies": {"schema", "values", "range", "distribution"},
     }[kind]
