@@ -62,9 +62,21 @@ def circle(radius: float) -> Array:
     return radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
 
-def bar(start: float, end: float, radius: float, frame: int = 0, to: float | None = None) -> Solid:
-    """A round bar along the first axis from ``start`` to ``end``, or a cone that ends with another radius (m)."""
-    return between_sections(_rings((start, end), (radius, radius if to is None else to)), (frame, frame))
+def bar(start: float, end: float, radius: float, frame: int = 0, to: float | None = None, pieces: int = 1) -> Solid:
+    """A round bar along the first axis from ``start`` to ``end``, or a cone that ends with another radius (m).
+
+    Long ones are drawn in pieces: what is in front of what is decided face by face.
+    """
+    places = np.linspace(start, end, pieces + 1)
+    radii = np.linspace(radius, radius if to is None else to, pieces + 1)
+    return between_sections(_rings(places.tolist(), radii.tolist()), (frame,) * len(places))
+
+
+def rail(start: float, end: float, section: Array, frame: int, pieces: int) -> Solid:
+    """A rail along the first axis of a cross-section (k, 2) in m, in pieces."""
+    places = np.linspace(start, end, pieces + 1)
+    rings = np.array([np.column_stack([np.full(len(section), x), section]) for x in places])
+    return between_sections(rings, (frame,) * len(places))
 
 
 def ring(start: float, end: float, radius: float, bore: float, frame: int = 0) -> Solid:

@@ -24,6 +24,9 @@ STEEL_MODULUS = 206e9
 STEEL_SHEAR = 79e9
 """N/m²."""
 
+_PIECES = 12
+"""That a shaft is drawn in."""
+
 
 @dataclass(frozen=True)
 class Shaft:
@@ -100,7 +103,7 @@ class BallScrew(Bundle):
         nut = ring(-1.5 * d, 1.5 * d, 0.9 * d, d / 2, frame=0)
         ends = [x for x, held in ((s.start, s.both or s.fixed_start), (s.end, s.both or not s.fixed_start)) if held]
         bearings = [ring(x - 0.5 * d, x + 0.5 * d, 1.2 * d, d / 2, frame=1) for x in ends]
-        return nut, bar(s.start, s.end, d / 2, frame=1), *bearings
+        return nut, bar(s.start, s.end, d / 2, frame=1, pieces=_PIECES), *bearings
 
 
 def screw_stiffness(

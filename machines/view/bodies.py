@@ -65,7 +65,7 @@ def _outlined(places: Places, component: Component, colour: str, size: float) ->
     if component.name in places.drawn:
         drawn, first = places.drawn[component.name], places.first[component.name]
         origins = np.array([frame.origin for frame in drawn.frames])
-        near = cKDTree(origins).query(corners)[1]
+        near = np.asarray(cKDTree(origins).query(corners)[1])
         frames = first + near
         apart = float(np.min(np.linalg.norm(corners - origins[near], axis=1)))
         if apart > max(size, float(np.linalg.norm(np.ptp(corners, axis=0)))):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from ..bundles.bundle import Placed
 from ..connection import GROUND as GROUND_SIDE
 from ..connection import Connection
 from ..machine import Machine
-from ..solid import Solid
+from ..solid import Solid, rail
 from .marks import Mark
 from .piece import DARK, GROUND, JOINT, RIGID, STEEL, Piece, across, line
 from .places import Places
@@ -20,6 +21,8 @@ from .places import Places
 _REACH = 0.012
 """Half the length of a contact over the size of the machine."""
 _COILS = 7
+_PIECES = 12
+"""That a rail is drawn in."""
 
 
 def elements(places: Places, size: float) -> Iterator[Mark]:
@@ -100,10 +103,10 @@ def _bundle(places: Places, bundle: Placed) -> Iterator[Mark]:
         at, solid = one[0]
         spans = [(s.corners[:, 0] + along @ (place - at)) for place, s in one]
         ends = min(float(x.min()) for x in spans), max(float(x.max()) for x in spans)
-        corners = solid.corners.copy()
-        corners[:, 0] = np.where(solid.corners[:, 0] < np.mean(solid.corners[:, 0]), *ends)
-        name = f"rail {number} of {bundle.name}"
-        yield _solid(places, bundle, name, at, Solid(corners, solid.faces, solid.frame, True))
+        (left, bottom), (right, top) = solid.corners[:, 1:].min(axis=0), solid.corners[:, 1:].max(axis=0)
+        section = np.array([[left, bottom], [right, bottom], [right, top], [left, top]])
+        whole = rail(*ends, section, int(solid.frame[0]), _PIECES)
+        yield _solid(places, bundle, f"rail {number} of {bundle.name}", at, replace(whole, runs=True))
 
 
 def _solid(places: Places, bundle: Placed, name: str, at: Array, solid: Solid) -> Piece:

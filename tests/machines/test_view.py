@@ -17,7 +17,7 @@ from jointlib.errors import InputError
 from machines import Beam, Machine, Rigid, read_machine
 from machines.beam import Segment
 from machines.profile import Material
-from machines.solid import Solid, bar, block, ring
+from machines.solid import Solid, bar, block, rail, ring
 from machines.view import Scene, scene
 from machines.view.page import data, page
 from machines.view.piece import Piece
@@ -190,6 +190,9 @@ def test_solids_are_closed_and_look_outwards(mill: Machine) -> None:
     circle = 16 / 2 * np.sin(2 * np.pi / 16)  # area of the polygon over the square of its radius
     assert volume(block((1, 2, 3), (1, 2, 3))) == pytest.approx(6.0)
     assert volume(bar(0.0, 2.0, 0.5)) == pytest.approx(0.5 * circle)
+    square = np.array([[0.0, 0.0], [0.2, 0.0], [0.2, 0.1], [0.0, 0.1]])
+    assert volume(rail(-1.0, 2.0, square, 1, pieces=5)) == pytest.approx(0.06)
+    assert volume(bar(0.0, 2.0, 0.5, pieces=7)) == pytest.approx(0.5 * circle)
     assert volume(ring(0.0, 2.0, 0.5, 0.3)) == pytest.approx(2 * (0.25 - 0.09) * circle)
     for component in mill.components:
         shown = component.drawn()
