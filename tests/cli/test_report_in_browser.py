@@ -32,6 +32,7 @@ def test_the_page_shows_all_sections(browser: str, guide_mill_run: Left, tmp_pat
     headings = [html.unescape(re.sub(r"<[^>]+>", "", h)) for h in re.findall(r"<h2[^>]*>(.*?)</h2>", dom)]
     for wanted in (
         "The joint as identified",
+        "The machine and its modes",
         "Closing the loop",
         "Describing function",
         "Check against python-control",
