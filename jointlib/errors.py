@@ -34,6 +34,9 @@ class Outcome(Enum):
     NO_EQUILIBRIUM = "The mean force of a joint cannot balance the static load at this amplitude. Lower the force."
     STEP_TOO_SMALL = "Arc length cannot follow the branch further. Narrow the range or lower the force."
     HARMONICS_SIGNIFICANT = "Harmonics that were not solved for matter there. Ask for more of them or lower the force."
+    UNSTABLE = (
+        "The motion is unstable: a disturbance grows, the machine beats or jumps. Lower the force or add damping."
+    )
     PEAK_AT_EDGE = "The largest response lies at the edge of the frequency range. Widen the range."
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 
@@ -13,6 +13,9 @@ from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import Outcome
 
 from .indices import Index, Mask
+
+_SAME = 1e-5
+"""Of the largest joint's motion; two searches settle the same point to better than that."""
 
 
 class Stability(Enum):
@@ -63,6 +66,30 @@ class Branch:
     """Stability point by point, (n,)."""
     outcomes: tuple[Outcome, ...] = ()
     """Per point: CONVERGED, or why more harmonics are needed than were solved for, (n,)."""
+
+
+def without_repeats(branches: Sequence[Branch]) -> list[Branch]:
+    """Branches, the longer first where one is part of another: the same motions at all its frequencies that both have.
+
+    A curve that is begun twice, or followed inside a window and again outside it, would be listed twice.
+    """
+    kept: list[Branch] = []
+    for b in sorted(branches, key=lambda b: -len(b.frequency)):
+        if not any(_is_part(b, a) for a in kept):
+            kept.append(b)
+    return [b for b in branches if any(b is a for a in kept)]
+
+
+def _is_part(b: Branch, a: Branch) -> bool:
+    if b.frequency[0] < a.frequency[0] or b.frequency[-1] > a.frequency[-1] or b.harmonics != a.harmonics:
+        return False
+    _, own, other = np.intersect1d(b.frequency, a.frequency, return_indices=True)
+    # Branches that meet at a fold share that point; a piece of one or two points is a part if it shares them all.
+    inner = (own > 0) & (own < len(b.frequency) - 1)
+    if not np.any(inner) and len(own) < len(b.frequency):
+        return False
+    apart = np.max(np.abs(b.joint[own] - a.joint[other]), axis=1, initial=0.0)
+    return bool(np.all(apart <= _SAME * np.max(np.abs(a.joint[other]), axis=1, initial=0.0)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,7 +15,7 @@ from jointlib.frf import FRF, ReceptanceKind
 
 from .arclength import Path, Stop
 from .assembly import Assembly
-from .branches import Branch, End, Stability
+from .branches import Branch, End, Stability, without_repeats
 from .curves import Curve, first_harmonics
 from .following import Starts, follow
 from .harmonics import Harmonics, overtones_of, with_mean
@@ -74,7 +74,7 @@ def followed(path: Path, force: float, curves: Sequence[Curve], lines: Array) ->
     missing = missing or [p.outcome for p in peaks if p.outcome not in (Outcome.CONVERGED, Outcome.PEAK_AT_EDGE)]
     count = Counter(missing if seen else [Outcome.STALLED])
     outcome = max(count, key=lambda o: (count[o], o.name)) if count else Outcome.CONVERGED
-    branches = [branch for s in seen for branch in _branches(path, s)]
+    branches = without_repeats([branch for s in seen for branch in _branches(path, s)])
     branches.sort(key=lambda b: (b.frequency[0], np.max(np.abs(b.joint[0]))))
     return Followed(tuple(branches), _frf(path, force, seen, lines), tuple(peaks), outcome)
 

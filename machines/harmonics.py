@@ -247,31 +247,43 @@ def _with_memory(
 
 
 def _steady_force(joint: Joint, cycle: Cycle, z: ComplexArray, omega: Array) -> Array:
-    """Force over the steady cycle, (cases, samples), begun at the largest displacement from the virgin state.
+    """Force over the steady cycle, (cases, samples); nan where it does not repeat."""
+    return _steady(joint, cycle, z, omega)[0]
 
-    Where the mean is told the virgin state is that at 0, and the joint was loaded from there.
+
+def steady_states(joint: Joint, cycle: Cycle, z: ComplexArray, omega: Array) -> Array:
+    """States before the step to every sample of the steady cycle, (cases, samples, states); nan as for the force."""
+    return _steady(joint, cycle, z, omega)[1]
+
+
+def _steady(joint: Joint, cycle: Cycle, z: ComplexArray, omega: Array) -> tuple[Array, Array]:
+    """Force at the samples and states before them, begun at the largest displacement, slowly loaded from 0.
+
+    So a slider that sticks all along holds no force in the mean of a motion about 0.
     """
     motion, n = cycle.motion(z, omega), len(cycle.angle)
     begin = np.argmax(motion.displacement, axis=1)
     order = (begin[:, None] + np.arange(n)) % n
     x, v = (np.take_along_axis(part, order, axis=1) for part in (motion.displacement, motion.velocity))
     step = 2 * np.pi / n / omega
-    if np.any(cycle.harmonics == 0):
-        loaded = joint.initial_state(np.zeros(len(x)))
-        state = joint.step(Motion(x[:, 0], np.zeros(len(x)), SLOW), loaded)[1]
-    else:
-        state = joint.initial_state(x[:, 0])
-    rolled = np.empty_like(x)
+    state = joint.step(Motion(x[:, 0], np.zeros(len(x)), SLOW), joint.initial_state(np.zeros(len(x))))[1]
+    # Samples first, and a single law without the detour over the sum: the step is what all this waits for.
+    advance = joint.laws[0].step if len(joint.laws) == 1 else joint.step
+    x, v = np.ascontiguousarray(x.T), np.ascontiguousarray(v.T)
+    rolled, states = np.empty_like(x), np.empty((n + 1, *state.shape))
     for _ in range(_CYCLES):
-        before = low = high = state
+        states[0] = state
         for i in range(n):
-            rolled[:, i], state = joint.step(Motion(x[:, i], v[:, i], step), state)
-            low, high = np.minimum(low, state), np.maximum(high, state)
-        open_ = np.any(np.abs(state - before) > _REPEATS * (high - low) + 1e-14 * np.abs(high), axis=1)
+            rolled[i], state = advance(Motion(x[i], v[i], step), state)
+            states[i + 1] = state
+        spread = np.ptp(states, axis=0)
+        closing = _REPEATS * spread + 1e-14 * np.max(np.abs(states), axis=0)
+        open_ = np.any(np.abs(state - states[0]) > closing, axis=1)
         if not np.any(open_):
             break
     else:
-        rolled[open_] = np.nan
-    force = np.empty_like(rolled)
-    np.put_along_axis(force, order, rolled, axis=1)
-    return force
+        rolled[:, open_], states[:, open_] = np.nan, np.nan
+    force, at = np.empty((len(z), n)), np.empty((len(z), n, state.shape[-1]))
+    np.put_along_axis(force, order, rolled.T, axis=1)
+    np.put_along_axis(at, order[:, :, None], np.swapaxes(states[:-1], 0, 1), axis=1)
+    return force, at

@@ -7,31 +7,15 @@ from collections.abc import Sequence
 import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
-from jointlib.errors import InputError
 from jointlib.joint import Joint
 
 from .harmonics import Harmonics, tangent_harmonics
 from .indices import Mask
-from .machine import Machine
-from .second_order import MachineEquations, machine_equations
+from .second_order import MachineEquations
 
 _BLOCK = 2**22
 _MARGIN = 1e-6
 """Growth per radian that still counts as none: rounding, and a body that floats freely."""
-
-
-def hill_equations(machine: Machine) -> MachineEquations | str:
-    """The equations of motion, or a sentence on why there are none that Hill's method can use."""
-    for connection, joint in zip(machine.flexible, machine.joints(), strict=True):
-        for law in joint.laws:
-            if not law.in_time:
-                return f"{connection.name}: {law.kind} exists in the frequency domain only, so stability is not told"
-            if law.states:
-                return f"{connection.name}: {law.kind} remembers, so stability beyond folds is not told"
-    try:
-        return machine_equations(machine)
-    except InputError as error:
-        return f"{error}, so stability beyond folds is not told"
 
 
 def floquet_exponents(

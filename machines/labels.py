@@ -1,4 +1,4 @@
-"""What is known of every point of a branch: its stability, its error, and whether more harmonics are needed."""
+"""What is known of every point of a branch: its error, and whether more harmonics are needed."""
 
 from __future__ import annotations
 
@@ -11,10 +11,8 @@ from jointlib.arrays import Array
 from jointlib.errors import Outcome
 
 from .assembly import Assembly
-from .branches import Branch, End, Stability
+from .branches import Branch, End
 from .harmonics import with_mean
-from .hill import grows, growth
-from .second_order import MachineEquations
 from .truncation import more_harmonics, truncation_error
 
 Branches = list[tuple[Branch, ...]]
@@ -86,25 +84,4 @@ def with_outcomes(branches: Sequence[Branch], wanted: bool, unknown: Outcome) ->
             for i in np.setdiff1d(np.flatnonzero(~(b.error <= TOLERANCE)), folds):
                 outcomes[i] = unknown if np.isnan(b.error[i]) else Outcome.HARMONICS_SIGNIFICANT
         out.append(replace(b, outcomes=tuple(outcomes)))
-    return tuple(out)
-
-
-def with_labels(
-    assembly: Assembly, branches: Sequence[Branch], equations: MachineEquations | None
-) -> tuple[Branch, ...]:
-    """Branches with a stability label per point: from folds, and from Hill's method where there are equations."""
-    out = []
-    for b in branches:
-        labels = [b.stability] * len(b.frequency)
-        summary = b.stability
-        if equations is not None and b.stability is not Stability.UNSTABLE and assembly.joints:
-            omega = 2 * np.pi * b.frequency
-            harmonics = with_mean(b.harmonics, b.mean.size > 0)
-            rate = growth(equations, assembly.machine.joints(), motions(b), omega, harmonics)
-            # On a fold itself a disturbance neither grows nor dies out; what it is depends on rounding.
-            found = grows(rate, omega)
-            labels = [Stability.UNSTABLE if bad else Stability.STABLE for bad in found]
-            kinds = set(labels)
-            summary = labels[0] if len(kinds) == 1 else Stability.UNKNOWN
-        out.append(replace(b, labels=tuple(labels), stability=summary))
     return tuple(out)

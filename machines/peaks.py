@@ -12,6 +12,7 @@ from jointlib.errors import Outcome
 from jointlib.joint import Joint
 
 from .assembly import Assembly
+from .branches import Stability
 from .indices import Index, Mask
 from .limits import Limit, feeds_energy
 from .window import Minimum, minimum, window
@@ -43,6 +44,8 @@ class Peak:
     """Number of harmonics in the solution."""
     width: float = 0.0
     """Half of the half-power bandwidth in Hz; 0 where it was not found."""
+    stability: Stability = Stability.UNKNOWN
+    """Of the motion at the top."""
 
 
 @dataclass(eq=False)

@@ -14,10 +14,10 @@ from jointlib.frf import FRF
 from .assembly import Assembly
 from .branches import Branch
 from .bundles.bundle import said_by
+from .disturbances import AFFORDABLE, Disturbances
 from .followed import Followed, by_arc_length
 from .following import by_raising_the_force, from_branches
-from .hill import hill_equations
-from .labels import with_errors, with_labels
+from .labels import with_errors
 from .limits import beyond_frequency
 from .lobes.chatter_band import frequency_range
 from .machine import Machine, checked_forces, checked_range
@@ -26,11 +26,11 @@ from .overtones import Overtones, refined
 from .peaks import Peak
 from .resonances import NO_MOTION, known_between
 from .sound import unmoved
+from .stability import labelled, nothing_stable, of_peaks, with_stability
 from .statics import static_point
 from .windows import by_windows
 
 _POINTS = 600
-_FEW = 6
 
 
 @dataclass(frozen=True)
@@ -120,8 +120,9 @@ def response(
         forces at which the estimated error of the first exceeds 0.1 % somewhere. Under a static load the mean is solved
         for beside them; it may be named, (0, 1, 2, 3).
     stability
-        "folds"; "hill": Hill's method as well, where there are equations of motion; "auto": that where it takes little
-        time, for up to 6 coordinates.
+        "folds"; "hill": what small disturbances do as well, where there are equations of motion: by Hill's method in
+        one harmonic of joints that do not remember, else by the step of the laws over a cycle; "auto": that where it
+        takes some ten seconds at most, for the peaks alone where every point would take longer.
     """
     wanted = Overtones.of(harmonics, machine.static is not None)
     if stability not in ("folds", "hill", "auto"):
@@ -136,21 +137,27 @@ def response(
     found, remarks = refined(assembly, forces, lines, found, estimated, wanted)
     if not known_between(assembly, lines):
         remarks = ("a part is known on the lines only, so peaks are the largest values on them", *remarks)
-    equations = hill_equations(machine) if stability != "folds" else None
-    if isinstance(equations, str):
-        remarks, equations = (*remarks, equations) if stability == "hill" else remarks, None
-    elif equations is not None and stability == "auto" and len(equations.mass) > _FEW:
-        equations = None
+    connections = tuple(c.name for c in machine.flexible)
+    branches = labelled([part.branches for part in found])
+    if stability != "folds" and connections:
+        disturbed = Disturbances.of(machine)
+        if isinstance(disturbed, str):
+            remarks = (*remarks, disturbed) if stability == "hill" else remarks
+        else:
+            most = AFFORDABLE if stability == "auto" else np.inf
+            branches, said = with_stability(branches, [part.peaks for part in found], connections, disturbed, most)
+            remarks = (*remarks, *([said] if said else []), *nothing_stable(forces, branches))
+    peaks = [p for part, own in zip(found, branches, strict=True) for p in of_peaks(part.peaks, own, connections)]
     still = unmoved(machine, driven, (b for part in found for b in part.branches))
     return Response(
         driven,
         tuple(forces.tolist()),
-        tuple(c.name for c in machine.flexible),
+        connections,
         names,
-        tuple(with_labels(assembly, part.branches, equations) for part in found),
+        tuple(branches),
         tuple(part.frf for part in found),
         tuple(part.outcome for part in found),
-        tuple(sorted((p for part in found for p in part.peaks), key=lambda p: p.force)),
+        tuple(sorted(peaks, key=lambda p: p.force)),
         (*_warnings(machine, float(lines[0]), float(lines[-1])), *still, *remarks),
     )
 

@@ -13,7 +13,7 @@ from jointlib.errors import Outcome
 from jointlib.frf import FRF, ReceptanceKind
 
 from .assembly import Assembly
-from .branches import Branch, End, Stability
+from .branches import Branch, End, Stability, without_repeats
 from .doubts import Elsewhere, doubtful, elsewhere
 from .followed import Followed, by_arc_length
 from .following import Starts, passes, raised, started
@@ -202,7 +202,7 @@ def _whole(assembly: Assembly, here: _Lines, peaks: Sequence[Peak], windows: Seq
     missing = missing or [p.outcome for p in kept if p.outcome not in (Outcome.CONVERGED, Outcome.PEAK_AT_EDGE)]
     count: Counter[Outcome] = Counter(missing)
     outcome = max(count, key=lambda o: (count[o], o.name)) if count else Outcome.CONVERGED
-    branches = sorted(_spliced(pieces), key=lambda b: (b.frequency[0], np.max(np.abs(b.joint[0]))))
+    branches = sorted(without_repeats(_spliced(pieces)), key=lambda b: (b.frequency[0], np.max(np.abs(b.joint[0]))))
     return Followed(tuple(branches), frf, kept, outcome)
 
 

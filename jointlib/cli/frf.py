@@ -24,8 +24,8 @@ PLOTS = ("mag-phase", "re-im", "nyquist")
 @click.option("--drive", help="Degree of freedom the force acts on; default: that of the file, else each of the tool.")
 @click.option(
     "--harmonics",
-    default="1",
-    help="1, auto (further ones where they matter by more than 0.1 %) or multiples such as 1,3,5.",
+    help="auto (the default: further ones where they matter by more than 0.1 %), 1 (the first alone; the default of "
+    "--samples), or multiples such as 1,3,5.",
 )
 @click.option(
     "--samples", type=click.IntRange(40), help="Band of the receptance from so many samples of what is uncertain."
@@ -47,7 +47,7 @@ def command(
     force: tuple[float, ...],
     frequency: tuple[float, float, int | None] | None,
     drive: str | None,
-    harmonics: str,
+    harmonics: str | None,
     samples: int | None,
     output: Path,
     measured: tuple[Path, ...],
@@ -66,7 +66,7 @@ def command(
     from machines import read_machine
     from machines.lobes.uncertainty import refuse_certain
 
-    wanted = _harmonics(harmonics)
+    wanted = _harmonics(harmonics or "auto")
     if samples and output.suffix not in (".npz", ".csv"):
         raise InputError(f"-o {output}: this format has no room for a band, expected .npz or .csv with --samples")
     with working("coupling the machine"):
@@ -79,7 +79,7 @@ def command(
         results = both(model, drive, force or None, band, points=points, harmonics=wanted, stability="auto")
     further: dict[str, Any] = {}
     if samples:
-        further["band"] = band_of(model, results[0], points, samples, wanted)
+        further["band"] = band_of(model, results[0], points, samples, _harmonics(harmonics or "1"))
     axes = {dof: axis for axis, dof in model.tool.items()}
     laid, told = over_measured(model, (*model.compare, *measured))
     further |= told

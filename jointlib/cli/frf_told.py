@@ -37,12 +37,14 @@ def contact_lines(results: Sequence[Response]) -> list[str]:
             p.connection,
             f"{p.amplitude * 1e6:.5g}",
             f"{p.frequency:.6g}",
+            p.stability.value,
             p.outcome.name.lower(),
         )
         for r in results
         for p in r.peaks
     ]
-    return table(("force on", "force [N]", "connection", "amplitude [µm]", "frequency [Hz]", "outcome"), rows)
+    header = ("force on", "force [N]", "connection", "amplitude [µm]", "frequency [Hz]", "stability", "outcome")
+    return table(header, rows)
 
 
 def peak_rows(results: Sequence[Response]) -> dict[str, Any]:
@@ -56,6 +58,7 @@ def peak_rows(results: Sequence[Response]) -> dict[str, Any]:
             "amplitude": p.amplitude,
             "frequency": p.frequency,
             "harmonics": p.harmonics,
+            "stability": p.stability.value,
             "outcome": p.outcome.name.lower(),
         }
         for p in results[0].peaks

@@ -28,7 +28,8 @@ from machines.amplitude_map import roots
 from machines.arclength import Path
 from machines.assembly import Assembly
 from machines.following import Starts, follow, from_branches
-from machines.hill import growth, hill_equations
+from machines.hill import growth
+from machines.second_order import machine_equations
 from machines.solutions import Solutions, by_amplitude_map, by_newton
 from machines.truncation import truncation_error
 
@@ -114,8 +115,7 @@ def curves(assembly: Assembly, per_point: float) -> None:
     view = assembly.at(2 * np.pi * LINES)
     z = np.full((len(LINES), 1, 1), 2e-6 + 0j)
     error = best(lambda: truncation_error(assembly, view.omega, np.full(600, 50.0), z, (1,), (1, 3, 5)), 5) / 600
-    equations = hill_equations(assembly.machine)
-    assert not isinstance(equations, str)
+    equations = machine_equations(assembly.machine)
     label = best(lambda: growth(equations, assembly.joints, z, view.omega, (1,)), 5) / 600
     print(f"  error estimate {error / per_point:.1f}, Hill's label {label / per_point:.1f} times the map, per point")
 

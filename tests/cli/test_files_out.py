@@ -20,7 +20,7 @@ def test_receptances_go_out_one_file_per_force(here: Path) -> None:
     done = jointlib(f"frf {TWO_MASS} --force 10 50N --frequency 1kHz:2kHz -o out/x.csv --json")
     assert done.status == 0
     assert [Path(f).name for f in done.json["files"]] == ["x_10N.csv", "x_50N.csv"]
-    result = response(read_machine(TWO_MASS), [10.0, 50.0], [1000.0, 2000.0], stability="auto")
+    result = response(read_machine(TWO_MASS), [10.0, 50.0], [1000.0, 2000.0], harmonics="auto", stability="auto")
     for file, frf in zip(done.json["files"], result.frfs, strict=True):
         (found,) = read_frfs(Path(file))
         np.testing.assert_allclose(found.frequency, frf.frequency, rtol=1e-11)
