@@ -95,7 +95,12 @@ class Comparison:
         words = {"frequency": "frequency", "damping_ratio": "damping", "compliance": "compliance"}
         told = [f"{words[key]} {share(value)}" for key, value in main.differences().items()]
         said = f"the prediction is off by {', '.join(told)}" if told else "no difference above the uncertainty"
-        return f"{name}: at the largest resonance, {main.measured.frequency:.5g} Hz, {said}; {alike}."
+        text = f"{name}: at the largest resonance, {main.measured.frequency:.5g} Hz, {said}"
+        worst = max(both, key=_apart)
+        if worst is not main and worst.measured is not None and _apart(worst) > _apart(main):
+            size = share(worst.differences()["compliance"])
+            text += f"; most at {worst.measured.frequency:.5g} Hz, compliance {size}"
+        return f"{text}; {alike}."
 
 
 def compared(machine: Machine, measurement: Path | str) -> tuple[Comparison, ...]:
@@ -197,6 +202,11 @@ def paired(measured: Sequence[Resonance], predicted: Sequence[Resonance]) -> tup
         pairs.append(Pair(own, near))
     pairs += [Pair(None, other) for other in left]
     return tuple(sorted(pairs, key=lambda p: (p.measured or p.predicted or _NONE).frequency))
+
+
+def _apart(pair: Pair) -> float:
+    """By what factor the compliances differ, as the size of its logarithm."""
+    return abs(float(np.log1p(pair.differences().get("compliance", 0.0))))
 
 
 def share(value: float) -> str:
