@@ -3,15 +3,27 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from enum import Enum
+
+from jointlib.meanings import meant
 
 
 class InputError(ValueError):
-    """Input that cannot be used; the text says where, what was found and what was expected.
+    """Input that cannot be used; each sentence says where, what was found and what was expected.
 
-    The command line prints it as one sentence and exits with status 2.
+    One sentence is the text; of several, as of a file with several faults, each has a line of its own below their
+    number. The command line prints them and exits with status 2.
     """
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """What is wrong, one thing each."""
+        return tuple(str(said) for said in self.args)
+
+    def __str__(self) -> str:
+        said = self.sentences
+        return "\n".join(said if len(said) < 2 else (f"{len(said)} faults", *said))
 
 
 class FrequencyMismatch(InputError):
@@ -40,11 +52,24 @@ class Outcome(Enum):
     PEAK_AT_EDGE = "The largest response lies at the edge of the frequency range. Widen the range."
 
 
+def together(*checks: Callable[[], object]) -> None:
+    """Run checks that do not need one another; all that they refuse is raised as one."""
+    said: dict[str, None] = {}
+    for check in checks:
+        try:
+            check()
+        except InputError as error:
+            said |= dict.fromkeys(error.sentences)
+    if said:
+        raise InputError(*said)
+
+
 def nearest(word: str, valid: Iterable[str]) -> str:
-    """Half a sentence that names the valid word nearest to ``word``, or all of them; without any: there is none."""
+    """Half a sentence that names the valid word nearest to ``word``, in letters or in meaning, or all of them."""
     words = sorted(valid)
     if not words:
         return "there is none"
     same = [valid for valid in words if valid.casefold() == word.casefold()]
-    close = same or difflib.get_close_matches(word, words, n=1, cutoff=0.5)
+    other = meant(word, words)
+    close = same or ([other] if other else difflib.get_close_matches(word, words, n=1, cutoff=0.5))
     return f"did you mean {close[0]!r}?" if close else "expected one of " + ", ".join(words)

@@ -52,37 +52,38 @@ class Axis:
 def read_axes(documents: Sequence[Section]) -> tuple[Axis, ...]:
     """The ``[[axis]]`` tables of a machine file and its parts."""
     components = {str(t.get("name")): _kind(t) for t, _ in _tables(documents, "component")}
+    named = all(isinstance(t.get("name"), str) for t, _ in _tables(documents, "component"))
     links = [_sides(t) for kind in ("connection", "bundle") for t, _ in _tables(documents, kind)]
     axes: dict[str, Axis] = {}
     for document in documents:
-        for section in document.sections("axis"):
-            axis = _axis(section, components, links)
+        for axis in document.each("axis", lambda section: _axis(section, components, links, named))[0]:
             if axis.name in axes:
-                raise InputError(f"{section.where}: axis {axis.name!r} is declared twice, expected different names")
+                document.fault(f"axis {axis.name!r} is declared twice, expected different names")
             axes[axis.name] = axis
     return tuple(axes.values())
 
 
-def _axis(section: Section, components: dict[str, str], links: Sequence[list[str]]) -> Axis:
+def _axis(section: Section, components: dict[str, str], links: Sequence[list[str]], all_named: bool) -> Axis:
     name = section.text("name")
     direction = np.array(section.numbers("direction", "1", length=3))
     moves = section.words("moves")
     position = section.number("position", "m", 0.0)
     travel = section.numbers("travel", "m", None, length=2)
     section.done()
+    whole = all_named and not (section.mistakes and section.mistakes.unopened)
     if not (np.all(np.isfinite(direction)) and np.linalg.norm(direction) > 0):
-        raise InputError(f"{section.where}: direction is {direction.tolist()}, expected a vector that is not zero")
+        section.fault(f"direction is {direction.tolist()}, expected a vector that is not zero")
     for word in moves:
-        if word not in components:
-            raise InputError(f"{section.where}: moves {word!r}, which is no component, {nearest(word, components)}")
+        if word not in components and whole:
+            section.fault(f"moves {word!r}, which is no component, {nearest(word, components)}")
     if not moves:
-        raise InputError(f"{section.where}: moves is empty, expected at least one component")
+        section.fault("moves is empty, expected at least one component")
     if travel is not None and not travel[0] < travel[1]:
-        raise InputError(f"{section.where}: travel is {list(travel)}, expected [low, high] in m")
-    if not np.isfinite(position) or (travel is not None and not travel[0] <= position <= travel[1]):
+        section.fault(f"travel is {list(travel)}, expected [low, high] in m")
+    elif not np.isfinite(position) or (travel is not None and not travel[0] <= position <= travel[1]):
         ends = "a finite place" if travel is None else f"{travel[0] * 1e3:g} to {travel[1] * 1e3:g} mm, its travel"
-        raise InputError(f"{section.where}: position is {position * 1e3:g} mm, expected {ends}")
-    n = direction / np.linalg.norm(direction)
+        section.fault(f"position is {position * 1e3:g} mm, expected {ends}")
+    n = direction / (np.linalg.norm(direction) or 1.0)
     moved = (*moves, *(c for c in _loose(components, links, set(moves)) if c not in moves))
     ends_of = None if travel is None else (travel[0], travel[1])
     return Axis(name, (float(n[0]), float(n[1]), float(n[2])), moved, position, ends_of)

@@ -12,6 +12,7 @@ from scipy.sparse import csc_matrix
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
+from jointlib.io.mistakes import Lost
 from jointlib.io.toml import Section
 
 from .beam_line import drawn_beam
@@ -104,21 +105,11 @@ class Beam(Component):
     @classmethod
     def from_section(cls, section: Section) -> Beam:
         name = section.text("name")
-        materials = {}
-        for part in section.sections("material"):
-            material = Material(
-                part.text("name"),
-                part.number("young", "N/m^2"),
-                part.number("poisson", "1"),
-                part.number("density", "kg/m^3"),
-                part.number("loss_factor", "1", 0.0),
-                part.number("viscous", "s", 0.0),
-            )
-            part.done()
-            materials[material.name] = material
-        if not materials:
-            raise InputError(f"{section.where}: no [[component.material]], expected at least one")
-        segments = tuple(Segment.from_section(part, materials) for part in section.sections("segment"))
+        found, unread = section.each("material", _material)
+        materials = {material.name: material for material in found}
+        if not found and not unread:
+            section.fault("no [[component.material]], expected at least one")
+        segments, lost = section.each("segment", lambda part: Segment.from_section(part, materials, not unread))
         stations: dict[str, float] = {}
         for part in section.sections("station"):
             station = part.text("name")
@@ -134,7 +125,10 @@ class Beam(Component):
         up_to = section.number("up_to", "Hz", 10e3)
         tolerance = section.number("tolerance", "m", TOLERANCE)
         across = None if up is None else np.array(up)
-        return cls(name, segments, stations, np.array(start), np.array(axis), across, up_to, tolerance)
+        if lost or not found:
+            section.done()
+            raise Lost
+        return cls(name, tuple(segments), stations, np.array(start), np.array(axis), across, up_to, tolerance)
 
     @cached_property
     def _reduced(self) -> tuple[Reduction, SecondOrder, Array]:
@@ -208,6 +202,17 @@ def place_along(station: Section, length: float) -> float:
         station.take("at")
         return length
     return float(station.number("at", "m"))
+
+
+def _material(part: Section) -> Material:
+    name, young, poisson = part.text("name"), part.number("young", "N/m^2"), part.number("poisson", "1")
+    density, loss_factor = part.number("density", "kg/m^3"), part.number("loss_factor", "1", 0.0)
+    viscous = part.number("viscous", "s", 0.0)
+    part.done()
+    try:
+        return Material(name, young, poisson, density, loss_factor, viscous)
+    except InputError as error:
+        raise InputError(f"{part.where}: {str(error).partition(': ')[2]}") from None
 
 
 def _frame(where: str, axis: Array | None, up: Array | None, segments: tuple[Segment, ...]) -> Array:

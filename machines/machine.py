@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from jointlib.arrays import Array
-from jointlib.errors import InputError, nearest
+from jointlib.errors import InputError, nearest, together
 from jointlib.joint import Joint
 
 from .axes import Axis
@@ -78,29 +78,35 @@ class Machine:
         where = self.where
         if not self.components:
             raise InputError(f"{where}: no component, expected at least one")
-        for what, names in (
-            ("component", [c.name for c in self.components]),
-            ("connection", [c.name for c in self.connections]),
-        ):
-            for name in names:
-                if names.count(name) > 1:
-                    raise InputError(f"{where}: {what} {name!r} is declared twice, expected different names")
+        together(partial(self._check_names, "component"), partial(self._check_names, "connection"))
         for component in self.components:
             if "." in component.name or component.name in ("", "ground"):
                 raise InputError(f"{where}: component {component.name!r}, expected a name without a dot, not 'ground'")
-        _ = self._placed  # what cannot be placed is refused
+        together(lambda: self._placed, *self._checks())  # what cannot be placed is refused
         self._check_constraints()
+
+    def _checks(self) -> Iterator[Callable[[], object]]:
+        """What must hold beside names and connections, each for itself."""
+        where = self.where
         for axis, dof in self.tool.items():
             if axis not in AXES:
                 raise InputError(f"{where}: [tool]: unknown axis {axis!r}, {nearest(axis, AXES)}")
-            motion_row(dof, self.components, f"{where}: [tool]: {axis}")
+            yield partial(motion_row, dof, self.components, f"{where}: [tool]: {axis}")
         if self.drive is not None:
-            motion_row(self.drive, self.components, f"{where}: [response]: drive")
-        checked_forces(self.force, f"{where}: [response]")
+            yield partial(motion_row, self.drive, self.components, f"{where}: [response]: drive")
+        yield partial(checked_forces, self.force, f"{where}: [response]")
         if self.static is not None:
-            self.static.check(self.dofs, [c.name for c in self.flexible], f"{where}: [static]")
+            flexible = [c.name for c in self.flexible]
+            yield partial(self.static.check, self.dofs, flexible, f"{where}: [static]")
         if self.frequency is not None:
-            checked_range(self.frequency, f"{where}: [response]")
+            yield partial(checked_range, self.frequency, f"{where}: [response]")
+
+    def _check_names(self, what: str) -> None:
+        names = [each.name for each in (self.components if what == "component" else self.connections)]
+        twice = dict.fromkeys(name for name in names if len(set(names)) < len(names) and names.count(name) > 1)
+        if twice:
+            said = (f"{what} {name!r} is declared twice, expected different names" for name in twice)
+            raise InputError(*(f"{self.where}: {each}" for each in said))
 
     @property
     def tool_axes(self) -> tuple[str, ...]:
@@ -124,7 +130,18 @@ class Machine:
     @cached_property
     def _placed(self) -> dict[str, tuple[Connection, Array]]:
         """Its connections with their rows, which are asked for many times."""
-        return {connection.name: (connection, self._place(connection)) for connection in self.connections}
+        placed: dict[str, tuple[Connection, Array]] = {}
+        refused: dict[tuple[str, str], str] = {}
+        for connection in self.connections:
+            try:
+                placed[connection.name] = connection, self._place(connection)
+            except InputError as error:
+                # The rows of a bundle are refused for one reason.
+                bundle = connection.name.rpartition(".")[0] or connection.name
+                refused.setdefault((bundle, str(error).replace(connection.name, "")), str(error))
+        if refused:
+            raise InputError(*refused.values())
+        return placed
 
     def _row(self, connection: Connection) -> Array:
         known, row = self._placed.get(connection.name, (None, None))

@@ -11,6 +11,7 @@ from scipy.sparse import csc_matrix
 from jointlib.errors import InputError
 from jointlib.io.dmig import Label
 from jointlib.io.matrix_files import MatrixFile, read_matrix
+from jointlib.io.mistakes import Lost
 from jointlib.io.toml import Section
 
 from .nodes import DIRECTIONS
@@ -22,7 +23,7 @@ def matrix_file(section: Section, key: str) -> MatrixFile:
     table = {"file": value} if isinstance(value, str) else value
     if not isinstance(table, dict):
         raise InputError(f'{section.where}: {key} is {value!r}, expected a file name or {{ file = "…", name = "…" }}')
-    inline = Section(table, f"{section.where}: {key}", section.folder)
+    inline = section.within(table, key)
     path, name = inline.path("file"), inline.text("name", None)
     inline.done()
     try:
@@ -70,6 +71,8 @@ def named_rows(
             table = part.section("rows")
             own = {word: table.integer(word, lower=1) - 1 for word in DIRECTIONS if table.has(word)}
             table.done()
+            if not own and table.keys():
+                raise Lost
             if not own:
                 raise InputError(f"{part.where}: neither rows nor grid, expected rows = {{ x = 1, … }} or grid = 1")
         dofs += [f"{name}.{word}" for word in own]

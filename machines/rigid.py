@@ -125,7 +125,7 @@ class Rigid(Component):
 def inertia_of(section: Section) -> Array:
     """The key ``inertia``: three principal values, or a 3 × 3 matrix, kg m²."""
     raw = section.take("inertia")
-    again = Section({"inertia": raw}, section.where, section.folder)
+    again = section.within({"inertia": raw})
     nested = isinstance(raw, list) and bool(raw) and isinstance(raw[0], list)
     return np.array(again.matrix("inertia", "kg m^2") if nested else again.numbers("inertia", "kg m^2", length=3))
 

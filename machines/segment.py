@@ -8,6 +8,7 @@ import numpy as np
 
 from jointlib.arrays import Array
 from jointlib.errors import InputError, nearest
+from jointlib.io.mistakes import Lost
 from jointlib.io.toml import Section
 
 from .profile import Material, Profile, box, rectangle, tube
@@ -83,11 +84,11 @@ class Segment:
                 )
 
     @classmethod
-    def from_section(cls, section: Section, materials: dict[str, Material]) -> Segment:
-        """Of a ``[[component.segment]]``."""
-        word = section.text("material", next(iter(materials)))
-        if word not in materials:
-            raise InputError(f"{section.where}: material is {word!r}, {nearest(word, materials)}")
+    def from_section(cls, section: Section, materials: dict[str, Material], all_read: bool = True) -> Segment:
+        """Of a ``[[component.segment]]``; a material that is not there is refused where all of them could be read."""
+        word = section.text("material", next(iter(materials), ""))
+        if word not in materials and all_read:
+            section.fault(f"material is {word!r}, {nearest(word, materials)}")
         length, bore = section.number("length", "m"), section.number("bore", "m", 0.0)
         diameter, width = section.number("diameter", "m", None), section.number("width", "m", None)
         height, wall = section.number("height", "m", None), section.number("wall", "m", None)
@@ -95,6 +96,8 @@ class Segment:
         moments = section.numbers("second_moments", "m^4", None, length=2)
         factors = section.numbers("shear_factors", "1", None, length=2)
         section.done()
+        if word not in materials:
+            raise Lost
         both = None if moments is None else (moments[0], moments[1])
         shear = None if factors is None else (factors[0], factors[1])
         try:

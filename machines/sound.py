@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
+from functools import partial
 
 import numpy as np
 
-from jointlib.errors import InputError
+from jointlib.errors import InputError, together
 
 from .branches import Branch
 from .component import Component
@@ -15,10 +16,13 @@ from .machine import Machine
 from .resonances import NO_MOTION
 
 
-def check_sound(machine: Machine) -> None:
-    """Refuse parts that nothing joins to the tool or the drive, and connections that stand there twice."""
-    _not_loose(machine)
-    _not_twice(machine)
+def check_sound(machine: Machine, whole: bool = True, doubtful: Collection[str] = ()) -> None:
+    """Refuse parts that nothing joins to the tool or the drive, and connections that stand there twice.
+
+    Where the machine is not ``whole``, as something is wrong with its file, nothing is known of loose parts, nor of
+    the joints of ``doubtful`` connections.
+    """
+    together(*([partial(_not_loose, machine)] if whole else []), partial(_not_twice, machine, doubtful))
 
 
 def unmoved(machine: Machine, driven: str, branches: Iterable[Branch]) -> tuple[str, ...]:
@@ -48,10 +52,10 @@ def _not_loose(machine: Machine) -> None:
         )
 
 
-def _not_twice(machine: Machine) -> None:
+def _not_twice(machine: Machine, doubtful: Collection[str]) -> None:
     seen: dict[str, Connection] = {}
     for connection in machine.connections:
-        if connection.rigid:
+        if connection.rigid or connection.name in doubtful:
             continue
         key = repr((sorted(connection.between), connection.at, connection.direction, _held_by(connection)))
         if key in seen:

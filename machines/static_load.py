@@ -42,7 +42,7 @@ class StaticLoad:
         if isinstance(raw, bool):
             gravity = STANDARD_GRAVITY if raw else None
         else:
-            gravity = Section({"gravity": raw}, section.where, section.folder).numbers("gravity", "m/s^2", length=3)
+            gravity = section.within({"gravity": raw}).numbers("gravity", "m/s^2", length=3)
         tables = [_table(section.section("force"), "N"), _table(section.section("offset"), "m")]
         section.done()
         return cls(None if gravity is None else (gravity[0], gravity[1], gravity[2]), *tables)

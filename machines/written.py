@@ -17,7 +17,8 @@ import tomli_w
 from jointlib.errors import InputError
 from jointlib.io.atomic import write, write_text
 from jointlib.io.joint_file import joint_table, write_joint
-from jointlib.io.toml import Section, write_toml
+from jointlib.io.toml import Section
+from jointlib.io.toml_file import write_toml
 from jointlib.joint import Joint
 from jointlib.units import quantity
 

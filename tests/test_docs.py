@@ -263,6 +263,7 @@ _READERS = {
             f"machines/{name}.py"
             for name in (
                 "files",
+                "operation",
                 "axes",
                 "lumped",
                 "modal",
@@ -307,13 +308,13 @@ def keys_of(path: Path) -> Iterator[str]:
 @pytest.mark.parametrize("kind", _READERS)
 def test_every_key_that_a_reader_knows_is_documented(kind: str) -> None:
     from jointlib.io import joint_file
-    from machines import files
+    from machines import operation
 
     known = {key for name in _READERS[kind] for key in keys_of(ROOT / name)}
     known |= {
         "Measurement": {"schema"},
         "Joint": set(joint_file._VALIDITY) | {"schema"},
-        "Machine": set(files.CUTTING_UNITS) | {"x", "y", "at", "direction", "law", "schema", "outline"},
+        "Machine": set(operation.CUTTING_UNITS) | {"x", "y", "at", "direction", "law", "schema", "outline"},
         "Bundles": set(),
         "Studies": {"schema", "values", "range", "distribution"},
     }[kind]
@@ -346,7 +347,7 @@ def test_shipped_files_and_those_of_the_pages_are_read(desk: Path) -> None:
                 target = desk / block.file
                 target.parent.mkdir(parents=True, exist_ok=True)
                 target.write_text(block.text, encoding="utf-8")
-    from machines.study.study import read_study
+    from machines.study.study_file import read_study
 
     readers = {"joint": read_joint, "measurement": read_measurement, "machine": read_machine, "study": read_study}
     count = 0

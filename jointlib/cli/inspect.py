@@ -52,10 +52,16 @@ def _lines(file: Path) -> list[str]:
         return _record(file)
     import tomllib
 
+    from jointlib.io.toml_file import not_valid
+
+    text = ""
     try:
-        schema = tomllib.loads(file.read_text("utf-8-sig")).get("schema")
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        text = file.read_text("utf-8-sig")
+        schema = tomllib.loads(text).get("schema")
+    except UnicodeDecodeError as error:
         raise InputError(f"{file}: not valid TOML: {error}") from None
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{file}: {not_valid(text, error)}") from None
     readers = {"jointlib/joint/1": _joint, "jointlib/measurement/1": _measurement, "jointlib/machine/1": _machine}
     if not isinstance(schema, str) or schema not in readers:
         raise InputError(f"{file}: schema is {schema!r}, expected one of {', '.join(readers)}")

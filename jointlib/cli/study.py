@@ -93,7 +93,7 @@ def report(study: Path, output: Path, target: Path | None, as_json: bool) -> Non
       jointlib study report machines/library/guide_mill.study.toml -o study
     """
     from machines.study.run import begin, planned
-    from machines.study.study import read_study
+    from machines.study.study_file import read_study
     from machines.study.tables import write_table
 
     opened = read_study(study)
@@ -111,7 +111,7 @@ def _compute(
     study: Path, workers: int | None, shard: str | None, scheduler: str | None, output: Path, as_json: bool, new: bool
 ) -> None:
     from machines.study.run import begin, evaluate_all, planned
-    from machines.study.study import read_study
+    from machines.study.study_file import read_study
     from machines.study.values import check_values
 
     part = _part(shard)

@@ -9,12 +9,15 @@ from typing import Any
 import numpy as np
 
 from jointlib.errors import InputError, nearest
-from jointlib.io.toml import Section, read_toml, write_toml
+from jointlib.io.mistakes import Lost, Mistakes, all_at_once
+from jointlib.io.toml import Section
+from jointlib.io.toml_file import read_toml, write_toml
 from jointlib.joint import Covariance, Joint
 from jointlib.law import JointLaw
 from jointlib.modulation import CONDITIONS, Modulation
 from jointlib.parameter import Role, parameters_of
 from jointlib.registry import law
+from jointlib.registry import laws as known_laws
 from jointlib.units import quantity
 
 _VALIDITY = {"amplitude": "m", "velocity": "m/s", "frequency": "Hz", "preload": "N"}
@@ -22,48 +25,58 @@ _VALIDITY = {"amplitude": "m", "velocity": "m/s", "frequency": "Hz", "preload": 
 
 def read_joint(path: Path) -> Joint:
     """The joint in a file."""
-    section = read_toml(path, "joint")
-    name = Path(path).name.removesuffix(".toml").removesuffix(".joint")
-    return joint_from(section, section.text("name", name))
+
+    def read(mistakes: Mistakes) -> Joint:
+        section = read_toml(path, "joint", mistakes)
+        name = Path(path).name.removesuffix(".toml").removesuffix(".joint")
+        found = section.read(lambda table: joint_from(table, table.text("name", name)))
+        if found is None:
+            raise Lost
+        return found
+
+    return all_at_once(read)
 
 
 def joint_from(section: Section, name: str) -> Joint:
     """The joint in a table with ``[[law]]``, and optionally validity, covariance and provenance."""
-    laws: list[JointLaw] = []
-    fixed: list[tuple[int, str]] = []
-    for number, part in enumerate(section.sections("law")):
-        built, held = _law(part)
-        laws.append(built)
-        fixed += [(number, key) for key in held]
-    if not laws:
-        raise InputError(f"{section.where}: no [[law]], expected at least one")
-    joint = Joint(tuple(laws), name)
-    ranges = section.section("validity")
-    validity = {
-        key: ranges.numbers(key, ranges_unit, length=2) for key, ranges_unit in _VALIDITY.items() if ranges.has(key)
-    }
-    ranges.done()
-    for key, (low, high) in validity.items():
-        if low > high:
-            raise InputError(f"{ranges.where}: {key} runs from {low:g} to {high:g}, expected low before high")
-    covariance = _covariance(section.section("covariance"), joint)
-    modulations = tuple(_modulation(m) for m in section.sections("modulation"))
+    laws, lost = section.each("law", _law, needed=True)
+    validity = section.section("validity").read(_validity)
+    modulations, _ = section.each("modulation", _modulation)
     provenance = section.take("provenance", {})
+    matrix = section.section("covariance")
     section.done()
+    if lost:
+        raise Lost
+    joint = Joint(tuple(built for built, _ in laws), name)
+    covariance = matrix.read(lambda table: _covariance(table, joint))
+    if validity is None:
+        raise Lost
+    fixed = [(number, key) for number, (_, held) in enumerate(laws) for key in held]
     names = joint.part_names
     return dataclasses.replace(
         joint,
         fixed=frozenset(f"{names[i]}.{key}" for i, key in fixed),
-        validity={key: (low, high) for key, (low, high) in validity.items()},
+        validity=validity,
         covariance=covariance,
         provenance=provenance,
-        modulations=modulations,
+        modulations=tuple(modulations),
     )
 
 
+def _validity(ranges: Section) -> dict[str, tuple[float, float]]:
+    found = {}
+    for key, unit in _VALIDITY.items():
+        if ranges.has(key):
+            low, high = ranges.numbers(key, unit, length=2)
+            if low > high:
+                ranges.fault(f"{key} runs from {low:g} to {high:g}, expected low before high")
+            found[key] = low, high
+    ranges.done()
+    return found
+
+
 def _law(part: Section) -> tuple[JointLaw, tuple[str, ...]]:
-    kind = part.text("kind")
-    cls = law(kind, part.where)
+    cls = part.kind(law, tuple(known_laws()))
     values: dict[str, Any] = {}
     required = {f.name for f in dataclasses.fields(cls) if f.default is dataclasses.MISSING}  # type: ignore[arg-type]
     for p in parameters_of(cls):
@@ -75,7 +88,7 @@ def _law(part: Section) -> tuple[JointLaw, tuple[str, ...]]:
     known = [p.name for p in parameters_of(cls)]
     for key in held:
         if key not in known:
-            raise InputError(f"{part.where}: fixed names {key!r}, {nearest(key, known)}")
+            part.fault(f"fixed names {key!r}, {nearest(key, known)}")
     part.done()
     try:
         return cls(**values), held
@@ -90,6 +103,7 @@ def _modulation(section: Section) -> Modulation:
     unit = CONDITIONS[condition]
     reference, period = section.number("reference", unit), section.number("period", unit, None)
     rows = section.take("table")
+    section.done()
     if not isinstance(rows, list) or not all(isinstance(row, list) and len(row) == 2 for row in rows):
         raise InputError(f"{section.where}: table is {rows!r}, expected rows [{condition}, factor]")
     spot = f"{section.where}: table"
@@ -97,7 +111,6 @@ def _modulation(section: Section) -> Modulation:
         (quantity(value, unit, f"{spot}[{i}][0]"), quantity(factor, "1", f"{spot}[{i}][1]"))
         for i, (value, factor) in enumerate(rows)
     )
-    section.done()
     try:
         return Modulation(role, condition, reference, table, period)
     except InputError as error:
@@ -116,7 +129,7 @@ def _covariance(section: Section, joint: Joint) -> Covariance | None:
     section.done()
     for name in names:
         if name not in joint.parameters:
-            raise InputError(f"{section.where}: names has {name!r}, {nearest(name, joint.parameters)}")
+            section.fault(f"names has {name!r}, {nearest(name, joint.parameters)}")
     if matrix.shape != (len(names), len(names)):
         raise InputError(f"{section.where}: matrix has shape {matrix.shape}, expected {len(names)} rows and columns")
     if np.any(np.diag(matrix) < 0):

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -15,8 +15,11 @@ from jointlib.errors import InputError, nearest
 from jointlib.fault import Fault
 from jointlib.frf import Quantity
 from jointlib.io.atomic import sha256
+from jointlib.io.measurement_checks import check
+from jointlib.io.mistakes import Lost, Mistakes, all_at_once
 from jointlib.io.readers import read_columns
-from jointlib.io.toml import Section, read_toml
+from jointlib.io.toml import Section
+from jointlib.io.toml_file import read_toml
 from jointlib.measurement import (
     KINDS,
     QUANTITIES,
@@ -29,29 +32,42 @@ from jointlib.measurement import (
     RecordSource,
     Sweep,
 )
-from jointlib.units import scale
 
 
 def read_measurement(path: Path) -> Measurement:
     """The declaration alone; no record is opened."""
-    section = read_toml(Path(path), "measurement")
+
+    def read(mistakes: Mistakes) -> Measurement:
+        section = read_toml(Path(path), "measurement", mistakes)
+        found = section.read(lambda table: _measurement(Path(path), table))
+        if found is None:
+            raise Lost
+        return found
+
+    return all_at_once(read)
+
+
+def _measurement(path: Path, section: Section) -> Measurement:
+    """The declaration in a table."""
     kind = section.text("kind", choices=KINDS)
     rate = section.number("sample_rate", "Hz", None)
     if rate is not None and rate <= 0:
-        raise InputError(f"{section.where}: sample_rate is {rate:g} Hz, expected a positive one")
+        section.fault(f"sample_rate is {rate:g} Hz, expected a positive one")
     if rate is None and kind in ("rig", "path"):
-        raise InputError(f"{section.where}: sample_rate is missing, expected one for a {kind} measurement")
+        section.fault(f"sample_rate is missing, expected one for a {kind} measurement")
     band = section.numbers("band", "Hz", None, length=2)
     if band is not None and not 0 <= band[0] < band[1]:
-        raise InputError(f"{section.where}: band runs from {band[0]:g} to {band[1]:g} Hz, expected low before high")
-    if band is not None and rate is not None and band[1] > rate / 2:
-        raise InputError(f"{section.where}: band ends at {band[1]:g} Hz, expected at most half the sample_rate")
+        section.fault(f"band runs from {band[0]:g} to {band[1]:g} Hz, expected low before high")
+    elif band is not None and rate is not None and 0 < rate < 2 * band[1]:
+        section.fault(f"band ends at {band[1]:g} Hz, expected at most half the sample_rate")
     masses = section.section("bodies")
     bodies = {name: _mass(masses, name) for name in masses.keys()}  # noqa: SIM118
-    channels = tuple(_channel(c, kind) for c in section.sections("channel"))
-    corrections = tuple(_correction(c, kind, channels, bodies) for c in section.sections("correction"))
-    measurement = Measurement(
-        source=Path(path),
+    channels, faulty = section.each("channel", lambda part: _channel(part, kind))
+    channels += [each.likeness for each in faulty if each.likeness is not None]
+    corrections, _ = section.each("correction", lambda part: _correction(part, kind, channels, faulty, bodies))
+    records, lost = section.each("record", _sweep if kind == "frf" else _record, needed=True)
+    found = Measurement(
+        source=path,
         kind=kind,
         sample_rate=rate,
         period=section.integer("period", None, lower=2),
@@ -61,14 +77,14 @@ def read_measurement(path: Path) -> Measurement:
         bodies=_mended(bodies, corrections, kind, section.where),
         carriage=_mass(section, "carriage") if section.has("carriage") else None,
         simulated=section.flag("simulated"),
-        channels=channels,
-        records=tuple(_sweep(r) if kind == "frf" else _record(r) for r in section.sections("record")),
-        corrections=corrections,
+        channels=tuple(channels),
+        records=tuple(records),
+        corrections=tuple(corrections),
     )
     section.take("provenance", None)
     section.done()
-    _check(measurement)
-    return measurement
+    check(found, channels=not faulty, records=not lost)
+    return found
 
 
 def _mass(section: Section, name: str) -> Mass:
@@ -76,15 +92,15 @@ def _mass(section: Section, name: str) -> Mass:
     if value == "unknown":
         return Mass(None)
     if isinstance(value, dict):
-        inner = Section(value, f"{section.where}: {name}", section.folder)
+        inner = section.within(value, name)
         mass = Mass(inner.number("mass", "kg"), inner.number("u", "kg", 0.0))
         inner.done()
     else:
-        mass = Mass(Section({name: value}, section.where, section.folder).number(name, "kg"))
+        mass = Mass(section.within({name: value}).number(name, "kg"))
     if mass.uncertainty < 0:
-        raise InputError(f"{section.where}: {name} has u = {mass.uncertainty:g} kg, expected a standard uncertainty")
+        section.fault(f"{name} has u = {mass.uncertainty:g} kg, expected a standard uncertainty")
     if mass.value is not None and mass.value <= 0:
-        raise InputError(f"{section.where}: {name} is {mass.value:g} kg, expected a positive mass")
+        section.fault(f"{name} is {mass.value:g} kg, expected a positive mass")
     return mass
 
 
@@ -93,19 +109,17 @@ def _channel(section: Section, kind: str) -> Channel:
     quantity = section.text("quantity", choices=tuple(QUANTITIES))
     si = QUANTITIES[quantity]
     unit = section.text("unit", si)
-    try:
-        factor = scale(unit, si, f"{section.where}: unit")
-    except InputError:
+    if kind == "path" and unit == "V" and si != "V":
         # A circuit in volts stands for displacement and force: consistent units are enough there.
-        if kind != "path" or unit != "V":
-            raise
         si, factor = unit, 1.0
+    else:
+        factor = section.scale("unit", unit, si)
     full_scale = section.number("range", "1", None)
     if full_scale is not None and full_scale <= 0:
-        raise InputError(f"{section.where}: range is {full_scale:g}, expected a positive full scale")
+        section.fault(f"range is {full_scale:g}, expected a positive full scale")
     gain = section.number("gain", "1", 1.0)
     if gain == 0:
-        raise InputError(f"{section.where}: gain is 0, expected a factor from the column to {unit}")
+        section.fault(f"gain is 0, expected a factor from the column to {unit}")
     channel = Channel(
         name=name,
         quantity=quantity,
@@ -125,7 +139,8 @@ def _record(section: Section) -> RecordSource:
     rows = section.take("rows", None)
     whole = isinstance(rows, list) and len(rows) == 2 and all(type(r) is int for r in rows)
     if rows is not None and not (whole and 0 <= rows[0] < rows[1]):
-        raise InputError(f"{section.where}: rows is {rows!r}, expected [first, end) with 0 <= first < end")
+        section.fault(f"rows is {rows!r}, expected [first, end) with 0 <= first < end")
+        rows = None
     record = RecordSource(
         file=section.path("file"),
         role=section.text("role", "fit", choices=ROLES),
@@ -143,7 +158,7 @@ def _sweep(section: Section) -> RecordSource:
     """A record of kind ``frf``: one frequency response at one size of the force."""
     force = section.number("force", "N")
     if not 0 < force < math.inf:
-        raise InputError(f"{section.where}: force is {force:g} N, expected the peak of the force, more than 0")
+        section.fault(f"force is {force:g} N, expected the peak of the force, more than 0")
     sweep = Sweep(
         drive=section.text("drive"),
         response=section.text("response"),
@@ -164,7 +179,9 @@ def _sweep(section: Section) -> RecordSource:
     return record
 
 
-def _correction(section: Section, kind: str, channels: Sequence[Channel], bodies: Mapping[str, Mass]) -> Correction:
+def _correction(
+    section: Section, kind: str, channels: Sequence[Channel], unread: Sequence[Any], bodies: Mapping[str, Mass]
+) -> Correction:
     known = faults(kind)
     family = section.text("family", choices=tuple(known))
     fault = known[family]
@@ -173,10 +190,10 @@ def _correction(section: Section, kind: str, channels: Sequence[Channel], bodies
     units = {c.name: c.si_unit for c in channels}
     for key, site in sites.items():
         if site is None:
-            raise InputError(f"{section.where}: {key} is missing, expected the {key} that has the {family}")
+            section.fault(f"{key} is missing, expected the {key} that has the {family}")
         valid = units if key == "channel" else bodies
-        if site not in valid:
-            raise InputError(f"{section.where}: {key} is {site!r}, {nearest(site, valid)}")
+        if site is not None and site not in valid and not (key == "channel" and unread):
+            section.fault(f"{key} is {site!r}, {nearest(site, valid)}")
     own = units.get(sites.get("channel") or "", "1")
     values = {name: section.number(name, _unit(unit, own)) for name, unit in fault.parameters.items()}
     record = section.text("record", None)
@@ -200,45 +217,6 @@ def _mended(bodies: Mapping[str, Mass], corrections: Sequence[Correction], kind:
             except InputError as error:
                 raise InputError(f"{where}: {error}") from None
     return bodies
-
-
-def _check(m: Measurement) -> None:
-    """What the declaration must hold for its kind."""
-    names = [c.name for c in m.channels]
-    if len(set(names)) < len(names):
-        raise InputError(f"{m.source}: a channel name stands twice among {', '.join(names)}")
-    if not m.records:
-        raise InputError(f"{m.source}: no [[record]], expected at least one")
-    if not m.with_role("fit"):
-        raise InputError(f'{m.source}: no record has role = "fit", expected at least one')
-    rates = {r.sample_rate for r in m.records if r.sample_rate is not None} | ({m.sample_rate} - {None})
-    if len(rates) > 1:
-        listed = " and ".join(f"{r:g} Hz" for r in sorted(r for r in rates if r))
-        raise InputError(f"{m.source}: records of different sample rates ({listed}), expected one rate")
-    if m.kind == "rig":
-        for name in ("a1", "a2"):
-            if name not in names:
-                raise InputError(f"{m.source}: channel {name!r} is missing, a rig needs accelerations a1 and a2")
-        if m.driven is None or m.driven not in m.bodies:
-            raise InputError(f"{m.source}: driven is {m.driven!r}, {nearest(str(m.driven), m.bodies)}")
-        for channel in m.of("acceleration"):
-            if channel.body not in m.bodies:
-                word = f"{channel.name}: body is {channel.body!r}"
-                raise InputError(f"{m.source}: channel {word}, {nearest(str(channel.body), m.bodies)}")
-    if m.kind == "frf" and (m.channels or m.corrections):
-        found = "[[channel]]" if m.channels else "[[correction]]"
-        raise InputError(f"{m.source}: {found} has no place in a measurement of kind 'frf', expected [[record]] alone")
-    wanted = {"path": ("force", "displacement"), "static": ("force", "displacement")}.get(m.kind, ())
-    for quantity in wanted:
-        if not m.of(quantity) and not (quantity == "displacement" and m.of("position")):
-            raise InputError(f"{m.source}: no {quantity} channel, a {m.kind} measurement needs one")
-    for correction in m.corrections:
-        units = faults(m.kind)[correction.family].parameters.values()
-        if m.sample_rate is None and any(re.search(r"\b(s|Hz)\b", unit) for unit in units):
-            raise InputError(f"{m.source}: [[correction]] {correction.family} acts in time, expected a sample_rate")
-        if not any(correction.concerns(record) for record in m.records):
-            said = nearest(str(correction.record), {record.name for record in m.records})
-            raise InputError(f"{m.source}: [[correction]] names record {correction.record!r}, {said}")
 
 
 def read_records(m: Measurement, sources: Iterable[RecordSource]) -> tuple[Record, ...]:

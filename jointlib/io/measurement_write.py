@@ -12,7 +12,7 @@ from typing import Any
 from jointlib.corrections import joined
 from jointlib.errors import InputError
 from jointlib.io.atomic import sha256
-from jointlib.io.toml import write_toml
+from jointlib.io.toml_file import write_toml
 from jointlib.measurement import Correction, Measurement
 
 _PROGRAM = "jointlib"

@@ -1,31 +1,78 @@
-"""TOML documents read key by key: units, nearest names for typos, one sentence for whatever is wrong."""
+"""TOML documents read key by key: units, nearest names for typos, one sentence for each thing that is wrong."""
 
 from __future__ import annotations
 
 import difflib
-import tomllib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Any
-
-import tomli_w
+from typing import Any, TypeVar
 
 from jointlib.errors import InputError, nearest
-from jointlib.io.atomic import write_text
-from jointlib.units import quantity
+from jointlib.io.likeness import Doubtful, likeness
+from jointlib.io.mistakes import Absent, Lost, Mistakes, shortened
+from jointlib.meanings import meant, not_covered
+from jointlib.units import quantity, scale
+
+T = TypeVar("T")
+_NUMBER = (0.5, 0.25)
+"""What stands in for a number that cannot be read."""
+_WORD = ("unknown", "unknown_too", "unknown_three")
 
 
 class Section:
     """One table of a document; every key is taken once and :meth:`done` refuses what is left.
 
-    ``where`` starts every message: the file, then the path of keys.
+    ``where`` starts every message: the file, then the path of keys. With ``mistakes`` a fault is noted there, something
+    stands in for the value and the reading goes on; without, it is raised.
     """
 
-    def __init__(self, table: dict[str, Any], where: str, folder: Path) -> None:
+    def __init__(self, table: dict[str, Any], where: str, folder: Path, mistakes: Mistakes | None = None) -> None:
         self.where = where
         self.folder = folder
+        self.mistakes = mistakes
+        self.table = table
         self._left = dict(table)
         self._known: set[str] = set()
+        self.lost, self._finished = False, False
+        self._guessed_kind = False  # its kind is misspelt: that other keys are missing or unknown is not sure
+
+    def read(self, build: Callable[[Section], T]) -> T | None:
+        """What ``build`` makes of this table; None where something is wrong with it, which is then noted."""
+        built, sound = self.likeness(build)
+        return built if sound else None
+
+    def likeness(self, build: Callable[[Section], T]) -> tuple[T | None, bool]:
+        """What ``build`` makes of this table, with stand-ins where something is wrong, and whether nothing is."""
+        return likeness(self, build)
+
+    def each(self, key: str, build: Callable[[Section], T], needed: bool = False) -> tuple[list[T], list[Doubtful[T]]]:
+        """What ``build`` makes of every table ``[[key]]``, and the tables that something is wrong with."""
+        found: list[T] = []
+        lost: list[Doubtful[T]] = []
+        if needed and not self._left.get(key):
+            other = self._other(key)
+            self.fault(f"no [[{key}]], expected at least one" + (f", did you mean it by {other!r}?" if other else ""))
+            self._left.pop(key, None)
+            if other is None:
+                return [], [Doubtful({}, None)]
+            self._left[key] = self._left.pop(other)
+        for section in self.sections(key):
+            built, sound = section.likeness(build)
+            if built is not None and sound:
+                found.append(built)
+            else:
+                lost.append(Doubtful(section.table, built))
+        return found, lost
+
+    def within(self, table: dict[str, Any], where: str = "") -> Section:
+        """Another table that is read as a part of this one."""
+        return Section(table, f"{self.where}: {where}" if where else self.where, self.folder, self.mistakes)
+
+    def fault(self, said: str, sure: bool = False) -> None:
+        """Something wrong with the table, told in half a sentence; ``sure`` where no stand-in can be the reason."""
+        if self.mistakes is None:
+            raise InputError(f"{self.where}: {said}")
+        self.mistakes.note(f"{self.where}: {said}", sure=sure)
 
     def has(self, key: str) -> bool:
         """True if the key is there and not yet taken."""
@@ -36,29 +83,83 @@ class Section:
         """The raw value of a key; without a default it must be there."""
         self._known.add(key)
         if key in self._left:
-            return self._left.pop(key)
+            value = self._left.pop(key)
+            if self.mistakes is not None and f"{self.where}: {key}" in self.mistakes.refused:
+                return self._absent()
+            return value
         if default is ...:
-            close = difflib.get_close_matches(key, self._left, n=1, cutoff=0.7)
-            meant = f", did you mean it by {close[0]!r}?" if close else ""
-            raise InputError(f"{self.where}: key {key!r} is missing{meant}")
+            other = self._other(key)
+            if other or not self._guessed_kind:
+                meant_by = f", did you mean it by {other!r}?" if other else ""
+                self.fault(f"key {key!r} is missing{meant_by}", sure=True)
+            return self._left.pop(other) if other else self._absent()
         return default
+
+    def _other(self, key: str) -> str | None:
+        """The key that stands there for one that is missing, if it seems so."""
+        same = [word for word in self._left if meant(word, (key,))]
+        return next(iter(same or difflib.get_close_matches(key, self._left, n=1, cutoff=0.7)), None)
+
+    def _absent(self) -> Any:
+        assert self.mistakes is not None
+        return self.mistakes.stand_in((Absent(0), Absent(1)))
+
+    def _wrong(self, value: Any, said: str, instead: tuple[Any, Any]) -> Any:
+        """Refuse a value, unless it was before; what stands in for it."""
+        if not isinstance(value, Absent):
+            self.fault(said, sure=True)
+        assert self.mistakes is not None
+        return self.mistakes.stand_in(instead)
+
+    def _guessed(self, instead: tuple[Any, Any]) -> Any:
+        """A word in place of another, on which it may depend what is read from there on."""
+        assert self.mistakes is not None
+        self.mistakes.guessed = True
+        return self.mistakes.stand_in(instead)
 
     def text(self, key: str, default: Any = ..., choices: tuple[str, ...] = ()) -> str:
         """A string, one of ``choices`` if given."""
         value = self.take(key, default)
         if value is default:
             return value  # type: ignore[no-any-return]
+        instead = (choices[0], choices[-1]) if choices else _WORD[:2]
         if not isinstance(value, str):
-            raise InputError(f"{self.where}: {key} is {value!r}, expected a string")
+            self._wrong(value, f"{key} is {value!r}, expected a string", instead)
+            return str(self._guessed(instead))
         if choices and value not in choices:
-            raise InputError(f"{self.where}: {key} is {value!r}, {nearest(value, choices)}")
+            near = nearest(value, choices)
+            self.fault(f"{key} is {value!r}, {near}", sure=True)
+            close = self._near(near, choices)
+            self._guessed_kind |= close is not None
+            return close or str(self._guessed(instead))
         return value
+
+    def _near(self, said: str, choices: Sequence[str]) -> str | None:
+        """The word that was probably meant."""
+        return next((word for word in choices if said == f"did you mean {word!r}?"), None)
+
+    def kind(self, find: Callable[[str, str], T], words: Sequence[str]) -> T:
+        """What the word under ``kind`` stands for, by ``find(word, where)``, which refuses what is not among words."""
+        word = self.text("kind")
+        if word in _WORD and self.mistakes is not None:
+            raise Lost
+        try:
+            return find(word, self.where)
+        except InputError as error:
+            if self.mistakes is None:
+                raise
+            self.mistakes.note(*error.sentences)
+            near = self._near(nearest(word, words), words)
+            if near is None:
+                raise Lost from None
+            self._guessed_kind = True
+            return find(near, self.where)
 
     def flag(self, key: str, default: bool = False) -> bool:
         """true or false."""
         value = self.take(key, default)
         if not isinstance(value, bool):
-            raise InputError(f"{self.where}: {key} is {value!r}, expected true or false")
+            return bool(self._wrong(value, f"{key} is {value!r}, expected true or false", (default, not default)))
         return value
 
     def integer(self, key: str, default: Any = ..., lower: int = 0) -> int:
@@ -67,13 +168,31 @@ class Section:
         if value is default:
             return value  # type: ignore[no-any-return]
         if not isinstance(value, int) or isinstance(value, bool) or value < lower:
-            raise InputError(f"{self.where}: {key} is {value!r}, expected a whole number of at least {lower}")
+            said = f"{key} is {value!r}, expected a whole number of at least {lower}"
+            return int(self._wrong(value, said, (lower, lower + 1)))
         return value
+
+    def _quantity(self, value: Any, unit: str, spot: str) -> float:
+        try:
+            return quantity(value, unit, f"{self.where}: {spot}")
+        except InputError as error:
+            if self.mistakes is None:
+                raise
+            return float(self._wrong(value, str(error).removeprefix(f"{self.where}: "), _NUMBER))
+
+    def scale(self, key: str, unit: str, expected: str) -> float:
+        """SI value of one ``unit``, the word under ``key``."""
+        try:
+            return scale(unit, expected, f"{self.where}: {key}")
+        except InputError as error:
+            if self.mistakes is None:
+                raise
+            return float(self._wrong(unit, str(error).removeprefix(f"{self.where}: "), _NUMBER))
 
     def number(self, key: str, unit: str, default: Any = ...) -> float:
         """A value in ``unit`` (SI; Hz and rpm for frequency and spindle speed)."""
         value = self.take(key, default)
-        return value if value is default else quantity(value, unit, f"{self.where}: {key}")
+        return value if value is default else self._quantity(value, unit, key)
 
     def numbers(self, key: str, unit: str, default: Any = ..., length: int | None = None) -> tuple[float, ...]:
         """A list of values in ``unit``."""
@@ -82,8 +201,9 @@ class Section:
             return value  # type: ignore[no-any-return]
         if not isinstance(value, list) or (length is not None and len(value) != length):
             wanted = f"a list of {length} values" if length is not None else "a list"
-            raise InputError(f"{self.where}: {key} is {value!r}, expected {wanted}")
-        return tuple(quantity(v, unit, f"{self.where}: {key}[{i}]") for i, v in enumerate(value))
+            instead = ((0.5,) * (length or 1), (0.25,) * (length or 2))
+            return tuple(self._wrong(value, f"{key} is {value!r}, expected {wanted}", instead))
+        return tuple(self._quantity(v, unit, f"{key}[{i}]") for i, v in enumerate(value))
 
     def matrix(self, key: str, unit: str, default: Any = ...) -> tuple[tuple[float, ...], ...]:
         """A list of rows of one length."""
@@ -92,10 +212,10 @@ class Section:
             return value  # type: ignore[no-any-return]
         rows = value if isinstance(value, list) else []
         if not rows or not all(isinstance(row, list) and len(row) == len(rows[0]) > 0 for row in rows):
-            raise InputError(f"{self.where}: {key} is {value!r}, expected a list of rows of equal length")
-        spot = f"{self.where}: {key}"
+            instead = (((0.5,),), ((0.5, 0.0), (0.0, 0.5)))
+            return tuple(self._wrong(value, f"{key} is {value!r}, expected a list of rows of equal length", instead))
         return tuple(
-            tuple(quantity(v, unit, f"{spot}[{i}][{j}]") for j, v in enumerate(row)) for i, row in enumerate(rows)
+            tuple(self._quantity(v, unit, f"{key}[{i}][{j}]") for j, v in enumerate(row)) for i, row in enumerate(rows)
         )
 
     def words(self, key: str, default: Any = ...) -> tuple[str, ...]:
@@ -104,25 +224,28 @@ class Section:
         if value is default:
             return value  # type: ignore[no-any-return]
         if not isinstance(value, list) or not all(isinstance(v, str) for v in value):
-            raise InputError(f"{self.where}: {key} is {value!r}, expected a list of strings")
+            return tuple(self._wrong(value, f"{key} is {value!r}, expected a list of strings", (_WORD[:1], _WORD[1:])))
         return tuple(value)
 
     def section(self, key: str) -> Section:
         """A sub-table; empty if it is not there."""
         value = self.take(key, {})
+        found = self.within(value if isinstance(value, dict) else {}, f"[{key}]")
         if not isinstance(value, dict):
-            raise InputError(f"{self.where}: {key} is {value!r}, expected a table")
-        return Section(value, f"{self.where}: [{key}]", self.folder)
+            found.lost = bool(self._wrong(value, f"{key} is {shortened(value)}, expected a table", (True, True)))
+        return found
 
     def sections(self, key: str) -> Iterator[Section]:
         """Every table of an array of tables ``[[key]]``."""
         value = self.take(key, [])
         if not isinstance(value, list) or not all(isinstance(v, dict) for v in value):
-            raise InputError(f"{self.where}: {key} is {value!r}, expected tables [[{key}]]")
+            value = self._wrong(value, f"{key} is {shortened(value)}, expected tables [[{key}]]", ([None], [None]))
         for i, table in enumerate(value):
-            label = table.get("name", table.get("kind", table.get("file", "")))
+            label = table.get("name", table.get("kind", table.get("file", ""))) if table is not None else None
             tag = f" ({label})" if isinstance(label, str) and label else ""
-            yield Section(table, f"{self.where}: [[{key}]] {i + 1}{tag}", self.folder)
+            section = self.within(table or {}, f"[[{key}]] {i + 1}{tag}")
+            section.lost = table is None
+            yield section
 
     def raw(self) -> dict[str, Any]:
         """The table as it was parsed, without the keys already taken; what is changed in it is read changed."""
@@ -138,28 +261,39 @@ class Section:
         return value if value is default else self.folder / value
 
     def done(self) -> None:
-        """Refuse the first key that nobody asked for, naming the nearest valid one."""
+        """Refuse the keys that nobody asked for, each with the nearest valid one, or with what is assumed instead."""
+        self._finished = True
         for key in self._left:
-            raise InputError(f"{self.where}: unknown key {key!r}, {nearest(key, self._known)}")
+            if self.seems(key) or not self._guessed_kind:
+                self.unknown(key)
 
+    def expect(self, *words: str) -> None:
+        """Tell the keys that seem to be others among these, and take them for those."""
+        self._known, self._finished = self._known | set(words), True
+        for key in [key for key in self._left if key not in words]:
+            word = self.seems(key)
+            if word is not None and word not in self._left:
+                self.unknown(key)
+                self._left[word] = self._left.pop(key)
 
-def read_toml(path: Path, kind: str) -> Section:
-    """Open ``schema = "jointlib/<kind>/1"``."""
-    try:
-        table = tomllib.loads(Path(path).read_bytes().decode("utf-8-sig"))
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file, expected a {kind} file") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: cannot be read ({error})") from None
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{path}: not valid TOML: {error}") from None
-    section = Section(table, str(path), Path(path).parent)
-    schema = section.take("schema", None)
-    if schema != f"jointlib/{kind}/1":
-        raise InputError(f'{path}: schema is {schema!r}, expected "jointlib/{kind}/1"')
-    return section
+    def seems(self, key: str) -> str | None:
+        """The key of this table that is probably meant by one that it does not know."""
+        if key in self._known:
+            return None
+        cutoff = 0.8 if not self._finished else 0.7 if self._guessed_kind else 0.5
+        close = difflib.get_close_matches(key, self._known, n=1, cutoff=cutoff)
+        return (meant(key, self._known) if self._finished else None) or next(iter(close), None)
 
+    def likely(self) -> None:
+        """Refuse what seems to be misspelt, where not all keys were asked for."""
+        for key in self._left:
+            if self.seems(key):
+                self.unknown(key)
 
-def write_toml(path: Path, kind: str, table: dict[str, Any]) -> None:
-    """Write a document whole or not at all; floats read back exactly."""
-    write_text(path, tomli_w.dumps({"schema": f"jointlib/{kind}/1", **table}))
+    def unknown(self, key: str) -> None:
+        """Refuse a key that this table does not have."""
+        assumed = not_covered(key)
+        if assumed is None or meant(key, self._known):
+            self.fault(f"unknown key {key!r}, {nearest(key, self._known)}", sure=True)
+        else:
+            self.fault(f"{key} is not covered, {assumed}; leave it out to get the answer without it", sure=True)

@@ -12,11 +12,12 @@ import numpy as np
 
 from jointlib.arrays import Array
 from jointlib.errors import InputError
+from jointlib.io.mistakes import Lost
 from jointlib.io.toml import Section
 from jointlib.joint import Joint
 from jointlib.laws.viscous import Viscous
 from jointlib.motion import Motion
-from jointlib.registry import plugin
+from jointlib.registry import installed, plugin
 
 from ..connection import GROUND, Connection
 from ..solid import Solid
@@ -94,19 +95,23 @@ def placed(section: Section) -> Placed:
     """
     name, between = section.text("name"), section.words("between")
     if len(between) != 2:
-        raise InputError(f"{section.where}: between names {len(between)} sides, expected two")
+        section.fault(f"between names {len(between)} sides, expected two")
     scalar = all(side == GROUND or "." in side for side in between)
     places = _places(section)
     axes = bundle_axes(section)
     damping = section.number("damping", "N s/m", None)
-    cls: type[Bundle] = plugin("jointlib.bundles", section.text("kind"), section.where)
+    cls: type[Bundle] = section.kind(
+        lambda word, where: plugin("jointlib.bundles", word, where), list(installed("jointlib.bundles").found)
+    )
     try:
         bundle = cls.from_section(section)
         rows = _damped(bundle, bundle.rows(), damping)
     except InputError as error:
-        text = str(error)
-        raise InputError(text if text.startswith(section.where) else f"{section.where}: {text}") from None
+        where = f"{section.where}: "
+        raise InputError(*(said if said.startswith(where) else where + said for said in error.sentences)) from None
     section.done()
+    if len(between) != 2:
+        raise Lost
     if scalar and len(rows) > 1:
         raise InputError(f"{section.where}: between is {list(between)}, expected rigid bodies, or one and 'ground'")
     provenance = {"bundle": f"{name} ({bundle.kind})"}
@@ -129,7 +134,7 @@ def placed(section: Section) -> Placed:
 def _places(section: Section) -> dict[str, Array]:
     """Centres by what is added to the name: nothing for one alone, ``_1``, ``_2``, … for a list of several."""
     raw = section.take("at", [0.0, 0.0, 0.0])
-    again = Section({"at": raw}, section.where, section.folder)
+    again = section.within({"at": raw})
     if not (isinstance(raw, list) and raw and isinstance(raw[0], list)):
         return {"": np.array(again.numbers("at", "m", length=3))}
     rows = again.matrix("at", "m")
@@ -146,7 +151,8 @@ def bundle_axes(section: Section) -> Array:
     """Unit vectors of the bundle as rows; a second one that is not given is any normal to the first."""
     given = np.array(section.matrix("axes", "1", ((1.0, 0.0, 0.0),)), dtype=float)
     if given.shape not in ((1, 3), (2, 3)) or not np.all(np.linalg.norm(given, axis=1) > 0):
-        raise InputError(f"{section.where}: axes is {given.tolist()}, expected one or two vectors that are not zero")
+        section.fault(f"axes is {given.tolist()}, expected one or two vectors that are not zero")
+        return np.eye(3)
     first = given[0] / np.linalg.norm(given[0])
     if len(given) == 1:
         helper = np.eye(3)[int(np.argmin(np.abs(first)))]
@@ -154,7 +160,8 @@ def bundle_axes(section: Section) -> Array:
     else:
         second = given[1] / np.linalg.norm(given[1])
         if abs(first @ second) > _SQUARE:
-            raise InputError(f"{section.where}: axes are not perpendicular, expected two that are")
+            section.fault("axes are not perpendicular, expected two that are")
+            return np.eye(3)
         second = second - (first @ second) * first
     second /= np.linalg.norm(second)
     return np.array([first, second, np.cross(first, second)])

@@ -17,7 +17,8 @@ from jointlib.units import number_and_unit
 from ..indices import Mask
 from ..study.factors import Factor
 from ..study.run import begin, planned
-from ..study.study import QUANTITIES, Study, read_study
+from ..study.study import QUANTITIES, Study
+from ..study.study_file import read_study
 from ..study.verdict import judge, over_samples
 from ..study.words import named
 from .controls import Control

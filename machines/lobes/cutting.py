@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from numbers import Integral, Real
 
 import numpy as np
 
 from jointlib.arrays import Array
-from jointlib.errors import InputError, nearest
+from jointlib.errors import InputError, nearest, together
 
 PROCESSES = ("milling", "turning", "boring")
 MODES = ("up", "down", "slot")
@@ -66,44 +68,53 @@ class Cutting:
         if self.process == "":
             raise InputError(f"[cutting]: 'process' is missing, expected one of {', '.join(PROCESSES)}")
         _word("process", self.process, PROCESSES)
-        if self.process == "milling":
-            self._check_milling()
-        else:
-            self._check_turning()
-        for key in ("feed", "diameter"):
-            if getattr(self, key) is not None:
-                _positive(key, getattr(self, key))
-        _finite("feed_direction", self.feed_direction)
-        _positive("exponent", self.exponent)
+        checks: list[Callable[[], object]] = [partial(_finite, "feed_direction", self.feed_direction)]
+        checks += [
+            partial(_positive, k, getattr(self, k)) for k in ("feed", "diameter") if getattr(self, k) is not None
+        ]
+        if self.speed is not None:
+            checks.append(partial(_speed_range, self.speed))
+        process = self._check_milling if self.process == "milling" else self._check_turning
+        together(process, *checks, partial(_positive, "exponent", self.exponent))
         if self.speed is not None:
             object.__setattr__(self, "speed", _speed_range(self.speed))
 
     def _check_milling(self) -> None:
         needed = ("teeth", "tangential", "normal", "mode") + (() if self.mode == "slot" else ("immersion",))
-        for key in needed:
-            if getattr(self, key) is None:
-                raise InputError(f"[cutting]: milling needs {key!r}, which is missing")
+        missing = [key for key in needed if getattr(self, key) is None]
+        said = [f"[cutting]: milling needs {key!r}, which is missing" for key in missing]
         if self.specific is not None:
-            raise InputError("[cutting]: 'specific' belongs to turning; milling takes 'tangential' and 'normal'")
+            said.append("[cutting]: 'specific' belongs to turning; milling takes 'tangential' and 'normal'")
+        checks: dict[str, Callable[[], object]] = {
+            "teeth": self._check_teeth,
+            "tangential": partial(_pressure, "tangential", self.tangential),
+            "normal": partial(_finite, "normal", self.normal),
+            "mode": partial(_word, "mode", self.mode, MODES),
+            "immersion": self._check_immersion,
+        }
+        together(partial(_refuse, said), *(check for key, check in checks.items() if key not in missing))
+
+    def _check_teeth(self) -> None:
         if not isinstance(self.teeth, Integral) or isinstance(self.teeth, bool) or self.teeth < 1:
             raise InputError(f"[cutting]: teeth is {self.teeth!r}, expected a whole number from 1")
-        _pressure("tangential", self.tangential)
-        _finite("normal", self.normal)
-        _word("mode", self.mode, MODES)
-        if self.immersion is not None:
-            _positive("immersion", self.immersion)
-            if self.immersion > 1:
-                raise InputError(f"[cutting]: immersion is {self.immersion!r}, expected a/D of at most 1")
-            if self.mode == "slot" and self.immersion != 1:
-                raise InputError(f"[cutting]: immersion is {self.immersion!r}, but a slot is cut at 1; leave it out")
+
+    def _check_immersion(self) -> None:
+        if self.immersion is None:
+            return
+        _positive("immersion", self.immersion)
+        if self.immersion > 1:
+            raise InputError(f"[cutting]: immersion is {self.immersion!r}, expected a/D of at most 1")
+        if self.mode == "slot" and self.immersion != 1:
+            raise InputError(f"[cutting]: immersion is {self.immersion!r}, but a slot is cut at 1; leave it out")
 
     def _check_turning(self) -> None:
-        for key in _MILLING_ONLY:
-            if getattr(self, key) is not None:
-                raise InputError(f"[cutting]: {key!r} belongs to milling; {self.process} takes 'specific'")
+        foreign = [key for key in _MILLING_ONLY if getattr(self, key) is not None]
+        said = [f"[cutting]: {key!r} belongs to milling; {self.process} takes 'specific'" for key in foreign]
         if self.specific is None:
-            raise InputError(f"[cutting]: {self.process} needs 'specific', which is missing")
-        _pressure("specific", self.specific)
+            said.append(f"[cutting]: {self.process} needs 'specific', which is missing")
+        together(
+            partial(_refuse, said), *([] if self.specific is None else [partial(_pressure, "specific", self.specific)])
+        )
 
     @property
     def cuts_per_revolution(self) -> int:
@@ -195,6 +206,11 @@ class Cutting:
     def _require_milling(self, what: str) -> None:
         if self.process != "milling":
             raise InputError(f"[cutting]: {what} was asked of {self.process}, only milling has one")
+
+
+def _refuse(said: list[str]) -> None:
+    if said:
+        raise InputError(*said)
 
 
 def _finite(key: str, value: object) -> float:

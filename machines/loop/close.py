@@ -11,7 +11,7 @@ from jointlib.errors import InputError
 from jointlib.io.atomic import write_npz, write_text
 from jointlib.io.joint_file import joint_table, write_joint
 from jointlib.io.measurement_write import from_folder
-from jointlib.io.toml import write_toml
+from jointlib.io.toml_file import write_toml
 from jointlib.joint import Joint
 
 from ..machine import Machine

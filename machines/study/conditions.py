@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from itertools import product
 from typing import Any
 
-from jointlib.errors import InputError, nearest
+from jointlib.errors import nearest
 from jointlib.io.toml import Section
 
-from ..files import CUTTING_UNITS
+from ..operation import CUTTING_UNITS
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,9 +47,9 @@ def _positions(table: Section) -> dict[str, tuple[float, ...]]:
     found = {axis: table.numbers(axis, "m") for axis in axes}
     for axis, values in found.items():
         if not values:
-            raise InputError(f"{table.where}: {axis} is empty, expected at least one position in m")
+            table.fault(f"{axis} is empty, expected at least one position in m")
         if len(set(values)) < len(values):
-            raise InputError(f"{table.where}: {axis} names a position twice, expected different ones")
+            table.fault(f"{axis} names a position twice, expected different ones")
     return found
 
 
@@ -59,7 +59,7 @@ def _materials(conditions: Section) -> dict[str, dict[str, Any]]:
     for section in conditions.sections("material"):
         name = section.text("name")
         if not name or name in found:
-            raise InputError(f"{section.where}: name is {name!r}, expected a word of its own for every material")
+            section.fault(f"name is {name!r}, expected a word of its own for every material")
         cut: dict[str, Any] = {}
         given = section.keys()
         for key in given:
@@ -68,8 +68,8 @@ def _materials(conditions: Section) -> dict[str, dict[str, Any]]:
             elif key in CUTTING_UNITS:
                 cut[f"cutting.{key}"] = section.number(key, CUTTING_UNITS[key])
             else:
-                raise InputError(f"{section.where}: unknown key {key!r}, {nearest(key, ['speed', *CUTTING_UNITS])}")
-        if not cut:
-            raise InputError(f"{section.where}: says nothing of the cut, expected keys of [cutting] such as tangential")
+                section.fault(f"unknown key {key!r}, {nearest(key, ['speed', *CUTTING_UNITS])}")
+        if not given:
+            section.fault("says nothing of the cut, expected keys of [cutting] such as tangential")
         found[name] = cut
     return found or {"": {}}

@@ -26,7 +26,8 @@ from .asked import DEPTHS
 from .conditions import Case
 from .inputs import inputs_hash
 from .settings import Setting, setting
-from .study import Study, read_study
+from .study import Study
+from .study_file import read_study
 from .variants import Machines, Variant, joint_units
 
 _STATIC_LINE = 0.1

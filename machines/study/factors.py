@@ -104,6 +104,9 @@ class Factor:
             return cls(name, path, uncertain=True)
         if len(given) != 1:
             said = " and ".join(given) or "no values"
+            for key in ("values", "range", "distribution", "levels", "scale", "words"):
+                section.take(key, None)
+            section.done()
             raise InputError(f"{section.where}: {said} given, expected one of values, range, distribution")
         if given == ["values"]:
             choices, labels = _listed(section)
@@ -113,6 +116,7 @@ class Factor:
         if given == ["range"]:
             ends = section.take("range")
             scale = section.text("scale", "linear", ("linear", "log"))
+            section.done()
             if not isinstance(ends, list) or len(ends) != 2:
                 raise InputError(f"{section.where}: range is {ends!r}, expected [low, high]")
             (low, unit), (high, other) = (_number(end, f"{section.where}: range") for end in ends)
@@ -121,15 +125,16 @@ class Factor:
             table = section.section("distribution")
             kind = table.text("kind", choices=("normal", "log-normal"))
             middle = table.take("mean") if kind == "normal" else table.take("median")
+            deviation = table.take("deviation")
+            table.done()
+            section.done()
             low, unit = _number(middle, f"{table.where}: mean or median")
-            high, other = _number(table.take("deviation"), f"{table.where}: deviation")
+            high, other = _number(deviation, f"{table.where}: deviation")
             if kind == "log-normal" and other:
                 raise InputError(
                     f"{table.where}: deviation has the unit {other!r}, expected a number: it is that of the logarithm"
                 )
             other = unit if kind == "log-normal" else other
-            table.done()
-        section.done()
         return cls(name, path, (), (), kind, low, high, _one(unit, other, section.where), levels, uncertain)._checked(
             section
         )
@@ -152,13 +157,13 @@ def _listed(section: Section) -> tuple[tuple[Any, ...], tuple[str, ...]]:
         raise InputError(f"{section.where}: values is {choices!r}, expected a list of at least one value")
     labels = section.words("words", ())
     if labels and len(labels) != len(choices):
-        raise InputError(f"{section.where}: {len(labels)} words for {len(choices)} values, expected as many")
+        section.fault(f"{len(labels)} words for {len(choices)} values, expected as many")
     for key, held in (("values", choices), ("words", list(labels))):
         for i, value in enumerate(held):
             if value in held[:i]:
-                raise InputError(f"{section.where}: {key} names {value!r} twice, expected different ones")
-    if section.has("levels"):
-        raise InputError(f"{section.where}: levels and values given, expected levels with a range only")
+                section.fault(f"{key} names {value!r} twice, expected different ones")
+    if section.take("levels", None) is not None:
+        section.fault("levels and values given, expected levels with a range only")
     return tuple(choices), labels
 
 

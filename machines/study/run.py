@@ -28,7 +28,8 @@ from .evaluation import Evaluation, Generation
 from .inputs import inputs_hash
 from .search import generations, optimiser
 from .store import Store, arrays
-from .study import Study, read_study
+from .study import Study
+from .study_file import read_study
 
 _BLOCK = 32
 """Most configurations in a block."""

@@ -2,29 +2,22 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from jointlib.arrays import Array
-from jointlib.errors import InputError, nearest
-from jointlib.io.toml import Section, read_toml
 
-from ..lobes import METHODS as LOBES
-from .conditions import Case, read_cases
-from .factors import IDENTIFICATION, Factor
-from .sampling import METHODS, SEARCH, checked_search, plan, plan_size, refuse_many
+from .conditions import Case
+from .factors import Factor
+from .sampling import SEARCH, plan, plan_size
 
 BASE = "base"
 """Path of a factor that takes whole machine files."""
 ROUNDING = 1e-9
 """Share of a result by which two that are alike may differ."""
-_MOST_SPEEDS = 10_000
-_TAKEN = ("design", "case", "sample")
-"""Names of columns of a table beside those of the factors."""
 QUANTITIES: Mapping[str, tuple[str, str]] = {
     "minimum-depth": ("m", "depth below which every speed is stable"),
     "pocket-depth": ("m", "recommended depth between the lobes"),
@@ -155,128 +148,3 @@ class Study:
     def shaped(self, values: Array) -> Array:
         """Results of all rows as an array (designs, cases, samples)."""
         return values.reshape(-1, len(self.cases), self._drawn)
-
-
-def read_study(path: Path | str) -> Study:
-    """The study in a file; the machine it starts from is only named."""
-    path = Path(path)
-    document = read_toml(path, "study")
-    name = document.text("name", path.name.removesuffix(".toml").removesuffix(".study"))
-    base = path.parent / document.text("base")
-    factors = tuple(Factor.from_section(section) for section in document.sections("factor"))
-    objectives = tuple(_objective(section) for section in document.sections("objective"))
-    constraints = tuple(_constraint(section) for section in document.sections("constraint"))
-    conditions = document.section("conditions")
-    speed = conditions.numbers("speed", "rpm", None, length=2)
-    count = conditions.integer("speeds", 100, lower=1)
-    if count > _MOST_SPEEDS:
-        raise InputError(f"{conditions.where}: speeds is {count:,}, expected at most {_MOST_SPEEDS:,}")
-    amplitudes = conditions.numbers("amplitude", "m", (0.0,))
-    lobes = conditions.text("lobes", None, tuple(LOBES))
-    cases = read_cases(conditions)
-    conditions.done()
-    sampling = document.section("sampling")
-    samples = sampling.integer("samples", 50 if any(f.uncertain for f in factors) else 1, lower=1)
-    drawn = tuple(range(samples))
-    factors = tuple(replace(f, choices=drawn) if f.path == IDENTIFICATION else f for f in factors)
-    method, designs = sampling.text("method", "factorial", METHODS), sampling.integer("count", 128, lower=1)
-    study = Study(
-        name,
-        base,
-        factors,
-        objectives,
-        constraints,
-        np.array([]) if speed is None else np.linspace(speed[0], speed[1], count),
-        count,
-        amplitudes,
-        lobes,
-        method,
-        designs,
-        sampling.integer("seed", 0),
-        samples,
-        sampling.number("confidence", "1", 0.95),
-        cases,
-        path,
-        sampling.integer("population", max(2, math.isqrt(designs)), lower=2) if method == SEARCH else 0,
-    )
-    sampling.done()
-    document.done()
-    return _checked(study)
-
-
-def _checked(study: Study) -> Study:
-    where = str(study.source)
-    if not study.factors:
-        raise InputError(f"{where}: no [[factor]], expected at least one")
-    if not study.objectives:
-        raise InputError(f"{where}: no [[objective]], expected at least one of {', '.join(QUANTITIES)}")
-    for key, values in (("name", [f.name for f in study.factors]), ("path", [f.path for f in study.factors])):
-        for value in values:
-            if values.count(value) > 1:
-                raise InputError(f"{where}: two factors have the {key} {value!r}, expected different ones")
-    for f in study.factors:
-        if f.name in _TAKEN:
-            raise InputError(f"{where}: a factor has the name {f.name!r}, a column that tables have anyway")
-    if len(study.speeds) and not 0 < study.speeds[0] <= study.speeds[-1]:
-        raise InputError(f"{where}: [conditions]: speed is not ascending, expected [low, high] in rpm")
-    if any(A < 0 for A in study.amplitudes) or not study.amplitudes:
-        raise InputError(f"{where}: [conditions]: amplitude {list(study.amplitudes)}, expected lengths of at least 0")
-    if not 0 < study.confidence <= 1:
-        raise InputError(
-            f"{where}: [sampling]: confidence is {study.confidence:g}, expected a share above 0, at most 1"
-        )
-    if study.searched:
-        checked_search(study.design, study.count, study.population, where)
-    try:
-        refuse_many(study.total, "configurations")
-    except InputError as error:
-        raise InputError(f"{where}: {error}") from None
-    told = {path for case in study.cases for path in case.changes}
-    for i, f in enumerate(study.factors):
-        if f.path == BASE and not (f.choices and all(isinstance(value, str) for value in f.choices)):
-            raise InputError(f"{where}: factor {f.name!r} changes the base machine, expected values = [files]")
-        for path in sorted(f.paths & told):
-            raise InputError(f"{where}: {path} is a factor and stands in [conditions], expected one of the two")
-        for later in study.factors[i + 1 :]:
-            if lost := sorted(path for path in f.paths if any(_holds(over, path) for over in later.paths)):
-                raise InputError(
-                    f"{where}: factor {later.name!r} puts its values over {lost[0]} of factor {f.name!r}, expected "
-                    "different keys, or the factor of the whole before that of its part"
-                )
-    for o in study.objectives:
-        if [other.quantity for other in study.objectives].count(o.quantity) > 1:
-            raise InputError(f"{where}: two objectives ask for {o.quantity!r}, expected different ones")
-    return study
-
-
-def _holds(over: str, path: str) -> bool:
-    """Whether what stands at ``over`` holds ``path``; parameters of a joint are set after all else."""
-    return path == over or (path.startswith((f"{over}.", f"{over}[")) and ".joint." not in path)
-
-
-def _quantity(section: Section) -> str:
-    word = section.text("quantity")
-    if word not in QUANTITIES:
-        raise InputError(f"{section.where}: quantity is {word!r}, {nearest(word, QUANTITIES)}")
-    return word
-
-
-def _objective(section: Section) -> Objective:
-    found = Objective(_quantity(section), section.text("goal", choices=("max", "min")))
-    section.done()
-    return found
-
-
-def _constraint(section: Section) -> Constraint:
-    quantity = _quantity(section)
-    unit = QUANTITIES[quantity][0]
-    found = Constraint(quantity, section.number("at_least", unit, -np.inf), section.number("at_most", unit, np.inf))
-    section.done()
-    if found.at_least > found.at_most:
-        raise InputError(
-            f"{section.where}: at_least is {found.at_least:g} and at_most {found.at_most:g} {unit}, "
-            "expected at_least below at_most"
-        )
-    if np.isinf(found.at_least) and np.isinf(found.at_most):
-        raise InputError(f"{section.where}: no limit given, expected at_least or at_most")
-    return found

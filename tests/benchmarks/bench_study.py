@@ -29,7 +29,8 @@ from machines import read_machine
 from machines.study.engine import compute
 from machines.study.evaluation import Evaluation
 from machines.study.run import begin, evaluate_all
-from machines.study.study import Study, read_study
+from machines.study.study import Study
+from machines.study.study_file import read_study
 
 LIBRARY = Path(machines.__file__).parent / "library"
 COMMANDS = 12

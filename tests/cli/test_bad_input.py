@@ -1,4 +1,4 @@
-"""Bad input: one clear sentence on standard error, exit status 2, no traceback, nothing written."""
+"""Bad input: one clear sentence for each fault on standard error, exit status 2, no traceback, nothing written."""
 
 from __future__ import annotations
 
@@ -31,8 +31,10 @@ def refused(command: str, *said: str) -> Done:
     done = jointlib(command)
     assert done.status == 2, done
     assert done.out == ""
-    (sentence,) = done.err.splitlines()
-    assert sentence.startswith("jointlib: ")
+    first, *more = done.err.splitlines()
+    assert first.startswith("jointlib: ")
+    assert not more or first == f"jointlib: {len(more)} faults"
+    sentence = done.err
     for words in ("Traceback", "Error:", "array(", "object at"):
         assert words not in sentence
     for words in said:

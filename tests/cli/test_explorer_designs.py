@@ -43,7 +43,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
     package("dash")
     from machines.explore import Explorer
     from machines.study.run import begin, evaluate_all
-    from machines.study.study import read_study
+    from machines.study.study_file import read_study
 
     folder = tmp_path_factory.mktemp("designs")
     text = (LIBRARY / "two_mass.toml").read_text().replace("two_mass.joint.toml", f"{LIBRARY}/two_mass.joint.toml")

@@ -13,7 +13,8 @@ from jointlib.arrays import Array
 from machines.study.engine import process_pool
 from machines.study.run import search_all
 from machines.study.store import Store
-from machines.study.study import Study, read_study
+from machines.study.study import Study
+from machines.study.study_file import read_study
 
 STUDY = """
 schema = "jointlib/study/1"

@@ -10,7 +10,7 @@ import pytest
 from jointlib.errors import InputError
 from machines.explore import Explorer, Scatter
 from machines.study.run import begin, evaluate_all
-from machines.study.study import read_study
+from machines.study.study_file import read_study
 
 LIBRARY = Path(__file__).parents[2] / "machines" / "library"
 STIFFNESS, SPECIFIC = "connection.guide.joint.linear.stiffness", "cutting.specific"

@@ -13,7 +13,8 @@ from machines import lobes_at_amplitude, read_machine
 from machines.lobes.uncertainty import sampled_machines
 from machines.study.evaluation import Evaluation
 from machines.study.run import begin, evaluate_all
-from machines.study.study import Study, read_study
+from machines.study.study import Study
+from machines.study.study_file import read_study
 from machines.study.verdict import judge
 
 STIFFNESS, DAMPING, COUNT = 1e7, 950.0, 12

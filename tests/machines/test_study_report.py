@@ -19,7 +19,8 @@ from machines.study.contrast import contrast
 from machines.study.effects import effects
 from machines.study.evaluation import Evaluation
 from machines.study.factors import Factor
-from machines.study.study import Study, read_study
+from machines.study.study import Study
+from machines.study.study_file import read_study
 from machines.study.verdict import judge, rivals
 
 LIBRARY = Path("machines/library").resolve()

@@ -20,7 +20,8 @@ from machines.study.factors import Factor
 from machines.study.run import planned, search_all
 from machines.study.search import generations, marks
 from machines.study.store import Store
-from machines.study.study import Study, read_study
+from machines.study.study import Study
+from machines.study.study_file import read_study
 from machines.study.verdict import judge
 
 pytest.importorskip("pymoo", reason="pymoo is not installed (extra optimise)")

@@ -15,7 +15,8 @@ from jointlib.errors import InputError
 from machines.study import tables
 from machines.study.engine import compute
 from machines.study.store import Store
-from machines.study.study import Study, read_study
+from machines.study.study import Study
+from machines.study.study_file import read_study
 from machines.study.tables import write_table
 
 STUDY = """

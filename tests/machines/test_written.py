@@ -13,7 +13,7 @@ from jointlib import Joint, read_joint
 from jointlib.cli.joints import with_joints
 from jointlib.errors import InputError
 from jointlib.io.joint_file import joint_table
-from jointlib.io.toml import write_toml
+from jointlib.io.toml_file import write_toml
 from jointlib.laws.coulomb import Coulomb
 from jointlib.laws.linear import Linear
 from machines import Machine, frozen_receptance, read_machine

@@ -1,0 +1,80 @@
+"""What the declaration of a measurement must hold for its kind."""
+
+from __future__ import annotations
+
+import re
+from functools import partial
+
+from jointlib.corrections import faults
+from jointlib.errors import InputError, nearest, together
+from jointlib.measurement import Correction, Measurement
+
+
+def check(m: Measurement, channels: bool = True, records: bool = True) -> None:
+    """Refuse what does not fit together; without ``channels`` or ``records`` not all of those could be read."""
+    of_channels = (_names, _wanted) if channels else ()
+    of_records = (_roles, _rates, *(partial(_correction, correction=c) for c in m.corrections)) if records else ()
+    together(*(partial(each, m) for each in (_driven, _place, _accelerations, *of_channels, *of_records)))
+
+
+def _names(m: Measurement) -> None:
+    names = [c.name for c in m.channels]
+    if len(set(names)) < len(names):
+        raise InputError(f"{m.source}: a channel name stands twice among {', '.join(names)}")
+
+
+def _wanted(m: Measurement) -> None:
+    """The quantities without which there is no equation."""
+    names = [c.name for c in m.channels]
+    said = []
+    for name in ("a1", "a2") if m.kind == "rig" else ():
+        if name not in names:
+            said.append(f"{m.source}: channel {name!r} is missing, a rig needs accelerations a1 and a2")
+    wanted = {"path": ("force", "displacement"), "static": ("force", "displacement")}.get(m.kind, ())
+    for quantity in wanted:
+        if not m.of(quantity) and not (quantity == "displacement" and m.of("position")):
+            said.append(f"{m.source}: no {quantity} channel, a {m.kind} measurement needs one")
+    if said:
+        raise InputError(*said)
+
+
+def _accelerations(m: Measurement) -> None:
+    said = []
+    for channel in m.of("acceleration") if m.kind == "rig" else ():
+        if channel.body not in m.bodies:
+            word = f"{channel.name}: body is {channel.body!r}"
+            said.append(f"{m.source}: channel {word}, {nearest(str(channel.body), m.bodies)}")
+    if said:
+        raise InputError(*said)
+
+
+def _driven(m: Measurement) -> None:
+    if m.kind == "rig" and (m.driven is None or m.driven not in m.bodies):
+        raise InputError(f"{m.source}: driven is {m.driven!r}, {nearest(str(m.driven), m.bodies)}")
+
+
+def _place(m: Measurement) -> None:
+    if m.kind == "frf" and (m.channels or m.corrections):
+        found = "[[channel]]" if m.channels else "[[correction]]"
+        raise InputError(f"{m.source}: {found} has no place in a measurement of kind 'frf', expected [[record]] alone")
+
+
+def _roles(m: Measurement) -> None:
+    if not m.with_role("fit"):
+        raise InputError(f'{m.source}: no record has role = "fit", expected at least one')
+
+
+def _rates(m: Measurement) -> None:
+    rates = {r.sample_rate for r in m.records if r.sample_rate is not None} | ({m.sample_rate} - {None})
+    if len(rates) > 1:
+        listed = " and ".join(f"{r:g} Hz" for r in sorted(r for r in rates if r))
+        raise InputError(f"{m.source}: records of different sample rates ({listed}), expected one rate")
+
+
+def _correction(m: Measurement, correction: Correction) -> None:
+    units = faults(m.kind)[correction.family].parameters.values()
+    if m.sample_rate is None and any(re.search(r"\b(s|Hz)\b", unit) for unit in units):
+        raise InputError(f"{m.source}: [[correction]] {correction.family} acts in time, expected a sample_rate")
+    if not any(correction.concerns(record) for record in m.records):
+        said = nearest(str(correction.record), {record.name for record in m.records})
+        raise InputError(f"{m.source}: [[correction]] names record {correction.record!r}, {said}")
