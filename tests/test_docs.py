@@ -254,7 +254,20 @@ def test_what_cannot_be_decided_is_what_the_faults_declare_to_need() -> None:
         assert set(_SPAN.findall(row[1])) == families
 
 
-_TAKERS = {"text", "number", "numbers", "matrix", "words", "flag", "integer", "take", "path", "section", "sections"}
+_TAKERS = {
+    "text",
+    "number",
+    "numbers",
+    "matrix",
+    "words",
+    "flag",
+    "integer",
+    "take",
+    "path",
+    "section",
+    "sections",
+    "each",
+}
 _READERS = {
     "Measurement": ["jointlib/io/measurement_file.py"],
     "Joint": ["jointlib/io/joint_file.py"],
@@ -282,7 +295,7 @@ _READERS = {
             )
         ),
     ],
-    "Studies": ["machines/study/study.py", "machines/study/conditions.py", "machines/study/factors.py"],
+    "Studies": ["machines/study/study_file.py", "machines/study/conditions.py", "machines/study/factors.py"],
     "Bundles": sorted(str(path.relative_to(ROOT)) for path in (ROOT / "machines" / "bundles").glob("*.py")),
 }
 
@@ -303,6 +316,12 @@ def keys_of(path: Path) -> Iterator[str]:
             key = node.args[2]
             assert isinstance(key, ast.Constant)
             yield str(key.value)
+        elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "_each":
+            key = node.args[1]
+            assert isinstance(key, ast.Constant)
+            yield str(key.value)
+        elif isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "kind":
+            yield "kind"
 
 
 @pytest.mark.parametrize("kind", _READERS)
