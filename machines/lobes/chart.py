@@ -84,6 +84,8 @@ class StabilityLobes:
     known_to
         Hz above which nothing is known of the tool, so that chatter there is not excluded; None where no mode is left
         out.
+    minimum_at
+        rpm of the minimum depth where it was looked for between the speeds as well, see `over_the_range`.
     """
 
     method: str
@@ -101,6 +103,7 @@ class StabilityLobes:
     notes: tuple[str, ...]
     warnings: tuple[str, ...]
     known_to: float | None = None
+    minimum_at: float | None = None
 
     def minimum_speed(self, lobe: ArrayLike) -> Array:
         """Spindle speeds in rpm at which lobes k touch the minimum depth."""

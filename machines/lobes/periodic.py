@@ -11,7 +11,7 @@ from jointlib.errors import CheckFailed, InputError, Outcome
 
 from .band import Shape, Spectrum, shape, spectrum
 from .chart import StabilityLobes
-from .collocation import FINER, MORE, ArcMap, arc_map
+from .collocation import FINER, MORE, ArcMap, arc_map, node_count
 from .critical_depth import eigenvector, first_crossings, near
 from .cutting import Cutting
 from .loop_branches import NONE, Crossing
@@ -40,6 +40,10 @@ _WORTH_TELLING = 1e-4
 _RESONANT, _TURNED = 0.5, 0.3
 _UNSEEN_PEAK = 50.0
 """Height over its flexibility of a mode beyond the band, with a damping ratio of 0.01."""
+_FAR = 2.0
+"""Times the highest mode that matters from which on one is far above it."""
+_MANY_NODES = 300
+_REDUCED = 3e-5
 _RAISES = 6
 _GUARD = 1e-6
 
@@ -72,10 +76,15 @@ def by_harmonics(point: ToolPoint, cutting: Cutting, speed: Array) -> StabilityL
 def by_collocation(model: ToolModel, point: ToolPoint, cutting: Cutting, speed: Array) -> StabilityLobes:
     """Collocation chart; n nodes are settled when n + 4 change the depth by less than 10⁻⁶ of itself."""
     resolved = shape(point)
-    found = []
+    far = model.fastest > _FAR * 2 * np.pi * resolved.highest
+    found, apart = [], 0.0
     for rpm in speed.tolist():
         tooth = cutting.cuts_per_revolution * rpm / 60
-        settled, finer = _collocated(model, cutting, rpm, resolved.folded(tooth))
+        if far and node_count(model, cutting, rpm) > _MANY_NODES:
+            settled, finer, change = _reduced(model, point, cutting, rpm, resolved)
+            apart = max(apart, change)
+        else:
+            settled, finer = _collocated(model, cutting, rpm, resolved.folded(tooth))
         if not settled.kind:
             found.append(Found(NONE))
             continue
@@ -85,7 +94,42 @@ def by_collocation(model: ToolModel, point: ToolPoint, cutting: Cutting, speed: 
         line = settled.fraction + orders
         moved = np.einsum("qab,qb->qa", model(line * tooth), force)
         found.append(Found(settled, _largest(line, np.linalg.norm(moved, axis=1))))
-    return charted("collocation", found, cutting, speed, ())
+    said = (
+        "Modes far above those that chatter act by their flexibility alone, which moves no depth by more than "
+        f"{apart:.0e} of itself.",
+    )
+    return charted("collocation", found, cutting, speed, said if apart else ())
+
+
+def _reduced(
+    model: ToolModel, point: ToolPoint, cutting: Cutting, speed: float, resolved: Shape
+) -> tuple[Crossing, ArcMap, float]:
+    """The crossing by collocation of the modes that matter, and the share by which those left out move its depth.
+
+    Harmonics of the whole tool find it; they also tell what the others do, whole and reduced beside each other.
+    """
+    axes = tuple("xy".index(axis) for axis in model.axes)
+    tooth = cutting.cuts_per_revolution * speed / 60
+    every = HarmonicLoop(spectrum(point, 2 * float(point.lines[-1])), cutting, axes, tooth, 0)
+    whole = _harmonic(every, resolved, stiffest_direction(cutting, axes))
+    if not whole.crossing.kind:
+        return NONE, arc_map(model.up_to(resolved.highest), cutting, speed), 0.0
+    highest = max(whole.line * tooth, resolved.reaching(_STRONG * resolved.largest))
+    for more in range(_RAISES):
+        few = model.up_to(_FAR * highest * 1.5**more)
+        harmonics = int(np.ceil(2 * highest / tooth)) + PAST
+        beside = [near(HarmonicLoop(one, cutting, axes, tooth, harmonics), whole.crossing) for one in (model, few)]
+        change = abs(beside[1].depth / beside[0].depth - 1) if beside[1].kind else np.inf
+        if change > _REDUCED:
+            continue
+        before, finer = (arc_map(few, cutting, speed, MORE + extra) for extra in (0, FINER))
+        settled = near(before, whole.crossing)
+        proved = near(finer, settled) if settled.kind else settled
+        if proved.kind and abs(proved.depth / settled.depth - 1) <= _GUARD:
+            return proved, finer, change
+    raise CheckFailed(
+        f"collocation: at {speed:g} rpm the depth still changes with the modes that are kept; use multi-frequency"
+    )
 
 
 def _collocated(model: ToolModel, cutting: Cutting, speed: float, fraction: Array) -> tuple[Crossing, ArcMap]:

@@ -128,6 +128,15 @@ class ToolModel:
         value = (1 / (jw - self.poles)) @ flat + (1 / (jw - self.poles.conj())) @ flat.conj()
         return np.asarray(value.reshape(*jw.shape[:-1], *self.direct.shape) + self.direct)
 
+    def up_to(self, frequency: float) -> ToolModel:
+        """The same with modes above a frequency in Hz acting by their flexibility alone."""
+        fast = np.abs(self.poles) > 2 * np.pi * frequency
+        if not fast.any():
+            return self
+        far = ToolModel(self.poles[fast], self.inputs[fast], self.outputs[fast], np.zeros_like(self.direct), self.axes)
+        rest, slow = self.direct + far(np.zeros(1))[0].real, ~fast
+        return ToolModel(self.poles[slow], self.inputs[slow], self.outputs[slow], rest, self.axes)
+
     def along(self, direction: ArrayLike) -> ToolModel:
         """The same tool, free to move along one direction only; see `ToolPoint.along`."""
         share = share_along(self.axes, direction)

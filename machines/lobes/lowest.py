@@ -1,0 +1,144 @@
+"""The lowest limit of an exact chart over its whole range of speeds, dips between its lines included.
+
+A period doubling may cut a dip into the boundary that is narrower than the spacing of the lines, where a chatter that
+is not the first one on either side passes half a tooth frequency. So three things are looked at: intervals over which
+the lobe, the kind or ⌊2·f_c/f_T⌋ of the chatter changes are halved; a chatter f that is lowest somewhere is looked for
+again at every speed of the range at which it stands alike to the teeth, f_T = f/(k + ψ) and 2·f/k; and every low place
+is closed in.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from jointlib.arrays import Array, ArrayLike
+
+from ..indices import Index, Mask
+from ..machine import Machine
+from .amplitude import lobes_at_amplitude
+from .chart import StabilityLobes
+
+_HALVINGS = 5
+_CLOSER = 6
+_LOOKS = 2
+"""Speeds inside an interval beside a low place, at every closer look."""
+_NEAR = 1.5
+"""Times the lowest limit up to which a low place is looked at."""
+_CLOSED = 2e-5
+"""Share of the speed to which low places are closed in."""
+_NARROW = 1e-3
+"""Share of the speed below which an interval is not halved."""
+_DIPS = 1 - 1e-3
+_FEWEST = 3
+_KEYS = ("speed", "depth", "chatter_frequency", "kind", "lobe")
+
+
+def lobes_over_range(
+    machine: Machine, speed: ArrayLike, amplitude: float = 0.0, method: str | None = None
+) -> StabilityLobes:
+    """`lobes_at_amplitude` over a range of speeds (rpm, ascending): what dips between them is among them as well."""
+    chart = lobes_at_amplitude(machine, speed, amplitude, method)
+    if chart.branches or chart.speed.size < _FEWEST:
+        return chart  # closed forms have the minimum over every speed
+    return over_the_range(chart, lambda further: lobes_at_amplitude(machine, further, amplitude, method))
+
+
+def over_the_range(chart: StabilityLobes, at: Callable[[Array], StabilityLobes]) -> StabilityLobes:
+    """The chart with the lowest place of every interval that dips below both its ends, and the minimum over all speeds.
+
+    ``chart`` has ascending speeds and comes from a method that computes speed by speed; ``at`` computes further ones.
+    """
+    grid = chart.speed.ravel()
+    known = {key: getattr(chart, key).ravel() for key in _KEYS}
+
+    def join(speeds: Array) -> None:
+        more = at(speeds)
+        order = np.argsort(np.concatenate([known["speed"], speeds]), kind="stable")
+        for key in _KEYS:
+            known[key] = np.concatenate([known[key], getattr(more, key).ravel()])[order]
+
+    for _ in range(_HALVINGS):
+        split = np.flatnonzero(_changes(known, chart.cuts_per_revolution))
+        if not len(split):
+            break
+        join((known["speed"][split] + known["speed"][split + 1]) / 2)
+    again = _alike(known, chart.cuts_per_revolution)
+    if len(again):
+        join(again)
+    for _ in range(_CLOSER):
+        closer = _beside(known)
+        if not len(closer):
+            break
+        join(closer)
+    kept = np.isin(known["speed"], grid) | _hidden(known, grid)
+    values = {key: known[key][kept] for key in _KEYS}
+    row = int(np.argmin(known["depth"]))
+    lowest, frequency, rpm = (float(known[key][row]) for key in ("depth", "chatter_frequency", "speed"))
+    waves = 60 * frequency / (chart.cuts_per_revolution * rpm)
+    return replace(
+        chart,
+        **values,
+        minimum_depth=lowest,
+        minimum_frequency=frequency,
+        minimum_phase=waves % 1,
+        minimum_at=rpm if np.isfinite(lowest) else None,
+    )
+
+
+def _hidden(known: dict[str, Array], grid: Array) -> Mask:
+    """The lowest speed of every interval of the grid that dips below both its ends."""
+    speed, depth = known["speed"], known["depth"]
+    ends = depth[np.searchsorted(speed, grid)]
+    interval = np.clip(np.searchsorted(grid, speed, side="right") - 1, 0, len(grid) - 2)
+    below = depth < _DIPS * np.minimum(ends[interval], ends[interval + 1])
+    found = np.zeros(len(speed), dtype=bool)
+    order = np.lexsort((depth, interval))
+    order = order[below[order]]
+    found[order[np.unique(interval[order], return_index=True)[1]]] = True
+    return found
+
+
+def _changes(known: dict[str, Array], cuts: int) -> Mask:
+    """Intervals between neighbouring speeds in which another chatter takes over."""
+    half = np.floor(120 * known["chatter_frequency"] / (cuts * known["speed"]))
+    other = (
+        (half[1:] != half[:-1]) | (known["kind"][1:] != known["kind"][:-1]) | (known["lobe"][1:] != known["lobe"][:-1])
+    )
+    return np.asarray(other & (np.diff(known["speed"]) > _NARROW * known["speed"][1:]))
+
+
+def _lows(depth: Array) -> Index:
+    """Rows that are lower than both neighbours and not far above the lowest of all."""
+    padded = np.concatenate([[np.inf], depth, [np.inf]])
+    low = (depth <= padded[:-2]) & (depth <= padded[2:]) & (depth <= _NEAR * np.min(depth)) & np.isfinite(depth)
+    return np.flatnonzero(low)
+
+
+def _alike(known: dict[str, Array], cuts: int) -> Array:
+    """Speeds at which a chatter that is lowest somewhere stands to the teeth as it does there, or at half of them."""
+    speed = known["speed"]
+    found = [np.zeros(0)]
+    for row in _lows(known["depth"]).tolist():
+        f = float(known["chatter_frequency"][row])
+        waves = 60 * f / (cuts * speed[row])
+        k = np.arange(int(60 * f / (cuts * speed[0])) + 2.0)
+        order = np.concatenate([k + waves % 1, k / 2])
+        found.append(60 * f / (cuts * order[order > 0]))
+    wanted = np.unique(np.concatenate(found))
+    wanted = wanted[(wanted > speed[0]) & (wanted < speed[-1])]
+    away = np.min(np.abs(wanted[:, None] - speed), axis=1, initial=np.inf) > _NARROW / 4 * wanted
+    return np.asarray(wanted[away])
+
+
+def _beside(known: dict[str, Array]) -> Array:
+    """Speeds inside the intervals round every low place."""
+    speed, found = known["speed"], [np.zeros(0)]
+    for row in _lows(known["depth"]).tolist():
+        for a, b in pairwise(speed[max(row - 1, 0) : row + 2].tolist()):
+            if b - a > _CLOSED * b:
+                found.append(np.linspace(a, b, _LOOKS + 2)[1:-1])
+    return np.unique(np.concatenate(found))
