@@ -10,6 +10,7 @@ from .files import read_machine
 from .linear import LinearCheck, linear_check
 from .lobes import Cutting, StabilityLobes, stability_lobes
 from .lobes.amplitude import lobes_at_amplitude
+from .lobes.lowest import lobes_over_range
 from .loop.report import MachineTrace
 from .loop.trace import trace_frfs, trace_machine
 from .lumped import Lumped
@@ -63,6 +64,7 @@ __all__ = [
     "frozen_receptance",
     "linear_check",
     "lobes_at_amplitude",
+    "lobes_over_range",
     "mean_displacement",
     "natural_modes",
     "operating_point",

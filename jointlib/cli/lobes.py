@@ -67,7 +67,7 @@ def command(
       jointlib lobes machines/library/two_mode_tool.toml --speed 6000 9000 12000
     """
     from jointlib.cli.joints import with_joints
-    from machines import Cutting, lobes_at_amplitude, read_machine
+    from machines import Cutting, lobes_at_amplitude, lobes_over_range, read_machine
     from machines.lobes.pocket import best_pocket
     from machines.lobes.uncertainty import refuse_certain
     from machines.lobes.zones import safe_limit
@@ -82,7 +82,12 @@ def command(
         model, remarks = with_joints(model)
         if samples:
             refuse_certain(model)
-        charts = [lobes_at_amplitude(model, speeds, A, method) for A in amplitude or (0.0,)]
+        charts = []
+        for A in amplitude or (0.0,):
+            # At rest over a range what dips between the speeds is looked for; other amplitudes take the same speeds.
+            over = lobes_at_amplitude if speed or A else lobes_over_range
+            charts.append(over(model, speeds, A, method))
+            speeds = charts[-1].speed
         growth, told = grown(model, speeds, depth, amplitude, witness)
     data = chart_data(charts, speeds, amplitude)
     if growth:
@@ -154,6 +159,8 @@ def command(
 
 def reach(chart: Any) -> str:
     """The speeds that the minimum depth of a chart is of."""
+    if chart.minimum_at is not None:
+        return f"every speed from {float(np.min(chart.speed)):g} to {float(np.max(chart.speed)):g} rpm"
     return "every speed" if chart.method in ("turning", "zero-order") else "these speeds"
 
 

@@ -1,0 +1,71 @@
+"""The lowest limit over a range of speeds: dips between the lines of a chart are in it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from jointlib.arrays import Array
+from machines.lobes import Cutting, StabilityLobes, ToolModel, stability_lobes
+from machines.lobes.lowest import over_the_range
+from machines.lobes.pocket import best_pocket
+
+
+def tool(seed: int) -> ToolModel:
+    """Two modes in each direction at random."""
+    rng = np.random.default_rng(seed)
+    frequency = np.sort(rng.uniform(200, 1500, 3))
+    shapes = rng.uniform(-1, 1, (2, 3))
+    return ToolModel.from_modes(frequency, rng.uniform(0.01, 0.05, 3), rng.uniform(0.3, 3, 3), shapes)
+
+
+CUT = Cutting(process="milling", teeth=2, tangential=6e8, normal=2e8, mode="down", immersion=0.15)
+
+
+def chart(seed: int, speeds: Array) -> StabilityLobes:
+    return stability_lobes(tool(seed), CUT, speeds, "collocation")
+
+
+def over(seed: int, speeds: Array) -> StabilityLobes:
+    return over_the_range(chart(seed, speeds), lambda more: chart(seed, more))
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_the_minimum_does_not_depend_on_where_the_lines_stand(seed: int) -> None:
+    one, other = (over(seed, np.linspace(5000, 15000, count)) for count in (40, 57))
+    assert one.minimum_depth == pytest.approx(other.minimum_depth, rel=1e-3)
+    plain = chart(seed, np.linspace(5000, 15000, 40))
+    assert one.minimum_depth <= plain.minimum_depth
+    at = chart(seed, np.array([one.minimum_at]))
+    assert at.depth[0] == pytest.approx(one.minimum_depth, rel=1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(30))
+def test_no_line_of_a_far_finer_chart_lies_below_it(seed: int) -> None:
+    found = over(seed, np.linspace(5000, 15000, 100))
+    fine = chart(seed, np.linspace(5000, 15000, 2001))
+    assert found.minimum_depth <= (1 + 1e-3) * fine.minimum_depth
+
+
+def test_a_dip_is_among_the_speeds_so_that_no_pocket_lies_over_it() -> None:
+    """A boundary 4 mm deep with a dip of a tenth of a line spacing, in which the chatter passes half a tooth."""
+    grid = np.linspace(3000.0, 12000.0, 100)
+
+    def made(speeds: Array) -> StabilityLobes:
+        dip = np.abs(speeds - 7045.0) < 5.0
+        depth = np.where(dip, 1e-3 * (1 + np.abs(speeds - 7045.0) / 5), 4e-3)
+        half = np.where(speeds < 7045.0, 0.45, 0.55) * 2 * speeds / 60
+        return StabilityLobes(
+            "collocation", speeds, depth, np.where(dip, speeds / 60, half), np.where(dip, "flip", "hopf"),
+            np.zeros(len(speeds), dtype=np.int64), float(np.min(depth)), 0.0, 0.0, 2, (),
+            chart(0, np.array([9000.0])).outcome, (), (),
+        )  # fmt: skip
+
+    assert np.min(made(grid).depth) == 4e-3
+    found = over_the_range(made(grid), made)
+    assert found.minimum_depth == pytest.approx(1e-3, rel=0.02)
+    assert found.minimum_at == pytest.approx(7045.0, abs=0.2)
+    best = best_pocket(found.speed, found.depth, CUT)
+    assert best is not None
+    assert abs(best.speed - 7045.0) > 0.02 * 7045.0
