@@ -18,9 +18,10 @@ from .chart import StabilityLobes
 from .critical_depth import near
 from .cutting import Cutting
 from .developed import DevelopedChatter, Persistent
+from .harmonic_crossing import Found
 from .held_joints import HeldInHarmonics, HeldInModes, HeldJoints, constant
 from .machine_model import machine_model
-from .periodic import Found, charted
+from .periodic import charted
 from .solve import default_method, known_method, said_before, spindle_speeds
 from .tool_point import tool_point
 

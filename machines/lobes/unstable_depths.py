@@ -24,9 +24,9 @@ from .collocation import FINER, MORE, ArcMap, arc_map
 from .critical_depth import near
 from .cutting import Cutting
 from .edges import Edge, edges_of_loop, edges_of_trace, outside
+from .harmonic_crossing import MOST_SEARCHED, PAST, left_out, stiffest_direction
 from .loop_branches import NONE, Crossing, Loop
 from .multi_frequency import HarmonicLoop
-from .periodic import MOST_SEARCHED, PAST, left_out, stiffest_direction
 from .regeneration import Loops, trace
 from .tool_model import ToolModel
 from .tool_point import ToolPoint, tool_point
