@@ -36,7 +36,7 @@ DOCS = ROOT / "docs"
 PAGES = sorted(path.name for path in DOCS.glob("*.md"))
 LANGUAGES = {"console", "python", "toml", "text"}
 """``text`` is what must not run; a ``toml`` or ``python`` block that begins with ``# file: NAME`` is written there."""
-ELSEWHERE = re.compile(r"jointlib (run|explore|trace .*guide_mill|.*\bmills\b)")
+ELSEWHERE = re.compile(r"jointlib (run|explore|trace .*guide_mill|.*\bmills\b|.*bed_mill)")
 """What takes long and is run by other tests; here only the arguments are read."""
 _FENCE = re.compile(r"^```(\{?[\w-]+\}?)[^\n]*\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 _SPAN = re.compile(r"`([^`]+)`")
@@ -91,6 +91,8 @@ def desk(tmp_path: Path, library: Path, monkeypatch: pytest.MonkeyPatch) -> Path
     """An empty folder in which the shipped files lie where they do in the repository."""
     (tmp_path / "machines").mkdir()
     (tmp_path / "machines" / "library").symlink_to(library, target_is_directory=True)
+    (tmp_path / "docs").mkdir()
+    (tmp_path / "docs" / "bed_mill.toml").symlink_to(DOCS / "bed_mill.toml")
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
