@@ -139,6 +139,8 @@ def _of_records(machine: Machine) -> ChatterBand:
 
 def _linearised(machine: Machine, frequency: float) -> ToolModel | None:
     """Modes of the tool with the joints linearised at a frequency in Hz; None where they are not to be told apart."""
+    if not machine.tool:
+        return None
     try:
         return OpenJoints.of(machine).models(tangents(machine, frequency), frequency)[0]
     except InputError:

@@ -41,6 +41,11 @@ def test_without_a_band_it_runs_from_a_third_of_the_lowest_to_three_times_the_hi
     assert "No frequency in [response]" in chatter_band(machine).said[0]
 
 
+def test_a_machine_without_a_tool_has_the_band_of_all_its_modes() -> None:
+    natural = np.sqrt(1e7 / 25.33) / (2 * np.pi)
+    assert frequency_range(replace(spring_mass(None), tool={})) == pytest.approx((natural / 3, 3 * natural), rel=1e-3)
+
+
 @pytest.mark.parametrize("band", [(10.0, 60.0), (300.0, 900.0), (60.0, 99.0)])
 def test_a_band_that_leaves_the_mode_out_is_widened_and_said(band: tuple[float, float]) -> None:
     found = chatter_band(spring_mass(band))

@@ -188,11 +188,10 @@ def test_rigid_connections_that_repeat_each_other_are_refused() -> None:
         Machine(parts, tuple(Connection(f"w{i}", sides, rigid=True) for i, sides in enumerate(ring)))
 
 
-def test_machine_needs_a_force_a_range_and_a_drive() -> None:
+def test_machine_needs_a_force_and_a_drive() -> None:
     bare = Machine((lumped("a", [[1.0]], None, [[1e6]]),))
     for arguments, words in [
         ((), "no drive"),
-        ((1.0, None, "a.x"), "no frequency"),
         ((None, (1, 2), "a.x"), "no force"),
     ]:
         with pytest.raises(InputError, match=words):
