@@ -68,7 +68,7 @@ def lobes_figure(
         depth.set_ylim(0, top)
         depth.set_xlim(float(np.min(speeds)), float(np.max(speeds)) if len(np.unique(speeds)) > 1 else None)
         if _contours(depth, speeds, top, cutting):
-            said.append("Broken lines: removal rate, on the right in cm³/min.")
+            said.append("Broken lines: removal rate.")
         if found is not None:
             _mark(depth, found)
             said.append(f"Box: the recommended pocket, {found.words()}.")
@@ -161,7 +161,7 @@ def _contours(axes: Any, speeds: Array, top: float, cutting: Cutting) -> bool:
         if 0 < level <= 0.98 * top * rate[-1]:
             axes.plot(n, level / rate, color=FLOOR, linewidth=0.9, linestyle=(0, (5, 4)), zorder=1.8)
             axes.annotate(
-                f"{level:g}", (n[-1], level / rate[-1]), xytext=(3, 0), textcoords="offset points", fontsize=8,
+                f"{level:g} cm³/min", (n[-1], level / rate[-1]), xytext=(3, 0), textcoords="offset points", fontsize=8,
                 va="center", color="#57606a", annotation_clip=False,
             )  # fmt: skip
     return True
