@@ -16,6 +16,7 @@ from jointlib.cli.lobes_over_amplitude import (
     lenses,
     lenses_to,
     over_amplitude,
+    safe_from_knocks,
     witnessed,
     zones_of,
 )
@@ -69,6 +70,7 @@ def command(
     from jointlib.cli.joints import with_joints
     from machines import Cutting, lobes_at_amplitude, lobes_over_range, read_machine
     from machines.lobes.pocket import best_pocket
+    from machines.lobes.threshold import depends_on_amplitude
     from machines.lobes.uncertainty import refuse_certain
     from machines.lobes.zones import safe_limit
 
@@ -94,10 +96,10 @@ def command(
         data["multiplier"] = growth if amplitude else growth[0]
     unstable: list[Any] = []
     if speed and not amplitude:
-        further, unstable, said = lenses(model, charts[0])
+        further, unstable, said = lenses(model, charts[0], depth)
         data |= further
         told += said
-        further, said = over_amplitude(model, speed, depth, method, unstable)
+        further, said = over_amplitude(model, speed, depth, method, unstable, growth[0] if growth else None)
         data |= further
         told += said
     if samples:
@@ -108,8 +110,9 @@ def command(
         told += said
     data["warnings"] = [*remarks, *data["warnings"]]
     lines: list[str] = list(remarks)
+    small = " for small vibrations" if depends_on_amplitude(model) else ""
     for i, (A, chart) in enumerate(zip(amplitude or (0.0,), charts, strict=True)):
-        at = f" at a tool-point amplitude of {A * 1e6:g} um" if A else ""
+        at = f" at a tool-point amplitude of {A * 1e6:g} um" if A else small
         if np.isfinite(chart.minimum_depth):
             lines.append(
                 f"stable at {reach(chart)} below {chart.minimum_depth * 1e3:.5g} mm{at} "
@@ -118,6 +121,10 @@ def command(
         else:
             known = "" if chart.known_to is None else f" up to {chart.known_to:g} Hz, above which nothing is known"
             lines.append(f"no chatter at any depth{at}{known}, {chart.method}")
+        if not A:
+            further, said = safe_from_knocks(model, chart)
+            data |= further
+            lines += said
         if speed:
             rows = [
                 (f"{n:g}", f"{b * 1e3:.6g}", f"{f:.6g}", str(kind), str(k))

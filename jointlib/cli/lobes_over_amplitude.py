@@ -11,6 +11,10 @@ import numpy as np
 from jointlib.cli.output import working
 from jointlib.errors import CheckFailed, InputError
 
+_PAST = 1.1
+"""Times the deepest depth of a sentence up to which stable cuts above a limit are looked for."""
+_KNOCKS = 10
+"""Tool amplitudes behind the depth that is safe from knocks at every speed."""
 _FEW = (0.1, 0.3, 1.0)
 _MANY = (0.001, 0.003, 0.01, 0.03, *np.linspace(0.06, 1.0, 24))
 """Tool amplitudes behind the zones of a picture over the largest, in milling, where each costs more, and in turning."""
@@ -30,14 +34,17 @@ def grown(
         return [], [f"No multiplier: {refused}"]
 
 
-def lenses(model: Any, chart: Any) -> tuple[dict[str, Any], list[Any], list[str]]:
-    """Every unstable interval of depth at the chosen speeds, at rest: as JSON, as they are, and told."""
-    from machines.lobes.unstable_depths import unstable_depths
+def lenses(model: Any, chart: Any, depth: Sequence[float]) -> tuple[dict[str, Any], list[Any], list[str]]:
+    """Every unstable interval of depth at the chosen speeds, at rest: as JSON, as they are, and told.
+
+    They are looked for as deep as the deepest ``depth`` (m) at least.
+    """
+    from machines.lobes.unstable_depths import REACH, unstable_depths
     from machines.lobes.words import told_lenses
 
     with working("looking for stable cuts above the limits"):
         try:
-            found = unstable_depths(model, chart)
+            found = unstable_depths(model, chart, np.fmax(REACH * chart.depth, _PAST * max(depth, default=0.0)))
         except (CheckFailed, InputError) as refused:
             return {}, [], [f"Stable cuts above the limits were not looked for: {refused}"]
     rows = [[vars(zone) for zone in one.intervals] for one in found]
@@ -46,11 +53,11 @@ def lenses(model: Any, chart: Any) -> tuple[dict[str, Any], list[Any], list[str]
 
 
 def over_amplitude(
-    model: Any, speed: Sequence[float], depth: Sequence[float], method: str | None, zones: Sequence[Any]
+    model: Any, speed: Sequence[float], depth: Sequence[float], method: str | None, zones: Sequence[Any], growth: Any
 ) -> tuple[dict[str, Any], list[str]]:
     """Limits over amplitude at the chosen speeds, where something in the machine or its cut depends on it.
 
-    ``zones`` are the unstable depths at rest, if known.
+    ``zones`` are the unstable depths at rest and ``growth`` the multipliers, [speed][depth], if known.
     """
     from machines.lobes.threshold import amplitude_limits, depends_on_amplitude
     from machines.lobes.words import LOWER_EDGE, told, told_at
@@ -60,9 +67,13 @@ def over_amplitude(
     with working("computing limits over amplitude"):
         limits = amplitude_limits(model, speed, method=method)
         of = list(zones) or [None] * len(speed)
-        said = [sentence for i in range(len(speed)) for sentence in told(limits, i)]
+        forced = [forced_at(model, n, b) for n, b in zip(speed, limits.safe.tolist(), strict=True)]
+        said = [sentence for i in range(len(speed)) for sentence in told(limits, i, forced[i])]
         said += [LOWER_EDGE] if any(one.lenses for one in zones) else []
-        said += [told_at(limits, b, i, of[i]) for i in range(len(speed)) for b in depth]
+        for i in range(len(speed)):
+            for k, b in enumerate(depth):
+                mu = None if growth is None else float(growth[i][k])
+                said.append(told_at(limits, b, i, of[i], mu, forced_at(model, speed[i], b)))
         cycles = [[limits.cycles(b, i) for b in depth] for i in range(len(speed))]
     rows: dict[str, Any] = {
         "safe_depth": limits.safe,
@@ -73,6 +84,39 @@ def over_amplitude(
     if depth:
         rows["cycles"] = [[[vars(c) for c in at] for at in row] for row in cycles]
     return {"over_amplitude": rows, "told": said}, said
+
+
+def forced_at(model: Any, speed: float, depth: float) -> float:
+    """Amplitude of the tool in m that the teeth force in milling with a feed; nan where it cannot be had."""
+    from machines import Cutting
+    from machines.lobes.forced_vibration import forced_vibration
+
+    cutting = Cutting(**(model.cutting or {}))
+    if cutting.process != "milling" or cutting.feed is None:
+        return 0.0
+    try:
+        return float(forced_vibration(model, speed, depth).amplitude[0])
+    except (CheckFailed, InputError):
+        return float("nan")
+
+
+def safe_from_knocks(model: Any, chart: Any) -> tuple[dict[str, Any], list[str]]:
+    """In turning, where something depends on amplitude: the depth below which knocks die out at every speed."""
+    from machines import Cutting
+    from machines.lobes.threshold import amplitude_range, depends_on_amplitude, least_depth
+
+    cutting = Cutting(**(model.cutting or {}))
+    if chart.method != "turning" or not depends_on_amplitude(model):
+        return {}, []
+    with working("computing the least depth over amplitude"):
+        depth, amplitude = least_depth(model, chart, amplitude_range(cutting, _KNOCKS))
+    if not np.isfinite(depth):
+        return {}, []
+    data = {"safe_at_every_speed": {"depth": depth, "amplitude": amplitude}}
+    return data, [
+        f"vibrations of up to {amplitude * 1e6:.3g} um, as a knock leaves them, die out at every speed below "
+        f"{depth * 1e3:.5g} mm"
+    ]
 
 
 def bands(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
@@ -17,7 +17,8 @@ from ..machine import Machine
 from .amplitude import frozen_lobes
 from .chart import Integers, StabilityLobes
 from .cutting import Cutting
-from .power_law import depth_ratio
+from .fed_chip import contact_amplitude, with_chip
+from .power_law import touching_ratio
 
 _LARGEST = 2e-4
 _DECADES = 3.0
@@ -70,6 +71,9 @@ class AmplitudeLimits:
         m; inf where a vibration of that size dies out at any depth, nan where a joint is past its identified range.
     at
         b_lim and the chatter frequency at any amplitude in m, shapes (n,).
+    contact
+        Amplitude in m, (n,), above which edges leave a milling cut so much that the depths are no longer those of the
+        joints alone; inf without a feed, and in turning, where the depths hold the loss of contact.
     """
 
     speed: Array
@@ -83,6 +87,17 @@ class AmplitudeLimits:
     notes: tuple[str, ...]
     warnings: tuple[str, ...]
     at: Callable[[float], tuple[Array, Array]]
+    contact: Array
+
+    @property
+    def known(self) -> Array:
+        """Amplitude in m, (n,), up to which the limits hold: joints in their range, edges in the cut."""
+        return np.asarray(np.minimum(self.largest, self.contact))
+
+    def safe_up_to(self, amplitude: float, index: int = 0) -> float:
+        """The depth in m at one speed below which every vibration of up to an amplitude in m dies out."""
+        inside = self.depth[self.amplitude <= amplitude, index]
+        return float(np.fmin(self.onset[index], np.fmin.reduce(inside, initial=np.inf)))
 
     @property
     def safe(self) -> Array:
@@ -163,7 +178,7 @@ def amplitude_limits(
     All amplitudes are computed by one method, that of the onset unless ``method`` says otherwise, with the joints
     frozen at the gains they have at each amplitude (see `lobes_at_amplitude`). In turning with a ``feed`` the cut is
     nonlinear, too: 1 + b·K_s·(N(r)/q)·(1 − e^(−jωτ))·G(ω; A) = 0, with r the amplitude of the chip in units of the feed
-    and q its exponent; past r = 1 the tool leaves the cut.
+    and q its exponent; past r = 1 the tool leaves the cut and meets the surface of earlier turns (`lost_contact`).
 
     Parameters
     ----------
@@ -182,7 +197,7 @@ def amplitude_limits(
 
     def layer(size: float) -> tuple[StabilityLobes, Mask]:
         chart, held = frozen_lobes(machine, speeds, size, onset.method)
-        return replace(chart, depth=_with_cut(chart, cutting, size)), held
+        return with_chip(machine, chart, cutting, size), held
 
     def at(size: float) -> tuple[Array, Array]:
         chart, _ = layer(size)
@@ -208,6 +223,12 @@ def amplitude_limits(
         notes=onset.notes,
         warnings=tuple(said),
         at=at,
+        contact=contact_amplitude(
+            machine,
+            cutting,
+            speeds,
+            np.where(np.isfinite(onset.depth), onset.chatter_frequency, charts[0].chatter_frequency),
+        ),
     )
 
 
@@ -226,6 +247,23 @@ def _near_lowest(depths: dict[float, Array]) -> list[float]:
     return found
 
 
+def least_depth(machine: Machine, chart: StabilityLobes, amplitude: Array) -> tuple[float, float]:
+    """Depth in m below which no vibration lasts at any speed in turning, and up to which amplitude in m that is known.
+
+    The least over every speed of the ``chart`` at rest and of the machine at each amplitude (m, ascending). A cut whose
+    force grows with a power q < 1 of the chip is weakest where the edge just leaves it (`touching_ratio`).
+    """
+    cutting = Cutting(**dict(machine.cutting or {}))
+    bent = min(1.0, touching_ratio(cutting.exponent)) if cutting.feed is not None else 1.0
+    least, known = chart.minimum_depth, 0.0
+    for size in amplitude.tolist():
+        layer, held = frozen_lobes(machine, chart.speed, size, chart.method)
+        if np.any(held):
+            break
+        least, known = min(least, layer.minimum_depth), size
+    return (least * bent, known) if known else (np.inf, 0.0)
+
+
 def depends_on_amplitude(machine: Machine) -> bool:
     """Whether a joint, or the cut itself, behaves differently at different amplitudes."""
     cutting = Cutting(**dict(machine.cutting or {}))
@@ -240,11 +278,3 @@ def amplitude_range(cutting: Cutting, count: int | None = None) -> Array:
     """
     largest = cutting.feed or _LARGEST
     return np.geomspace(largest * 10**-_DECADES, largest, count or (_FEWER if cutting.process == "milling" else _COUNT))
-
-
-def _with_cut(chart: StabilityLobes, cutting: Cutting, amplitude: float) -> Array:
-    """The depths with the cut's own nonlinearity, where the feed says how thick the chip is (turning)."""
-    if cutting.process == "milling" or cutting.feed is None:
-        return chart.depth
-    turned = np.abs(1 - np.exp(-2j * np.pi * np.nan_to_num(chart.chatter_frequency) * 60 / chart.speed))
-    return np.asarray(chart.depth * depth_ratio(amplitude * turned / cutting.feed, cutting.exponent))

@@ -12,6 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from jointlib.arrays import ArrayLike
 from jointlib.errors import CheckFailed, InputError
 
 from ..machine import Machine
@@ -73,7 +74,7 @@ class UnstableDepths:
 
 
 def unstable_depths(
-    machine: Machine, chart: StabilityLobes, deepest: float | None = None
+    machine: Machine, chart: StabilityLobes, deepest: ArrayLike | None = None
 ) -> tuple[UnstableDepths, ...]:
     """Every unstable interval of depth at the speeds of a chart of the machine at rest, by the chart's method.
 
@@ -98,7 +99,7 @@ def unstable_depths(
 
 
 def unstable_depths_of(
-    receptance: ToolPoint | ToolModel, cutting: Cutting, chart: StabilityLobes, deepest: float | None = None
+    receptance: ToolPoint | ToolModel, cutting: Cutting, chart: StabilityLobes, deepest: ArrayLike | None = None
 ) -> tuple[UnstableDepths, ...]:
     """`unstable_depths` of a tool point or a `ToolModel`, which collocation needs, whose ``chart`` is given."""
     if isinstance(receptance, ToolModel):
@@ -107,7 +108,9 @@ def unstable_depths_of(
     else:
         point, model = receptance, None
     speed, depth = chart.speed.ravel(), chart.depth.ravel()
-    reach = REACH * depth if deepest is None else np.full(len(depth), deepest)
+    reach = (
+        REACH * depth if deepest is None else np.array(np.broadcast_to(np.asarray(deepest, dtype=float), depth.shape))
+    )
     chatters = np.isfinite(depth) & (depth < _WITHIN * reach)
     if chart.method in ("turning", "zero-order"):
         turned = chart.method == "turning"

@@ -60,7 +60,7 @@ class Witness:
     def __str__(self) -> str:
         left = " The edge then leaves the cut once in a while." if np.any(self.lost_contact & self.grows) else ""
         low, high = self.start[0], self.start[-1]
-        fate = story(bool(self.grows[0]), self.cycles, high, f"of {um(low)} to {um(high)}")
+        fate = story(bool(self.grows[0]), self.cycles, um(high), f"of {um(low)} to {um(high)}")
         return f"In time, at {self.speed:g} rpm and {mm(self.depth)}, {fate}.{left}"
 
 

@@ -12,19 +12,26 @@ from .unstable_depths import UnstableDepths
 _SAME = 1e-3
 """Share by which depths must differ before a zone between them is spoken of."""
 _EXAMPLE = 0.5
+_FELT, _TINY = 0.02, 1e-12
 
 
-def told(limits: AmplitudeLimits, index: int = 0) -> tuple[str, ...]:
-    """The safe depth at one speed, the zone where a knock starts chatter, and where chatter starts by itself."""
+def told(limits: AmplitudeLimits, index: int = 0, forced: float = 0.0) -> tuple[str, ...]:
+    """The safe depth at one speed, the zone where a knock starts chatter, and where chatter starts by itself.
+
+    Said of vibrations up to `AmplitudeLimits.known` only, and not at all where the vibration that the teeth force at
+    the safe depth, ``forced`` (m), changes the joints; nan or inf where it is not known.
+    """
     at = f"{limits.speed[index]:g} rpm"
-    low, high = limits.bistable[index].tolist()
-    reach = um(limits.largest[index])
+    if shaken(limits, forced, index):
+        return (f"At {at} {_teeth(forced)}; limits over amplitude leave that out, so simulate the cut (--witness).",)
+    reach, high = float(limits.known[index]), float(limits.onset[index])
+    low = limits.safe_up_to(reach, index)
     if not np.isfinite(low):
-        return (f"At {at} no vibration of up to {reach} at the tool lasts, at any depth.",)
-    said = [f"At {at} every vibration of up to {reach} at the tool dies out below {mm(low)}."]
+        return (f"At {at} no vibration of up to {um(reach)} at the tool lasts, at any depth.",)
+    said = [f"At {at} every vibration of up to {um(reach)} at the tool dies out below {mm(low)}."]
     if high > (1 + _SAME) * low:
         depth = low + _EXAMPLE * (high - low) if np.isfinite(high) else 1.1 * low
-        knocks = [c.amplitude for c in limits.cycles(depth, index) if not c.stable]
+        knocks = [c.amplitude for c in limits.cycles(depth, index) if not c.stable and c.amplitude < reach]
         example = f" (at {mm(depth)} one of more than {um(knocks[0])})" if knocks else ""
         upper = f"Between that and {mm(high)}" if np.isfinite(high) else "Above that"
         said.append(f"{upper} the cut is quiet unless a knock{example} starts a chatter that then lasts.")
@@ -36,20 +43,57 @@ def told(limits: AmplitudeLimits, index: int = 0) -> tuple[str, ...]:
     return tuple(said)
 
 
-def told_at(limits: AmplitudeLimits, depth: float, index: int = 0, lenses: UnstableDepths | None = None) -> str:
+def told_at(
+    limits: AmplitudeLimits,
+    depth: float,
+    index: int = 0,
+    lenses: UnstableDepths | None = None,
+    multiplier: float | None = None,
+    forced: float = 0.0,
+) -> str:
     """What becomes of vibrations at one speed and a depth in m.
 
-    The limits over amplitude are those of the first crossing, so nothing is said above the first lens at rest.
+    The limits over amplitude are those of the first crossing. So nothing is said of larger vibrations above the first
+    lens at rest, nor where the ``multiplier`` at rest is below 1 though the depth is above the onset, nor where the
+    vibration that the teeth force, ``forced`` (m), changes the joints; nan or inf where it is not known.
     """
-    if lenses is not None and lenses.lenses and depth > lenses.lenses[0].high:
-        smallest = "grow" if lenses.unstable(depth) else "die out"
-        return (
-            f"At {limits.speed[index]:g} rpm and {mm(depth)}, above a lens, the smallest vibrations {smallest}; what "
-            "becomes of larger ones is not computed there."
-        )
-    cycles, largest = limits.cycles(depth, index), limits.largest[index]
+    at = f"At {limits.speed[index]:g} rpm and {mm(depth)}"
+    if shaken(limits, forced, index):
+        return f"{at} {_teeth(forced)}; what becomes of chatter beside that, a simulation tells (--witness)."
+    above = lenses is not None and bool(lenses.lenses) and depth > lenses.lenses[0].high
+    if multiplier is not None and multiplier < 1 and depth > limits.onset[index]:
+        above = True
+    if above:
+        grows = multiplier > 1 if multiplier is not None else lenses is not None and lenses.unstable(depth)
+        fate = "grow" if grows else "die out"
+        return f"{at}, above a lens, the smallest vibrations {fate}; what becomes of larger ones is not computed there."
+    reach = float(limits.known[index])
+    cycles = [c for c in limits.cycles(depth, index) if c.amplitude < reach]
     grows = cycles[0].stable if cycles else depth > limits.depth[0, index]
-    return f"At {limits.speed[index]:g} rpm and {mm(depth)} {story(grows, cycles, largest, f'of up to {um(largest)}')}."
+    if not cycles and grows:
+        return f"{at} chatter starts by itself and grows beyond {_reach(limits, index)}."
+    return f"{at} {story(grows, cycles, _reach(limits, index), f'of up to {um(reach)}')}."
+
+
+def shaken(limits: AmplitudeLimits, forced: float, index: int = 0) -> bool:
+    """Whether a vibration as large as that which the teeth force (m) moves the limit by more than a fiftieth."""
+    if not np.isfinite(forced):
+        return True
+    depth = limits.depth[:, index]
+    inside = limits.amplitude < forced
+    felt = np.append(depth[inside], np.interp(np.log(max(forced, _TINY)), np.log(limits.amplitude), depth))
+    return forced > 0 and not bool(np.all(np.abs(felt / depth[0] - 1) < _FELT))
+
+
+def _teeth(forced: float) -> str:
+    by = f" by {um(forced)}" if np.isfinite(forced) else ""
+    return f"the teeth alone move the tool{by}, which changes its joints"
+
+
+def _reach(limits: AmplitudeLimits, index: int) -> str:
+    """The largest amplitude that sentences are made of, and why it is that."""
+    reach = float(limits.known[index])
+    return um(reach) + (", where edges begin to leave the cut" if reach < limits.largest[index] else "")
 
 
 LOWER_EDGE = (
@@ -79,8 +123,8 @@ def _between(first: str, last: str, low: float, high: float) -> str:
     return f"{first} {low * 1e3:.4g} {last} {high * 1e3:.4g} mm"
 
 
-def story(grows: bool, cycles: Sequence[Cycle], largest: float, sizes: str) -> str:
-    """From the smallest vibration to the largest (m): whether the smallest grows, and what changes at each cycle."""
+def story(grows: bool, cycles: Sequence[Cycle], largest: str, sizes: str) -> str:
+    """From the smallest vibration to the largest: whether the smallest grows, and what changes at each cycle."""
     if not cycles:
         return f"vibrations {sizes} at the tool {'grow' if grows else 'die out'}"
     first, *rest = cycles
@@ -90,17 +134,21 @@ def story(grows: bool, cycles: Sequence[Cycle], largest: float, sizes: str) -> s
         else f"vibrations below {um(first.amplitude)} at the tool die out"
     ]
     parts += [
-        f"larger ones settle at {_size(c)}" if c.stable else f"a knock beyond {um(c.amplitude)} makes it grow again"
+        f"larger ones settle at {_size(c)}"
+        if c.stable
+        else f"a knock beyond {um(c.amplitude)} makes it grow beyond {largest}"
+        if c is cycles[-1]
+        else f"a knock beyond {um(c.amplitude)} makes it grow again"
         for c in rest
     ]
-    if not cycles[-1].stable:
-        parts.append("larger ones grow" if len(cycles) == 1 else f"beyond {um(largest)} too")
+    if len(cycles) == 1 and not first.stable:
+        parts.append(f"larger ones grow beyond {largest}")
     return ", ".join(parts)
 
 
 def _settling(limits: AmplitudeLimits, onset: float, index: int) -> str:
     """Where chatter just above its onset settles, if inside the amplitudes looked at."""
-    stable = [c for c in limits.cycles(1.02 * onset, index) if c.stable]
+    stable = [c for c in limits.cycles(1.02 * onset, index) if c.stable and c.amplitude < limits.known[index]]
     return f"; 2 % above, it settles at {_size(stable[0])}" if stable else ""
 
 

@@ -20,6 +20,13 @@ def test_at_a_chosen_speed_the_limits_over_amplitude_are_told(lathe: str) -> Non
     assert data["told"][0] in done.out
 
 
+def test_the_limit_of_a_machine_that_depends_on_amplitude_is_said_to_be_that_of_small_vibrations(lathe: str) -> None:
+    """The joint hardens: its least depth over every speed is that at rest, b = 2kζ(1 + ζ)/K_s."""
+    done = jointlib(f"lobes {lathe} --speed 2350")
+    assert "stable at every speed below 0.61798 mm for small vibrations" in done.out
+    assert "vibrations of up to 200 um, as a knock leaves them, die out at every speed below 0.61798 mm" in done.out
+
+
 def test_a_machine_without_amplitude_says_nothing_about_it(here: Path) -> None:
     data = jointlib("lobes machines/library/two_mode_tool.toml --speed 6000 --json").json
     assert "over_amplitude" not in data

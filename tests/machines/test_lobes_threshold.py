@@ -15,7 +15,9 @@ from jointlib.laws.cubic import Cubic
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from machines import Connection, Lumped, Machine, lobes_at_amplitude
-from machines.lobes import amplitude_limits, depth_ratio
+from machines.lobes import Cutting, amplitude_limits, depth_ratio
+from machines.lobes.lost_contact import milling_contact
+from machines.lobes.words import shaken, told, told_at
 
 MASS, FREQUENCY, RATIO, SPEED = 25.33, 100.0, 0.03, 2350.0
 STIFFNESS = MASS * (2 * np.pi * FREQUENCY) ** 2
@@ -132,3 +134,40 @@ def test_in_milling_the_onset_and_the_vibration_are_computed_by_one_method() -> 
 def test_amplitudes_that_are_no_ascending_list_are_refused(sizes: list[float]) -> None:
     with pytest.raises(InputError, match="above 0 and ascending"):
         amplitude_limits(lathe(), [SPEED], sizes)
+
+
+def test_nothing_starts_by_itself_where_the_multiplier_at_rest_is_below_one() -> None:
+    limits = amplitude_limits(lathe(Cubic(CUBIC)), [SPEED], SIZES)
+    assert "chatter starts by itself and settles at" in told_at(limits, 0.75e-3, multiplier=1.02)
+    said = told_at(limits, 0.75e-3, multiplier=0.97)
+    assert "by itself" not in said
+    assert "above a lens, the smallest vibrations die out; what becomes of larger ones is not computed" in said
+
+
+def test_sentences_about_milling_end_where_edges_leave_the_cut() -> None:
+    """Along x the chip varies with sin φ as the feed does: contact is lost at A·|1 − e^(−jωτ)| = h₀, and soon after
+    5 % of the chip, N(1.2) = 0.960 and N(1.25) = 0.948.
+    """
+    cut = Cutting(process="milling", teeth=2, tangential=6e8, normal=2e8, mode="down", immersion=0.5)
+    size = milling_contact(cut, ("x",), np.array([1.0 + 0j]), 1.6)
+    assert 1.24 < 1.6 * size < 1.31
+    limits = replace(amplitude_limits(lathe(Cubic(-CUBIC)), [SPEED], SIZES), contact=np.array([40e-6]))
+    assert told_at(limits, 0.75e-3) == (
+        "At 2350 rpm and 0.75 mm chatter starts by itself and grows beyond 40 µm, where edges begin to leave the cut."
+    )
+    assert "up to 40 µm at the tool" in told(limits)[0]
+    assert "settles at 32.4 µm" in told(limits)[-1]
+
+
+def test_nothing_is_told_where_the_teeth_alone_change_the_joints() -> None:
+    limits = amplitude_limits(lathe(Cubic(CUBIC)), [SPEED], SIZES)
+    assert not shaken(limits, 0.0)
+    assert not shaken(limits, 10e-6)
+    assert shaken(limits, 60e-6)
+    assert shaken(limits, np.nan)
+    assert told_at(limits, 0.75e-3, forced=10e-6) == told_at(limits, 0.75e-3)
+    assert told(limits, forced=60e-6) == (
+        "At 2350 rpm the teeth alone move the tool by 60 µm, which changes its joints; "
+        "limits over amplitude leave that out, so simulate the cut (--witness).",
+    )
+    assert "settles" not in told_at(limits, 0.75e-3, forced=60e-6)
