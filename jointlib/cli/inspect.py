@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -14,17 +14,18 @@ from jointlib.units import shown
 
 if TYPE_CHECKING:
     from jointlib.measurement import Measurement
-    from machines.machine import Machine
 
 
 @click.command("inspect", cls=Verb)
 @input_file("file")
 @click.option("-o", "output", type=Target(".svg", ".html"), help="Draw a machine into this file: .svg or .html.")
 @click.option("--mode", type=click.IntRange(1), help="Show this mode, from 1 on in ascending frequency; with -o.")
+@click.option("--contacts", is_flag=True, help="Of a machine: every connection on a line of its own.")
 @json_option
-def command(file: Path, output: Path | None, mode: int | None, as_json: bool) -> None:
+def command(file: Path, output: Path | None, mode: int | None, contacts: bool, as_json: bool) -> None:
     """Say what FILE holds: a measurement, joint or machine file, a record (csv, npz, mat, uff), or an FMU.
 
+    Of a machine also masses, stiffnesses and first modes, and what looks like a mistake in it.
     With -o a machine is drawn as well: an SVG with four views, or an HTML page in which it turns and its modes move.
 
     \b
@@ -36,20 +37,22 @@ def command(file: Path, output: Path | None, mode: int | None, as_json: bool) ->
         raise InputError(f"{file}: a folder, expected a file" if file.is_dir() else f"{file}: no such file")
     if mode is not None and output is None:
         raise InputError("--mode: expected -o FILE.svg or FILE.html as well, the picture that shows it")
-    lines, data = _lines(file), {"file": str(file)}
+    lines, warnings = _told(file, contacts)
+    data: dict[str, Any] = {"file": str(file)}
     if output is not None:
         from jointlib.cli.picture import draw
 
         lines += draw(file, output, mode)
         data["picture"] = str(output)
-    emit(as_json, {**data, "lines": lines}, lines)
+    emit(as_json, {**data, "lines": lines, "warnings": warnings}, lines)
 
 
-def _lines(file: Path) -> list[str]:
+def _told(file: Path, contacts: bool) -> tuple[list[str], list[str]]:
+    """What a file holds, and of a machine the sentences on what looks wrong in it."""
     if file.suffix == ".fmu":
-        return _fmu(file)
+        return _fmu(file), []
     if file.suffix != ".toml":
-        return _record(file)
+        return _record(file), []
     import tomllib
 
     from jointlib.io.toml_file import not_valid
@@ -62,10 +65,16 @@ def _lines(file: Path) -> list[str]:
         raise InputError(f"{file}: not valid TOML: {error}") from None
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"{file}: {not_valid(text, error)}") from None
-    readers = {"jointlib/joint/1": _joint, "jointlib/measurement/1": _measurement, "jointlib/machine/1": _machine}
-    if not isinstance(schema, str) or schema not in readers:
-        raise InputError(f"{file}: schema is {schema!r}, expected one of {', '.join(readers)}")
-    return readers[schema](file)
+    readers = {"jointlib/joint/1": _joint, "jointlib/measurement/1": _measurement}
+    machine = "jointlib/machine/1"
+    if not isinstance(schema, str) or schema not in (*readers, machine):
+        raise InputError(f"{file}: schema is {schema!r}, expected one of {', '.join((*readers, machine))}")
+    if schema == machine:
+        from jointlib.cli.machine_told import told
+        from machines.files import read_machine
+
+        return told(read_machine(file), contacts)
+    return readers[schema](file), []
 
 
 def _joint(file: Path) -> list[str]:
@@ -143,42 +152,6 @@ def _sweeps(m: Measurement) -> list[str]:
             )
     header = ("record", "role", "response", "drive", "force [N]", "lines", "span [Hz]", "max |H| [um/N]", "noise")
     return [*table(header, rows), *said_of(opened)]
-
-
-def _machine(file: Path) -> list[str]:
-    from machines.files import read_machine
-
-    machine = read_machine(file)
-    lines = [f"machine {machine.name!r}: {len(machine.components)} components, {len(machine.connections)} connections"]
-    lines += [f"component {c.name}: {type(c).kind}, {', '.join(c.dofs)}" for c in machine.components]
-    lines += machine.remarks()
-    for c in machine.connections:
-        joint = " + ".join(law.kind for law in c.joint.laws) if c.joint else ""
-        what = joint or ("rigid" if c.rigid else "to be identified from its records")
-        lines.append(f"connection {c.name}: {' – '.join(c.between)}, {what}")
-    lines += [axis.words() for axis in machine.axes]
-    lines += [f"tool {axis}: {dof}" for axis, dof in machine.tool.items()]
-    if machine.cutting:
-        lines.append("cutting: " + ", ".join(f"{key} = {value}" for key, value in machine.cutting.items()))
-    if all(c.joint is not None for c in machine.flexible):
-        lines += _under_load(machine)
-    return lines
-
-
-def _under_load(machine: Machine) -> list[str]:
-    from machines.bundles.bundle import said_by
-    from machines.statics import static_point
-
-    lines = list(said_by(machine.joints()))
-    if machine.static is not None:
-        point = static_point(machine)
-        rounding = 1e-12 * max((abs(f) for f in point.table[2]), default=0.0)
-        rows = [
-            (name, f"{z * 1e6:.4f}", f"{f if abs(f) > rounding else 0.0:.4g}")
-            for name, z, f in zip(*point.table, strict=True)
-        ]
-        lines += [*table(("under static load", "at [um]", "force [N]"), rows), *point.warnings]
-    return lines
 
 
 def _record(file: Path) -> list[str]:

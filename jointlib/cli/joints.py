@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 def with_joints(machine: Machine) -> tuple[Machine, tuple[str, ...]]:
     """The machine with every ``identify`` carried out, and a sentence for each; the trace is left to ``run``.
 
-    First come the remarks of the components.
+    First come the remarks of the components, last what looks like a mistake.
     """
     from jointlib import identify, read_joint, read_measurement
 
@@ -26,7 +26,9 @@ def with_joints(machine: Machine) -> tuple[Machine, tuple[str, ...]]:
                 f"{connection.name}: as identified from its records; what that leaves unexplained is traced and mended "
                 "by `jointlib run` only."
             )
-    return machine, tuple(said)
+    from machines.mistakes import mistakes
+
+    return machine, (*said, *mistakes(machine))
 
 
 def look_ahead(machine: Machine) -> None:

@@ -1,0 +1,190 @@
+"""What ``jointlib inspect`` says of a machine: parts, joints, stiffness, modes, and what looks wrong in it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from jointlib.cli.output import table
+
+if TYPE_CHECKING:
+    from machines.machine import Machine
+    from machines.mistakes.elements import Element
+    from machines.natural_modes import NaturalModes
+
+_ROWS = 12
+"""Connections up to which each has a line of its own."""
+_MODES = 10
+
+
+def told(machine: Machine, contacts: bool) -> tuple[list[str], list[str]]:
+    """The lines, and those of them that name what looks wrong; ``contacts`` has a line for every connection."""
+    import numpy as np
+
+    from machines.mistakes import may_be_solved, mistakes
+    from machines.mistakes.materials import oversized
+
+    each = contacts or len(machine.connections) <= _ROWS
+    known = all(c.joint is not None for c in machine.flexible)
+    lines = [f"machine {machine.name!r}: {len(machine.components)} components, {len(machine.connections)} connections"]
+    wrong: list[str] = []
+    modes = None
+    # Values far out of range overflow here; what comes of it is told as a mistake.
+    with np.errstate(all="ignore"):
+        if may_be_solved(machine):
+            modes = _modes(machine)
+        if known:
+            wrong = list(mistakes(machine, modes))
+    lines += [f"looks wrong: {sentence}" for sentence in wrong]
+    lines += _parts(machine)
+    if oversized(machine):
+        return lines, wrong
+    lines += machine.remarks()
+    lines += _connections(machine) if each else _summary(machine)
+    lines += [axis.words() for axis in machine.axes]
+    lines += [f"tool {axis}: {dof}" for axis, dof in machine.tool.items()]
+    if machine.cutting:
+        lines.append("cutting: " + ", ".join(f"{key} = {value}" for key, value in machine.cutting.items()))
+    if known:
+        lines += _under_load(machine, each)
+        lines += _stiffness(machine)
+    if modes is not None:
+        lines += _first_modes(modes)
+    return lines, wrong
+
+
+def _modes(machine: Machine) -> NaturalModes | None:
+    """None where they cannot be computed, which is then among the mistakes."""
+    import numpy as np
+
+    from jointlib.errors import InputError
+    from machines.natural_modes import natural_modes
+
+    try:
+        return natural_modes(machine)
+    except (InputError, np.linalg.LinAlgError, ValueError):
+        return None
+
+
+def _parts(machine: Machine) -> list[str]:
+    from machines.masses import part_masses, whole_mass
+
+    lines = []
+    parts = part_masses(machine)
+    for component, part in zip(machine.components, parts, strict=True):
+        mass = "" if part.mass is None else f", {part.mass:.4g} kg"
+        at = "" if part.centre is None else f" at ({_point(part.centre)}) m"
+        dofs = ", ".join(component.dofs) if len(component.dofs) <= 6 else f"{len(component.dofs)} degrees of freedom"
+        lines.append(f"component {component.name}: {type(component).kind}{mass}{at}, {dofs}")
+    whole = whole_mass(parts)
+    if whole.mass is not None and len(parts) > 1:
+        unknown = [p.name for p in parts if p.mass is None]
+        at = "" if whole.centre is None else f", centre of gravity at ({_point(whole.centre)}) m"
+        lines.append(f"whole: {whole.mass:.4g} kg{at}" + (f" (without {', '.join(unknown)})" if unknown else ""))
+    return lines
+
+
+def _point(vector: Any) -> str:
+    return ", ".join(f"{round(float(x), 4) + 0.0:g}" for x in vector)
+
+
+def _what(connection: Any) -> str:
+    joint = " + ".join(law.kind for law in connection.joint.laws) if connection.joint else ""
+    return joint or ("rigid" if connection.rigid else "to be identified from its records")
+
+
+def _connections(machine: Machine) -> list[str]:
+    return [f"connection {c.name}: {' – '.join(c.between)}, {_what(c)}" for c in machine.connections]
+
+
+def _summary(machine: Machine) -> list[str]:
+    """Connections by bundle; those outside any bundle by what they join and by what."""
+    groups: dict[tuple[str, ...], list[str]] = {}
+    for c in machine.connections:
+        bundle = str(c.joint.provenance.get("bundle", "")) if c.joint is not None else ""
+        sides = tuple(side.partition(".")[0] for side in c.between)
+        groups.setdefault((bundle, " – ".join(sides), _what(c)), []).append(c.name)
+    lines = []
+    for (bundle, between, what), names in groups.items():
+        name = bundle or (names[0] if len(names) == 1 else f"{names[0]} to {names[-1]}")
+        count = f", {len(names)} contacts" if len(names) > 1 else ""
+        lines.append(f"connection {name}: {between}, {what}{count}")
+    return [*lines, "(--contacts: every connection on a line of its own)"]
+
+
+def _under_load(machine: Machine, each: bool) -> list[str]:
+    from machines.bundles.bundle import said_by
+    from machines.mode_energy import bundles
+    from machines.statics import static_point
+
+    lines = list(said_by(machine.joints()))
+    if machine.static is None:
+        return lines
+    point = static_point(machine)
+    rounding = 1e-12 * max((abs(f) for f in point.table[2]), default=0.0)
+    groups = {name: [i] for i, name in enumerate(point.connections)} if each else bundles(machine.flexible)
+    rows = []
+    for name, members in groups.items():
+        z, force = point.displacement[members], point.force[members]
+        f = [value if abs(value) > rounding else 0.0 for value in (force.min(), force.max())]
+        if len(members) == 1:
+            rows.append((name, f"{z[0] * 1e6:.4f}", f"{f[0]:.4g}"))
+        else:
+            rows.append((name, f"{z.min() * 1e6:.4f} to {z.max() * 1e6:.4f}", f"{f[0]:.4g} to {f[1]:.4g}"))
+    return [*lines, *table(("under static load", "at [um]", "force [N]"), rows), *point.warnings]
+
+
+def _stiffness(machine: Machine) -> list[str]:
+    """Stiffness of every bundle, and of what else joins two parts, in six directions."""
+    from machines.mistakes.elements import elements
+
+    rows: list[Sequence[str]] = []
+    alone: dict[tuple[str, str], list[Element]] = {}
+    for e in elements(machine, by_place=False):
+        if e.kind and e.at is not None:
+            rows.append((e.name, *_six(e.six)))
+        elif e.at is not None:
+            alone.setdefault(e.words, []).append(e)
+    for sides, members in alone.items():
+        name = " – ".join(sides) if len(members) > 1 else members[0].name
+        rows.append((name, *_six(_together(members).six)))
+    header = ("stiffness [N/um, kN m/rad]", "x", "y", "z", "rx", "ry", "rz")
+    lines = table(header, rows) if rows else []
+    plain = [(e.name, f"{float(e.stiffness.sum()) * 1e-6:.4g}") for e in elements(machine, False) if e.at is None]
+    return lines + (table(("stiffness along itself", "[N/um]"), plain) if plain else [])
+
+
+def _together(members: list[Element]) -> Element:
+    import numpy as np
+
+    from machines.mistakes.elements import Element
+
+    first = members[0]
+    stacked = [np.concatenate([getattr(e, key) for e in members]) for key in ("rows", "at", "direction")]
+    held = [np.concatenate([getattr(e, key) for e in members]) for key in ("stiffness", "damping")]
+    return Element(first.name, first.kind, first.sides, first.words, *stacked, *held)
+
+
+def _six(values: Any) -> list[str]:
+    floor = 1e-9 * max(abs(values[:3]).max(), 1e-300), 1e-9 * max(abs(values[3:]).max(), 1e-300)
+    shown = [v if abs(v) > floor[i // 3] else 0.0 for i, v in enumerate(values)]
+    return [f"{v * 1e-6:.4g}" for v in shown[:3]] + [f"{v * 1e-3:.4g}" for v in shown[3:]]
+
+
+def _first_modes(modes: NaturalModes) -> list[str]:
+    from machines.mode_energy import mode_energies
+    from machines.mode_words import holders, largest, movers
+
+    energies = mode_energies(modes)
+    rows = [
+        (
+            f"{modes.frequency[i]:.5g}",
+            f"{100 * modes.damping_ratio[i]:.3g}",
+            largest(movers(modes, energies, i)),
+            largest(holders(modes, energies, i)),
+        )
+        for i in range(min(_MODES, len(modes.pole)))
+    ]
+    free = modes.free.shape[1]
+    lines = [f"{free} free motion{'s' if free > 1 else ''}, which nothing holds"] if free else []
+    return lines + (table(("mode [Hz]", "damping [%]", "what moves", "what bends"), rows) if rows else [])

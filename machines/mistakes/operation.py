@@ -1,0 +1,48 @@
+"""Cutting data and gravity off by a unit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ..machine import Machine
+from .scale import outside
+
+_PRESSURE = (2e7, 2e10)
+"""N/m² of chip section, from plastics and light metals at high feed to hardened steel at low feed."""
+_LIMITS = {"feed": (1e-7, 5e-3, "mm", 1e3), "diameter": (5e-5, 10.0, "mm", 1e3)}
+_RATIO = 1e5
+_EARTH = (9.7, 9.9)
+"""m/s² anywhere on the ground."""
+
+
+def wrong_operation(machine: Machine) -> Iterator[str]:
+    """Values of ``[cutting]`` and ``[static]`` out of scale."""
+    cutting = machine.cutting or {}
+    for key in ("tangential", "specific"):
+        if key in cutting:
+            said = outside(float(cutting[key]), *_PRESSURE, f"[cutting]: {key}", "N/mm^2", 1e-6)
+            yield from filter(None, [said])
+    normal = abs(float(cutting.get("normal", 0.0)))
+    if 0 < normal < _RATIO and "tangential" in cutting:
+        meant = normal * float(cutting["tangential"])
+        yield (
+            f"[cutting]: normal is {normal:g} N/m^2, next to nothing; expected a pressure as tangential is: if "
+            "it was meant "
+            f"as a ratio, write {meant:.4g}"
+        )
+    elif "tangential" in cutting and normal > 3 * float(cutting["tangential"]):
+        yield (
+            f"[cutting]: normal is {normal / float(cutting['tangential']):.3g} times tangential, expected less "
+            "than that"
+        )
+    for key, (low, high, unit, scale) in _LIMITS.items():
+        if cutting.get(key) is not None:
+            said = outside(float(cutting[key]), low, high, f"[cutting]: {key}", unit, scale)
+            yield from filter(None, [said])
+    if machine.static is not None and machine.static.gravity is not None:
+        g = float(np.linalg.norm(machine.static.gravity))
+        if g:
+            said = outside(g, *_EARTH, "[static]: gravity", "m/s^2")
+            yield from filter(None, [said])

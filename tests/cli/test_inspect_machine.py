@@ -1,0 +1,60 @@
+"""``jointlib inspect`` of machines: masses, stiffness, modes, contacts summed up, and what looks wrong."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from command_line import jointlib
+
+from machines import natural_modes, read_machine
+
+LIBRARY = Path("machines/library")
+
+
+def test_it_sums_contacts_up_and_shows_each_on_request(here: Path) -> None:
+    said = jointlib(f"inspect {LIBRARY / 'lathe.toml'}").out
+    every = jointlib(f"inspect {LIBRARY / 'lathe.toml'} --contacts").out
+    assert "connection z_guide (linear-guide): slide – bed, hertz-contact + viscous, 16 contacts" in said
+    assert "connection z_guide_1.upper_left_1: slide – bed" in every
+    assert every.count("\nconnection ") == len(read_machine(LIBRARY / "lathe.toml").connections)
+    assert said.count("\nconnection ") < 12
+
+
+def test_it_weighs_the_parts_and_tells_stiffness_and_modes(here: Path) -> None:
+    data = jointlib(f"inspect {LIBRARY / 'lathe.toml'} --json").json
+    lines = data["lines"]
+    machine = read_machine(LIBRARY / "lathe.toml")
+    assert data["warnings"] == []
+    (whole,) = [line for line in lines if line.startswith("whole: ")]
+    spindle = machine.components[1]
+    weight = spindle.weight(np.array([0.0, 0.0, 1.0]))
+    assert weight is not None
+    down = sum(w for w, dof in zip(weight, spindle.dofs, strict=True) if dof.endswith(".z"))
+    assert float(whole.split()[1]) == float(f"{1600 + 160 + 130 + down:.4g}")
+    (guide,) = [line.split() for line in lines if line.startswith("x_guide  ") and " to " not in line]
+    # Four carriages of 520 N/um along the normal; at 45 degrees as much sideways, nothing along the travel.
+    assert [float(word) for word in guide[1:4]] == [0.0, 2080.0, 2080.0]
+    first = natural_modes(machine).frequency[0]
+    assert any(line.startswith(f"{first:.5g} ") for line in lines)
+    assert "1 free motion, which nothing holds" in lines
+
+
+def test_what_looks_wrong_stands_first_and_among_the_warnings_of_lobes(here: Path) -> None:
+    text = (LIBRARY / "two_mode_tool.toml").read_text()
+    Path("m.toml").write_text(text.replace('"20 mm"', "20"))
+    done = jointlib("inspect m.toml")
+    assert done.status == 0
+    assert done.out.splitlines()[1].startswith("looks wrong: [cutting]: diameter is 2e+04 mm")
+    (warning,) = jointlib("inspect m.toml --json").json["warnings"]
+    assert warning in jointlib("lobes m.toml --speed 9000 --json").json["warnings"]
+
+
+def test_a_beam_of_kilometres_is_said_and_not_computed(here: Path) -> None:
+    text = (
+        (LIBRARY / "lathe.toml").read_text().replace("mount.joint.toml", str((LIBRARY / "mount.joint.toml").resolve()))
+    )
+    Path("m.toml").write_text(text.replace('length = "420 mm"', 'length = "420 m"'))
+    done = jointlib("inspect m.toml")
+    assert done.status == 0
+    assert "spindle: it is 420.3 m long" in done.out
