@@ -444,7 +444,6 @@ def test_a_wrong_machine_file_gets_one_sentence(old: str, new: str, said: str, o
         ('"600 N/mm^2"', "600", "if it is meant in N/mm², write 6e+08"),
         ("teeth = 3", "teeth = 3\nhelix = '30 deg'", "helix is not covered, teeth are taken as straight"),
         ("teeth = 3", "teeth = 0", "teeth"),
-        ('frequency = ["100 Hz", "3 kHz"]', "", "no frequency in [response]"),
     ],
 )
 def test_a_wrong_cutting_operation_gets_one_sentence(old: str, new: str, said: str, own: Path) -> None:
