@@ -10,6 +10,7 @@ import click
 import numpy as np
 
 from jointlib.cli.arguments import Quantity, Target, Verb, input_file, json_option, tool_option
+from jointlib.cli.lobes_forced import forced
 from jointlib.cli.lobes_over_amplitude import (
     bands,
     grown,
@@ -151,10 +152,15 @@ def command(
     if best is not None:
         lines.append(f"recommended: {best.words()}")
         data["pocket"] = {"speed": best.speed, "depth": best.depth, "margin": best.margin}
+    field = None
+    if not amplitude:
+        further, said, field = forced(model, charts[0], depth, best)
+        data |= further
+        lines += said
     if output is not None:
         sizes = amplitude or (0.0,)
         if drawn:
-            _draw(output, model, list(zip(sizes, charts, strict=True)), cutting, zones, band)
+            _draw(output, model, list(zip(sizes, charts, strict=True)), cutting, zones, band, field)
         else:
             if zones is None and "over_amplitude" in data:
                 safe = np.fmin(safe, data["over_amplitude"]["safe_depth"])
@@ -203,7 +209,9 @@ def chart_data(charts: Sequence[Any], speeds: Any, amplitude: Sequence[float]) -
     }
 
 
-def _draw(path: Path, model: Any, charts: Sequence[tuple[float, Any]], cutting: Any, zones: Any, band: Any) -> None:
+def _draw(
+    path: Path, model: Any, charts: Sequence[tuple[float, Any]], cutting: Any, zones: Any, band: Any, field: Any
+) -> None:
     """The charts as a picture, with what is unstable up to the end of its axis."""
     from jointlib.io.atomic import write_text
     from machines.report.lobes_figure import axis_top, lobes_figure
@@ -211,7 +219,7 @@ def _draw(path: Path, model: Any, charts: Sequence[tuple[float, Any]], cutting: 
     amplitude, first = charts[0]
     top = 1e-3 * axis_top([chart for _, chart in charts])
     unstable = () if amplitude else lenses_to(model, first, top)
-    figure = lobes_figure(charts, cutting, zones, None if band is None else band[0], unstable)
+    figure = lobes_figure(charts, cutting, zones, None if band is None else band[0], unstable, field)
     write_text(path, figure.svg)
 
 

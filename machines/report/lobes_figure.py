@@ -10,6 +10,7 @@ import numpy as np
 from jointlib.arrays import Array
 
 from ..lobes import Cutting, StabilityLobes
+from ..lobes.forced_field import ForcedField
 from ..lobes.pocket import WANDER, Pocket, best_pocket, removal_rate
 from ..lobes.unstable_depths import UnstableDepths
 from ..lobes.zones import Zones, safe_limit
@@ -17,7 +18,9 @@ from .drawing import AFTER, BEFORE, FLOOR, shades, sheet
 from .page import Figure
 
 _HOPF, _FLIP = ".", "x"
-_CHATTERS, _BISTABLE, _SETTLES, _BAND = "#d9dde3", "#fdba74", "#93c5fd", "#7e22ce"
+_CHATTERS, _BISTABLE, _SETTLES, _BAND, _FORCED = "#d9dde3", "#fdba74", "#93c5fd", "#7e22ce", "#0f766e"
+_LEVELS, _LINES = (1, 2, 5), 4
+"""Digits of the iso-lines of forced vibration, and how many are drawn."""
 _ROWS = 400
 _SHOWN = 1e-3
 """Share of the axis that a zone must have somewhere to be drawn and spoken of."""
@@ -29,13 +32,15 @@ def lobes_figure(
     zones: Zones | None = None,
     band: Array | None = None,
     unstable: Sequence[UnstableDepths] = (),
+    forced: ForcedField | None = None,
 ) -> Figure:
     """Limiting depth in mm over speed in rpm, one curve per tool-point amplitude (m), over the chatter frequency.
 
     Grey: chatter, with the lenses of ``unstable`` where given, else everything above the first curve. Between the safe
     limit and the onset of ``zones`` the cut is bistable; above the onset, up to their ceiling, chatter has a finite
     size. ``band`` holds depths in m at 2.5, 50 and 97.5 %, (3, speeds), of the first chart. Contours tell the removal
-    rate, where feed and diameter are given; a box marks the recommended pocket with the speeds for which it holds.
+    rate, where feed and diameter are given, and the ``forced`` vibration of the teeth; a box marks the recommended
+    pocket with the speeds for which it holds.
     """
     import matplotlib.ticker
 
@@ -69,6 +74,10 @@ def lobes_figure(
         depth.set_xlim(float(np.min(speeds)), float(np.max(speeds)) if len(np.unique(speeds)) > 1 else None)
         if _contours(depth, speeds, top, cutting):
             said.append("Broken lines: removal rate.")
+        if forced is not None and _forced(depth, forced, top):
+            said.append(
+                "Thin iso-lines: the vibration of the tool that the teeth force, half its peak-to-peak, chatter aside."
+            )
         if found is not None:
             _mark(depth, found)
             said.append(f"Box: the recommended pocket, {found.words()}.")
@@ -146,6 +155,25 @@ def _mark(axes: Any, found: Pocket) -> None:
     axes.fill_between(speeds, 0, found.depth * 1e3, color=AFTER, alpha=0.3, linewidth=0)
     name = f"recommended: {found.words()}"
     axes.plot(found.speed, found.depth * 1e3, "o", color=AFTER, markersize=5, label=name, zorder=5)
+
+
+def _forced(axes: Any, forced: ForcedField, top: float) -> bool:
+    """Iso-lines of the vibration of the teeth, with their unit on them; false where there are none to draw."""
+    inside = forced.depth * 1e3 <= 1.001 * top
+    size = np.concatenate([np.zeros((len(forced.speed), 1)), forced.amplitude[:, inside] * 1e6], axis=1)
+    if len(forced.speed) < 2 or not np.any(inside) or not np.any(size > 0):
+        return False
+    decades = np.multiply.outer(10.0 ** np.arange(-2, 4), _LEVELS).ravel()
+    levels = decades[(decades > np.nanmin(size[:, -1]) / 5) & (decades < np.nanmax(size))][-_LINES:]
+    if not len(levels):
+        return False
+    depth = np.concatenate([[0.0], forced.depth[inside] * 1e3])
+    lines = axes.contour(
+        forced.speed, depth, np.ma.masked_invalid(size.T), levels, colors=_FORCED, linewidths=0.8, zorder=1.9
+    )
+    axes.clabel(lines, fmt=lambda level: f"{level:g} µm", fontsize=7, inline=True)
+    axes.plot([], [], color=_FORCED, linewidth=0.8, label="tooth-passing vibration")
+    return True
 
 
 def _contours(axes: Any, speeds: Array, top: float, cutting: Cutting) -> bool:

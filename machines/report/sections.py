@@ -12,6 +12,7 @@ from jointlib.joint import Joint
 
 from ..linear import LinearCheck
 from ..lobes import Cutting, StabilityLobes
+from ..lobes.forced_field import ForcedField
 from ..lobes.zones import Zones
 from .check_figure import check_figure
 from .joint_figures import gain, gain_over_frequency, static_fit, surface
@@ -73,8 +74,10 @@ def check_section(check: LinearCheck) -> Section:
     return Section("Check against python-control", text, [check_figure(check.frequency, ours, theirs)])
 
 
-def lobes_section(charts: Sequence[tuple[float, StabilityLobes]], cutting: Cutting) -> Section:
-    """Stability lobes at several tool-point amplitudes, with the recommended pocket."""
+def lobes_section(
+    charts: Sequence[tuple[float, StabilityLobes]], cutting: Cutting, forced: ForcedField | None = None
+) -> Section:
+    """Stability lobes at several tool-point amplitudes, with the recommended pocket and the ``forced`` vibration."""
     rows = [
         (
             "vanishing" if A == 0 else f"{A * 1e6:g}",
@@ -87,5 +90,8 @@ def lobes_section(charts: Sequence[tuple[float, StabilityLobes]], cutting: Cutti
     header = ("tool-point amplitude [µm]", "minimum depth [mm]", "chatter frequency [Hz]", "method")
     notes = sorted({*charts[0][1].notes, *(w for _, c in charts for w in c.warnings)})
     return Section(
-        "Stability lobes", notes, [lobes_figure(charts, cutting, Zones.between(charts))], [Table(header, rows)]
+        "Stability lobes",
+        notes,
+        [lobes_figure(charts, cutting, Zones.between(charts), forced=forced)],
+        [Table(header, rows)],
     )

@@ -53,6 +53,7 @@ def _together(road: Road, amplitudes: tuple[float, ...]) -> None:
     from machines import Cutting
     from machines.lobes.advice import advice
     from machines.lobes.developed_lobes import HELD
+    from machines.lobes.forced_field import forced_field
     from machines.report.sections import lobes_section
 
     sizes = [A for A in amplitudes if A in road.charts]
@@ -70,12 +71,16 @@ def _together(road: Road, amplitudes: tuple[float, ...]) -> None:
     missing = [A for A in amplitudes if A not in road.charts]
     if missing:
         road.doubts.append(f"The limits at {' and at '.join(_size(A) for A in missing)} are not known.")
+    forced = None
     if amplitudes[0] in road.charts:
-        road.advice += advice(pairs, cutting)
+        with road.progress.step("the vibration that the teeth force"):
+            road.advice += advice(pairs, cutting, road.machine)
+            forced = forced_field(road.machine, charts[0]) if sizes[0] == 0 else None
+            road.doubts += [] if forced is None else forced.words()
         road.numbers += _figures(charts, cutting)
     else:
         road.advice.append(f"No speed and depth are recommended: the limits at {_size(amplitudes[0])} are not known.")
-    road.front.insert(0, lobes_section(pairs, cutting))
+    road.front.insert(0, lobes_section(pairs, cutting, forced))
 
 
 def _figures(charts: Sequence[StabilityLobes], cutting: Cutting) -> list[tuple[str, str]]:

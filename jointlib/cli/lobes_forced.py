@@ -1,0 +1,29 @@
+"""What ``jointlib lobes`` says of the vibration that the teeth of the cut force."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from jointlib.cli.output import working
+
+
+def forced(model: Any, chart: Any, depth: Sequence[float], pocket: Any) -> tuple[dict[str, Any], list[str], Any]:
+    """As JSON, told, and for a picture: over the speeds of a chart at rest and depths, and in the recommended pocket.
+
+    Nothing where nothing forces a vibration: without a feed, in turning.
+    """
+    from machines.lobes.forced_field import forced_field
+    from machines.lobes.shaken_limits import steady_cut
+
+    with working("computing the vibration that the teeth force"):
+        field = forced_field(model, chart, np.array(sorted(depth)) if depth else None)
+        if field is None:
+            return {}, [], None
+        cut = None if pocket is None else steady_cut(model, pocket.speed, pocket.depth)
+        said = ([] if cut is None else [cut.words()]) + field.words()
+    keys = ("speed", "depth", "amplitude", "limit")
+    data = {key: getattr(field, key) for key in keys} | ({} if cut is None else {"pocket": cut.data})
+    return {"forced": data}, said, field
