@@ -32,6 +32,8 @@ _SMALLEST, _LARGEST, _SIZES = 0.03, 20.0, 20
 """Amplitudes of the line over that of the forced motion, and how many are tabulated."""
 _PER_TOOTH, _FEWEST = 4, 6
 """Frequencies tabulated per tooth frequency; at least as many in all."""
+_BAND = 6.0
+"""Tooth frequencies up to which gains are tabulated where the machine names no band."""
 _PHASES = 12
 _SAMPLES, _PER_WAVE = 128, 32
 _SETTLING, _LOOKED_AT = 3, 3
@@ -146,10 +148,10 @@ def beside_forced(machine: Machine, forced: ForcedVibration, index: int = 0) -> 
 
     What depends on no amplitude stays as it is, and so does a joint that the teeth do not move.
     """
-    assert machine.frequency is not None
     assert machine.cutting is not None
     tooth = 2 * np.pi * int(machine.cutting["teeth"]) * float(forced.speed[index]) / 60
-    highest = max(2 * np.pi * machine.frequency[1], tooth) * 1.2
+    band = _BAND * tooth if machine.frequency is None else 2 * np.pi * machine.frequency[1]
+    highest = 1.2 * max(band, tooth)
     for i, name in enumerate(forced.connections):
         joint, path = machine.joints()[i], forced.joints[index, :, i]
         if is_linear(joint) or not np.max(np.abs(path[1:]), initial=0.0) > _STILL:
