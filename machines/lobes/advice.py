@@ -50,8 +50,11 @@ def advice(
 
 def safe_words(chart: StabilityLobes) -> str:
     """The depth below which nothing chatters, at the speeds of which the chart knows that."""
-    where = "every speed is stable" if chart.branches else "the cut is stable at the speeds computed"
-    return f"Below {_mm(chart.minimum_depth)} {where} (chatter would come at {chart.minimum_frequency:.0f} Hz)."
+    where, at = "every speed is stable" if chart.branches else "the cut is stable at the speeds computed", ""
+    if chart.minimum_at is not None:
+        low, high = float(np.min(chart.speed)), float(np.max(chart.speed))
+        where, at = f"every speed from {low:.0f} to {high:.0f} rpm is stable", f", at {chart.minimum_at:.0f} rpm"
+    return f"Below {_mm(chart.minimum_depth)} {where} (chatter would come at {chart.minimum_frequency:.0f} Hz{at})."
 
 
 def forced_words(machine: Machine | None, best: Pocket) -> list[str]:

@@ -20,7 +20,7 @@ from .machine_model import machine_model
 from .shaken_limits import SMALL
 from .solve import stability_lobes
 
-_MOST = 50
+_MOST = 25
 """Speeds at which joints that depend on amplitude are balanced."""
 _DEPTHS = (0.15, 0.4, 0.7, 1.0)
 _UNMOVED = 1e-4
@@ -67,7 +67,7 @@ class ForcedField:
 
 
 def forced_field(machine: Machine, chart: StabilityLobes, depth: Array | None = None) -> ForcedField | None:
-    """Over the speeds of a chart at rest (at most 50 of them where joints depend on amplitude) and depths in m.
+    """Over the speeds of a chart at rest (at most 25 of them where joints depend on amplitude) and depths in m.
 
     Without depths: four up to the highest limit, or six times the middle one. None without a feed, outside milling,
     and where the forced motion cannot be computed at all.
