@@ -19,7 +19,7 @@ from .followed import Followed, by_arc_length
 from .following import by_raising_the_force, from_branches
 from .labels import with_errors
 from .limits import beyond_frequency
-from .lobes.chatter_band import frequency_range
+from .lobes.chatter_band import chatter_band, frequency_range
 from .machine import Machine, checked_forces, checked_range
 from .on_lines import by_lines
 from .overtones import Overtones, refined
@@ -149,6 +149,7 @@ def response(
             remarks = (*remarks, *([said] if said else []), *nothing_stable(forces, branches))
     peaks = [p for part, own in zip(found, branches, strict=True) for p in of_peaks(part.peaks, own, connections)]
     still = unmoved(machine, driven, (b for part in found for b in part.branches))
+    by_modes = chatter_band(machine).said if frequency is None and machine.frequency is None else ()
     return Response(
         driven,
         tuple(forces.tolist()),
@@ -158,7 +159,7 @@ def response(
         tuple(part.frf for part in found),
         tuple(part.outcome for part in found),
         tuple(sorted(peaks, key=lambda p: p.force)),
-        (*_warnings(machine, float(lines[0]), float(lines[-1])), *still, *remarks),
+        (*_warnings(machine, float(lines[0]), float(lines[-1])), *by_modes, *still, *remarks),
     )
 
 

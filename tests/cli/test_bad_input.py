@@ -73,7 +73,7 @@ def at_bench(bench: Path) -> Iterator[Path]:
     ("command", "said"),
     [
         # words that are no command
-        ("frobnicate", "no verb 'frobnicate', expected one of check, df"),
+        ("frobnicate", "no verb 'frobnicate', expected one of check, compare, df"),
         ("lobe machine.toml", "did you mean 'lobes'?"),
         ("--bogus", "--bogus"),
         (f"df {GUIDE} {AT} --bogus", "--bogus"),
@@ -451,11 +451,9 @@ def test_a_wrong_cutting_operation_gets_one_sentence(old: str, new: str, said: s
     refused(f"lobes {TOOL} --amplitude 1um", said)
 
 
-def test_a_force_or_range_that_nobody_gives_is_asked_for(own: Path) -> None:
+def test_a_force_that_nobody_gives_is_asked_for(own: Path) -> None:
     changed(TWO_MASS, "force = ", "# ")
     refused(FRF, "no force is given")
-    changed(TWO_MASS, "frequency = ", "# ")
-    refused(f"{FRF} --force 5", "no frequency is given")
 
 
 def test_a_key_known_elsewhere_is_unknown_here(own: Path) -> None:

@@ -214,7 +214,7 @@ def test_a_tool_that_moves_no_joint_is_told(soft: str, joints: int, own: Path) -
     done = jointlib(f"{FRF} --json")
     assert done.status == 0
     said = "the force on body.rx moves no joint (guide, foot), so none of them bears on the answer"
-    assert done.json["warnings"] == [said]
+    assert said in done.json["warnings"]
     with np.load("out.npz") as found:
         w = 2 * np.pi * found["frequency_0"]
         assert found["receptance_0"][:, 0] == pytest.approx(-1 / (0.1 * w**2), rel=1e-9)
