@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
 from random_machines import random_machine
 
 from machines import Machine, lobes_at_amplitude, read_machine
@@ -15,7 +14,6 @@ from machines.explore.built import Built
 from machines.lobes import Cutting
 from machines.lobes.together import limits, preview
 from machines.study.variants import Variant
-
 
 LIBRARY = Path(__file__).parents[2] / "machines" / "library"
 SEEDS = [1, 2, 3, 5, 8]
