@@ -13,6 +13,7 @@ import click
 
 VERBS = {
     "run": "The whole road for a machine: identify, trace, mend, couple, check, cut, export.",
+    "new": "A commented file to begin with: machine, joint, measurement, study.",
     "inspect": "Say what a file holds, in plain words, with units.",
     "identify": "Fit a joint to measurements.",
     "trace": "Find what a joint model leaves unexplained, name it, mend the joint.",
