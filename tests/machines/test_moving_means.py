@@ -266,8 +266,10 @@ def test_disturbances_under_load_die_out_as_in_time(load: float, force: float, f
 def test_the_middle_one_of_three_solutions_under_load_is_unstable_by_folds_and_by_hill() -> None:
     machine = hung(900.0, HertzContact(2000.0, KAPPA), Viscous(4e3), mass=MASS)
     found = response(machine, 120.0, [380.0, 520.0], points=80, stability="hill")
-    labels = sorted(b.stability.value for b in found.branches[0])
-    assert labels == ["stable", "stable", "unstable"]
+    kinds = [{label.value for label in branch.labels} for branch in found.branches[0]]
+    # One harmonic is a tenth off on the upper branches, so that near the folds their multipliers are in doubt.
+    assert ["stable" in kind for kind in kinds] == [True, False, True]
+    assert "unstable" in kinds[1]
 
 
 def test_lobes_at_an_amplitude_hold_the_joint_at_the_gain_about_its_moved_mean() -> None:
