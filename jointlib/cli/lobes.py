@@ -21,7 +21,7 @@ from jointlib.cli.lobes_over_amplitude import (
     witnessed,
     zones_of,
 )
-from jointlib.cli.output import emit, table, working, wrote
+from jointlib.cli.output import emit, emit_so_far, table, working, wrote
 from jointlib.errors import InputError
 
 
@@ -95,20 +95,6 @@ def command(
     data = chart_data(charts, speeds, amplitude)
     if growth:
         data["multiplier"] = growth if amplitude else growth[0]
-    unstable: list[Any] = []
-    if speed and not amplitude:
-        further, unstable, said = lenses(model, charts[0], depth)
-        data |= further
-        told += said
-        further, said = over_amplitude(model, speed, depth, method, unstable, growth[0] if growth else None)
-        data |= further
-        told += said
-    if samples:
-        data["band"], said = bands(model, charts, amplitude, samples)
-        told += said if speed else []
-    if witness:
-        data["witness"], said = witnessed(model, speed, depth, amplitude)
-        told += said
     data["warnings"] = [*remarks, *data["warnings"]]
     lines: list[str] = list(remarks)
     small = " for small vibrations" if depends_on_amplitude(model) else ""
@@ -122,6 +108,7 @@ def command(
         else:
             known = "" if chart.known_to is None else f" up to {chart.known_to:g} Hz, above which nothing is known"
             lines.append(f"no chatter at any depth{at}{known}, {chart.method}")
+        emit_so_far(as_json, lines)
         if not A:
             further, said = safe_from_knocks(model, chart)
             data |= further
@@ -143,6 +130,23 @@ def command(
             )
         lines += chart.warnings
     lines += told
+    if speed and not amplitude:
+        emit_so_far(as_json, lines)
+        further, unstable, said = lenses(model, charts[0], depth)
+        data |= further
+        lines += said
+        emit_so_far(as_json, lines)
+        further, said = over_amplitude(model, speed, depth, method, unstable, growth[0] if growth else None)
+        data |= further
+        lines += said
+    if samples:
+        emit_so_far(as_json, lines)
+        data["band"], said = bands(model, charts, amplitude, samples)
+        lines += said if speed else []
+    if witness:
+        emit_so_far(as_json, lines)
+        data["witness"], said = witnessed(model, speed, depth, amplitude)
+        lines += said
     cutting = Cutting(**(model.cutting or {}))
     drawn = output is not None and output.suffix == ".svg"
     zones = zones_of(model, charts, amplitude) if drawn or amplitude else None
@@ -153,6 +157,7 @@ def command(
         lines.append(f"recommended: {best.words()}")
         data["pocket"] = {"speed": best.speed, "depth": best.depth, "margin": best.margin}
     field = None
+    emit_so_far(as_json, lines)
     if not amplitude:
         further, said, field = forced(model, charts[0], depth, best)
         data |= further

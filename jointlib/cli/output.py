@@ -16,7 +16,17 @@ from jointlib.loop.report import plain
 
 def emit(as_json: bool, data: Mapping[str, Any], lines: Sequence[str]) -> None:
     """Print the promised keys as JSON, or the same in words."""
-    click.echo(json.dumps(plain(data), allow_nan=False, indent=1) if as_json else "\n".join(lines))
+    if as_json:
+        click.echo(json.dumps(plain(data), allow_nan=False, indent=1))
+    elif lines:
+        click.echo("\n".join(lines))
+
+
+def emit_so_far(as_json: bool, lines: list[str]) -> None:
+    """Print the words that stand already and clear them, before something that may take long; with JSON nothing."""
+    if not as_json and lines:
+        click.echo("\n".join(lines))
+        lines.clear()
 
 
 def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
