@@ -16,8 +16,11 @@ def forced(model: Any, chart: Any, depth: Sequence[float], pocket: Any) -> tuple
     Nothing where nothing forces a vibration: without a feed, in turning.
     """
     from machines.lobes.forced_field import forced_field
+    from machines.lobes.forced_vibration import too_many
     from machines.lobes.shaken_limits import steady_cut
 
+    if bent := too_many(model):
+        return {}, [f"The vibration that the teeth force is not computed: {bent} joints depend on amplitude."], None
     with working("computing the vibration that the teeth force"):
         field = forced_field(model, chart, np.array(sorted(depth)) if depth else None)
         if field is None:

@@ -15,7 +15,7 @@ from ..working_point import tangents
 from .beside_forced import BesideForced, beside_forced
 from .chart import StabilityLobes
 from .cutting import Cutting
-from .forced_vibration import forced_vibration
+from .forced_vibration import forced_vibration, too_many
 from .machine_model import machine_model
 from .shaken_limits import SMALL
 from .solve import stability_lobes
@@ -73,7 +73,7 @@ def forced_field(machine: Machine, chart: StabilityLobes, depth: Array | None = 
     and where the forced motion cannot be computed at all.
     """
     cutting = Cutting(**dict(machine.cutting or {}))
-    if cutting.process != "milling" or cutting.feed is None:
+    if cutting.process != "milling" or cutting.feed is None or too_many(machine):
         return None
     nonlinear = not all(map(is_linear, machine.joints()))
     order = np.argsort(chart.speed.ravel(), kind="stable")

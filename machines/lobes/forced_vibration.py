@@ -15,7 +15,7 @@ import numpy as np
 from jointlib.arrays import Array, ArrayLike, ComplexArray
 from jointlib.errors import FrequencyMismatch, InputError
 
-from ..assembly import Assembly
+from ..assembly import Assembly, is_linear
 from ..balance import Balance, solve_complex
 from ..harmonics import Harmonics, jumps
 from ..indices import Mask
@@ -35,9 +35,16 @@ _LONGEST = 0.5
 _SERVES = 0.3
 """Share of the last step that one with the Jacobian kept may have."""
 _RAMP = (0.3, 0.6, 0.8, 1.0)
+_MANY = 12
 _BLOCK = 64
 """Cuts balanced side by side."""
 _ANGLES = 1024
+
+
+def too_many(machine: Machine) -> int:
+    """Joints that depend on amplitude where they are too many to balance under the teeth in bearable time, else 0."""
+    bent = sum(not is_linear(joint) for joint in machine.joints())
+    return bent if bent > _MANY else 0
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,7 +18,7 @@ from ..machine import Machine
 from .amplitude import lobes_at_amplitude
 from .beside_forced import beside_forced
 from .cutting import Cutting
-from .forced_vibration import ForcedVibration, forced_vibration
+from .forced_vibration import ForcedVibration, forced_vibration, too_many
 from .threshold import AmplitudeLimits, amplitude_limits
 
 SMALL = 1e-8
@@ -173,7 +173,7 @@ class SteadyCut:
 def steady_cut(machine: Machine, speed: float, depth: float) -> SteadyCut | None:
     """The cut at a speed and depth; None where nothing forces it, or its vibration cannot be computed."""
     cutting = Cutting(**dict(machine.cutting or {}))
-    if cutting.process != "milling" or cutting.feed is None:
+    if cutting.process != "milling" or cutting.feed is None or too_many(machine):
         return None
     cut = SteadyCut(machine, speed, depth)
     try:
