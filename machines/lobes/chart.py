@@ -66,7 +66,7 @@ class StabilityLobes:
         Whole waves between two cuts; −1 where the depth is inf.
     minimum_depth
         Depth in m below which every speed is stable (at least inside the band), for multi-frequency and collocation
-        every given speed; inf if there is none.
+        every given speed, or every speed between them where ``minimum_at`` is set; inf if there is none.
     minimum_frequency
         Chatter frequency in Hz at the minimum depth; nan if there is none.
     minimum_phase

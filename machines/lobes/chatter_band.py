@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 
 import numpy as np
 
-from jointlib.arrays import Array, ComplexArray
+from jointlib.arrays import Array
 from jointlib.errors import InputError
 
 from ..assembly import Assembly
@@ -16,7 +16,7 @@ from ..machine import Machine
 from ..state_equations import machine_states
 from ..working_point import tangents
 from .machine_model import OpenJoints
-from .tool_model import ToolModel
+from .tool_model import ToolModel, around
 
 _FELT = 0.05
 """Share of the highest peak, or of the static compliance, from which on the tool feels a mode."""
@@ -69,7 +69,7 @@ class ChatterBand:
         """Whether no mode of the tool can lie beyond."""
         return not np.isfinite(self.known[1])
 
-    @cached_property
+    @property
     def middle(self) -> float:
         """Hz at which joints that are no spring and damper are linearised."""
         return (self.low + self.high) / 2
@@ -106,7 +106,8 @@ def chatter_band(machine: Machine) -> ChatterBand:
                 f"The band of [response], {typed[0]:g} to {typed[1]:g} Hz, cuts off modes of the tool ({span}): "
                 f"chatter was looked for from {low:.4g} to {high:.4g} Hz."
             )
-    near, top = _around(felt), min(high, _BEYOND * float(natural[-1]))
+    near, top = np.unique(around(felt)) / (2 * np.pi), min(high, _BEYOND * float(natural[-1]))
+    near = near[near > 0]
     lines = np.union1d(np.linspace(low, high, _LINES), near[(near > low) & (near < high)])
     if model is not None and not _is_exact(machine, model, np.append(np.linspace(low, top, _COMPARED), near)):
         model = None
@@ -160,13 +161,6 @@ def _natural(machine: Machine) -> Array:
     """Every natural frequency in Hz of a machine whose modes at the tool cannot be told apart."""
     K = tangents(machine, _FIRST_GUESS)[0].real
     return machine_states(machine).natural_frequencies(np.where(np.isfinite(K), K, _STIFF))
-
-
-def _around(poles: ComplexArray) -> Array:
-    """Lines in Hz round each resonance."""
-    size, width = np.abs(poles)[:, None], np.abs(poles.real)[:, None]
-    lines = (size + width * np.linspace(-6, 6, 13)).ravel() / (2 * np.pi)
-    return np.unique(lines[lines > 0])
 
 
 def _is_exact(machine: Machine, model: ToolModel, lines: Array) -> bool:

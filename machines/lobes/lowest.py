@@ -21,6 +21,7 @@ from ..indices import Index, Mask
 from ..machine import Machine
 from .amplitude import lobes_at_amplitude
 from .chart import StabilityLobes
+from .periodic import AT_SPEEDS
 
 _HALVINGS = 5
 _CLOSER = 6
@@ -86,6 +87,7 @@ def over_the_range(chart: StabilityLobes, at: Callable[[Array], StabilityLobes])
         minimum_frequency=frequency,
         minimum_phase=waves % 1,
         minimum_at=rpm if np.isfinite(lowest) else None,
+        notes=tuple(note for note in chart.notes if note != AT_SPEEDS),
     )
 
 

@@ -26,9 +26,10 @@ from .multi_frequency import HarmonicLoop
 from .tool_model import ToolModel
 from .tool_point import ToolPoint
 
+AT_SPEEDS = "The minimum depth is the lowest at the speeds given."
 NOTES = (
     "Not covered: helix, uneven tooth pitch, runout, process damping, axial and torsional motion, loss of contact.",
-    "The minimum depth is the lowest at the speeds given.",
+    AT_SPEEDS,
 )
 _UNBOUNDED = 1.0
 _WORTH_TELLING = 1e-4

@@ -146,11 +146,15 @@ class ToolModel:
     @property
     def lines(self) -> Array:
         """Lines in Hz on which every mode leaves its trace, from a tenth of the lowest to twice the highest."""
-        size, width = np.abs(self.poles), np.abs(self.poles.real)
-        around = size[:, None] + width[:, None] * np.linspace(-6, 6, 13)
+        size = np.abs(self.poles)
         grid = np.geomspace(0.1 * np.min(size), 2 * np.max(size), 60)
-        lines = np.unique(np.concatenate([around.ravel(), grid])) / (2 * np.pi)
+        lines = np.unique(np.concatenate([around(self.poles), grid])) / (2 * np.pi)
         return lines[lines > 0]
+
+
+def around(poles: ComplexArray) -> Array:
+    """Frequencies in rad/s on which the resonance of every pole leaves its trace, in no order."""
+    return np.asarray((np.abs(poles)[:, None] + np.abs(poles.real)[:, None] * np.linspace(-6, 6, 13)).ravel())
 
 
 class ToolModels:
