@@ -16,6 +16,8 @@ _STEP = 0.3
 _WEAK = 0.02
 """Share of the largest receptance below which a line does not decide how many harmonics are needed."""
 _FAINT = 1e-3
+_CLOSE = 0.5
+"""Share of the spacing of two lines within which a ν that another line asks for serves them too."""
 
 
 @dataclass(frozen=True)
@@ -96,14 +98,21 @@ class Shape:
         return float(np.max(self.lines[self.size >= level], initial=0.0))
 
     def folded(self, tooth_frequency: float, level: float | None = None) -> Array:
-        """ν = ω/ω_T in (0, 1/2] at which these lines are met, with a few between; the last one is 1/2.
+        """ν = ω/ω_T in (0, 1/2], ascending, between which G turns on no line by more than about a third.
 
-        Lines count from a receptance of ``level`` (m/N) on, by default a thousandth of the largest.
+        Lines count from a receptance of ``level`` (m/N) on, by default a thousandth of the largest. The last ν is 1/2.
         """
         worth = self.size >= (_FAINT * self.largest if level is None else level)
         order = np.mod(self.lines[worth] / tooth_frequency, 1.0)
-        nu = np.minimum(order, 1 - order)
-        nu = np.unique(np.round(np.concatenate([nu, np.linspace(0.04, 0.46, 12), [1e-3, 0.01, 0.49, 0.499]]), 7))
+        order = np.minimum(order, 1 - order)
+        gap = np.diff(self.lines, prepend=-np.inf, append=np.inf)
+        step = np.minimum(gap[:-1], gap[1:])[worth] / tooth_frequency
+        chosen: list[int] = []
+        for i in np.argsort(step).tolist():  # those that stand close first; others only where none of these is near
+            if all(abs(order[i] - order[j]) >= _CLOSE * step[i] for j in chosen):
+                chosen.append(i)
+        nu = np.concatenate([order[chosen], np.linspace(0.04, 0.46, 12), [1e-3, 0.01, 0.49, 0.499]])
+        nu = np.unique(np.round(nu, 7))
         nu = nu[(nu >= 1e-4) & (nu < 0.5 - 1e-6)]
         return np.append(nu, 0.5)
 

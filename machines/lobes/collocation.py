@@ -31,7 +31,8 @@ MORE = 10
 _LONGEST = 60.0
 """θ above which a stretch is split."""
 FINER = 4
-_MOST_NODES = 1000
+_MOST_NODES, MOST_SETTLED = 1000, 4000
+"""Nodes up to which the map is searched, and up to which a crossing is followed on it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,17 +93,25 @@ class ArcMap:
         return whole
 
 
-def arc_map(model: ToolModel, cutting: Cutting, speed: float | Array, more: int = MORE, share: float = 1.0) -> ArcMap:
+def arc_map(
+    model: ToolModel,
+    cutting: Cutting,
+    speed: float | Array,
+    more: int = MORE,
+    share: float = 1.0,
+    most: int = _MOST_NODES,
+) -> ArcMap:
     """The map over one tooth period at a speed in rpm, with ⌈``share``·θ⌉ + ``more`` nodes per stretch of cut.
 
-    Several speeds, shape (b,), have the nodes of the slowest in common and become the first axis of the map.
+    More nodes than ``most`` are refused. Several speeds, shape (b,), have the nodes of the slowest in common and become
+    the first axis of the map.
     """
     slowest = float(np.min(speed))
     needed = node_count(model, cutting, slowest, more)
-    if needed > _MOST_NODES:
+    if needed > most:
         raise CheckFailed(
             f"collocation: at {slowest:g} rpm the cut of a tooth takes {needed} nodes for modes of up to "
-            f"{model.fastest / (2 * np.pi):.0f} Hz, expected at most {_MOST_NODES}: a faster speed or lower modes"
+            f"{model.fastest / (2 * np.pi):.0f} Hz, expected at most {most}: a faster speed or lower modes"
         )
     modes, axes = len(model.poles), ["xy".index(axis) for axis in model.axes]
     pitch = 2 * np.pi / cutting.cuts_per_revolution

@@ -18,7 +18,8 @@ import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
 
-from .loop_branches import NONE, Crossing, Loop, brackets, closed, halved, largest, nearest, regeneration
+from .loop_branches import NONE, Crossing, Loop, brackets, closed, nearest, regeneration
+from .loop_samples import samples
 
 _LEVELS = (0.6, 0.3, 0.15, 0.07, 0.02, 0.004, 5e-4)
 """Shares of the strongest loop down to which branches are followed, one after the other until a crossing is found."""
@@ -39,22 +40,19 @@ def first_crossings(
     the lowest crossing turns by more than a third of itself, or is not told from its neighbour, are halved. Where a
     norm of the loop shows that no eigenvalue can matter, none is computed.
     """
-    matrices = loop(fraction)
-    bound = largest(matrices) * np.abs(regeneration(fraction))
-    values = np.full(matrices.shape[:2], np.nan, dtype=complex)
-    values[-1] = np.linalg.eigvals(matrices[-1])
-    found = flips = _flips(values[-1], accepted)
+    known = samples(loop, fraction)
+    known.know(fraction == fraction[-1], _LEVELS[0] * float(np.max(known.bound)))
+    found = _flips(known.values[-1], accepted)
     for share in _LEVELS:
-        level = max(share * float(np.max(bound)), 1 / (_CLOSE * _lowest(found, ceiling)))
+        level = max(share * float(np.max(known.bound)), 1 / (_CLOSE * _lowest(found, ceiling)))
         for _ in range(_ROUNDS):
-            matters = (bound[:-1] >= level) | (bound[1:] >= level)
-            missing = np.isnan(values[:, 0]) & (np.append(matters, False) | np.insert(matters, 0, False))
-            values[missing] = np.linalg.eigvals(matrices[missing])
-            between, coarse = brackets(fraction, values, matters, level)
+            matters = (known.bound[:-1] >= level) | (known.bound[1:] >= level)
+            known.know(np.append(matters, True) | np.insert(matters, 0, False), level)
+            between, coarse = brackets(known.fraction, known.values, matters, level)
             if not coarse.any():
                 break
-            fraction, matrices, values, bound = halved(loop, coarse, fraction, matrices, values, bound)
-        found = list(flips)
+            known.halve(coarse, level)
+        found = _flips(known.values[-1], accepted)
         for bracket in sorted(between, key=lambda one: one.floor):
             if bracket.floor > _CLOSE * _lowest(found, ceiling):
                 break
@@ -75,14 +73,14 @@ def near(loop: Loop, crossing: Crossing) -> Crossing:
     """The same crossing of a finer loop; a loop that does not have it near by gives `NONE`."""
     nu = crossing.fraction
     if crossing.kind == "flip":
-        value, _ = nearest(loop(np.array([0.5]))[0], crossing.eigenvalue)
+        value, _ = nearest(loop, 0.5, crossing.eigenvalue)
         if abs(value.imag) > _REAL * abs(value) or value.real >= 0:
             return NONE
         return Crossing(-0.5 / value.real, 0.5, complex(value.real))
     before, value = nu * (1 - 1e-6), crossing.eigenvalue
-    past = nearest(loop(np.array([before]))[0], value)[0] * complex(regeneration(np.array(before)))
+    past = nearest(loop, before, value)[0] * complex(regeneration(np.array(before)))
     for _ in range(20):
-        new, _ = nearest(loop(np.array([nu]))[0], value)
+        new, _ = nearest(loop, nu, value)
         if abs(new - value) > _APART * abs(value):
             return NONE
         value, turned = new, new * complex(regeneration(np.array(nu)))
@@ -98,7 +96,7 @@ def near(loop: Loop, crossing: Crossing) -> Crossing:
 
 def eigenvector(loop: Loop, crossing: Crossing) -> ComplexArray:
     """What the loop carries round at a crossing, shape (m,)."""
-    return nearest(loop(np.array([crossing.fraction]))[0], crossing.eigenvalue)[1]
+    return nearest(loop, crossing.fraction, crossing.eigenvalue)[1]
 
 
 def _flips(values: ComplexArray, accepted: Callable[[Crossing], bool] | None) -> list[Crossing]:

@@ -16,7 +16,8 @@ from jointlib.errors import CheckFailed
 
 from . import crossing, loop_branches
 from .crossing import Brackets
-from .loop_branches import Bracket, Crossing, Loop, halved, largest, regeneration
+from .loop_branches import Bracket, Crossing, Loop, nearest, regeneration
+from .loop_samples import samples
 from .regeneration import Loops, Trace, limiting_depth
 
 _PAST = 1.3
@@ -52,21 +53,20 @@ def edges_of_loop(loop: Loop, fraction: Array, deepest: float) -> list[Edge]:
     """The crossings of a periodic cut up to ``deepest`` (m), by depth; ``fraction`` as in `first_crossings`."""
     level = 1 / (_PAST * deepest)
     nu = np.append(fraction[fraction < 0.5 - _NEXT], [0.5 - _NEXT, 0.5])
-    matrices = loop(nu)
-    bound = largest(matrices) * np.abs(regeneration(nu))
-    values = np.full(matrices.shape[:2], np.nan, dtype=complex)
+    known = samples(loop, nu)
     brackets: list[Bracket] = []
     for _ in range(_ROUNDS):
-        matters = (bound[:-1] >= level) | (bound[1:] >= level)
-        needed = np.isnan(values[:, 0]) & (np.append(matters, False) | np.insert(matters, 0, False))
-        needed[-2:] |= np.isnan(values[-2:, 0])
-        values[needed] = np.linalg.eigvals(matrices[needed])
+        matters = (known.bound[:-1] >= level) | (known.bound[1:] >= level)
+        needed = np.append(matters, False) | np.insert(matters, 0, False)
+        needed[-2:] = True
+        known.know(needed, level)
         matters[-1] = False  # branches are real at 1/2, or not to be told from real next to it
-        brackets, coarse = loop_branches.brackets(nu, values, matters, level)
+        brackets, coarse = loop_branches.brackets(known.fraction, known.values, matters, level)
         if not coarse.any():
             break
-        nu, matrices, values, bound = halved(loop, coarse, nu, matrices, values, bound)
-    found = _flips(loop, values[-1], nu[-2]) + [edge for one in brackets if (edge := _hopf(loop, one)) is not None]
+        known.halve(coarse, level)
+    found = _flips(loop, known.values[-1], float(known.fraction[-2]))
+    found += [edge for one in brackets if (edge := _hopf(loop, one)) is not None]
     return _distinct([edge for edge in found if edge.depth <= deepest])
 
 
@@ -116,10 +116,9 @@ def _flips(loop: Loop, values: ComplexArray, beside: float) -> list[Edge]:
     real = real[np.abs(real) > _REAL * np.max(np.abs(values))]
     if not len(real):
         return []
-    near = np.linalg.eigvals(loop(np.array([beside]))[0])
     found = []
     for v in real.tolist():
-        before = complex(near[np.argmin(np.abs(near - v))])
+        before, _ = nearest(loop, beside, complex(v))
         found.append(Edge(-0.5 / v, 0.5, "flip", _turned(before, beside) < 0, complex(v)))
     return found
 

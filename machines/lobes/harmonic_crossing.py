@@ -12,31 +12,35 @@ from jointlib.errors import CheckFailed
 from .band import Shape, Spectrum
 from .critical_depth import eigenvector, first_crossings, near
 from .cutting import Cutting
+from .iterated_loop import IteratedLoop
 from .loop_branches import NONE, Crossing
 from .multi_frequency import HarmonicLoop
 
 PAST = 3
 """Harmonics beyond the highest frequency that matters, in the search; the depth itself is settled with more."""
 MOST_SEARCHED, _MOST = 128, 512
-_AGREE = 1e-4
+AGREE = 1e-4
 SAME = 0.05
 _GAIN = 0.5
 _FEW = 24
 """Harmonics up to which all lines take part in the search."""
-_LARGEST = 300
-"""Rows of the matrices of a loop up to which it is computed; finer ones have twice as many."""
-STRONG, _WEAK_LINE, _FAINTEST = 0.3, 0.1, 1e-3
-"""Shares: of the largest receptance, of the level searched, and of the largest again, below which nothing chatters."""
-_RAISES = 6
+_LARGEST = 240
+"""Rows of the matrices of a loop up to which all its eigenvalues are computed."""
+STRONG, _FAINTEST = 0.3, 1e-3
+"""Shares of the largest receptance: where the search begins, and below which nothing chatters."""
 
 
 @dataclass(frozen=True)
 class Found:
-    """A crossing with its chatter line (in tooth frequencies) and the relative error in depth that the band leaves."""
+    """A crossing with its chatter line (in tooth frequencies) and the relative error in depth that the band leaves.
+
+    ``harmonics`` are those of the loop that settled it.
+    """
 
     crossing: Crossing
     line: float = np.nan
     doubt: float = 0.0
+    harmonics: int = 0
 
 
 def harmonic_crossing(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> Found:
@@ -52,64 +56,64 @@ def harmonic_crossing(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> F
             before, settled = search[0], min((near(finer, one) for one in search), key=lambda one: one.depth)
             if settled.kind and abs(settled.depth / before.depth - 1) < SAME:
                 first = replace(loop, harmonics=2 * P), settled
-                while settled.kind and abs(settled.depth / before.depth - 1) > _AGREE and finer.harmonics < _MOST:
+                while settled.kind and abs(settled.depth / before.depth - 1) > AGREE and finer.harmonics < _MOST:
                     before, finer = settled, replace(loop, harmonics=2 * finer.harmonics)
                     settled = near(finer, before)
-                if abs(settled.depth / before.depth - 1) <= _AGREE:
+                if abs(settled.depth / before.depth - 1) <= AGREE:
                     moved = coarse.motion(settled.fraction, eigenvector(coarse, settled))
                     line = largest_line(settled.fraction + coarse.orders, moved)
-                    return Found(settled, line, _doubt(*first, fraction))
+                    return Found(settled, line, _doubt(*first, fraction), finer.harmonics)
         P *= 2
     return _strongest(loop, resolved, stiffest)
 
 
 def _strongest(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> Found:
-    """The settled crossing where many teeth pass in a wave of the fastest mode: the strongest lines search.
+    """The settled crossing where many teeth pass in a wave of the fastest mode: the strongest lines first.
 
     A line on which the gain round the loop stays below `_GAIN` at the depth found cannot chatter by itself, so that
-    modes far above the band ask for no harmonics; lines weaker still are left out of the search, not of the result.
+    modes far above the band ask for no harmonics.
     """
-    level = STRONG * resolved.largest
-    while level >= _FAINTEST * resolved.largest:
-        P = int(np.ceil(resolved.reaching(level) / loop.tooth_frequency)) + PAST
-        whole, finer = replace(loop, harmonics=P), replace(loop, harmonics=2 * P)
-        if whole.size > _LARGEST:
+    level, faintest = STRONG * resolved.largest, _FAINTEST * resolved.largest
+    while True:
+        P = int(np.ceil(resolved.reaching(max(level, faintest)) / loop.tooth_frequency)) + PAST
+        if level < faintest:
+            P = max(P, min(2 * P, _MOST))  # nothing chatters where twice as many find nothing either
+        if P > _MOST:
             break
-        search: list[Crossing] = []
-        fraction, weak = resolved.folded(loop.tooth_frequency, level / 2), _WEAK_LINE * level
-        for _ in range(_RAISES):
-            coarse = replace(whole, kept=whole.strongest(weak))
-            search = first_crossings(coarse, fraction)
-            if not search:
-                break
-            before = min((near(whole, one) for one in search), key=lambda one: one.depth)
-            if before.kind and abs(before.depth / search[0].depth - 1) < SAME:
-                break
-            weak /= 4
-        else:
-            break
+        whole, finer = resolving(loop, P), resolving(loop, 2 * P)
+        fraction = resolved.folded(loop.tooth_frequency, level / 2)
+        search = first_crossings(whole, fraction)
+        if not search and level < faintest:
+            return Found(NONE)
         if not search:
             level /= 4
             continue
-        needed = _GAIN / (2 * stiffest * before.depth)
-        if resolved.reaching(needed) > (P + 0.5) * loop.tooth_frequency:
+        needed = _GAIN / (2 * stiffest * search[0].depth)
+        if level >= faintest and resolved.reaching(needed) > (P + 0.5) * loop.tooth_frequency:
             level = min(needed, level / 1.5)
             continue
-        settled = near(finer, before)
-        while settled.kind and abs(settled.depth / before.depth - 1) > _AGREE and finer.size < _LARGEST:
-            before, finer = settled, replace(finer, harmonics=2 * finer.harmonics)
+        before, settled = search[0], min((near(finer, one) for one in search), key=lambda one: one.depth)
+        while settled.kind and abs(settled.depth / before.depth - 1) > AGREE and P < _MOST:
+            P *= 2
+            before, finer = settled, resolving(loop, 2 * P)
             settled = near(finer, before)
-        if not settled.kind or abs(settled.depth / before.depth - 1) > _AGREE:
+        if not settled.kind or abs(settled.depth / before.depth - 1) > AGREE:
             break
-        moved = whole.motion(settled.fraction, eigenvector(whole, settled))
-        line = largest_line(settled.fraction + whole.orders, moved)
-        return Found(settled, line, _doubt(finer, settled, fraction))
-    else:
-        return Found(NONE)
+        orders = np.arange(-2.0 * P - 1, 2.0 * P + 1)
+        lines = loop.receptance((settled.fraction + orders) * loop.tooth_frequency)
+        moved = np.einsum("qab,qb->qa", lines, finer.force(eigenvector(finer, settled)))
+        line = largest_line(settled.fraction + orders, np.linalg.norm(moved, axis=1))
+        return Found(settled, line, _doubt(replace(loop, harmonics=P), settled, fraction), 2 * P)
     raise CheckFailed(
-        f"multi-frequency: {P} harmonics of a tooth frequency of {loop.tooth_frequency:g} Hz would be needed, too many "
-        "to compute; take a faster spindle, or zero-order, which is near the truth with that many waves between teeth"
+        f"multi-frequency: {P} harmonics of a tooth frequency of {loop.tooth_frequency:g} Hz would be needed, expected "
+        f"at most {_MOST}; take a faster spindle, or zero-order, near the truth with so many waves between teeth"
     )
+
+
+def resolving(loop: HarmonicLoop, harmonics: int) -> HarmonicLoop | IteratedLoop:
+    """The loop with so many harmonics, as suits its size."""
+    resolved = replace(loop, harmonics=harmonics)
+    return IteratedLoop(resolved) if resolved.size > _LARGEST else resolved
 
 
 def left_out(resolved: Shape, loop: HarmonicLoop, cut: float) -> float:

@@ -19,7 +19,7 @@ from jointlib.joint import Joint
 from ..assembly import Assembly, View, is_linear
 from ..machine import Machine
 from .band import Shape, carried, shape
-from .collocation import FINER, MORE, ArcMap, arc_map
+from .collocation import FINER, MORE, MOST_SETTLED, ArcMap, arc_map
 from .critical_depth import eigenvector
 from .cutting import Cutting
 from .loop_branches import Crossing
@@ -32,6 +32,8 @@ Held = Callable[[Array], tuple[Array, ComplexArray]]
 """ν, (g,) → the frequency of the chatter in Hz, (g,), and the gains of all joints in N/m, (g, connections)."""
 
 _PAST = 3
+_FAR = 10.0
+_REDUCED = 1e-5
 _HALF = 0.5
 
 
@@ -104,25 +106,33 @@ class _Modes(HeldLoop):
 
 @dataclass(frozen=True, eq=False)
 class HeldInModes(HeldJoints):
-    """By collocation."""
+    """By collocation.
+
+    Modes more than `_FAR` times above ``highest`` (Hz), the highest line that matters at the tool, act by their
+    flexibility alone; each finer level doubles that reach.
+    """
 
     machine: Machine
     cutting: Cutting
-    tolerance: float = 1e-6
+    highest: float
+    tolerance: float = _REDUCED
 
     @cached_property
     def _open(self) -> OpenJoints:
         return OpenJoints.of(self.machine)
 
-    def model(self, frequency: float, gain: ComplexArray) -> ToolModel:
+    def model(self, frequency: float, gain: ComplexArray, level: int = 0) -> ToolModel:
         """Modes of the tool point."""
-        return self._open.models(gain[None], frequency)[0]
+        return self._open.models(gain[None], frequency)[0].up_to(_FAR * self.highest * 2**level)
 
     def loop(self, speed: float, level: int, held: Held, coarse: bool = False) -> HeldLoop:
         more, share = (MORE // 2, 0.6) if coarse else (MORE, 1.0)
         tooth = self.cutting.cuts_per_revolution * speed / 60
         return _Modes(
-            held, self.model, lambda model: arc_map(model, self.cutting, speed, more + FINER * level, share), tooth
+            held,
+            lambda frequency, gain: self.model(frequency, gain, level),
+            lambda model: arc_map(model, self.cutting, speed, more + FINER * level, share, MOST_SETTLED),
+            tooth,
         )
 
     def resolved(self, frequency: float, gain: ComplexArray) -> Shape:

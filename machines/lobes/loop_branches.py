@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from scipy.linalg.lapack import zgetrf, zgetrs
@@ -19,6 +20,17 @@ from ..indices import Mask
 Loop = Callable[[Array], ComplexArray]
 """ν, shape (g,) → the matrices of the loop in 1/m, shape (g, m, m)."""
 
+
+@runtime_checkable
+class Iterated(Protocol):
+    """A loop too large for its matrices: it finds its own eigenvalues."""
+
+    def nearest(self, fraction: float, guess: complex) -> tuple[complex, ComplexArray]:
+        """The eigenvalue nearest to a guess and its vector."""
+
+
+LOOKED = 0.5
+"""Share of the level: an eigenvalue that closes at ν lies at −1/depth there, and by so much to the left beside it."""
 _STEP = 0.35
 _APART = 0.5
 _TOLERANCE = 1e-12
@@ -48,32 +60,6 @@ def regeneration(fraction: Array) -> ComplexArray:
     return np.asarray(1 - np.exp(-2j * np.pi * fraction))
 
 
-def largest(matrices: ComplexArray) -> Array:
-    """An upper bound of the largest eigenvalue: the norm of the eighth power, to the power 1/8."""
-    scale = np.linalg.norm(matrices, axis=(1, 2))
-    power = matrices / np.where(scale > 0, scale, 1.0)[:, None, None]
-    for _ in range(3):
-        power = power @ power
-    return np.asarray(scale * np.linalg.norm(power, axis=(1, 2)) ** (1 / 8))
-
-
-def halved(
-    loop: Loop, coarse: Mask, fraction: Array, matrices: ComplexArray, values: ComplexArray, bound: Array
-) -> tuple[Array, ComplexArray, ComplexArray, Array]:
-    """ν, the loop, its eigenvalues and the bound of them, with the middles of the coarse intervals among them."""
-    middle = (fraction[:-1][coarse] + fraction[1:][coarse]) / 2
-    order = np.argsort(np.concatenate([fraction, middle]), kind="stable")
-    between = loop(middle)
-    closed = np.linalg.eigvals(between)
-    reach = np.max(np.abs(closed), axis=1) * np.abs(regeneration(middle))
-    return (
-        np.concatenate([fraction, middle])[order],
-        np.concatenate([matrices, between])[order],
-        np.concatenate([values, closed])[order],
-        np.concatenate([bound, reach])[order],
-    )
-
-
 @dataclass(frozen=True)
 class Bracket:
     """Two neighbouring ν with their eigenvalues between which Im changes sign, and the lowest depth possible."""
@@ -88,8 +74,8 @@ class Bracket:
 def brackets(fraction: Array, values: ComplexArray, matters: Mask, level: float) -> tuple[list[Bracket], Mask]:
     """The crossings between neighbours, and which intervals are too coarse to tell.
 
-    Only eigenvalues that may close at a depth of at most 1/level are looked at, each beside the nearest one at the
-    other end.
+    Only eigenvalues that may close at a depth of at most 1/level near by are looked at, each beside the nearest one at
+    the other end.
     """
     rows = np.flatnonzero(matters)
     coarse = np.zeros(len(matters), dtype=bool)
@@ -104,7 +90,7 @@ def brackets(fraction: Array, values: ComplexArray, matters: Mask, level: float)
         apart = np.swapaxes(distance, 1, 2) if flipped else distance
         mate = np.argmin(apart, axis=2)
         two = np.partition(apart, 1, axis=2)[:, :, :2] if apart.shape[2] > 1 else np.dstack([apart, apart + np.inf])
-        looked = np.abs(own) >= level
+        looked = own.real <= -LOOKED * level
         wide = (two[:, :, 0] > _STEP * size) | ((two[:, :, 0] > _APART * two[:, :, 1]) & (two[:, :, 0] > 0.02 * size))
         coarse[rows[np.any(wide & looked, axis=1)]] = True
         row, column = np.nonzero(looked)
@@ -130,7 +116,7 @@ def closed(loop: Loop, bracket: Bracket) -> Crossing | None:
     for _ in range(80):
         nu = right - above * (right - left) / (above - below)
         nu = min(max(nu, min(left, right)), max(left, right))
-        value, _ = nearest(loop(np.array([nu]))[0], start + chord * (nu - origin))
+        value, _ = nearest(loop, float(nu), start + chord * (nu - origin))
         turned = value * complex(regeneration(np.array(nu)))
         if abs(turned.imag) <= _TOLERANCE * abs(turned) or abs(right - left) <= 4e-15 * nu:
             return Crossing(-1 / turned.real, float(nu), value) if turned.real < 0 else None
@@ -142,8 +128,15 @@ def closed(loop: Loop, bracket: Bracket) -> Crossing | None:
     raise CheckFailed(f"lobes: a crossing near ν = {nu:g} of the tooth frequency did not settle")
 
 
-def nearest(matrix: ComplexArray, guess: complex) -> tuple[complex, ComplexArray]:
-    """The eigenvalue nearest to a guess and its vector, by inverse iteration."""
+def nearest(loop: Loop, fraction: float, guess: complex) -> tuple[complex, ComplexArray]:
+    """The eigenvalue of a loop nearest to a guess and its vector."""
+    if isinstance(loop, Iterated):
+        return loop.nearest(fraction, guess)
+    return nearest_of(loop(np.array([fraction]))[0], guess)
+
+
+def nearest_of(matrix: ComplexArray, guess: complex) -> tuple[complex, ComplexArray]:
+    """The eigenvalue of a matrix nearest to a guess and its vector, by inverse iteration."""
     size, shift = len(matrix), guess * (1 + 1e-9)
     factors, pivots, _ = zgetrf(matrix - shift * np.eye(size))
     vector = np.exp(1j * np.arange(size) ** 2) / np.sqrt(size)

@@ -9,9 +9,12 @@ is closed in.
 
 from __future__ import annotations
 
+import re
+import time
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -35,32 +38,87 @@ _NARROW = 1e-3
 """Share of the speed below which an interval is not halved."""
 _DIPS = 1 - 1e-3
 _FEWEST = 3
+_TRIED = 5
+"""Speeds that tell how long all of them take."""
+_BOUND = re.compile(r"[0-9.]+e-[0-9]+")
 _KEYS = ("speed", "depth", "chatter_frequency", "kind", "lobe")
 
 
 def lobes_over_range(
-    machine: Machine, speed: ArrayLike, amplitude: float = 0.0, method: str | None = None
+    machine: Machine, speed: ArrayLike, amplitude: float = 0.0, method: str | None = None, budget: float = np.inf
 ) -> StabilityLobes:
-    """`lobes_at_amplitude` over a range of speeds (rpm, ascending): what dips between them is among them as well."""
-    chart = lobes_at_amplitude(machine, speed, amplitude, method)
+    """`lobes_at_amplitude` over a range of speeds (rpm, ascending): what dips between them is among them as well.
+
+    Once ``budget`` (s) is spent the chart ends with the speeds that are known, spread over the range, and says so.
+    """
+    speeds, deadline = np.ravel(np.asarray(speed, dtype=float)), time.monotonic() + budget
+
+    def at(further: Array) -> StabilityLobes:
+        return lobes_at_amplitude(machine, further, amplitude, method)
+
+    tried = np.unique(np.linspace(0, speeds.size - 1, _TRIED).round().astype(int))
+    begun = time.monotonic()
+    chart = at(speeds if not np.isfinite(budget) else speeds[tried])
+    if chart.speed.size < speeds.size:
+        slow = (time.monotonic() - begun) * speeds.size / tried.size > budget / 2
+        slow = slow and not chart.branches
+        chart = _until(chart, np.delete(speeds, tried), at, deadline) if slow else at(speeds)
     if chart.branches or chart.speed.size < _FEWEST:
         return chart  # closed forms have the minimum over every speed
-    return over_the_range(chart, lambda further: lobes_at_amplitude(machine, further, amplitude, method))
+    known = chart.speed.size
+    chart = over_the_range(chart, at, deadline)
+    if time.monotonic() < deadline:
+        return chart
+    short = (
+        f"Time was up after {budget:g} s: {known} of {speeds.size} speeds are computed, spread over the range, and "
+        "dips between them were not looked for to the end."
+    )
+    return replace(chart, minimum_at=None, notes=(*chart.notes, AT_SPEEDS), warnings=(*chart.warnings, short))
 
 
-def over_the_range(chart: StabilityLobes, at: Callable[[Array], StabilityLobes]) -> StabilityLobes:
+def _until(
+    chart: StabilityLobes, speeds: Array, at: Callable[[Array], StabilityLobes], deadline: float
+) -> StabilityLobes:
+    """The chart with further speeds, those farthest from any that is known first, until the deadline."""
+    known = [chart]
+    while len(speeds) and time.monotonic() < deadline:
+        done = np.concatenate([one.speed for one in known])
+        farthest = int(np.argmax(np.min(np.abs(speeds[:, None] - done), axis=1)))
+        known.append(at(speeds[[farthest]]))
+        speeds = np.delete(speeds, farthest)
+    order = np.argsort(np.concatenate([one.speed for one in known]))
+    values: dict[str, Any] = {key: np.concatenate([getattr(one, key) for one in known])[order] for key in _KEYS}
+    return replace(chart, **values, warnings=_widest([said for one in known for said in one.warnings]))
+
+
+def _widest(said: list[str]) -> tuple[str, ...]:
+    """Of sentences that differ by a bound alone (3e-05), the one with the largest."""
+    found = {}
+    for sentence in sorted(said, key=lambda one: max(map(float, _BOUND.findall(one)), default=0.0)):
+        found[_BOUND.sub("", sentence)] = sentence
+    return tuple(found.values())
+
+
+def over_the_range(
+    chart: StabilityLobes, at: Callable[[Array], StabilityLobes], deadline: float = np.inf
+) -> StabilityLobes:
     """The chart with the lowest place of every interval that dips below both its ends, and the minimum over all speeds.
 
-    ``chart`` has ascending speeds and comes from a method that computes speed by speed; ``at`` computes further ones.
+    ``chart`` has ascending speeds and comes from a method that computes speed by speed; ``at`` computes further ones,
+    until a ``deadline`` by `time.monotonic`.
     """
     grid = chart.speed.ravel()
     known = {key: getattr(chart, key).ravel() for key in _KEYS}
 
     def join(speeds: Array) -> None:
-        more = at(speeds)
-        order = np.argsort(np.concatenate([known["speed"], speeds]), kind="stable")
-        for key in _KEYS:
-            known[key] = np.concatenate([known[key], getattr(more, key).ravel()])[order]
+        parts = [speeds] if deadline == np.inf else speeds[:, None]
+        for part in parts:
+            if time.monotonic() > deadline:
+                return
+            more = at(part)
+            order = np.argsort(np.concatenate([known["speed"], part]), kind="stable")
+            for key in _KEYS:
+                known[key] = np.concatenate([known[key], getattr(more, key).ravel()])[order]
 
     for _ in range(_HALVINGS):
         split = np.flatnonzero(_changes(known, chart.cuts_per_revolution))

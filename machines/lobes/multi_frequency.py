@@ -28,7 +28,6 @@ Spectrum = Callable[[Array], ComplexArray]
 """G at frequencies in Hz of either sign, shape (…) → (…, n, n)."""
 
 _BLOCK = 2_000_000
-_LOOKS = 13
 
 
 _gauss = lru_cache(maxsize=64)(np.polynomial.legendre.leggauss)
@@ -46,8 +45,6 @@ class HarmonicLoop:
     axes: tuple[int, ...]
     tooth_frequency: float
     harmonics: int
-    kept: tuple[int, ...] | None = None
-    """Orders q that are kept, for a search; None: all."""
 
     @cached_property
     def nodes(self) -> tuple[Array, Array]:
@@ -66,21 +63,13 @@ class HarmonicLoop:
     @property
     def orders(self) -> Array:
         """q = −P−1 … P: symmetric about zero frequency at ν = 1/2, where flips are."""
-        every = np.arange(-self.harmonics - 1.0, self.harmonics + 1.0)
-        return every if self.kept is None else np.array(self.kept, dtype=float)
-
-    def strongest(self, level: float) -> tuple[int, ...]:
-        """Those orders on whose lines the receptance reaches ``level`` (m/N) for some ν, −1 − q beside every q."""
-        fraction = np.linspace(0.0, 0.5, _LOOKS)
-        size = np.max(np.linalg.norm(self.lines(fraction), axis=(2, 3)), axis=0)
-        strong = (size >= level) | (size[::-1] >= level)
-        return tuple(self.orders[strong].astype(int).tolist())
+        return np.arange(-self.harmonics - 1.0, self.harmonics + 1.0)
 
     def __call__(self, fraction: Array) -> ComplexArray:
         into, out = self._directions
         nodes, lines, n = out.shape
         if nodes > lines * n:
-            return np.concatenate([self._by_lines(some) for some in np.array_split(fraction, -(-len(fraction) // 64))])
+            return np.concatenate([self.by_lines(some) for some in np.array_split(fraction, -(-len(fraction) // 64))])
         parts = []
         block = max(1, _BLOCK // out.size)
         for start in range(0, len(fraction), block):
@@ -88,7 +77,7 @@ class HarmonicLoop:
             parts.append(felt @ into.reshape(nodes, lines * n).T)
         return np.concatenate(parts)
 
-    def _by_lines(self, fraction: Array) -> ComplexArray:
+    def by_lines(self, fraction: Array) -> ComplexArray:
         """H_(p−q)·G(ω + qω_T), shape (g, lines·n, lines·n)."""
         size, n = self._coupled.shape[0], len(self.axes)
         turned = self._coupled.reshape(size, -1, 1, n) @ self.lines(fraction)[:, None]
@@ -99,6 +88,13 @@ class HarmonicLoop:
         """H_(p−q), shape (lines·n, lines·n)."""
         into, out = self._directions
         return np.asarray(into.reshape(len(into), -1).T @ out.reshape(len(out), -1))
+
+    def of_cut(self, orders: Array) -> ComplexArray:
+        """H_r of orders r, |r| ≤ 2P + 1, shape (r, n, n)."""
+        angle, weight = self.nodes
+        u, v = (part[:, list(self.axes)] for part in self.cutting.tooth(angle))
+        turn = np.exp(-1j * self.cutting.cuts_per_revolution * orders[:, None] * angle)
+        return np.asarray(np.einsum("rk,ka,kb->rab", turn * weight, u, v, optimize=True))
 
     def force(self, carried: ComplexArray) -> ComplexArray:
         """The force on the tool at ω + qω_T, q as `orders`, for an eigenvector of the loop, (2P + 2, n)."""

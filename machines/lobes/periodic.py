@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from jointlib.arrays import Array
@@ -9,16 +11,18 @@ from jointlib.errors import CheckFailed, InputError, Outcome
 
 from .band import Shape, Spectrum, shape, spectrum
 from .chart import StabilityLobes
-from .collocation import FINER, MORE, ArcMap, arc_map, node_count
+from .collocation import FINER, MORE, MOST_SETTLED, ArcMap, arc_map, node_count
 from .critical_depth import eigenvector, first_crossings, near
 from .cutting import Cutting
 from .harmonic_crossing import (
+    AGREE,
     PAST,
     SAME,
     STRONG,
     Found,
     harmonic_crossing,
     largest_line,
+    resolving,
     stiffest_direction,
 )
 from .loop_branches import NONE, Crossing
@@ -39,6 +43,7 @@ _UNSEEN_PEAK = 50.0
 _FAR = 2.0
 """Times the highest mode that matters from which on one is far above it."""
 _MANY_NODES = 300
+"""Nodes beyond which harmonics search and collocation settles."""
 _REDUCED = 3e-5
 _RAISES = 6
 _GUARD = 1e-6
@@ -67,8 +72,11 @@ def by_collocation(model: ToolModel, point: ToolPoint, cutting: Cutting, speed: 
     found, apart = [], 0.0
     for rpm in speed.tolist():
         tooth = cutting.cuts_per_revolution * rpm / 60
-        if far and node_count(model, cutting, rpm) > _MANY_NODES:
-            settled, finer, change = _reduced(model, point, cutting, rpm, resolved)
+        if (far or cutting.process == "milling") and node_count(model, cutting, rpm) > _MANY_NODES:
+            if cutting.process == "milling":
+                settled, finer, change = _reduced(model, point, cutting, rpm, resolved)
+            else:
+                settled, finer, change = _turned(model, cutting, rpm, resolved)
             apart = max(apart, change)
         else:
             settled, finer = _collocated(model, cutting, rpm, resolved.folded(tooth))
@@ -93,7 +101,8 @@ def _reduced(
 ) -> tuple[Crossing, ArcMap, float]:
     """The crossing by collocation of the modes that matter, and the share by which those left out move its depth.
 
-    Harmonics of the whole tool find it; they also tell what the others do, whole and reduced beside each other.
+    Harmonics of the whole tool find it; they also tell what the others do, whole and reduced beside each other. What
+    far modes do to lines beyond all those is seen in the depth itself, so that the two methods have to agree.
     """
     axes = tuple("xy".index(axis) for axis in model.axes)
     tooth = cutting.cuts_per_revolution * speed / 60
@@ -103,19 +112,45 @@ def _reduced(
         return NONE, arc_map(model.up_to(resolved.highest), cutting, speed), 0.0
     highest = max(whole.line * tooth, resolved.reaching(STRONG * resolved.largest))
     for more in range(_RAISES):
-        few = model.up_to(_FAR * highest * 1.5**more)
-        harmonics = int(np.ceil(2 * highest / tooth)) + PAST
-        beside = [near(HarmonicLoop(one, cutting, axes, tooth, harmonics), whole.crossing) for one in (model, few)]
-        change = abs(beside[1].depth / beside[0].depth - 1) if beside[1].kind else np.inf
+        few = model.up_to(_FAR * highest * _FAR**more)
+        if few is model:
+            change = 0.0
+        else:
+            loop = HarmonicLoop(model, cutting, axes, tooth, 0)
+            pair = [resolving(replace(loop, receptance=one), whole.harmonics) for one in (model, few)]
+            beside = [near(one, whole.crossing) for one in pair]
+            change = abs(beside[1].depth / beside[0].depth - 1) if beside[1].kind else np.inf
         if change > _REDUCED:
             continue
-        before, finer = (arc_map(few, cutting, speed, MORE + extra) for extra in (0, FINER))
+        before, finer = (arc_map(few, cutting, speed, MORE + extra, most=MOST_SETTLED) for extra in (0, FINER))
         settled = near(before, whole.crossing)
         proved = near(finer, settled) if settled.kind else settled
-        if proved.kind and abs(proved.depth / settled.depth - 1) <= _GUARD:
-            return proved, finer, change
+        parted = abs(proved.depth / whole.crossing.depth - 1) if proved.kind else np.inf
+        if parted <= AGREE and abs(proved.depth / settled.depth - 1) <= _GUARD:
+            return proved, finer, max(change, parted)
     raise CheckFailed(
         f"collocation: at {speed:g} rpm the depth still changes with the modes that are kept; use multi-frequency"
+    )
+
+
+def _turned(model: ToolModel, cutting: Cutting, speed: float, resolved: Shape) -> tuple[Crossing, ArcMap, float]:
+    """The same in turning, where a line stands by itself: what is left out moves the depth by its share of G there."""
+    tooth = cutting.cuts_per_revolution * speed / 60
+    share = cutting.rotation[0][["xy".index(axis) for axis in model.axes]]
+    for more in range(_RAISES):
+        few = model.up_to(_FAR * resolved.highest * _FAR**more)
+        settled, finer = _collocated(few, cutting, speed, resolved.folded(tooth))
+        if not settled.kind:
+            return settled, finer, 0.0
+        line = tooth * (np.arange(int(2 * resolved.highest / tooth) + 2) + np.array([[1], [-1]]) * settled.fraction)
+        closed = np.einsum("a,qab,b->q", share, few(line.ravel()), share)
+        at = int(np.argmin(np.abs(cutting.mean_stiffness[0, 0] * closed - settled.eigenvalue)))
+        whole = complex(share @ model(line.ravel()[at : at + 1])[0] @ share)
+        change = abs(whole / complex(closed[at]) - 1)
+        if change <= _REDUCED:
+            return settled, finer, change
+    raise CheckFailed(
+        f"collocation: at {speed:g} rpm the depth still changes with the modes that are kept; use the method turning"
     )
 
 

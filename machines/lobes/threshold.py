@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
@@ -24,9 +25,10 @@ _LARGEST = 2e-4
 _DECADES = 3.0
 _COUNT, _FEWER = 31, 16
 _SETTLED = 1e-6
-_ROUNDS = 3
+_ROUNDS, _HALVINGS = 3, 6
 _CHOSEN = 8
 _FLAT = 1e-9
+_CLOSE = 1.03
 
 
 @dataclass(frozen=True)
@@ -171,7 +173,11 @@ class AmplitudeLimits:
 
 
 def amplitude_limits(
-    machine: Machine, speed: ArrayLike, amplitude: ArrayLike | None = None, method: str | None = None
+    machine: Machine,
+    speed: ArrayLike,
+    amplitude: ArrayLike | None = None,
+    method: str | None = None,
+    rounds: int = _ROUNDS,
 ) -> AmplitudeLimits:
     """b_lim(speed, A) over a grid of tool-point amplitudes.
 
@@ -186,7 +192,8 @@ def amplitude_limits(
         rpm, one axis.
     amplitude
         m, ascending and above 0; default: 31 of them (16 in milling) over three decades up to the feed, or to 200 µm
-        where no feed is given. For up to 8 speeds more are added around the lowest depth.
+        where no feed is given. For up to 8 speeds more are added around the lowest depth, in ``rounds``, and
+        where chatter passes to another lobe.
     """
     speeds = np.atleast_1d(np.asarray(speed, dtype=float))
     onset, _ = frozen_lobes(machine, speeds, 0.0, method)
@@ -199,13 +206,17 @@ def amplitude_limits(
         chart, held = frozen_lobes(machine, speeds, size, onset.method)
         return with_chip(machine, chart, cutting, size), held
 
+    layers = {float(size): layer(float(size)) for size in A}
+
+    @cache
     def at(size: float) -> tuple[Array, Array]:
         chart, _ = layer(size)
         return chart.depth, chart.chatter_frequency
 
-    layers = {float(size): layer(float(size)) for size in A}
-    for _ in range(_ROUNDS if len(speeds) <= _CHOSEN else 0):
-        closer = _near_lowest({size: chart.depth for size, (chart, _) in layers.items()})
+    for turn in range(_HALVINGS if len(speeds) <= _CHOSEN else 0):
+        charts = [layers[size][0] for size in sorted(layers)]
+        closer = _between_lobes(sorted(layers), np.array([chart.lobe for chart in charts]))
+        closer += _near_lowest({size: chart.depth for size, (chart, _) in layers.items()}) if turn < rounds else []
         layers |= {size: layer(size) for size in closer if size not in layers}
     A = np.array(sorted(layers))
     charts = [layers[size][0] for size in A.tolist()]
@@ -245,6 +256,13 @@ def _near_lowest(depths: dict[float, Array]) -> list[float]:
             )
             found.append(float(np.exp(vertex)))
     return found
+
+
+def _between_lobes(sizes: Sequence[float], lobe: Integers) -> list[float]:
+    """Half-way between any two with different lobes, (amplitudes, speeds), where b_lim peaks, until they are close."""
+    changes = np.any(lobe[1:] != lobe[:-1], axis=1)
+    pairs = zip(sizes[:-1], sizes[1:], changes, strict=True)
+    return [float(np.sqrt(low * high)) for low, high, change in pairs if change and high > _CLOSE * low]
 
 
 def least_depth(machine: Machine, chart: StabilityLobes, amplitude: Array) -> tuple[float, float]:

@@ -6,6 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from repeats import repeats
 from semi_discretization import extrapolated, largest_multiplier, mean_stiffness
 
 from jointlib.arrays import Array
@@ -137,6 +138,7 @@ def test_critical_depths_of_the_common_tool(
     assert np.all(np.abs(lobes.chatter_frequency / NATURAL - 1) < 0.11)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("directions", "mode", "immersion", "depth", "kind", "fraction"), FIGURES)
 def test_a_stated_number_of_harmonics_reaches_its_accuracy(
     directions: int, mode: str, immersion: float | None, depth: tuple[float, ...], kind: str, fraction: object
@@ -174,7 +176,7 @@ def test_a_lens_of_instability_is_not_jumped_over() -> None:
     assert stable.tolist() == [True, False, False, True, True, False]
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", repeats(range(6), lambda seed: seed == 0))
 def test_harmonics_of_a_receptance_agree_with_modes_in_time(seed: int) -> None:
     tool = random_tool(seed)
     cutting, speed = random_cut(seed)

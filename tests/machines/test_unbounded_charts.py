@@ -117,6 +117,7 @@ def failing(count: int) -> tuple[int, list[str]]:
     return judged, wrong
 
 
+@pytest.mark.thorough
 def test_no_chart_of_random_machines_and_mutations_misses_chatter_that_a_second_method_finds() -> None:
     judged, wrong = failing(6)
     assert judged >= 8

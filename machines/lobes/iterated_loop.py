@@ -1,0 +1,106 @@
+"""The loop of a slow spindle: its strongest eigenvalues by iteration, without a matrix.
+
+Many teeth pass in a wave of a fast mode only where the spindle is fast. At 500 rpm a mode at 3 kHz asks for hundreds of
+harmonics of the tooth frequency, and the loop of `HarmonicLoop`,
+
+    (A·x)_p = Σ_q H_(p−q)·G(ω + qω_T)·x_q,
+
+is a product line by line followed by a convolution over lines, so that A·x takes a few Fourier transforms. A depth w
+closes it where λ(1 − e^(−2πjν)) = −1/w, so that small depths belong to the eigenvalues of (1 − e^(−2πjν))·A that lie
+farthest to the left, and those are what Arnoldi's iteration finds first (ARPACK).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy.fft
+from scipy.sparse.linalg import ArpackError, ArpackNoConvergence, LinearOperator, eigs
+
+from jointlib.arrays import Array, ComplexArray
+
+from .loop_branches import nearest_of, regeneration
+from .multi_frequency import HarmonicLoop
+
+_FIRST = 6
+"""Eigenvalues asked for to begin with."""
+_BASIS = 24
+_FORMED = 600
+"""Rows up to which a product with the matrix is quicker than transforms."""
+_FACTORED = 1000
+"""Rows up to which inverse iteration finds one eigenvalue sooner than Arnoldi's."""
+_PART = 4
+"""Part of all eigenvalues from which on the whole matrix is decomposed."""
+_BESIDE = 0.3
+
+
+@dataclass(frozen=True)
+class IteratedLoop:
+    """A `HarmonicLoop` of which the matrix is applied, not formed."""
+
+    loop: HarmonicLoop
+
+    def __call__(self, fraction: Array) -> ComplexArray:
+        """The matrices themselves, by lines, (g, m, m)."""
+        return self.loop.by_lines(fraction)
+
+    @property
+    def rows(self) -> int:
+        """Lines times directions."""
+        return len(self.loop.orders) * len(self.loop.axes)
+
+    def leftmost(self, fraction: float, bound: float = -np.inf) -> tuple[ComplexArray, ComplexArray]:
+        """All λ with Re λ(1 − e^(−2πjν)) ≤ ``bound`` (1/m) at one ν, some beyond it, and their vectors in columns."""
+        turn, count, applied = complex(regeneration(np.array(fraction))), _FIRST, self._applied(fraction)
+        operator = LinearOperator((self.rows, self.rows), matvec=lambda x: turn * applied(x), dtype=complex)
+        while _PART * count < self.rows:
+            start = np.exp(1j * np.arange(self.rows) ** 2)
+            try:
+                turned, vectors = eigs(operator, count, which="SR", ncv=_BASIS + 2 * count, v0=start, maxiter=50)
+            except (ArpackNoConvergence, ArpackError):
+                break
+            if np.max(turned.real) > bound:
+                return turned / turn, vectors
+            count *= 2
+        return np.linalg.eig(self(np.array([fraction]))[0])
+
+    def _applied(self, fraction: float) -> Callable[[ComplexArray], ComplexArray]:
+        """x → A·x at one ν."""
+        if self.rows <= _FORMED:
+            matrix = self(np.array([fraction]))[0]
+            return lambda x: np.asarray(matrix @ x)
+        lines, n = self.loop.lines(np.array([fraction]))[0], len(self.loop.axes)
+        kernel, length = self._kernel
+
+        def applied(x: ComplexArray) -> ComplexArray:
+            moved = (lines @ x.reshape(-1, n, 1))[:, :, 0]
+            turned = kernel @ scipy.fft.fft(moved, length, axis=0)[:, :, None]
+            return np.asarray(scipy.fft.ifft(turned[:, :, 0], axis=0)[: len(lines)].ravel())
+
+        return applied
+
+    def nearest(self, fraction: float, guess: complex) -> tuple[complex, ComplexArray]:
+        """The eigenvalue nearest to a guess and its vector."""
+        if self.rows <= _FACTORED:
+            return nearest_of(self(np.array([fraction]))[0], guess)
+        turned = guess * complex(regeneration(np.array(fraction)))
+        values, vectors = self.leftmost(fraction, turned.real + _BESIDE * abs(turned))
+        at = int(np.argmin(np.abs(values - guess)))
+        return complex(values[at]), np.asarray(vectors[:, at])
+
+    def force(self, carried: ComplexArray) -> ComplexArray:
+        """The force on the tool at ω + qω_T for an eigenvector, (lines, n)."""
+        return carried.reshape(-1, len(self.loop.axes))
+
+    @cached_property
+    def _kernel(self) -> tuple[ComplexArray, int]:
+        """The transform of H_r, r = p − q, arranged for a convolution of ``length`` lines."""
+        many = len(self.loop.orders)
+        length = int(scipy.fft.next_fast_len(2 * many - 1))
+        arranged = np.zeros((length, len(self.loop.axes), len(self.loop.axes)), dtype=complex)
+        across = np.arange(1 - many, many)
+        arranged[across] = self.loop.of_cut(across.astype(float))
+        return scipy.fft.fft(arranged, axis=0), length

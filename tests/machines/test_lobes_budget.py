@@ -1,0 +1,67 @@
+"""A chart whose time is up: it ends with what is known, spread over the range, and says so."""
+
+from __future__ import annotations
+
+from itertools import count
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from jointlib.cli.lobes import command
+from machines import lobes_at_amplitude, lobes_over_range, read_machine
+from machines.lobes import lowest
+
+LIBRARY = Path(__file__).parents[2] / "machines" / "library"
+SPEEDS = np.linspace(6000.0, 12000.0, 60)
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every look at the clock finds it a second later."""
+    seconds = count()
+    monkeypatch.setattr(lowest.time, "monotonic", lambda: float(next(seconds)))
+
+
+@pytest.mark.usefixtures("clock")
+def test_the_speeds_of_a_chart_cut_short_are_spread_over_its_range_and_right() -> None:
+    machine = read_machine(LIBRARY / "two_mode_tool.toml")
+    chart = lobes_over_range(machine, SPEEDS, budget=20.0)
+    assert 10 < chart.speed.size < 30
+    assert chart.minimum_at is None
+    assert np.all(np.isin(chart.speed, SPEEDS))
+    assert np.all(np.diff(chart.speed) > 0)
+    assert np.max(np.diff(chart.speed)) < 3 * (SPEEDS[-1] - SPEEDS[0]) / chart.speed.size
+    at_once = lobes_at_amplitude(machine, chart.speed)
+    np.testing.assert_allclose(chart.depth, at_once.depth, rtol=1e-6)
+    assert chart.minimum_depth == np.min(chart.depth)
+    (said,) = [warning for warning in chart.warnings if "Time was up after 20 s" in warning]
+    assert f"{chart.speed.size} of 60 speeds" in said
+
+
+@pytest.mark.usefixtures("clock")
+def test_a_chart_whose_dips_are_not_looked_for_to_the_end_says_so() -> None:
+    machine = read_machine(LIBRARY / "two_mode_tool.toml")
+    chart = lobes_over_range(machine, SPEEDS, budget=30.0)
+    assert np.all(np.isin(SPEEDS, chart.speed))
+    assert chart.minimum_at is None
+    assert any("60 of 60 speeds are computed, spread over the range, and dips" in said for said in chart.warnings)
+
+
+def test_a_budget_that_is_not_spent_changes_nothing() -> None:
+    machine = read_machine(LIBRARY / "two_mode_tool.toml")
+    speeds = np.linspace(8000.0, 10000.0, 9)
+    with_budget, without = lobes_over_range(machine, speeds, budget=600.0), lobes_over_range(machine, speeds)
+    np.testing.assert_array_equal(with_budget.depth, without.depth)
+    assert with_budget.minimum_at == without.minimum_at
+    assert with_budget.warnings == without.warnings
+
+
+def test_the_verb_ends_with_what_it_knows() -> None:
+    said = CliRunner().invoke(command, [str(LIBRARY / "two_mode_tool.toml"), "--budget", "1 ms"])
+    assert said.exit_code == 0
+    assert said.stdout.startswith("stable at these speeds below ")
+    assert "Time was up after 0.001 s: 5 of 200 speeds are computed" in said.stdout
+    refused = CliRunner().invoke(command, [str(LIBRARY / "two_mode_tool.toml"), "--budget", "-1"])
+    assert "--budget: -1, expected at least 0 s" in str(refused.exception)
