@@ -24,6 +24,9 @@ from jointlib.cli.lobes_over_amplitude import (
 from jointlib.cli.output import emit, emit_so_far, table, working, wrote
 from jointlib.errors import InputError
 
+BUDGET = 300.0
+"""Seconds for the chart at rest."""
+
 
 @click.command("lobes", cls=Verb)
 @input_file("machine")
@@ -45,6 +48,12 @@ from jointlib.errors import InputError
 @click.option(
     "--samples", type=click.IntRange(40), help="Band of the depths from so many samples of what is uncertain."
 )
+@click.option(
+    "--budget",
+    type=Quantity("s", lower=0),
+    default=BUDGET,
+    help=f"Time for the chart over the range, which then ends with what is known; default: {BUDGET:g} s.",
+)
 @click.option("-o", "output", type=Target(".npz", ".csv", ".svg"), help="Also write the charts: numbers or a picture.")
 @tool_option
 @json_option
@@ -56,6 +65,7 @@ def command(
     depth: tuple[float, ...],
     witness: bool,
     samples: int | None,
+    budget: float,
     output: Path | None,
     changes: dict[str, str],
     as_json: bool,
@@ -88,8 +98,12 @@ def command(
         charts = []
         for A in amplitude or (0.0,):
             # At rest over a range what dips between the speeds is looked for; other amplitudes take the same speeds.
-            over = lobes_at_amplitude if speed or A else lobes_over_range
-            charts.append(over(model, speeds, A, method))
+            rest = not speed and not A
+            charts.append(
+                lobes_over_range(model, speeds, A, method, budget)
+                if rest
+                else lobes_at_amplitude(model, speeds, A, method)
+            )
             speeds = charts[-1].speed
         growth, told = grown(model, speeds, depth, amplitude, witness)
     data = chart_data(charts, speeds, amplitude)
@@ -159,7 +173,7 @@ def command(
     field = None
     emit_so_far(as_json, lines)
     if not amplitude:
-        further, said, field = forced(model, charts[0], depth, best)
+        further, said, field = forced(model, charts[0], depth, best, safe)
         data |= further
         lines += said
     if output is not None:

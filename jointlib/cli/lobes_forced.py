@@ -10,14 +10,16 @@ import numpy as np
 from jointlib.cli.output import working
 
 
-def forced(model: Any, chart: Any, depth: Sequence[float], pocket: Any) -> tuple[dict[str, Any], list[str], Any]:
+def forced(
+    model: Any, chart: Any, depth: Sequence[float], pocket: Any, safe: Any
+) -> tuple[dict[str, Any], list[str], Any]:
     """As JSON, told, and for a picture: over the speeds of a chart at rest and depths, and in the recommended pocket.
 
-    Nothing where nothing forces a vibration: without a feed, in turning.
+    Nothing where nothing forces a vibration: without a feed, in turning. ``safe`` are the limits (m) of the pocket.
     """
     from machines.lobes.forced_field import forced_field
     from machines.lobes.forced_vibration import too_many
-    from machines.lobes.shaken_limits import steady_cut
+    from machines.lobes.quiet_pocket import pocket_in_cut
 
     if bent := too_many(model):
         return {}, [f"The vibration that the teeth force is not computed: {bent} joints depend on amplitude."], None
@@ -25,8 +27,9 @@ def forced(model: Any, chart: Any, depth: Sequence[float], pocket: Any) -> tuple
         field = forced_field(model, chart, np.array(sorted(depth)) if depth else None)
         if field is None:
             return {}, [], None
-        cut = None if pocket is None else steady_cut(model, pocket.speed, pocket.depth)
-        said = ([] if cut is None else [cut.words()]) + field.words()
+        cut, quiet, said = (None, None, []) if pocket is None else pocket_in_cut(model, chart.speed, safe, pocket)
+        said += field.words()
     keys = ("speed", "depth", "amplitude", "limit")
     data = {key: getattr(field, key) for key in keys} | ({} if cut is None else {"pocket": cut.data})
+    data |= {} if quiet is None else {"quieter": {"speed": quiet.speed, "depth": quiet.depth, "margin": quiet.margin}}
     return {"forced": data}, said, field

@@ -59,22 +59,16 @@ def over_amplitude(
 
     ``zones`` are the unstable depths at rest and ``growth`` the multipliers, [speed][depth], if known.
     """
+    from machines.lobes.beside_cut import told_cuts
     from machines.lobes.threshold import amplitude_limits, depends_on_amplitude
-    from machines.lobes.words import LOWER_EDGE, told, told_at
+    from machines.lobes.words import LOWER_EDGE
 
     if not depends_on_amplitude(model):
         return {}, []
     with working("computing limits over amplitude"):
         limits = amplitude_limits(model, speed, method=method)
-        of = list(zones) or [None] * len(speed)
-        forced = [forced_at(model, n, b) for n, b in zip(speed, limits.safe.tolist(), strict=True)]
-        said = [sentence for i in range(len(speed)) for sentence in told(limits, i, forced[i])]
+        said, cycles = told_cuts(model, limits, depth, zones or None, growth)
         said += [LOWER_EDGE] if any(one.lenses for one in zones) else []
-        for i in range(len(speed)):
-            for k, b in enumerate(depth):
-                mu = None if growth is None else float(growth[i][k])
-                said.append(told_at(limits, b, i, of[i], mu, forced_at(model, speed[i], b)))
-        cycles = [[limits.cycles(b, i) for b in depth] for i in range(len(speed))]
     rows: dict[str, Any] = {
         "safe_depth": limits.safe,
         "safe_amplitude": limits.safe_amplitude,
@@ -84,20 +78,6 @@ def over_amplitude(
     if depth:
         rows["cycles"] = [[[vars(c) for c in at] for at in row] for row in cycles]
     return {"over_amplitude": rows, "told": said}, said
-
-
-def forced_at(model: Any, speed: float, depth: float) -> float:
-    """Amplitude of the tool in m that the teeth force in milling with a feed; nan where it cannot be had."""
-    from machines import Cutting
-    from machines.lobes.forced_vibration import forced_vibration
-
-    cutting = Cutting(**(model.cutting or {}))
-    if cutting.process != "milling" or cutting.feed is None:
-        return 0.0
-    try:
-        return float(forced_vibration(model, speed, depth).amplitude[0])
-    except (CheckFailed, InputError):
-        return float("nan")
 
 
 def safe_from_knocks(model: Any, chart: Any) -> tuple[dict[str, Any], list[str]]:

@@ -15,8 +15,9 @@ from .chart import StabilityLobes
 from .cutting import Cutting
 from .machine_model import machine_model
 from .multipliers import largest_multipliers
-from .pocket import WANDER, Pocket, pocket
-from .shaken_limits import agreeing_limit, shakes, steady_cut
+from .pocket import WANDER, pocket, safe_depth
+from .quiet_pocket import pocket_in_cut
+from .shaken_limits import agreeing_limit, shakes
 
 _MATTERS = 0.05
 """Share by which the depth must change with amplitude before a sentence is made of it."""
@@ -41,7 +42,9 @@ def advice(
     said = []
     if best is not None:
         said.append(f"Recommended: {best.words()}; it holds for speeds {100 * WANDER:g} % off as well.")
-        said += forced_words(machine, best)
+        if machine is not None:
+            limits = safe_depth([chart for _, chart in charts])
+            said += pocket_in_cut(machine, charts[0][1].speed.ravel(), limits, best)[2]
     said.append(safe_words(charts[int(np.argmin(lowest))][1]))
     if len(charts) > 1 and charts[0][0] == 0:
         said += _amplitude_words(charts, cutting, machine)
@@ -55,12 +58,6 @@ def safe_words(chart: StabilityLobes) -> str:
         low, high = float(np.min(chart.speed)), float(np.max(chart.speed))
         where, at = f"every speed from {low:.0f} to {high:.0f} rpm is stable", f", at {chart.minimum_at:.0f} rpm"
     return f"Below {_mm(chart.minimum_depth)} {where} (chatter would come at {chart.minimum_frequency:.0f} Hz{at})."
-
-
-def forced_words(machine: Machine | None, best: Pocket) -> list[str]:
-    """The vibration of the teeth in the recommended pocket, where there is one."""
-    cut = None if machine is None else steady_cut(machine, best.speed, best.depth)
-    return [] if cut is None else [cut.words()]
 
 
 def _amplitude_words(

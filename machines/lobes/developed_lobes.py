@@ -79,8 +79,9 @@ def developed_chatter(
 ) -> DevelopedChatter:
     """What vibrates in a cut; ``modes`` says whether collocation is to be had."""
     point = tool_point(table.frf, machine.tool_axes)
-    harmonics = HeldInHarmonics(machine, cutting, table.frf.frequency, shape(point).highest)
-    search: HeldJoints = HeldInModes(machine, cutting) if modes else harmonics
+    highest = shape(point).highest
+    harmonics = HeldInHarmonics(machine, cutting, table.frf.frequency, highest)
+    search: HeldJoints = HeldInModes(machine, cutting, highest) if modes else harmonics
     return DevelopedChatter(
         cutting,
         table,

@@ -10,6 +10,7 @@ import numpy as np
 from jointlib.arrays import Array
 from jointlib.errors import InputError
 
+from ..indices import Mask
 from .chart import StabilityLobes
 from .cutting import Cutting
 
@@ -78,12 +79,7 @@ def common_pockets(speeds: Array, safe: Array, cuttings: Sequence[Cutting]) -> l
     bounded = np.any(np.isfinite(safe), axis=1)
     if len(speeds) < _FEWEST or np.any(np.diff(speeds) <= 0) or not np.any(bounded):
         return none
-    low = np.searchsorted(speeds, speeds * (1 - WANDER))
-    high = np.searchsorted(speeds, speeds * (1 + WANDER), side="right")
-    inside = (speeds * (1 - WANDER) >= speeds[0]) & (speeds * (1 + WANDER) <= speeds[-1]) & (high - low >= _FEWEST)
-    ends = np.stack([low, np.maximum(high, low + 1)], axis=1).ravel()
-    padded = np.concatenate([safe, np.full((len(safe), 1), np.inf)], axis=1)
-    worst = np.minimum.reduceat(padded, ends, axis=1)[:, ::2]
+    worst, inside = worst_near(speeds, safe)
     counts = inside & np.all(np.isfinite(worst[bounded]), axis=0)
     if not np.any(counts):
         return none
@@ -94,6 +90,16 @@ def common_pockets(speeds: Array, safe: Array, cuttings: Sequence[Cutting]) -> l
         depth = float((1 - RESERVE) * worst[i, best])
         found[i] = Pocket(speed, depth, float(safe[i, best]), removal_rate(cuttings[i], speed, depth))
     return found
+
+
+def worst_near(speeds: Array, safe: Array) -> tuple[Array, Mask]:
+    """The lowest of the limits, (machines, speeds), within ± `WANDER` of each speed, and where that band is known."""
+    low = np.searchsorted(speeds, speeds * (1 - WANDER))
+    high = np.searchsorted(speeds, speeds * (1 + WANDER), side="right")
+    inside = (speeds * (1 - WANDER) >= speeds[0]) & (speeds * (1 + WANDER) <= speeds[-1]) & (high - low >= _FEWEST)
+    ends = np.stack([low, np.maximum(high, low + 1)], axis=1).ravel()
+    padded = np.concatenate([safe, np.full((len(safe), 1), np.inf)], axis=1)
+    return np.asarray(np.minimum.reduceat(padded, ends, axis=1)[:, ::2]), np.asarray(inside)
 
 
 def removal_rate(cutting: Cutting, speed: float, depth: float) -> float | None:

@@ -24,7 +24,7 @@ from .threshold import AmplitudeLimits, amplitude_limits
 SMALL = 1e-8
 """m; a chatter so small that it changes nothing."""
 _STEP, _ROUNDS = 1.3, 8
-_SIZES = 10
+_SIZES = 8
 _CLOSE = 5e-3
 _SAME = 0.01
 
@@ -40,10 +40,10 @@ def shaken_limit(machine: Machine, speed: float, depth: float, amplitude: float 
 
     nan where the forced motion, or the limit beside it, is not to be had.
     """
-    forced = forced_vibration(machine, speed, depth)
-    if not forced.settled[0]:
-        return np.nan
     try:
+        forced = forced_vibration(machine, speed, depth)
+        if not forced.settled[0]:
+            return np.nan
         shaken = beside_forced(machine, forced)
         return float(lobes_at_amplitude(shaken, [speed], max(amplitude, SMALL), "collocation").depth[0])
     except (CheckFailed, InputError):
@@ -98,18 +98,17 @@ def agreeing_limit(machine: Machine, speed: float, amplitude: float, start: floa
     return low if first > 0 else high
 
 
-def shaken_limits(limits: AmplitudeLimits, machine: Machine, index: int, depth: float) -> AmplitudeLimits | None:
-    """Limits over amplitude at one speed of ``limits``, with the joints as the teeth shake them at a depth in m.
+def limits_beside(moved: Machine, limits: AmplitudeLimits, index: int) -> AmplitudeLimits | None:
+    """Limits over amplitude at one speed of ``limits``, of a machine whose joints the teeth shake (`beside_forced`).
 
     None where they are not to be had.
     """
-    speed, sizes = float(limits.speed[index]), limits.amplitude[limits.amplitude <= limits.largest[index]]
+    sizes = limits.amplitude[limits.amplitude <= limits.largest[index]]
+    if not len(sizes):
+        return None
     try:
-        forced = forced_vibration(machine, speed, depth)
-        if not forced.settled[0] or not len(sizes):
-            return None
         few = np.geomspace(sizes[0], sizes[-1], _SIZES)
-        return amplitude_limits(beside_forced(machine, forced), [speed], few, "collocation")
+        return amplitude_limits(moved, limits.speed[[index]], few, "collocation", rounds=1)
     except (CheckFailed, InputError):
         return None
 

@@ -12,33 +12,34 @@ from .unstable_depths import UnstableDepths
 _SAME = 1e-3
 """Share by which depths must differ before a zone between them is spoken of."""
 _EXAMPLE = 0.5
-_FELT, _TINY = 0.02, 1e-12
 
 
-def told(limits: AmplitudeLimits, index: int = 0, forced: float = 0.0) -> tuple[str, ...]:
+def told(limits: AmplitudeLimits, index: int = 0, teeth: tuple[float, float] | None = None) -> tuple[str, ...]:
     """The safe depth at one speed, the zone where a knock starts chatter, and where chatter starts by itself.
 
-    Said of vibrations up to `AmplitudeLimits.known` only, and not at all where the vibration that the teeth force at
-    the safe depth, ``forced`` (m), changes the joints; nan or inf where it is not known.
+    Said of vibrations up to `AmplitudeLimits.known` only. With ``teeth``, the depth and the vibration in m that their
+    joints are shaken by, all of them are those beside it; far above that depth the teeth may quench what starts.
     """
-    at = f"{limits.speed[index]:g} rpm"
-    if shaken(limits, forced, index):
-        return (f"At {at} {_teeth(forced)}; limits over amplitude leave that out, so simulate the cut (--witness).",)
+    at = f"At {limits.speed[index]:g} rpm"
+    at += "" if teeth is None else f", beside the {um(teeth[1])} that the teeth of a cut of {mm(teeth[0])} force,"
     reach, high = float(limits.known[index]), float(limits.onset[index])
     low = limits.safe_up_to(reach, index)
     if not np.isfinite(low):
-        return (f"At {at} no vibration of up to {um(reach)} at the tool lasts, at any depth.",)
-    said = [f"At {at} every vibration of up to {um(reach)} at the tool dies out below {mm(low)}."]
+        return (f"{at} no vibration of up to {um(reach)} at the tool lasts, at any depth.",)
+    said = [f"{at} every vibration of up to {um(reach)} at the tool dies out below {mm(low)}."]
     if high > (1 + _SAME) * low:
         depth = low + _EXAMPLE * (high - low) if np.isfinite(high) else 1.1 * low
         knocks = [c.amplitude for c in limits.cycles(depth, index) if not c.stable and c.amplitude < reach]
-        example = f" (at {mm(depth)} one of more than {um(knocks[0])})" if knocks else ""
+        example = f" (at {mm(depth)} one of more than {um(knocks[0], _milled(limits))})" if knocks else ""
         upper = f"Between that and {mm(high)}" if np.isfinite(high) else "Above that"
         said.append(f"{upper} the cut is quiet unless a knock{example} starts a chatter that then lasts.")
     if np.isfinite(high):
+        above, deeper = (
+            ("Above", "") if teeth is None else ("Just above", " (deeper, the teeth may quench it: --depth)")
+        )
         said.append(
-            f"Above {mm(high)} it chatters by itself at {limits.onset_frequency[index]:.1f} Hz"
-            f"{_settling(limits, high, index)}."
+            f"{above} {mm(high)} it chatters by itself at {limits.onset_frequency[index]:.1f} Hz"
+            f"{_settling(limits, high, index)}{deeper}."
         )
     return tuple(said)
 
@@ -54,40 +55,33 @@ def told_at(
     """What becomes of vibrations at one speed and a depth in m.
 
     The limits over amplitude are those of the first crossing. So nothing is said of larger vibrations above the first
-    lens at rest, nor where the ``multiplier`` at rest is below 1 though the depth is above the onset, nor where the
-    vibration that the teeth force, ``forced`` (m), changes the joints; nan or inf where it is not known.
+    lens, nor where the ``multiplier`` of the smallest is below 1 though the depth is above the onset. With ``forced``,
+    the vibration of the teeth in m, all of them are those beside it.
     """
     at = f"At {limits.speed[index]:g} rpm and {mm(depth)}"
-    if shaken(limits, forced, index):
-        return f"{at} {_teeth(forced)}; what becomes of chatter beside that, a simulation tells (--witness)."
+    at += f", beside the {um(forced)} that the teeth force," if forced else ""
     above = lenses is not None and bool(lenses.lenses) and depth > lenses.lenses[0].high
     if multiplier is not None and multiplier < 1 and depth > limits.onset[index]:
         above = True
     if above:
         grows = multiplier > 1 if multiplier is not None else lenses is not None and lenses.unstable(depth)
         fate = "grow" if grows else "die out"
+        at = at.rstrip(",")
         return f"{at}, above a lens, the smallest vibrations {fate}; what becomes of larger ones is not computed there."
     reach = float(limits.known[index])
     cycles = [c for c in limits.cycles(depth, index) if c.amplitude < reach]
     grows = cycles[0].stable if cycles else depth > limits.depth[0, index]
     if not cycles and grows:
         return f"{at} chatter starts by itself and grows beyond {_reach(limits, index)}."
-    return f"{at} {story(grows, cycles, _reach(limits, index), f'of up to {um(reach)}')}."
+    end = f", looked at up to {_reach(limits, index)}" if cycles and cycles[-1].stable else ""
+    largest = _reach(limits, index)
+    return f"{at} {story(grows, cycles, largest, f'of up to {um(reach)}', _milled(limits))}{end}."
 
 
-def shaken(limits: AmplitudeLimits, forced: float, index: int = 0) -> bool:
-    """Whether a vibration as large as that which the teeth force (m) moves the limit by more than a fiftieth."""
-    if not np.isfinite(forced):
-        return True
-    depth = limits.depth[:, index]
-    inside = limits.amplitude < forced
-    felt = np.append(depth[inside], np.interp(np.log(max(forced, _TINY)), np.log(limits.amplitude), depth))
-    return forced > 0 and not bool(np.all(np.abs(felt / depth[0] - 1) < _FELT))
-
-
-def _teeth(forced: float) -> str:
-    by = f" by {um(forced)}" if np.isfinite(forced) else ""
-    return f"the teeth alone move the tool{by}, which changes its joints"
+def moved_by_teeth(limits: AmplitudeLimits, depth: float, index: int = 0) -> str:
+    """Of a cut beside whose teeth nothing is known."""
+    at = f"At {limits.speed[index]:g} rpm and {mm(depth)}"
+    return f"{at} the teeth shake the joints; what becomes of chatter beside that, a simulation tells (--witness)."
 
 
 def _reach(limits: AmplitudeLimits, index: int) -> str:
@@ -123,22 +117,25 @@ def _between(first: str, last: str, low: float, high: float) -> str:
     return f"{first} {low * 1e3:.4g} {last} {high * 1e3:.4g} mm"
 
 
-def story(grows: bool, cycles: Sequence[Cycle], largest: str, sizes: str) -> str:
-    """From the smallest vibration to the largest: whether the smallest grows, and what changes at each cycle."""
+def story(grows: bool, cycles: Sequence[Cycle], largest: str, sizes: str, about: bool = False) -> str:
+    """From the smallest vibration to the largest: whether the smallest grows, and what changes at each cycle.
+
+    With ``about`` the amplitudes of the cycles are told as known to a quarter.
+    """
     if not cycles:
         return f"vibrations {sizes} at the tool {'grow' if grows else 'die out'}"
     first, *rest = cycles
     parts = [
-        f"chatter starts by itself and settles at {_size(first)}"
+        f"chatter starts by itself and settles at {_size(first, about)}"
         if grows
-        else f"vibrations below {um(first.amplitude)} at the tool die out"
+        else f"vibrations below {um(first.amplitude, about)} at the tool die out"
     ]
     parts += [
-        f"larger ones settle at {_size(c)}"
+        f"larger ones settle at {_size(c, about)}"
         if c.stable
-        else f"a knock beyond {um(c.amplitude)} makes it grow beyond {largest}"
+        else f"a knock beyond {um(c.amplitude, about)} makes it grow beyond {largest}"
         if c is cycles[-1]
-        else f"a knock beyond {um(c.amplitude)} makes it grow again"
+        else f"a knock beyond {um(c.amplitude, about)} makes it grow again"
         for c in rest
     ]
     if len(cycles) == 1 and not first.stable:
@@ -149,16 +146,22 @@ def story(grows: bool, cycles: Sequence[Cycle], largest: str, sizes: str) -> str
 def _settling(limits: AmplitudeLimits, onset: float, index: int) -> str:
     """Where chatter just above its onset settles, if inside the amplitudes looked at."""
     stable = [c for c in limits.cycles(1.02 * onset, index) if c.stable and c.amplitude < limits.known[index]]
-    return f"; 2 % above, it settles at {_size(stable[0])}" if stable else ""
+    return f"; 2 % above, it settles at {_size(stable[0], _milled(limits))}" if stable else ""
 
 
-def _size(cycle: Cycle) -> str:
-    return f"{um(cycle.amplitude)} ({cycle.frequency:.1f} Hz)"
+def _size(cycle: Cycle, about: bool) -> str:
+    at = f" ({cycle.frequency:.1f} Hz)" if np.isfinite(cycle.frequency) else ""
+    return f"{um(cycle.amplitude, about)}{at}"
 
 
-def um(size: float) -> str:
-    """A length in µm, three digits."""
-    return f"{size * 1e6:.3g} µm"
+def _milled(limits: AmplitudeLimits) -> bool:
+    """Whether the tool holds further lines beside the chatter line, which a joint held on that one does not feel."""
+    return limits.method != "turning"
+
+
+def um(size: float, about: bool = False) -> str:
+    """A length in µm, three digits; or two, about."""
+    return f"about {size * 1e6:.2g} µm" if about else f"{size * 1e6:.3g} µm"
 
 
 def mm(depth: float) -> str:

@@ -23,9 +23,10 @@ from machines.lobes import Cutting
 
 @dataclass(frozen=True)
 class Bend:
-    """What of a joint is not linear: stiffness3·z³, a spring stuck up to a slip force, smoothed friction.
+    """What of a joint is not linear: stiffness3·z³, a spring stuck up to a slip force, smoothed friction, balls.
 
-    z is ``row`` times the dofs; N/m³, N/m and N, N and m/s.
+    z is ``row`` times the dofs; N/m³, N/m and N, N and m/s. Two rows of balls push with ``balls``·(1 ± z/lift)^(3/2)
+    in N while they touch, without what is linear of it.
     """
 
     row: Array
@@ -34,6 +35,8 @@ class Bend:
     slip: float = 0.0
     friction: float = 0.0
     smoothing: float = 1.0
+    balls: float = 0.0
+    lift: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -51,7 +54,7 @@ class Body:
 
     @classmethod
     def of(cls, machine: Machine) -> Body:
-        """Of a machine of springs, masses and joints of linear, viscous, cubic, Jenkins and smoothed Coulomb laws."""
+        """Of a machine of masses and joints: linear, viscous, cubic, Jenkins, smoothed Coulomb and ball guide laws."""
         parts = [part for c in machine.components if (part := c.second_order()) is not None]
         assert len(parts) == len(machine.components)
         M, C, K, shapes = (
@@ -74,6 +77,10 @@ class Body:
                     bends.append(Bend(row, cubic=law.stiffness3))
                 elif law.kind == "jenkins" and not law.clearance:
                     bends.append(Bend(row, stick=law.stiffness, slip=law.slip_force))
+                elif law.kind == "hertz-guide":
+                    sine, d = np.sin(law.contact_angle), law.kappa * law.preload ** (2 / 3)
+                    K = K + 6 * sine**2 * law.preload / d * np.outer(row, row)
+                    bends.append(Bend(row, balls=2 * sine * law.preload, lift=d / sine))
                 elif law.kind == "coulomb" and law.smoothing_velocity:
                     bends.append(Bend(row, friction=law.slip_force, smoothing=law.smoothing_velocity))
                 else:
@@ -143,10 +150,11 @@ def cut_in_time(cases: Sequence[Case], windows: int, periods: int = 40, steps: i
     q = np.array([case.cutting.exponent for case in cases])[:, None, None]
     power = bool(np.any(q != 1))
     gain = np.where(fed[:, None, None], np.where(fed[:, None, None], feed, 1.0) ** (1 - q) / q, 1.0)
-    cubic, stick, slip, friction, smoothing = (bends[:, :, i, None] for i in range(5))
+    cubic, stick, slip, friction, smoothing, balls, lift = (bends[:, :, i, None] for i in range(7))
     clamp = np.where(stick > 0, slip / np.where(stick > 0, stick, 1.0), 0.0)
     j = bends.shape[1]
     bent, rubbed = bool(np.any(cubic)) or bool(np.any(stick)), bool(np.any(friction))
+    rolled = bool(np.any(balls))
 
     def bite(chip: Array) -> Array:
         thick = np.maximum(chip, floor)
@@ -165,6 +173,9 @@ def cut_in_time(cases: Sequence[Case], windows: int, periods: int = 40, steps: i
         if bent:
             z = y[:, :j]
             f[:, :j] = -cubic * z * z * z - stick * np.minimum(np.maximum(z - slider, -clamp), clamp)
+        if rolled:
+            w = y[:, :j] / lift
+            f[:, :j] -= balls * (np.maximum(1 + w, 0) ** 1.5 - np.maximum(1 - w, 0) ** 1.5 - 3 * w)
         if rubbed:
             f[:, :j] -= friction * np.tanh(y[:, j : 2 * j] / smoothing)
         f[:, j:] = bias - depth * (U @ bite(V @ y[:, place] - met))
@@ -277,8 +288,8 @@ def _equations(bodies: Sequence[Body]) -> tuple[Array, Array, Array, Array]:
     n, j = max(len(b.mass) for b in bodies), max(len(b.bends) for b in bodies)
     m = len(bodies)
     A, B = np.zeros((m, 2 * n, 2 * n)), np.zeros((m, 2 * n, j + 2))
-    P, bends = np.zeros((m, 2 * j + 4, 2 * n)), np.zeros((m, j, 5))
-    bends[:, :, 4] = 1.0
+    P, bends = np.zeros((m, 2 * j + 4, 2 * n)), np.zeros((m, j, 7))
+    bends[:, :, [4, 6]] = 1.0
     for i, body in enumerate(bodies):
         size = len(body.mass)
         here, speeds = slice(0, size), slice(n, n + size)
@@ -289,7 +300,9 @@ def _equations(bodies: Sequence[Body]) -> tuple[Array, Array, Array, Array]:
         rows[j:] = body.tool
         for k, bend in enumerate(body.bends):
             rows[k] = bend.row
-            bends[i, k] = bend.cubic, bend.stick, bend.slip, bend.friction, bend.smoothing
+            bends[i, k] = (
+                bend.cubic, bend.stick, bend.slip, bend.friction, bend.smoothing, bend.balls, bend.lift
+            )  # fmt: skip
         B[i, speeds] = np.linalg.solve(body.mass, rows.T)
         P[i, :j, here] = P[i, j : 2 * j, speeds] = rows[:j]
         P[i, 2 * j : 2 * j + 2, here] = P[i, 2 * j + 2 :, speeds] = rows[j:]

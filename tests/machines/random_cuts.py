@@ -1,12 +1,18 @@
-"""Random machines in random cuts, what is told of them, and whether a simulation of its own denies it."""
+"""Random machines in random cuts, what the verb says of them, and whether a simulation of its own denies it.
+
+The sentences are read as a user reads them: what becomes of a vibration of some size at that speed and depth.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from cut_in_time import Body, Case, Course, cut_in_time
 
+from jointlib.errors import CheckFailed, InputError
 from jointlib.joint import Joint
 from jointlib.law import JointLaw
 from jointlib.laws.coulomb import Coulomb
@@ -14,26 +20,32 @@ from jointlib.laws.cubic import Cubic
 from jointlib.laws.jenkins import Jenkins
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
-from machines import Connection, Lumped, Machine
-from machines.lobes import AmplitudeLimits, Cutting, amplitude_limits
+from machines import Connection, Lumped, Machine, lobes_at_amplitude
+from machines.lobes import AmplitudeLimits, Cutting, amplitude_limits, unstable_depths
+from machines.lobes.beside_cut import told_cuts
 from machines.lobes.frozen_modes import multipliers
 
-NEAR = 0.1
-"""Share by which an amplitude may be missed, and within which of a threshold nothing is asked."""
+NEAR, ABOUT = 0.1, 0.25
+"""Shares by which an amplitude, and one told as "about", may be missed; so near a threshold nothing is asked."""
 SLOW = 3e-3
 """Change of an amplitude from window to window, as a logarithm, below which it stands."""
 EARLY = 2
 KICKS = 7
+GONE = 1e-5
+"""Of the largest kick: chatter that small is taken to have died."""
+FORCED = 0.05
+"""Share by which the vibration of the teeth may be missed."""
+TOGETHER = 40
 
 
 @dataclass(frozen=True)
 class Cut:
-    """A machine, a speed in rpm and a depth in m, with the limits and the multiplier that sentences are made of."""
+    """A machine, a speed in rpm (that of the limits) and a depth in m, with what the verb says of it."""
 
     machine: Machine
     limits: AmplitudeLimits
     depth: float
-    multiplier: float
+    said: tuple[str, ...]
 
     @property
     def name(self) -> str:
@@ -122,11 +134,17 @@ def random_cut(rng: np.random.Generator, milled: bool) -> Cut | None:
         1.03 * onset,
         onset * rng.uniform(1.1, 2.5),
     )[which]
-    return Cut(made, limits, depth, float(multipliers(made, [speed], [depth])[0, 0]))
+    try:
+        deep = max(6 * onset, 1.1 * depth)
+        zones = list(unstable_depths(made, lobes_at_amplitude(made, [speed]), deep))
+    except (CheckFailed, InputError):
+        zones = []
+    said, _ = told_cuts(made, limits, [depth], zones or None, multipliers(made, [speed], [depth]))
+    return Cut(made, limits, depth, tuple(said))
 
 
-def courses(cuts: list[Cut], windows: int = 10, periods: int = 20) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Chatter, (window, kick), and which kicks escaped, of every cut; those with as many waves are stepped together."""
+def courses(cuts: Sequence[Cut], windows: int = 10, periods: int = 20) -> list[tuple[np.ndarray, ...]]:
+    """Chatter and forced motion, (window, kick), and which kicks escaped, of every cut; like ones stepped together."""
     waves = [
         float(c.limits.onset_frequency[0])
         * 60
@@ -134,11 +152,9 @@ def courses(cuts: list[Cut], windows: int = 10, periods: int = 20) -> list[tuple
         / Cutting(**dict(c.machine.cutting or {})).cuts_per_revolution
         for c in cuts
     ]
-    found: dict[int, tuple[np.ndarray, np.ndarray]] = {}
-    for low, high in ((0, 1.4), (1.4, 2.4), (2.4, np.inf)):
-        chosen = [i for i, w in enumerate(waves) if low <= w < high]
-        if not chosen:
-            continue
+    found: dict[int, tuple[np.ndarray, ...]] = {}
+    order = np.argsort(waves, kind="stable").tolist()
+    for chosen in (order[first : first + TOGETHER] for first in range(0, len(order), TOGETHER)):
         steps = max(48, int(30 * max(waves[i] for i in chosen)))
         cases = []
         for i in chosen:
@@ -157,40 +173,112 @@ def courses(cuts: list[Cut], windows: int = 10, periods: int = 20) -> list[tuple
             )
         course: Course = cut_in_time(cases, windows, periods, steps, reach=5e-3)
         for n, i in enumerate(chosen):
-            found[i] = course.chatter[:, n], course.escaped[n]
+            found[i] = course.chatter[:, n], course.forced[:, n], course.escaped[n]
     return [found[i] for i in range(len(cuts))]
 
 
-def denied(cut: Cut, chatter: np.ndarray, escaped: np.ndarray) -> list[str]:
+@dataclass(frozen=True)
+class Fate:
+    """Vibrations of ``low`` to ``high`` (m) die out, last, grow, or settle at an amplitude (m), exactly or about so."""
+
+    low: float
+    high: float
+    end: str | float
+    near: float = NEAR
+
+
+_SIZE = r"(?:about )?([\d.e+-]+) µm"
+_SAYS = {
+    "settles from rest": rf"chatter starts by itself and settles at {_SIZE}",
+    "grows from rest": r"chatter starts by itself and grows beyond",
+    "dies": rf"vibrations of up to {_SIZE} at the tool die out",
+    "grows": rf"vibrations of up to {_SIZE} at the tool grow",
+    "dies below": rf"vibrations below {_SIZE} at the tool die out",
+    "settle": rf"larger ones settle at {_SIZE}",
+    "larger grow": r"larger ones grow beyond",
+    "knock": rf"a knock beyond {_SIZE} makes it grow",
+}
+
+
+def fates(cut: Cut) -> list[Fate]:
+    """What the sentences say of vibrations at the speed and depth of a cut."""
+    reach, found = float(cut.limits.known[0]), list[Fate]()
+    of_speed, of_cut = cut.said[:-1], cut.said[-1]
+    for line in of_speed:
+        if match := re.search(rf"every vibration of up to {_SIZE} at the tool dies out below ([\d.e+-]+) mm", line):
+            size, below = (float(part) for part in match.groups())
+            found += [Fate(0.0, size * 1e-6, "dies")] if cut.depth < 1e-3 * below else []
+        if match := re.search(r"^(Above|Just above) ([\d.e+-]+) mm it chatters by itself", line):
+            above, far = float(match.group(2)), 1.5 if match.group(1) == "Above" else 1.05
+            grows = 1.01 * above < 1e3 * cut.depth < far * above
+            found += [Fate(0.0, 0.03 * reach, "lasts")] if grows and not re.search("lens", of_cut) else []
+    if match := re.search(r"the smallest vibrations (grow|die out)", of_cut):
+        return [*found, Fate(0.0, 0.03 * reach, "dies" if match.group(1) == "die out" else "lasts")]
+    edge = 0.0
+    for match in re.finditer("|".join(f"(?:{says})" for says in _SAYS.values()), of_cut):
+        kind = next(kind for kind, says in _SAYS.items() if re.fullmatch(says, match.group()))
+        size = next((1e-6 * float(part) for part in match.groups() if part), 0.0)
+        near = ABOUT if "about" in match.group() else NEAR
+        if kind in ("settles from rest", "settle"):
+            found.append(Fate(edge, np.inf, size, near))
+        elif kind == "dies":
+            found.append(Fate(0.0, size, "dies"))
+        elif kind == "dies below":
+            found.append(Fate(0.0, size, "dies", near))
+            edge = size
+        elif kind == "knock":
+            found[-1] = replace(found[-1], high=size)
+            edge = size
+            if "again" not in of_cut[match.end() : match.end() + 7]:
+                found.append(Fate(edge, np.inf, "grows"))
+        else:
+            found.append(Fate(edge, size or np.inf, "grows"))
+    return found
+
+
+def denied(cut: Cut, chatter: np.ndarray, forced: np.ndarray, escaped: np.ndarray) -> list[str]:
     """What of the fate that is told of each kick the simulation does not bear out; what is not told denies nothing."""
-    limits, reach = cut.limits, float(cut.limits.known[0])
-    if cut.multiplier < 1 and cut.depth > limits.onset[0]:
-        return []
-    cycles = [c for c in limits.cycles(cut.depth) if c.amplitude < reach]
-    grows = cycles[0].stable if cycles else cut.depth > limits.depth[0, 0]
-    thresholds = [c.amplitude for c in cycles if not c.stable]
-    ends = [0.0, *thresholds, np.inf]
-    said = []
+    told, reach = fates(cut), float(cut.limits.known[0])
+    edges = {(edge, fate.near) for fate in told for edge in (fate.low, fate.high) if 0 < edge < np.inf}
+    gone, said = GONE * reach, []
     for k in range(chatter.shape[1]):
         start, end = chatter[EARLY, k], chatter[-1, k]
-        if start > reach / (1 + NEAR) or any(abs(np.log(start / t)) < NEAR for t in thresholds):
+        died = end < gone and not escaped[k]
+        start = max(start, 1e-3 * gone)
+        if start > reach / (1 + NEAR) or any(abs(np.log(start / t)) < near for t, near in edges):
             continue
-        trend = float(np.log(end / chatter[-3, k])) / 2 if end > 0 else -1.0
-        basin = int(np.searchsorted(thresholds, start))
-        settles = [c.amplitude for c in cycles if c.stable and ends[basin] < c.amplitude < ends[basin + 1]]
-        if settles:
-            S = settles[0]
-            fine = abs(np.log(end / S)) < NEAR if end > 0 and not escaped[k] else False
-            fine = fine or (abs(trend) > SLOW and (trend > 0) == (end < S) and not escaped[k])
-            told = f"settles at {S * 1e6:.3g}"
-        elif basin == 0 and not grows:
-            fine = not escaped[k] and (end < 0.8 * start or trend < -SLOW / 3)
-            told = "dies out"
-        else:
-            fine = bool(escaped[k]) or end > 0.9 * reach or trend > SLOW / 3
-            told = "grows"
-        if not fine:
-            said.append(
-                f"{told}: {start * 1e6:.3g} to {end * 1e6:.3g} µm, {trend:+.4f}{' escaped' if escaped[k] else ''}"
-            )
+        trend = -1.0 if died else float(np.log(end / chatter[-3, k])) / 2 if end > 0 else -1.0
+        for fate in told:
+            if not fate.low < start < fate.high:
+                continue
+            if isinstance(fate.end, float):
+                fine = not died and not escaped[k] and abs(np.log(end / fate.end)) < fate.near
+                fine = fine or (abs(trend) > SLOW and (trend > 0) == (end < fate.end) and not escaped[k] and not died)
+            elif fate.end == "dies":
+                fine = died or (not escaped[k] and (end < 0.8 * start or trend < -SLOW / 3))
+            elif fate.end == "lasts":
+                fine = bool(escaped[k]) or (not died and end > 0.8 * start)
+            else:
+                fine = bool(escaped[k]) or (not died and (end > 0.9 * reach or trend > SLOW / 3))
+            if not fine:
+                end_told = f"settles at {fate.end * 1e6:.3g}" if isinstance(fate.end, float) else fate.end
+                left = " escaped" if escaped[k] else ""
+                said.append(f"{end_told}: {start * 1e6:.3g} to {end * 1e6:.3g} µm, {trend:+.4f}{left}")
+    if match := re.search(rf"beside the {_SIZE} that the teeth force", cut.said[-1]):
+        size = 1e-6 * float(match.group(1))
+        if chatter[-1, 0] < FORCED * size and not escaped[0] and abs(forced[-1, 0] / size - 1) > FORCED:
+            said.append(f"teeth {size * 1e6:.3g}, not {forced[-1, 0] * 1e6:.3g} µm")
     return said
+
+
+def judged(count: int, seed: int = 0, milled: tuple[bool, ...] = (False, True)) -> tuple[int, list[str]]:
+    """Of so many random cuts, turned and milled in turn, how many are told anything, and a line for each denied."""
+    rng, cuts = np.random.default_rng(seed), list[Cut]()
+    while len(cuts) < count:
+        cut = random_cut(rng, milled[len(cuts) % len(milled)])
+        cuts += [] if cut is None else [cut]
+    found = [denied(cut, *course) for cut, course in zip(cuts, courses(cuts), strict=True)]
+    lines = [
+        f"{cut.name}: {'; '.join(one)}; told: {' '.join(cut.said)}" for cut, one in zip(cuts, found, strict=True) if one
+    ]
+    return sum(bool(fates(cut)) for cut in cuts), lines

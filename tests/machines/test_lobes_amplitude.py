@@ -134,6 +134,7 @@ def test_in_milling_the_force_points_where_the_chatter_does() -> None:
     np.testing.assert_allclose(again.frf.receptance, point.frf.receptance[at], rtol=1e-4)
 
 
+@pytest.mark.thorough
 def test_micro_slip_raises_the_limit_of_a_large_vibration() -> None:
     speeds = np.linspace(3300, 5000, 6)
     without = [lobes_at_amplitude(mill(), speeds, A).depth.min() for A in (0.0, 6e-6)]
@@ -142,6 +143,7 @@ def test_micro_slip_raises_the_limit_of_a_large_vibration() -> None:
     assert slipping[1] > 3 * slipping[0]
 
 
+@pytest.mark.thorough
 def test_a_joint_beyond_its_range_is_said_where_the_chart_chatters() -> None:
     machine = mill(Jenkins(4e7, 36.0))
     joint = machine.joints()[0]

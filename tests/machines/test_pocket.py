@@ -10,7 +10,9 @@ import pytest
 from jointlib.errors import InputError
 from machines import lobes_at_amplitude, read_machine
 from machines.lobes import Cutting, StabilityLobes
+from machines.lobes.forced_vibration import forced_vibration
 from machines.lobes.pocket import WANDER, pocket, removal_rate
+from machines.lobes.quiet_pocket import LOUD, quiet_pocket
 from machines.report.lobes_figure import lobes_figure
 
 TOOL = read_machine("machines/library/two_mode_tool.toml")
@@ -22,6 +24,7 @@ def chart() -> StabilityLobes:
     return lobes_at_amplitude(TOOL, np.linspace(4000.0, 25000.0, 800))
 
 
+@pytest.mark.thorough
 def test_the_pocket_is_stable_at_every_speed_inside_its_band(chart: StabilityLobes) -> None:
     found = pocket([chart], CUT)
     assert found is not None
@@ -46,6 +49,24 @@ def test_a_deeper_limit_at_one_amplitude_does_not_count_where_another_is_lower(c
     assert alone is not None
     assert both is not None
     assert both.depth == pytest.approx(alone.depth / 2)
+
+
+def test_beside_a_pocket_on_a_resonance_stands_the_best_one_with_little_vibration(chart: StabilityLobes) -> None:
+    best = pocket([chart], CUT)
+    assert best is not None
+    assert CUT.feed is not None
+    size = float(forced_vibration(TOOL, best.speed, best.depth).amplitude[0])
+    quiet = quiet_pocket(TOOL, chart.speed, chart.depth, best, size)
+    assert quiet is not None
+    bound = LOUD * CUT.feed
+    assert forced_vibration(TOOL, quiet.speed, quiet.depth).amplitude[0] <= bound < size
+    inside = np.abs(chart.speed / quiet.speed - 1) <= WANDER
+    assert quiet.depth == pytest.approx(0.9 * chart.depth[inside].min(), rel=1e-2)
+    for speed in np.linspace(4200.0, 24000.0, 60):
+        depth = 0.9 * chart.depth[np.abs(chart.speed / speed - 1) <= WANDER].min()
+        if forced_vibration(TOOL, speed, depth).amplitude[0] < bound:
+            assert depth * speed <= quiet.depth * quiet.speed * (1 + 1e-2)
+    assert quiet_pocket(TOOL, chart.speed, chart.depth, best, 0.9 * bound) is None
 
 
 def test_removal_rate_is_the_volume_swept_in_a_minute() -> None:

@@ -38,14 +38,17 @@ def _size(amplitude: float) -> str:
 
 
 def _chart(road: Road, amplitude: float) -> None:
-    from jointlib.cli.lobes import default_speeds
+    from jointlib.cli.lobes import BUDGET, default_speeds
     from machines import lobes_at_amplitude, lobes_over_range
 
     onset = road.charts.get(0.0)
     speeds = default_speeds(road.machine, 100) if onset is None else onset.speed
-    over = lobes_at_amplitude if amplitude else lobes_over_range
     with road.progress.step(f"stability lobes at {_size(amplitude)}"):
-        road.charts[amplitude] = over(road.machine, speeds, amplitude)
+        road.charts[amplitude] = (
+            lobes_at_amplitude(road.machine, speeds, amplitude)
+            if amplitude
+            else lobes_over_range(road.machine, speeds, budget=BUDGET)
+        )
 
 
 def _together(road: Road, amplitudes: tuple[float, ...]) -> None:
