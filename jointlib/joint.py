@@ -183,11 +183,12 @@ class Joint:
         z, v = np.broadcast_arrays(np.asarray(displacement, dtype=float), np.asarray(velocity, dtype=float))
         if not self.states:
             return self.step(Motion(z, v), self.initial_state(z))[0]
-        state, force = self.initial_state(z[0]), np.empty(z.shape)
         # A single law is stepped without the detour over the sum, which costs as much as the law.
-        step = self.laws[0].step if len(self.laws) == 1 else self.step
+        if len(self.laws) == 1:
+            return self.laws[0].along(z, v, time_step)
+        state, force = self.initial_state(z[0]), np.empty(z.shape)
         for i in range(len(z)):
-            force[i], state = step(Motion(z[i], v[i], time_step), state)
+            force[i], state = self.step(Motion(z[i], v[i], time_step), state)
         return force
 
     def first_harmonic(self, amplitude: ArrayLike, omega: ArrayLike = 1.0, bias: ArrayLike = 0.0) -> FirstHarmonic:

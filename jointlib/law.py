@@ -51,6 +51,14 @@ class JointLaw(ABC):
     def jacobian(self, motion: Motion, state: Array) -> tuple[Array, Array]:
         """Tangent stiffness ∂f/∂z (N/m) and damping ∂f/∂ż (N s/m) at the end of the step from ``state``."""
 
+    def along(self, displacement: Array, velocity: Array, time_step: float) -> Array:
+        """Force in N along a path in m and m/s sampled every ``time_step`` s (time on the first axis), from the virgin
+        state: one step after the other."""
+        state, force = self.initial_state(displacement[0]), np.empty(displacement.shape)
+        for i in range(len(displacement)):
+            force[i], state = self.step(Motion(displacement[i], velocity[i], time_step), state)
+        return force
+
     def kink_angles(self, amplitude: Array, omega: Array, bias: Array) -> Array:
         """Angles θ of z = bias + A cos θ at which the steady force is not smooth, shape (*A.shape, n).
 

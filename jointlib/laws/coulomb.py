@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+from scipy.special import binom, factorial, zeta
 
 from jointlib.arrays import Array, ArrayLike
 from jointlib.harmonic import FirstHarmonic, broadcast, closed_form
@@ -15,6 +16,16 @@ from jointlib.parameter import Role, parameter
 
 _BENDS = (0.0, 0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 18.0)
 """Where tanh bends, in units of the smoothing velocity; pieces between them are smooth to rounding."""
+
+_RATIOS = ((2.0, 13), (6.0, 37), (20.0, 115))
+"""Largest velocities over the smoothing velocity, and the angles of a quarter that serve up to them."""
+_TERMS = np.arange(1, 9)
+_ORDER = 2 * _TERMS - 1
+_FAR = binom(2 * _TERMS - 2, _TERMS - 1) / 4.0 ** (_TERMS - 1) * factorial(_ORDER) / 2.0**_ORDER
+_FAR = _FAR * (1 - 2.0**-_ORDER) * zeta(2.0 * _TERMS)
+"""∫(1 − tanh x)·xⁿ dx over x > 0, n = 1, 3, …, times the series of 1/√(1 − x²)."""
+_REST = 1e-6
+"""Velocity over the smoothing velocity at which friction is a damper."""
 
 
 def tanh_kinks(smoothing_velocity: float) -> tuple[float, ...]:
@@ -29,6 +40,27 @@ def smooth_sign(velocity: Array, smoothing_velocity: float) -> tuple[Array, Arra
     scale = np.where(smooth, smoothing_velocity, 1.0)
     value = np.where(smooth, np.tanh(velocity / scale), np.sign(velocity))
     return value, np.where(smooth, (1 - value**2) / scale, 0.0)
+
+
+def smoothed_harmonic(ratio: Array) -> tuple[Array, Array]:
+    """First harmonic of tanh(r·sin θ), (1/π)∫tanh(r·sin θ)·sin θ dθ, and its derivative by r; r of one axis, ≥ 0.
+
+    The poles of tanh lie asinh(π/2r) off the real angles, so equally spaced angles serve to rounding up to r = 20;
+    beyond that the series in 1/r² of 1 − tanh.
+    """
+    value, slope = np.empty_like(ratio), np.empty_like(ratio)
+    low = 0.0
+    for high, count in _RATIOS:
+        part = np.flatnonzero((ratio >= low) & (ratio < high))
+        sine = np.sin(np.pi / 2 * (np.arange(count) + 0.5) / count)
+        wave = np.tanh(ratio[part, None] * sine)
+        value[part], slope[part] = 2 / count * (wave @ sine), 2 / count * ((1 - wave**2) @ sine**2)
+        low = high
+    far = ratio >= low
+    r = ratio[far]
+    value[far] = 4 / np.pi * (1 - r[:, None] ** (-2.0 * _TERMS) @ _FAR)
+    slope[far] = 4 / np.pi * (r[:, None] ** (-2.0 * _TERMS - 1) @ (2 * _TERMS * _FAR))
+    return value, slope
 
 
 @dataclass(frozen=True)
@@ -52,10 +84,14 @@ class Coulomb(MemorylessLaw):
         return (), tanh_kinks(self.smoothing_velocity)
 
     def first_harmonic(self, amplitude: ArrayLike, omega: ArrayLike = 1.0, bias: ArrayLike = 0.0) -> FirstHarmonic:
-        """Ideal friction: G = 4j slip_force/(πA), infinite at A = 0 and at ω = 0; smoothed: by quadrature."""
-        if self.smoothing_velocity:
-            return super().first_harmonic(amplitude, omega, bias)
+        """Ideal friction: G = 4j slip_force/(πA), infinite at A = 0 and at ω = 0; smoothed: see `smoothed_harmonic`."""
         A, w, _ = broadcast(amplitude, omega, bias)
+        if self.smoothing_velocity:
+            v = self.smoothing_velocity
+            a = np.maximum(A, _REST * v / np.maximum(w, 1e-300))
+            value, slope = (part.reshape(A.shape) for part in smoothed_harmonic((a * w / v).ravel()))
+            G, bend = 1j * self.slip_force * value / a, 1j * self.slip_force * slope
+            return closed_form(G, np.where(A > 0, (bend * w / v - G) / a, 0.0), bend / v, 0.0, A.shape)
         moving = (A > 0) & (w > 0)
         a = np.where(moving, A, 1.0)
         gain = 4j * self.slip_force / (np.pi * a)

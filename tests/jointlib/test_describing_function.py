@@ -12,6 +12,7 @@ from jointlib.errors import InputError
 from jointlib.harmonic import numerical_first_harmonic
 from jointlib.joint import Joint
 from jointlib.laws.chebyshev import Chebyshev
+from jointlib.laws.coulomb import Coulomb
 from jointlib.laws.cubic import Cubic
 from jointlib.laws.hertz_guide import HertzGuide
 from jointlib.laws.jenkins import Jenkins
@@ -127,3 +128,15 @@ def test_gain_at_rest_is_the_tangent_for_smooth_laws() -> None:
 def test_negative_amplitude_is_refused() -> None:
     with pytest.raises(InputError, match="amplitude"):
         Joint((Linear(1.0),)).first_harmonic(-1e-6)
+
+
+def test_smoothed_friction_has_the_first_harmonic_of_its_quadrature() -> None:
+    """From a damper F/v at rest to ideal friction, 4jF/(πA), at velocities a thousand times the smoothing one."""
+    law, A, omega = Coulomb(3.0, 1e-3), np.geomspace(1e-8, 1e-3, 40)[:, None], np.array([50.0, 700.0, 3000.0])
+    found, known = law.first_harmonic(A, omega), numerical_first_harmonic(law, A, omega)
+    np.testing.assert_allclose(found.gain, known.gain, rtol=1e-12, atol=0)
+    np.testing.assert_allclose(found.d_amplitude, known.d_amplitude, rtol=1e-7, atol=1e-3)
+    np.testing.assert_allclose(found.d_omega, known.d_omega, rtol=1e-7, atol=1e-12)
+    assert law.first_harmonic(0.0, 700.0).gain == pytest.approx(3e3 * 700j, rel=1e-9)
+    assert law.first_harmonic(1e-3, 0.0).gain == 0
+    assert law.first_harmonic(1e-3, 3e3).gain == pytest.approx(Coulomb(3.0).first_harmonic(1e-3).gain, rel=1e-6)

@@ -56,6 +56,7 @@ def report(tmp_path_factory: pytest.TempPathFactory) -> TraceReport:
     return trace(m, START)
 
 
+@pytest.mark.thorough
 def test_the_free_run_falls_with_the_term_that_was_missing(report: TraceReport) -> None:
     assert report.chosen is not None
     assert report.chosen.family == "cubic"
@@ -66,6 +67,7 @@ def test_the_free_run_falls_with_the_term_that_was_missing(report: TraceReport) 
         assert run["after"] < 0.02
 
 
+@pytest.mark.thorough
 def test_the_linear_run_is_the_convolution_with_the_impulse_response(tmp_path: Path) -> None:
     """Runge–Kutta against the transfer function of the same oscillator over one period of a steady state."""
     n, joint = 2000, Joint((Linear(STIFFNESS), Viscous(DAMPING)))
@@ -83,6 +85,7 @@ def test_the_linear_run_is_the_convolution_with_the_impulse_response(tmp_path: P
     assert found == pytest.approx(expected, abs=2e-3 * float(np.max(np.abs(z))))
 
 
+@pytest.mark.thorough
 def test_an_offset_of_the_force_moves_nothing(tmp_path: Path) -> None:
     record = oscillator(3, 1.0)
     lifted = {**record, "F": record["F"] + 7.0}
@@ -101,6 +104,7 @@ def test_between_the_samples_a_force_is_band_limited() -> None:
     assert finer(wave[0], factor) == pytest.approx(wave[1], abs=1e-6)
 
 
+@pytest.mark.thorough
 def test_without_inertia_the_force_along_the_path_is_the_prediction(tmp_path: Path) -> None:
     t = np.arange(0, 12, 1 / RATE)
     rng = np.random.default_rng(0)

@@ -56,6 +56,7 @@ def test_halving_the_step_gains_more_than_a_decade() -> None:
     assert fine < 1e-3 * np.max(np.abs(reference))
 
 
+@pytest.mark.thorough
 def test_shaker_work_is_what_the_damper_takes() -> None:
     rig, steady = DynamicRig(GUIDE), shaken()
     put_in = rig.reduced_mass / rig.runner_block * np.mean(steady.shaker_force * steady.velocity, axis=0)

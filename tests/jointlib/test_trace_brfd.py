@@ -175,6 +175,7 @@ def taught_on_one(measured: Measurement, joint: Joint) -> tuple[float, list[floa
     return fitted.in_sample, [by_name[name] for name in OTHERS]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("joint", "taught", "others"),
     [

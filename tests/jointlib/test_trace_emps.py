@@ -75,6 +75,7 @@ def report(record: Path, tmp_path_factory: pytest.TempPathFactory) -> TraceRepor
     return trace(measured(tmp_path_factory.mktemp("emps"), record), Joint((Viscous(100.0),), "drive"))
 
 
+@pytest.mark.thorough
 def test_mass_viscous_friction_and_offset_leave_a_sixth_of_the_force(report: TraceReport) -> None:
     assert report.error_before["in_sample"] == pytest.approx(0.166, abs=0.001)
     assert report.error_before["heldout_condition"] == pytest.approx(0.253, abs=0.01)
@@ -134,6 +135,7 @@ def late(signals: dict[str, Array], tmp_path_factory: pytest.TempPathFactory) ->
     return trace(drive(tmp_path_factory.mktemp("late"), "late", signals["qm"], voltage), FRICTION)
 
 
+@pytest.mark.thorough
 def test_a_force_that_comes_late_is_named_and_undone(late: TraceReport) -> None:
     assert late.chosen is not None
     assert (late.chosen.family, late.chosen.channel) == ("lag", "vir")
