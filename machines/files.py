@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
+from functools import partial
 from itertools import chain
 from pathlib import Path
 from typing import Any, TypeVar
@@ -26,7 +27,7 @@ from .connection import Connection, Identify
 from .flange import flange
 from .lobes.cutting import Cutting
 from .machine import Machine
-from .named_tools import choose_tool
+from .named_tools import USE, choose_tool, tools_of
 from .nodes import DIRECTIONS
 from .operation import cutting_of, laid_over, response_of, tool_of
 from .outline import Outline, take_outlines
@@ -47,8 +48,18 @@ def read_machine(path: Path | str, changes: Mapping[str, Any] | None = None) -> 
     ``changes`` puts values in the place of those in the file, by path: ``{"cutting.immersion": 0.3}``, see
     `machines.changes.change`.
     """
-    path = Path(path)
-    return all_at_once(lambda mistakes: _machine(path, changes, mistakes), changes)
+    path, given = Path(path), dict(changes or {})
+    return all_at_once(
+        lambda mistakes: _machine(path, changes, mistakes),
+        changes,
+        lambda: [partial(_machine, path, {**given, USE: name}) for name in _tools(path)],
+    )
+
+
+def _tools(path: Path) -> tuple[str, ...]:
+    """Names of the tools in a file that something is wrong with."""
+    opened = Mistakes(0).attempt(lambda: read_toml(path, "machine"))
+    return () if opened is None else tools_of(opened)
 
 
 def _machine(path: Path, changes: Mapping[str, Any] | None, mistakes: Mistakes) -> Machine:
@@ -156,20 +167,13 @@ def documents(path: Path, changes: Mapping[str, Any] | None = None, mistakes: Mi
     parts = [_part(document, file) for file in document.words("parts", ())]
     all_of = [*(part for part in parts if part is not None), document]
     change(all_of, own, str(path))
-    try:
-        choose_tool(all_of)
-    except InputError as error:
-        if mistakes is None:
-            raise
-        mistakes.note(*error.sentences)
-        mistakes.unopened = True
-        document.take("tool", None)
+    choose_tool(all_of)
     return all_of
 
 
-def cutting_table(path: Path | str) -> dict[str, Any]:
-    """The ``[cutting]`` table of a machine file as it stands there, for `read_cutting`; empty where there is none."""
-    return {key: table for key, table in read_toml(Path(path), "machine").raw().items() if key == "cutting"}
+def cutting_table(path: Path | str, changes: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """The ``[cutting]`` table of a machine file, that of its tool over it, for `read_cutting`; empty without one."""
+    return {key: table for key, table in documents(Path(path), changes)[-1].raw().items() if key == "cutting"}
 
 
 def read_cutting(path: Path | str, table: Mapping[str, Any], changes: Mapping[str, Any]) -> Cutting:

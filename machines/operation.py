@@ -24,6 +24,8 @@ CUTTING_UNITS = {
     "feed_direction": "rad",
 }
 """Keys of ``[cutting]`` that are numbers, and their units."""
+CUTTING_KEYS = ("process", "teeth", "mode", "speed", *CUTTING_UNITS)
+"""All keys of ``[cutting]``."""
 
 
 def laid_over(section: Section) -> Path:

@@ -115,6 +115,8 @@ def _belongs(kind: click.ParamType[Any]) -> Callable[[str], bool]:
         return lambda word: bool(_VALUE.match(word)) and not Path(word).exists()
     if isinstance(kind, click.Choice):
         return lambda word: word in kind.choices
+    if isinstance(kind, click.IntRange):
+        return str.isdigit
     from jointlib.registry import laws
 
     return lambda word: word in laws()
@@ -128,6 +130,14 @@ tool_option = click.option(
     help="Which of several named tools is in the machine; default: the one its file says.",
 )
 """Hands a verb the changes that make it so, for `machines.read_machine`."""
+
+
+def refuse_tool(file: Path, changes: dict[str, str]) -> None:
+    """Refuse a tool by name of what is no machine."""
+    if changes:
+        raise InputError(f"--tool: {file} is no machine, expected a machine with several tools")
+
+
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON and nothing else.")
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from jointlib.cli.arguments import Target, Verb, input_file, json_option
+from jointlib.cli.arguments import Target, Verb, input_file, json_option, refuse_tool, tool_option
 from jointlib.cli.output import emit, working, wrote
 from jointlib.errors import InputError
 
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     "--platform", "platforms", multiple=True, help="Compile for this platform, win64 for example; repeatable."
 )
 @click.option("--verify", type=click.Path(path_type=Path), help="Verify this FMU instead.")
+@tool_option
 @json_option
 def command(
     model: Path | None,
@@ -36,6 +37,7 @@ def command(
     runtime: str | None,
     platforms: tuple[str, ...],
     verify: Path | None,
+    changes: dict[str, str],
     as_json: bool,
 ) -> None:
     """Write MODEL, a joint or a machine, as an FMU; it is validated and replays its reference run before it appears.
@@ -48,8 +50,8 @@ def command(
       jointlib fmu --verify guide.fmu
     """
     if verify is not None:
-        if model is not None or output is not None:
-            raise InputError("--verify: takes the FMU alone, leave out the joint or machine and -o")
+        if model is not None or output is not None or changes:
+            raise InputError("--verify: takes the FMU alone, leave out the joint or machine, its tool and -o")
         _verify(verify, as_json)
         return
     if model is None or output is None:
@@ -57,7 +59,7 @@ def command(
     from fmu.export import export_fmu
 
     with working("exporting and verifying"):
-        done = export_fmu(_read(model), output, fmi=int(fmi), runtime=runtime, platforms=platforms)
+        done = export_fmu(_read(model, changes), output, fmi=int(fmi), runtime=runtime, platforms=platforms)
     data = {
         "file": str(done.file),
         "platforms": list(done.platforms),
@@ -71,7 +73,7 @@ def command(
     emit(as_json, data, lines)
 
 
-def _read(path: Path) -> Joint | Machine:
+def _read(path: Path, changes: dict[str, str]) -> Joint | Machine:
     """What the file's schema says it is; anything that is no machine is read as a joint, and refused as one."""
     from jointlib.io.joint_file import read_joint
 
@@ -80,10 +82,11 @@ def _read(path: Path) -> Joint | Machine:
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
         schema = None
     if schema != "jointlib/machine/1":
+        refuse_tool(path, changes)
         return read_joint(path)
     from machines.files import read_machine
 
-    return read_machine(path)
+    return read_machine(path, changes)
 
 
 def _verify(path: Path, as_json: bool) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from jointlib.cli.arguments import Target, Verb, input_file, json_option
+from jointlib.cli.arguments import Target, Verb, input_file, json_option, refuse_tool, tool_option
 from jointlib.cli.output import emit, table
 from jointlib.errors import InputError
 from jointlib.units import shown
@@ -21,8 +21,11 @@ if TYPE_CHECKING:
 @click.option("-o", "output", type=Target(".svg", ".html"), help="Draw a machine into this file: .svg or .html.")
 @click.option("--mode", type=click.IntRange(1), help="Show this mode, from 1 on in ascending frequency; with -o.")
 @click.option("--contacts", is_flag=True, help="Of a machine: every connection on a line of its own.")
+@tool_option
 @json_option
-def command(file: Path, output: Path | None, mode: int | None, contacts: bool, as_json: bool) -> None:
+def command(
+    file: Path, output: Path | None, mode: int | None, contacts: bool, changes: dict[str, str], as_json: bool
+) -> None:
     """Say what FILE holds: a measurement, joint or machine file, a record (csv, npz, mat, uff), or an FMU.
 
     Of a machine also masses, stiffnesses and first modes, and what looks like a mistake in it.
@@ -37,18 +40,20 @@ def command(file: Path, output: Path | None, mode: int | None, contacts: bool, a
         raise InputError(f"{file}: a folder, expected a file" if file.is_dir() else f"{file}: no such file")
     if mode is not None and output is None:
         raise InputError("--mode: expected -o FILE.svg or FILE.html as well, the picture that shows it")
-    lines, warnings = _told(file, contacts)
+    lines, warnings = _told(file, contacts, changes)
     data: dict[str, Any] = {"file": str(file)}
     if output is not None:
         from jointlib.cli.picture import draw
 
-        lines += draw(file, output, mode)
+        lines += draw(file, output, mode, changes)
         data["picture"] = str(output)
     emit(as_json, {**data, "lines": lines, "warnings": warnings}, lines)
 
 
-def _told(file: Path, contacts: bool) -> tuple[list[str], list[str]]:
+def _told(file: Path, contacts: bool, changes: dict[str, str]) -> tuple[list[str], list[str]]:
     """What a file holds, and of a machine the sentences on what looks wrong in it."""
+    if file.suffix != ".toml":
+        refuse_tool(file, changes)
     if file.suffix == ".fmu":
         return _fmu(file), []
     if file.suffix != ".toml":
@@ -73,7 +78,8 @@ def _told(file: Path, contacts: bool) -> tuple[list[str], list[str]]:
         from jointlib.cli.machine_told import told
         from machines.files import read_machine
 
-        return told(read_machine(file), contacts)
+        return told(read_machine(file, changes), contacts)
+    refuse_tool(file, changes)
     return readers[schema](file), []
 
 

@@ -113,6 +113,7 @@ def _summary(machine: Machine) -> list[str]:
 
 
 def _under_load(machine: Machine, each: bool) -> list[str]:
+    from jointlib.errors import InputError
     from machines.bundles.bundle import said_by
     from machines.mode_energy import bundles
     from machines.statics import static_point
@@ -120,7 +121,10 @@ def _under_load(machine: Machine, each: bool) -> list[str]:
     lines = list(said_by(machine.joints()))
     if machine.static is None:
         return lines
-    point = static_point(machine)
+    try:
+        point = static_point(machine)
+    except InputError as error:  # what is wrong with the load stands among the mistakes, and this beside it
+        return [*lines, str(error).removeprefix(f"{machine.where}: ")]
     rounding = 1e-12 * max((abs(f) for f in point.table[2]), default=0.0)
     groups = {name: [i] for i, name in enumerate(point.connections)} if each else bundles(machine.flexible)
     rows = []

@@ -14,7 +14,7 @@ _SHARE = 0.08
 """Largest displacement of a still mode shape over the size of the machine."""
 
 
-def draw(file: Path, output: Path, mode: int | None) -> list[str]:
+def draw(file: Path, output: Path, mode: int | None, changes: dict[str, str] | None = None) -> list[str]:
     """Write the machine of a file as SVG or HTML, by the suffix; what is to be said of it.
 
     ``mode`` is the number of one that is shown, from 1 on in ascending frequency; an HTML page has others as well.
@@ -27,7 +27,7 @@ def draw(file: Path, output: Path, mode: int | None) -> list[str]:
     from machines.view.page import page
     from machines.view.svg import picture
 
-    machine = read_machine(file)
+    machine = read_machine(file, changes)
     drawn, said = scene(machine), list[str]()
     wanted = () if mode is None else (mode,)
     modes: tuple[Mode, ...] = ()

@@ -13,6 +13,7 @@ from jointlib.cli.steps.coupling import coupling_pieces
 from jointlib.cli.steps.cutting import cutting_pieces
 from jointlib.cli.steps.exporting import exporting_pieces
 from jointlib.cli.steps.joints import joint_pieces
+from jointlib.cli.steps.mistakes import beside, mistake_pieces
 from jointlib.cli.steps.picture import picture_pieces
 from jointlib.cli.steps.piece import Piece
 
@@ -31,6 +32,7 @@ def pieces_of(machine: Machine, amplitudes: Sequence[float]) -> list[Piece]:
     cut = [] if machine.cutting is None else cutting_pieces(machine, needs, amplitudes)
     return [
         *joints,
+        *mistake_pieces(machine, needs),
         *picture_pieces(machine, needs),
         *coupling_pieces(machine, needs),
         *cut,
@@ -56,6 +58,8 @@ class Road:
     """The figures of the advice, the one that the doubts concern first."""
     doubts: list[str] = field(default_factory=list)
     """Warnings that bear on the advice."""
+    mistakes: tuple[str, ...] = ()
+    """What looks wrong in the machine file, a sentence each."""
     said: list[str] = field(default_factory=list)
     """What was found on the way."""
     warnings: list[str] = field(default_factory=list)
@@ -107,6 +111,7 @@ class Road:
 
         main = next(iter(self.traces.values()), None)
         first, *answers = [*self.advice, *self._found()]
+        answers += [] if self.numbers else [f"Looks wrong: {said}" for said in self.mistakes]
         source, mean = self.machine.source, "zero mean" if self.machine.static is None else "means in static balance"
         inputs = [(file.name, sha256(file)) for file in ([] if source is None else [source]) + self.starts]
         Page(
@@ -116,7 +121,7 @@ class Road:
             lost=self.failed,
             numbers=[*self.numbers, *(trace_numbers(main) if main else [])],
             doubts={self.numbers[0][0]: self.doubts} if self.numbers else {},
-            sections=[*self.front, *self.sections],
+            sections=beside([*self.front, *self.sections], self.mistakes),
             inputs=[*inputs, *inputs_of(self.tests)],
             assumptions=[
                 *assumptions_of(self.tests),

@@ -6,15 +6,16 @@ from pathlib import Path
 
 import click
 
-from jointlib.cli.arguments import Target, Verb, input_file, json_option
+from jointlib.cli.arguments import Target, Verb, input_file, json_option, tool_option
 from jointlib.cli.output import emit, working, wrote
 
 
 @click.command("ssp", cls=Verb)
 @input_file("machine")
 @click.option("-o", "output", type=Target(".ssp"), required=True, help="The .ssp file to write.")
+@tool_option
 @json_option
-def command(machine: Path, output: Path, as_json: bool) -> None:
+def command(machine: Path, output: Path, changes: dict[str, str], as_json: bool) -> None:
     """Write MACHINE as a system of FMUs (SSP 1.0): one for each component, one for each flexible connection.
 
     It is run and compared with the machine's equations before it appears. The largest communication step at which
@@ -29,7 +30,7 @@ def command(machine: Path, output: Path, as_json: bool) -> None:
     from machines import read_machine
 
     with working("exporting and verifying"):
-        model, remarks = with_joints(read_machine(machine))
+        model, remarks = with_joints(read_machine(machine, changes))
         done = export_ssp(model, output)
     messages = [*done.messages, *remarks]
     data = {

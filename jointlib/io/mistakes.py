@@ -8,7 +8,7 @@ is told.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Final, TypeVar
 
 from jointlib.errors import InputError
@@ -51,6 +51,8 @@ class Mistakes:
         """What is told, and whether no stand-in can be the reason."""
         self.texts: dict[str, str] = {}
         """The documents by name, for their lines."""
+        self.places: dict[str, str] = {}
+        """Where keys stand in their file, as messages begin, that are read elsewhere."""
         self.unopened = False
         """Whether a file that this one is built on could not be opened."""
         self.stand_ins = 0
@@ -110,17 +112,33 @@ class Mistakes:
         return None
 
 
-def all_at_once(read: Callable[[Mistakes], T], changes: Mapping[str, Any] | None = None) -> T:
+def all_at_once(
+    read: Callable[[Mistakes], T],
+    changes: Mapping[str, Any] | None = None,
+    others: Callable[[], Iterable[Callable[[Mistakes], object]]] = tuple,
+) -> T:
     """What ``read`` makes of a file, or one `InputError` with a sentence for everything that is wrong with it.
 
-    Lines are told where the file is read as it stands, without ``changes``.
+    Lines are told where the file is read as it stands, without ``changes``. ``others`` are further readings, asked for
+    where something is wrong: each tells what is wrong with a part of the file that this one leaves out.
     """
+    found, told, texts = _read_twice(read)
+    if found is not None and not told:
+        return found
+    for other in others():
+        _, more, further = _read_twice(other)
+        told, texts = {**told, **more}, {**texts, **further}
+    raise InputError(*_in_order(list(told), {} if changes else texts))
+
+
+def _read_twice(read: Callable[[Mistakes], T]) -> tuple[T | None, dict[str, None], dict[str, str]]:
+    """What was read, the sentences on what is wrong, and the texts that were read."""
     readings: list[Mistakes] = []
     for number in (0, 1):
         mistakes = Mistakes(number)
         found = mistakes.attempt(lambda mistakes=mistakes: read(mistakes))  # type: ignore[misc]
         if not mistakes.sentences and found is not None:
-            return found
+            return found, {}, mistakes.texts
         readings.append(mistakes)
         if not mistakes.stand_ins:
             break
@@ -131,7 +149,16 @@ def all_at_once(read: Callable[[Mistakes], T], changes: Mapping[str, Any] | None
         for said, sure in every.items()
         if (said in first.sentences and said in last.sentences) or (sure and not first.guessed)
     ]
-    raise InputError(*_in_order(kept or list(first.sentences), {} if changes else first.texts))
+    told = (_where_it_stands(said, first.places) for said in kept or first.sentences)
+    return None, dict.fromkeys(told), first.texts
+
+
+def _where_it_stands(said: str, places: Mapping[str, str]) -> str:
+    """A sentence on a key with the place where its file has it."""
+    for read, stands in places.items():
+        if said.startswith(read) and not re.match(r"\w", said[len(read) :]):
+            return stands + said[len(read) :]
+    return said
 
 
 def _in_order(sentences: Sequence[str], texts: Mapping[str, str]) -> list[str]:

@@ -32,6 +32,7 @@ class Section:
         self.mistakes = mistakes
         self.table = table
         self._left = dict(table)
+        self.counted: dict[str, list[int]] = {}  # numbers of the tables [[key]] where some were taken out
         self._known: set[str] = set()
         self.lost, self._finished = False, False
         self._guessed_kind = False  # its kind is misspelt: that other keys are missing or unknown is not sure
@@ -240,10 +241,10 @@ class Section:
         value = self.take(key, [])
         if not isinstance(value, list) or not all(isinstance(v, dict) for v in value):
             value = self._wrong(value, f"{key} is {shortened(value)}, expected tables [[{key}]]", ([None], [None]))
-        for i, table in enumerate(value):
+        for number, table in zip(self.counted.get(key, range(1, len(value) + 1)), value, strict=True):
             label = table.get("name", table.get("kind", table.get("file", ""))) if table is not None else None
             tag = f" ({label})" if isinstance(label, str) and label else ""
-            section = self.within(table or {}, f"[[{key}]] {i + 1}{tag}")
+            section = self.within(table or {}, f"[[{key}]] {number}{tag}")
             section.lost = table is None
             yield section
 

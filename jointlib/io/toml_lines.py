@@ -65,8 +65,10 @@ class TomlLines:
                 return (key, int(match[2]) - 1), said[match.end() :]
             named = [i for i, row in enumerate(rows) if str(row.get("name")) == match[3]]
             return ((key, named[-1]), said[match.end() :]) if named else None
-        if (match := _TABLE.match(said)) and isinstance(table.get(match[1]), dict):
-            return (match[1],), said[match.end() :]
+        if match := _TABLE.match(said):
+            steps = tuple(match[1].split("."))
+            if isinstance(_at(table, steps), dict):
+                return steps, said[match.end() :]
         if match := _NAMED.match(said):
             rows = _tables(table, match[1])
             names = re.findall(r"'([^']*)'", said)[:2] if said.startswith(f"{match[1]}s ") else [match[2][1:-1]]
@@ -122,8 +124,12 @@ def _tables(table: dict[str, Any], key: str) -> list[dict[str, Any]]:
 
 
 def _at(table: Any, place: Place) -> Any:
+    """What stands at a place; None where there is nothing."""
     for step in place:
-        table = table[step]
+        if isinstance(table, dict):
+            table = table.get(str(step))
+        else:
+            table = table[step] if isinstance(table, list) and isinstance(step, int) else None
     return table
 
 

@@ -1,4 +1,4 @@
-"""Cutting data and gravity off by a unit."""
+"""Cutting data and gravity off by a unit, gravity of the wrong sign."""
 
 from __future__ import annotations
 
@@ -6,7 +6,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from jointlib.arrays import Array
+
+from ..connection import GROUND
 from ..machine import Machine
+from ..masses import part_masses, whole_mass
 from .scale import outside
 
 _PRESSURE = (2e7, 2e10)
@@ -15,6 +19,8 @@ _LIMITS = {"feed": (1e-7, 5e-3, "mm", 1e3), "diameter": (5e-5, 10.0, "mm", 1e3)}
 _RATIO = 1e5
 _EARTH = (9.7, 9.9)
 """m/s² anywhere on the ground."""
+_LEVEL = 1e-3
+"""m."""
 
 
 def wrong_operation(machine: Machine) -> Iterator[str]:
@@ -46,3 +52,19 @@ def wrong_operation(machine: Machine) -> Iterator[str]:
         if g:
             said = outside(g, *_EARTH, "[static]: gravity", "m/s^2")
             yield from filter(None, [said])
+            yield from _hanging(machine, np.array(machine.static.gravity) / g)
+
+
+def _hanging(machine: Machine, down: Array) -> Iterator[str]:
+    """A machine below all that joins it to the ground; machines stand."""
+    ground = [c.at for c in machine.connections if GROUND in c.between and c.at is not None]
+    centre = whole_mass(tuple(part for part in part_masses(machine) if part.centre is not None)).centre
+    if not ground or centre is None:
+        return
+    below = float(np.min((centre - np.array(ground)) @ down))
+    if below > _LEVEL:
+        along = ", ".join(f"{round(float(x), 3) + 0.0:g}" for x in down)
+        yield (
+            f"[static]: gravity acts along ({along}), and the centre of gravity lies {below * 1e3:.3g} mm or more "
+            "below all that joins the machine to the ground, so that it hangs: is its sign right?"
+        )

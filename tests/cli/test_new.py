@@ -10,6 +10,7 @@ import pytest
 from command_line import LIBRARY, files, jointlib
 
 from machines import read_machine
+from machines.explore.scene import Explorer
 from machines.mistakes import mistakes
 from machines.study.study_file import read_study
 
@@ -49,6 +50,8 @@ def test_a_new_machine_runs(here: Path) -> None:
     assert not mistakes(read_machine("m.toml"))
     inspected = jointlib("inspect m.toml --json").json
     assert inspected["warnings"] == []
+    assert "connection guide (linear-guide): table – ground, hertz-contact + viscous, 16 contacts" in inspected["lines"]
+    assert not [line for line in inspected["lines"] if "assumed" in line]
     modes = jointlib("modes m.toml")
     assert modes.status == 0, modes.err
     assert jointlib("check m.toml --json").json["passed"]
@@ -107,7 +110,11 @@ def test_a_new_machine_takes_the_whole_road(here: Path) -> None:
     assert jointlib("new machine -o m.toml").status == 0
     done = jointlib("run m.toml -o out")
     assert done.status == 0, done.err
-    assert Path("out/report.html").is_file()
+    report = Path("out/report.html").read_text("utf-8")
+    assert "guide_1.upper_left_1 as an FMU" in report
+    fmu = jointlib("fmu m.toml -o m.fmu --json")
+    assert fmu.status == 0, fmu.err
+    assert {c.group for c in Explorer(Path("m.toml")).controls} >= {"guide", "screw", "cutting"}
 
 
 @pytest.mark.slow

@@ -6,8 +6,10 @@ import shutil
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 
 import machines
+from jointlib.cli.main import cli
 from jointlib.errors import InputError
 from jointlib.io.joint_file import read_joint
 from machines import Machine, read_machine
@@ -147,6 +149,15 @@ WRONG = [
         "mount_1.x: its stiffness is -300 N/um, so it pushes",
     ),
     (LATHE, '"-9.80665 m/s^2"', "-9806.65", "[static]: gravity is 9807 m/s^2"),
+    (
+        LATHE,
+        '"-9.80665 m/s^2"',
+        '"9.80665 m/s^2"',
+        "gravity acts along (0, 1, 0), and the centre of gravity lies 526 mm",
+    ),
+    (LATHE, '"-9.80665 m/s^2"', '"9.80665 km/s^2"', "gravity acts along (0, 1, 0), and the centre of gravity lies"),
+    ("carriage", "gravity = true", "gravity = [0, 0, 9.81]", "lies 30 mm or more below all that joins the machine"),
+    ("carriage", "gravity = true", "gravity = [0, 0, -9810]", "[static]: gravity is 9810 m/s^2"),
     (LATHE, 'specific = "2200 N/mm^2"', "specific = 2200e12", "[cutting]: specific is"),
     (LATHE, 'specific = "2200 N/mm^2"', "specific = 2200", "far below any material"),
     (LATHE, 'feed = "0.15 mm"', "feed = 0.15", "[cutting]: feed is 150 mm"),
@@ -230,7 +241,25 @@ def test_a_mode_without_damping_is_named(tmp_path: Path) -> None:
     )
 
 
-@pytest.mark.parametrize("path", [*SHIPPED, ROOT / "docs" / "bed_mill.toml"], ids=lambda p: p.stem)
+def test_a_load_that_nothing_carries_hides_no_mistake(tmp_path: Path) -> None:
+    path = written(tmp_path, LATHE, '"-9.80665 m/s^2"', "-980665")
+    done = CliRunner().invoke(cli, ["inspect", str(path)], catch_exceptions=False)
+    assert done.exit_code == 0
+    assert "looks wrong: [static]: gravity is 9.807e+05 m/s^2" in done.stdout
+    assert "no equilibrium under the static load" in done.stdout
+
+
+def test_gravity_of_the_wrong_sign_is_named_in_a_machine_of_a_hundred_contacts(tmp_path: Path) -> None:
+    text = (ROOT / "docs" / "bed_mill.toml").read_text("utf-8").replace("gravity = true", "gravity = [0, 0, 9.81]")
+    path = tmp_path / "hanging.toml"
+    path.write_text(text, "utf-8")
+    (said,) = in_file(read_machine(path))
+    assert said.startswith("[static]: gravity acts along (0, 0, 1), and the centre of gravity lies 676 mm")
+
+
+@pytest.mark.parametrize(
+    "path", [*SHIPPED, pytest.param(ROOT / "docs" / "bed_mill.toml", marks=pytest.mark.thorough)], ids=lambda p: p.stem
+)
 def test_nothing_is_said_of_machines_that_are_right(path: Path) -> None:
     machine: Machine = read_machine(path)
     for connection in machine.flexible:
