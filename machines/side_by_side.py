@@ -1,4 +1,4 @@
-"""Two of a kind side by side: machines, joints, measured frequency responses, runs."""
+"""Two of a kind side by side: machines, joints, measured frequency responses, runs; see also `study.design_sides`."""
 
 from __future__ import annotations
 
@@ -15,11 +15,13 @@ from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import CheckFailed, InputError
 from jointlib.joint import Joint
 
-from .comparison import paired, resonances, share
+from .comparison import paired, share
 from .files import read_machine
 from .lobes.amplitude import lobes_at_amplitude, tip_at_rest
+from .lobes.chatter_band import frequency_range
 from .loop.records import open_frfs
 from .machine import Machine
+from .measured_peaks import at_the_peaks, resonances
 from .named_files import read
 
 _LINES = 3000
@@ -37,6 +39,20 @@ class Fact:
     value: float
     unit: str = ""
     error: float = 0.0
+    samples: Array | None = None
+    """The same in samples of what is uncertain that both sides have in common."""
+
+
+@dataclass(frozen=True, eq=False)
+class Limits:
+    """Stability lobes, one entry a speed."""
+
+    speed: Array
+    """rpm."""
+    depth: Array
+    """m; inf where the cut is stable at any depth."""
+    chatter_frequency: Array
+    """Hz."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +66,12 @@ class Side:
     """Receptances in m/N over frequency in Hz, with their standard deviation where it is known."""
     remarks: tuple[str, ...] = ()
     """What could not be compared, and why."""
+    limits: Limits | None = None
+
+    @property
+    def short(self) -> str:
+        """The name without what is explained in brackets."""
+        return self.name.partition(" (")[0]
 
 
 @dataclass(frozen=True)
@@ -105,13 +127,7 @@ def _of_machine(path: Path, machine: Machine) -> Side:
         raise InputError(
             f"{path}: {open_joints[0]} is to be identified; `jointlib run` does that, and its folder can be compared"
         )
-    curves: dict[str, tuple[Array, ComplexArray, Array | None]] = {}
-    facts: dict[str, Fact] = {}
-    if machine.tool and machine.frequency is not None:
-        low, high = machine.frequency
-        lines = np.linspace(low, high, _LINES)
-        H = tip_at_rest(machine, lines)(lines)
-        curves = {f"tool {axis}": (lines, H[:, i, i], None) for i, axis in enumerate(machine.tool_axes)}
+    curves, facts, limits = receptances(machine), dict[str, Fact](), None
     if machine.cutting is not None and machine.cutting.get("speed") is not None:
         slowest, fastest = machine.cutting["speed"]
         try:
@@ -120,7 +136,17 @@ def _of_machine(path: Path, machine: Machine) -> Side:
             return Side(str(path), "machine", {}, curves, (f"{path}: depths are not compared: {refused}",))
         facts["lowest stable depth"] = Fact(chart.minimum_depth, "m")
         facts["chatter there"] = Fact(chart.minimum_frequency, "Hz")
-    return Side(str(path), "machine", facts, curves)
+        limits = Limits(chart.speed, chart.depth, chart.chatter_frequency)
+    return Side(str(path), "machine", facts, curves, limits=limits)
+
+
+def receptances(machine: Machine) -> dict[str, tuple[Array, ComplexArray, Array | None]]:
+    """Those of its tool at rest over the band of its file, or of its modes; none without a tool."""
+    if not machine.tool:
+        return {}
+    lines = np.linspace(*frequency_range(machine), _LINES)
+    H = tip_at_rest(machine, lines)(lines)
+    return {f"tool {axis}": (lines, H[:, i, i], None) for i, axis in enumerate(machine.tool_axes)}
 
 
 def _of_measurement(path: Path) -> Side:
@@ -131,7 +157,9 @@ def _of_measurement(path: Path) -> Side:
             "`jointlib identify` makes of them"
         )
     records = open_frfs(measurement, measurement.records)
-    curves = {f"{r.response} for {r.force:g} N on {r.drive}": (r.frequency, r.receptance, r.deviation) for r in records}
+    curves = {
+        f"{r.response} for {r.force:g} N on {r.drive}": (r.frequency, r.receptance, at_the_peaks(r)) for r in records
+    }
     return Side(str(path), "measurement", {}, curves)
 
 
@@ -192,6 +220,10 @@ def _differ(a: Fact, b: Fact) -> bool:
     if a.value == b.value or (np.isnan(a.value) and np.isnan(b.value)):
         return False
     spread = float(np.hypot(a.error, b.error))
+    if a.samples is not None and b.samples is not None and len(a.samples) > 1:
+        # Both stand on the same samples, so what these have in common is no doubt about the difference.
+        apart = b.samples - a.samples
+        spread = float(np.std(apart, ddof=1) / np.sqrt(len(apart))) if np.all(np.isfinite(apart)) else 0.0
     return not abs(b.value - a.value) <= max(_SURE * spread, _SAME * max(abs(a.value), abs(b.value)))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -10,17 +11,33 @@ from jointlib.cli.arguments import Target, Verb, input_file, json_option
 from jointlib.cli.output import emit, table, working, wrote
 from jointlib.errors import InputError
 
+if TYPE_CHECKING:
+    from machines.side_by_side import Side
+
 
 @click.command("compare", cls=Verb)
 @input_file("first")
-@input_file("others", nargs=-1, required=True)
+@input_file("others", nargs=-1)
+@click.option("--results", type=click.Path(path_type=Path), help="Of a study: the folder of 'jointlib study run'.")
+@click.option(
+    "--designs", type=click.IntRange(min=0), multiple=True, help="Of a study: which designs, default: best and second."
+)
 @click.option("-o", "output", type=Target(".svg", ".png"), help="Also draw their receptances over each other.")
 @click.option("--plot", type=click.Choice(("mag-phase", "re-im", "nyquist")), default="mag-phase", help="What of them.")
 @json_option
-def command(first: Path, others: tuple[Path, ...], output: Path | None, plot: str, as_json: bool) -> None:
+def command(
+    first: Path,
+    others: tuple[Path, ...],
+    results: Path | None,
+    designs: tuple[int, ...],
+    output: Path | None,
+    plot: str,
+    as_json: bool,
+) -> None:
     """What differs between FIRST and each of OTHERS: machines, joints, measured FRFs, or folders of runs.
 
-    A difference below two standard errors is none.
+    Of a study: between its designs, as in jointlib compare mill.study.toml --results study --designs 0 3, which go by
+    their number from 0 on. A difference below two standard errors is none.
 
     \b
     Example:
@@ -28,8 +45,15 @@ def command(first: Path, others: tuple[Path, ...], output: Path | None, plot: st
     """
     from machines.side_by_side import differences, sentence, side
 
+    if designs and results is None:
+        raise InputError("--designs: expected --results as well, the folder of 'jointlib study run'")
+    if results is None and not others:
+        raise InputError("compare: expected two files or folders, or a study file with --results")
+    if results is not None and others:
+        raise InputError("--results: expected a study file alone, its designs are compared")
     with working("comparing"):
-        base, rest = side(first), [side(path) for path in others]
+        sides = [side(path) for path in (first, *others)] if results is None else _designs(first, results, designs)
+        base, *rest = sides
         found = [d for other in rest for d in differences(base, other)]
     told = sentence(base, rest, found)
     rows = [
@@ -58,26 +82,45 @@ def command(first: Path, others: tuple[Path, ...], output: Path | None, plot: st
     emit(as_json, data, [*lines, *map(wrote, written)])
 
 
-def _draw(path: Path, sides: list, plot: str) -> Path:  # type: ignore[type-arg]
+def _designs(study: Path, results: Path, designs: tuple[int, ...]) -> list[Side]:
+    """Designs of a study by number."""
+    from jointlib.cli.study import identified
+    from machines.study.design_sides import design_sides
+    from machines.study.run import tools_asked
+    from machines.study.study_file import read_study
+
+    opened = read_study(study, tools_asked(results))
+    if not (results / "study.json").is_file():
+        raise InputError(f"--results: {results} holds no study, expected the folder of 'jointlib study run'")
+    if len(set(designs)) < len(designs) or len(designs) == 1:
+        raise InputError(f"--designs: {', '.join(map(str, designs))}, expected at least two different numbers")
+    return list(design_sides(opened, results, designs, identified(opened)))
+
+
+def _draw(path: Path, sides: list[Side], plot: str) -> Path:
     """A panel for each receptance that the first side has, the sides over each other."""
     from jointlib.io.atomic import write, write_text
     from machines.report.drawing import shades
-    from machines.report.receptance_figure import Curve, receptance_figure
+    from machines.report.receptance_figure import Curve, Lobes, receptance_figure
 
+    looks = list(zip(sides, shades(len(sides))[::-1], ["-", *["--"] * len(sides)], strict=False))
     panels = [
         (
             name,
             [
-                Curve(each.curves[name][0], each.curves[name][1], each.name, colour, style)
-                for each, colour, style in zip(
-                    sides, shades(len(sides))[::-1], ["-", *["--"] * len(sides)], strict=False
-                )
+                Curve(each.curves[name][0], each.curves[name][1], each.short, colour, style)
+                for each, colour, style in looks
                 if name in each.curves
             ],
         )
         for name in sides[0].curves
     ]
-    figure = receptance_figure(panels, plot, png=path.suffix == ".png")
+    lobes = [
+        Lobes(each.limits.speed, each.limits.depth, each.limits.chatter_frequency, each.short, colour, style)
+        for each, colour, style in looks
+        if each.limits is not None
+    ]
+    figure = receptance_figure(panels, plot, lobes=lobes, png=path.suffix == ".png")
     if path.suffix == ".png":
         write(path, lambda file: file.write(figure.png))
     else:

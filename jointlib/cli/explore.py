@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from jointlib.cli.arguments import Target, Verb, input_file
+from jointlib.cli.arguments import Target, Verb, input_file, tool_option
 from jointlib.cli.output import working
 from jointlib.errors import InputError
 
@@ -24,9 +24,20 @@ if TYPE_CHECKING:
 @click.option(
     "-o", "output", type=Target(folder=True), default=Path("explore"), help="Folder for files; default: explore."
 )
+@click.option("--measured", type=click.Path(path_type=Path), multiple=True, help="Measured FRFs to lay over it.")
+@tool_option
 @click.option("--port", type=click.IntRange(0, 65535), help="Default: 8050, or any that is free; 0: any that is free.")
 @click.option("--host", default="127.0.0.1", help="Address to listen at; default: 127.0.0.1, this computer alone.")
-def command(machine: Path, study: Path | None, results: Path | None, output: Path, port: int | None, host: str) -> None:
+def command(
+    machine: Path,
+    study: Path | None,
+    results: Path | None,
+    output: Path,
+    measured: tuple[Path, ...],
+    changes: dict[str, str],
+    port: int | None,
+    host: str,
+) -> None:
     """Show MACHINE on a page that answers to sliders: responses, describing functions, stability lobes.
 
     The page asks nothing of the internet and is shown to this computer alone. Ctrl-C ends it.
@@ -45,8 +56,8 @@ def command(machine: Path, study: Path | None, results: Path | None, output: Pat
     with bound(host, port) as place:
         alone = is_this_computer(place.getsockname()[0])
         with working("reading the machine"):
-            joints, remarks = identified(machine)
-            explorer = Explorer(machine, study, results, joints)
+            joints, remarks = identified(machine, changes)
+            explorer = Explorer(machine, study, results, joints, next(iter(changes.values()), ""), measured)
             app, writing = explorer_app(explorer, machine.stem, output, exported, alone)
         server = listening(app, place)
     for remark in remarks:
@@ -65,12 +76,12 @@ def command(machine: Path, study: Path | None, results: Path | None, output: Pat
         click.echo("ended")
 
 
-def identified(path: Path) -> tuple[dict[str, Joint], Sequence[str]]:
+def identified(path: Path, changes: dict[str, str] | None = None) -> tuple[dict[str, Joint], Sequence[str]]:
     """Joints that the machine leaves to be identified, and what is to be said of them."""
     from jointlib.cli.joints import with_joints
     from machines import read_machine
 
-    machine = read_machine(path)
+    machine = read_machine(path, changes)
     open_ones = {c.name for c in machine.connections if c.identify is not None}
     found, remarks = with_joints(machine)
     return {c.name: c.joint for c in found.connections if c.name in open_ones and c.joint is not None}, remarks

@@ -20,7 +20,7 @@ VERBS = {
     "df": "Describing function of a joint.",
     "frf": "Nonlinear forced response of a machine, all branches.",
     "modes": "Natural modes of a machine: what moves, which joint holds the energy, what stiffness gives.",
-    "compare": "Two of a kind side by side: machines, joints, measured FRFs, runs.",
+    "compare": "Two of a kind side by side: machines, joints, measured FRFs, runs, designs of a study.",
     "check": "Compare the coupled machine, joints linearised, with python-control.",
     "lobes": "Stability lobes of a machine.",
     "fmu": "Export a joint as an FMU and verify it, or verify one.",

@@ -21,6 +21,13 @@ if TYPE_CHECKING:
 
 _PER_PROCESSOR = 4
 _SHARD = re.compile(r"([0-9]{1,6})/([0-9]{1,6})")
+tools_option = click.option(
+    "--tool",
+    "tools",
+    multiple=True,
+    metavar="NAME",
+    help="Named tools of the machine; of several the worst counts. Default: those that the study says.",
+)
 _ADDRESS = re.compile(r"((tcp|tls|ucx|ws|wss)://)?[^\s/]+:[0-9]{1,5}")
 
 
@@ -40,6 +47,7 @@ def command(ctx: click.Context) -> None:
 def _options(function: Any) -> Any:
     for option in (
         json_option,
+        tools_option,
         click.option("-o", "output", type=Target(folder=True), required=True, help="Folder of the results."),
         click.option("--scheduler", help="Address of a Dask scheduler, whose workers compute instead."),
         click.option("--shard", help="k/n: only the k-th of n parts, for batch queues that share the folder."),
@@ -52,9 +60,7 @@ def _options(function: Any) -> Any:
 
 @command.command("run", cls=Verb)
 @_options
-def run(
-    study: Path, workers: int | None, shard: str | None, scheduler: str | None, output: Path, as_json: bool
-) -> None:
+def run(study: Path, output: Path, as_json: bool, tools: tuple[str, ...], **how: Any) -> None:
     """Compute every configuration of STUDY, and end with a report and the best machine as a file.
 
     What is in the folder already is not computed again.
@@ -63,29 +69,28 @@ def run(
     Example:
       jointlib study run machines/library/guide_mill.study.toml -o study
     """
-    _compute(study, workers, shard, scheduler, output, as_json, new=True)
+    _compute(study, tools, output, as_json, new=True, **how)
 
 
 @command.command("resume", cls=Verb)
 @_options
-def resume(
-    study: Path, workers: int | None, shard: str | None, scheduler: str | None, output: Path, as_json: bool
-) -> None:
+def resume(study: Path, output: Path, as_json: bool, tools: tuple[str, ...], **how: Any) -> None:
     """Go on with STUDY in a folder where it was begun.
 
     \b
     Example:
       jointlib study resume machines/library/guide_mill.study.toml -o study
     """
-    _compute(study, workers, shard, scheduler, output, as_json, new=False)
+    _compute(study, tools, output, as_json, new=False, **how)
 
 
 @command.command("report", cls=Verb)
 @input_file("study")
 @click.option("-o", "output", type=Target(folder=True), required=True, help="Folder of the results.")
+@tools_option
 @click.option("--table", "target", type=Target(".parquet", ".csv"), help="Write every configuration to this file.")
 @json_option
-def report(study: Path, output: Path, target: Path | None, as_json: bool) -> None:
+def report(study: Path, output: Path, tools: tuple[str, ...], target: Path | None, as_json: bool) -> None:
     """Say what the results of STUDY in the folder amount to, in a report, with the best machine as a file.
 
     \b
@@ -96,19 +101,26 @@ def report(study: Path, output: Path, target: Path | None, as_json: bool) -> Non
     from machines.study.study_file import read_study
     from machines.study.tables import write_table
 
-    opened = read_study(study)
+    opened = read_study(study, tuple(dict.fromkeys(tools)))
     if not (output / "study.json").is_file():
         raise InputError(f"-o {output}: holds no study, expected the folder of 'jointlib study run'")
     store = begin(opened, output)
     if target is not None:
         write_table(planned(opened, output), store, target)
-    tell(planned(opened, output), store, _identified(opened), output, as_json)
+    tell(planned(opened, output), store, identified(opened), output, as_json)
     if target is not None and not as_json:
         click.echo(wrote(target))
 
 
 def _compute(
-    study: Path, workers: int | None, shard: str | None, scheduler: str | None, output: Path, as_json: bool, new: bool
+    study: Path,
+    tools: tuple[str, ...],
+    output: Path,
+    as_json: bool,
+    new: bool,
+    workers: int | None = None,
+    shard: str | None = None,
+    scheduler: str | None = None,
 ) -> None:
     from machines.study.run import begin, evaluate_all, planned
     from machines.study.study_file import read_study
@@ -120,11 +132,11 @@ def _compute(
         raise InputError(f"--workers: {workers}, expected at most {most}, {_PER_PROCESSOR} for each processor")
     if scheduler is not None and not _ADDRESS.fullmatch(scheduler):
         raise InputError(f"--scheduler: {scheduler!r}, expected an address such as tcp://10.0.0.5:8786")
-    opened = read_study(study)
+    opened = read_study(study, tuple(dict.fromkeys(tools)))
     if not new and not (output / "study.json").is_file():
         raise InputError(f"-o {output}: holds no study to resume, expected the folder of 'jointlib study run'")
     store = begin(opened, output)
-    joints = _identified(opened)
+    joints = identified(opened)
     missing = len(store.missing())
     if missing:
         check_values(opened, joints)
@@ -146,14 +158,19 @@ def _part(shard: str | None) -> tuple[int, int]:
     return int(found[1]), int(found[2])
 
 
-def _identified(study: Study) -> dict[str, Joint]:
+def identified(study: Study) -> dict[str, Joint]:
     """Joints that the base machine leaves to be identified, once for all configurations."""
     from jointlib.cli.joints import with_joints
     from machines import read_machine
 
-    machine = read_machine(study.base)
-    names = [c.name for c in machine.connections if c.identify is not None]
-    if not names:
-        return {}
-    found, _ = with_joints(machine)
-    return {c.name: c.joint for c in found.connections if c.name in names and c.joint is not None}
+    joints: dict[str, Joint] = {}
+    for tool in study.with_tools:
+        machine = read_machine(study.base, dict(tool))
+        for name, joint in joints.items():
+            if name in [c.name for c in machine.connections]:
+                machine = machine.with_joint(name, joint)
+        names = [c.name for c in machine.connections if c.identify is not None and c.name not in joints]
+        if names:
+            found, _ = with_joints(machine)
+            joints |= {c.name: c.joint for c in found.connections if c.name in names and c.joint is not None}
+    return joints

@@ -38,7 +38,7 @@ def tell(study: Study, store: Store, joints: Mapping[str, Joint], output: Path, 
     results = store.results()
     write_npz(output / "results.npz", {"factors": study.numbers(), **results})
     verdict = judge(study, results)
-    evaluate = Evaluation(study.source.resolve(), tuple(sorted(joints.items())))
+    evaluate = Evaluation(study.source.resolve(), tuple(sorted(joints.items())), tools=study.asked_tools)
     without = np.flatnonzero(np.all([np.isnan(values) for values in results.values()], axis=0))
     refused = evaluate.refused(study.numbers()[without[0]], study.case(int(without[0]))) if len(without) else ""
     if refused:
@@ -74,7 +74,8 @@ def _write(
         best = write_best(study, evaluate, joints, verdict.ranking, verdict.best, output / BEST)
         found = [contrast(study, evaluate, verdict.ranking, verdict.best, rival) for rival in rivals(study, verdict)]
     files = (study.source, *inputs(study))
-    command = shlex.join(["jointlib", "study", "run", str(study.source), "-o", str(output)])
+    tools = ["--tool", ",".join(study.asked_tools)] if study.asked_tools else []
+    command = shlex.join(["jointlib", "study", "run", str(study.source), "-o", str(output), *tools])
     page = study_page(study, results, verdict, found, best, files, identity(study), command, warnings)
     page.write(output / REPORT)
     return [output / REPORT, *([] if best is None else [best.files[0]])]

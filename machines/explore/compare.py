@@ -9,9 +9,12 @@ from typing import Any
 import numpy as np
 from dash import html
 
+from ..comparison import Comparison
+from ..report.comparison_section import HEADER, comparison_rows
 from ..study.words import alike
 from .controls import Control
 from .curves import Curves
+from .measured import Measured
 from .scene import Reading
 
 PREVIEW = "zero-order"
@@ -62,6 +65,21 @@ def differences(controls: Sequence[Control], before: Setting | None, now: Settin
     body = [_row(*row) for row in [*rows, *results]]
     head = html.Thead(html.Tr([html.Th(word, scope="col") for word in ("", "A", "now", "change")]))
     return html.Table([head, html.Tbody(body)])
+
+
+def measured_over(laid: Sequence[Comparison], records: tuple[Sequence[Measured], Sequence[str]]) -> Any:
+    """How far the receptance that is drawn is off at each measured resonance, and on the whole."""
+    if not laid:
+        return [html.P(said) for said in records[1]]
+    rows = [html.Tr([html.Td(cell) for cell in row]) for row in comparison_rows(laid)]
+    head = html.Thead(html.Tr([html.Th(word, scope="col") for word in HEADER]))
+    moved = ", ".join(f"{one.record.name} {one.moved * 1e6:.3g} µm" for one in records[0])
+    said = [*(c.sentence() for c in laid), *records[1], *(w for c in laid for w in c.warnings)]
+    said.append(
+        f"While it was measured the tool moved by up to: {moved}. The prediction is the receptance at the amplitude "
+        "that the slider has."
+    )
+    return [html.Table([head, html.Tbody(rows)]), html.Ul([html.Li(one) for one in dict.fromkeys(said)])]
 
 
 @dataclass(frozen=True)

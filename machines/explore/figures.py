@@ -10,12 +10,14 @@ import numpy as np
 
 from .compare import PREVIEW
 from .curves import Curves
+from .measured import Measured
 from .scatter import Scatter
 from .scene import Reading
 
 BLUE, ORANGE, GREEN, BLACK, GREY = "#0072b2", "#d55e00", "#007a5e", "#1b1f24", "#5c6670"
 """Okabe and Ito's blue, vermilion and green (a little darker), told apart by every eye and on a pale projector."""
 _SIZE = 16
+_MARKS = ("circle", "square", "diamond", "triangle-up", "cross", "x")
 _RPM = "spindle speed [rpm]"
 _LOOK: dict[str, Any] = {"displaylogo": False, "responsive": True, "showTips": False}
 # Buttons are named one by one: among those that plotly would show is one that sends the chart to its makers.
@@ -26,9 +28,11 @@ BRUSHED = {**_LOOK, "modeBarButtons": [["toImage"], ["select2d", "lasso2d"], _BU
 Figure = dict[str, Any]
 
 
-def response_figure(now: Curves, before: Curves | None) -> Figure:
-    """Receptance of the tool point in µm/N over frequency, by tool axis: at rest and vibrating; A thin."""
-    traces = []
+def response_figure(now: Curves, before: Curves | None, records: Sequence[Measured] = ()) -> Figure:
+    """Receptance of the tool point in µm/N over frequency, by tool axis: at rest and vibrating; A thin; measured."""
+    traces = [_record(one, i) for i, one in enumerate(records)]
+    for trace, one in zip(traces, records, strict=True):
+        trace["showlegend"] = one is next(first for first in records if first.axis == one.axis)
     for curves, kept in _both(now, before):
         for axis, colour in zip(curves.receptance, (BLUE, ORANGE, GREEN), strict=False):
             rest, moving = (np.abs(h[axis]) * 1e6 for h in (curves.receptance_at_rest, curves.receptance))
@@ -169,6 +173,15 @@ def _line(x: Any, y: Any, name: str, colour: str, kept: bool, yaxis: str = "y") 
     title = f"A: {name}" if kept else name
     trace = {"x": _packed(x), "y": _packed(y), "mode": "lines", "name": title, "line": style, "yaxis": yaxis}
     return {**trace, "showlegend": not kept, "hovertemplate": "%{y:.4g}<extra>" + title + "</extra>"}
+
+
+def _record(one: Measured, number: int) -> dict[str, Any]:
+    """A measured record as small marks; the curves lie over them."""
+    symbol, shade = _MARKS[number % len(_MARKS)], (GREY, BLACK)[number // len(_MARKS) % 2]
+    size = np.abs(one.record.receptance) * 1e6
+    trace = _points(one.record.frequency, size, f"{one.axis}, measured", shade, symbol, 4)
+    words = f"{one.record.name}, {one.record.force:g} N"
+    return {**trace, "hovertemplate": "%{y:.4g}<extra>" + words + "</extra>", "legendgroup": one.axis}
 
 
 def _points(x: Any, y: Any, name: str, colour: str, symbol: str, size: float, yaxis: str = "y") -> dict[str, Any]:

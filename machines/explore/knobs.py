@@ -66,10 +66,10 @@ _SI = ("N", "m", "N/m", "N s/m", "rad", "N/m^2", "N/m^3", "m/N^(2/3)", "kg")
 _LENGTHS = re.compile(r"[kcmµu]?m|deg|rad")
 
 
-def controls_of(machine: Machine) -> tuple[Control, ...]:
-    """Every control of a machine that was read from a file and whose joints are known."""
+def controls_of(machine: Machine, changes: Mapping[str, Any] | None = None) -> tuple[Control, ...]:
+    """Every control of a machine that was read from a file, with changes, and whose joints are known."""
     assert machine.source is not None
-    tables = documents(machine.source)
+    tables = documents(machine.source, changes)
     joints = (*_joint_controls(machine, tables), *_stick_out_controls(machine, tables))
     return (_amplitude_control(machine), *_axis_controls(machine), *joints, *_cutting_controls(machine))
 

@@ -39,8 +39,10 @@ def grouped(controls: Sequence[Control]) -> tuple[Control, ...]:
     return tuple(sorted(controls, key=lambda c: groups.index(c.group)))
 
 
-def layout(name: str, folder: str, controls: Sequence[Control], first: Curves, study: Scatter | None) -> Any:
-    """The whole page for controls in the order of :func:`grouped`."""
+def layout(
+    name: str, folder: str, controls: Sequence[Control], first: Curves, study: Scatter | None, measured: bool = False
+) -> Any:
+    """The whole page for controls in the order of :func:`grouped`; ``measured``: whether records are laid over it."""
     start = State.start(controls)
     empty = ("kept", "action", "answer", "speed", "read-off", "exact", "settled", "drawn", "view", "wish", *ORDERS)
     stores = {"state": start.data(controls), **dict.fromkeys(empty)}
@@ -55,7 +57,7 @@ def layout(name: str, folder: str, controls: Sequence[Control], first: Curves, s
                     html.Span("computing …", id="working"),
                 ]
             ),
-            html.Div([_sliders(controls, start), _pictures(name, folder, first, study)], className="columns"),
+            html.Div([_sliders(controls, start), _pictures(name, folder, first, study, measured)], className="columns"),
         ],
         id="explorer",
     )
@@ -102,7 +104,7 @@ def _control(number: int, control: Control, value: float) -> Any:
     )
 
 
-def _pictures(name: str, folder: str, first: Curves, study: Scatter | None) -> Any:
+def _pictures(name: str, folder: str, first: Curves, study: Scatter | None, measured: bool) -> Any:
     reading = html.Div(
         [
             html.Label("read at", htmlFor="read-at"),
@@ -138,6 +140,7 @@ def _pictures(name: str, folder: str, first: Curves, study: Scatter | None) -> A
             ],
             className="pair",
         ),
+        _section("Measured over predicted", html.Div(id="measured"), seen=measured),
         _section("The machine and its modes at rest", html.Div(id="machine-view"), html.P("", id="view-said")),
         _section("What this stands on", html.Ul(id="notes")),
         _section("A against now", html.Div("Nothing is kept as A yet.", id="differences")),

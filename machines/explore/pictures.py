@@ -14,7 +14,7 @@ from jointlib.errors import CheckFailed, InputError
 from jointlib.units import quantity
 
 from . import figures
-from .compare import Setting, differences, headline, reading_words
+from .compare import Setting, differences, headline, measured_over, reading_words
 from .controls import Control
 from .scene import Explorer, Reading
 from .sliders import acted
@@ -40,6 +40,7 @@ def connect_pictures(app: Dash, explorer: Explorer, controls: Sequence[Control])
             "headline": Output("headline", "children"),
             "notes": Output("notes", "children"),
             "differences": Output("differences", "children"),
+            "measured": Output("measured", "children"),
             "reading": Output("reading", "children"),
             "drawn": Output("drawn", "data"),
             "look": Output("explorer", "className"),
@@ -74,7 +75,7 @@ def connect_pictures(app: Dash, explorer: Explorer, controls: Sequence[Control])
         shown: Any,
         look: Any,
     ) -> dict[str, Any]:
-        names = ("lobes", "frf", "gain", "headline", "notes", "differences", "reading", "status", "look")
+        names = ("lobes", "frf", "gain", "headline", "notes", "differences", "measured", "reading", "status", "look")
         answer: dict[str, Any] = dict.fromkeys(names, no_update)
         count = drawn["count"] + 1 if drawn else 1
         answer["drawn"] = {"count": count}
@@ -95,10 +96,11 @@ def connect_pictures(app: Dash, explorer: Explorer, controls: Sequence[Control])
             reading = _reading(read, speed, values)
             answer |= {
                 "lobes": figures.lobes_figure(*pair, speed, reading),
-                "frf": figures.response_figure(*pair),
+                "frf": figures.response_figure(*pair, explorer.records[0]),
                 "gain": figures.gain_figure(*pair, str(connection)),
                 "headline": headline(now.curves),
                 "differences": differences(controls, old, now),
+                "measured": measured_over(explorer.laid_over(now.curves), explorer.records),
                 "reading": _told(read, speed, reading, values),
             }
             if [note["props"]["children"] for note in shown or ()] != list(now.curves.notes):

@@ -26,8 +26,12 @@ from .curves import Curves
 _SPEEDS = 100
 
 
-def setting_page(moment: Moment, curves: Curves, controls: Sequence[Control], values: Mapping[str, float]) -> Page:
+def setting_page(
+    moment: Moment, curves: Curves, controls: Sequence[Control], values: Mapping[str, float], options: str = ""
+) -> Page:
     """The page of a moment; ``values`` are those that differ from the file.
+
+    ``options`` are those of `jointlib explore` beside the machine.
 
     Lobes are by the method of `jointlib lobes`, at rest and at the chosen tool-point amplitude.
     """
@@ -36,7 +40,8 @@ def setting_page(moment: Moment, curves: Curves, controls: Sequence[Control], va
     charts: list[tuple[float, StabilityLobes]] = []
     sections = [_settings(controls, values), _receptance(curves, moment.amplitude), *_gains(moment, curves)]
     numbers = [("static compliance of the tool point", f"{moment.built.static_compliance * 1e6:.4g} µm/N")]
-    finding = f"{machine.name} as set: {_changed(controls, values)}."
+    with_tool = f" with the tool {machine.tool_name}" if machine.tool_name else ""
+    finding = f"{machine.name}{with_tool} as set: {_changed(controls, values)}."
     if moment.cutting is not None and moment.cutting.speed is not None:
         speeds = moment.cutting.speeds(_SPEEDS)
         charts = [(A, _chart(replace(moment, amplitude=A), speeds)) for A in dict.fromkeys((0.0, moment.amplitude))]
@@ -54,7 +59,7 @@ def setting_page(moment: Moment, curves: Curves, controls: Sequence[Control], va
         inputs=[(str(file), sha256(file)) for file in sorted(documents_and_data(machine.source))],
         assumptions=["Joints are replaced by their describing functions: one harmonic of the relative motion."],
         warnings=list(dict.fromkeys(w for _, chart in charts for w in chart.warnings)),
-        command=f"jointlib explore {machine.source}",
+        command=f"jointlib explore {machine.source}{f' {options}' if options else ''}",
         version=version("jointlib"),
     )
 

@@ -14,9 +14,11 @@ from jointlib.arrays import Array
 from jointlib.errors import InputError
 from jointlib.units import number_and_unit
 
+from ..files import read_machine
 from ..indices import Mask
+from ..named_tools import USE
 from ..study.factors import Factor
-from ..study.run import begin, planned
+from ..study.run import begin, planned, tools_asked
 from ..study.study import QUANTITIES, Study
 from ..study.study_file import read_study
 from ..study.verdict import judge, over_samples
@@ -51,13 +53,21 @@ class Scatter:
     """Factors that the controls do not move, or not wholly."""
 
 
-def study_of(path: Path, results: Path, machine: Path) -> Study:
-    """A study that starts from this machine file, with the designs that a search has proposed so far."""
-    study = read_study(path)
+def study_of(path: Path, results: Path, machine: Path, tool: str | None = None) -> Study:
+    """A study that starts from this machine file, with the designs that a search has proposed so far.
+
+    ``tool`` is the one that is in the machine, of several with names; the study has to be of it.
+    """
+    study = read_study(path, tools_asked(results))
     if study.base.resolve() != machine.resolve():
         raise InputError(f"{path}: its base is {study.base}, expected {machine}, the machine that is explored")
     if not (results / "study.json").is_file():
         raise InputError(f"{results}: holds no study, expected the folder of 'jointlib study run'")
+    named = {case.tool for case in study.cases} | {str(v) for f in study.factors if f.path == USE for v in f.choices}
+    own = read_machine(machine).tool_name if tool is not None else None
+    known = sorted(named - {""}) or [str(own)]
+    if tool is not None and tool not in known:
+        raise InputError(f"{results}: is a study of the tool {', '.join(known)}, expected one of {tool!r}, or --tool")
     return planned(study, results)
 
 

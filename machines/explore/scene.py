@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
@@ -14,16 +15,20 @@ import numpy as np
 from jointlib.errors import InputError
 from jointlib.joint import Joint
 
+from ..comparison import Comparison
 from ..lobes.amplitude import lobes_at_amplitude
 from ..lobes.chatter_band import modes_at_rest
 from ..lobes.pocket import Pocket, best_pocket
 from ..machine import Machine
+from ..named_tools import USE
+from ..report.comparison_section import comparison_section
 from ..study.study import Study
 from ..study.variants import Machines, changed_joints, rows_of, with_joints
 from .built import Built, Moment
 from .controls import AMPLITUDE, Control, chosen
 from .curves import Curves, drawn
 from .knobs import controls_of
+from .measured import Measured, laid_over, records_of
 from .report import setting_page
 from .save import free_target, save_machine, write_new
 from .scatter import Scatter, designs, study_of, widened
@@ -77,12 +82,18 @@ class Explorer:
         A study of it and the folder of its results, for `scatter`.
     joints
         Joints that the file leaves to be identified, by connection.
+    tool
+        Which of several named tools is in the machine; empty: the one that the file says.
+    measured
+        Files of measured frequency responses to lay over the receptance, beside those of ``[[compare]]``.
     """
 
     machine: Path
     study: Path | None = None
     results: Path | None = None
     joints: Mapping[str, Joint] = field(default_factory=dict)
+    tool: str = ""
+    measured: tuple[Path, ...] = ()
     _file: Lock = field(default_factory=Lock, init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -92,7 +103,7 @@ class Explorer:
             raise InputError(f"{self.machine}: no frequency in [response], expected the band to look at")
         if (self.study is None) != (self.results is None):
             raise InputError("explore: a study and the folder of its results, expected both or neither")
-        _ = self._study  # a study of another machine is refused at once
+        _ = self._study, self.records  # a study or measurement of another machine is refused at once
 
     @cached_property
     def base(self) -> Machine:
@@ -100,9 +111,18 @@ class Explorer:
         return self._document(())
 
     @cached_property
+    def records(self) -> tuple[tuple[Measured, ...], tuple[str, ...]]:
+        """Measured frequency responses of the tool point, and what is to be said of them."""
+        return records_of(self.base, (*self.base.compare, *self.measured))
+
+    def laid_over(self, curves: Curves) -> tuple[Comparison, ...]:
+        """Each of them over the receptance that is drawn."""
+        return tuple(laid_over(one, curves) for one in self.records[0])
+
+    @cached_property
     def controls(self) -> tuple[Control, ...]:
         """What may be changed, in the order of the groups tool, axes, joints, cutting."""
-        found = controls_of(self.base)
+        found = controls_of(self.base, self._chosen)
         return found if self._study is None else tuple(widened(found, self._study))
 
     @cached_property
@@ -152,15 +172,29 @@ class Explorer:
 
     def save(self, values: Mapping[str, object], folder: Path, name: str) -> tuple[Path, ...]:
         """Write the machine of a setting into a folder; the files written, the machine file first."""
-        return save_machine(self.machine, self.changes(values), self.joints, folder, name)
+        return save_machine(self.machine, self._chosen | self.changes(values), self.joints, folder, name)
 
     def report(self, values: Mapping[str, object], folder: Path, name: str) -> Path:
         """Write a page about a setting, with lobes by the method of `jointlib lobes`; in milling it takes seconds."""
         target = free_target(folder, name, ".html")
         setting = self._setting(values)
-        page = setting_page(self._moment(setting), self.curves(values), self.controls, dict(setting))
+        page = setting_page(self._moment(setting), self.curves(values), self.controls, dict(setting), self._words)
+        laid = self.laid_over(self.curves(values))
+        if laid:
+            page = replace(page, sections=[*page.sections, comparison_section(laid, None)])
         write_new(target, page.html())
         return target
+
+    @property
+    def _chosen(self) -> dict[str, Any]:
+        """The change of the file that puts the tool in."""
+        return {USE: self.tool} if self.tool else {}
+
+    @property
+    def _words(self) -> str:
+        """Options of `jointlib explore` beside the machine."""
+        said = ["--tool", self.tool] if self.tool else []
+        return shlex.join([*said, *(word for file in self.measured for word in ("--measured", str(file)))])
 
     def _setting(self, values: Mapping[str, object]) -> _Changes:
         return tuple(chosen(self.by_key, values).items())
@@ -193,7 +227,7 @@ class Explorer:
     def _study(self) -> Study | None:
         if self.study is None or self.results is None:
             return None
-        return study_of(self.study, self.results, self.machine)
+        return study_of(self.study, self.results, self.machine, self.base.tool_name)
 
     @cached_property
     def _has_modes(self) -> bool:
@@ -209,7 +243,7 @@ class Explorer:
     def _document(self, changes: _Changes) -> Machine:
         """The machine of the file with changes, one at a time: machines share what was computed of their parts."""
         with self._file:
-            return self._machines.of(self.machine, changes).machine
+            return self._machines.of(self.machine, (*self._chosen.items(), *changes)).machine
 
     def _moment(self, setting: _Changes) -> Moment:
         """The machine of a setting; those that differ in the cut alone share what was computed of the machine."""

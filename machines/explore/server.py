@@ -52,7 +52,7 @@ def explorer_app(explorer: Explorer, name: str, folder: Path, export: Export, al
     )
     controls = grouped(explorer.controls)
     study = explorer.scatter()
-    app.layout = layout(name, str(folder), controls, explorer.curves({}), study)
+    app.layout = layout(name, str(folder), controls, explorer.curves({}), study, any(explorer.records))
     connect_sliders(app, controls)
     connect_pictures(app, explorer, controls)
     connect_readings(app, explorer, controls)

@@ -27,15 +27,34 @@ class Curve:
     style: str = "-"
 
 
+@dataclass(frozen=True, eq=False)
+class Lobes:
+    """Limiting depth in m and chatter frequency in Hz over spindle speed in rpm, with its place in the picture."""
+
+    speed: Array
+    depth: Array
+    chatter_frequency: Array
+    label: str = ""
+    colour: Any = AFTER
+    style: str = "-"
+
+
 def receptance_figure(
-    panels: Sequence[tuple[str, Sequence[Curve]]], plot: str = "mag-phase", caption: str = "", *, png: bool = False
+    panels: Sequence[tuple[str, Sequence[Curve]]],
+    plot: str = "mag-phase",
+    caption: str = "",
+    *,
+    lobes: Sequence[Lobes] = (),
+    png: bool = False,
 ) -> Figure:
     """A column for each (title, curves); units are µm/N and degrees, the factor of time is e^(+jωt).
+
+    ``lobes`` stand in a last column, depth above chatter frequency.
 
     The phase of a driving point runs from 0 below its resonances towards −180° above one; it is drawn between −360°
     and 0 where a curve does not begin above, so that it does not jump at −180°.
     """
-    count = max(len(panels), 1)
+    count = max(len(panels) + bool(lobes), 1)
     rows, height = (1, 4.2) if plot == "nyquist" else (2, 5.0)
     layout: dict[str, Any] = {"squeeze": False}
     layout |= (
@@ -50,7 +69,24 @@ def receptance_figure(
             _words(axes, plot)
             if any(curve.label for curve in curves):
                 axes[0].legend()
+        if lobes:
+            _draw_lobes(paper.axes[:, -1], lobes)
     return Figure(paper.svg, caption, paper.png)
+
+
+def _draw_lobes(axes: Any, lobes: Sequence[Lobes]) -> None:
+    for one in lobes:
+        known, look = np.isfinite(one.depth), {"color": one.colour, "linestyle": one.style}
+        axes[0].plot(one.speed, np.where(known, one.depth * 1e3, np.nan), label=literal(one.label), **look)
+        if len(axes) > 1:
+            frequency = np.where(known, one.chatter_frequency, np.nan)
+            axes[1].plot(one.speed, frequency, ".", markersize=3, color=one.colour)
+    axes[0].set_title("Stability lobes")
+    axes[0].set(ylabel="limiting depth [mm]", ylim=(0.0, None))
+    axes[-1].set(xlabel="spindle speed [rpm]")
+    if len(axes) > 1:
+        axes[1].set(ylabel="chatter [Hz]")
+    axes[0].legend()
 
 
 def _draw(axes: Any, curve: Curve, plot: str) -> None:

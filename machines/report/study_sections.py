@@ -194,8 +194,7 @@ def map_section(study: Study, verdict: Verdict, by_case: dict[str, Array]) -> Se
     text = []
     if len(moved) > 2:
         text.append(f"Shown over {moved[0]} and {moved[1]}; of the other axes the worst position counts.")
-    if any(case.material for case in study.cases):
-        text.append("Where several materials are cut, the worst counts.")
+    text += words.conditions(study)
     if not rows:
         text.append("The study looks at one position and one material only.")
     table = [Table(["", "worst", "at", "best", "at"], rows, "The first design over the conditions")] if rows else []

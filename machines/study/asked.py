@@ -14,6 +14,8 @@ from ..files import cutting_table, read_cutting, read_machine
 from ..lobes.cutting import Cutting
 from ..lobes.pocket import best_pocket
 from ..machine import Machine
+from ..named_tools import USE
+from .conditions import Case
 from .study import BASE, Study
 from .variants import Variant
 
@@ -27,15 +29,16 @@ def check_asked(study: Study) -> None:
     """Refuse, in a sentence, a quantity whose conditions neither the machine nor the study gives."""
     chosen = [str(value) for f in study.factors if f.path == BASE for value in f.choices]
     for file in [study.source.parent / name for name in chosen] or [study.base]:
-        machine = read_machine(file)
-        _check_axes(study, machine)
-        wanted = [q for q in study.quantities if q != "pocket-speed" or len(study.quantities) == 1]
-        for quantity in wanted:
-            _check(study, machine, file, quantity)
+        for tool in study.with_tools:
+            machine = read_machine(file, dict(tool))
+            _check_axes(study, machine)
+            wanted = [q for q in study.quantities if q != "pocket-speed" or len(study.quantities) == 1]
+            for quantity in wanted:
+                _check(study, machine, file, quantity)
         for case in study.cases:
             cut = {path: value for path, value in case.changes.items() if path.startswith("cutting.")}
             if cut and case.material:
-                _check_material(study, file, case.material, cut)
+                _check_material(study, file, case, cut)
 
 
 def _check(study: Study, machine: Machine, file: Path, quantity: str) -> None:
@@ -97,8 +100,8 @@ def _check_axes(study: Study, machine: Machine) -> None:
                 raise InputError(f"{said} {name} is {at * 1e3:g} mm, expected {ends}")
 
 
-def _check_material(study: Study, file: Path, material: str, cut: dict[str, Any]) -> None:
+def _check_material(study: Study, file: Path, case: Case, cut: dict[str, Any]) -> None:
     try:
-        read_cutting(file, cutting_table(file), cut)
+        read_cutting(file, cutting_table(file, {USE: case.tool} if case.tool else None), cut)
     except InputError as error:
-        raise InputError(f"{study.source}: material {material!r}: {error}") from None
+        raise InputError(f"{study.source}: material {case.material!r}: {error}") from None

@@ -16,6 +16,7 @@ from ..written import write_machine
 from .conditions import Case
 from .evaluation import Evaluation
 from .factors import IDENTIFICATION
+from .settings import Setting
 from .study import Study
 from .verdict import Design, Ranking, worst_of
 
@@ -47,15 +48,7 @@ def write_best(
 
     Speeds are those of the study, and the case is the one in which the first objective is worst.
     """
-    numbers = ranking.numbers[design.number].copy()
-    for i, f in enumerate(study.factors):
-        if f.uncertain:
-            numbers[i] = np.nan if f.path == IDENTIFICATION else float(f.numbers(np.array(0.5)))
-    found = evaluate.each([(numbers, case) for case in study.cases])
-    at = worst_of(study, {name: values[None, :, None] for name, values in found.items()})
-    worst = int(at[study.objectives[0].quantity][0, 0])
-    case = study.cases[worst]
-    setting = evaluate.setting(numbers, case)
+    setting, case, results = worst_setting(study, evaluate, ranking, design.number)
     changes = setting.changes
     within = dict(setting.joints)
     machine = read_machine(setting.file, {path: value for path, value in changes.items() if path not in within})
@@ -65,6 +58,19 @@ def write_best(
     files = write_machine(setting.file, changes, target, open_)
     process = "" if machine.cutting is None else machine.cutting["process"]
     method = study.lobes or preview(process)
-    return BestMachine(
-        files, case, {name: float(values[worst]) for name, values in found.items()}, method, study.amplitudes
-    )
+    return BestMachine(files, case, results, method, study.amplitudes)
+
+
+def worst_setting(
+    study: Study, evaluate: Evaluation, ranking: Ranking, number: int
+) -> tuple[Setting, Case, dict[str, float]]:
+    """A design in the case in which the first objective is worst, what is uncertain at its median; its results."""
+    numbers = ranking.numbers[number].copy()
+    for i, f in enumerate(study.factors):
+        if f.uncertain:
+            numbers[i] = np.nan if f.path == IDENTIFICATION else float(f.numbers(np.array(0.5)))
+    found = evaluate.each([(numbers, case) for case in study.cases])
+    at = worst_of(study, {name: values[None, :, None] for name, values in found.items()})
+    worst = int(at[study.objectives[0].quantity][0, 0])
+    case = study.cases[worst]
+    return evaluate.setting(numbers, case), case, {name: float(values[worst]) for name, values in found.items()}

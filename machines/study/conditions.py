@@ -1,8 +1,8 @@
-"""Conditions under which every design of a study is judged: where the axes stand, and what is cut."""
+"""Conditions under which every design of a study is judged: tools, where the axes stand, and what is cut."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 from typing import Any
@@ -10,36 +10,58 @@ from typing import Any
 from jointlib.errors import nearest
 from jointlib.io.toml import Section
 
+from ..named_tools import USE
 from ..operation import CUTTING_UNITS
 
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """One position of the axes and one material; a design counts with its worst case."""
+    """One tool, position of the axes and material; a design counts with its worst case."""
 
     name: str = ""
     """As people read it, ``x 200 mm, steel``; empty where there is one case only."""
     position: Mapping[str, float] = field(default_factory=dict)
     """m from where the machine file is drawn, by axis."""
     material: str = ""
+    tool: str = ""
+    """Which of several named tools; empty: the one that the machine file says."""
     changes: Mapping[str, Any] = field(default_factory=dict)
     """Values in SI (rpm for speeds) by path into the machine file."""
 
 
-def read_cases(conditions: Section) -> tuple[Case, ...]:
-    """Every combination of ``position`` and ``[[conditions.material]]``, the materials changing fastest."""
+def read_cases(conditions: Section, tools: Sequence[str] = ()) -> tuple[Case, ...]:
+    """Every combination of ``tool``, ``position`` and ``[[conditions.material]]``, the materials changing fastest.
+
+    ``tools``, where given, take the place of those that the file names.
+    """
+    named = _tools(conditions)
+    tools = tools or named
     places = _positions(conditions.section("position"))
     materials = _materials(conditions)
     several = [axis for axis, values in places.items() if len(values) > 1]
     cases = []
-    for combination in product(*places.values()):
-        position = dict(zip(places, combination, strict=True))
-        moved = {f"axis.{axis}.position": at for axis, at in position.items()}
+    for tool, at_places in product(tools or ("",), product(*places.values())):
+        position = dict(zip(places, at_places, strict=True))
+        changed: dict[str, Any] = {USE: tool} if tool else {}
+        changed |= {f"axis.{axis}.position": place for axis, place in position.items()}
         for material, cut in materials.items():
-            words = [f"{axis} {position[axis] * 1e3:.6g} mm" for axis in several]
+            words = [f"tool {tool}"] if len(tools) > 1 else []
+            words += [f"{axis} {position[axis] * 1e3:.6g} mm" for axis in several]
             words += [material] if len(materials) > 1 else []
-            cases.append(Case(", ".join(words), position, material, {**moved, **cut}))
+            cases.append(Case(", ".join(words), position, material, tool, {**changed, **cut}))
     return tuple(cases)
+
+
+def _tools(conditions: Section) -> tuple[str, ...]:
+    """Tools by name, one or a list."""
+    if isinstance(conditions.table.get("tool"), str):
+        return (conditions.text("tool"),)
+    found = conditions.words("tool", ())
+    if conditions.has("tool") and not found:
+        conditions.fault("tool is empty, expected names of tools")
+    if len(set(found)) < len(found):
+        conditions.fault("tool names one twice, expected different ones")
+    return found
 
 
 def _positions(table: Section) -> dict[str, tuple[float, ...]]:

@@ -48,10 +48,12 @@ class Evaluation:
     """A word for one run of the study: within it a worker reads the files once."""
     files: str = ""
     """Hash of what the study stands on when the run began; where it is given, files that change stop the run."""
+    tools: tuple[str, ...] = ()
+    """Tools that were asked for in the place of those that the file names."""
 
     @cached_property
     def _study(self) -> Study:
-        return read_study(self.source)
+        return read_study(self.source, self.tools)
 
     @cached_property
     def _numbers(self) -> Array:
@@ -63,10 +65,11 @@ class Evaluation:
 
     @cached_property
     def _places(self) -> dict[str, str]:
-        return joint_units(self._machines.of(self._study.base).machine, (f.path for f in self._study.factors))
+        base = self._machines.of(self._study.base, self._study.with_tools[0]).machine
+        return joint_units(base, (f.path for f in self._study.factors))
 
     def __reduce__(self) -> tuple[object, tuple[object, ...]]:
-        return _arrived, (self.source, self.joints, self.run, self.files)
+        return _arrived, (self.source, self.joints, self.run, self.files, self.tools)
 
     def __call__(self, first: int, end: int) -> dict[str, Array]:
         """Every quantity that the study asks for, of the configurations from ``first`` to before ``end``."""
@@ -260,11 +263,13 @@ class Generation:
         return self.evaluation.of(self._numbers[first - self.first : end - self.first], first)
 
 
-def _arrived(source: Path, joints: tuple[tuple[str, Joint], ...], run: str, files: str) -> Evaluation:
+def _arrived(
+    source: Path, joints: tuple[tuple[str, Joint], ...], run: str, files: str, tools: tuple[str, ...]
+) -> Evaluation:
     """The evaluation in a worker: that of earlier tasks of the same run with all it has read, or a new one."""
     known: Evaluation | None = getattr(_LATEST, "evaluation", None)
     if known is None or not run or known.run != run:
-        known = _LATEST.evaluation = Evaluation(source, joints, run, files)
+        known = _LATEST.evaluation = Evaluation(source, joints, run, files, tools)
     return known
 
 

@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import hashlib
 import importlib
+import json
 import os
 import uuid
 from collections.abc import Callable, Iterator
@@ -80,7 +81,8 @@ def evaluate_all(
     """
     if study.searched and part != (1, 1):
         raise InputError("--shard: a generation of a search follows from the one before, expected no parts of it")
-    evaluation = Evaluation(study.source.resolve(), tuple(sorted(joints.items())), uuid.uuid4().hex, inputs_hash(study))
+    known, word = tuple(sorted(joints.items())), uuid.uuid4().hex
+    evaluation = Evaluation(study.source.resolve(), known, word, inputs_hash(study), study.asked_tools)
     _try(study, evaluation)
     with _workers(study, workers, scheduler) as (executor, count):
         if study.searched:
@@ -164,7 +166,7 @@ def _cluster(address: str, study: Study) -> Iterator[tuple[Executor, int]]:
         if not threads:
             raise InputError(f"--scheduler: {address} has no workers, expected at least one")
         here, source = identity(study), study.source.resolve()
-        for worker, there in client.run(_seen, source, on_error="return").items():
+        for worker, there in client.run(_seen, source, study.asked_tools, on_error="return").items():
             if there != here:
                 known = isinstance(there, dict)
                 what = ", ".join(k for k in here if there[k] != here[k]) if known else str(there).partition("\n")[0]
@@ -186,14 +188,22 @@ async def _kind(distributed: Any, address: str) -> str:
         return str((await other.identity())["type"])
 
 
-def _seen(source: Path) -> dict[str, Any]:
+def _seen(source: Path, tools: tuple[str, ...]) -> dict[str, Any]:
     """What a worker has of a study."""
-    return identity(read_study(source))
+    return identity(read_study(source, tools))
 
 
 def identity(study: Study) -> dict[str, Any]:
     """Hashes of the study, of every file it stands on and of the program, by which results are told apart."""
-    return {"study": sha256(study.source), "inputs": inputs_hash(study), "program": f"{version('jointlib')} {_code()}"}
+    known = {"study": sha256(study.source), "inputs": inputs_hash(study), "program": f"{version('jointlib')} {_code()}"}
+    return known | ({"tools": list(study.asked_tools)} if study.asked_tools else {})
+
+
+def tools_asked(folder: Path) -> tuple[str, ...]:
+    """The tools that a study was run with, in the place of those that its file names; none where it was not."""
+    with contextlib.suppress(OSError, ValueError):
+        return tuple(json.loads((folder / "study.json").read_text("utf-8")).get("tools", ()))
+    return ()
 
 
 def _code() -> str:

@@ -27,7 +27,12 @@ from jointlib.io.atomic import write_npz, write_text
 _SHARD = re.compile(r"(\d{6,})-(\d{6,})\.npz")
 _LOCK = re.compile(r"\.(.+)\.lock")
 _HEAD = "study.json"
-_DIFFERS = {"study": "its study file", "inputs": "a file that it names", "program": "the release of jointlib"}
+_DIFFERS = {
+    "study": "its study file",
+    "inputs": "a file that it names",
+    "program": "the release of jointlib",
+    "tools": "--tool",
+}
 
 
 @dataclass(frozen=True)

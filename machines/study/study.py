@@ -10,6 +10,7 @@ import numpy as np
 
 from jointlib.arrays import Array
 
+from ..named_tools import USE
 from .conditions import Case
 from .factors import Factor
 from .sampling import SEARCH, plan, plan_size
@@ -79,6 +80,8 @@ class Study:
     """Designs in a generation of a search; 0 for other plans."""
     found: Array | None = None
     """Designs that a search has planned, as quantiles (designs, design factors)."""
+    asked_tools: tuple[str, ...] = ()
+    """Tools that were asked for beside the file, in the place of those it names."""
 
     @property
     def searched(self) -> bool:
@@ -140,6 +143,11 @@ class Study:
     def together(self) -> int:
         """Configurations that no block may part: where a pocket counts, the samples that have its speed in common."""
         return self._drawn if "pocket-speed" in self.quantities else 1
+
+    @property
+    def with_tools(self) -> tuple[tuple[tuple[str, str], ...], ...]:
+        """Changes of a machine file that put in each of the tools; none where it is the one that the file says."""
+        return tuple(dict.fromkeys(((USE, case.tool),) if case.tool else () for case in self.cases))
 
     def case(self, row: int) -> Case:
         """The conditions of a row of the plan."""

@@ -17,6 +17,7 @@ from jointlib.io.toml import Section
 from jointlib.io.toml_file import read_toml
 
 from ..lobes import METHODS as LOBES
+from ..named_tools import USE
 from .conditions import Case, read_cases
 from .factors import IDENTIFICATION, Factor
 from .sampling import METHODS, SEARCH, checked_search, refuse_many
@@ -27,12 +28,15 @@ _TAKEN = ("design", "case", "sample")
 """Names of columns of a table beside those of the factors."""
 
 
-def read_study(path: Path | str) -> Study:
-    """The study in a file; the machine it starts from is only named."""
+def read_study(path: Path | str, tools: Sequence[str] = ()) -> Study:
+    """The study in a file; the machine it starts from is only named.
+
+    Every design is judged with each of these ``tools`` of the machine, by default those that the file names.
+    """
     path = Path(path)
 
     def read(mistakes: Mistakes) -> Study:
-        study = read_toml(path, "study", mistakes).read(lambda document: _study(path, document))
+        study = read_toml(path, "study", mistakes).read(lambda document: _study(path, document, tuple(tools)))
         if study is None:
             raise Lost
         return study
@@ -40,7 +44,7 @@ def read_study(path: Path | str) -> Study:
     return all_at_once(read)
 
 
-def _study(path: Path, document: Section) -> Study:
+def _study(path: Path, document: Section, tools: tuple[str, ...]) -> Study:
     name = document.text("name", path.name.removesuffix(".toml").removesuffix(".study"))
     base = path.parent / document.text("base")
     factors, lost = document.each("factor", Factor.from_section, needed=True)
@@ -48,7 +52,7 @@ def _study(path: Path, document: Section) -> Study:
     if not objectives and not unread:
         document.fault(f"no [[objective]], expected at least one of {', '.join(QUANTITIES)}")
     constraints, _ = document.each("constraint", _constraint)
-    conditions = document.section("conditions").read(_conditions)
+    conditions = document.section("conditions").read(lambda table: _conditions(table, tools))
     sampled = document.section("sampling").read(lambda table: _sampling(table, factors))
     document.done()
     if conditions is None or sampled is None or lost or not objectives:
@@ -75,12 +79,15 @@ def _study(path: Path, document: Section) -> Study:
         cases,
         path,
         population,
+        asked_tools=tools,
     )
     together(*_apart(str(path), factors, objectives), partial(_check_plan, study), partial(_check_told, study))
     return study
 
 
-def _conditions(table: Section) -> tuple[Array, int, tuple[float, ...], str | None, tuple[Case, ...]]:
+def _conditions(
+    table: Section, tools: Sequence[str]
+) -> tuple[Array, int, tuple[float, ...], str | None, tuple[Case, ...]]:
     """Speeds in rpm and how many, amplitudes in m, method of the lobes, and the cases."""
     speed = table.numbers("speed", "rpm", None, length=2)
     if speed is not None and not 0 < speed[0] <= speed[1]:
@@ -92,7 +99,7 @@ def _conditions(table: Section) -> tuple[Array, int, tuple[float, ...], str | No
     if any(A < 0 for A in amplitudes) or not amplitudes:
         table.fault(f"amplitude is {list(amplitudes)}, expected lengths of at least 0")
     lobes = table.text("lobes", None, tuple(LOBES))
-    cases = read_cases(table)
+    cases = read_cases(table, tools)
     table.done()
     speeds = np.array([]) if speed is None else np.linspace(speed[0], speed[1], min(count, _MOST_SPEEDS))
     return speeds, count, amplitudes, lobes, cases
@@ -153,7 +160,8 @@ def _check_told(study: Study) -> None:
         if f.path == BASE and not (f.choices and all(isinstance(value, str) for value in f.choices)):
             raise InputError(f"{where}: factor {f.name!r} changes the base machine, expected values = [files]")
         for path in sorted(f.paths & told):
-            raise InputError(f"{where}: {path} is a factor and stands in [conditions], expected one of the two")
+            other = "is given by --tool" if path == USE and study.asked_tools else "stands in [conditions]"
+            raise InputError(f"{where}: {path} is a factor and {other}, expected one of the two")
         for later in study.factors[i + 1 :]:
             if lost := sorted(path for path in f.paths if any(_holds(over, path) for over in later.paths)):
                 raise InputError(

@@ -38,7 +38,7 @@ def check_values(study: Study, joints: Mapping[str, Joint]) -> None:
         for row in np.unique(column, return_index=True)[1] if factor.choices else ends:
             looked[int(row)] = None
     machines = Machines(dict(joints))
-    places = joint_units(machines.of(study.base).machine, (f.path for f in study.factors))
+    places = joint_units(machines.of(study.base, study.with_tools[0]).machine, (f.path for f in study.factors))
     for row in list(looked)[:_MOST]:
         try:
             of = setting(study, numbers[row], study.case(row), places)

@@ -23,6 +23,7 @@ from ..lobes.machine_model import OpenJoints
 from ..lobes.tool_model import ToolModel
 from ..lobes.uncertainty import sampled_machines
 from ..machine import Machine
+from ..named_tools import USE
 from ..static_load import axis_of
 from ..working_point import tangents
 from .settings import Setting, plain
@@ -141,7 +142,7 @@ class Machines:
     """Joints that the base machine leaves to be identified, by connection."""
     _kept: dict[tuple[Path, tuple[tuple[str, Any], ...]], Variant] = field(default_factory=dict)
     _cuts: dict[tuple[Path, tuple[tuple[str, Any], ...]], Cutting] = field(default_factory=dict)
-    _tables: dict[Path, dict[str, Any]] = field(default_factory=dict)
+    _tables: dict[tuple[Path, tuple[tuple[str, Any], ...]], dict[str, Any]] = field(default_factory=dict)
 
     def of(self, file: Path, document: tuple[tuple[str, Any], ...] = ()) -> Variant:
         """The machine of a file with changes, before parameters of its joints are changed."""
@@ -165,13 +166,14 @@ class Machines:
         """The cutting operation of a configuration."""
         if not of.cutting:
             return self.of(of.file, of.document).cutting
-        key = of.file, of.cutting
+        tool = tuple(one for one in of.document if one[0] == USE)
+        key = of.file, (*tool, *of.cutting)
         if key not in self._cuts:
             _make_room(self._cuts, _CUTS)
-            if of.file not in self._tables:
-                self._tables[of.file] = cutting_table(of.file)
+            if (of.file, tool) not in self._tables:
+                self._tables[of.file, tool] = cutting_table(of.file, dict(tool))
             changes = {path: plain(value) for path, value in of.cutting}
-            self._cuts[key] = read_cutting(of.file, self._tables[of.file], changes)
+            self._cuts[key] = read_cutting(of.file, self._tables[of.file, tool], changes)
         return self._cuts[key]
 
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from .study import QUANTITIES, ROUNDING, Constraint, Objective
+from .study import QUANTITIES, ROUNDING, Constraint, Objective, Study
 
 _SHOWN: Mapping[str, tuple[str, float]] = {
     "m": ("mm", 1e3),
@@ -117,3 +117,16 @@ def apart(first: float, second: float) -> str:
 def chosen(factors: Mapping[str, str]) -> str:
     """``preload 700 N, cutter short``."""
     return ", ".join(f"{name} {value}" for name, value in factors.items())
+
+
+def conditions(study: Study) -> list[str]:
+    """What is said of the materials and tools that every design is judged with, beside its positions."""
+    said = []
+    if len({case.material for case in study.cases}) > 1:
+        said.append("Where several materials are cut, the worst counts.")
+    tools = list(dict.fromkeys(case.tool for case in study.cases))
+    if len(tools) > 1:
+        said.append(f"Every design is judged with the tools {', '.join(tools)}; the worst counts.")
+    elif tools[0]:
+        said.append(f"The tool is {tools[0]}.")
+    return said
