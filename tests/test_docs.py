@@ -23,6 +23,7 @@ from typing import Any
 
 import click
 import pytest
+from repeats import repeats
 
 from jointlib.cli.main import cli
 from jointlib.effect import JointEffect
@@ -38,6 +39,8 @@ LANGUAGES = {"console", "python", "toml", "text"}
 """``text`` is what must not run; a ``toml`` or ``python`` block that begins with ``# file: NAME`` is written there."""
 ELSEWHERE = re.compile(r"jointlib (run|explore|trace .*guide_mill|.*\bmills\b|.*bed_mill)")
 """What takes long and is run by other tests; here only the arguments are read."""
+LONG = ("fmu.md", "lobes.md", "loop.md", "machines.md", "studies.md")
+"""Pages that compute for many seconds."""
 _FENCE = re.compile(r"^```(\{?[\w-]+\}?)[^\n]*\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 _SPAN = re.compile(r"`([^`]+)`")
 
@@ -143,7 +146,7 @@ def run_python(block: Block, where: str, names: dict[str, Any]) -> None:
     assert stream.getvalue().splitlines() == said, where
 
 
-@pytest.mark.parametrize("page", PAGES)
+@pytest.mark.parametrize("page", repeats(PAGES, lambda page: page not in LONG))
 def test_what_a_page_shows_runs(page: str, desk: Path) -> None:
     names: dict[str, Any] = {"__name__": "docs"}
     for block in blocks(page):
@@ -407,6 +410,7 @@ def test_the_files_of_a_run_are_those_that_the_program_names() -> None:
             assert name.removeprefix("guide") in program, name
 
 
+@pytest.mark.thorough
 def test_the_example_of_a_third_party_package_is_found_and_holds(tmp_path: Path) -> None:
     """The package of docs/extend.md, installed as pip would leave it, in a process of its own."""
     for block in blocks("extend.md"):

@@ -39,7 +39,7 @@ def test_the_two_command_lines_stand_alone() -> None:
     lines = [line for line in README.splitlines() if line.startswith("python3 -m venv ")]
     assert len(lines) == 2
     assert lines[0].endswith("jointlib run machines/library/guide_mill.toml -o out")
-    assert lines[1].endswith("pytest -q")
+    assert lines[1].endswith("pytest -q -n 2 --dist loadfile")
 
 
 def test_the_links_of_the_readme_lead_somewhere() -> None:

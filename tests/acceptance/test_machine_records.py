@@ -49,6 +49,7 @@ def settled(s: Structure, omega: float, force: float, periods: float, start: Arr
     return complex(2 / 512 * (s.drive @ y.y[:n]) @ np.exp(-2j * np.pi * np.arange(512) / 512))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("seed", [CHAIN, ROCKING])
 def test_an_adaptive_integrator_settles_to_the_same_motion(seed: int) -> None:
     case = few(draw(seed), 5, 1)
@@ -60,6 +61,7 @@ def test_an_adaptive_integrator_settles_to_the_same_motion(seed: int) -> None:
     assert complex(s.drive @ x[0, 0]) == pytest.approx(found, rel=2e-3)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("seed", [CHAIN, ROCKING, 1, 9])
 def test_where_nothing_is_altered_receptance_coupling_agrees_within_its_own_estimate(seed: int, tmp_path: Path) -> None:
     case = draw(seed, altered=False)
@@ -75,6 +77,7 @@ def test_where_nothing_is_altered_receptance_coupling_agrees_within_its_own_esti
         assert np.all(apart < 3 * branch.error + 1e-4), float(np.max(apart / (branch.error + 1e-5)))
 
 
+@pytest.mark.thorough
 def test_an_alteration_changes_the_responses_by_more_than_the_noise() -> None:
     for seed in range(6):
         case = draw(seed)
@@ -112,6 +115,7 @@ def test_stuck_sliders_are_springs() -> None:
     assert term.carried(z, at) == pytest.approx(at)
 
 
+@pytest.mark.thorough
 def test_a_hardening_oscillator_keeps_its_branch_up_to_the_jump() -> None:
     # One mass whose spring hardens: a sweep up stays on the upper branch and falls once.
     m, k, c, k3 = 10.0, 1e7, 200.0, 3e16
@@ -127,6 +131,7 @@ def test_a_hardening_oscillator_keeps_its_branch_up_to_the_jump() -> None:
     assert omega[drops[0]] <= last * 1.01
 
 
+@pytest.mark.thorough
 def test_files_are_read_and_their_noise_is_what_was_added(tmp_path: Path) -> None:
     case = draw(CHAIN)
     case = replace(case, forces=case.forces[-2:], sealed=1)
@@ -144,6 +149,7 @@ def test_files_are_read_and_their_noise_is_what_was_added(tmp_path: Path) -> Non
     assert share == pytest.approx(0.01, rel=0.15)
 
 
+@pytest.mark.thorough
 def test_steps_are_fine_enough(monkeypatch: pytest.MonkeyPatch) -> None:
     case = few(draw(ROCKING), 6, 1)
     coarse = measure(case).exact
@@ -152,6 +158,7 @@ def test_steps_are_fine_enough(monkeypatch: pytest.MonkeyPatch) -> None:
     np.testing.assert_allclose(coarse, measure(case).exact, rtol=2e-4)
 
 
+@pytest.mark.thorough
 def test_the_same_seed_gives_the_same_records() -> None:
     a, b = (measure(few(draw(CHAIN), 4, 1)).noisy for _ in range(2))
     assert np.array_equal(a, b)

@@ -8,6 +8,7 @@ from machine_table import Row, figures, first, run
 SLOW = 60
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("seed", [0, 9])
 def test_an_altered_joint_is_named(seed: int) -> None:
     row = run(seed, True)
@@ -15,6 +16,7 @@ def test_an_altered_joint_is_named(seed: int) -> None:
     assert row["error_after"]["relative"] < 0.5 * row["error_before"]["relative"]
 
 
+@pytest.mark.thorough
 def test_nothing_is_named_where_nothing_is_altered() -> None:
     row = run(2, False)
     assert row["verdict"] == "nothing_missing", row

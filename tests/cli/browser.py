@@ -34,6 +34,13 @@ _KEYS = {
 }
 
 
+def look(browser: str, folder: Path, report: Path, *words: str) -> str:
+    """What a Chromium started with these words for one page prints; its profile lies in the folder."""
+    command = [browser, *FLAGS, f"--user-data-dir={folder / 'profile'}", *words, report.as_uri()]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
+    return done.stdout
+
+
 class Tab:
     """One page in a context of its own: its cookies and its storage are nobody else's."""
 

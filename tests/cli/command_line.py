@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import contextlib
+import html
 import io
 import json
+import re
 import shlex
 import sys
 from dataclasses import dataclass
@@ -54,6 +56,18 @@ def examples(verb: str) -> list[str]:
     """The example lines in a verb's help, without the word ``jointlib``."""
     lines = (line.strip() for line in jointlib([verb, "--help"]).out.splitlines())
     return [line.removeprefix("jointlib ") for line in lines if line.startswith("jointlib ")]
+
+
+def wrote(done: Done) -> list[Path]:
+    """The files that a call says it wrote."""
+    return [Path(line.removeprefix("wrote ")) for line in done.out.splitlines() if line.startswith("wrote ")]
+
+
+def read(folder: Path) -> str:
+    """The text of the report in a folder as a reader sees it."""
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    body = re.sub(r"<(style|svg|script)\b.*?</\1>", " ", page, flags=re.DOTALL)
+    return " ".join(html.unescape(re.sub(r"<[^>]+>", " ", body)).split())
 
 
 def with_library(folder: Path) -> Path:

@@ -1,4 +1,4 @@
-"""One run and one trace, made as their help shows them, for all tests that look at what they leave."""
+"""A working folder with the library in reach, a machine in it, and a browser."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from browser import Browser, running
-from command_line import Done, examples, jointlib, with_library
+from command_line import Done, with_library
 from tools import package, require
 
 LATHE = """
@@ -76,30 +76,9 @@ def lathe(here: Path) -> str:
 
 
 @pytest.fixture(scope="session")
-def guide_mill_run(tmp_path_factory: pytest.TempPathFactory) -> Left:
-    """``jointlib run machines/library/guide_mill.toml -o out``."""
-    (command,) = examples("run")
-    folder = with_library(tmp_path_factory.mktemp("run") / "here")
-    with contextlib.chdir(folder):
-        return Left(command, jointlib(command), folder / "out")
-
-
-@pytest.fixture(scope="session")
-def guide_trace(tmp_path_factory: pytest.TempPathFactory) -> Left:
-    """The first example of ``jointlib trace``, of a joint, with ``--json``."""
-    command, _ = examples("trace")
-    folder = with_library(tmp_path_factory.mktemp("trace") / "here")
-    with contextlib.chdir(folder):
-        return Left(command, jointlib(f"{command} --json"), folder / "traced")
-
-
-@pytest.fixture(scope="session")
-def machine_trace(tmp_path_factory: pytest.TempPathFactory) -> Left:
-    """The second example of ``jointlib trace``, of a machine."""
-    _, command = examples("trace")
-    folder = with_library(tmp_path_factory.mktemp("machine_trace") / "here")
-    with contextlib.chdir(folder):
-        return Left(command, jointlib(command), folder / "traced")
+def browser() -> str:
+    """The program Chromium; what needs it skips without."""
+    return require("chromium")
 
 
 @pytest.fixture(scope="session")

@@ -44,6 +44,7 @@ def tab(opened: Opened) -> Tab:
     return opened.anew()
 
 
+@pytest.mark.thorough
 def test_dragging_a_slider_moves_every_curve(tab: Tab) -> None:
     before = {graph: curve(tab, graph) for graph in ("frf", "gain", "lobes")}
     x, y, width, height = tab.box(part("slider", PRELOAD))
@@ -342,3 +343,33 @@ def test_the_machine_is_drawn_with_its_modes(tab: Tab) -> None:
     before = tab.evaluate(shown)
     tab.click_on("#machine-view [data-view=top]")
     tab.wait(lambda: tab.evaluate(shown) != before, "the machine is seen from above")
+
+
+def test_what_was_measured_is_laid_over_the_receptance_and_follows_the_sliders(
+    chromium: Browser, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    package("dash")
+    from machines.explore import Explorer
+
+    machine, tip = LIBRARY / "three_joints.toml", LIBRARY / "three_joints" / "tip.measurement.toml"
+    with (
+        serving(Explorer(machine, measured=(tip,)), tmp_path_factory.mktemp("measured")) as site,
+        page(chromium, site) as tab,
+    ):
+        tab.until("document.querySelectorAll('#measured td').length > 4")
+        names = tab.evaluate("document.querySelector('#frf .js-plotly-plot')._fullData.map(t => t.name)")
+        assert names == [*["x, measured"] * 5, "x, at rest"]
+        told = tab.text("#measured")
+        assert "tip_20N.csv" in told
+        stiffness = next(
+            i for i, c in enumerate(_shown(machine)) if c.key.startswith("connection.bearing.joint.linear")
+        )
+        tab.type_into(part("field", stiffness), "60")
+        tab.wait(lambda: tab.text("#measured") != told, "the differences follow")
+
+
+def _shown(machine: Path) -> tuple[Any, ...]:
+    from machines.explore import Explorer
+    from machines.explore.page import grouped
+
+    return tuple(grouped(Explorer(machine).controls))

@@ -16,6 +16,7 @@ from machines import read_machine, response
 TWO_MASS, TOOL = Path("machines/library/two_mass.toml"), Path("machines/library/two_mode_tool.toml")
 
 
+@pytest.mark.thorough
 def test_receptances_go_out_one_file_per_force(here: Path) -> None:
     done = jointlib(f"frf {TWO_MASS} --force 10 50N --frequency 1kHz:2kHz -o out/x.csv --json")
     assert done.status == 0
@@ -53,6 +54,7 @@ def test_lobes_as_a_table_hold_what_the_command_prints(here: Path) -> None:
     assert "pocket" not in data
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("amplitudes", ["", "--amplitude 0 1um"])
 def test_lobes_as_a_picture_name_the_recommended_pocket(here: Path, amplitudes: str) -> None:
     data = jointlib(f"lobes {TOOL} {amplitudes} -o out/l.svg --json").json
@@ -66,6 +68,7 @@ def table(path: str) -> dict[str, list[float]]:
     return {key: [float(row[key]) for row in rows] for key in rows[0] if key != "kind"}
 
 
+@pytest.mark.thorough
 def test_the_table_has_safe_depth_and_band_where_they_are_computed(lathe: str) -> None:
     data = jointlib(f"lobes {lathe} --speed 2100 2350 --samples 60 -o out/l.csv --json").json
     columns = table("out/l.csv")
@@ -77,6 +80,7 @@ def test_the_table_has_safe_depth_and_band_where_they_are_computed(lathe: str) -
     np.testing.assert_allclose(columns["safe_depth"], safe, rtol=1e-9)
 
 
+@pytest.mark.thorough
 def test_a_picture_of_a_machine_with_nonlinear_joints_draws_its_zones(lathe: str) -> None:
     plain = jointlib(f"lobes {lathe} --amplitude 0 -o out/plain.svg --json").json
     drawn = jointlib(f"lobes {lathe} --samples 40 -o out/zones.svg --json").json

@@ -5,16 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from command_line import Done, examples, jointlib
-from conftest import Left
+from command_line import examples, jointlib, wrote
 
 from jointlib.cli.main import VERBS
 
 LONG = {"run", "trace", "explore"}
-
-
-def wrote(done: Done) -> list[Path]:
-    return [Path(line.removeprefix("wrote ")) for line in done.out.splitlines() if line.startswith("wrote ")]
+"""Their examples are run once, by the tests that look at what they leave."""
 
 
 def test_help_names_every_verb_and_the_exit_statuses() -> None:
@@ -38,21 +34,3 @@ def test_the_example_of_a_verb_works_and_names_what_it_wrote(verb: str, here: Pa
         named = wrote(done)
         assert all(path.is_file() for path in named)
         assert bool(named) == (" -o " in command)
-
-
-def test_the_example_of_run_works_and_names_what_it_wrote(guide_mill_run: Left) -> None:
-    assert guide_mill_run.command == "run machines/library/guide_mill.toml -o out"
-    done, folder = guide_mill_run.done, guide_mill_run.folder
-    assert done.status == 0, done.err
-    named = {folder.parent / path for path in wrote(done)}
-    assert named == {path for path in folder.rglob("*") if path.is_file()}
-
-
-def test_the_example_of_trace_works(guide_trace: Left) -> None:
-    assert guide_trace.done.status == 0, guide_trace.done.err
-    assert {path.name for path in guide_trace.folder.iterdir()} == {
-        "trace.json",
-        "trace.npz",
-        "joint.toml",
-        "report.html",
-    }

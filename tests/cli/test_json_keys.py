@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import jointlib
-from conftest import Left
 
 from fmu.build import PLATFORMS, Compiler, can_compile
 from fmu.build import here as this_platform
@@ -23,7 +22,6 @@ TWO_MASS = LIBRARY / "two_mass.toml"
 TOOL = LIBRARY / "two_mode_tool.toml"
 RIG = LIBRARY / "guide_mill" / "rig.measurement.toml"
 STATIC = LIBRARY / "guide_mill" / "static.measurement.toml"
-VERDICTS = {"identified", "ambiguous", "partial", "unexplained", "nothing_missing"}
 
 
 def test_df_gives_gains_by_amplitude_and_frequency(here: Path) -> None:
@@ -116,6 +114,7 @@ def test_one_amplitude_and_one_speed_keep_their_axes(here: Path) -> None:
     assert len(data["speed"]) == len(data["amplitude"]) == 1
 
 
+@pytest.mark.thorough
 def test_without_speeds_the_lobes_span_the_range_of_the_file(here: Path) -> None:
     data = jointlib(f"lobes {TOOL} --json -o chart.npz").json
     assert (data["speed"][0], data["speed"][-1], len(data["depth"])) == (4000.0, 25000.0, len(data["speed"]))
@@ -144,6 +143,7 @@ def test_a_band_that_cuts_off_the_modes_of_the_tool_hides_no_chatter(here: Path,
         assert any("of the tool" in sentence or "the tool feels" in sentence for sentence in found["warnings"])
 
 
+@pytest.mark.thorough
 def test_frf_gives_one_peak_for_each_force_connection_and_resonance(here: Path) -> None:
     data = jointlib(f"frf {TWO_MASS} --force 10 50N --frequency 1kHz:7kHz -o two_mass.npz --json").json
     assert data["file"] == "two_mass.npz"
@@ -206,37 +206,7 @@ def test_fmu_gives_the_file_and_the_largest_step_of_co_simulation(here: Path) ->
     assert again["difference"] <= 1e-12
 
 
-def test_trace_prints_the_report_it_wrote(guide_trace: Left) -> None:
-    data = guide_trace.done.json
-    assert data == json.loads((guide_trace.folder / "trace.json").read_text())
-    promised = (
-        "route baseline data noise_floor error_before localisation candidates verdict chosen rivals chain secondary "
-        "error_after reduction resimulation unexplained not_decidable next_experiment warnings repro"
-    )
-    assert set(promised.split()) <= set(data)
-    assert data["verdict"] in VERDICTS
-    assert data["route"] == "periodic"
-
-
-def test_errors_of_a_trace_are_fractions_of_the_joint_force(guide_trace: Left) -> None:
-    data = guide_trace.done.json
-    before, after = data["error_before"], data["error_after"]
-    assert 0 < after["relative"] < before["relative"] < 1
-    assert 0 < after["in_sample"] < before["in_sample"] < 1
-    assert before["where"] == after["where"] == "sealed"
-    assert before["relative"] / after["relative"] == pytest.approx(before["joint_N"] / after["joint_N"], rel=1e-6)
-
-
-def test_candidates_of_a_trace_carry_parameters_and_one_status(guide_trace: Left) -> None:
-    data = guide_trace.done.json
-    wanted = "family member params gain_heldout per_fold share_of_current explained rank status reason"
-    for row in data["candidates"]:
-        assert set(wanted.split()) <= set(row)
-        assert row["status"] in {"accepted", "tied", "rejected", "unphysical"}
-    if data["chosen"] is not None:
-        assert data["chosen"]["family"] in [row["family"] for row in data["candidates"]]
-
-
+@pytest.mark.thorough
 def test_run_gives_steps_report_verdict_and_errors(here: Path) -> None:
     done = jointlib(f"run {LIBRARY / 'paper_sdof.toml'} -o out --json")
     data = done.json

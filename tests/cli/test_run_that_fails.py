@@ -67,6 +67,7 @@ def failures(folder: Path) -> dict[str, str]:
     return {f"{s['step']} {s.get('joint', s.get('of', ''))}".strip(): s["failed"] for s in steps if "failed" in s}
 
 
+@pytest.mark.thorough
 def test_a_joint_that_cannot_be_identified_leaves_the_others(lathe: str) -> None:
     Path("two.toml").write_text(TWO_JOINTS)
     Path("screw.measurement.toml").write_text(STATIC)
@@ -93,6 +94,7 @@ def test_a_joint_that_cannot_be_identified_leaves_the_others(lathe: str) -> None
         assert said in text, said
 
 
+@pytest.mark.thorough
 def test_a_chart_that_fails_leaves_the_others_and_is_told_beside_the_recommendation(
     forced: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -116,6 +118,7 @@ def test_a_chart_that_fails_leaves_the_others_and_is_told_beside_the_recommendat
     assert Path("out/guide.fmu").is_file()
 
 
+@pytest.mark.thorough
 def test_without_the_first_chart_nothing_is_recommended(forced: str, monkeypatch: pytest.MonkeyPatch) -> None:
     def guarded(*_: Any) -> Any:
         raise InputError("refused")
@@ -127,6 +130,7 @@ def test_without_the_first_chart_nothing_is_recommended(forced: str, monkeypatch
     assert done.out.startswith("No speed and depth are recommended: the limits at vanishing vibration are not known.")
 
 
+@pytest.mark.thorough
 def test_what_nobody_expected_ends_no_run_and_says_where_it_arose(forced: str, monkeypatch: pytest.MonkeyPatch) -> None:
     def broken(*_: Any, **__: Any) -> Any:
         raise ZeroDivisionError("division by zero")

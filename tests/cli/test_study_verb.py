@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
+import shutil
 import signal
 import socket
 import subprocess
@@ -14,7 +16,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import files, jointlib
+from command_line import files, jointlib, with_library
+from conftest import Left
 
 from jointlib import Joint, write_joint
 from jointlib.laws.hertz_contact import HertzContact
@@ -47,32 +50,45 @@ def study(here: Path) -> Path:
     return Path("s.study.toml")
 
 
-def test_a_study_ends_with_its_best_configuration(study: Path) -> None:
-    done = jointlib(f"study run {study} -o out --workers 1 --json")
-    assert done.status == 0
-    data = done.json
+@pytest.fixture(scope="module")
+def one(tmp_path_factory: pytest.TempPathFactory) -> Left:
+    """The study as one process computes it."""
+    folder = with_library(tmp_path_factory.mktemp("study") / "here")
+    command = "study run s.study.toml -o one --workers 1 --json"
+    with contextlib.chdir(folder):
+        Path("s.study.toml").write_text(STUDY)
+        return Left(command, jointlib(command), folder / "one")
+
+
+@pytest.mark.thorough
+def test_a_study_ends_with_its_best_configuration(one: Left) -> None:
+    assert one.done.status == 0
+    data = one.done.json
     assert (data["done"], data["total"]) == (64, 64)
-    with np.load("out/results.npz") as held:
+    with np.load(one.folder / "results.npz") as held:
         assert data["best"]["results"]["removal-rate"] == held["removal-rate"].max()
         assert data["best"]["configuration"] == int(np.argmax(held["removal-rate"]))
     first, total = data["sensitivity"]["removal-rate"]["immersion"]
     assert 0 < first < total + 0.2
-    again = jointlib(f"study report {study} -o out --json")
+    with contextlib.chdir(one.folder.parent):
+        again = jointlib("study report s.study.toml -o one --json")
     assert again.json == data
 
 
-def test_parts_processes_and_one_process_leave_the_same_bytes(study: Path) -> None:
+@pytest.mark.thorough
+def test_parts_processes_and_one_process_leave_the_same_bytes(study: Path, one: Left) -> None:
     halves = [jointlib(f"study run {study} -o parts --workers 1 --shard {k}/2 --json") for k in (2, 1)]
     assert [h.json["done"] for h in halves] == [32, 64]
     jointlib(f"study run {study} -o pool --workers 2")
-    jointlib(f"study run {study} -o one --workers 1")
-    assert Path("parts/results.npz").read_bytes() == Path("one/results.npz").read_bytes()
-    assert Path("pool/results.npz").read_bytes() == Path("one/results.npz").read_bytes()
+    assert Path("parts/results.npz").read_bytes() == (one.folder / "results.npz").read_bytes()
+    assert Path("pool/results.npz").read_bytes() == (one.folder / "results.npz").read_bytes()
 
 
-def test_workers_of_a_dask_scheduler_leave_the_same_bytes(study: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.thorough
+def test_workers_of_a_dask_scheduler_leave_the_same_bytes(
+    study: Path, one: Left, monkeypatch: pytest.MonkeyPatch
+) -> None:
     distributed = pytest.importorskip("distributed", reason="Dask is not installed (extra cluster)")
-    jointlib(f"study run {study.resolve()} -o one --workers 1")
     with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster:
         done = jointlib(f"study run {study} -o dask --scheduler {cluster.scheduler_address} --json")
         monkeypatch.setattr("machines.study.run._code", lambda: "another release")
@@ -80,7 +96,7 @@ def test_workers_of_a_dask_scheduler_leave_the_same_bytes(study: Path, monkeypat
     assert done.status == 0
     assert (other.status, len(other.err.splitlines())) == (2, 1)
     assert "does not see this study (program), expected the same files and the same release" in other.err
-    assert Path("dask/results.npz").read_bytes() == Path("one/results.npz").read_bytes()
+    assert Path("dask/results.npz").read_bytes() == (one.folder / "results.npz").read_bytes()
 
 
 @pytest.mark.slow
@@ -104,8 +120,9 @@ def test_a_scheduler_that_ends_is_told_and_nothing_is_lost(study: Path) -> None:
     assert list(Path("out").glob("shards/*.npz"))
 
 
-def test_resume_goes_on_where_results_are_missing(study: Path) -> None:
-    jointlib(f"study run {study} -o out --workers 1")
+@pytest.mark.thorough
+def test_resume_goes_on_where_results_are_missing(study: Path, one: Left) -> None:
+    shutil.copytree(one.folder, "out")
     before = Path("out/results.npz").read_bytes()
     shards = sorted(Path("out/shards").iterdir())
     times = {shard.name: shard.stat().st_mtime_ns for shard in shards[1:]}
@@ -174,6 +191,7 @@ def search(here: Path) -> Path:
     return Path("a.study.toml")
 
 
+@pytest.mark.thorough
 def test_a_search_finds_the_optimal_absorber(search: Path) -> None:
     """Den Hartog: an absorber of mass ratio μ lowers the peak to √(1 + 2/μ)/k, at a stiffness of μ k/(1 + μ)².
 
@@ -188,6 +206,7 @@ def test_a_search_finds_the_optimal_absorber(search: Path) -> None:
     assert stiffness == pytest.approx(10 * mu / (1 + mu) ** 2, rel=0.03)
 
 
+@pytest.mark.thorough
 def test_a_search_by_other_workers_leaves_the_same_bytes(search: Path) -> None:
     search.write_text(SEARCH.replace("240", "48"))
     jointlib(f"study run {search} -o one --workers 1")
@@ -203,8 +222,9 @@ def test_a_search_by_other_workers_leaves_the_same_bytes(search: Path) -> None:
     assert "--shard: a generation of a search follows from the one before" in refused.err
 
 
-def test_results_go_into_a_table_for_other_programs(study: Path) -> None:
-    jointlib(f"study run {study} -o out --workers 1")
+@pytest.mark.thorough
+def test_results_go_into_a_table_for_other_programs(study: Path, one: Left) -> None:
+    shutil.copytree(one.folder, "out")
     done = jointlib(f"study report {study} -o out --table out/all.csv")
     assert (done.status, "wrote out/all.csv" in done.out) == (0, True)
     lines = Path("out/all.csv").read_text().splitlines()
@@ -251,6 +271,7 @@ def test_a_stranger_at_the_address_of_the_scheduler_is_told(study: Path, monkeyp
     assert "does not answer (nothing in 1 s), expected a Dask scheduler" in done.err
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(os.name != "posix", reason="process groups are those of POSIX systems")
 @pytest.mark.parametrize("after", [0.0, 1.0])
 def test_ctrl_c_ends_command_and_workers_without_a_traceback(study: Path, after: float) -> None:

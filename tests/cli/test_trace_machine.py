@@ -7,11 +7,22 @@ import json
 
 import numpy as np
 import pytest
-from command_line import LIBRARY, jointlib
+from command_line import LIBRARY, examples, jointlib, with_library
 from conftest import Left
 
 from jointlib.io.joint_file import joint_table, read_joint
 from machines import read_machine
+
+pytestmark = pytest.mark.thorough
+
+
+@pytest.fixture(scope="module")
+def machine_trace(tmp_path_factory: pytest.TempPathFactory) -> Left:
+    """The second example of ``jointlib trace``, of a machine."""
+    _, command = examples("trace")
+    folder = with_library(tmp_path_factory.mktemp("machine_trace") / "here")
+    with contextlib.chdir(folder):
+        return Left(command, jointlib(command), folder / "traced")
 
 
 def test_it_names_the_guide_and_its_friction_and_the_error_falls_to_the_noise(machine_trace: Left) -> None:

@@ -92,8 +92,12 @@ class Element:
         lengths = [size for q in parameters_of(law) for size in np.shape(getattr(law, q.name))]
         self.n = (ctypes.c_int * (len(lengths) + 1))(*lengths)
         self.states = [state for _, state in self.kernel.state_names(lengths)]
-        self.call = {purpose: self._bound(purpose) for purpose in SIGNATURES if self.kernel.has(purpose)}
         self.modes, self.indicator_count = (count(x, lengths) for x in (self.kernel.modes, self.kernel.indicators))
+
+    @functools.cached_property
+    def call(self) -> dict[str, Callable[..., Any]]:
+        """The functions of the kernel, compiled when the first is called."""
+        return {purpose: self._bound(purpose) for purpose in SIGNATURES if self.kernel.has(purpose)}
 
     def _bound(self, purpose: str) -> Callable[..., Any]:
         function = getattr(compiled(self.word), f"show_{self.word}_{purpose}")

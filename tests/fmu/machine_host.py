@@ -7,6 +7,7 @@ import functools
 import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from unittest import mock
 
 import numpy as np
 from fmpy.fmi2 import FMU2Model, FMU2Slave
@@ -16,6 +17,8 @@ from scipy.integrate import solve_ivp
 
 from fmu.archive import read_archive, unpack
 from fmu.export import export_fmu
+from fmu.reference import ReferenceRun, reference_run
+from fmu.step_limit import Range
 from fmu.system import System
 from jointlib.arrays import Array
 from jointlib.io.joint_file import read_joint
@@ -25,6 +28,7 @@ from machines import Machine, read_machine
 LIBRARY = Path(__file__).parents[2] / "machines" / "library"
 _FOLDER = tempfile.TemporaryDirectory(prefix="jointlib-test-")
 _MADE: list[tuple[object, int, Path]] = []
+_RUNS: list[tuple[object, ReferenceRun]] = []
 
 
 @functools.cache
@@ -42,7 +46,17 @@ def unpacked(model: Joint | Machine | System, fmi: int) -> Path:
         if known is model and version == fmi:
             return folder
     folder = Path(_FOLDER.name) / str(len(_MADE))
-    file = export_fmu(model, folder.with_suffix(".fmu"), fmi=fmi, runtime="c").file
+
+    def once(system: System, over: Range | None) -> ReferenceRun:
+        """Both versions of a model have the same reference run, which takes longest."""
+        runs = [run for known, run in _RUNS if known is model]
+        if not runs:
+            runs.append(reference_run(system, over))
+            _RUNS.append((model, runs[0]))
+        return runs[0]
+
+    with mock.patch("fmu.export.reference_run", once):
+        file = export_fmu(model, folder.with_suffix(".fmu"), fmi=fmi, runtime="c").file
     unpack(file, read_archive(file), folder)
     _MADE.append((model, fmi, folder))
     return folder

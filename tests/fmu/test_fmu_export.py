@@ -81,6 +81,7 @@ def test_mass_on_the_joint_is_stable_just_below_the_limit_and_not_above(factor: 
     assert (radius > 1.0) == grows
 
 
+@pytest.mark.thorough
 def test_joint_without_damping_gets_no_step_but_advice(tmp_path: Path) -> None:
     told = export_fmu(Joint((Linear(1e7), Coulomb(5.0))), tmp_path / "a.fmu")
     assert told.max_step is None
@@ -88,6 +89,7 @@ def test_joint_without_damping_gets_no_step_but_advice(tmp_path: Path) -> None:
     assert verify_fmu(told.file).max_step is None
 
 
+@pytest.mark.thorough
 def test_joint_without_stiffness_sets_no_limit(tmp_path: Path) -> None:
     told = export_fmu(Joint((Viscous(10.0),), "1 Dämpfer & <Co>"), tmp_path / "a.fmu")
     assert told.max_step is None
@@ -120,6 +122,7 @@ def test_what_cannot_be_exported_is_refused_in_a_sentence(
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.thorough
 def test_fmu_that_contradicts_the_law_is_not_handed_over(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def off_by_a_millionth(joint: Joint, over: Range) -> ReferenceRun:
         run = reference_run(joint, over)

@@ -71,6 +71,7 @@ def foreign(members: Members) -> None:
     members[XML] = members[XML].replace(b'generationTool="jointlib"', b'generationTool="someone"')
 
 
+@pytest.mark.thorough
 @both_versions
 def test_fmu_without_a_binary_for_this_computer_is_refused(fmi: int, refused: Callable[..., str]) -> None:
     def change(members: Members) -> None:

@@ -54,6 +54,7 @@ def mount(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Join
     return law
 
 
+@pytest.mark.thorough
 @both_versions
 def test_law_with_a_c_kernel_alone_exports_natively(fmi: int, mount: Callable[..., JointLaw], tmp_path: Path) -> None:
     require("cc")

@@ -5,11 +5,13 @@ from __future__ import annotations
 import dataclasses
 import math
 import runpy
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 from kernel_library import SIGNATURES, Element, Point, compiled, kernel, words
+from repeats import firsts, repeats
 from samples import LAWS
 
 from fmu import c_kernel
@@ -53,8 +55,19 @@ def name(law: JointLaw) -> str:
 
 
 every_law = pytest.mark.parametrize("law", SET, ids=name)
-with_modes = pytest.mark.parametrize("law", [law for law in SET if Element(law).modes], ids=name)
-passive_law = pytest.mark.parametrize("law", [law for law in SET if law.passive], ids=name)
+KINDS = firsts(SET, lambda law: law.kind)
+"""One law of each kind; the others differ in their numbers."""
+
+
+def some(laws: list[JointLaw], often: Callable[[JointLaw], bool] = lambda law: True) -> pytest.MarkDecorator:
+    """Laws for what takes thousands of steps: a play and a slider always."""
+    always = [law for law in KINDS if law.kind in ("gap", "jenkins")]
+    return pytest.mark.parametrize("law", repeats(laws, always.__contains__, often), ids=name)
+
+
+with_modes = some([law for law in SET if Element(law).modes])
+one_of_each = some(list(SET), KINDS.__contains__)
+passive_law = some([law for law in SET if law.passive], KINDS.__contains__)
 
 
 def scattered(law: JointLaw, rng: np.random.Generator) -> JointLaw:
@@ -122,7 +135,7 @@ def test_a_kernel_defines_what_its_first_comment_declares(word: str) -> None:
     assert (read.modes == "0") == (read.indicators == "0")
 
 
-@every_law
+@pytest.mark.parametrize("law", repeats(SET, KINDS.__contains__), ids=name)
 def test_steps_follow_the_law_through_rest_reversal_stick_and_slip(law: JointLaw) -> None:
     rng = np.random.default_rng(11)
     for each in (law, *(scattered(law, rng) for _ in range(3))):
@@ -347,7 +360,7 @@ def in_steps(element: Element, t: np.ndarray) -> np.ndarray:
 FINE = np.linspace(0.0, 0.02, 8001)
 
 
-@every_law
+@one_of_each
 def test_solver_and_steps_come_together_as_both_become_finer(law: JointLaw) -> None:
     element = Element(law)
     fine = np.linspace(FINE[0], FINE[-1], 16001)

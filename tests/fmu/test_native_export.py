@@ -19,6 +19,7 @@ from fmpy.fmi2 import FMU2Model
 from fmpy.fmi3 import FMU3Model
 from fmpy.validation import validate_fmu
 from host import GUIDE, JOINTS, label, law_force, path, running
+from repeats import repeats
 from samples import LAWS
 from scipy.integrate import solve_ivp
 from tools import require
@@ -46,7 +47,11 @@ EVERYTHING = Joint(tuple(law for law in LAWS if law.in_time), "everything")
 """Every law in one joint: one compilation for all kernels."""
 _FOLDER = tempfile.TemporaryDirectory(prefix="jointlib-test-")
 every_joint = pytest.mark.parametrize("joint", [*JOINTS, EVERYTHING], ids=label)
+all_at_once = pytest.mark.parametrize(
+    "joint", repeats([*JOINTS, EVERYTHING], lambda joint: joint is EVERYTHING), ids=label
+)
 both_versions = pytest.mark.parametrize("fmi", [2, 3])
+one_version = pytest.mark.parametrize("fmi", repeats([2, 3], lambda fmi: fmi == 3))
 
 
 @functools.cache
@@ -83,7 +88,7 @@ def forces(file: Path, fmi: int, z: Array, v: Array, h: float, folder: Path) -> 
 
 
 @both_versions
-@every_joint
+@all_at_once
 def test_fmpy_finds_no_problem_in_the_description_of_any_law(joint: Joint, fmi: int, tmp_path: Path) -> None:
     for name, text in native_sources(system_of_joint(joint), fmi, "model", "token").items():
         (tmp_path / name).parent.mkdir(exist_ok=True)
@@ -94,7 +99,7 @@ def test_fmpy_finds_no_problem_in_the_description_of_any_law(joint: Joint, fmi: 
     assert read.coSimulation.modelIdentifier == read.modelExchange.modelIdentifier == "model"
 
 
-@every_joint
+@all_at_once
 def test_generated_c_pleases_a_strict_compiler(joint: Joint, tmp_path: Path) -> None:
     gcc = require("gcc")
     for name, text in native_sources(system_of_joint(joint), 3, "model", "token").items():
@@ -115,6 +120,7 @@ def test_c_kernels_declare_the_states_of_the_python_laws(joint: Joint) -> None:
             assert state.unit == units[name]
 
 
+@pytest.mark.thorough
 @both_versions
 def test_every_kernel_follows_its_python_law(fmi: int, tmp_path: Path) -> None:
     z, v = path()
@@ -143,6 +149,7 @@ def test_fmpy_finds_no_problem_in_the_whole_fmu(fmi: int) -> None:
     assert verify_fmu(told.file).difference <= 1e-12
 
 
+@pytest.mark.thorough
 def test_library_starts_from_the_values_of_the_description(tmp_path: Path) -> None:
     with running([native(EVERYTHING, 2).file], tmp_path) as (fmu,):
         fmu.fmu.setupExperiment()
@@ -219,7 +226,7 @@ def unpacked(joint: Joint, fmi: int, folder: Path) -> Path:
     return folder / "a"
 
 
-@both_versions
+@one_version
 def test_spring_that_the_importer_integrates_relaxes_as_its_complex_stiffness_says(fmi: int, tmp_path: Path) -> None:
     fmu = Exchange(unpacked(RELAXING, fmi, tmp_path), fmi)
     assert fmu.rates == ["der(maxwell.stretch)"]
@@ -258,6 +265,7 @@ def test_co_simulation_comes_to_the_same_force_as_its_step_falls(fmi: int, tmp_p
     assert fine == pytest.approx(coarse / 4, rel=0.05)
 
 
+@pytest.mark.thorough
 @both_versions
 def test_importer_that_finds_the_events_comes_to_the_path_of_the_python_law(fmi: int, tmp_path: Path) -> None:
     require("cc")
@@ -295,6 +303,7 @@ def test_every_law_exports_validates_and_repeats_its_reference_run(joint: Joint,
     assert np.isfinite([fmu.force(), *fmu.moved()]).all()
 
 
+@pytest.mark.thorough
 def test_force_and_rates_depend_on_what_is_declared_and_on_nothing_else(tmp_path: Path) -> None:
     joint = Joint((Maxwell(4e7, 1.2e4), LuGre(4e7, 300.0, 36.0, 50.0, 0.02), Viscous(10.0)))
     fmu = Exchange(unpacked(joint, 2, tmp_path), 2)
@@ -314,6 +323,7 @@ def test_force_and_rates_depend_on_what_is_declared_and_on_nothing_else(tmp_path
     assert found == {**declared, "force": declared["force"] - {"displacement"}}
 
 
+@pytest.mark.thorough
 def test_same_joint_compiled_twice_gives_the_same_bytes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     once = native(GUIDE, 3).file.read_bytes()
     (tmp_path / "elsewhere").mkdir()
@@ -324,7 +334,7 @@ def test_same_joint_compiled_twice_gives_the_same_bytes(tmp_path: Path, monkeypa
     assert len(kept) == len(native(GUIDE, 3).platforms)
 
 
-@both_versions
+@one_version
 def test_sources_inside_compile_to_an_fmu_that_repeats_the_reference_run(fmi: int, tmp_path: Path) -> None:
     require("cmake")
     members = read_archive(native(GUIDE, fmi).file)
@@ -425,6 +435,7 @@ def test_without_a_compiler_the_python_runtime_is_taken_and_said(
     assert any("has the Python runtime, as there is no C compiler here" in text for text in told.messages)
 
 
+@pytest.mark.thorough
 def test_with_a_compiler_the_native_runtime_is_taken(tmp_path: Path) -> None:
     require("cc")
     told = export_fmu(Joint((Viscous(10.0),)), tmp_path / "a.fmu")
@@ -444,6 +455,7 @@ def test_compiler_that_fails_for_another_platform_leaves_that_platform_out(
     assert any(f"It has no library for {foreign.fmi2}" in text for text in told.messages)
 
 
+@pytest.mark.thorough
 def test_a_platform_asked_for_by_name_stands_beside_this_computer_and_no_other(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -462,7 +474,7 @@ def test_a_platform_asked_for_by_name_stands_beside_this_computer_and_no_other(
     assert not (tmp_path / "b.fmu").exists()
 
 
-@both_versions
+@one_version
 def test_law_that_only_steps_makes_an_fmu_for_co_simulation_only(
     fmi: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

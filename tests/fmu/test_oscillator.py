@@ -72,6 +72,7 @@ def steady(force: Force, peak: float, frequency: float, guess: Array) -> Array:
     pytest.fail("the periodic motion was not found")
 
 
+@pytest.mark.thorough
 @both_versions
 def test_mass_on_the_fmu_moves_as_on_the_law_also_past_lift_off(fmi: int) -> None:
     times = np.linspace(0.0, 20 / 500.0, 401)
@@ -94,6 +95,7 @@ def test_steady_vibration_of_the_mass_on_the_fmu_has_the_amplitude_of_harmonic_b
     assert abs(2 * np.mean(z[:-1] * turn)) == pytest.approx(peak.amplitude, rel=5e-3)
 
 
+@pytest.mark.thorough
 def test_steady_vibration_builds_up_from_rest_to_the_same_amplitude() -> None:
     """Time integration alone, off the peak, where the transient beats and decays by exp(-c t/(2 m))."""
     machine = library_machine("paper_sdof_hertz")

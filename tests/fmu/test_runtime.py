@@ -47,6 +47,7 @@ def test_joint_keeps_its_contract_in_a_host_without_python(check: str, version: 
     assert (done.stdout, done.stderr, done.returncode) == ("", "", 0)
 
 
+@pytest.mark.thorough
 @both_kinds
 @both_versions
 @pytest.mark.parametrize("check", [*CHECKS, "order"])
@@ -80,6 +81,7 @@ def test_every_function_answers_in_every_state_as_the_standard_says(version: int
             assert (status, message) == ("3", expected)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("joint", ["joint", "spring"])
 def test_library_shows_the_119_functions_of_both_standards_and_needs_libc_and_libm_only(joint: str) -> None:
     shown = [name for _, name in symbols(library(joint), "-D", "--defined-only")]
@@ -94,6 +96,7 @@ def test_library_shows_the_119_functions_of_both_standards_and_needs_libc_and_li
     assert set(re.findall(r"\(NEEDED\).*\[(.*)\]", done.stdout)) <= {"libc.so.6", "libm.so.6"}
 
 
+@pytest.mark.thorough
 def test_wrapper_keeps_nothing_between_calls_but_in_instances(tmp_path: Path) -> None:
     *folders, joint = (x for x in inputs("joint") if x not in sorted(RUNTIME.glob("*.c")))
     for source in [*sorted(RUNTIME.glob("*.c")), joint]:
@@ -102,6 +105,7 @@ def test_wrapper_keeps_nothing_between_calls_but_in_instances(tmp_path: Path) ->
         assert [name for kind, name in symbols(data) if kind in "dDbBcCsSgG"] == []
 
 
+@pytest.mark.thorough
 def test_two_joints_can_be_linked_into_one_program(tmp_path: Path) -> None:
     units = "".join(f'#include "{name}"\n' for name in ["joint.c", *sorted(p.name for p in RUNTIME.glob("*.c"))])
     (tmp_path / "all.c").write_text(units)

@@ -156,6 +156,7 @@ def pulse(length: float, size: float) -> Callable[[float], float]:
     return lambda t: size * math.sin(math.pi * t / length) ** 2 if t < length else 0.0
 
 
+@pytest.mark.thorough
 def test_the_document_follows_the_schema_and_names_what_it_joins(soft: Made) -> None:
     system = read_ssd(str(soft.file), validate=True).system
     assert [element.name for element in system.elements] == ["base", "table", "mount"], (
@@ -176,6 +177,7 @@ def test_the_document_follows_the_schema_and_names_what_it_joins(soft: Made) -> 
     assert len(wires) == 9
 
 
+@pytest.mark.thorough
 def test_a_second_document_is_the_same_without_connectors_of_the_system(soft: Made, tmp_path: Path) -> None:
     members = read_archive(soft.file)
     (tmp_path / "inner.ssp").write_bytes(archive_bytes({**members, SSD: members[INNER_SSD]}))
@@ -187,6 +189,7 @@ def test_a_second_document_is_the_same_without_connectors_of_the_system(soft: Ma
     assert len(inside.connections) == len(shown.connections) - 3
 
 
+@pytest.mark.thorough
 def test_identified_values_are_start_values_and_no_binding_is_needed(soft: Made, tmp_path: Path) -> None:
     members = read_archive(soft.file)
     assert b"ParameterBinding" not in members[SSD]
@@ -197,6 +200,7 @@ def test_identified_values_are_start_values_and_no_binding_is_needed(soft: Made,
     assert float(starts["viscous.damping"]) == SOFT_C
 
 
+@pytest.mark.thorough
 def test_the_step_that_is_published_is_that_of_the_assembled_machine(soft: Made, two_mass: Made) -> None:
     k = SOFT_K + 3 * SOFT_K3 * 1e-6
     loop = Loop(
@@ -221,6 +225,7 @@ def test_the_step_that_is_published_is_that_of_the_assembled_machine(soft: Made,
     assert read_ssd(str(two_mass.file)).system.name == "two_mass", "OMSimulator takes identifiers only"
 
 
+@pytest.mark.thorough
 def test_another_road_is_advised_where_the_coupling_sets_the_step(soft: Made, two_mass: Made) -> None:
     assert any("jointlib fmu MACHINE" in message for message in two_mass.done.messages)
     assert not any("jointlib fmu MACHINE" in message for message in soft.done.messages)
@@ -232,6 +237,7 @@ def test_another_road_is_advised_where_the_coupling_sets_the_step(soft: Made, tw
         assert any("jointlib fmu MACHINE" in sentence for sentence in said) == advised
 
 
+@pytest.mark.thorough
 def test_fmpy_moves_the_soft_machine_as_one_solver_does_the_better_the_smaller_the_step(soft: Made) -> None:
     push, errors, runs = pulse(0.02, 60.0), [], []
     for step in (4e-5, 2e-5, 1e-5):
@@ -261,6 +267,7 @@ def test_fmpy_moves_the_two_masses_of_the_library_as_one_solver_does(two_mass: M
     assert np.max(np.abs(without - exact)) / np.max(np.abs(exact)) > 5 * errors[-1], "the cubic spring matters here"
 
 
+@pytest.mark.thorough
 def test_fmucontainer_moves_the_machines_as_fmpy_does(soft: Made, two_mass: Made, tmp_path: Path) -> None:
     push, errors = pulse(0.02, 60.0), []
     for step in (4e-5, 2e-5):
@@ -295,6 +302,7 @@ open(asked["answer"], "w").write(json.dumps(rows))
 """
 
 
+@pytest.mark.thorough
 def test_libcosim_moves_the_soft_machine_as_one_solver_does(soft: Made, tmp_path: Path) -> None:
     package("libcosimpy")
     with zipfile.ZipFile(soft.file) as archive:
@@ -327,6 +335,7 @@ def late_over_early(x: Array) -> float:
     return float(np.max(np.abs(x[2 * third :])) / np.max(np.abs(x[third : 2 * third])))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("share", "grows"), [(0.9, False), (1.1, True)])
 def test_the_published_step_is_where_fmpy_becomes_unstable(linear: Made, share: float, grows: bool) -> None:
     assert linear.done.max_step is not None
@@ -336,6 +345,7 @@ def test_the_published_step_is_where_fmpy_becomes_unstable(linear: Made, share: 
     assert (late_over_early(x) < 0.7) == (not grows)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("share", "grows"), [(0.9, False), (1.1, True)])
 @pytest.mark.parametrize("master", ["jacobi", "gauss_seidel"])
 def test_the_published_steps_are_where_fmucontainer_becomes_unstable(
@@ -349,6 +359,7 @@ def test_the_published_steps_are_where_fmucontainer_becomes_unstable(
     assert (late_over_early(x) < 0.7) == (not grows)
 
 
+@pytest.mark.thorough
 def test_a_machine_gives_the_same_bytes_again(soft: Made, tmp_path: Path) -> None:
     export_ssp(soft_machine(), tmp_path / "again.ssp")
     assert (tmp_path / "again.ssp").read_bytes() == soft.file.read_bytes()
@@ -367,6 +378,7 @@ def test_nothing_is_written_where_the_system_fails_its_check(tmp_path: Path, mon
     assert [(path.name, path.read_bytes()) for path in tmp_path.iterdir()] == [("soft.ssp", b"before")]
 
 
+@pytest.mark.thorough
 def test_forces_on_the_wrong_sides_are_noticed_by_running_the_system(soft: Made) -> None:
     members = read_archive(soft.file)
     text = members[SSD].decode()
@@ -381,6 +393,7 @@ def test_forces_on_the_wrong_sides_are_noticed_by_running_the_system(soft: Made)
         verify_ssp(soft.file, archive_bytes(crossed), parts, loop, soft.done.max_step)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
@@ -402,6 +415,7 @@ def test_a_document_that_does_not_fit_its_fmus_is_refused(soft: Made, old: str, 
         check_structure(soft.file, members | {SSD: changed.encode()})
 
 
+@pytest.mark.thorough
 def test_an_input_of_an_fmu_without_a_connector_is_refused(soft: Made) -> None:
     members = read_archive(soft.file)
     text = members[SSD].decode()
@@ -415,6 +429,7 @@ def one_mass(name: str, m: float) -> Lumped:
     return Lumped(name, ("x",), np.array([[m]]))
 
 
+@pytest.mark.thorough
 def test_components_that_are_tied_rigidly_are_one_fmu(tmp_path: Path) -> None:
     tied = Connection("bolts", ("head.x", "ram.x"), rigid=True)
     spring = Connection("way 1", ("ground", "ram.x"), soft_joint())
@@ -448,6 +463,7 @@ def test_a_joint_between_two_places_of_one_body_has_one_side() -> None:
     np.testing.assert_array_equal(parts.bodies[0].ports["y"], [1.0, 0.0])
 
 
+@pytest.mark.thorough
 def test_the_corners_of_a_guide_are_four_joints_on_two_bodies(tmp_path: Path) -> None:
     made = export_ssp(read_machine(GUIDE_BODY), tmp_path / "body.ssp")
     system = read_ssd(str(tmp_path / "body.ssp")).system
@@ -457,6 +473,7 @@ def test_the_corners_of_a_guide_are_four_joints_on_two_bodies(tmp_path: Path) ->
     assert made.max_step == pytest.approx(2 * 125.75 / (3 * 150e6), rel=0.01)
 
 
+@pytest.mark.thorough
 def test_without_damping_there_is_no_step_and_it_is_said(tmp_path: Path) -> None:
     bare = Lumped("base", ("x",), np.array([[4.0]]), None, np.array([[5e5]]))
     spring = Connection("mount", ("table.x", "base.x"), Joint((Linear(stiffness=1e5),), "mount"))
@@ -513,12 +530,14 @@ def test_a_machine_that_cannot_be_a_system_of_fmus_is_refused_in_one_sentence(tm
     )
 
 
+@pytest.mark.thorough
 def test_friction_that_jumps_runs_too(tmp_path: Path) -> None:
     joint = soft_joint() + Coulomb(slip_force=2.0, smoothing_velocity=1e-3)
     made = export_ssp(soft_machine(joint), tmp_path / "dry.ssp")
     assert made.file.is_file()
 
 
+@pytest.mark.thorough
 def test_the_command_prints_the_promised_keys(tmp_path: Path) -> None:
     file = tmp_path / "two_mass.ssp"
     done = CliRunner().invoke(cli, ["ssp", str(TWO_MASS), "-o", str(file), "--json"])
@@ -533,6 +552,7 @@ def test_the_command_prints_the_promised_keys(tmp_path: Path) -> None:
     assert "Steps of 4.93e-07 s and more are unstable" in told.stdout
 
 
+@pytest.mark.thorough
 def test_joints_that_turn_over_or_stay_at_rest_do_not_disturb_the_check(tmp_path: Path) -> None:
     """A soft joint whose force falls beyond a thirtieth of its range; across it one that nothing moves."""
     turning = Joint((Linear(stiffness=SOFT_K), Cubic(stiffness3=-3e13), Viscous(damping=SOFT_C)), validity=RANGE)

@@ -68,6 +68,7 @@ def at_rest() -> Array:
     return np.array([pressed_by - SHIM + down, pressed_by, above, down, 1e8 * down - SLIP])
 
 
+@pytest.mark.thorough
 @both_versions
 @both_kinds
 def test_without_a_force_the_machine_stays_where_its_load_puts_it(kind: type[Stepping | Exchange], fmi: int) -> None:
@@ -91,6 +92,7 @@ def test_the_start_is_the_static_point_of_the_solver() -> None:
     np.testing.assert_allclose(found, [point.dofs[0], *contact, *foot], rtol=1e-10)
 
 
+@pytest.mark.thorough
 @both_versions
 @pytest.mark.parametrize("frequency", [180.0, 260.0])
 def test_a_small_force_makes_the_motion_of_the_tangent_receptance(frequency: float, fmi: int) -> None:
@@ -113,6 +115,7 @@ def test_a_small_force_makes_the_motion_of_the_tangent_receptance(frequency: flo
 _KEPT: dict[str, Machine] = {}
 
 
+@pytest.mark.thorough
 @both_versions
 @both_kinds
 def test_a_large_force_lifts_the_contact_off_as_the_equations_say(kind: type[Stepping | Exchange], fmi: int) -> None:

@@ -74,6 +74,7 @@ def test_all_three_solutions_stand_on_the_lines() -> None:
     assert abs(smallest[0]) < 1e-5
 
 
+@pytest.mark.thorough
 def test_a_limit_ends_the_branch_exactly_and_by_name() -> None:
     found = response(two_mass(), 125.0, method=ArcLength())
     assert found.outcomes == (Outcome.PAST_FORCE_PEAK,)
@@ -88,6 +89,7 @@ def test_a_limit_ends_the_branch_exactly_and_by_name() -> None:
     assert [p.outcome for p in peaks] == [Outcome.PAST_FORCE_PEAK, Outcome.CONVERGED]
 
 
+@pytest.mark.thorough
 def test_several_joints_fold_and_no_part_is_lost() -> None:
     """Newton loses this resonance below 1227 Hz; the fold is where two solutions of Newton's meet."""
     machine = chain(10, 5)
@@ -114,6 +116,7 @@ def test_outside_a_fold_newton_and_arc_length_agree() -> None:
     assert np.max(difference) < 1e-8 * np.max(np.abs(b.frfs[0].receptance))
 
 
+@pytest.mark.thorough
 def test_an_isola_is_found_by_raising_the_force_where_the_map_has_it() -> None:
     """Two equal hardening springs on one mass act as one of twice the size, which the map solves without following.
 
@@ -144,6 +147,7 @@ def test_joint_that_stands_still_has_no_peak_and_a_range_without_top_says_so() -
     assert [p.outcome for p in found.peaks] == [Outcome.PEAK_AT_EDGE]
 
 
+@pytest.mark.thorough
 def test_limit_of_one_of_several_joints_is_named() -> None:
     machine = chain(10, 5)
     machine = machine.with_joint("j4", replace(GUIDE, validity={"amplitude": (0.0, 2e-6)}))
@@ -153,6 +157,7 @@ def test_limit_of_one_of_several_joints_is_named() -> None:
     assert peak.amplitude == pytest.approx(2e-6, rel=1e-8)
 
 
+@pytest.mark.thorough
 def test_every_point_says_what_it_is() -> None:
     found = response(chain(10, 5), 50.0, [1150.0, 1300.0], points=50)
     for branch in found.branches[0]:

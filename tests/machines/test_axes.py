@@ -128,6 +128,7 @@ def redrawn(path: Path, folder: Path, shift: dict[str, Any], **keys: Any) -> Mac
 X, Y, Z = np.eye(3)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("word", "position", "shift", "keys"),
     [
@@ -192,6 +193,7 @@ def test_a_lathe_cuts_the_bar_where_its_tool_stands() -> None:
     assert abs(receptance(moved)[0, 0, 0]) < 0.9 * abs(receptance(read_machine(path))[0, 0, 0])
 
 
+@pytest.mark.thorough
 def test_at_zero_nothing_is_touched(tmp_path: Path) -> None:
     """A file with its axes at 0 has the receptance of the file without them, to the last bit."""
     for word in "ab":

@@ -67,6 +67,7 @@ def test_places_that_are_not_there_are_told_with_the_nearest(path: str, value: A
         read_machine(TOOL, {path: value})
 
 
+@pytest.mark.thorough
 def test_a_table_changes_the_keys_it_names(tmp_path: Path) -> None:
     """Another size of a guide: several keys of its bundle at once; the rest of the table stays."""
     size = {"preload": "3 kN", "stiffness": "1200 N/um", "width": "53 mm"}
@@ -85,6 +86,7 @@ def test_a_table_changes_the_keys_it_names(tmp_path: Path) -> None:
         read_machine(MILL, {"bundle.x_guide": {"widht": 0.05}})
 
 
+@pytest.mark.thorough
 def test_a_longer_cutter_takes_its_tip_along(tmp_path: Path) -> None:
     """Stick-out as one number: the station "end" lies where the last segment ends."""
     modules = (LIBRARY / "column_mill/modules.toml").read_text()

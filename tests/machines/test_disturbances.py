@@ -74,6 +74,7 @@ def stepped(
     return x, v, carried, np.array(seen)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("law", "loose"),
     [
@@ -117,6 +118,7 @@ def two_way() -> Machine:
     return Machine((part,), tuple(Connection(n, end, joint) for n, end in ends), drive="m.a")
 
 
+@pytest.mark.thorough
 def test_a_motion_that_pumps_another_is_unstable_without_a_fold_and_is_so_in_time() -> None:
     """A joint that pulls harder one way lets the motion at ω drive one at ω/2: no fold, no other branch, no peace."""
     machine, force = two_way(), 0.08

@@ -98,6 +98,7 @@ def test_of_two_users_who_take_one_name_one_gets_it(lathe: Explorer, tmp_path: P
     assert joint.parameters["linear.stiffness"] == won * 1e6
 
 
+@pytest.mark.thorough
 def test_a_report_shows_the_setting_and_needs_no_network(lathe: Explorer, tmp_path: Path) -> None:
     page = lathe.report({STIFFNESS: 432.1, "amplitude": 4.0}, tmp_path / "kept", "my setting.html")
     assert page == tmp_path / "kept" / "my setting.html"
@@ -115,6 +116,7 @@ def test_a_report_shows_the_setting_and_needs_no_network(lathe: Explorer, tmp_pa
         lathe.report({}, tmp_path / "kept", "my setting")
 
 
+@pytest.mark.thorough
 def test_where_the_exact_method_gives_no_lobes_the_preview_stands_with_the_reason(tmp_path: Path) -> None:
     text = (LIBRARY / "two_mode_tool.toml").read_text()
     assert "speed = [4000, 25000]" in text

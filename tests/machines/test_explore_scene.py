@@ -65,6 +65,7 @@ def reads_as_said(explorer: Explorer, values: dict[str, float], folder: Path, sp
     assert np.isfinite(read.depth)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("values", SETTINGS)
 def test_what_is_read_off_is_what_the_command_says_of_the_saved_machine(
     mill: Explorer, tmp_path: Path, values: dict[str, float]
@@ -72,6 +73,7 @@ def test_what_is_read_off_is_what_the_command_says_of_the_saved_machine(
     reads_as_said(mill, values, tmp_path, "6000", "--amplitude", f"{values.get('amplitude', 0.0)}um")
 
 
+@pytest.mark.thorough
 def test_what_is_read_off_a_linear_tool_is_what_the_command_says(tmp_path: Path) -> None:
     tool = Explorer(LIBRARY / "two_mode_tool.toml")
     reads_as_said(tool, {"cutting.immersion": 30.0, "cutting.teeth": 2}, tmp_path, "9000.5")

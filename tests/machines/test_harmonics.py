@@ -35,6 +35,7 @@ TABLE = [
 ]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("machine", "force", "first", "second"), TABLE)
 def test_peaks_of_two_masses_with_three_harmonics(machine, force, first, second) -> None:  # type: ignore[no-untyped-def]
     for band, (amplitude, frequency) in (((1200.0, 1300.0), first), ((4800.0, 5300.0), second)):
@@ -78,6 +79,7 @@ def ratios(seed: int, count: int) -> list[float]:
     return found
 
 
+@pytest.mark.thorough
 def test_estimated_error_is_that_against_time_integration() -> None:
     assert all(0.5 < r < 2 for r in ratios(11, 3))
 
@@ -87,6 +89,7 @@ def test_estimated_error_is_that_against_time_integration_in_many_cases() -> Non
     assert all(0.5 < r < 2 for r in ratios(7, 40))
 
 
+@pytest.mark.thorough
 def test_five_harmonics_find_the_motion_in_time() -> None:
     case = Case(0.942, 2.2, 2e8, 200.0, two_mass().joints()[0], 75.0, 1250.3)
     found = response(case.machine, case.force, [1245.0, 1250.3, 1255.0], harmonics=(1, 3, 5), outputs=["a.x", "b.x"])

@@ -147,6 +147,7 @@ def test_48_contact_rows_between_two_bodies_are_six_unknowns() -> None:
     assert np.max(np.abs(1e3 * linear.z - z)) > 0.05 * np.max(np.abs(z))
 
 
+@pytest.mark.thorough
 def test_six_unknowns_satisfy_the_equations_of_motion_of_both_bodies() -> None:
     """Newton's law for every body, the contacts summed row by row, without any receptance."""
     machine = carriages(48)
@@ -172,6 +173,7 @@ def test_six_unknowns_satisfy_the_equations_of_motion_of_both_bodies() -> None:
         start += len(component.dofs)
 
 
+@pytest.mark.thorough
 def test_parallel_joints_curve_together_by_arc_length_too() -> None:
     """Three equal springs on one mass are one coordinate; harmonics and folds are those of one spring of their sum."""
     mass = Lumped("m", ("x",), np.array([[1.0]]))
@@ -208,6 +210,7 @@ def on_its_lines(part: Measured, joints: int) -> Machine:
     return Machine((part,), links, drive="part.d50")
 
 
+@pytest.mark.thorough
 def test_a_record_of_many_dofs_is_never_held_whole() -> None:
     """10 000 lines of 200 by 200 receptances are 6.4 GB; 40 joints need 41 columns and rows, a block at a time."""
     part = hammered(10_000, 200)
@@ -224,6 +227,7 @@ def test_a_record_of_many_dofs_is_never_held_whole() -> None:
     assert not np.any(found.cut)
 
 
+@pytest.mark.thorough
 def test_what_is_held_grows_with_the_lines_only_by_the_motions() -> None:
     peaks = []
     for lines in (4000, 8000):

@@ -59,6 +59,7 @@ def boundary(machine: Machine, speed: float, depth: float, chatter: float) -> fl
     return float(np.polyfit(batch.rate, depths, 2)[-1])
 
 
+@pytest.mark.thorough
 def test_steps_are_of_fourth_order() -> None:
     machine, counts, ends = lathe(Cubic(CUBIC)), [], []
     for steps in (48, 96, 384):
@@ -109,6 +110,7 @@ def test_small_vibrations_in_turning_grow_above_the_linear_limit(speed: float) -
     assert found == pytest.approx(float(chart.depth[0]), rel=1e-6)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("axes", "cut", "speed", "depth"),
     [
@@ -126,6 +128,7 @@ def test_small_vibrations_in_milling_grow_above_the_published_limit(
     assert boundary(mill(axes, **cut), speed, depth, 900.0) == pytest.approx(depth, rel=2e-5)
 
 
+@pytest.mark.thorough
 def test_near_a_flip_the_vibration_starts_in_the_better_of_two_phases() -> None:
     """A flip stands still against the teeth: of a start only the part in its phase lasts, cos of the angle between."""
     machine, size = mill(("x",), mode="down", immersion=0.1), np.array([1e-6])
@@ -179,6 +182,7 @@ def around(amplitude: float) -> Array:
     return amplitude * np.array([0.98, 0.99, 1.01, 1.02])
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("law", "depth", "amplitude", "stable"),
     [(Cubic(CUBIC), 0.66324e-3, 60.0e-6, False), (Cubic(-CUBIC), 0.75348e-3, 60.0e-6, True)],

@@ -33,6 +33,7 @@ SLIDING = Joint((Iwan((3e8, 2e8), (900.0, 2500.0)), Viscous(400.0)), validity={"
 PRESSED = Joint((Linear(8e9), Viscous(900.0)))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("law", LAWS, ids=label)
 def test_a_share_of_a_joint_has_that_share_of_its_force(law: JointLaw) -> None:
     """At any motion, through all its memory, or as a describing function where there is no time."""
@@ -126,6 +127,7 @@ def test_a_face_may_be_measured_one_way_only(tmp_path: Path) -> None:
         on_ground(tmp_path, along + "normal_stiffness = 4e12\n")
 
 
+@pytest.mark.thorough
 def test_a_nut_of_its_own_stands_in_series_with_shaft_and_bearings(tmp_path: Path) -> None:
     """Screw of 8 kg between; with a stiff linear nut the chain is that of the bundle with it."""
     screw = '[[component]]\nname = "screw"\nkind = "lumped"\ndofs = ["x"]\nmass = [[8.0]]\n'

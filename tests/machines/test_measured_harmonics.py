@@ -25,6 +25,7 @@ def machine(part: Component) -> Machine:
     return Machine((part, slide), (Connection("j", ("c.x", "s.x"), joint),), drive="c.y")
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("wanted", [(1, 3, 5), "auto"])
 def test_record_that_reaches_the_fifth_harmonic_answers_like_its_model(wanted: tuple[int, ...] | str) -> None:
     found, known = (
@@ -35,6 +36,7 @@ def test_record_that_reaches_the_fifth_harmonic_answers_like_its_model(wanted: t
         assert (p.amplitude, p.frequency) == pytest.approx((q.amplitude, q.frequency), rel=1e-4)
 
 
+@pytest.mark.thorough
 def test_curves_end_on_the_last_line_of_a_record() -> None:
     """Steps that look past the end ask nothing of the record."""
     found, known = (
@@ -47,6 +49,7 @@ def test_curves_end_on_the_last_line_of_a_record() -> None:
     assert max(b.frequency[-1] for b in found.branches[0]) == 1500.0
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("wanted", "highest"), [((1, 3), 500.0), ((1, 3, 5), 300.0)])
 def test_several_harmonics_reach_the_last_line_of_a_record(wanted: tuple[int, ...], highest: float) -> None:
     """Up to its end over the highest harmonic, and not a hertz further."""

@@ -100,6 +100,7 @@ def test_resonance_that_folds_over_is_lost_and_says_so() -> None:
     assert any(End.LOST in b.ends for b in found.branches[0])
 
 
+@pytest.mark.thorough
 def test_point_outside_the_identified_range_is_named_and_left_out() -> None:
     machine = chain(10, 5)
     machine = machine.with_joint("j4", replace(GUIDE, validity={"amplitude": (0.0, 2e-6)}))

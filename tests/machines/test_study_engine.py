@@ -55,6 +55,7 @@ def test_every_configuration_is_computed_once_and_in_order(tmp_path: Path) -> No
     assert len(asked) == store.blocks
 
 
+@pytest.mark.thorough
 def test_a_pool_and_two_parts_leave_the_same_results(tmp_path: Path) -> None:
     pooled, parts = begun(tmp_path / "pool"), begun(tmp_path / "parts")
     with process_pool(2) as pool:
@@ -68,6 +69,7 @@ def test_a_pool_and_two_parts_leave_the_same_results(tmp_path: Path) -> None:
     assert same(parts.results())
 
 
+@pytest.mark.thorough
 def test_killed_at_random_moments_it_goes_on_where_it_was(tmp_path: Path) -> None:
     """SIGKILL leaves no half-written shard, and what was computed is not computed again."""
     folder, rng = tmp_path / "r", np.random.default_rng(5)

@@ -240,6 +240,7 @@ def in_positions(folder: Path, positions: str) -> tuple[Study, dict[str, Array]]
     return opened, {"static-compliance": value + 1e-10 * (rows % 3), "peak-receptance": 3 * value}
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("positions", "pictures", "said"),
     [
@@ -264,6 +265,7 @@ def test_the_map_shows_the_worst_place_of_the_working_space(
         assert f"{worst:.4g} µm/N" in section
 
 
+@pytest.mark.thorough
 def test_the_page_tells_people_units_and_how_sure_it_is(tmp_path: Path) -> None:
     opened, results = in_positions(tmp_path, "{ x = [0, 0.1] }")
     verdict = judge(opened, results)
@@ -287,6 +289,7 @@ def test_the_page_tells_people_units_and_how_sure_it_is(tmp_path: Path) -> None:
     assert "m/N" not in re.sub(r"µm/N", "", re.sub(r"<svg.*?</svg>", "", html, flags=re.S))
 
 
+@pytest.mark.thorough
 def test_the_shipped_comparison_of_the_column_mills(tmp_path: Path) -> None:
     """Thinned to one place. In B the saddle turns on its carriages under a force in x: L²/K softer, 1.54 nm/N."""
     text = (LIBRARY / "column_mill.study.toml").read_text()

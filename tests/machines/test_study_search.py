@@ -34,6 +34,7 @@ def searched(study: Study, evaluation: Any, folder: Path, block: int = 4) -> tup
     return planned(study, folder), store.results()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("power", [0.5, 2.0])
 def test_a_search_finds_a_known_front(power: float, tmp_path: Path) -> None:
     """ZDT1 (convex) and ZDT2 (concave) in four variables, 2000 designs: the front is f2 = 1 − f1^p, f1 from 0 to 1.
@@ -109,6 +110,7 @@ def kill_often(kills: int, workers: int, undisturbed: tuple[Path, dict[str, byte
     assert all(first[1] < then[0] for first, then in itertools.pairwise(ranges))
 
 
+@pytest.mark.thorough
 def test_a_search_killed_at_random_moments_ends_with_the_same_bytes(undisturbed: Any) -> None:
     kill_often(3, 1, undisturbed)
 

@@ -64,6 +64,7 @@ def test_small_peaks_are_counted_and_not_listed() -> None:
     assert tool_peak_rows(tiny, {}) == (tool_peak_rows(peaks, {})[0], 1)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("plot", PLOTS)
 def test_a_receptance_is_drawn_as_asked(plot: str) -> None:
     result = response(read_machine(LIBRARY / "two_mass.toml"), [10.0, 125.0], [4800.0, 5200.0])

@@ -24,6 +24,7 @@ def ends(found: Response) -> list[float]:
     return [float(f) for b in found.branches[0] for f in b.frequency[[0, -1]]]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("force", [35.0, 75.0])
 def test_windows_find_the_branches_that_arc_length_finds(force: float) -> None:
     """At 35 N five joints fold over; at 75 N one reaches its limit on both flanks."""
@@ -68,6 +69,7 @@ def test_only_a_window_round_the_fold_is_followed(monkeypatch: pytest.MonkeyPatc
     assert 0 < max(lines[-1] - lines[0] for lines in followed) < 100.0
 
 
+@pytest.mark.thorough
 def test_branches_are_in_one_piece_across_the_edges_of_a_window() -> None:
     machine = chain(10, 5).with_joint("j4", replace(GUIDE, validity={"amplitude": (0.0, 3e-6)}))
     found = response(machine, 35.0, BAND, points=60)

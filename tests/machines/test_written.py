@@ -36,6 +36,7 @@ def carried(target: Path, made: tuple[Path, ...], elsewhere: Path) -> Machine:
     return read_machine(elsewhere / target.name)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("file", "changes"),
     [
