@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
-from jointlib.errors import InputError, Outcome
+from jointlib.errors import CheckFailed, InputError, Outcome
 from jointlib.frf import FRF, ReceptanceKind
 
 from ..assembly import Assembly
@@ -30,6 +30,8 @@ from ..view.page import data
 _LINES = 500
 _STATIC_LINE = 0.1
 """Hz; low enough for the receptance to be the static one, high enough for free parts."""
+_MOST_WAVES = 64
+"""Waves between two teeth up to which the exact methods answer while one waits."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,3 +169,15 @@ class Moment:
     def cutting(self) -> Cutting | None:
         """The cut; None where the file has none."""
         return None if self.machine.cutting is None else Cutting(**self.machine.cutting)
+
+    def refuse_slow(self, speed: float) -> None:
+        """Raise where an exact method would take minutes at a spindle speed in rpm."""
+        if self.cutting is None or self.cutting.process != "milling":
+            return
+        highest = self.built.band[1]
+        waves = highest * 60 / (self.cutting.cuts_per_revolution * speed)
+        if waves > _MOST_WAVES:
+            raise CheckFailed(
+                f"at {speed:g} rpm {waves:.0f} waves of {highest:.4g} Hz pass between two teeth, more than the "
+                f"{_MOST_WAVES} that are followed while one waits; `jointlib lobes --speed {speed:g}` takes its time"
+            )

@@ -71,6 +71,7 @@ def drawn(moment: Moment, places: Mapping[str, str], largest: float, exact: bool
     if cutting is None or cutting.speed is None:
         notes.append(_NO_LOBES)
     elif exact:
+        moment.refuse_slow(cutting.speed[0])
         chart = lobes_at_amplitude(moment.machine, cutting.speeds(SPEEDS), A)
     else:
         chart = built.quick_lobes(cutting.speeds(SPEEDS), A, cutting, moving)
@@ -115,6 +116,7 @@ def _beside(moment: Moment, preview: StabilityLobes) -> list[str]:
     if moment.amplitude or model is None or len(model.poles) > _FEW_MODES or cutting is None or best is None:
         return []
     try:
+        moment.refuse_slow(best.speed)
         exact = stability_lobes(model, cutting, best.speed)
     except CheckFailed as failed:
         return [str(failed)]

@@ -67,6 +67,7 @@ def setting_page(
 def _chart(moment: Moment, speeds: Array) -> StabilityLobes:
     """By the method of `jointlib lobes`; a preview with the reason where that one gives none."""
     try:
+        moment.refuse_slow(float(np.min(speeds)))
         return lobes_at_amplitude(moment.machine, speeds, moment.amplitude)
     except CheckFailed as failed:
         chart = lobes_at_amplitude(moment.machine, speeds, moment.amplitude, "zero-order")

@@ -261,6 +261,7 @@ class Explorer:
 
     def _read_off(self, setting: _Changes, speed: float) -> Reading:
         moment = self._moment(setting)
+        moment.refuse_slow(speed)
         chart = lobes_at_amplitude(moment.machine, np.array([speed]), moment.amplitude)
         return Reading(
             speed,

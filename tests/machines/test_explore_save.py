@@ -123,7 +123,7 @@ def test_where_the_exact_method_gives_no_lobes_the_preview_stands_with_the_reaso
     (tmp_path / "slow.toml").write_text(text.replace("speed = [4000, 25000]", "speed = [20, 60]"))
     explorer = Explorer(tmp_path / "slow.toml")
     curves = explorer.curves({})
-    reason = "rpm the cut of a tooth takes"
+    reason = "waves of"
     assert any(reason in note for note in curves.notes)
     with pytest.raises(CheckFailed, match=reason):
         explorer.at({}, 40.0)
