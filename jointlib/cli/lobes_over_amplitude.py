@@ -83,7 +83,8 @@ def over_amplitude(
 def safe_from_knocks(model: Any, chart: Any) -> tuple[dict[str, Any], list[str]]:
     """In turning, where something depends on amplitude: the depth below which knocks die out at every speed."""
     from machines import Cutting
-    from machines.lobes.threshold import amplitude_range, depends_on_amplitude, least_depth
+    from machines.lobes.lowest import least_depth
+    from machines.lobes.threshold import amplitude_range, depends_on_amplitude
 
     cutting = Cutting(**(model.cutting or {}))
     if chart.method != "turning" or not depends_on_amplitude(model):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,16 +13,20 @@ from jointlib.errors import CheckFailed, InputError
 from ..machine import Machine
 from .beside_forced import beside_forced
 from .cutting import Cutting
+from .fate import SMALLEST, fate_at
 from .forced_vibration import forced_vibration, too_many
+from .in_time import in_time
 from .machine_model import machine_model
 from .multipliers import largest_multipliers
 from .shaken_limits import SMALL, agreeing_limit, limits_beside, shakes
 from .solve import stability_lobes
 from .threshold import AmplitudeLimits, Cycle
 from .unstable_depths import UnstableDepths, unstable_depths_of
-from .words import moved_by_teeth, told, told_at
+from .words import moved_by_teeth, of_fate, reach_words, told
 
 _PAST = 1.1
+_BELOW, _ABOVE = 0.97, 1.03
+"""Shares of the safe depth and of the onset at which the cut is simulated."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,25 +84,28 @@ def told_cuts(
     """Sentences on each speed of limits over amplitude and on cuts of each ``depth`` (m) there; cycles [speed][depth].
 
     ``unstable`` are the unstable depths at rest and ``growth`` the multipliers at rest, (speed, depth), if known. Where
-    the teeth shake joints that depend on amplitude, what is said of a cut holds beside that vibration.
+    the teeth shake joints that depend on amplitude, what is said of a cut holds beside that vibration. All of it is
+    held against the cut in time, which has the last word.
     """
     shaking, said, later, cycles = shakes(machine), list[str](), list[str](), []
     for i in range(len(limits.speed)):
-        said += _told_speed(machine, limits, i) if shaking else told(limits, i)
+        said += _told_speed(machine, limits, i) if shaking else _stands(machine, limits, i, told(limits, i))
         row = list[tuple[Cycle, ...]]()
         for k, b in enumerate(depth):
-            if not shaking:
+            cut = beside_teeth(machine, limits, i, b) if shaking else None
+            if cut is not None:
+                fate = fate_at(cut.limits, b, 0, cut.unstable, cut.multiplier)
+                sentence = of_fate(fate, reach_words(cut.limits), cut.forced)
+            elif shaking:
+                fate = replace(fate_at(limits, b, i), cycles=())
+                sentence = moved_by_teeth(limits, b, i)
+            else:
                 zones, mu = (None if unstable is None else unstable[i]), (None if growth is None else growth[i][k])
-                later.append(told_at(limits, b, i, zones, None if mu is None else float(mu)))
-                row.append(limits.cycles(b, i))
-                continue
-            cut = beside_teeth(machine, limits, i, b)
-            if cut is None:
-                later.append(moved_by_teeth(limits, b, i))
-                row.append(())
-                continue
-            later.append(told_at(cut.limits, b, 0, cut.unstable, cut.multiplier, cut.forced))
-            row.append(cut.limits.cycles(b))
+                fate = fate_at(limits, b, i, zones, None if mu is None else float(mu))
+                sentence = of_fate(fate, reach_words(limits, i))
+            found = in_time(machine, fate, doubted=shaking and cut is None)
+            later.append(sentence if found is None else str(found))
+            row.append(() if fate.above else fate.cycles if found is None else found.cycles)
         cycles.append(row)
     return said + later, cycles
 
@@ -112,4 +119,19 @@ def _told_speed(machine: Machine, limits: AmplitudeLimits, index: int) -> tuple[
     agreed = np.nan if too_many(machine) else agreeing_limit(machine, float(limits.speed[index]), 0.0, depth)
     depth = agreed if np.isfinite(agreed) and agreed > 0 else depth
     cut = beside_teeth(machine, limits, index, depth)
-    return (moved_by_teeth(limits, depth, index),) if cut is None else told(cut.limits, 0, (depth, cut.forced))
+    if cut is None:
+        return (moved_by_teeth(limits, depth, index),)
+    return _stands(machine, cut.limits, 0, told(cut.limits, 0, (depth, cut.forced)))
+
+
+def _stands(machine: Machine, limits: AmplitudeLimits, index: int, said: tuple[str, ...]) -> tuple[str, ...]:
+    """What is said of a speed, or what the cut in time has instead: just below the safe depth, and above the onset."""
+    low, high = limits.safe_up_to(float(limits.known[index]), index), float(limits.onset[index])
+    for depth in (_BELOW * low, _ABOVE * high):
+        if not np.isfinite(depth):
+            continue
+        fate = fate_at(limits, depth, index)
+        found = in_time(machine, fate if depth < low else replace(fate, cycles=(), reach=SMALLEST * fate.reach))
+        if found is not None:
+            return (f"At {fate.speed:g} rpm limits over amplitude do not hold in time. {found}",)
+    return said

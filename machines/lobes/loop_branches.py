@@ -143,6 +143,8 @@ def nearest_of(matrix: ComplexArray, guess: complex) -> tuple[complex, ComplexAr
     value = complex(np.nan)
     for _ in range(60):
         grown, _ = zgetrs(factors, pivots, vector)
+        if not np.all(np.isfinite(grown)):
+            break  # the shift is an eigenvalue to the last digit
         share = np.vdot(vector, grown)
         vector = grown / np.linalg.norm(grown)
         new = shift + 1 / complex(share)

@@ -22,9 +22,11 @@ from jointlib.arrays import Array, ArrayLike
 
 from ..indices import Index, Mask
 from ..machine import Machine
-from .amplitude import lobes_at_amplitude
+from .amplitude import frozen_lobes, lobes_at_amplitude
 from .chart import StabilityLobes
+from .cutting import Cutting
 from .periodic import AT_SPEEDS
+from .power_law import touching_ratio
 
 _HALVINGS = 5
 _CLOSER = 6
@@ -202,3 +204,20 @@ def _beside(known: dict[str, Array]) -> Array:
             if b - a > _CLOSED * b:
                 found.append(np.linspace(a, b, _LOOKS + 2)[1:-1])
     return np.unique(np.concatenate(found))
+
+
+def least_depth(machine: Machine, chart: StabilityLobes, amplitude: Array) -> tuple[float, float]:
+    """Depth in m below which no vibration lasts at any speed in turning, and up to which amplitude in m that is known.
+
+    The least over every speed of the ``chart`` at rest and of the machine at each amplitude (m, ascending). A cut whose
+    force grows with a power q < 1 of the chip is weakest where the edge just leaves it (`touching_ratio`).
+    """
+    cutting = Cutting(**dict(machine.cutting or {}))
+    bent = min(1.0, touching_ratio(cutting.exponent)) if cutting.feed is not None else 1.0
+    least, known = chart.minimum_depth, 0.0
+    for size in amplitude.tolist():
+        layer, held = frozen_lobes(machine, chart.speed, size, chart.method)
+        if np.any(held):
+            break
+        least, known = min(least, layer.minimum_depth), size
+    return (least * bent, known) if known else (np.inf, 0.0)

@@ -19,7 +19,6 @@ from .amplitude import frozen_lobes
 from .chart import Integers, StabilityLobes
 from .cutting import Cutting
 from .fed_chip import contact_amplitude, with_chip
-from .power_law import touching_ratio
 
 _LARGEST = 2e-4
 _DECADES = 3.0
@@ -28,6 +27,7 @@ _SETTLED = 1e-6
 _ROUNDS, _HALVINGS = 3, 6
 _CHOSEN = 8
 _FLAT = 1e-9
+_BELOW = 1e-3
 _CLOSE = 1.03
 
 
@@ -153,9 +153,13 @@ class AmplitudeLimits:
         A, b = self._curve(index)
         found = []
         over = b < depth
+        if len(A) and over[0] != self.starts_by_itself(depth, index):
+            A, over = np.insert(A, 0, _BELOW * A[0]), np.insert(over, 0, not over[0])
         for i in np.flatnonzero(over[1:] != over[:-1]):
             low, high = np.log(A[i]), np.log(A[i + 1])
-            root = float(np.exp(brentq(self._excess, low, high, args=(depth, index), xtol=_SETTLED)))
+            if i or (self._excess(low, depth, index) > 0) == over[0]:
+                low = brentq(self._excess, low, high, args=(depth, index), xtol=_SETTLED)
+            root = float(np.exp(low))
             found.append(Cycle(root, float(self.at(root)[1][index]), bool(over[i])))
         return tuple(found)
 
@@ -263,23 +267,6 @@ def _between_lobes(sizes: Sequence[float], lobe: Integers) -> list[float]:
     changes = np.any(lobe[1:] != lobe[:-1], axis=1)
     pairs = zip(sizes[:-1], sizes[1:], changes, strict=True)
     return [float(np.sqrt(low * high)) for low, high, change in pairs if change and high > _CLOSE * low]
-
-
-def least_depth(machine: Machine, chart: StabilityLobes, amplitude: Array) -> tuple[float, float]:
-    """Depth in m below which no vibration lasts at any speed in turning, and up to which amplitude in m that is known.
-
-    The least over every speed of the ``chart`` at rest and of the machine at each amplitude (m, ascending). A cut whose
-    force grows with a power q < 1 of the chip is weakest where the edge just leaves it (`touching_ratio`).
-    """
-    cutting = Cutting(**dict(machine.cutting or {}))
-    bent = min(1.0, touching_ratio(cutting.exponent)) if cutting.feed is not None else 1.0
-    least, known = chart.minimum_depth, 0.0
-    for size in amplitude.tolist():
-        layer, held = frozen_lobes(machine, chart.speed, size, chart.method)
-        if np.any(held):
-            break
-        least, known = min(least, layer.minimum_depth), size
-    return (least * bent, known) if known else (np.inf, 0.0)
 
 
 def depends_on_amplitude(machine: Machine) -> bool:

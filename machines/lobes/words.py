@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from .fate import Fate, fate_at
 from .threshold import AmplitudeLimits, Cycle
 from .unstable_depths import UnstableDepths
 
@@ -58,24 +59,22 @@ def told_at(
     lens, nor where the ``multiplier`` of the smallest is below 1 though the depth is above the onset. With ``forced``,
     the vibration of the teeth in m, all of them are those beside it.
     """
-    at = f"At {limits.speed[index]:g} rpm and {mm(depth)}"
+    return of_fate(fate_at(limits, depth, index, lenses, multiplier), reach_words(limits, index), forced)
+
+
+def of_fate(fate: Fate, reach: str, forced: float = 0.0) -> str:
+    """A fate in a sentence; ``reach`` says up to where amplitudes are known."""
+    at = f"At {fate.speed:g} rpm and {mm(fate.depth)}"
     at += f", beside the {um(forced)} that the teeth force," if forced else ""
-    above = lenses is not None and bool(lenses.lenses) and depth > lenses.lenses[0].high
-    if multiplier is not None and multiplier < 1 and depth > limits.onset[index]:
-        above = True
-    if above:
-        grows = multiplier > 1 if multiplier is not None else lenses is not None and lenses.unstable(depth)
-        fate = "grow" if grows else "die out"
+    if fate.above:
+        grow = "grow" if fate.grows else "die out"
         at = at.rstrip(",")
-        return f"{at}, above a lens, the smallest vibrations {fate}; what becomes of larger ones is not computed there."
-    reach = float(limits.known[index])
-    cycles = [c for c in limits.cycles(depth, index) if c.amplitude < reach]
-    grows = cycles[0].stable if cycles else depth > limits.depth[0, index]
-    if not cycles and grows:
-        return f"{at} chatter starts by itself and grows beyond {_reach(limits, index)}."
-    end = f", looked at up to {_reach(limits, index)}" if cycles and cycles[-1].stable else ""
-    largest = _reach(limits, index)
-    return f"{at} {story(grows, cycles, largest, f'of up to {um(reach)}', _milled(limits))}{end}."
+        return f"{at}, above a lens, the smallest vibrations {grow}; what becomes of larger ones is not computed there."
+    if not fate.cycles and fate.grows:
+        return f"{at} chatter starts by itself and grows beyond {reach}."
+    end = f", looked at up to {reach}" if fate.cycles and fate.cycles[-1].stable else ""
+    told = story(fate.grows, fate.cycles, reach, f"of up to {um(fate.reach)}", fate.milled)
+    return f"{at} {told}{end}."
 
 
 def moved_by_teeth(limits: AmplitudeLimits, depth: float, index: int = 0) -> str:
@@ -84,7 +83,7 @@ def moved_by_teeth(limits: AmplitudeLimits, depth: float, index: int = 0) -> str
     return f"{at} the teeth shake the joints; what becomes of chatter beside that, a simulation tells (--witness)."
 
 
-def _reach(limits: AmplitudeLimits, index: int) -> str:
+def reach_words(limits: AmplitudeLimits, index: int = 0) -> str:
     """The largest amplitude that sentences are made of, and why it is that."""
     reach = float(limits.known[index])
     return um(reach) + (", where edges begin to leave the cut" if reach < limits.largest[index] else "")

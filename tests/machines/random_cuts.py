@@ -143,6 +143,11 @@ def random_cut(rng: np.random.Generator, milled: bool) -> Cut | None:
     return Cut(made, limits, depth, tuple(said))
 
 
+def kicks(cut: Cut) -> np.ndarray:
+    """Amplitudes in m that the simulation sets out from."""
+    return np.geomspace(0.02, 1.0, KICKS) * float(cut.limits.known[0])
+
+
 def courses(cuts: Sequence[Cut], windows: int = 10, periods: int = 20) -> list[tuple[np.ndarray, ...]]:
     """Chatter and forced motion, (window, kick), and which kicks escaped, of every cut; like ones stepped together."""
     waves = [
@@ -160,14 +165,13 @@ def courses(cuts: Sequence[Cut], windows: int = 10, periods: int = 20) -> list[t
         for i in chosen:
             c = cuts[i]
             cutting = Cutting(**dict(c.machine.cutting or {}))
-            kicks = np.geomspace(0.02, 1.0, KICKS) * float(c.limits.known[0])
             cases.append(
                 Case(
                     Body.of(c.machine),
                     cutting,
                     float(c.limits.speed[0]),
                     c.depth,
-                    kicks.tolist(),
+                    kicks(c).tolist(),
                     float(c.limits.onset_frequency[0]),
                 )
             )
@@ -200,6 +204,22 @@ _SAYS = {
 }
 
 
+def _in_time(said: str, reach: float) -> list[Fate]:
+    """What the verb's own simulation is told to have shown."""
+    found = []
+    ends = rf"(?:die out|grow beyond|settle at {_SIZE}|stay between {_SIZE} and {_SIZE})"
+    for match in re.finditer(
+        rf"of (up to )?([\d.e+-]+) µm(?: to ([\d.e+-]+) µm)?( and more)?(?: at the tool)? ({ends})", said
+    ):
+        first, low, high, _, end, settled, *_ = match.groups()
+        sizes = [1e-6 * float(low), reach if high is None else 1e-6 * float(high)]
+        if first:
+            sizes = [0.0, sizes[0]]
+        kind = {"die out": "dies", "grow beyond": "grows"}.get(end, "lasts")
+        found.append(Fate(sizes[0], sizes[1], 1e-6 * float(settled) if settled else kind, ABOUT))
+    return found
+
+
 def fates(cut: Cut) -> list[Fate]:
     """What the sentences say of vibrations at the speed and depth of a cut."""
     reach, found = float(cut.limits.known[0]), list[Fate]()
@@ -214,6 +234,8 @@ def fates(cut: Cut) -> list[Fate]:
             found += [Fate(0.0, 0.03 * reach, "lasts")] if grows and not re.search("lens", of_cut) else []
     if match := re.search(r"the smallest vibrations (grow|die out)", of_cut):
         return [*found, Fate(0.0, 0.03 * reach, "dies" if match.group(1) == "die out" else "lasts")]
+    if of_cut.startswith("In time"):
+        return [*found, *_in_time(of_cut, reach)]
     edge = 0.0
     for match in re.finditer("|".join(f"(?:{says})" for says in _SAYS.values()), of_cut):
         kind = next(kind for kind, says in _SAYS.items() if re.fullmatch(says, match.group()))
@@ -240,10 +262,13 @@ def denied(cut: Cut, chatter: np.ndarray, forced: np.ndarray, escaped: np.ndarra
     """What of the fate that is told of each kick the simulation does not bear out; what is not told denies nothing."""
     told, reach = fates(cut), float(cut.limits.known[0])
     edges = {(edge, fate.near) for fate in told for edge in (fate.low, fate.high) if 0 < edge < np.inf}
-    gone, said = GONE * reach, []
+    gone, said, kicked = GONE * reach, [], kicks(cut)
     for k in range(chatter.shape[1]):
         start, end = chatter[EARLY, k], chatter[-1, k]
         died = end < gone and not escaped[k]
+        if escaped[k] or start > reach / (1 + NEAR):
+            # It outgrew all bounds early: what it set out from counts.
+            start = kicked[k] if escaped[k] else chatter[0, k]
         start = max(start, 1e-3 * gone)
         if start > reach / (1 + NEAR) or any(abs(np.log(start / t)) < near for t, near in edges):
             continue
