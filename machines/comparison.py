@@ -14,7 +14,7 @@ from jointlib.errors import InputError
 from jointlib.frf import FRF
 
 from .lobes import Cutting, stability_lobes
-from .lobes.amplitude import tip_at_rest
+from .lobes.chattering_tool import tip_at_rest
 from .loop.records import LevelFRF, read_frfs
 from .machine import Machine
 from .measured_peaks import Resonance, at_the_peaks, resonances

@@ -50,6 +50,9 @@ class FirstOrder:
     D: Array
 
 
+_ROUNDING = 1e-15
+
+
 class Component(ABC):
     """A linear part of a machine, known at its degrees of freedom; nothing holds it but its own stiffness."""
 
@@ -150,3 +153,9 @@ def checked_square(where: str, key: str, value: ArrayLike, size: int) -> Array:
     if np.linalg.eigvalsh(matrix)[0] < -1e-9 * largest:
         raise InputError(f"{where}: {key} has a negative eigenvalue, expected one that yields no energy")
     return np.asarray(matrix, dtype=float)
+
+
+def is_positive(mass: Array) -> bool:
+    """Whether a mass matrix can be divided by: positive definite beyond rounding, whatever the units of its rows."""
+    own = np.sqrt(np.maximum(np.diag(mass), 1e-300))
+    return bool(np.linalg.eigvalsh(mass / own / own[:, None])[0] > _ROUNDING * len(mass)) if len(mass) else True

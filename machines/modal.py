@@ -87,16 +87,7 @@ class Modal(Component):
                 )
 
     @classmethod
-    def from_section(cls, section: Section) -> Component:
-        if section.has("base"):
-            from .riding import Riding
-
-            return Riding.from_section(section)
-        return cls.held(section)
-
-    @classmethod
-    def held(cls, section: Section) -> Modal:
-        """Of a table without the keys of a base that moves."""
+    def from_section(cls, section: Section) -> Modal:
         if section.has("file"):
             return cls._from_file(section)
         mass = section.numbers("modal_mass", "kg", None)

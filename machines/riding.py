@@ -13,13 +13,12 @@ from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
 from jointlib.io.toml import Section
 
-from .component import Component, SecondOrder, checked_square
+from .component import Component, SecondOrder, checked_square, is_positive
 from .drawn import Drawn
 from .lumped import receptance_of
 from .modal import Modal
 from .nodes import DIRECTIONS, TOLERANCE, Nodes, checked_nodes
 from .rigid import inertia_of, read_points
-from .second_order import is_positive
 
 BASE = "base"
 
@@ -111,7 +110,7 @@ class Riding(Component):
         participation = section.matrix("participation", "1")
         points = read_points(section)
         tolerance = section.number("tolerance", "m", TOLERANCE)
-        modes = Modal.held(section)
+        modes = Modal.from_section(section)
         return cls(modes, np.array(base), mass, np.array(centre), inertia, np.array(participation), points, tolerance)
 
     @property
@@ -180,3 +179,13 @@ class Riding(Component):
     def rotation_at(self, point: Array, direction: Array) -> Array | None:
         """Rotation of the base or of the named point that lies there."""
         return self.nodes.rotation(f"component {self.name!r}", self.dofs, point, direction)
+
+
+class HeldOrRiding(Component):
+    """A ``[[component]]`` of kind modal: what holds it stands still (`Modal`), or its ``base`` moves (`Riding`)."""
+
+    kind: ClassVar[str] = "modal"
+
+    @classmethod
+    def from_section(cls, section: Section) -> Component:
+        return (Riding if section.has("base") else Modal).from_section(section)

@@ -10,10 +10,9 @@ from scipy.linalg import block_diag, eigh, null_space
 from jointlib.arrays import Array
 from jointlib.errors import InputError
 
+from .component import is_positive
 from .groups import groups
 from .machine import Machine
-
-_ROUNDING = 1e-15
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,12 +80,6 @@ def machine_equations(machine: Machine) -> MachineEquations:
         tuple(blocks),
         N,
     )
-
-
-def is_positive(mass: Array) -> bool:
-    """Whether a mass matrix can be divided by: positive definite beyond rounding, whatever the units of its rows."""
-    own = np.sqrt(np.maximum(np.diag(mass), 1e-300))
-    return bool(np.linalg.eigvalsh(mass / own / own[:, None])[0] > _ROUNDING * len(mass)) if len(mass) else True
 
 
 def motions(held: Array) -> Array:

@@ -17,8 +17,9 @@ from jointlib.joint import Joint
 
 from .comparison import paired, share
 from .files import read_machine
-from .lobes.amplitude import lobes_at_amplitude, tip_at_rest
+from .lobes.amplitude import lobes_at_amplitude
 from .lobes.chatter_band import frequency_range
+from .lobes.chattering_tool import tip_at_rest
 from .loop.records import open_frfs
 from .machine import Machine
 from .measured_peaks import at_the_peaks, resonances

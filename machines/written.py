@@ -26,9 +26,9 @@ from .axes import move, read_axes
 from .bundles import expand
 from .connection import Connection
 from .files import documents, read_machine
+from .joint_places import changed_joints, joint_units
 from .machine import Machine
 from .named_files import documents_and_data, named_files, read, renamed
-from .study.variants import changed_joints, joint_units
 
 _JOINTS, _JOINT = "joints", ".joint.toml"
 

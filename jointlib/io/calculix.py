@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from scipy.sparse import coo_matrix, csc_matrix
 
-from .dmig import Label
+from jointlib.io.dmig import Label
 
 _NUMBERS = {"1": 1, "2": 2, "3": 3}
 _LINE = [("row", np.int64), ("column", np.int64), ("value", float)]

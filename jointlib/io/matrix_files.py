@@ -14,11 +14,10 @@ import numpy as np
 from scipy.sparse import csc_matrix, issparse
 
 from jointlib.errors import InputError, nearest
-
-from .calculix import read_calculix
-from .dmig import Label, read_dmig
-from .harwell_boeing import read_harwell_boeing
-from .op4 import read_op4
+from jointlib.io.calculix import read_calculix
+from jointlib.io.dmig import Label, read_dmig
+from jointlib.io.harwell_boeing import read_harwell_boeing
+from jointlib.io.op4 import read_op4
 
 MATRIX_MARKET = (".mtx", ".mm")
 HARWELL_BOEING = (".hb", ".rsa", ".rua", ".rb", ".matrix")

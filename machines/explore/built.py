@@ -14,9 +14,9 @@ from jointlib.errors import CheckFailed, InputError, Outcome
 from jointlib.frf import FRF, ReceptanceKind
 
 from ..assembly import Assembly
-from ..lobes.amplitude import chattering, chattering_point
 from ..lobes.chart import StabilityLobes
 from ..lobes.chatter_band import chatter_band, modes_at_rest
+from ..lobes.chattering_tool import chattering, chattering_point
 from ..lobes.cutting import Cutting
 from ..lobes.solve import stability_lobes
 from ..lobes.together import preview

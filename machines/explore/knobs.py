@@ -20,11 +20,11 @@ from jointlib.units import scale as size_of
 from ..assembly import Assembly
 from ..bundles import expand
 from ..files import documents
+from ..joint_places import rows_of
 from ..lobes.chatter_band import frequency_range
 from ..lobes.cutting import Cutting
 from ..machine import Machine
 from ..operating import operating_point
-from ..study.variants import rows_of
 from .controls import AMPLITUDE, Control, bounds, in_si
 
 _FACTOR, _GEOMETRY = 4.0, 2.0

@@ -16,6 +16,7 @@ from jointlib.errors import InputError
 from jointlib.joint import Joint
 
 from ..comparison import Comparison
+from ..joint_places import changed_joints, rows_of
 from ..lobes.amplitude import lobes_at_amplitude
 from ..lobes.chatter_band import modes_at_rest
 from ..lobes.pocket import Pocket, best_pocket
@@ -23,7 +24,7 @@ from ..machine import Machine
 from ..named_tools import USE
 from ..report.comparison_section import comparison_section
 from ..study.study import Study
-from ..study.variants import Machines, changed_joints, rows_of, with_joints
+from ..study.variants import Machines, with_joints
 from .built import Built, Moment
 from .controls import AMPLITUDE, Control, chosen
 from .curves import Curves, drawn

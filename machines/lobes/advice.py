@@ -10,8 +10,8 @@ from jointlib.errors import CheckFailed, InputError
 
 from ..machine import Machine
 from ..working_point import tangents
-from .amplitude import chattering_point
 from .chart import StabilityLobes
+from .chattering_tool import chattering_point
 from .cutting import Cutting
 from .machine_model import machine_model
 from .multipliers import largest_multipliers

@@ -10,8 +10,8 @@ from jointlib.arrays import Array
 
 from ..assembly import is_linear
 from ..machine import Machine
-from .amplitude import chattering_point, operating_receptance, tip_at_rest
 from .chart import StabilityLobes
+from .chattering_tool import chattering_point, operating_receptance, tip_at_rest
 from .cutting import Cutting
 from .lost_contact import milling_contact, persistence
 from .power_law import depth_ratio

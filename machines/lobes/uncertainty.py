@@ -24,8 +24,9 @@ from ..machine import Machine
 from ..measured import Measured
 from ..operating import operating_point
 from . import turning, zero_order
-from .amplitude import chattering_receptance, frozen_lobes
+from .amplitude import frozen_lobes
 from .chatter_band import chatter_band
+from .chattering_tool import chattering_receptance
 from .cutting import Cutting
 from .regeneration import limiting_depth, loop_eigenvalues, wave_fraction
 from .solve import stability_lobes

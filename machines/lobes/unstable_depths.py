@@ -17,10 +17,11 @@ from jointlib.errors import CheckFailed, InputError
 
 from ..machine import Machine
 from . import turning, zero_order
-from .amplitude import lobes_at_amplitude, tip_at_rest
+from .amplitude import lobes_at_amplitude
 from .band import shape, spectrum
 from .chart import StabilityLobes
 from .chatter_band import chatter_band
+from .chattering_tool import tip_at_rest
 from .collocation import FINER, MORE, ArcMap, arc_map
 from .critical_depth import near
 from .cutting import Cutting

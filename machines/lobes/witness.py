@@ -11,7 +11,8 @@ from jointlib.errors import InputError
 
 from ..indices import Mask
 from ..machine import Machine
-from .amplitude import chattering_point, frozen_lobes
+from .amplitude import frozen_lobes
+from .chattering_tool import chattering_point
 from .cutting import Cutting
 from .delay_simulation import Chip, Cut, Run, Surface, simulate
 from .envelope import envelope, strongest_line

@@ -11,6 +11,7 @@ import numpy as np
 from jointlib.errors import CheckFailed, InputError
 from jointlib.joint import Joint
 
+from ..joint_places import changed_joints
 from ..lobes.amplitude import lobes_at_amplitude
 from ..lobes.together import preview
 from ..machine import Machine
@@ -20,7 +21,7 @@ from .best import worst_setting
 from .evaluation import Evaluation
 from .run import begin, planned
 from .study import QUANTITIES, Study
-from .variants import Machines, changed_joints, with_joints
+from .variants import Machines, with_joints
 from .verdict import Ranking, design_of, judge, over_samples
 
 

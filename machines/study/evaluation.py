@@ -15,7 +15,8 @@ from jointlib.errors import CheckFailed, InputError
 from jointlib.frf import FRF
 from jointlib.joint import Joint
 
-from ..lobes.amplitude import operating_receptance
+from ..joint_places import joint_units
+from ..lobes.chattering_tool import operating_receptance
 from ..lobes.cutting import Cutting
 from ..lobes.pocket import common_pockets
 from ..lobes.solve import stability_lobes
@@ -28,7 +29,7 @@ from .inputs import inputs_hash
 from .settings import Setting, setting
 from .study import Study
 from .study_file import read_study
-from .variants import Machines, Variant, joint_units
+from .variants import Machines, Variant
 
 _STATIC_LINE = 0.1
 """Hz; low enough for the receptance to be the static one, high enough for free parts."""

@@ -10,11 +10,12 @@ import numpy as np
 from jointlib.errors import InputError
 from jointlib.joint import Joint
 
+from ..joint_places import changed_joints, joint_units
 from .factors import IDENTIFICATION
 from .sampling import plan
 from .settings import setting
 from .study import Study
-from .variants import Machines, changed_joints, joint_units, with_joints
+from .variants import Machines, with_joints
 
 _MOST = 300
 """Configurations that are looked at."""

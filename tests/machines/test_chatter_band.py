@@ -13,8 +13,8 @@ from jointlib.joint import Joint
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from machines import Connection, Lumped, Machine, Modal, lobes_at_amplitude, read_machine
-from machines.lobes.amplitude import operating_receptance
 from machines.lobes.chatter_band import chatter_band, frequency_range
+from machines.lobes.chattering_tool import operating_receptance
 from machines.measured import Measured
 
 LIBRARY = Path(__file__).parents[2] / "machines" / "library"

@@ -10,7 +10,7 @@ import pytest
 
 from machines import read_machine
 from machines.comparison import compared, depths, frac, paired
-from machines.lobes.amplitude import tip_at_rest
+from machines.lobes.chattering_tool import tip_at_rest
 from machines.loop.deviation import from_neighbours
 from machines.loop.records import LevelFRF
 from machines.measured_peaks import Resonance, at_the_peaks, resonances

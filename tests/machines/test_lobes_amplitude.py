@@ -19,7 +19,7 @@ from jointlib.laws.viscous import Viscous
 from machines import Connection, Lumped, Machine, lobes_at_amplitude, operating_point, read_machine, stability_lobes
 from machines.lobes import Cutting
 from machines.lobes.advice import advice
-from machines.lobes.amplitude import operating_receptance
+from machines.lobes.chattering_tool import operating_receptance
 from machines.lobes.frozen_modes import multipliers
 
 LIBRARY = Path(__file__).parents[2] / "machines" / "library"

@@ -18,7 +18,7 @@ from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from machines import Connection, Lumped, Machine, lobes_at_amplitude, read_machine
 from machines.lobes import Cutting, witness
-from machines.lobes.amplitude import wide_receptance
+from machines.lobes.chattering_tool import wide_receptance
 from machines.lobes.critical_depth import first_crossings
 from machines.lobes.developed_lobes import developed_chatter
 from machines.lobes.held_joints import constant

@@ -15,15 +15,7 @@ from jointlib.joint import Joint
 from jointlib.laws.cubic import Cubic
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
-from machines import (
-    Connection,
-    Machine,
-    frozen_receptance,
-    linear_check,
-    operating_point,
-    read_machine,
-    response,
-)
+from machines import Connection, Machine, frozen_receptance, linear_check, operating_point, read_machine, response
 from machines.operating import OpenTool
 
 LIBRARY = Path(machines.__file__).parent / "library"

@@ -12,14 +12,7 @@ from scipy.optimize import brentq, minimize_scalar
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError, Outcome
-from machines.lobes import (
-    Cutting,
-    Receptance,
-    StabilityLobes,
-    minimum_depth_of_mode,
-    notch_delays,
-    stability_lobes,
-)
+from machines.lobes import Cutting, Receptance, StabilityLobes, minimum_depth_of_mode, notch_delays, stability_lobes
 
 CASES = ((1e7, 0.02, 1e9, 0.408e-3), (2.26e8, 0.012, 1.1e9, 4.99008e-3), (5.59e6, 0.039, 6e8, 0.7550413e-3))
 
