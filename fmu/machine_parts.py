@@ -11,11 +11,11 @@ import numpy as np
 from jointlib.arrays import Array
 from jointlib.errors import InputError
 from jointlib.joint import Joint
-from machines.component import Component
-from machines.lumped import Lumped
-from machines.machine import AXES
-from machines.machine import Machine as Machine
-from machines.second_order import MachineEquations, machine_equations
+from machines.components.component import Component
+from machines.components.lumped import Lumped
+from machines.coupling.second_order import MachineEquations, machine_equations
+from machines.model.machine import AXES
+from machines.model.machine import Machine as Machine
 
 _NOTHING = 1e-12
 

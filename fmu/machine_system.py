@@ -12,10 +12,10 @@ from jointlib.errors import InputError
 from jointlib.joint import Joint
 from jointlib.law import Motion
 from jointlib.parameter import Role, parameters_of
-from machines.component import Component
-from machines.machine import Machine
-from machines.second_order import MachineEquations, machine_equations
-from machines.statics import StaticPoint, static_point
+from machines.components.component import Component
+from machines.coupling.second_order import MachineEquations, machine_equations
+from machines.model.machine import Machine
+from machines.statics.statics import StaticPoint, static_point
 
 from .native import only_in_steps
 from .step_limit import operating_range

@@ -1,33 +1,40 @@
 """Machines: components and joints assembled by nonlinear receptance coupling, their response and their lobes."""
 
-from .assembly import mean_displacement
-from .beam import Beam
-from .component import Component, FirstOrder, SecondOrder
-from .connection import Connection, Identify
-from .constant_amplitude import ConstantAmplitude, constant_amplitude
-from .coupling import couple
-from .files import read_machine
-from .linear import LinearCheck, linear_check
-from .lobes import Cutting, StabilityLobes, stability_lobes
-from .lobes.amplitude import lobes_at_amplitude
-from .lobes.lowest import lobes_over_range
+import sys
+
+from .components.beam import Beam
+from .components.component import Component, FirstOrder, SecondOrder
+from .components.connection import Connection, Identify
+from .components.lumped import Lumped
+from .components.matrices import Matrices
+from .components.measured import Measured
+from .components.modal import Modal
+from .components.rigid import Rigid
+from .components.state_space import StateSpace
+from .components.static_load import StaticLoad
+from .coupling.coupling import couple
+from .cutting.amplitude.frozen_lobes import lobes_at_amplitude
+from .cutting.amplitude.lobes_over_range import lobes_over_range
+from .cutting.process.chart import StabilityLobes
+from .cutting.process.cutting import Cutting
+from .cutting.rest.solve import stability_lobes
+from .files.machine_file import read_machine
+from .forced_response.response import AmplitudeMap, ArcLength, Newton, Response, response
+from .harmonic_balance.assembly import mean_displacement
+from .harmonic_balance.linear_check import LinearCheck, linear_check
 from .loop.report import MachineTrace
 from .loop.trace import trace_frfs, trace_machine
-from .lumped import Lumped
-from .machine import Machine
-from .matrices import Matrices
-from .measured import Measured
-from .modal import Modal
-from .natural_modes import NaturalModes, natural_modes
-from .operating import OperatingPoint, frozen_receptance, operating_point
-from .peaks import Peak
-from .profile import Material
-from .response import AmplitudeMap, ArcLength, Newton, Response, response
-from .rigid import Rigid
-from .segment import Segment
-from .state_space import StateSpace
-from .static_load import StaticLoad
-from .statics import StaticPoint, static_point
+from .model.machine import Machine
+from .modes.natural_modes import NaturalModes, natural_modes
+from .moved import Moved
+from .operating.constant_amplitude import ConstantAmplitude, constant_amplitude
+from .operating.operating_point import OperatingPoint, frozen_receptance, operating_point
+from .operating.peaks import Peak
+from .shapes.profile import Material
+from .shapes.segment import Segment
+from .statics.statics import StaticPoint, static_point
+
+sys.meta_path.append(Moved())
 
 __all__ = [
     "AmplitudeMap",

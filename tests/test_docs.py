@@ -280,23 +280,23 @@ _READERS = {
         *(
             f"machines/{name}.py"
             for name in (
-                "files",
-                "operation",
-                "axes",
-                "lumped",
-                "modal",
-                "rigid",
-                "riding",
-                "named_tools",
-                "static_load",
-                "beam",
-                "segment",
-                "matrices",
-                "matrix_rows",
-                "measured",
-                "measured_records",
-                "outline",
-                "state_space",
+                "files/machine_file",
+                "files/cutting_table",
+                "model/axes",
+                "components/lumped",
+                "components/modal",
+                "components/rigid",
+                "components/riding",
+                "files/named_tools",
+                "components/static_load",
+                "components/beam",
+                "shapes/segment",
+                "components/matrices",
+                "components/matrix_rows",
+                "components/measured",
+                "components/record_files",
+                "shapes/outline",
+                "components/state_space",
             )
         ),
     ],
@@ -332,7 +332,7 @@ def keys_of(path: Path) -> Iterator[str]:
 @pytest.mark.parametrize("kind", _READERS)
 def test_every_key_that_a_reader_knows_is_documented(kind: str) -> None:
     from jointlib.io import joint_file
-    from machines import operation
+    from machines.files import cutting_table as operation
 
     known = {key for name in _READERS[kind] for key in keys_of(ROOT / name)}
     known |= {
@@ -363,7 +363,7 @@ def test_the_tables_of_corrections_are_the_registry() -> None:
 def test_shipped_files_and_those_of_the_pages_are_read(desk: Path) -> None:
     from jointlib.io.joint_file import read_joint
     from jointlib.io.measurement_file import read_measurement
-    from machines.files import read_machine
+    from machines.files.machine_file import read_machine
 
     for page in PAGES:
         for block in blocks(page):

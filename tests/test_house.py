@@ -5,10 +5,46 @@ from __future__ import annotations
 import ast
 import subprocess
 import sys
+from collections.abc import Collection
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 ALLOWED = {"jointlib": {"jointlib"}, "machines": {"machines", "jointlib"}, "fmu": {"fmu", "jointlib", "machines"}}
+
+ROOMS = (
+    "shapes",
+    "components",
+    "bundles",
+    "model",
+    "coupling",
+    "statics",
+    "harmonic_balance",
+    "operating",
+    "stability",
+    "continuation",
+    "tool",
+    "forced_response",
+    "cutting/process",
+    "cutting/loops",
+    "cutting/rest",
+    "cutting/amplitude",
+    "cutting/in_time",
+    "cutting/forced",
+    "modes",
+    "uncertainty",
+    "files",
+    "loop",
+    "compare",
+    "view",
+    "study",
+    "mistakes",
+    "report",
+    "explore",
+)
+"""Rooms of ``machines``; each imports those before it alone."""
+CATALOGUES = {"jointlib/effects", "jointlib/laws", "fmu/kernels", "fmu/python_kernels"}
+MOST_FILES = 20
 
 
 def imports(path: Path) -> set[str]:
@@ -69,3 +105,76 @@ def test_modules_stay_small() -> None:
     for folder in ALLOWED:
         for path in (ROOT / folder).rglob("*.py"):
             assert len(path.read_text().splitlines()) <= 300, path
+
+
+def modules() -> dict[str, Path]:
+    """Every module of the house by its dotted name."""
+    found = {}
+    for folder in ALLOWED:
+        for path in (ROOT / folder).rglob("*.py"):
+            name = ".".join(path.relative_to(ROOT).with_suffix("").parts)
+            found[name.removesuffix(".__init__")] = path
+    return found
+
+
+def imported(name: str, path: Path, known: Collection[str]) -> set[str]:
+    """Modules of the house that one imports, inside functions too."""
+    package = name if path.name == "__init__.py" else name.rpartition(".")[0]
+    found = set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            parts = package.split(".")[: len(package.split(".")) - node.level + 1] if node.level else []
+            base = ".".join([*parts, *([node.module] if node.module else [])])
+            for alias in node.names:
+                inside = f"{base}.{alias.name}"
+                found.add(inside if inside in known else base)
+    return found & set(known)
+
+
+def room_of(name: str) -> str:
+    """The room of a module of ``machines``; empty for what stands before all rooms."""
+    parts = name.split(".")[1:]
+    return "/".join(parts[:2] if parts[0] == "cutting" else parts[:1]) if len(parts) > 1 else ""
+
+
+def test_rooms_of_machines_import_those_before_them() -> None:
+    known = modules()
+    order = ["", *ROOMS]
+    outside = {"machines", "machines.lobes"}
+    for name, path in known.items():
+        if not name.startswith("machines.") or name in outside or path.name == "__init__.py":
+            continue
+        for other in imported(name, path, known):
+            assert other not in outside, f"{name} imports {other}"
+            if other.startswith("machines."):
+                assert order.index(room_of(other)) <= order.index(room_of(name)), f"{name} imports {other}"
+
+
+def test_every_room_says_what_it_is() -> None:
+    for room in (*ROOMS, "cutting"):
+        path = ROOT / "machines" / room / "__init__.py"
+        assert ast.get_docstring(ast.parse(path.read_text())), path
+
+
+def test_no_files_import_each_other_in_a_circle() -> None:
+    known = modules()
+    graph = {name: imported(name, path, known) - {name} for name, path in known.items()}
+    waiting = TopologicalSorter(graph)
+    waiting.prepare()
+
+
+def test_no_folder_is_a_hall() -> None:
+    for folder in {path.parent for path in modules().values()}:
+        if str(folder.relative_to(ROOT)) not in CATALOGUES:
+            held = [p.name for p in folder.glob("*.py") if p.name != "__init__.py"]
+            assert len(held) <= MOST_FILES, f"{folder} holds {len(held)}"
+
+
+def test_no_two_names_in_a_folder_differ_by_an_ending() -> None:
+    endings = ("s", "es", "d", "ed", "er", "ing", "ion", "y")
+    for folder in {path.parent for path in modules().values()}:
+        names = {p.stem for p in folder.glob("*.py")}
+        stems = {name[: -len(end)] for name in names for end in endings if name.endswith(end)}
+        assert not names & stems, f"{folder}: {names & stems}"

@@ -17,10 +17,10 @@ from jointlib.laws.hertz_guide import HertzGuide
 from jointlib.laws.linear import Linear
 from jointlib.laws.polynomial import Polynomial
 from jointlib.laws.viscous import Viscous
-from machines.connection import Connection
-from machines.machine import Machine
-from machines.response import response
-from machines.rigid import Rigid
+from machines.components.connection import Connection
+from machines.components.rigid import Rigid
+from machines.forced_response.response import response
+from machines.model.machine import Machine
 
 PAGE = Path(__file__).parents[1] / "docs" / "paper.md"
 OMEGA = 2 * np.pi * 4800.0

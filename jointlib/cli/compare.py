@@ -12,7 +12,7 @@ from jointlib.cli.output import emit, table, working, wrote
 from jointlib.errors import InputError
 
 if TYPE_CHECKING:
-    from machines.side_by_side import Side
+    from machines.compare.side_by_side import Side
 
 
 @click.command("compare", cls=Verb)
@@ -43,7 +43,7 @@ def command(
     Example:
       jointlib compare machines/library/paper_sdof.toml machines/library/paper_sdof_hertz.toml
     """
-    from machines.side_by_side import differences, sentence, side
+    from machines.compare.side_by_side import differences, sentence, side
 
     if designs and results is None:
         raise InputError("--designs: expected --results as well, the folder of 'jointlib study run'")

@@ -84,7 +84,7 @@ def _read(path: Path, changes: dict[str, str]) -> Joint | Machine:
     if schema != "jointlib/machine/1":
         refuse_tool(path, changes)
         return read_joint(path)
-    from machines.files import read_machine
+    from machines.files.machine_file import read_machine
 
     return read_machine(path, changes)
 

@@ -64,7 +64,7 @@ def command(
     """
     from jointlib.cli.joints import with_joints
     from machines import read_machine
-    from machines.lobes.uncertainty import refuse_certain
+    from machines.uncertainty.lobe_bands import refuse_certain
 
     wanted = _harmonics(harmonics or "auto")
     if samples and output.suffix not in (".npz", ".csv"):
@@ -119,8 +119,8 @@ def band_of(
     """|G| (m/N) at 2.5, 50 and 97.5 % of the samples, ``size`` [force][share][line][output], on even lines (Hz)."""
     import numpy as np
 
-    from machines.lobes.uncertainty import SHARES
-    from machines.response_band import response_band
+    from machines.uncertainty.lobe_bands import SHARES
+    from machines.uncertainty.response_band import response_band
 
     known = result.frfs[0].frequency
     lines = np.linspace(known[0], known[-1], points)

@@ -11,8 +11,8 @@ import numpy as np
 from jointlib.errors import InputError
 
 if TYPE_CHECKING:
-    from machines.comparison import Comparison
-    from machines.response import Response
+    from machines.compare.comparison import Comparison
+    from machines.forced_response.response import Response
 
 
 def write_response(path: Path, results: Sequence[Response], band: dict[str, Any] | None = None) -> list[Path]:

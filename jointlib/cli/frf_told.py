@@ -11,14 +11,14 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from machines import Machine
-    from machines.comparison import Comparison
-    from machines.response import Response
+    from machines.compare.comparison import Comparison
+    from machines.forced_response.response import Response
 
 
 def tool_lines(results: Sequence[Response], axes: Mapping[str, str]) -> list[str]:
     """A table of the peaks of the tool, or why there is none."""
+    from machines.forced_response.tool_peaks import tool_peaks
     from machines.report.tool_peak_table import HEADER, tool_peak_rows
-    from machines.tool_peaks import tool_peaks
 
     rows, left = tool_peak_rows([peak for result in results for peak in tool_peaks(result)], axes)
     if not rows:
@@ -49,7 +49,7 @@ def contact_lines(results: Sequence[Response]) -> list[str]:
 
 def peak_rows(results: Sequence[Response]) -> dict[str, Any]:
     """``peaks`` of the first drive as the contract names them; ``tool_peaks`` of every drive."""
-    from machines.tool_peaks import tool_peaks
+    from machines.forced_response.tool_peaks import tool_peaks
 
     peaks = [
         {
@@ -72,7 +72,7 @@ def over_measured(machine: Machine, files: Sequence[Path]) -> tuple[list[Compari
         return [], {}
     import numpy as np
 
-    from machines.comparison import compared, depths
+    from machines.compare.comparison import compared, depths
 
     laid = [comparison for file in files for comparison in compared(machine, file)]
     data: dict[str, Any] = {

@@ -76,7 +76,7 @@ def _told(file: Path, contacts: bool, changes: dict[str, str]) -> tuple[list[str
         raise InputError(f"{file}: schema is {schema!r}, expected one of {', '.join((*readers, machine))}")
     if schema == machine:
         from jointlib.cli.machine_told import told
-        from machines.files import read_machine
+        from machines.files.machine_file import read_machine
 
         return told(read_machine(file, changes), contacts)
     refuse_tool(file, changes)

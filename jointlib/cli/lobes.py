@@ -80,10 +80,10 @@ def command(
     """
     from jointlib.cli.joints import with_joints
     from machines import Cutting, lobes_at_amplitude, lobes_over_range, read_machine
-    from machines.lobes.pocket import best_pocket
-    from machines.lobes.threshold import depends_on_amplitude
-    from machines.lobes.uncertainty import refuse_certain
-    from machines.lobes.zones import safe_limit
+    from machines.cutting.amplitude.amplitude_limits import depends_on_amplitude
+    from machines.cutting.amplitude.pocket import best_pocket
+    from machines.cutting.amplitude.zones import safe_limit
+    from machines.uncertainty.lobe_bands import refuse_certain
 
     if witness and not (speed and depth):
         raise InputError("--witness: simulates one point at a time, expected --speed and --depth with it")

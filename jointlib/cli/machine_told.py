@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 from jointlib.cli.output import table
 
 if TYPE_CHECKING:
-    from machines.machine import Machine
     from machines.mistakes.elements import Element
-    from machines.natural_modes import NaturalModes
+    from machines.model.machine import Machine
+    from machines.modes.natural_modes import NaturalModes
 
 _ROWS = 12
 """Connections up to which each has a line of its own."""
@@ -58,7 +58,7 @@ def _modes(machine: Machine) -> NaturalModes | None:
     import numpy as np
 
     from jointlib.errors import InputError
-    from machines.natural_modes import natural_modes
+    from machines.modes.natural_modes import natural_modes
 
     try:
         return natural_modes(machine)
@@ -67,7 +67,7 @@ def _modes(machine: Machine) -> NaturalModes | None:
 
 
 def _parts(machine: Machine) -> list[str]:
-    from machines.masses import part_masses, whole_mass
+    from machines.model.masses import part_masses, whole_mass
 
     lines = []
     parts = part_masses(machine)
@@ -115,8 +115,8 @@ def _summary(machine: Machine) -> list[str]:
 def _under_load(machine: Machine, each: bool) -> list[str]:
     from jointlib.errors import InputError
     from machines.bundles.bundle import said_by
-    from machines.mode_energy import bundles
-    from machines.statics import static_point
+    from machines.modes.mode_energy import bundles
+    from machines.statics.statics import static_point
 
     lines = list(said_by(machine.joints()))
     if machine.static is None:
@@ -176,8 +176,8 @@ def _six(values: Any) -> list[str]:
 
 
 def _first_modes(modes: NaturalModes) -> list[str]:
-    from machines.mode_energy import mode_energies
-    from machines.mode_words import holders, largest, movers
+    from machines.modes.mode_energy import mode_energies
+    from machines.modes.mode_words import holders, largest, movers
 
     energies = mode_energies(modes)
     rows = [

@@ -12,9 +12,9 @@ from jointlib.cli.output import emit, table, working
 from jointlib.errors import InputError
 
 if TYPE_CHECKING:
-    from machines.lobes.depth_sensitivity import DepthSensitivity
-    from machines.mode_energy import ModeEnergies
-    from machines.natural_modes import NaturalModes
+    from machines.modes.depth_sensitivity import DepthSensitivity
+    from machines.modes.mode_energy import ModeEnergies
+    from machines.modes.natural_modes import NaturalModes
 
 
 @click.command("modes", cls=Verb)
@@ -39,10 +39,10 @@ def command(file: Path, amplitude: float, every: bool, changes: dict[str, str], 
 
     from jointlib.cli.joints import with_joints
     from machines import natural_modes, read_machine
-    from machines.lobes.depth_sensitivity import depth_sensitivity
-    from machines.mode_energy import mode_energies
-    from machines.mode_words import leading, shown_modes, warnings
-    from machines.static_compliance import static_compliance
+    from machines.modes.depth_sensitivity import depth_sensitivity
+    from machines.modes.mode_energy import mode_energies
+    from machines.modes.mode_words import leading, shown_modes, warnings
+    from machines.modes.static_compliance import static_compliance
 
     _is_machine(file)
     with working("computing modes"):
@@ -94,7 +94,7 @@ def _is_machine(file: Path) -> None:
 
 
 def _mode(modes: NaturalModes, energies: ModeEnergies, i: int) -> dict[str, Any]:
-    from machines.mode_energy import bundles
+    from machines.modes.mode_energy import bundles
 
     machine = modes.machine
     names = [c.name for c in machine.flexible]
@@ -131,7 +131,7 @@ def _known(value: float) -> float | None:
 
 
 def _depth(modes: NaturalModes, depth: DepthSensitivity) -> dict[str, Any]:
-    from machines.mode_energy import bundles
+    from machines.modes.mode_energy import bundles
 
     connections = modes.machine.flexible
     return {
@@ -149,7 +149,7 @@ def _depth(modes: NaturalModes, depth: DepthSensitivity) -> dict[str, Any]:
 
 
 def _table(modes: NaturalModes, energies: ModeEnergies, chosen: list[int]) -> list[str]:
-    from machines.mode_words import dissipaters, holders, largest, movers
+    from machines.modes.mode_words import dissipaters, holders, largest, movers
 
     rows = [
         (

@@ -68,7 +68,7 @@ def _naming(template: str, placeholder: str, name: str) -> str:
 def _can_be_studied(machine: Path) -> None:
     """Refuse a machine file with a fault, or without what the study varies."""
     from machines import read_machine
-    from machines.files import cutting_table
+    from machines.files.machine_file import cutting_table
 
     read_machine(machine)
     missing = {"teeth", "immersion"} - cutting_table(machine).get("cutting", {}).keys()

@@ -21,7 +21,7 @@ def draw(file: Path, output: Path, mode: int | None, changes: dict[str, str] | N
     """
     from jointlib.cli.joints import with_joints
     from jointlib.io.atomic import write_text
-    from machines.files import read_machine
+    from machines.files.machine_file import read_machine
     from machines.view import scene
     from machines.view.modes import modes_of
     from machines.view.page import page

@@ -17,7 +17,7 @@ def traced(test: Measurement, machine: Path, output: Path, seed: int, command: s
     """Trace, write everything into a folder; the JSON and the lines to print."""
     from dataclasses import replace
 
-    from machines.files import read_machine
+    from machines.files.machine_file import read_machine
     from machines.loop.close import check_target, write_trace
     from machines.loop.records import said_of
     from machines.loop.trace import trace_machine

@@ -13,7 +13,7 @@ from jointlib.io.toml import Section
 from jointlib.joint import Joint
 from jointlib.laws.linear import Linear
 
-from ..solid import Solid, bar, ring
+from ..shapes.solid import Solid, bar, ring
 from .bundle import Bundle, Row, assumed_value, positive
 
 MOUNTINGS = ("fixed-free", "fixed-fixed")

@@ -13,7 +13,7 @@ from jointlib.io.toml import Section
 from jointlib.joint import Joint
 from jointlib.laws.hertz_contact import HertzContact
 
-from ..solid import Solid, ring
+from ..shapes.solid import Solid, ring
 from .bundle import Bundle, Row, assumed_value, positive
 from .hertz import groove_contact
 from .shared import guide_of, guide_row

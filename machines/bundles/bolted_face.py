@@ -12,7 +12,7 @@ from jointlib.io.joint_file import read_joint
 from jointlib.io.toml import Section
 from jointlib.joint import Joint
 
-from ..solid import Solid, block
+from ..shapes.solid import Solid, block
 from .bundle import Bundle, Row, gauss, positive
 from .contact_patch import Face
 from .shared import shared

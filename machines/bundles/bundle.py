@@ -19,8 +19,8 @@ from jointlib.laws.viscous import Viscous
 from jointlib.motion import Motion
 from jointlib.registry import installed, plugin
 
-from ..connection import GROUND, Connection
-from ..solid import Solid
+from ..components.connection import GROUND, Connection
+from ..shapes.solid import Solid
 
 _SQUARE = 1e-6
 ASSUMED = "assumed"

@@ -9,7 +9,7 @@ import numpy as np
 
 from jointlib.io.toml import Section
 
-from ..solid import Solid, bar
+from ..shapes.solid import Solid, bar
 from .bundle import Bundle, Row, assumed_value, gauss, positive
 from .contact_patch import Face
 

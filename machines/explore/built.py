@@ -13,16 +13,16 @@ from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import CheckFailed, InputError, Outcome
 from jointlib.frf import FRF, ReceptanceKind
 
-from ..assembly import Assembly
-from ..lobes.chart import StabilityLobes
-from ..lobes.chatter_band import chatter_band, modes_at_rest
-from ..lobes.chattering_tool import chattering, chattering_point
-from ..lobes.cutting import Cutting
-from ..lobes.solve import stability_lobes
-from ..lobes.together import preview
-from ..lobes.tool_model import ToolModel
-from ..machine import Machine
-from ..operating import OpenTool, frozen_receptance, operating_point
+from ..cutting.amplitude.chattering_tool import chattering, chattering_point
+from ..cutting.process.chart import StabilityLobes
+from ..cutting.process.cutting import Cutting
+from ..cutting.rest.solve import stability_lobes
+from ..cutting.rest.together import preview
+from ..harmonic_balance.assembly import Assembly
+from ..model.machine import Machine
+from ..operating.operating_point import OpenTool, frozen_receptance, operating_point
+from ..tool.chatter_band import chatter_band, modes_at_rest
+from ..tool.tool_model import ToolModel
 from ..view import scene
 from ..view.modes import modes_of
 from ..view.page import data

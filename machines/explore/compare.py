@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from dash import html
 
-from ..comparison import Comparison
+from ..compare.comparison import Comparison
 from ..report.comparison_section import HEADER, comparison_rows
 from ..study.words import alike
 from .controls import Control

@@ -23,7 +23,7 @@ _NARROW = 2.0
 class Control:
     """One number that may be changed, in the unit in which people read it.
 
-    ``key`` is its path in the machine file, see `machines.changes.change` and the factors of a study.
+    ``key`` is its path in the machine file, see `machines.files.changes.change`, and the factors of a study.
     """
 
     key: str

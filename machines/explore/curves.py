@@ -10,11 +10,11 @@ import numpy as np
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import CheckFailed
 
-from ..limits import beyond_frequency
-from ..lobes.amplitude import lobes_at_amplitude
-from ..lobes.chart import Integers, StabilityLobes, Words
-from ..lobes.pocket import best_pocket
-from ..lobes.solve import stability_lobes
+from ..cutting.amplitude.frozen_lobes import lobes_at_amplitude
+from ..cutting.amplitude.pocket import best_pocket
+from ..cutting.process.chart import Integers, StabilityLobes, Words
+from ..cutting.rest.solve import stability_lobes
+from ..model.limits import beyond_frequency
 from .built import Built, Moment
 
 SPEEDS = 200

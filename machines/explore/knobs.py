@@ -17,14 +17,14 @@ from jointlib.joint import Joint
 from jointlib.units import number_and_unit, quantity, shown
 from jointlib.units import scale as size_of
 
-from ..assembly import Assembly
 from ..bundles import expand
-from ..files import documents
-from ..joint_places import rows_of
-from ..lobes.chatter_band import frequency_range
-from ..lobes.cutting import Cutting
-from ..machine import Machine
-from ..operating import operating_point
+from ..cutting.process.cutting import Cutting
+from ..files.machine_file import documents
+from ..harmonic_balance.assembly import Assembly
+from ..model.joint_places import rows_of
+from ..model.machine import Machine
+from ..operating.operating_point import operating_point
+from ..tool.chatter_band import frequency_range
 from .controls import AMPLITUDE, Control, bounds, in_si
 
 _FACTOR, _GEOMETRY = 4.0, 2.0

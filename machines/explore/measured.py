@@ -12,10 +12,10 @@ import numpy as np
 from jointlib import read_measurement
 from jointlib.frf import FRF
 
-from ..comparison import Comparison, frac, paired
+from ..compare.comparison import Comparison, frac, paired
+from ..compare.measured_peaks import Resonance, at_the_peaks, resonances
 from ..loop.records import LevelFRF, read_frfs
-from ..machine import Machine
-from ..measured_peaks import Resonance, at_the_peaks, resonances
+from ..model.machine import Machine
 from .curves import Curves
 
 

@@ -12,10 +12,10 @@ from jointlib.arrays import Array
 from jointlib.errors import CheckFailed
 from jointlib.io.atomic import sha256
 
-from ..lobes.amplitude import lobes_at_amplitude
-from ..lobes.chart import StabilityLobes
-from ..lobes.pocket import pocket
-from ..named_files import documents_and_data
+from ..cutting.amplitude.frozen_lobes import lobes_at_amplitude
+from ..cutting.amplitude.pocket import pocket
+from ..cutting.process.chart import StabilityLobes
+from ..model.named_files import documents_and_data
 from ..report.drawing import AFTER, BEFORE, sheet
 from ..report.page import Figure, Page, Section, Table
 from ..report.sections import gain_section, lobes_section

@@ -13,7 +13,7 @@ from jointlib.errors import InputError
 from jointlib.io.atomic import write_text
 from jointlib.joint import Joint
 
-from ..written import write_machine
+from ..files.machine_writer import write_machine
 
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9 _.\-]{0,79}")
 _RESERVED = re.compile(r"(?:con|prn|aux|nul|com\d|lpt\d)(?:\..*)?", re.IGNORECASE)

@@ -14,9 +14,9 @@ from jointlib.arrays import Array
 from jointlib.errors import InputError
 from jointlib.units import number_and_unit
 
-from ..files import read_machine
+from ..files.machine_file import read_machine
+from ..files.named_tools import USE
 from ..indices import Mask
-from ..named_tools import USE
 from ..study.factors import Factor
 from ..study.run import begin, planned, tools_asked
 from ..study.study import QUANTITIES, Study

@@ -15,16 +15,16 @@ import numpy as np
 from jointlib.errors import InputError
 from jointlib.joint import Joint
 
-from ..comparison import Comparison
-from ..joint_places import changed_joints, rows_of
-from ..lobes.amplitude import lobes_at_amplitude
-from ..lobes.chatter_band import modes_at_rest
-from ..lobes.pocket import Pocket, best_pocket
-from ..machine import Machine
-from ..named_tools import USE
+from ..compare.comparison import Comparison
+from ..cutting.amplitude.frozen_lobes import lobes_at_amplitude
+from ..cutting.amplitude.pocket import Pocket, best_pocket
+from ..files.named_tools import USE
+from ..model.joint_places import changed_joints, rows_of
+from ..model.machine import Machine
 from ..report.comparison_section import comparison_section
 from ..study.study import Study
 from ..study.variants import Machines, with_joints
+from ..tool.chatter_band import modes_at_rest
 from .built import Built, Moment
 from .controls import AMPLITUDE, Control, chosen
 from .curves import Curves, drawn

@@ -14,9 +14,9 @@ from jointlib.io.measurement_write import from_folder
 from jointlib.io.toml_file import write_toml
 from jointlib.joint import Joint
 
-from ..machine import Machine
-from ..named_files import documents_and_data
-from ..written import machine_document
+from ..files.machine_writer import machine_document
+from ..model.machine import Machine
+from ..model.named_files import documents_and_data
 from .report import MachineTrace
 
 JOINT, MACHINE = "joint.toml", "machine.toml"

@@ -9,7 +9,7 @@ import numpy as np
 
 from jointlib.arrays import ComplexArray
 
-from ..machine import Machine
+from ..model.machine import Machine
 from .fit import Fitting
 from .judge import Judged
 from .records import LevelFRF

@@ -16,15 +16,15 @@ from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
 from jointlib.joint import Joint
 
-from ..assembly import Assembly, View
-from ..balance import solve_each
-from ..bias import Biased, Together, force_slopes
-from ..coordinates import Coordinates
-from ..coupling import couple
+from ..coupling.coordinates import Coordinates
+from ..coupling.coupling import couple
+from ..harmonic_balance.assembly import Assembly, View
+from ..harmonic_balance.balance import solve_each
+from ..harmonic_balance.newton import Effort, gains, own_slopes, real_form, solve
 from ..indices import Index, Mask
-from ..machine import Machine
-from ..nonlinear import Effort, gains, own_slopes, real_form, solve
-from ..working_point import at_working_point
+from ..model.machine import Machine
+from ..statics.bias import Biased, Together, force_slopes
+from ..statics.working_point import at_working_point
 from .records import LevelFRF
 
 _PATIENCE = Effort(15, 1e-8)

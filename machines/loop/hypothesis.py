@@ -14,7 +14,7 @@ from jointlib.joint import Joint
 from jointlib.law import JointLaw
 from jointlib.parameter import Role, parameters_of
 
-from ..machine import Machine
+from ..model.machine import Machine
 from .places import Place, shared
 from .quick import quick
 

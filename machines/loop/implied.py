@@ -15,8 +15,8 @@ import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
 
-from ..coupling import couple
-from ..nonlinear import gains
+from ..coupling.coupling import couple
+from ..harmonic_balance.newton import gains
 from .families import Family, Motion
 from .fit import Fitting
 from .hypothesis import Hypothesis

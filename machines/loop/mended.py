@@ -13,7 +13,7 @@ from jointlib.arrays import Array
 from jointlib.joint import Covariance, Joint
 from jointlib.loop.report import Estimate
 
-from ..machine import Machine
+from ..model.machine import Machine
 from .fit import Fitted
 from .forward import with_joints
 from .records import LevelFRF

@@ -14,8 +14,8 @@ from jointlib.io.atomic import sha256
 from jointlib.io.frf_files import read_frf
 from jointlib.measurement import Measurement, RecordSource
 
-from ..machine import Machine
-from ..plausibility import spans
+from ..components.plausibility import spans
+from ..model.machine import Machine
 from .deviation import FEWEST, from_neighbours, from_repeats
 
 _CLEAR = 4.0

@@ -10,7 +10,7 @@ from typing import Any
 from jointlib.arrays import Array, ComplexArray
 from jointlib.loop.report import Estimate, Status, Verdict, plain
 
-from ..machine import Machine
+from ..model.machine import Machine
 from .records import LevelFRF
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
 
-from ..machine import Machine
+from ..model.machine import Machine
 from .families import COULOMB, CUBIC, DAMPING, EFFECTS, STIFFNESS, Family, Motion
 from .fit import Fitted, Fitting
 from .forward import Answer

@@ -10,9 +10,9 @@ import numpy as np
 from jointlib.arrays import Array, ComplexArray
 from jointlib.joint import Joint
 
+from ..harmonic_balance.newton import solve
 from ..indices import Mask
-from ..machine import Machine
-from ..nonlinear import solve
+from ..model.machine import Machine
 from .forward import Forward, Points
 
 _DOFS = 16

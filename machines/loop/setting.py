@@ -12,7 +12,7 @@ from jointlib.errors import InputError
 from jointlib.joint import Joint
 
 from ..indices import Index
-from ..machine import Machine
+from ..model.machine import Machine
 from .fit import Fitting
 from .forward import Answer, Forward
 from .quick import quick

@@ -14,7 +14,7 @@ from jointlib.errors import InputError
 from jointlib.loop.report import Verdict
 from jointlib.measurement import Measurement
 
-from ..machine import Machine
+from ..model.machine import Machine
 from .errors import before_and_after
 from .families import EFFECTS
 from .fit import Fold

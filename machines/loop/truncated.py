@@ -6,12 +6,12 @@ import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
 
-from ..assembly import Assembly
-from ..balance import Balance, solve_complex
-from ..harmonics import Harmonics
-from ..machine import Machine
-from ..reach import reached
-from ..truncation import more_harmonics, unsuited
+from ..harmonic_balance.assembly import Assembly
+from ..harmonic_balance.balance import Balance, solve_complex
+from ..harmonic_balance.frequency_reach import reached
+from ..harmonic_balance.harmonics import Harmonics
+from ..harmonic_balance.truncation import more_harmonics, unsuited
+from ..model.machine import Machine
 from .forward import Answer, Forward
 
 _SAMPLES = 256

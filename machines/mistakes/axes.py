@@ -8,7 +8,7 @@ import numpy as np
 
 from jointlib.arrays import Array
 
-from ..machine import Machine
+from ..model.machine import Machine
 from .contacts import words
 from .elements import Element
 

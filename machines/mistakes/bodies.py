@@ -8,9 +8,9 @@ import numpy as np
 
 from jointlib.arrays import Array
 
-from ..lumped import Lumped
-from ..machine import Machine
-from ..rigid import Rigid
+from ..components.lumped import Lumped
+from ..components.rigid import Rigid
+from ..model.machine import Machine
 from .elements import Element
 from .scale import outside
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from jointlib.arrays import Array
 
-from ..connection import GROUND
+from ..components.connection import GROUND
 from .elements import Element
 from .scale import outside
 

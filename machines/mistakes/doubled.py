@@ -7,10 +7,10 @@ from itertools import combinations
 
 import numpy as np
 
-from ..beam import Beam
-from ..component import Component
-from ..machine import Machine
-from ..rigid import Rigid
+from ..components.beam import Beam
+from ..components.component import Component
+from ..components.rigid import Rigid
+from ..model.machine import Machine
 from .elements import Element
 
 _PLACE = 1e-4

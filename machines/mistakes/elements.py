@@ -9,8 +9,8 @@ import numpy as np
 from jointlib.arrays import Array
 
 from ..indices import Index
-from ..machine import Machine
-from ..working_point import tangents
+from ..model.machine import Machine
+from ..statics.working_point import tangents
 
 _ASKED = 100.0
 """Hz at which a joint is asked for its stiffness and damping."""

@@ -8,9 +8,9 @@ import numpy as np
 
 from jointlib.errors import InputError
 
-from ..machine import Machine
-from ..natural_modes import NaturalModes, natural_modes
-from ..working_point import tangents
+from ..model.machine import Machine
+from ..modes.natural_modes import NaturalModes, natural_modes
+from ..statics.working_point import tangents
 from .axes import wrong_directions
 from .bodies import wrong_bodies
 from .contacts import wrong_contacts

@@ -6,12 +6,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ..connection import GROUND
-from ..machine import Machine
-from ..mode_energy import mode_energies
-from ..mode_words import dissipaters, holders
-from ..natural_modes import NaturalModes
-from ..rigid import Rigid
+from ..components.connection import GROUND
+from ..components.rigid import Rigid
+from ..model.machine import Machine
+from ..modes.mode_energy import mode_energies
+from ..modes.mode_words import dissipaters, holders
+from ..modes.natural_modes import NaturalModes
 from .contacts import words
 
 _ROUNDING = 1e-6

@@ -6,10 +6,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ..beam import Beam
-from ..machine import Machine
-from ..modal import Modal
-from ..segment import Segment
+from ..components.beam import Beam
+from ..components.modal import Modal
+from ..model.machine import Machine
+from ..shapes.segment import Segment
 from .scale import outside
 
 _DENSITY = (400.0, 20e3)

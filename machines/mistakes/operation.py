@@ -8,9 +8,9 @@ import numpy as np
 
 from jointlib.arrays import Array
 
-from ..connection import GROUND
-from ..machine import Machine
-from ..masses import part_masses, whole_mass
+from ..components.connection import GROUND
+from ..model.machine import Machine
+from ..model.masses import part_masses, whole_mass
 from .scale import outside
 
 _PRESSURE = (2e7, 2e10)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..comparison import Comparison, Pair, share
+from ..compare.comparison import Comparison, Pair, share
 from .drawing import AFTER, MEASURED
 from .page import Figure, Section, Table
 from .receptance_figure import Curve, receptance_figure

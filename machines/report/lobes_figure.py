@@ -9,11 +9,12 @@ import numpy as np
 
 from jointlib.arrays import Array
 
-from ..lobes import Cutting, StabilityLobes
-from ..lobes.forced_field import ForcedField
-from ..lobes.pocket import WANDER, Pocket, best_pocket, removal_rate
-from ..lobes.unstable_depths import UnstableDepths
-from ..lobes.zones import Zones, safe_limit
+from ..cutting.amplitude.pocket import WANDER, Pocket, best_pocket, removal_rate
+from ..cutting.amplitude.unstable_depths import UnstableDepths
+from ..cutting.amplitude.zones import Zones, safe_limit
+from ..cutting.forced.forced_field import ForcedField
+from ..cutting.process.chart import StabilityLobes
+from ..cutting.process.cutting import Cutting
 from .drawing import AFTER, BEFORE, FLOOR, shades, sheet
 from .page import Figure
 

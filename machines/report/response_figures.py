@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..branches import Branch, Stability
-from ..peaks import Peak
-from ..response import Response
+from ..forced_response.response import Response
+from ..operating.branches import Branch, Stability
+from ..operating.peaks import Peak
 from .drawing import literal, shades, sheet
 from .page import Figure
 from .receptance_figure import Curve, receptance_figure

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from ..response import Response
-from ..tool_peaks import tool_peaks
+from ..forced_response.response import Response
+from ..forced_response.tool_peaks import tool_peaks
 from .page import Section, Table
 from .response_figures import joints_figure, tool_figure
 from .tool_peak_table import HEADER, tool_peak_rows

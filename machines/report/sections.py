@@ -10,10 +10,11 @@ from jointlib.identification import Identification
 from jointlib.identification.force_samples import RestoringForce
 from jointlib.joint import Joint
 
-from ..linear import LinearCheck
-from ..lobes import Cutting, StabilityLobes
-from ..lobes.forced_field import ForcedField
-from ..lobes.zones import Zones
+from ..cutting.amplitude.zones import Zones
+from ..cutting.forced.forced_field import ForcedField
+from ..cutting.process.chart import StabilityLobes
+from ..cutting.process.cutting import Cutting
+from ..harmonic_balance.linear_check import LinearCheck
 from .check_figure import check_figure
 from .joint_figures import gain, gain_over_frequency, static_fit, surface
 from .lobes_figure import lobes_figure

@@ -11,7 +11,7 @@ import numpy as np
 from jointlib.arrays import Array
 from jointlib.io.atomic import sha256
 
-from ..lobes.pocket import WANDER
+from ..cutting.amplitude.pocket import WANDER
 from ..study import words
 from ..study.best import BestMachine
 from ..study.contrast import Contrast

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ..tool_peaks import ToolPeak
+from ..forced_response.tool_peaks import ToolPeak
 
 HEADER = ("direction", "force [N]", "frequency [Hz]", "compliance [µm/N]", "damping [%]", "moves most", "note")
 _SMALL = 0.01

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..machine import Machine
-from ..statics import static_point
+from ..model.machine import Machine
+from ..statics.statics import static_point
 from .page import Section, Table
 
 _NOTHING = 1e-12

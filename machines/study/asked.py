@@ -10,11 +10,11 @@ import numpy as np
 
 from jointlib.errors import InputError, nearest
 
-from ..files import cutting_table, read_cutting, read_machine
-from ..lobes.cutting import Cutting
-from ..lobes.pocket import best_pocket
-from ..machine import Machine
-from ..named_tools import USE
+from ..cutting.amplitude.pocket import best_pocket
+from ..cutting.process.cutting import Cutting
+from ..files.machine_file import cutting_table, read_cutting, read_machine
+from ..files.named_tools import USE
+from ..model.machine import Machine
 from .conditions import Case
 from .study import BASE, Study
 from .variants import Variant

@@ -10,9 +10,9 @@ import numpy as np
 
 from jointlib.joint import Joint
 
-from ..files import read_machine
-from ..lobes.together import preview
-from ..written import write_machine
+from ..cutting.rest.together import preview
+from ..files.machine_file import read_machine
+from ..files.machine_writer import write_machine
 from .conditions import Case
 from .evaluation import Evaluation
 from .factors import IDENTIFICATION

@@ -10,8 +10,8 @@ from typing import Any
 from jointlib.errors import nearest
 from jointlib.io.toml import Section
 
-from ..named_tools import USE
-from ..operation import CUTTING_UNITS
+from ..files.cutting_table import CUTTING_UNITS
+from ..files.named_tools import USE
 
 
 @dataclass(frozen=True, eq=False)

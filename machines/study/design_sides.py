@@ -11,11 +11,11 @@ import numpy as np
 from jointlib.errors import CheckFailed, InputError
 from jointlib.joint import Joint
 
-from ..joint_places import changed_joints
-from ..lobes.amplitude import lobes_at_amplitude
-from ..lobes.together import preview
-from ..machine import Machine
-from ..side_by_side import Fact, Limits, Side, receptances
+from ..compare.side_by_side import Fact, Limits, Side, receptances
+from ..cutting.amplitude.frozen_lobes import lobes_at_amplitude
+from ..cutting.rest.together import preview
+from ..model.joint_places import changed_joints
+from ..model.machine import Machine
 from . import words
 from .best import worst_setting
 from .evaluation import Evaluation

@@ -15,14 +15,14 @@ from jointlib.errors import CheckFailed, InputError
 from jointlib.frf import FRF
 from jointlib.joint import Joint
 
-from ..joint_places import joint_units
-from ..lobes.chattering_tool import operating_receptance
-from ..lobes.cutting import Cutting
-from ..lobes.pocket import common_pockets
-from ..lobes.solve import stability_lobes
-from ..lobes.together import METHODS, limits, peak_receptance, preview, static_compliance
-from ..lobes.tool_model import ToolModel
-from ..operating import frozen_receptance
+from ..cutting.amplitude.chattering_tool import operating_receptance
+from ..cutting.amplitude.pocket import common_pockets
+from ..cutting.process.cutting import Cutting
+from ..cutting.rest.solve import stability_lobes
+from ..cutting.rest.together import METHODS, limits, peak_receptance, preview, static_compliance
+from ..model.joint_places import joint_units
+from ..operating.operating_point import frozen_receptance
+from ..tool.tool_model import ToolModel
 from .asked import DEPTHS
 from .conditions import Case
 from .inputs import inputs_hash

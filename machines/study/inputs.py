@@ -8,7 +8,7 @@ from pathlib import Path
 from jointlib.errors import InputError
 from jointlib.io.atomic import sha256
 
-from ..named_files import documents_and_data, named_files
+from ..model.named_files import documents_and_data, named_files
 from .study import BASE, Study
 
 

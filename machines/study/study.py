@@ -10,7 +10,7 @@ import numpy as np
 
 from jointlib.arrays import Array
 
-from ..named_tools import USE
+from ..files.named_tools import USE
 from .conditions import Case
 from .factors import Factor
 from .sampling import SEARCH, plan, plan_size

@@ -16,8 +16,8 @@ from jointlib.io.mistakes import Lost, Mistakes, all_at_once
 from jointlib.io.toml import Section
 from jointlib.io.toml_file import read_toml
 
-from ..lobes import METHODS as LOBES
-from ..named_tools import USE
+from ..cutting.rest.solve import METHODS as LOBES
+from ..files.named_tools import USE
 from .conditions import Case, read_cases
 from .factors import IDENTIFICATION, Factor
 from .sampling import METHODS, SEARCH, checked_search, refuse_many

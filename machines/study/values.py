@@ -10,7 +10,7 @@ import numpy as np
 from jointlib.errors import InputError
 from jointlib.joint import Joint
 
-from ..joint_places import changed_joints, joint_units
+from ..model.joint_places import changed_joints, joint_units
 from .factors import IDENTIFICATION
 from .sampling import plan
 from .settings import setting

@@ -15,18 +15,18 @@ from jointlib.arrays import ComplexArray
 from jointlib.errors import InputError
 from jointlib.joint import Joint
 
-from ..component import Component
-from ..files import cutting_table, read_cutting, read_machine
-from ..joint_places import changed_joints
-from ..lobes.chatter_band import chatter_band, modes_at_rest
-from ..lobes.cutting import Cutting
-from ..lobes.machine_model import OpenJoints
-from ..lobes.tool_model import ToolModel
-from ..lobes.uncertainty import sampled_machines
-from ..machine import Machine
-from ..named_tools import USE
-from ..static_load import axis_of
-from ..working_point import tangents
+from ..components.component import Component
+from ..components.static_load import axis_of
+from ..cutting.process.cutting import Cutting
+from ..files.machine_file import cutting_table, read_cutting, read_machine
+from ..files.named_tools import USE
+from ..model.joint_places import changed_joints
+from ..model.machine import Machine
+from ..statics.working_point import tangents
+from ..tool.chatter_band import chatter_band, modes_at_rest
+from ..tool.machine_model import OpenJoints
+from ..tool.tool_model import ToolModel
+from ..uncertainty.lobe_bands import sampled_machines
 from .settings import Setting, plain
 
 _KEPT = 24

@@ -9,8 +9,8 @@ from scipy.sparse.csgraph import minimum_spanning_tree
 from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 
-from ..component import Component
-from ..drawn import Drawn
+from ..components.component import Component
+from ..shapes.drawn import Drawn
 from .marks import Mark, length_words
 from .piece import COLOURS, Label, Piece
 from .places import Places

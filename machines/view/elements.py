@@ -10,10 +10,10 @@ import numpy as np
 from jointlib.arrays import Array
 
 from ..bundles.bundle import Placed
-from ..connection import GROUND as GROUND_SIDE
-from ..connection import Connection
-from ..machine import Machine
-from ..solid import Solid, rail
+from ..components.connection import GROUND as GROUND_SIDE
+from ..components.connection import Connection
+from ..model.machine import Machine
+from ..shapes.solid import Solid, rail
 from .marks import Mark
 from .piece import DARK, GROUND, JOINT, RIGID, STEEL, Piece, across, line
 from .places import Places
@@ -88,7 +88,7 @@ def _bundle(places: Places, bundle: Placed) -> Iterator[Mark]:
     along = bundle.axes[0]
     low, high = _travel(places.machine, bundle)
     for label, drawn_at in bundle.places.items():
-        # A nut has travelled from where its screw is held, see `machines.axes`.
+        # A nut has travelled from where its screw is held, see `machines.model.axes`.
         apart = _apart(places.machine, bundle) if type(bundle.bundle).slides_with == 1 else 0.0
         at = drawn_at + apart * along
         for solid in bundle.bundle.solids():

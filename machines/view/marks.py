@@ -9,9 +9,9 @@ import numpy as np
 
 from jointlib.arrays import Array
 
-from ..axes import Axis
-from ..connection import motion_row
-from ..static_load import axis_of
+from ..components.connection import motion_row
+from ..components.static_load import axis_of
+from ..model.axes import Axis
 from .piece import DRIVE, TOOL, TRAVEL, Label, Piece, across
 from .places import Places
 

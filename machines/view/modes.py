@@ -9,8 +9,8 @@ import numpy as np
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
 
-from ..machine import Machine
-from ..natural_modes import NaturalModes, natural_modes
+from ..model.machine import Machine
+from ..modes.natural_modes import NaturalModes, natural_modes
 from .mode import Mode
 from .scene import Scene
 

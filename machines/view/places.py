@@ -9,10 +9,10 @@ import numpy as np
 
 from jointlib.arrays import Array
 
-from ..connection import GROUND, Connection, unit_row
-from ..drawn import Drawn, Frame
-from ..machine import Machine
-from ..static_load import axis_of
+from ..components.connection import GROUND, Connection, unit_row
+from ..components.static_load import axis_of
+from ..model.machine import Machine
+from ..shapes.drawn import Drawn, Frame
 
 
 class Places:

@@ -11,9 +11,9 @@ import numpy as np
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
 
-from ..drawn import Frame
 from ..indices import Index
-from ..machine import Machine
+from ..model.machine import Machine
+from ..shapes.drawn import Frame
 from .bodies import bodies
 from .elements import elements
 from .marks import Mark, marks

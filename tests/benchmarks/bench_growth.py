@@ -16,9 +16,9 @@ import matplotlib
 import numpy as np
 
 from machines import Machine
-from machines.assembly import Assembly
-from machines.nonlinear import solve
-from machines.solutions import caps_of
+from machines.harmonic_balance.assembly import Assembly
+from machines.harmonic_balance.newton import solve
+from machines.operating.solutions import caps_of
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "machines"))
 from test_large_machines import carriages

@@ -16,10 +16,10 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 from jointlib.arrays import Array, ComplexArray
+from machines.cutting.loops.collocation import arc_map
+from machines.cutting.loops.multipliers import largest_multipliers
 from machines.lobes import Cutting, stability_lobes
-from machines.lobes.collocation import arc_map
-from machines.lobes.multipliers import largest_multipliers
-from machines.lobes.tool_model import ToolModel
+from machines.tool.tool_model import ToolModel
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "machines"))
 from semi_discretization import largest_multiplier, mean_stiffness

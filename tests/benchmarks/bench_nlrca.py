@@ -24,14 +24,14 @@ from jointlib.laws.cubic import Cubic
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from machines import Machine, read_machine, response
-from machines.amplitude_map import roots
-from machines.arclength import Path
-from machines.assembly import Assembly
-from machines.following import Starts, follow, from_branches
-from machines.hill import growth
-from machines.second_order import machine_equations
-from machines.solutions import Solutions, by_amplitude_map, by_newton
-from machines.truncation import truncation_error
+from machines.continuation.all_curves import Starts, follow, from_branches
+from machines.continuation.arclength import Path
+from machines.coupling.second_order import machine_equations
+from machines.harmonic_balance.assembly import Assembly
+from machines.harmonic_balance.truncation import truncation_error
+from machines.operating.amplitude_map import roots
+from machines.operating.solutions import Solutions, by_amplitude_map, by_newton
+from machines.stability.hill import growth
 
 sys.path.insert(0, str(Here(__file__).parents[1] / "machines"))
 from test_several_joints import chain

@@ -20,7 +20,7 @@ def failed(done: Done) -> None:
 def test_machines_that_differ_fail_the_check_and_still_print_their_numbers(
     here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("machines.linear.TOLERANCE", 1e-300)
+    monkeypatch.setattr("machines.harmonic_balance.linear_check.TOLERANCE", 1e-300)
     done = jointlib("check machines/library/two_mass.toml --json")
     failed(done)
     assert done.json["passed"] is False
@@ -30,7 +30,7 @@ def test_machines_that_differ_fail_the_check_and_still_print_their_numbers(
 
 @pytest.mark.thorough
 def test_a_run_with_a_failed_check_finishes_its_report_and_fails(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("machines.linear.TOLERANCE", 1e-300)
+    monkeypatch.setattr("machines.harmonic_balance.linear_check.TOLERANCE", 1e-300)
     done = jointlib("run machines/library/paper_sdof.toml -o out")
     assert done.status == 1
     assert done.err.splitlines()[-1].startswith("jointlib: receptance coupling and python-control differ")

@@ -135,7 +135,7 @@ def test_what_nobody_expected_ends_no_run_and_says_where_it_arose(forced: str, m
     def broken(*_: Any, **__: Any) -> Any:
         raise ZeroDivisionError("division by zero")
 
-    monkeypatch.setattr("machines.response", broken)
+    monkeypatch.setattr("machines.forced_response.response", broken)
     done = jointlib("run lathe.toml -o out --amplitude 0 --json")
     assert done.status == 1
     assert "Traceback" not in done.err

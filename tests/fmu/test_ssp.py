@@ -41,10 +41,10 @@ from jointlib.laws.cubic import Cubic
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from machines import read_machine
-from machines.component import Component
-from machines.connection import Connection, Identify
-from machines.lumped import Lumped
-from machines.machine import Machine
+from machines.components.component import Component
+from machines.components.connection import Connection, Identify
+from machines.components.lumped import Lumped
+from machines.model.machine import Machine
 
 LIBRARY = Path(__file__).parents[2] / "machines" / "library"
 TWO_MASS = LIBRARY / "two_mass.toml"

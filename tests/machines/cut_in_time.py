@@ -3,7 +3,7 @@
     M q̈ + C q̇ + K q = −Σ rᵀ f(z, ż) + Tᵀ F(t),   z = r q,   F = −b Σ_teeth u(φ)·h,   h = s(φ)·feed + v(φ)ᵀT q − S(φ)
 
 S is the deepest surface that any earlier pass left at the same angle (multiple regeneration), h is cut off at 0.
-Written from these equations alone: nothing of ``machines.lobes`` is used but the numbers of a `Cutting`. Machines, cuts
+Written from these equations alone: of ``machines.cutting`` only the numbers of a `Cutting` are used. Machines, cuts
 and kicks are stepped side by side, (case, …, kick); a tooth period has the same number of steps in all, and teeth enter
 and leave the cut between two of them.
 """

@@ -21,9 +21,9 @@ from jointlib.laws.jenkins import Jenkins
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from machines import Connection, Lumped, Machine, lobes_at_amplitude
+from machines.cutting.amplitude.frozen_modes import multipliers
+from machines.cutting.forced.beside_cut import told_cuts
 from machines.lobes import AmplitudeLimits, Cutting, amplitude_limits, unstable_depths
-from machines.lobes.beside_cut import told_cuts
-from machines.lobes.frozen_modes import multipliers
 
 NEAR, ABOUT = 0.1, 0.25
 """Shares by which an amplitude, and one told as "about", may be missed; so near a threshold nothing is asked."""

@@ -29,11 +29,11 @@ from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from jointlib.parameter import Role, parameters_of
 from machines import Machine, read_machine
-from machines.connection import Connection
-from machines.lumped import Lumped
-from machines.modal import Modal
-from machines.rigid import Rigid
-from machines.second_order import machine_equations
+from machines.components.connection import Connection
+from machines.components.lumped import Lumped
+from machines.components.modal import Modal
+from machines.components.rigid import Rigid
+from machines.coupling.second_order import machine_equations
 
 Document = dict[str, Any]
 STEEL = {"name": "steel", "young": 210e9, "poisson": 0.3, "density": 7850.0, "loss_factor": 0.006}

@@ -19,7 +19,7 @@ from jointlib.laws.gap import Gap
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from machines import AmplitudeMap, Connection, Machine, Newton, read_machine, response
-from machines.branches import End, Stability
+from machines.operating.branches import End, Stability
 
 LIBRARY = Path(machines.__file__).parent / "library"
 

@@ -17,9 +17,9 @@ from jointlib.laws.cubic import Cubic
 from jointlib.laws.linear import Linear
 from jointlib.laws.polynomial import Polynomial
 from machines import AmplitudeMap, ArcLength, Connection, Machine, Newton, Response, read_machine, response
-from machines.assembly import Assembly
-from machines.branches import End, Stability
-from machines.solutions import by_amplitude_map
+from machines.harmonic_balance.assembly import Assembly
+from machines.operating.branches import End, Stability
+from machines.operating.solutions import by_amplitude_map
 
 LIBRARY = Path(machines.__file__).parent / "library"
 

@@ -14,10 +14,10 @@ from jointlib.errors import InputError
 from jointlib.joint import Joint
 from jointlib.laws.linear import Linear
 from machines import Connection, Machine, read_machine
-from machines.beam import Beam, Segment
-from machines.beam_mesh import FIELDS, beam_mesh, shortest_wave
-from machines.profile import Material, rectangle, tube
-from machines.second_order import machine_equations
+from machines.components.beam import Beam, Segment
+from machines.coupling.second_order import machine_equations
+from machines.shapes.beam_mesh import FIELDS, beam_mesh, shortest_wave
+from machines.shapes.profile import Material, rectangle, tube
 
 STEEL = Material("steel", 210e9, 0.3, 7800.0)
 D, L = 0.05, 0.5

@@ -15,13 +15,13 @@ from jointlib.laws.jenkins import Jenkins
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from machines import Machine, lobes_at_amplitude, read_machine
+from machines.cutting.amplitude.amplitude_limits import amplitude_limits
+from machines.cutting.forced.advice import advice
+from machines.cutting.forced.beside_forced import BesideForced, beside_forced
+from machines.cutting.forced.forced_field import forced_field
+from machines.cutting.forced.forced_vibration import forced_vibration
+from machines.cutting.forced.shaken_limits import agreeing_limit, limits_beside, shaken_limit, shakes
 from machines.lobes import Cutting
-from machines.lobes.advice import advice
-from machines.lobes.beside_forced import BesideForced, beside_forced
-from machines.lobes.forced_field import forced_field
-from machines.lobes.forced_vibration import forced_vibration
-from machines.lobes.shaken_limits import agreeing_limit, limits_beside, shaken_limit, shakes
-from machines.lobes.threshold import amplitude_limits
 
 LIBRARY = Path(__file__).parents[2] / "machines" / "library"
 TOOTH = 2 * np.pi * 300.0

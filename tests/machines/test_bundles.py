@@ -24,10 +24,10 @@ from jointlib.laws.hertz_guide import HertzGuide
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from machines import Machine, linear_check, read_machine, response, static_point
-from machines.assembly import Assembly
 from machines.bundles.ball_screw import screw_stiffness
 from machines.bundles.hertz import groove_contact, point_contact
-from machines.second_order import machine_equations
+from machines.coupling.second_order import machine_equations
+from machines.harmonic_balance.assembly import Assembly
 
 LIBRARY = Path(machines.__file__).parent / "library"
 

@@ -13,9 +13,9 @@ from jointlib.joint import Joint
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from machines import Connection, Lumped, Machine, Modal, lobes_at_amplitude, read_machine
-from machines.lobes.chatter_band import chatter_band, frequency_range
-from machines.lobes.chattering_tool import operating_receptance
-from machines.measured import Measured
+from machines.components.measured import Measured
+from machines.cutting.amplitude.chattering_tool import operating_receptance
+from machines.tool.chatter_band import chatter_band, frequency_range
 
 LIBRARY = Path(__file__).parents[2] / "machines" / "library"
 TURNING = {"process": "turning", "specific": 1e9}

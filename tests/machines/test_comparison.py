@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from machines import read_machine
-from machines.comparison import compared, depths, frac, paired
-from machines.lobes.chattering_tool import tip_at_rest
+from machines.compare.comparison import compared, depths, frac, paired
+from machines.compare.measured_peaks import Resonance, at_the_peaks, resonances
+from machines.cutting.amplitude.chattering_tool import tip_at_rest
 from machines.loop.deviation import from_neighbours
 from machines.loop.records import LevelFRF
-from machines.measured_peaks import Resonance, at_the_peaks, resonances
 from machines.report.comparison_section import comparison_rows, comparison_section
 
 LIBRARY = Path(__file__).parents[2] / "machines" / "library"

@@ -14,7 +14,7 @@ from jointlib.laws.jenkins import Jenkins
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from machines import read_machine
-from machines.assembly import Assembly
+from machines.harmonic_balance.assembly import Assembly
 from machines.lobes import Cutting
 
 LIBRARY = Path(__file__).parents[2] / "machines" / "library"

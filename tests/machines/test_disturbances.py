@@ -19,10 +19,10 @@ from jointlib.laws.quadratic import Quadratic
 from jointlib.laws.structural_damping import StructuralDamping
 from jointlib.laws.viscous import Viscous
 from machines import Connection, Lumped, Machine, response
-from machines.branches import Branch, End, Stability, without_repeats
-from machines.disturbances import Disturbances
-from machines.monodromy import Poised, largest_multiplier
-from machines.second_order import machine_equations
+from machines.coupling.second_order import machine_equations
+from machines.operating.branches import Branch, End, Stability, without_repeats
+from machines.stability.disturbances import Disturbances
+from machines.stability.monodromy import Poised, largest_multiplier
 
 MASS, STIFFNESS, DAMPING = 20.0, 3e7, 300.0
 

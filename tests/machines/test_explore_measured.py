@@ -12,7 +12,7 @@ from click.testing import CliRunner
 from jointlib.cli.main import cli
 from jointlib.errors import InputError
 from machines import read_machine
-from machines.comparison import Comparison, compared
+from machines.compare.comparison import Comparison, compared
 from machines.explore import Explorer
 
 LIBRARY = Path(__file__).parents[2] / "machines" / "library"

@@ -11,10 +11,10 @@ import pytest
 from jointlib.arrays import Array
 from jointlib.errors import InputError
 from machines import Connection, Machine, Rigid, read_machine
-from machines.beam import Beam, Segment
-from machines.flange import flange
-from machines.profile import Material
-from machines.second_order import machine_equations
+from machines.components.beam import Beam, Segment
+from machines.components.flange import flange
+from machines.coupling.second_order import machine_equations
+from machines.shapes.profile import Material
 
 STEEL = Material("steel", 210e9, 0.3, 7800.0)
 LENGTH = 0.6

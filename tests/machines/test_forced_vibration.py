@@ -19,9 +19,9 @@ from jointlib.laws.jenkins import Jenkins
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from machines import Connection, Lumped, Machine, read_machine
+from machines.cutting.forced.forced_vibration import forced_vibration
+from machines.cutting.forced.tooth_forces import tooth_forces
 from machines.lobes import Cutting
-from machines.lobes.forced_vibration import forced_vibration
-from machines.lobes.tooth_forces import tooth_forces
 
 LIBRARY = Path(__file__).parents[2] / "machines" / "library"
 MASS, STIFFNESS, DAMPING = 0.5, 1.2e7, 150.0

@@ -18,13 +18,13 @@ from jointlib.laws.jenkins import Jenkins
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from machines import Connection, Machine, constant_amplitude, operating_point, response
-from machines.assembly import Assembly
-from machines.balance import Balance
-from machines.branches import Branch, Stability
-from machines.component import Component
-from machines.harmonics import is_odd, joint_forces, jumps
-from machines.hill import floquet_exponents, growth
-from machines.second_order import machine_equations
+from machines.components.component import Component
+from machines.coupling.second_order import machine_equations
+from machines.harmonic_balance.assembly import Assembly
+from machines.harmonic_balance.balance import Balance
+from machines.harmonic_balance.harmonics import is_odd, joint_forces, jumps
+from machines.operating.branches import Branch, Stability
+from machines.stability.hill import floquet_exponents, growth
 
 # Largest first harmonic in µm, its frequency in Hz, modes 1 and 2, harmonics 1, 3, 5, from an independent solver.
 TABLE = [

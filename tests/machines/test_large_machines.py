@@ -14,12 +14,12 @@ from jointlib.laws.hertz_guide import HertzGuide
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from machines import ArcLength, Connection, Lumped, Machine, Measured, Newton, response
-from machines.assembly import Assembly
-from machines.component import SecondOrder
-from machines.coordinates import Coordinates
-from machines.nonlinear import solve
-from machines.rigid import Rigid
-from machines.solutions import by_newton, caps_of
+from machines.components.component import SecondOrder
+from machines.components.rigid import Rigid
+from machines.coupling.coordinates import Coordinates
+from machines.harmonic_balance.assembly import Assembly
+from machines.harmonic_balance.newton import solve
+from machines.operating.solutions import by_newton, caps_of
 
 KAPPA = 3.931408125e-8
 

@@ -15,8 +15,8 @@ from jointlib.arrays import Array
 from jointlib.errors import InputError
 from jointlib.motion import Motion
 from machines import Machine, StaticLoad, frozen_receptance, read_machine, static_point
-from machines.second_order import machine_equations
-from machines.statics import StaticPoint
+from machines.coupling.second_order import machine_equations
+from machines.statics.statics import StaticPoint
 
 LIBRARY = Path(machines.__file__).parent / "library"
 FILES = sorted(p for p in LIBRARY.glob("*.toml") if 'schema = "jointlib/machine/1"' in p.read_text(encoding="utf-8"))

@@ -19,7 +19,7 @@ from jointlib.laws.jenkins import Jenkins
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from machines import Connection, Machine, Rigid, linear_check, read_machine
-from machines.second_order import machine_equations
+from machines.coupling.second_order import machine_equations
 
 LIBRARY = Path(machines.__file__).parent / "library"
 FILES = sorted(p for p in LIBRARY.glob("*.toml") if 'schema = "jointlib/machine/1"' in p.read_text(encoding="utf-8"))

@@ -17,10 +17,10 @@ from jointlib.laws.jenkins import Jenkins
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from machines import Connection, Lumped, Machine, lobes_at_amplitude, operating_point, read_machine, stability_lobes
+from machines.cutting.amplitude.chattering_tool import operating_receptance
+from machines.cutting.amplitude.frozen_modes import multipliers
+from machines.cutting.forced.advice import advice
 from machines.lobes import Cutting
-from machines.lobes.advice import advice
-from machines.lobes.chattering_tool import operating_receptance
-from machines.lobes.frozen_modes import multipliers
 
 LIBRARY = Path(__file__).parents[2] / "machines" / "library"
 MASS, FREQUENCY, RATIO = 25.33, 100.0, 0.03

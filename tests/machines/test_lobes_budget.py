@@ -11,7 +11,7 @@ from click.testing import CliRunner
 
 from jointlib.cli.lobes import command
 from machines import lobes_at_amplitude, lobes_over_range, read_machine
-from machines.lobes import lowest
+from machines.cutting.amplitude import lobes_over_range as lowest
 
 LIBRARY = Path(__file__).parents[2] / "machines" / "library"
 SPEEDS = np.linspace(6000.0, 12000.0, 60)

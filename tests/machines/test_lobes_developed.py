@@ -17,12 +17,12 @@ from jointlib.laws.jenkins import Jenkins
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from machines import Connection, Lumped, Machine, lobes_at_amplitude, read_machine
+from machines.cutting.amplitude.chattering_tool import wide_receptance
+from machines.cutting.amplitude.held_joints import constant
+from machines.cutting.amplitude.milling_at_amplitude import developed_chatter
+from machines.cutting.loops.critical_depth import first_crossings
+from machines.cutting.loops.loop_branches import Crossing
 from machines.lobes import Cutting, witness
-from machines.lobes.chattering_tool import wide_receptance
-from machines.lobes.critical_depth import first_crossings
-from machines.lobes.developed_lobes import developed_chatter
-from machines.lobes.held_joints import constant
-from machines.lobes.loop_branches import Crossing
 
 LIBRARY = Path(__file__).parents[2] / "machines" / "library"
 MASS, SIZE = 0.03993, 10e-6

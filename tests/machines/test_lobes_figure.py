@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from machines.cutting.amplitude.unstable_depths import unstable_depths_of
+from machines.cutting.amplitude.zones import Zones, safe_limit
 from machines.lobes import Cutting, StabilityLobes, ToolModel, stability_lobes
-from machines.lobes.unstable_depths import unstable_depths_of
-from machines.lobes.zones import Zones, safe_limit
 from machines.report.lobes_figure import axis_top, lobes_figure
 
 TOOL = ToolModel.from_modes([922.0], [0.011], [0.03993], [[1.0]], axes=("x",))

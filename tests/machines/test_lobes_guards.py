@@ -12,10 +12,10 @@ from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import CheckFailed, InputError
 from jointlib.frf import FRF
 from machines import lobes_at_amplitude, read_machine
+from machines.cutting.amplitude.frozen_modes import multipliers
+from machines.cutting.loops.multipliers import largest_multipliers
 from machines.lobes import Cutting, stability_lobes
-from machines.lobes.frozen_modes import multipliers
-from machines.lobes.multipliers import largest_multipliers
-from machines.lobes.tool_model import ToolModel
+from machines.tool.tool_model import ToolModel
 
 LIBRARY = Path(__file__).parents[2] / "machines" / "library"
 TOOL = ToolModel.from_modes([922.0], [0.011], [0.03993], [[1.0]], ("x",))
@@ -157,8 +157,9 @@ def test_collocation_asks_for_modes() -> None:
 
 def test_a_guard_that_fails_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
     """With nodes that are never enough the answer is no number at all."""
-    from machines.lobes import collocation, periodic
-    from machines.lobes import multipliers as charts
+    from machines.cutting.loops import collocation
+    from machines.cutting.loops import multipliers as charts
+    from machines.cutting.rest import periodic
 
     whole = collocation.arc_map
 
@@ -176,7 +177,7 @@ def test_a_guard_that_fails_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None
 
 def test_too_few_harmonics_are_not_believed(monkeypatch: pytest.MonkeyPatch) -> None:
     """Five harmonics miss the mode of the slot at 5000 rpm and give 2.58 mm for .409."""
-    from machines.lobes import harmonic_crossing
+    from machines.cutting.loops import harmonic_crossing
 
     monkeypatch.setattr(harmonic_crossing, "PAST", -4)
     found = stability_lobes(TOOL, SLOT, 5000.0, "multi-frequency")

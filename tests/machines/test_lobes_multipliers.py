@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from jointlib.arrays import Array
-from machines.lobes import Cutting, multipliers, stability_lobes
-from machines.lobes.characteristic import coefficients, largest_multiplier
-from machines.lobes.collocation import arc_map
-from machines.lobes.multipliers import largest_multipliers
-from machines.lobes.tool_model import ToolModel
+from machines.cutting.loops import multipliers
+from machines.cutting.loops.characteristic import coefficients, largest_multiplier
+from machines.cutting.loops.collocation import arc_map
+from machines.cutting.loops.multipliers import largest_multipliers
+from machines.lobes import Cutting, stability_lobes
+from machines.tool.tool_model import ToolModel
 
 TOOL = ToolModel.from_modes([922.0], [0.011], [0.03993], [[1.0]], ("x",))
 SLOT = Cutting("milling", teeth=2, tangential=6e8, normal=2e8, mode="slot")

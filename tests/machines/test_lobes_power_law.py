@@ -8,8 +8,8 @@ from scipy.integrate import quad
 
 from jointlib.errors import InputError
 from machines import Lumped, Machine
+from machines.cutting.process.power_law import depth_ratio, first_harmonic, touching_ratio
 from machines.lobes import minimum_depth_of_mode, notch_delays, witness
-from machines.lobes.power_law import depth_ratio, first_harmonic, touching_ratio
 
 MASS, NATURAL, RATIO, SPECIFIC, FEED = 25.0, 100.0, 0.02, 1e9, 1e-4
 STIFFNESS = MASS * (2 * np.pi * NATURAL) ** 2

@@ -15,9 +15,9 @@ from jointlib.laws.cubic import Cubic
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from machines import Connection, Lumped, Machine, lobes_at_amplitude
+from machines.cutting.amplitude.words import told, told_at
+from machines.cutting.process.lost_contact import milling_contact
 from machines.lobes import Cutting, amplitude_limits, depth_ratio
-from machines.lobes.lost_contact import milling_contact
-from machines.lobes.words import told, told_at
 
 MASS, FREQUENCY, RATIO, SPEED = 25.33, 100.0, 0.03, 2350.0
 STIFFNESS = MASS * (2 * np.pi * FREQUENCY) ** 2

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from jointlib.errors import InputError
+from machines.cutting.loops.regeneration import Loops, lowest_depth, trace
+from machines.cutting.process.turning import minimum_depth_of_mode
+from machines.cutting.rest.together import limits, peak_receptance, static_compliance
 from machines.lobes import Cutting, stability_lobes
-from machines.lobes.regeneration import Loops, lowest_depth, trace
-from machines.lobes.together import limits, peak_receptance, static_compliance
-from machines.lobes.tool_model import ToolModel, ToolModels
-from machines.lobes.turning import minimum_depth_of_mode
+from machines.tool.tool_model import ToolModel, ToolModels
 
 SPEEDS = np.linspace(2000, 9000, 40)
 TURNING = Cutting(process="turning", specific=1.5e9)

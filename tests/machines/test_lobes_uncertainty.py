@@ -15,7 +15,7 @@ from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from machines import Connection, Lumped, Machine, Measured, lobes_at_amplitude
 from machines.lobes import Cutting, stability_lobes
-from machines.lobes.uncertainty import (
+from machines.uncertainty.lobe_bands import (
     draws,
     frf_band,
     lobe_band,

@@ -19,8 +19,8 @@ from jointlib.laws.linear import Linear
 from jointlib.laws.structural_damping import StructuralDamping
 from jointlib.laws.viscous import Viscous
 from machines import Connection, Lumped, Machine, Modal, lobes_at_amplitude
+from machines.cutting.in_time.witness import vibrate
 from machines.lobes import amplitude_limits, witness
-from machines.lobes.witness import vibrate
 
 MASS, FREQUENCY, RATIO, SPEED = 25.33, 100.0, 0.03, 2350.0
 STIFFNESS = MASS * (2 * np.pi * FREQUENCY) ** 2

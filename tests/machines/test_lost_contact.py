@@ -8,9 +8,9 @@ from cut_in_time import Body, Case, cut_in_time
 from test_lobes_witness import CUBIC, SPEED, lathe
 
 from jointlib.laws.cubic import Cubic
+from machines.cutting.process.lost_contact import chip_gain
+from machines.cutting.process.power_law import first_harmonic
 from machines.lobes import Cutting, amplitude_limits
-from machines.lobes.lost_contact import chip_gain
-from machines.lobes.power_law import first_harmonic
 
 
 @pytest.mark.parametrize("exponent", [1.0, 0.75])

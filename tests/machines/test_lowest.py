@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from jointlib.arrays import Array
+from machines.cutting.amplitude.lobes_over_range import over_the_range
+from machines.cutting.amplitude.pocket import best_pocket
 from machines.lobes import Cutting, StabilityLobes, ToolModel, stability_lobes
-from machines.lobes.lowest import over_the_range
-from machines.lobes.pocket import best_pocket
 
 
 def tool(seed: int) -> ToolModel:

@@ -13,7 +13,7 @@ from jointlib.joint import Joint
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from machines import Connection, Lumped, Machine, Modal, couple, response
-from machines.component import Component
+from machines.components.component import Component
 
 
 def lumped(name: str, mass: ArrayLike, damping: ArrayLike | None = None, stiffness: ArrayLike | None = None) -> Lumped:

@@ -25,8 +25,8 @@ from jointlib.laws.stribeck import Stribeck
 from jointlib.laws.viscous import Viscous
 from jointlib.loop.report import Verdict
 from machines import Connection, Lumped, Machine, read_machine
-from machines.assembly import Assembly
-from machines.balance import Balance
+from machines.harmonic_balance.assembly import Assembly
+from machines.harmonic_balance.balance import Balance
 from machines.loop.fit import Fitting
 from machines.loop.forward import Forward
 from machines.loop.hypothesis import refit

@@ -15,7 +15,7 @@ from jointlib.arrays import Array
 from jointlib.errors import InputError
 from jointlib.io.matrix_files import read_matrix
 from machines import Machine, linear_check, read_machine
-from machines.matrices import Matrices
+from machines.components.matrices import Matrices
 
 
 def lattice(nx: int, ny: int, nz: int, grounded: bool = True) -> tuple[csc_matrix, csc_matrix, Array]:
@@ -73,7 +73,7 @@ def test_reduced_receptance_is_within_the_error_it_tells(grounded: bool) -> None
 
 def test_reduction_that_is_too_coarse_says_so() -> None:
     """The error told of static shapes alone is that of a comparison with the full matrices."""
-    from machines.craig_bampton import craig_bampton
+    from machines.components.craig_bampton import craig_bampton
 
     M, K, _ = lattice(8, 5, 4)
     rows = np.array([400, 401, 80])

@@ -17,8 +17,8 @@ from jointlib.joint import Joint
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from machines import Connection, Lumped, Machine, Modal, frozen_receptance, linear_check, read_machine, response
-from machines.interpolation import curve, gaps, left_out
-from machines.measured import Measured
+from machines.components.interpolation import curve, gaps, left_out
+from machines.components.measured import Measured
 
 LINES = np.linspace(50.0, 1500.0, 581)
 COLUMN = Modal(

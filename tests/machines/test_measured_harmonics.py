@@ -12,8 +12,8 @@ from jointlib.laws.cubic import Cubic
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from machines import ArcLength, Connection, Lumped, Machine, response
-from machines.component import Component
-from machines.measured import Measured
+from machines.components.component import Component
+from machines.components.measured import Measured
 
 RECORD = Measured("c", ("x", "y"), LINES, truth(), interpolation="rational")
 """50 to 1500 Hz."""

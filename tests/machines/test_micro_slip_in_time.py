@@ -13,7 +13,7 @@ from jointlib.laws.hertz_guide import HertzGuide
 from jointlib.laws.jenkins import Jenkins
 from jointlib.laws.viscous import Viscous
 from machines import read_machine, response
-from machines.second_order import machine_equations
+from machines.coupling.second_order import machine_equations
 
 LIBRARY = Path(__file__).parents[2] / "machines" / "library"
 GUIDE = Joint((HertzGuide(612.0, 3.98e-8), Viscous(480.0), Jenkins(3.9e7, 36.0)))

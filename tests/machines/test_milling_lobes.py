@@ -11,15 +11,15 @@ from semi_discretization import extrapolated, largest_multiplier, mean_stiffness
 
 from jointlib.arrays import Array
 from jointlib.frf import FRF
+from machines.cutting.loops.collocation import arc_map
+from machines.cutting.loops.critical_depth import first_crossings, near
+from machines.cutting.loops.loop_branches import Crossing
+from machines.cutting.loops.multi_frequency import HarmonicLoop
+from machines.cutting.loops.multipliers import largest_multipliers
 from machines.lobes import Cutting, StabilityLobes, stability_lobes
-from machines.lobes.band import spectrum
-from machines.lobes.collocation import arc_map
-from machines.lobes.critical_depth import first_crossings, near
-from machines.lobes.loop_branches import Crossing
-from machines.lobes.multi_frequency import HarmonicLoop
-from machines.lobes.multipliers import largest_multipliers
-from machines.lobes.tool_model import ToolModel
-from machines.lobes.tool_point import tool_point
+from machines.tool.bounded_band import spectrum
+from machines.tool.tool_model import ToolModel
+from machines.tool.tool_point import tool_point
 
 NATURAL, ZETA, MASS = 922.0, 0.011, 0.03993
 SPEEDS = (5000.0, 10000.0, 18000.0)

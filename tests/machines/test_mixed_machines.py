@@ -11,14 +11,14 @@ from test_matrices import lattice
 
 from jointlib.arrays import Array, ComplexArray
 from machines import Connection, Lumped, Machine, Modal, Rigid, frozen_receptance, linear_check
-from machines.beam import Beam, Segment
-from machines.component import Component, SecondOrder
-from machines.matrices import Matrices
-from machines.measured import Measured
-from machines.nodes import Nodes
-from machines.profile import Material
-from machines.state_equations import as_first_order
-from machines.state_space import StateSpace
+from machines.components.beam import Beam, Segment
+from machines.components.component import Component, SecondOrder
+from machines.components.matrices import Matrices
+from machines.components.measured import Measured
+from machines.components.nodes import Nodes
+from machines.components.state_space import StateSpace
+from machines.coupling.state_equations import as_first_order
+from machines.shapes.profile import Material
 
 STEEL = Material("steel", 210e9, 0.3, 7800.0, loss_factor=0.01)
 LINES = np.geomspace(30.0, 3000.0, 60)

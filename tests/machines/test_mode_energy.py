@@ -13,11 +13,11 @@ from test_natural_modes import chain
 import machines
 from jointlib.laws.linear import Linear
 from machines import Machine, natural_modes, read_machine
-from machines.lobes.depth_sensitivity import depth_sensitivity, lowest_depth
-from machines.mode_energy import bundles, mode_energies
-from machines.mode_words import leading
-from machines.static_compliance import static_compliance
-from machines.working_point import at_working_point
+from machines.modes.depth_sensitivity import depth_sensitivity, lowest_depth
+from machines.modes.mode_energy import bundles, mode_energies
+from machines.modes.mode_words import leading
+from machines.modes.static_compliance import static_compliance
+from machines.statics.working_point import at_working_point
 
 LIBRARY = Path(machines.__file__).parent / "library"
 

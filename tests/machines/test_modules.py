@@ -9,7 +9,7 @@ import pytest
 
 from jointlib.errors import InputError
 from machines import Machine, frozen_receptance, linear_check, read_machine, response
-from machines.second_order import machine_equations
+from machines.coupling.second_order import machine_equations
 
 HEAD = """
 schema = "jointlib/parts/1"

@@ -31,11 +31,11 @@ from machines import (
     response,
     static_point,
 )
-from machines.assembly import Assembly
-from machines.balance import Balance
-from machines.branches import Branch, Stability
-from machines.hill import growth
-from machines.second_order import machine_equations
+from machines.coupling.second_order import machine_equations
+from machines.harmonic_balance.assembly import Assembly
+from machines.harmonic_balance.balance import Balance
+from machines.operating.branches import Branch, Stability
+from machines.stability.hill import growth
 
 SAMPLES = 512
 

@@ -10,9 +10,9 @@ import pytest
 from random_machines import random_machine
 
 from machines import Machine, lobes_at_amplitude, read_machine
+from machines.cutting.rest.together import limits, preview
 from machines.explore.built import Built
 from machines.lobes import Cutting
-from machines.lobes.together import limits, preview
 from machines.study.variants import Variant
 
 LIBRARY = Path(__file__).parents[2] / "machines" / "library"

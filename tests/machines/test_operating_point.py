@@ -16,7 +16,7 @@ from jointlib.laws.cubic import Cubic
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from machines import Connection, Machine, frozen_receptance, linear_check, operating_point, read_machine, response
-from machines.operating import OpenTool
+from machines.operating.operating_point import OpenTool
 
 LIBRARY = Path(machines.__file__).parent / "library"
 SOFT = Joint((Linear(654.164e6), Cubic(-1.7083e18), Viscous(463.062)))

@@ -12,10 +12,10 @@ from jointlib.arrays import Array
 from jointlib.errors import InputError
 from jointlib.io.stl import read_stl
 from machines import read_machine
-from machines.outline import Outline
-from machines.solid import bar, block
+from machines.files.machine_writer import write_machine
+from machines.shapes.outline import Outline
+from machines.shapes.solid import bar, block
 from machines.view import scene
-from machines.written import write_machine
 
 LIBRARY = Path("machines/library").resolve()
 

@@ -9,10 +9,10 @@ import pytest
 
 from jointlib.errors import InputError
 from machines import lobes_at_amplitude, read_machine
+from machines.cutting.amplitude.pocket import WANDER, pocket, removal_rate
+from machines.cutting.forced.forced_vibration import forced_vibration
+from machines.cutting.forced.quiet_pocket import LOUD, quiet_pocket
 from machines.lobes import Cutting, StabilityLobes
-from machines.lobes.forced_vibration import forced_vibration
-from machines.lobes.pocket import WANDER, pocket, removal_rate
-from machines.lobes.quiet_pocket import LOUD, quiet_pocket
 from machines.report.lobes_figure import lobes_figure
 
 TOOL = read_machine("machines/library/two_mode_tool.toml")

@@ -16,11 +16,11 @@ from jointlib.joint import Joint
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from machines import Connection, Machine, Modal, Rigid, Segment, frozen_receptance, linear_check, read_machine
-from machines.beam import Beam
-from machines.flange import flange
-from machines.profile import Material
-from machines.riding import Riding
-from machines.second_order import machine_equations
+from machines.components.beam import Beam
+from machines.components.flange import flange
+from machines.components.riding import Riding
+from machines.coupling.second_order import machine_equations
+from machines.shapes.profile import Material
 
 STEEL = Material("steel", 210e9, 0.3, 7800.0)
 LENGTH, BASE = 0.7, np.array([0.2, -0.1, 0.5])

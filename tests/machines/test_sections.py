@@ -11,9 +11,9 @@ from scipy.sparse.linalg import spsolve
 
 from jointlib.errors import InputError
 from machines import Connection, Machine, read_machine
-from machines.beam import Beam, Segment
-from machines.profile import Material, box, rectangle
-from machines.second_order import machine_equations
+from machines.components.beam import Beam, Segment
+from machines.coupling.second_order import machine_equations
+from machines.shapes.profile import Material, box, rectangle
 
 STEEL = Material("steel", 210e9, 0.3, 7800.0)
 

@@ -14,7 +14,7 @@ from jointlib.laws.cubic import Cubic
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from machines import Connection, Lumped, Machine, response
-from machines.branches import End, Stability
+from machines.operating.branches import End, Stability
 
 K1, K3, C = 654.164e6, -1.7083e18, 463.062
 GUIDE = Joint((Linear(K1), Cubic(K3), Viscous(C)))

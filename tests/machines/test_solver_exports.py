@@ -11,7 +11,7 @@ from jointlib.arrays import Array
 from jointlib.errors import InputError
 from jointlib.io.matrix_files import read_matrix
 from machines import linear_check, read_machine
-from machines.matrices import Matrices
+from machines.components.matrices import Matrices
 
 NODES, DIRECTIONS = (7, 12, 131), (1, 2, 3)
 LABELS = tuple((n, d) for n in NODES for d in DIRECTIONS)

@@ -14,8 +14,8 @@ from jointlib.joint import Joint
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from machines import Connection, Lumped, Machine, Modal, linear_check, read_machine
-from machines.state_equations import as_first_order, machine_states
-from machines.state_space import StateSpace
+from machines.components.state_space import StateSpace
+from machines.coupling.state_equations import as_first_order, machine_states
 
 OMEGA = 2 * np.pi * np.linspace(20, 3000, 60)
 

@@ -33,9 +33,9 @@ from machines import (
     response,
     static_point,
 )
-from machines.assembly import Assembly
-from machines.mean_force import MeanForce
-from machines.nonlinear import Problem
+from machines.harmonic_balance.assembly import Assembly
+from machines.harmonic_balance.newton import Problem
+from machines.statics.mean_force import MeanForce
 
 LIBRARY = Path(machines.__file__).parent / "library"
 MASS, DAMPING = 60.0, 4e4

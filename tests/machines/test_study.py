@@ -13,8 +13,8 @@ from jointlib.errors import InputError
 from jointlib.joint import Joint
 from jointlib.laws.jenkins import Jenkins
 from machines import Beam, Rigid, frozen_receptance, lobes_at_amplitude, read_machine
+from machines.cutting.amplitude.pocket import pocket, removal_rate
 from machines.lobes import Cutting
-from machines.lobes.pocket import pocket, removal_rate
 from machines.study import engine, run
 from machines.study.evaluation import Evaluation
 from machines.study.inputs import inputs, inputs_hash

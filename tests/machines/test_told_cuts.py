@@ -9,8 +9,8 @@ import pytest
 from random_cuts import ABOUT, Cut, courses, denied
 from test_beside_forced import guide_mill
 
+from machines.cutting.forced.beside_cut import told_cuts
 from machines.lobes import amplitude_limits
-from machines.lobes.beside_cut import told_cuts
 
 CUTS = {
     4300.0: (1.0, 2.0, 3.0),

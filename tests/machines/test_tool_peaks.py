@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from machines import read_machine, response
+from machines.forced_response.tool_peaks import tool_peaks
 from machines.report.receptance_figure import PLOTS
 from machines.report.response_figures import tool_figure
 from machines.report.tool_peak_table import tool_peak_rows
-from machines.tool_peaks import tool_peaks
 
 LIBRARY = Path(__file__).parents[2] / "machines" / "library"
 

@@ -20,7 +20,7 @@ from scipy.linalg import eigh
 from jointlib.describing import DescribingFunction
 from jointlib.errors import CheckFailed, InputError
 from machines import Cutting, Machine, lobes_at_amplitude
-from machines.second_order import machine_equations
+from machines.coupling.second_order import machine_equations
 
 _ROUND = np.concatenate([-np.geomspace(1e-4, 0.3, 12)[::-1], [0.0], np.geomspace(1e-4, 0.3, 12)])
 """Of a natural frequency: lines at which its mode is looked at, for damping ratios down to 1e-4."""

@@ -10,12 +10,17 @@ import pytest
 from jointlib.arrays import Array
 from jointlib.errors import CheckFailed, InputError
 from machines import Lumped, Machine, lobes_at_amplitude
+from machines.cutting.amplitude.unstable_depths import (
+    UnstableDepths,
+    closer_at_lenses,
+    unstable_depths,
+    unstable_depths_of,
+)
+from machines.cutting.amplitude.words import told_lenses
+from machines.cutting.loops.collocation import ArcMap, arc_map
+from machines.cutting.loops.edges import Edge, outside
 from machines.lobes import Cutting, ToolModel, stability_lobes
-from machines.lobes.collocation import ArcMap, arc_map
-from machines.lobes.edges import Edge, outside
-from machines.lobes.tool_point import tool_point
-from machines.lobes.unstable_depths import UnstableDepths, closer_at_lenses, unstable_depths, unstable_depths_of
-from machines.lobes.words import told_lenses
+from machines.tool.tool_point import tool_point
 
 TOOL = ToolModel.from_modes([922.0], [0.011], [0.03993], [[1.0]], axes=("x",))
 DOWN = Cutting("milling", teeth=2, tangential=6e8, normal=2e8, mode="down", immersion=0.1)

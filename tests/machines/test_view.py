@@ -15,9 +15,9 @@ import pytest
 from jointlib.arrays import Array
 from jointlib.errors import InputError
 from machines import Beam, Machine, Rigid, read_machine
-from machines.beam import Segment
-from machines.profile import Material
-from machines.solid import Solid, bar, block, rail, ring
+from machines.components.beam import Segment
+from machines.shapes.profile import Material
+from machines.shapes.solid import Solid, bar, block, rail, ring
 from machines.view import Scene, scene
 from machines.view.page import data, page
 from machines.view.piece import Piece

@@ -9,7 +9,7 @@ import pytest
 
 from jointlib.errors import InputError
 from machines import Machine, Measured, frozen_receptance, read_machine
-from machines.natural_modes import NaturalModes, natural_modes
+from machines.modes.natural_modes import NaturalModes, natural_modes
 from machines.view import Scene, scene
 from machines.view.mode import Mode
 from machines.view.modes import modes_of, shown_modes

@@ -14,10 +14,10 @@ from jointlib.errors import InputError
 from jointlib.joint import Joint
 from jointlib.laws.linear import Linear
 from machines import Connection, Machine, Rigid, StaticLoad, read_machine, static_point
-from machines.beam import Beam, Segment
-from machines.matrices import Matrices
-from machines.nodes import DIRECTIONS
-from machines.profile import Material
+from machines.components.beam import Beam, Segment
+from machines.components.matrices import Matrices
+from machines.components.nodes import DIRECTIONS
+from machines.shapes.profile import Material
 
 G = 9.81
 DOWN = StaticLoad((0.0, 0.0, -G))
@@ -112,8 +112,8 @@ def test_a_free_model_carries_its_weight_to_the_springs_under_it(size: tuple[int
 
 def test_tonnes_and_millimetres_weigh_what_kilograms_and_metres_do() -> None:
     """A bar from beam elements: three named nodes with rotations, in both units."""
-    from machines.beam_mesh import element
-    from machines.profile import tube
+    from machines.shapes.beam_mesh import element
+    from machines.shapes.profile import tube
 
     M, K = element(tube(DIAMETER, 0.0, 0.3), STEEL, LENGTH, 3)
     scale = np.where(np.arange(len(M)) % 6 < 3, 1.0, 1e3)  # 1 m = 1000 mm, rotations alike: x_m = x_mm/1000

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from test_several_joints import GUIDE, chain
 
-import machines.windows
+import machines.continuation.fold_windows
 from jointlib.errors import Outcome
 from machines import ArcLength, Response, response
-from machines.branches import End, Stability
+from machines.operating.branches import End, Stability
 
 BAND = [1100.0, 1350.0]
 
@@ -48,7 +48,7 @@ def test_nothing_is_followed_where_nothing_folds(monkeypatch: pytest.MonkeyPatch
     def refuse(*_: object) -> None:
         raise AssertionError("arc length was called")
 
-    monkeypatch.setattr(machines.windows, "by_arc_length", refuse)
+    monkeypatch.setattr(machines.continuation.fold_windows, "by_arc_length", refuse)
     found = response(chain(10, 5), 10.0, [1000.0, 3000.0], points=200)
     (branch,) = found.branches[0]
     assert branch.ends == (End.RANGE, End.RANGE)
@@ -57,13 +57,13 @@ def test_nothing_is_followed_where_nothing_folds(monkeypatch: pytest.MonkeyPatch
 
 def test_only_a_window_round_the_fold_is_followed(monkeypatch: pytest.MonkeyPatch) -> None:
     followed = []
-    genuine = machines.windows.by_arc_length
+    genuine = machines.continuation.fold_windows.by_arc_length
 
     def watched(*given):  # type: ignore[no-untyped-def]
         followed.append(given[2])
         return genuine(*given)
 
-    monkeypatch.setattr(machines.windows, "by_arc_length", watched)
+    monkeypatch.setattr(machines.continuation.fold_windows, "by_arc_length", watched)
     found = response(chain(10, 5), 35.0, [1000.0, 3000.0], points=400)
     assert len(found.branches[0]) == 3
     assert 0 < max(lines[-1] - lines[0] for lines in followed) < 100.0

@@ -17,7 +17,7 @@ from jointlib.io.toml_file import write_toml
 from jointlib.laws.coulomb import Coulomb
 from jointlib.laws.linear import Linear
 from machines import Machine, frozen_receptance, read_machine
-from machines.written import write_machine
+from machines.files.machine_writer import write_machine
 
 LIBRARY = Path(__file__).parents[2] / "machines" / "library"
 LINES = np.linspace(80.0, 600.0, 20)

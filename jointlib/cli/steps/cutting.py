@@ -54,9 +54,9 @@ def _chart(road: Road, amplitude: float) -> None:
 def _together(road: Road, amplitudes: tuple[float, ...]) -> None:
     from jointlib.cli.lobes import chart_data, write_lobes
     from machines import Cutting
-    from machines.lobes.advice import advice
-    from machines.lobes.developed_lobes import HELD
-    from machines.lobes.forced_field import forced_field
+    from machines.cutting.amplitude.milling_at_amplitude import HELD
+    from machines.cutting.forced.advice import advice
+    from machines.cutting.forced.forced_field import forced_field
     from machines.report.sections import lobes_section
 
     sizes = [A for A in amplitudes if A in road.charts]
@@ -88,7 +88,7 @@ def _together(road: Road, amplitudes: tuple[float, ...]) -> None:
 
 def _figures(charts: Sequence[StabilityLobes], cutting: Cutting) -> list[tuple[str, str]]:
     """Where to set the machine, the depth that is safe whatever the speed, and what would chatter there."""
-    from machines.lobes.pocket import pocket
+    from machines.cutting.amplitude.pocket import pocket
 
     lowest, best = min(charts, key=lambda chart: chart.minimum_depth), pocket(charts, cutting)
     said = [] if best is None else [("recommended", f"{best.depth * 1e3:.3g} mm at {best.speed:.0f} rpm")]

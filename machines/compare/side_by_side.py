@@ -1,0 +1,263 @@
+"""Two of a kind side by side: machines, joints, measured frequency responses, runs; see also `study.design_sides`."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from jointlib import read_joint, read_measurement
+from jointlib.arrays import Array, ComplexArray
+from jointlib.errors import CheckFailed, InputError
+from jointlib.joint import Joint
+
+from ..cutting.amplitude.chattering_tool import tip_at_rest
+from ..cutting.amplitude.frozen_lobes import lobes_at_amplitude
+from ..files.machine_file import read_machine
+from ..loop.records import open_frfs
+from ..model.machine import Machine
+from ..model.named_files import read
+from ..tool.chatter_band import frequency_range
+from .comparison import paired, share
+from .measured_peaks import at_the_peaks, resonances
+
+_LINES = 3000
+_SPEEDS = 40
+_SURE = 2.0
+"""Standard errors of a difference below which it is none."""
+_SAME = 1e-6
+"""Share by which numbers without an error must differ."""
+
+
+@dataclass(frozen=True)
+class Fact:
+    """A number of one side, in SI, with its standard error; 0 where it has none."""
+
+    value: float
+    unit: str = ""
+    error: float = 0.0
+    samples: Array | None = None
+    """The same in samples of what is uncertain that both sides have in common."""
+
+
+@dataclass(frozen=True, eq=False)
+class Limits:
+    """Stability lobes, one entry a speed."""
+
+    speed: Array
+    """rpm."""
+    depth: Array
+    """m; inf where the cut is stable at any depth."""
+    chatter_frequency: Array
+    """Hz."""
+
+
+@dataclass(frozen=True, eq=False)
+class Side:
+    """What is known of one of the things compared."""
+
+    name: str
+    kind: str
+    facts: Mapping[str, Fact]
+    curves: Mapping[str, tuple[Array, ComplexArray, Array | None]] = field(default_factory=dict)
+    """Receptances in m/N over frequency in Hz, with their standard deviation where it is known."""
+    remarks: tuple[str, ...] = ()
+    """What could not be compared, and why."""
+    limits: Limits | None = None
+
+    @property
+    def short(self) -> str:
+        """The name without what is explained in brackets."""
+        return self.name.partition(" (")[0]
+
+
+@dataclass(frozen=True)
+class Difference:
+    """One number on both sides; nan where a side does not have it."""
+
+    what: str
+    unit: str
+    first: float
+    other: float
+    against: str
+    """The name of the other side."""
+
+    def words(self) -> str:
+        """``mode of x at 345 Hz, damping: -12 %``, or which side lacks it."""
+        if np.isnan(self.first) or np.isnan(self.other):
+            return f"{self.what}: only in {'the first' if np.isnan(self.other) else self.against}"
+        if self.first == 0:
+            return f"{self.what}: {self.other:.4g} {self.unit} instead of 0".replace("  ", " ")
+        return f"{self.what}: {share(self.other / self.first - 1)}"
+
+
+def side(path: Path) -> Side:
+    """What to compare of a file, by its schema, or of the folder of a run."""
+    if (path / "run.json").is_file():
+        return _of_run(path)
+    if path.is_dir():
+        raise InputError(f"{path}: a folder without run.json, expected that of a run, or a file")
+    if not path.is_file():
+        raise InputError(f"{path}: no such file, expected a machine, a joint, a measurement or the folder of a run")
+    kind = str(read(path).get("schema", "")).split("/")[1:2]
+    if kind == ["joint"]:
+        return _of_joint(path, read_joint(path))
+    if kind == ["machine"]:
+        return _of_machine(path, read_machine(path))
+    if kind == ["measurement"]:
+        return _of_measurement(path)
+    raise InputError(f"{path}: cannot be compared, expected a machine, a joint, a measurement or the folder of a run")
+
+
+def _of_joint(path: Path, joint: Joint) -> Side:
+    facts = {}
+    for name, value in joint.parameters.items():
+        error = joint.covariance.standard_error(name) if joint.covariance else 0.0
+        facts[name] = Fact(float(value), joint.units[name], float(error) if np.isfinite(error) else 0.0)
+    return Side(str(path), "joint", facts)
+
+
+def _of_machine(path: Path, machine: Machine) -> Side:
+    """Receptances of the tool at rest over the band of the file, and the lowest stable depth where it cuts."""
+    open_joints = [c.name for c in machine.connections if c.identify is not None]
+    if open_joints:
+        raise InputError(
+            f"{path}: {open_joints[0]} is to be identified; `jointlib run` does that, and its folder can be compared"
+        )
+    curves, facts, limits = receptances(machine), dict[str, Fact](), None
+    if machine.cutting is not None and machine.cutting.get("speed") is not None:
+        slowest, fastest = machine.cutting["speed"]
+        try:
+            chart = lobes_at_amplitude(machine, np.linspace(slowest, fastest, _SPEEDS), 0.0)
+        except (CheckFailed, InputError) as refused:
+            return Side(str(path), "machine", {}, curves, (f"{path}: depths are not compared: {refused}",))
+        facts["lowest stable depth"] = Fact(chart.minimum_depth, "m")
+        facts["chatter there"] = Fact(chart.minimum_frequency, "Hz")
+        limits = Limits(chart.speed, chart.depth, chart.chatter_frequency)
+    return Side(str(path), "machine", facts, curves, limits=limits)
+
+
+def receptances(machine: Machine) -> dict[str, tuple[Array, ComplexArray, Array | None]]:
+    """Those of its tool at rest over the band of its file, or of its modes; none without a tool."""
+    if not machine.tool:
+        return {}
+    lines = np.linspace(*frequency_range(machine), _LINES)
+    H = tip_at_rest(machine, lines)(lines)
+    return {f"tool {axis}": (lines, H[:, i, i], None) for i, axis in enumerate(machine.tool_axes)}
+
+
+def _of_measurement(path: Path) -> Side:
+    measurement = read_measurement(path)
+    if measurement.kind != "frf":
+        raise InputError(
+            f"{path}: kind is {measurement.kind!r}, expected 'frf'; of other measurements compare the joints that "
+            "`jointlib identify` makes of them"
+        )
+    records = open_frfs(measurement, measurement.records)
+    curves = {
+        f"{r.response} for {r.force:g} N on {r.drive}": (r.frequency, r.receptance, at_the_peaks(r)) for r in records
+    }
+    return Side(str(path), "measurement", {}, curves)
+
+
+def _of_run(path: Path) -> Side:
+    """Errors of the loop, peaks of the tool and lowest depths, as the files of the run hold them."""
+    facts = {}
+    data = _json(path / "run.json")
+    for key in ("error_before", "error_after"):
+        if data.get(key) is not None:
+            facts[key.replace("_", " ")] = Fact(data[key])
+    lobes = _json(path / "lobes.json")
+    for size, depth in zip(lobes.get("amplitude", ()), lobes.get("minimum_depth", ()), strict=True):
+        if depth is not None:
+            at = f"a tool amplitude of {size * 1e6:g} µm" if size else "vanishing vibration"
+            facts[f"lowest stable depth at {at}"] = Fact(depth, "m")
+    peaks = _json(path / "frf.json").get("tool_peaks", ())
+    for i, peak in enumerate(peaks):
+        before = [p for p in peaks[:i] if all(p[k] == peak[k] for k in ("output", "drive", "force"))]
+        name = f"peak {len(before) + 1} of {peak['output']} for {peak['force']:g} N on {peak['drive']}"
+        facts[f"{name}, frequency"] = Fact(peak["frequency"], "Hz")
+        facts[f"{name}, compliance"] = Fact(peak["compliance"], "m/N")
+    return Side(str(path), "run", facts)
+
+
+def _json(path: Path) -> dict[str, Any]:
+    if not path.is_file():
+        return {}
+    try:
+        loaded: dict[str, Any] = json.loads(path.read_text("utf-8"))
+    except ValueError as error:
+        raise InputError(f"{path}: no JSON: {error}") from None
+    return loaded
+
+
+def differences(first: Side, other: Side) -> tuple[Difference, ...]:
+    """What differs by more than its uncertainty, resonance by resonance and number by number."""
+    if first.kind != other.kind:
+        raise InputError(f"{other.name} is a {other.kind}, {first.name} a {first.kind}: expected two of a kind")
+    found = []
+    for name in dict.fromkeys([*first.facts, *other.facts]):
+        a, b = first.facts.get(name), other.facts.get(name)
+        unit = (a or b or Fact(0.0)).unit
+        if a is None or b is None:
+            x, y = (np.nan if f is None else f.value for f in (a, b))
+            found.append(Difference(name, unit, x, y, other.name))
+        elif _differ(a, b):
+            found.append(Difference(name, unit, a.value, b.value, other.name))
+    for name in dict.fromkeys([*first.curves, *other.curves]):
+        if name not in first.curves or name not in other.curves:
+            have = name in first.curves
+            found.append(Difference(name, "", 1.0 if have else np.nan, np.nan if have else 1.0, other.name))
+            continue
+        found += _of_resonances(name, first.curves[name], other.curves[name], other.name)
+    return tuple(found)
+
+
+def _differ(a: Fact, b: Fact) -> bool:
+    if a.value == b.value or (np.isnan(a.value) and np.isnan(b.value)):
+        return False
+    spread = float(np.hypot(a.error, b.error))
+    if a.samples is not None and b.samples is not None and len(a.samples) > 1:
+        # Both stand on the same samples, so what these have in common is no doubt about the difference.
+        apart = b.samples - a.samples
+        spread = float(np.std(apart, ddof=1) / np.sqrt(len(apart))) if np.all(np.isfinite(apart)) else 0.0
+    return not abs(b.value - a.value) <= max(_SURE * spread, _SAME * max(abs(a.value), abs(b.value)))
+
+
+def _of_resonances(name: str, a: Any, b: Any, against: str) -> list[Difference]:
+    found = []
+    for pair in paired(resonances(*a), resonances(*b)):
+        p, q = pair.measured, pair.predicted
+        if p is None or q is None:
+            only = p or q
+            assert only is not None
+            at = f"{name}, resonance at {only.frequency:.5g} Hz"
+            ends = (only.frequency, np.nan) if q is None else (np.nan, only.frequency)
+            found.append(Difference(at, "Hz", *ends, against))
+            continue
+        for word, key, error, unit in (
+            ("frequency", "frequency", "frequency_error", "Hz"),
+            ("damping", "damping_ratio", "damping_error", ""),
+            ("compliance", "compliance", "compliance_error", "m/N"),
+        ):
+            x, y = Fact(getattr(p, key), unit, getattr(p, error)), Fact(getattr(q, key), unit, getattr(q, error))
+            if not np.isnan(x.value) and not np.isnan(y.value) and _differ(x, y):
+                at = f"{name}, resonance at {p.frequency:.5g} Hz, {word}"
+                found.append(Difference(at, unit, x.value, y.value, against))
+    return found
+
+
+def sentence(first: Side, others: Sequence[Side], found: Sequence[Difference]) -> str:
+    """The largest differences, or that there is none above the uncertainty."""
+    names = " and ".join(other.name for other in others)
+    if not found:
+        return f"{names} and {first.name}: no difference above the uncertainty."
+    both = [d for d in found if not np.isnan(d.first) and not np.isnan(d.other)]
+    largest = sorted(both, key=lambda d: -abs(np.log(abs(d.other / d.first))) if d.first and d.other else -np.inf)
+    told = [d.words() for d in (largest or found)[:3]]
+    more = f"; {len(found) - len(told)} more" if len(found) > len(told) else ""
+    return f"{names} against {first.name}: {'; '.join(told)}{more}."

@@ -1,0 +1,4 @@
+"""Solutions followed along curves by arc length, and lines of Newton checked against them.
+
+Imports stability and below.
+"""

@@ -1,0 +1,165 @@
+"""Where Newton's method line by line may not be the whole answer: between its lines, and beside its solutions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from jointlib.arrays import Array, ComplexArray
+
+from ..blocks import blocks
+from ..harmonic_balance.assembly import Assembly
+from ..harmonic_balance.balance import solve_each
+from ..harmonic_balance.harmonics import with_mean
+from ..indices import Index, Mask
+from ..operating.solutions import Solutions, balance_at, by_newton
+from .all_curves import started
+from .arclength import Path
+
+_MISMATCH = 0.25
+_ROUNDING = 1e-6
+_HALVINGS = 3
+_FURTHER = 3.0
+_LEAST = 0.1
+_STEP = 1.25
+_PROPORTIONAL = 0.1
+_SAME = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Elsewhere:
+    """Solutions other than Newton's, one row each, and where there are some."""
+
+    met: Mask
+    """(forces, lines)."""
+    force: Index
+    line: Index
+    z: ComplexArray
+    """Motions of the nonlinear joints in m, (rows, nj)."""
+
+
+def doubtful(assembly: Assembly, forces: Array, found: Solutions) -> tuple[Solutions, Mask]:
+    """Solutions on more lines, and (forces, lines) where they still do not look like one smooth curve.
+
+    The change from one line to the next is compared with what the tangents dz/dω on both promise. Where they differ by
+    more than a quarter the interval is halved, three times at most: a resonance is then resolved, a jump is not.
+    """
+    for _ in range(_HALVINGS):
+        rough = _rough(assembly, forces, found)
+        if not np.any(rough):
+            break
+        wide = np.flatnonzero(np.any(rough, axis=0))
+        middle = (found.frequency[wide] + found.frequency[wide + 1]) / 2
+        found = found.merged(by_newton(assembly, forces, middle))
+    else:
+        rough = _rough(assembly, forces, found)
+    ends = np.zeros((len(forces), len(found.frequency)), dtype=bool)
+    ends[:, :-1] |= rough
+    ends[:, 1:] |= rough
+    return found, ends
+
+
+def _rough(assembly: Assembly, forces: Array, found: Solutions) -> Mask:
+    """(forces, intervals) between neighbouring lines with a solution each that do not fit together."""
+    n = len(found.frequency)
+    omega = 2 * np.pi * found.frequency
+    path = Path(assembly, with_mean((1,), assembly.biased is not None), float(omega[0]), float(omega[-1]))
+    z = started(assembly, (1,), found.motion[:, list(assembly.nonlinear)], omega[found.line])
+    q, half = z[:, 0], z[0].size if len(z) else 0
+    slope = np.empty((len(z), 2 * half))
+    for some in blocks(len(z), 3 * z.shape[1] ** 2 * assembly.entries):
+        one = np.ones(some.stop - some.start)
+        J = path.system(z[some], omega[found.line[some]], forces[found.force[some]], one, one)[1]
+        slope[some] = -solve_each(J[:, :, :-1], J[:, :, -1:])[:, :, 0]
+    tangent = (slope[:, :half] + 1j * slope[:, half:])[:, : q.shape[1]]
+    following = np.flatnonzero((np.diff(found.line) == 1) & (np.diff(found.force) == 0))
+    a, b = following, following + 1
+    width = np.diff(omega)[found.line[a]][:, None]
+    change, promised = q[b] - q[a], width * (tangent[a] + tangent[b]) / 2
+    size = _size(change) + width[:, 0] * (_size(tangent[a]) + _size(tangent[b])) / 2
+    size = size + _ROUNDING * np.maximum(_size(q[a]), _size(q[b]))
+    out = np.zeros((len(forces), n - 1), dtype=bool)
+    wrong = ~(_size(change - promised) <= _MISMATCH * size)
+    out[found.force[a[wrong]], found.line[a[wrong]]] = True
+    return out
+
+
+def _size(z: ComplexArray) -> Array:
+    return np.asarray(np.max(np.abs(z), axis=1))
+
+
+def elsewhere(assembly: Assembly, forces: Array, found: Solutions) -> Elsewhere:
+    """Where the force, raised from little to three times the largest and lowered again, leads to another solution.
+
+    A second solution at a force is joined to the first by a curve over the force. Where that turns back below three
+    times the force, the solution there is far from proportional; only those lines are swept.
+    """
+    n, nj = len(found.frequency), len(assembly.nonlinear)
+    most = int(np.argmax(forces))
+    table = np.full((len(forces), n, nj), np.nan, dtype=complex)
+    table[found.force, found.line] = found.motion[:, list(assembly.nonlinear)]
+    top = _FURTHER * forces[most]
+    z0 = table[most]
+    raised, fine = _solve(assembly, found.frequency, np.full(n, top), None)
+    apart = np.max(np.abs(raised * forces[most] / top - z0), axis=1)
+    swept = np.flatnonzero(~np.isnan(z0[:, 0]) & ~(fine & (apart <= _PROPORTIONAL * np.max(np.abs(z0), axis=1))))
+    if not len(swept):
+        none = np.empty(0, dtype=int)
+        return Elsewhere(np.zeros((len(forces), n), dtype=bool), none, none, np.empty((0, nj), dtype=complex))
+    least = _LEAST * np.min(forces)
+    steps = int(np.ceil(np.log(top / least) / np.log(_STEP)))
+    levels = np.unique(np.concatenate([forces, np.geomspace(least, top, steps)]))
+    frequency, known = found.frequency[swept], table[:, swept]
+    low, fine = _solve(assembly, frequency, np.full(len(swept), levels[0]), None)
+    swept, frequency, known, low = swept[fine], frequency[fine], known[:, fine], low[fine]
+    sweep = _Sweep(low, low * 0, np.full(len(low), levels[0]), np.zeros(len(low)))
+    hits: list[tuple[Index, Index, ComplexArray]] = []
+    for order in (levels[1:], levels[::-1]):
+        going = np.ones(len(swept), dtype=bool)
+        for level in order:
+            moving = going & ((sweep.force < level) if order[0] < order[-1] else (sweep.force > level))
+            sweep, ok = sweep.to(assembly, frequency, float(level), moving)
+            going &= ok | ~moving
+            for f in np.flatnonzero(forces == level):
+                other = moving & ok & ~(_size(sweep.z - known[f]) <= _SAME * _size(known[f]))
+                rows = np.flatnonzero(other & ~np.isnan(known[f, :, 0]))
+                hits.append((np.full(len(rows), f), swept[rows], sweep.z[rows]))
+    F, L, z = (np.concatenate([hit[k] for hit in hits]) for k in range(3))
+    met = np.zeros((len(forces), n), dtype=bool)
+    met[F, L] = True
+    order = np.lexsort((L, F))
+    return Elsewhere(met, F[order], L[order], z[order])
+
+
+@dataclass(frozen=True, eq=False)
+class _Sweep:
+    """Solutions at fixed frequencies while the force moves: where they are, and where they were a step before."""
+
+    z: ComplexArray
+    before: ComplexArray
+    force: Array
+    last: Array
+
+    def to(self, assembly: Assembly, frequency: Array, level: float, moving: Mask) -> tuple[_Sweep, Mask]:
+        """Solutions at another force, by the secant; those that are not found stay where they were."""
+        rows, ok = np.flatnonzero(moving), np.zeros(len(moving), dtype=bool)
+        if not len(rows):
+            return self, ok
+        gap = self.force[rows] - self.last[rows]
+        share = np.where(gap != 0, (level - self.force[rows]) / np.where(gap != 0, gap, 1.0), 0.0)
+        guess = self.z[rows] + share[:, None] * (self.z[rows] - self.before[rows])
+        new, fine = _solve(assembly, frequency[rows], np.full(len(rows), level), guess)
+        good = rows[fine]
+        ok[good] = True
+        z, before, force, last = self.z.copy(), self.before.copy(), self.force.copy(), self.last.copy()
+        before[good], last[good] = z[good], force[good]
+        z[good], force[good] = new[fine], level
+        return _Sweep(z, before, force, last), ok
+
+
+def _solve(assembly: Assembly, frequency: Array, force: Array, start: ComplexArray | None) -> tuple[ComplexArray, Mask]:
+    """Joint motions by Newton's method, without a ramp, and where they may be used."""
+    motion, _, fine, rising, _ = balance_at(assembly, frequency, force, start, ramp=False)
+    usable = fine & rising if start is None else fine
+    return motion[:, list(assembly.nonlinear)], usable

@@ -1,0 +1,4 @@
+"""Depth and amplitude together: joints held as a vibration has them, limits, lenses, pockets and what is said of them.
+
+Imports lobes at rest and below.
+"""

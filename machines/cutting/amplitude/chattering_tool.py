@@ -1,0 +1,166 @@
+"""The tool point while it chatters with an amplitude: joints held, receptance, direction of the force."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from jointlib.arrays import Array, ComplexArray
+from jointlib.errors import FrequencyMismatch, InputError
+
+from ...harmonic_balance.assembly import Assembly
+from ...model.machine import Machine
+from ...operating.operating_point import OpenTool, OperatingPoint
+from ...statics.working_point import tangents
+from ...tool.chatter_band import chatter_band
+from ...tool.tool_point import ToolPoint
+from ..process.cutting import Cutting
+from ..process.zero_order import loop_stiffness
+
+LINES = 600
+_HALVINGS = 4
+_STRAIGHT = 1e-4
+_ROUNDS = 3
+_ALIGNED = 1e-6
+_SIDE_LINES = 4.0
+
+
+def wide_receptance(machine: Machine, amplitude: float, points: int = LINES) -> OperatingPoint:
+    """The receptance over a band that holds side lines of the chatter too, where all components are known there."""
+    try:
+        return operating_receptance(machine, amplitude, points, _SIDE_LINES)
+    except FrequencyMismatch:
+        return operating_receptance(machine, amplitude, points)
+
+
+def operating_receptance(
+    machine: Machine,
+    amplitude: float,
+    points: int = LINES,
+    beyond: float = 1.0,
+    cutting: Cutting | None = None,
+) -> OperatingPoint:
+    """Tool-point receptance at an amplitude in m, on lines over the machine's band that are close enough.
+
+    Lines are halved where the inverse receptance, which the lobe solver interpolates, is not nearly straight between
+    them. Where the joint jumps from one state to another no spacing is close enough; there the halving ends. The band
+    is widened by the factor ``beyond`` at both ends. In milling the tool vibrates as the ``cutting`` drives it, by
+    default that of the machine.
+    """
+    if cutting is None:
+        if machine.cutting is None:
+            raise InputError(f"{machine.where}: no [cutting], lobes need a cutting operation")
+        cutting = Cutting(**machine.cutting)
+    band = chatter_band(machine)
+    low, high = band.low, band.high
+    lines = band.lines if band.said else np.linspace(low, high, points)
+    if beyond > 1:
+        count = points // 10
+        lines = np.concatenate(
+            [np.geomspace(low / beyond, low, count)[:-1], lines, np.geomspace(high, high * beyond, count)[1:]]
+        )
+    point = on_lines(machine, cutting, lines, amplitude)
+    ends = np.arange(len(lines) - 1)
+    for _ in range(_HALVINGS):
+        lines = point.frf.frequency
+        middle = (lines[ends] + lines[ends + 1]) / 2
+        found = on_lines(machine, cutting, middle, amplitude)
+        inverse = np.linalg.inv(point.frf.receptance)
+        straight = np.linalg.inv((inverse[ends] + inverse[ends + 1]) / 2)
+        error = np.linalg.norm(straight - found.frf.receptance, axis=(1, 2))
+        coarse = error > _STRAIGHT * np.linalg.norm(found.frf.receptance, axis=(1, 2))
+        point = _merged(point, found)
+        # Both halves of an interval that was too coarse are looked at again.
+        after = np.searchsorted(point.frf.frequency, middle[coarse])
+        ends = np.unique(np.concatenate([after - 1, after]))
+        if not len(ends):
+            break
+    return point
+
+
+def tip_at_rest(machine: Machine, lines: Array) -> ToolPoint:
+    """The tool point for small vibrations, known at every frequency; ``lines`` (Hz) are where a search starts."""
+    axes, tool = machine.tool_axes, machine.tool_dofs
+    if not axes:
+        raise InputError(f"{machine.where}: no tool point, expected [tool] with x or y")
+    assembly = Assembly(machine, tool, tool)
+    return ToolPoint(lambda f: assembly.coupled(2 * np.pi * f, tangents(machine, f)), lines, axes, sampled=False)
+
+
+def chattering_point(
+    machine: Machine, cutting: Cutting, frequency: float, amplitude: float
+) -> tuple[OperatingPoint, ComplexArray]:
+    """The tool point at one frequency (Hz) and amplitude (m), and the force direction that chatters first, (axes,)."""
+    point, direction = chattering(OpenTool(machine, np.array([frequency])), cutting, amplitude)
+    return point, direction[0]
+
+
+def chattering_receptance(machine: Machine, cutting: Cutting, lines: Array, amplitude: float) -> ComplexArray:
+    """Tool-point receptance in m/N on given lines (Hz), frozen at an amplitude of the tool in m."""
+    return on_lines(machine, cutting, lines, amplitude).frf.receptance
+
+
+def on_lines(machine: Machine, cutting: Cutting, lines: Array, amplitude: float) -> OperatingPoint:
+    """The tool point at ascending lines, vibrating along the direction that chatters first."""
+    return chattering(OpenTool(machine, lines), cutting, amplitude)[0]
+
+
+def chattering(tool: OpenTool, cutting: Cutting, amplitude: float) -> tuple[OperatingPoint, ComplexArray]:
+    """The tool point on all lines at an amplitude in m, and per line the force direction that chatters first."""
+    axes = tool.machine.tool_axes
+    lines = tool.frequency
+    direction: ComplexArray = np.zeros((len(lines), len(axes)), dtype=complex)
+    direction[:, 0] = 1.0
+    if cutting.process != "milling":
+        direction[:] = cutting.rotation[0][["xy".index(axis) for axis in axes]]
+    point = tool.vibrating(amplitude, direction)
+    if amplitude == 0 or cutting.process != "milling" or len(axes) == 1:
+        return point, direction
+    D = loop_stiffness(cutting, axes)
+    turning = np.arange(len(lines))
+    for _ in range(_ROUNDS):
+        new = _chattering(D @ point.frf.receptance[turning])
+        old = direction[turning]
+        turned = 1 - np.abs(np.sum(new.conj() * old, axis=1)) / np.linalg.norm(old, axis=1)
+        direction[turning] = new
+        turning = turning[turned > _ALIGNED]
+        if not len(turning):
+            break
+        again = tool.vibrating(amplitude, direction[turning], turning)
+        point = _replaced(point, turning, again)
+    return point, direction
+
+
+def _replaced(point: OperatingPoint, at: Array, new: OperatingPoint) -> OperatingPoint:
+    """The operating point with some of its lines computed anew."""
+    receptance, gain = point.frf.receptance.copy(), point.gain.copy()
+    amplitude, force = point.joint_amplitude.copy(), point.force.copy()
+    receptance[at], gain[at] = new.frf.receptance, new.gain
+    amplitude[at], force[at] = new.joint_amplitude, new.force
+    outcomes = list(point.outcomes)
+    for i, outcome in zip(at, new.outcomes, strict=True):
+        outcomes[i] = outcome
+    return OperatingPoint(replace(point.frf, receptance=receptance), gain, amplitude, force, tuple(outcomes))
+
+
+def _merged(first: OperatingPoint, second: OperatingPoint) -> OperatingPoint:
+    frequency = np.concatenate([first.frf.frequency, second.frf.frequency])
+    order = np.argsort(frequency)
+    receptance = np.concatenate([first.frf.receptance, second.frf.receptance])[order]
+    outcomes = (*first.outcomes, *second.outcomes)
+    return OperatingPoint(
+        replace(first.frf, frequency=frequency[order], receptance=receptance),
+        np.concatenate([first.gain, second.gain])[order],
+        np.concatenate([first.joint_amplitude, second.joint_amplitude])[order],
+        np.concatenate([first.force, second.force])[order],
+        tuple(outcomes[i] for i in order),
+    )
+
+
+def _chattering(loop: ComplexArray) -> ComplexArray:
+    """Unit force direction, per line, of the eigenvector of D·G that reaches its limit at the smallest depth."""
+    values, vectors = np.linalg.eig(loop)
+    first = np.argmin(values.real, axis=1)
+    chosen: ComplexArray = np.take_along_axis(vectors, first[:, None, None], axis=2)[:, :, 0]
+    return chosen

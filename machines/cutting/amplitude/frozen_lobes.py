@@ -1,0 +1,124 @@
+"""Lobes of a machine whose joints depend on amplitude: the depth at which a vibration of given size just persists."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+
+from jointlib.arrays import Array, ArrayLike
+from jointlib.errors import InputError, Outcome
+
+from ...harmonic_balance.assembly import Assembly
+from ...indices import Mask
+from ...model.limits import beyond_frequency
+from ...model.machine import Machine
+from ...operating.operating_point import OperatingPoint
+from ...tool.chatter_band import ChatterBand, chatter_band
+from ..process.chart import StabilityLobes
+from ..process.cutting import Cutting
+from ..rest.solve import stability_lobes
+from .chattering_tool import LINES, on_lines, operating_receptance, tip_at_rest, wide_receptance
+from .collocated_turning import collocated_turning
+from .milling_at_amplitude import developed_lobes
+
+
+def lobes_at_amplitude(
+    machine: Machine, speed: ArrayLike, amplitude: float = 0.0, method: str | None = None, points: int = LINES
+) -> StabilityLobes:
+    """Stability lobes of a machine while its tool point vibrates with ``amplitude`` (m, the larger of x and y).
+
+    Every joint is frozen at the describing-function gain it has at that amplitude, G(ω; A) is the receptance that
+    follows, and b_lim(rpm, A) is computed from it: the depth at which a chatter line of that size neither grows nor
+    dies. Amplitude 0 is the onset from rest. In milling see `DevelopedChatter`; by the zero-order approximation the
+    vibration is, at each frequency, that of the eigenvector that chatters first.
+
+    Parameters
+    ----------
+    machine
+        With a tool point, a cutting operation and a frequency range; every connection must have its joint.
+    speed
+        Spindle speeds in rpm, any shape.
+    amplitude
+        m, peak.
+    method
+        As in `stability_lobes`.
+    points
+        Lines to begin with; more are added where the receptance bends.
+    """
+    return frozen_lobes(machine, speed, amplitude, method, points)[0]
+
+
+def frozen_lobes(
+    machine: Machine, speed: ArrayLike, amplitude: float = 0.0, method: str | None = None, points: int = LINES
+) -> tuple[StabilityLobes, Mask]:
+    """`lobes_at_amplitude`, and per speed whether a joint is held at its limit at the chatter frequency."""
+    if machine.cutting is None:
+        raise InputError(f"{machine.where}: no [cutting], lobes need a cutting operation")
+    axes = machine.tool_axes
+    cutting = Cutting(**machine.cutting)
+    if cutting.process != "milling" and not cutting.feed_direction and "x" not in axes:
+        raise InputError(f"{machine.where}: [tool] has no x, the direction of the chip thickness in turning")
+    if amplitude > 0 and not Assembly(machine, (), ()).nonlinear:
+        amplitude = 0.0
+    band = chatter_band(machine)
+    exact = band.model if amplitude == 0 else None
+    if method == "collocation" and exact is None and cutting.process != "milling":
+        turned = frozen_lobes(machine, speed, amplitude, "turning", points)[0]
+        chart = collocated_turning(machine, cutting, turned, amplitude)
+        return chart, _held(machine, cutting, chart, amplitude)
+    if (
+        cutting.process == "milling"
+        and method != "zero-order"
+        and (amplitude > 0 or (method == "collocation" and exact is None))
+    ):
+        table = wide_receptance(machine, amplitude, points)
+        chart, held = developed_lobes(machine, cutting, speed, amplitude, method, table)
+        return _within(chart, machine, band), held
+    if amplitude == 0:
+        chart = stability_lobes(exact or tip_at_rest(machine, band.lines), cutting, speed, method)
+        return _within(chart, machine, band), np.zeros(chart.depth.shape, dtype=bool)
+    point = operating_receptance(machine, amplitude, points)
+    chart = stability_lobes(point.frf, cutting, speed, method, axes=axes)
+    chart = _within(replace(chart, warnings=chart.warnings + _limits(point, chart)), machine, band)
+    limited = np.array([outcome is not Outcome.CONVERGED for outcome in point.outcomes])
+    return chart, _chattering_on(limited, point.frf.frequency, chart.chatter_frequency)
+
+
+def _within(chart: StabilityLobes, machine: Machine, band: ChatterBand) -> StabilityLobes:
+    """The chart with what is to be said of the frequencies over which the machine was searched."""
+    said = chart.warnings + band.said + beyond_frequency(machine, band.low, band.high)
+    return replace(chart, warnings=said, known_to=None if band.whole else band.high)
+
+
+def _limits(point: OperatingPoint, chart: StabilityLobes) -> tuple[str, ...]:
+    """A sentence for every limit that a joint met where the chart chatters, with how much of it that touches."""
+    said = []
+    lines = point.frf.frequency
+    for outcome, count in Counter(o for o in point.outcomes if o is not Outcome.CONVERGED).items():
+        limited = np.array([o is outcome for o in point.outcomes])
+        touched = int(np.count_nonzero(_chattering_on(limited, lines, chart.chatter_frequency)))
+        if not touched:
+            continue
+        said.append(
+            f"On {count} of {len(lines)} lines, {lines[limited][0]:.0f} to {lines[limited][-1]:.0f} Hz, a joint "
+            f"is held at its limit ({outcome.value}); {touched} of {chart.depth.size} speeds chatter there."
+        )
+    return tuple(said)
+
+
+def _held(machine: Machine, cutting: Cutting, chart: StabilityLobes, amplitude: float) -> Mask:
+    """Per speed, whether a joint is held at its limit while the tool chatters with an amplitude in m."""
+    chatter = np.unique(chart.chatter_frequency[np.isfinite(chart.chatter_frequency)])
+    if amplitude == 0 or not len(chatter):
+        return np.zeros(chart.depth.shape, dtype=bool)
+    point = on_lines(machine, cutting, chatter, amplitude)
+    limited = np.array([outcome is not Outcome.CONVERGED for outcome in point.outcomes])
+    return _chattering_on(limited, chatter, chart.chatter_frequency)
+
+
+def _chattering_on(chosen: Mask, lines: Array, chatter: Array) -> Mask:
+    """Whether the line at or above each chatter frequency is one of the chosen; false where nothing chatters."""
+    at = np.clip(np.searchsorted(lines, np.nan_to_num(chatter)), 0, len(lines) - 1)
+    return np.asarray(np.isfinite(chatter) & chosen[at])

@@ -1,0 +1,223 @@
+"""The lowest limit of an exact chart over its whole range of speeds, dips between its lines included.
+
+A period doubling may cut a dip into the boundary that is narrower than the spacing of the lines, where a chatter that
+is not the first one on either side passes half a tooth frequency. So three things are looked at: intervals over which
+the lobe, the kind or ⌊2·f_c/f_T⌋ of the chatter changes are halved; a chatter f that is lowest somewhere is looked for
+again at every speed of the range at which it stands alike to the teeth, f_T = f/(k + ψ) and 2·f/k; and every low place
+is closed in.
+"""
+
+from __future__ import annotations
+
+import re
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from jointlib.arrays import Array, ArrayLike
+
+from ...indices import Index, Mask
+from ...model.machine import Machine
+from ..process.chart import StabilityLobes
+from ..process.cutting import Cutting
+from ..process.power_law import touching_ratio
+from ..rest.periodic import AT_SPEEDS
+from .frozen_lobes import frozen_lobes, lobes_at_amplitude
+
+_HALVINGS = 5
+_CLOSER = 6
+_LOOKS = 2
+"""Speeds inside an interval beside a low place, at every closer look."""
+_NEAR = 1.5
+"""Times the lowest limit up to which a low place is looked at."""
+_CLOSED = 2e-5
+"""Share of the speed to which low places are closed in."""
+_NARROW = 1e-3
+"""Share of the speed below which an interval is not halved."""
+_DIPS = 1 - 1e-3
+_FEWEST = 3
+_TRIED = 5
+"""Speeds that tell how long all of them take."""
+_BOUND = re.compile(r"[0-9.]+e-[0-9]+")
+_KEYS = ("speed", "depth", "chatter_frequency", "kind", "lobe")
+
+
+def lobes_over_range(
+    machine: Machine, speed: ArrayLike, amplitude: float = 0.0, method: str | None = None, budget: float = np.inf
+) -> StabilityLobes:
+    """`lobes_at_amplitude` over a range of speeds (rpm, ascending): what dips between them is among them as well.
+
+    Once ``budget`` (s) is spent the chart ends with the speeds that are known, spread over the range, and says so.
+    """
+    speeds, deadline = np.ravel(np.asarray(speed, dtype=float)), time.monotonic() + budget
+
+    def at(further: Array) -> StabilityLobes:
+        return lobes_at_amplitude(machine, further, amplitude, method)
+
+    tried = np.unique(np.linspace(0, speeds.size - 1, _TRIED).round().astype(int))
+    begun = time.monotonic()
+    chart = at(speeds if not np.isfinite(budget) else speeds[tried])
+    if chart.speed.size < speeds.size:
+        slow = (time.monotonic() - begun) * speeds.size / tried.size > budget / 2
+        slow = slow and not chart.branches
+        chart = _until(chart, np.delete(speeds, tried), at, deadline) if slow else at(speeds)
+    if chart.branches or chart.speed.size < _FEWEST:
+        return chart  # closed forms have the minimum over every speed
+    known = chart.speed.size
+    chart = over_the_range(chart, at, deadline)
+    if time.monotonic() < deadline:
+        return chart
+    short = (
+        f"Time was up after {budget:g} s: {known} of {speeds.size} speeds are computed, spread over the range, and "
+        "dips between them were not looked for to the end."
+    )
+    return replace(chart, minimum_at=None, notes=(*chart.notes, AT_SPEEDS), warnings=(*chart.warnings, short))
+
+
+def _until(
+    chart: StabilityLobes, speeds: Array, at: Callable[[Array], StabilityLobes], deadline: float
+) -> StabilityLobes:
+    """The chart with further speeds, those farthest from any that is known first, until the deadline."""
+    known = [chart]
+    while len(speeds) and time.monotonic() < deadline:
+        done = np.concatenate([one.speed for one in known])
+        farthest = int(np.argmax(np.min(np.abs(speeds[:, None] - done), axis=1)))
+        known.append(at(speeds[[farthest]]))
+        speeds = np.delete(speeds, farthest)
+    order = np.argsort(np.concatenate([one.speed for one in known]))
+    values: dict[str, Any] = {key: np.concatenate([getattr(one, key) for one in known])[order] for key in _KEYS}
+    return replace(chart, **values, warnings=_widest([said for one in known for said in one.warnings]))
+
+
+def _widest(said: list[str]) -> tuple[str, ...]:
+    """Of sentences that differ by a bound alone (3e-05), the one with the largest."""
+    found = {}
+    for sentence in sorted(said, key=lambda one: max(map(float, _BOUND.findall(one)), default=0.0)):
+        found[_BOUND.sub("", sentence)] = sentence
+    return tuple(found.values())
+
+
+def over_the_range(
+    chart: StabilityLobes, at: Callable[[Array], StabilityLobes], deadline: float = np.inf
+) -> StabilityLobes:
+    """The chart with the lowest place of every interval that dips below both its ends, and the minimum over all speeds.
+
+    ``chart`` has ascending speeds and comes from a method that computes speed by speed; ``at`` computes further ones,
+    until a ``deadline`` by `time.monotonic`.
+    """
+    grid = chart.speed.ravel()
+    known = {key: getattr(chart, key).ravel() for key in _KEYS}
+
+    def join(speeds: Array) -> None:
+        parts = [speeds] if deadline == np.inf else speeds[:, None]
+        for part in parts:
+            if time.monotonic() > deadline:
+                return
+            more = at(part)
+            order = np.argsort(np.concatenate([known["speed"], part]), kind="stable")
+            for key in _KEYS:
+                known[key] = np.concatenate([known[key], getattr(more, key).ravel()])[order]
+
+    for _ in range(_HALVINGS):
+        split = np.flatnonzero(_changes(known, chart.cuts_per_revolution))
+        if not len(split):
+            break
+        join((known["speed"][split] + known["speed"][split + 1]) / 2)
+    again = _alike(known, chart.cuts_per_revolution)
+    if len(again):
+        join(again)
+    for _ in range(_CLOSER):
+        closer = _beside(known)
+        if not len(closer):
+            break
+        join(closer)
+    kept = np.isin(known["speed"], grid) | _hidden(known, grid)
+    values = {key: known[key][kept] for key in _KEYS}
+    row = int(np.argmin(known["depth"]))
+    lowest, frequency, rpm = (float(known[key][row]) for key in ("depth", "chatter_frequency", "speed"))
+    waves = 60 * frequency / (chart.cuts_per_revolution * rpm)
+    return replace(
+        chart,
+        **values,
+        minimum_depth=lowest,
+        minimum_frequency=frequency,
+        minimum_phase=waves % 1,
+        minimum_at=rpm if np.isfinite(lowest) else None,
+        notes=tuple(note for note in chart.notes if note != AT_SPEEDS),
+    )
+
+
+def _hidden(known: dict[str, Array], grid: Array) -> Mask:
+    """The lowest speed of every interval of the grid that dips below both its ends."""
+    speed, depth = known["speed"], known["depth"]
+    ends = depth[np.searchsorted(speed, grid)]
+    interval = np.clip(np.searchsorted(grid, speed, side="right") - 1, 0, len(grid) - 2)
+    below = depth < _DIPS * np.minimum(ends[interval], ends[interval + 1])
+    found = np.zeros(len(speed), dtype=bool)
+    order = np.lexsort((depth, interval))
+    order = order[below[order]]
+    found[order[np.unique(interval[order], return_index=True)[1]]] = True
+    return found
+
+
+def _changes(known: dict[str, Array], cuts: int) -> Mask:
+    """Intervals between neighbouring speeds in which another chatter takes over."""
+    half = np.floor(120 * known["chatter_frequency"] / (cuts * known["speed"]))
+    other = (
+        (half[1:] != half[:-1]) | (known["kind"][1:] != known["kind"][:-1]) | (known["lobe"][1:] != known["lobe"][:-1])
+    )
+    return np.asarray(other & (np.diff(known["speed"]) > _NARROW * known["speed"][1:]))
+
+
+def _lows(depth: Array) -> Index:
+    """Rows that are lower than both neighbours and not far above the lowest of all."""
+    padded = np.concatenate([[np.inf], depth, [np.inf]])
+    low = (depth <= padded[:-2]) & (depth <= padded[2:]) & (depth <= _NEAR * np.min(depth)) & np.isfinite(depth)
+    return np.flatnonzero(low)
+
+
+def _alike(known: dict[str, Array], cuts: int) -> Array:
+    """Speeds at which a chatter that is lowest somewhere stands to the teeth as it does there, or at half of them."""
+    speed = known["speed"]
+    found = [np.zeros(0)]
+    for row in _lows(known["depth"]).tolist():
+        f = float(known["chatter_frequency"][row])
+        waves = 60 * f / (cuts * speed[row])
+        k = np.arange(int(60 * f / (cuts * speed[0])) + 2.0)
+        order = np.concatenate([k + waves % 1, k / 2])
+        found.append(60 * f / (cuts * order[order > 0]))
+    wanted = np.unique(np.concatenate(found))
+    wanted = wanted[(wanted > speed[0]) & (wanted < speed[-1])]
+    away = np.min(np.abs(wanted[:, None] - speed), axis=1, initial=np.inf) > _NARROW / 4 * wanted
+    return np.asarray(wanted[away])
+
+
+def _beside(known: dict[str, Array]) -> Array:
+    """Speeds inside the intervals round every low place."""
+    speed, found = known["speed"], [np.zeros(0)]
+    for row in _lows(known["depth"]).tolist():
+        for a, b in pairwise(speed[max(row - 1, 0) : row + 2].tolist()):
+            if b - a > _CLOSED * b:
+                found.append(np.linspace(a, b, _LOOKS + 2)[1:-1])
+    return np.unique(np.concatenate(found))
+
+
+def least_depth(machine: Machine, chart: StabilityLobes, amplitude: Array) -> tuple[float, float]:
+    """Depth in m below which no vibration lasts at any speed in turning, and up to which amplitude in m that is known.
+
+    The least over every speed of the ``chart`` at rest and of the machine at each amplitude (m, ascending). A cut whose
+    force grows with a power q < 1 of the chip is weakest where the edge just leaves it (`touching_ratio`).
+    """
+    cutting = Cutting(**dict(machine.cutting or {}))
+    bent = min(1.0, touching_ratio(cutting.exponent)) if cutting.feed is not None else 1.0
+    least, known = chart.minimum_depth, 0.0
+    for size in amplitude.tolist():
+        layer, held = frozen_lobes(machine, chart.speed, size, chart.method)
+        if np.any(held):
+            break
+        least, known = min(least, layer.minimum_depth), size
+    return (least * bent, known) if known else (np.inf, 0.0)

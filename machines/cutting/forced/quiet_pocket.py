@@ -1,0 +1,66 @@
+"""A quieter setting beside a recommended pocket whose teeth meet a resonance.
+
+The best pocket lies where the tooth frequency is near a natural frequency, so it is there that the teeth shake the tool
+most (Schmitz and Smith, Machining Dynamics, ch. 5: surface location error).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from jointlib.arrays import Array
+from jointlib.errors import CheckFailed, InputError
+
+from ...harmonic_balance.assembly import is_linear
+from ...model.machine import Machine
+from ..amplitude.pocket import RESERVE, Pocket, removal_rate, worst_near
+from ..process.cutting import Cutting
+from .forced_vibration import forced_vibration, too_many
+from .shaken_limits import SteadyCut, steady_cut
+
+LOUD = 0.5
+"""Vibration of the teeth over the feed per tooth above which a quieter setting is named."""
+_MOST = 24
+"""Settings looked at where joints depend on amplitude."""
+
+
+def quiet_pocket(machine: Machine, speeds: Array, safe: Array, best: Pocket, amplitude: float) -> Pocket | None:
+    """The setting that removes most among those whose teeth move the tool by less than `LOUD` times the feed.
+
+    ``speeds`` in rpm, ascending, ``safe`` the limits there in m, and ``amplitude`` (m) what the teeth make of the tool
+    in the recommended pocket, ``best``. None where that is below `LOUD` already, or no setting is quieter.
+    """
+    cutting = Cutting(**dict(machine.cutting or {}))
+    if cutting.feed is None or too_many(machine) or not amplitude > LOUD * cutting.feed:
+        return None
+    (worst,), inside = worst_near(speeds, safe[None])
+    chosen = np.flatnonzero(inside & np.isfinite(worst))
+    if not len(chosen):
+        return None
+    if not all(map(is_linear, machine.joints())):
+        chosen = chosen[np.unique(np.linspace(0, len(chosen) - 1, _MOST).round().astype(int))]
+    depth = (1 - RESERVE) * worst[chosen]
+    try:
+        found = forced_vibration(machine, speeds[chosen], depth)
+    except (CheckFailed, InputError):
+        return None
+    quiet = found.settled & (np.nan_to_num(found.amplitude, nan=np.inf) <= LOUD * cutting.feed)
+    if not np.any(quiet):
+        return None
+    at = int(np.argmax(np.where(quiet, speeds[chosen] * depth, 0.0)))
+    speed, b = float(speeds[chosen[at]]), float(depth[at])
+    return Pocket(speed, b, float(safe[chosen[at]]), removal_rate(cutting, speed, b))
+
+
+def pocket_in_cut(
+    machine: Machine, speeds: Array, safe: Array, best: Pocket
+) -> tuple[SteadyCut | None, Pocket | None, list[str]]:
+    """The cut in the recommended pocket, a setting with less of its vibration, and both told; see `quiet_pocket`."""
+    cut = steady_cut(machine, best.speed, best.depth)
+    if cut is None:
+        return None, None, []
+    said = [cut.words()]
+    quiet = quiet_pocket(machine, speeds, safe, best, float(cut.forced.amplitude[0]))
+    if quiet is not None:
+        said.append(f"With a tooth-passing vibration of less than half the feed: {quiet.words()}.")
+    return cut, quiet, said

@@ -1,0 +1,294 @@
+"""The time-domain witness: a machine with its nonlinear joints is cut with in time, from vibrations of many sizes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from jointlib.arrays import Array, ArrayLike, ComplexArray
+from jointlib.errors import InputError
+
+from ...indices import Mask
+from ...model.machine import Machine
+from ..amplitude.amplitude_limits import Cycle, amplitude_range
+from ..amplitude.chattering_tool import chattering_point
+from ..amplitude.frozen_lobes import frozen_lobes
+from ..amplitude.words import mm, story, um
+from ..process.cutting import Cutting
+from ..process.passes import Stretch, stretches
+from .delay_simulation import Chip, Cut, Run, Surface, simulate
+from .envelope import envelope, strongest_line
+from .moving_parts import MovingParts, moving_parts
+
+_WAVES = 250
+_STEPS = 60
+_STARTS = 16
+_REFINED = 6
+_NEAR = 0.03
+_TOGETHER = -0.5
+_FAR = 1.5
+_NARROW = 2e-3
+_TINY = 1e-300
+_REACH = 100.0
+_HALF_WAVE = 0.01
+_WINDOW, _BEATING = 12, 60
+"""Waves in which an amplitude is read; the lines of milling beat."""
+
+
+@dataclass(frozen=True, eq=False)
+class Witness:
+    """What became of vibrations of several sizes at one speed (rpm) and depth (m); arrays are (starts,)."""
+
+    speed: float
+    depth: float
+    start: Array
+    """Tool-point amplitude in m before time 0, ascending."""
+    end: Array
+    """Amplitude in m at the end; inf where it passed all bounds."""
+    rate: Array
+    """Growth in 1/s once the start has settled."""
+    grows: Mask
+    lost_contact: Mask
+    """Whether an edge left the cut towards the end."""
+    frequency: float
+    """Of the vibration that lasts, else of the one that started, in Hz."""
+    cycles: tuple[Cycle, ...]
+    """Vibrations found to persist: thresholds, and amplitudes on which chatter settles."""
+    duration: float
+    """Simulated time in s."""
+
+    def __str__(self) -> str:
+        left = " The edge then leaves the cut once in a while." if np.any(self.lost_contact & self.grows) else ""
+        low, high = self.start[0], self.start[-1]
+        fate = story(bool(self.grows[0]), self.cycles, um(high), f"of {um(low)} to {um(high)}")
+        return f"In time, at {self.speed:g} rpm and {mm(self.depth)}, {fate}.{left}"
+
+
+def witness(
+    machine: Machine,
+    speed: float,
+    depth: float,
+    amplitude: ArrayLike | None = None,
+    *,
+    rounds: int = 5,
+    waves: int = _WAVES,
+    steps: int = _STEPS,
+    frequency: float | None = None,
+) -> Witness:
+    """Simulate the cut from a batch of vibrations and tell which grow, and between which sizes the answer changes.
+
+    The machine's state equations are integrated with its joints' laws in time, memory included, and with the delayed
+    chip. With a ``feed`` in the cutting operation an edge that leaves the cut feels no force and next time meets the
+    deepest of all earlier passes; without one the force is linear in the chip. Every change from dying to growing or
+    back is closed in on by further batches, and its amplitude read where the growth vanishes. A flip has a fixed phase
+    to the teeth: near one the vibrations start in two phases, a quarter wave apart, and those that lasted longer count.
+
+    Parameters
+    ----------
+    speed, depth
+        rpm and m.
+    amplitude
+        Tool-point amplitudes in m to start from, ascending; default: 16 over the range of `amplitude_limits`.
+    rounds
+        Batches; the second and later ones lie around the changes that the one before found.
+    waves
+        Length of a simulation in chatter periods.
+    steps
+        Steps per chatter period, at least.
+    frequency
+        Hz, of the starting vibration; default: the chatter frequency that the frozen joints predict.
+    """
+    if machine.cutting is None:
+        raise InputError(f"{machine.where}: no [cutting], a simulation of the cut needs a cutting operation")
+    if not (np.isfinite(speed) and speed > 0 and np.isfinite(depth) and depth > 0):
+        raise InputError(f"witness: {speed!r} rpm and {depth!r} m, expected a speed and a depth above 0")
+    cutting = Cutting(**dict(machine.cutting))
+    given = amplitude_range(cutting, _STARTS) if amplitude is None else np.atleast_1d(np.asarray(amplitude, float))
+    if given.ndim != 1 or not np.all(np.isfinite(given)) or np.any(np.diff(given, prepend=0) <= 0):
+        raise InputError("witness: amplitudes must be above 0 and ascending, in m")
+    hertz = _chatter(machine, speed, float(np.sqrt(given[0] * given[-1]))) if frequency is None else frequency
+    phases = (0.0, np.pi / 2) if _flips(cutting, speed, hertz) else (0.0,)
+    kicked = [vibrate(machine, speed, depth, given, hertz, waves, steps, phase=phase) for phase in phases]
+    batches = [max(kicked, key=lambda one: float(np.sum(np.log(np.maximum(one.early, _TINY)))))]
+    phase = phases[kicked.index(batches[0])]
+    reach = _REACH * float(given[-1])
+    for _ in range(rounds - 1):
+        closer = _between(batches[-1])
+        if not len(closer):
+            break
+        batches.append(vibrate(machine, speed, depth, closer, hertz, waves, steps, reach, phase))
+    first, last = batches[0], batches[-1]
+    lasting = int(np.argmax(np.where(np.isfinite(first.end), first.end, 0.0)))
+    return Witness(
+        speed,
+        depth,
+        first.start,
+        first.end,
+        first.rate,
+        first.grows,
+        first.lost,
+        strongest_line(first.run, lasting, first.forced) if first.grows[lasting] else hertz,
+        _cycles(last) + _beyond(first),
+        first.run.duration,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Batch:
+    """Vibrations simulated side by side, see `Witness`; ``typical`` is the amplitude in m that ``rate`` belongs to."""
+
+    start: Array
+    end: Array
+    rate: Array
+    early: Array
+    typical: Array
+    grows: Mask
+    lost: Mask
+    run: Run
+    milled: bool
+    forced: bool
+
+
+def vibrate(
+    machine: Machine,
+    speed: float,
+    depth: ArrayLike,
+    start: Array,
+    hertz: float,
+    waves: int = _WAVES,
+    steps: int = _STEPS,
+    reach: float | None = None,
+    phase: float = 0.0,
+) -> Batch:
+    """Simulate one batch: ``depth`` in m may differ from motion to motion, and ``start`` holds their amplitudes in m.
+
+    ``hertz`` is the frequency of the starting vibrations and ``phase`` in rad their angle at time 0; motions that
+    exceed ``reach`` (m) are stopped, by default at a hundred times the largest start.
+    """
+    cutting = Cutting(**dict(machine.cutting or {}))
+    axes = machine.tool_axes
+    parts, state, joints, tool = _vibrating(machine, cutting, hertz, start, phase)
+    cut = stretches(cutting, axes, speed, hertz * steps)
+    surfaces = [_ploughed(s, at, tool, hertz) for s, at in zip(cut, _begins(cut), strict=True)]
+    periods = max(8, int(np.ceil(waves * cutting.cuts_per_revolution * speed / 60 / hertz)))
+    memories = parts.memories(joints, 2 * np.pi * hertz)
+    chip = Chip(cutting.feed, cutting.exponent)
+    depths = np.array(np.broadcast_to(np.asarray(depth, dtype=float), len(start)))
+    bound = _REACH * float(np.max(start)) if reach is None else reach
+    run = simulate(parts, Cut(cut, chip, depths), state, memories, surfaces, periods, bound)
+    milled = cutting.process == "milling"
+    forced = milled and cutting.feed is not None
+    sizes = envelope(run, hertz, _BEATING if milled else _WINDOW, forced)
+    end = np.where(run.escaped, np.inf, sizes.amplitude[-1])
+    change = np.log(np.maximum(end, _TINY) / np.maximum(sizes.early, _TINY))
+    moved = np.log(np.clip(end, _TINY, 1e9 * start) / start)
+    # What went far, or to where its neighbours went, is judged by where that is; any other by how it goes on.
+    together = np.zeros(len(start), dtype=bool)
+    if len(start) > 1 and np.all(np.diff(start) > 0):
+        together = np.gradient(moved, np.log(start)) < _TOGETHER
+    there = (np.abs(moved) > _FAR) | together
+    grows = (there & (moved > 0)) | (~there & (change > 0))
+    tail = np.asarray(np.any(run.lost[-max(1, len(run.lost) // 10) :], axis=0), dtype=np.bool_)
+    rate = np.where(run.escaped, np.inf, sizes.rate)
+    return Batch(start, end, rate, sizes.early, sizes.typical, grows, tail, run, milled, forced)
+
+
+def _between(batch: Batch) -> Array:
+    """Amplitudes around every change from dying to growing or back that is not yet narrow."""
+    found = []
+    for i in np.flatnonzero(batch.grows[1:] != batch.grows[:-1]):
+        found.append(np.geomspace(batch.start[i], batch.start[i + 1], _REFINED))
+    if not found or all(np.log(part[-1] / part[0]) < _NARROW for part in found):
+        return np.empty(0)
+    return np.unique(np.concatenate(found))
+
+
+def _cycles(batch: Batch) -> tuple[Cycle, ...]:
+    """The amplitude at each change: where both neighbours grow at no rate, or what both settled on, or their middle."""
+    found = []
+    for i in np.flatnonzero(batch.grows[1:] != batch.grows[:-1]):
+        pair = slice(i, i + 2)
+        rate, size, end = batch.rate[pair], np.log(batch.typical[pair]), batch.end[pair]
+        stable = bool(batch.grows[i])
+        at = float(np.mean(np.log(batch.start[pair])))
+        if np.all(np.isfinite(end)) and np.all(np.abs(np.log(end / batch.start[pair])) < _NEAR):
+            if (rate[1] - rate[0]) * (-1 if stable else 1) > 0 and rate[0] * rate[1] < 0:
+                at = float((rate[1] * size[0] - rate[0] * size[1]) / (rate[1] - rate[0]))
+            if stable and abs(np.log(end[1] / end[0])) < _NARROW:
+                at = float(np.mean(np.log(end)))
+        early = batch.early[pair]
+        if not stable and batch.milled and abs(np.log(early[1] / early[0])) < _NEAR:
+            # A start of one line is not the shape of a cycle in milling; two motions that part late both followed it.
+            at = float(np.mean(np.log(early)))
+        found.append(Cycle(float(np.exp(at)), strongest_line(batch.run, int(i), batch.forced), stable))
+    return tuple(found)
+
+
+def _beyond(batch: Batch) -> tuple[Cycle, ...]:
+    """Chatter larger than all starts, if the largest of them settled there."""
+    end, start = batch.end[-1], batch.start[-1]
+    if not batch.grows[-1] or not np.isfinite(end) or end < (1 + _NEAR) * start:
+        return ()
+    if abs(batch.rate[-1]) * batch.run.duration > _NEAR:
+        return ()
+    return (Cycle(float(end), strongest_line(batch.run, -1, batch.forced), True),)
+
+
+def _chatter(machine: Machine, speed: float, amplitude: float) -> float:
+    """Chatter frequency in Hz with the joints frozen at an amplitude; where nothing chatters, the most flexible one."""
+    chart, _ = frozen_lobes(machine, [speed], amplitude)
+    found = float(chart.chatter_frequency[0])
+    if np.isfinite(found):
+        return found
+    if np.isfinite(chart.minimum_frequency):
+        return float(chart.minimum_frequency)
+    raise InputError(f"{machine.where}: nothing chatters inside its frequencies; give the frequency of the start")
+
+
+def _flips(cutting: Cutting, speed: float, hertz: float) -> bool:
+    """Whether a vibration repeats every second tooth."""
+    turns = hertz * 60 / speed / cutting.cuts_per_revolution
+    return cutting.process == "milling" and abs(turns % 1 - 0.5) < _HALF_WAVE
+
+
+def _vibrating(
+    machine: Machine, cutting: Cutting, hertz: float, amplitude: Array, phase: float
+) -> tuple[MovingParts, Array, ComplexArray, ComplexArray]:
+    """The machine in harmonic motion at time 0 with each tool amplitude: its states, and phasors of joints and tool."""
+    omega = 2 * np.pi * hertz
+    points = [chattering_point(machine, cutting, hertz, float(A)) for A in amplitude]
+    middle = points[len(points) // 2][0].joint_amplitude[0]
+    parts = moving_parts(machine, middle, omega)
+    j = len(parts.rest)
+    states = []
+    for (point, direction), A in zip(points, amplitude, strict=True):
+        sizes = point.joint_amplitude[0][list(parts.index)]
+        gains = np.array(
+            [
+                complex(part.first_harmonic(max(a, 1e-12), omega).gain)
+                for part, a in zip(parts.rest, sizes, strict=True)
+            ],
+            dtype=complex,
+        )
+        phasor = parts.harmonic(omega, gains, direction)
+        tip = (parts.P @ phasor)[2 * j : 2 * j + parts.tool]
+        # With phase 0 the moment of the largest excursion is time 0.
+        states.append(phasor * A * np.exp(1j * phase) / tip[np.argmax(np.abs(tip))])
+    moving = np.stack(states, axis=1)
+    y = parts.P @ moving
+    return parts, moving.real.copy(), y[:j], y[2 * j : 2 * j + parts.tool]
+
+
+def _begins(cut: tuple[Stretch, ...]) -> Array:
+    lengths = np.array([s.steps * s.step for s in cut])
+    return np.asarray(np.cumsum(lengths) - lengths - np.sum(lengths))
+
+
+def _ploughed(stretch: Stretch, begins: float, tool: ComplexArray, hertz: float) -> Surface:
+    """Surface that the tool in harmonic motion left in the period before time 0."""
+    omega = 2 * np.pi * hertz
+    time = begins + stretch.step * np.arange(stretch.steps + 1)
+    turned = tool * np.exp(1j * omega * time)[:, None, None]
+    x, v = turned.real, (1j * omega * turned).real
+    return Surface.ploughed(stretch, x, v)

@@ -1,0 +1,4 @@
+"""Eigenvalue loops of the cut: harmonics, collocation, and the crossings at which they chatter.
+
+Imports the process.
+"""

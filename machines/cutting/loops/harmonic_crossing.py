@@ -1,0 +1,152 @@
+"""The limiting depth at one speed from the harmonics of the tooth frequency, settled with twice as many."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from jointlib.arrays import Array
+from jointlib.errors import CheckFailed
+
+from ...tool.bounded_band import Shape, Spectrum
+from ..process.cutting import Cutting
+from .critical_depth import eigenvector, first_crossings, near
+from .iterated_loop import IteratedLoop
+from .loop_branches import NONE, Crossing
+from .multi_frequency import HarmonicLoop
+
+PAST = 3
+"""Harmonics beyond the highest frequency that matters, in the search; the depth itself is settled with more."""
+MOST_SEARCHED, _MOST = 128, 256
+AGREE = 1e-4
+SAME = 0.05
+_GAIN = 0.5
+_FEW = 24
+"""Harmonics up to which all lines take part in the search."""
+_LARGEST = 240
+"""Rows of the matrices of a loop up to which all its eigenvalues are computed."""
+STRONG, _FAINTEST = 0.3, 1e-3
+"""Shares of the largest receptance: where the search begins, and below which nothing chatters."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """A crossing with its chatter line (in tooth frequencies) and the relative error in depth that the band leaves.
+
+    ``harmonics`` are those of the loop that settled it.
+    """
+
+    crossing: Crossing
+    line: float = np.nan
+    doubt: float = 0.0
+    harmonics: int = 0
+
+
+def harmonic_crossing(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> Found:
+    """The settled crossing at one speed; P grows until twice as many change nothing."""
+    fraction = resolved.folded(loop.tooth_frequency)
+    P = int(np.ceil(resolved.highest / loop.tooth_frequency)) + PAST
+    while P <= _FEW:
+        coarse, finer = replace(loop, harmonics=P), replace(loop, harmonics=2 * P)
+        search = first_crossings(coarse, fraction)
+        if not search and not first_crossings(finer, fraction):
+            return Found(NONE)
+        if search and left_out(resolved, coarse, stiffest * search[0].depth) < _GAIN:
+            before, settled = search[0], min((near(finer, one) for one in search), key=lambda one: one.depth)
+            if settled.kind and abs(settled.depth / before.depth - 1) < SAME:
+                first = replace(loop, harmonics=2 * P), settled
+                while settled.kind and abs(settled.depth / before.depth - 1) > AGREE and finer.harmonics < _MOST:
+                    before, finer = settled, replace(loop, harmonics=2 * finer.harmonics)
+                    settled = near(finer, before)
+                if abs(settled.depth / before.depth - 1) <= AGREE:
+                    moved = coarse.motion(settled.fraction, eigenvector(coarse, settled))
+                    line = largest_line(settled.fraction + coarse.orders, moved)
+                    return Found(settled, line, _doubt(*first, fraction), finer.harmonics)
+        P *= 2
+    return _strongest(loop, resolved, stiffest)
+
+
+def _strongest(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> Found:
+    """The settled crossing where many teeth pass in a wave of the fastest mode: the strongest lines first.
+
+    A line on which the gain round the loop stays below `_GAIN` at the depth found cannot chatter by itself, so that
+    modes far above the band ask for no harmonics.
+    """
+    level, faintest = STRONG * resolved.largest, _FAINTEST * resolved.largest
+    while True:
+        P = int(np.ceil(resolved.reaching(max(level, faintest)) / loop.tooth_frequency)) + PAST
+        if level < faintest:
+            P = max(P, min(2 * P, _MOST))  # nothing chatters where twice as many find nothing either
+        if P > _MOST:
+            break
+        whole, finer = resolving(loop, P), resolving(loop, 2 * P)
+        fraction = resolved.folded(loop.tooth_frequency, level / 2)
+        search = first_crossings(whole, fraction)
+        if not search and level < faintest:
+            return Found(NONE)
+        if not search:
+            level /= 4
+            continue
+        needed = _GAIN / (2 * stiffest * search[0].depth)
+        if level >= faintest and resolved.reaching(needed) > (P + 0.5) * loop.tooth_frequency:
+            level = min(needed, level / 1.5)
+            continue
+        before, settled = search[0], min((near(finer, one) for one in search), key=lambda one: one.depth)
+        while settled.kind and abs(settled.depth / before.depth - 1) > AGREE and P < _MOST:
+            P *= 2
+            before, finer = settled, resolving(loop, 2 * P)
+            settled = near(finer, before)
+        if not settled.kind or abs(settled.depth / before.depth - 1) > AGREE:
+            break
+        orders = np.arange(-2.0 * P - 1, 2.0 * P + 1)
+        lines = loop.receptance((settled.fraction + orders) * loop.tooth_frequency)
+        moved = np.einsum("qab,qb->qa", lines, finer.force(eigenvector(finer, settled)))
+        line = largest_line(settled.fraction + orders, np.linalg.norm(moved, axis=1))
+        return Found(settled, line, _doubt(replace(loop, harmonics=P), settled, fraction), 2 * P)
+    raise CheckFailed(
+        f"multi-frequency: {P} harmonics of a tooth frequency of {loop.tooth_frequency:g} Hz would be needed, expected "
+        f"at most {_MOST}; take a faster spindle, or zero-order, near the truth with so many waves between teeth"
+    )
+
+
+def resolving(loop: HarmonicLoop, harmonics: int) -> HarmonicLoop | IteratedLoop:
+    """The loop with so many harmonics, as suits its size."""
+    resolved = replace(loop, harmonics=harmonics)
+    return IteratedLoop(resolved) if resolved.size > _LARGEST else resolved
+
+
+def left_out(resolved: Shape, loop: HarmonicLoop, cut: float) -> float:
+    """Gain round the loop, at most, of lines past the harmonics kept; below 1 they cannot chatter by themselves."""
+    beyond = resolved.size[resolved.lines > (loop.harmonics + 0.5) * loop.tooth_frequency]
+    return 2 * cut * float(np.max(beyond, initial=0.0))
+
+
+def stiffest_direction(cutting: Cutting, axes: tuple[int, ...]) -> float:
+    """Largest stiffness of the cut per depth over a turn of the tool, N/m²."""
+    angle = np.linspace(0, 2 * np.pi, 721)[:, None] + 2 * np.pi / cutting.cuts_per_revolution * np.arange(
+        cutting.cuts_per_revolution
+    )
+    place = np.mod(angle, 2 * np.pi)
+    u, v = (part[..., list(axes)] for part in cutting.tooth(place))
+    u = u * ((place >= cutting.entry_angle) & (place <= cutting.exit_angle))[..., None]
+    return float(np.max(np.linalg.norm(np.einsum("kja,kjb->kab", u, v), ord=2, axis=(1, 2))))
+
+
+def _doubt(loop: HarmonicLoop, crossing: Crossing, fraction: Array) -> float:
+    """Relative change of the depth if the receptance is zero above its last known line and constant below the first."""
+    receptance = loop.receptance
+    assert isinstance(receptance, Spectrum)
+    if not np.isfinite(receptance.known[1]):
+        return 0.0
+    bare = replace(loop, receptance=replace(receptance, carried_on=False))
+    without = near(bare, crossing)
+    depth = (
+        without.depth if without.kind else min((one.depth for one in first_crossings(bare, fraction)), default=np.inf)
+    )
+    return abs(depth / crossing.depth - 1)
+
+
+def largest_line(line: Array, moved: Array) -> float:
+    """The line, in tooth frequencies, at which the tool moves most; of two alike the positive one."""
+    return float(abs(line[np.argmax(moved)]))

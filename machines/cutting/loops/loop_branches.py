@@ -1,0 +1,156 @@
+"""Branches of the loop over a tooth period: its eigenvalues over ν, where they close on themselves, and how closely.
+
+The equations are those of `critical_depth`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+from scipy.linalg.lapack import zgetrf, zgetrs
+
+from jointlib.arrays import Array, ComplexArray
+from jointlib.errors import CheckFailed
+
+from ...indices import Mask
+
+Loop = Callable[[Array], ComplexArray]
+"""ν, shape (g,) → the matrices of the loop in 1/m, shape (g, m, m)."""
+
+
+@runtime_checkable
+class Iterated(Protocol):
+    """A loop too large for its matrices: it finds its own eigenvalues."""
+
+    def nearest(self, fraction: float, guess: complex) -> tuple[complex, ComplexArray]:
+        """The eigenvalue nearest to a guess and its vector."""
+
+
+LOOKED = 0.5
+"""Share of the level: an eigenvalue that closes at ν lies at −1/depth there, and by so much to the left beside it."""
+_STEP = 0.35
+_APART = 0.5
+_TOLERANCE = 1e-12
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """Depth in m (inf where there is none), ν = ω/ω_T in (0, 1/2], and the eigenvalue of the loop there in 1/m."""
+
+    depth: float
+    fraction: float
+    eigenvalue: complex
+
+    @property
+    def kind(self) -> str:
+        """``"flip"`` at half the tooth frequency, ``"hopf"`` below it, empty where there is no crossing."""
+        if not np.isfinite(self.depth):
+            return ""
+        return "flip" if self.fraction == 0.5 else "hopf"
+
+
+NONE = Crossing(np.inf, np.nan, complex(np.nan))
+
+
+def regeneration(fraction: Array) -> ComplexArray:
+    """1 − e^(−2πjν)."""
+    return np.asarray(1 - np.exp(-2j * np.pi * fraction))
+
+
+@dataclass(frozen=True)
+class Bracket:
+    """Two neighbouring ν with their eigenvalues between which Im changes sign, and the lowest depth possible."""
+
+    floor: float
+    left: float
+    right: float
+    start: complex
+    end: complex
+
+
+def brackets(fraction: Array, values: ComplexArray, matters: Mask, level: float) -> tuple[list[Bracket], Mask]:
+    """The crossings between neighbours, and which intervals are too coarse to tell.
+
+    Only eigenvalues that may close at a depth of at most 1/level near by are looked at, each beside the nearest one at
+    the other end.
+    """
+    rows = np.flatnonzero(matters)
+    coarse = np.zeros(len(matters), dtype=bool)
+    left, right = values[rows], values[rows + 1]
+    at_left = left * regeneration(fraction[rows])[:, None]
+    at_right = right * regeneration(fraction[rows + 1])[:, None]
+    distance = np.abs(left[:, :, None] - right[:, None, :])
+    found = []
+    for flipped in (False, True):
+        own, other = (at_right, at_left) if flipped else (at_left, at_right)
+        size = np.abs(right if flipped else left)
+        apart = np.swapaxes(distance, 1, 2) if flipped else distance
+        mate = np.argmin(apart, axis=2)
+        two = np.partition(apart, 1, axis=2)[:, :, :2] if apart.shape[2] > 1 else np.dstack([apart, apart + np.inf])
+        looked = own.real <= -LOOKED * level
+        wide = (two[:, :, 0] > _STEP * size) | ((two[:, :, 0] > _APART * two[:, :, 1]) & (two[:, :, 0] > 0.02 * size))
+        coarse[rows[np.any(wide & looked, axis=1)]] = True
+        row, column = np.nonzero(looked)
+        partner = mate[row, column]
+        a, b = own[row, column], other[row, partner]
+        crossed = (a.imag * b.imag < 0) & (np.minimum(a.real, b.real) < 0)
+        row, column, partner, a, b = (part[crossed] for part in (row, column, partner, a, b))
+        strongest = np.maximum(-a.real, -b.real) + np.abs(b - a)
+        first, last = (partner, column) if flipped else (column, partner)
+        found += [
+            Bracket(1 / reach, fraction[rows[i]], fraction[rows[i] + 1], complex(left[i, p]), complex(right[i, q]))
+            for reach, i, p, q in zip(strongest.tolist(), row, first, last, strict=True)
+        ]
+    return found, coarse
+
+
+def closed(loop: Loop, bracket: Bracket) -> Crossing | None:
+    """The crossing between two ν, by the Illinois variant of false position along the chord of λ."""
+    left, right, start, end = bracket.left, bracket.right, bracket.start, bracket.end
+    origin, chord = left, (end - start) / (right - left)
+    below = (start * complex(regeneration(np.array(left)))).imag
+    above = (end * complex(regeneration(np.array(right)))).imag
+    for _ in range(80):
+        nu = right - above * (right - left) / (above - below)
+        nu = min(max(nu, min(left, right)), max(left, right))
+        value, _ = nearest(loop, float(nu), start + chord * (nu - origin))
+        turned = value * complex(regeneration(np.array(nu)))
+        if abs(turned.imag) <= _TOLERANCE * abs(turned) or abs(right - left) <= 4e-15 * nu:
+            return Crossing(-1 / turned.real, float(nu), value) if turned.real < 0 else None
+        if np.sign(turned.imag) == np.sign(above):
+            below /= 2
+        else:
+            left, below = right, above
+        right, above = nu, turned.imag
+    raise CheckFailed(f"lobes: a crossing near ν = {nu:g} of the tooth frequency did not settle")
+
+
+def nearest(loop: Loop, fraction: float, guess: complex) -> tuple[complex, ComplexArray]:
+    """The eigenvalue of a loop nearest to a guess and its vector."""
+    if isinstance(loop, Iterated):
+        return loop.nearest(fraction, guess)
+    return nearest_of(loop(np.array([fraction]))[0], guess)
+
+
+def nearest_of(matrix: ComplexArray, guess: complex) -> tuple[complex, ComplexArray]:
+    """The eigenvalue of a matrix nearest to a guess and its vector, by inverse iteration."""
+    size, shift = len(matrix), guess * (1 + 1e-9)
+    factors, pivots, _ = zgetrf(matrix - shift * np.eye(size))
+    vector = np.exp(1j * np.arange(size) ** 2) / np.sqrt(size)
+    value = complex(np.nan)
+    for _ in range(60):
+        grown, _ = zgetrs(factors, pivots, vector)
+        if not np.all(np.isfinite(grown)):
+            break  # the shift is an eigenvalue to the last digit
+        share = np.vdot(vector, grown)
+        vector = grown / np.linalg.norm(grown)
+        new = shift + 1 / complex(share)
+        if abs(new - value) <= 1e-14 * abs(new):
+            return new, vector
+        value = new
+    values, vectors = np.linalg.eig(matrix)
+    at = int(np.argmin(np.abs(values - guess)))
+    return complex(values[at]), np.asarray(vectors[:, at])

@@ -1,0 +1,127 @@
+"""Milling lobes from a receptance at all harmonics of the tooth frequency; no modes are fitted.
+
+Budak & Altintas (1998): with H_r = (N/2π)∫H₁(φ)e^(−jrNφ)dφ over the arc of cut the loop is
+
+    A_pq(ω) = H_(p−q)·G(ω + qω_T),   p, q = −P … P.
+
+H₁ = u·vᵀ has rank one, so on the nodes φ_k of a quadrature over the arc (weights W_k) the same eigenvalues, but for
+zeros, belong to
+
+    B_kl(ω) = Σ_q v_kᵀ·G(ω + qω_T)·u_l·e^(jqN(φ_k − φ_l))·W_l,
+
+which is far smaller at partial immersion: whichever of the two is smaller is used.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import numpy as np
+
+from jointlib.arrays import Array, ComplexArray
+
+from ..process.cutting import Cutting
+
+Spectrum = Callable[[Array], ComplexArray]
+"""G at frequencies in Hz of either sign, shape (…) → (…, n, n)."""
+
+_BLOCK = 2_000_000
+
+
+_gauss = lru_cache(maxsize=64)(np.polynomial.legendre.leggauss)
+
+
+@dataclass(frozen=True)
+class HarmonicLoop:
+    """The loop at one speed with P harmonics on either side; called with ν = ω/ω_T.
+
+    ``tooth_frequency`` in Hz; ``axes`` are the directions that move, 0 for x and 1 for y.
+    """
+
+    receptance: Spectrum
+    cutting: Cutting
+    axes: tuple[int, ...]
+    tooth_frequency: float
+    harmonics: int
+
+    @cached_property
+    def nodes(self) -> tuple[Array, Array]:
+        """Angles φ_k in rad and weights (N/2π)·W_k of a Gauss rule that integrates the products of all harmonics."""
+        arc = self.cutting.exit_angle - self.cutting.entry_angle
+        turns = (self.harmonics + 1) * self.cutting.cuts_per_revolution * arc
+        count = int(np.ceil(0.5 * turns + 2.5 * max(turns, 1.0) ** (1 / 3))) + 5
+        x, w = _gauss(count)
+        angle = self.cutting.entry_angle + arc * (x + 1) / 2
+        return angle, w * arc / 2 * self.cutting.cuts_per_revolution / (2 * np.pi)
+
+    def lines(self, fraction: Array) -> ComplexArray:
+        """G(ω + qω_T), shape (g, 2P + 2, n, n)."""
+        return self.receptance((fraction[:, None] + self.orders) * self.tooth_frequency)
+
+    @property
+    def orders(self) -> Array:
+        """q = −P−1 … P: symmetric about zero frequency at ν = 1/2, where flips are."""
+        return np.arange(-self.harmonics - 1.0, self.harmonics + 1.0)
+
+    def __call__(self, fraction: Array) -> ComplexArray:
+        into, out = self._directions
+        nodes, lines, n = out.shape
+        if nodes > lines * n:
+            return np.concatenate([self.by_lines(some) for some in np.array_split(fraction, -(-len(fraction) // 64))])
+        parts = []
+        block = max(1, _BLOCK // out.size)
+        for start in range(0, len(fraction), block):
+            felt = self._felt(out, self.lines(fraction[start : start + block])).reshape(-1, nodes, lines * n)
+            parts.append(felt @ into.reshape(nodes, lines * n).T)
+        return np.concatenate(parts)
+
+    def by_lines(self, fraction: Array) -> ComplexArray:
+        """H_(p−q)·G(ω + qω_T), shape (g, lines·n, lines·n)."""
+        size, n = self._coupled.shape[0], len(self.axes)
+        turned = self._coupled.reshape(size, -1, 1, n) @ self.lines(fraction)[:, None]
+        return np.asarray(turned.reshape(len(fraction), size, size))
+
+    @cached_property
+    def _coupled(self) -> ComplexArray:
+        """H_(p−q), shape (lines·n, lines·n)."""
+        into, out = self._directions
+        return np.asarray(into.reshape(len(into), -1).T @ out.reshape(len(out), -1))
+
+    def of_cut(self, orders: Array) -> ComplexArray:
+        """H_r of orders r, |r| ≤ 2P + 1, shape (r, n, n)."""
+        angle, weight = self.nodes
+        u, v = (part[:, list(self.axes)] for part in self.cutting.tooth(angle))
+        turn = np.exp(-1j * self.cutting.cuts_per_revolution * orders[:, None] * angle)
+        return np.asarray(np.einsum("rk,ka,kb->rab", turn * weight, u, v, optimize=True))
+
+    def force(self, carried: ComplexArray) -> ComplexArray:
+        """The force on the tool at ω + qω_T, q as `orders`, for an eigenvector of the loop, (2P + 2, n)."""
+        into, _ = self._directions
+        nodes, lines, n = into.shape
+        return np.asarray(np.tensordot(carried, into, 1) if nodes <= lines * n else carried.reshape(lines, n))
+
+    def motion(self, fraction: float, carried: ComplexArray) -> Array:
+        """Size of the tool's displacement at ω + qω_T for an eigenvector of the loop, (2P + 2,)."""
+        moved = np.einsum("qab,qb->qa", self.lines(np.array([fraction]))[0], self.force(carried))
+        return np.asarray(np.linalg.norm(moved, axis=1))
+
+    @cached_property
+    def _directions(self) -> tuple[ComplexArray, ComplexArray]:
+        """u·W·e^(−jqNφ) and v·e^(jqNφ), shape (nodes, lines, n)."""
+        angle, weight = self.nodes
+        u, v = (part[:, None, list(self.axes)] for part in self.cutting.tooth(angle))
+        turn = np.exp(1j * self.cutting.cuts_per_revolution * angle[:, None] * self.orders)[:, :, None]
+        return np.asarray(turn.conj() * u * weight[:, None, None]), np.asarray(turn * v)
+
+    @property
+    def size(self) -> int:
+        """Rows of its matrices."""
+        nodes, lines, n = self._directions[0].shape
+        return int(min(nodes, lines * n))
+
+    @staticmethod
+    def _felt(out: ComplexArray, G: ComplexArray) -> ComplexArray:
+        """vᵀG at every node and line, shape (g, nodes, lines, n)."""
+        return np.asarray(np.einsum("kqa,gqab->gkqb", out, G, optimize=True))

@@ -1,0 +1,4 @@
+"""Stability lobes for small vibrations, by every method.
+
+Imports the loops.
+"""

@@ -1,0 +1,225 @@
+"""Forced response of a machine with nonlinear joints: branches, receptance per force, refined peaks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from jointlib.arrays import Array
+from jointlib.errors import InputError, Outcome
+from jointlib.frf import FRF
+
+from ..bundles.bundle import said_by
+from ..continuation.all_curves import by_raising_the_force, from_branches
+from ..continuation.curve_results import Followed, by_arc_length
+from ..continuation.fold_windows import by_windows
+from ..continuation.line_by_line import by_lines
+from ..continuation.overtones import Overtones, refined
+from ..harmonic_balance.assembly import Assembly
+from ..model.limits import beyond_frequency
+from ..model.machine import Machine, checked_forces, checked_range
+from ..operating.branches import Branch
+from ..operating.peaks import Peak
+from ..operating.resonances import NO_MOTION, known_between
+from ..stability.disturbances import AFFORDABLE, Disturbances
+from ..stability.labels import with_errors
+from ..stability.perturbations import labelled, nothing_stable, of_peaks, with_stability
+from ..statics.statics import static_point
+from ..tool.chatter_band import chatter_band, frequency_range
+from .consistency import unmoved
+
+_POINTS = 600
+
+
+@dataclass(frozen=True)
+class AmplitudeMap:
+    """For one nonlinear joint: all branches, their folds and stability. ``amplitudes`` is the size of the axis."""
+
+    amplitudes: int = 150
+
+
+@dataclass(frozen=True)
+class Newton:
+    """For any number of nonlinear joints: the branch that grows out of the linear response, line by line."""
+
+
+@dataclass(frozen=True)
+class ArcLength:
+    """For any number of nonlinear joints: curves followed round their folds over a range of frequency.
+
+    They are begun at the edges of the range and, so that isolated curves are found as well, on every branch of the
+    amplitude map (one joint) or wherever raising the force from nothing to three times the largest leads (several).
+    """
+
+
+@dataclass(frozen=True, eq=False)
+class Response:
+    """What a harmonic force on ``drive`` does; tuples have one entry per force.
+
+    Phasors are peak values with time factor e^(+jωt), their phase relative to the force.
+    """
+
+    drive: str
+    force: tuple[float, ...]
+    """N, peak."""
+    connections: tuple[str, ...]
+    outputs: tuple[str, ...]
+    branches: tuple[tuple[Branch, ...], ...]
+    frfs: tuple[FRF, ...]
+    """Receptance from ``drive`` to ``outputs`` on the smallest solution of each line, the one that a force raised
+    from rest at fixed frequency reaches; nan where no admissible solution exists."""
+    outcomes: tuple[Outcome, ...]
+    """CONVERGED, or what kept the solution at some line from being used."""
+    peaks: tuple[Peak, ...]
+    """One per force, connection and resonance."""
+    warnings: tuple[str, ...] = ()
+    """What bears on the result, a sentence each."""
+
+    def peaks_of(self, connection: str, force: float) -> tuple[Peak, ...]:
+        """Peaks of one connection at one force in N, ascending in frequency."""
+        return tuple(p for p in self.peaks if p.connection == connection and p.force == force)
+
+
+def response(
+    machine: Machine,
+    force: float | Sequence[float] | None = None,
+    frequency: Sequence[float] | Array | None = None,
+    drive: str | None = None,
+    method: AmplitudeMap | Newton | ArcLength | None = None,
+    *,
+    outputs: Sequence[str] | None = None,
+    points: int = _POINTS,
+    harmonics: int | str | Sequence[int] = 1,
+    stability: str = "folds",
+) -> Response:
+    """Steady response to harmonic forces, each joint replaced by its describing function at its own amplitude.
+
+    Nonlinear receptance coupling (Dhupia et al. 2008, eqs 17–20) in the form z + Hzz g(z) = Hzf F, exact from an
+    open joint to a rigid one. Every point carries an estimate of the error made by leaving out further harmonics.
+
+    Parameters
+    ----------
+    machine
+        Every connection must have its joint.
+    force
+        Peak forces in N; default: those of the file.
+    frequency
+        [low, high] in Hz, laid out with ``points`` lines and refined round the peaks; or more than two ascending
+        lines, which are used as they are. Default: the range of the file.
+    drive
+        Degree of freedom the force acts on; default: that of the file, else the tool's x, else y.
+    method
+        `AmplitudeMap`, `ArcLength` or `Newton`; default: the map where one joint is nonlinear at most, arc length over
+        a range where there are several, Newton's method on given lines.
+    outputs
+        Degrees of freedom of the receptances; default: the tool's and ``drive``.
+    harmonics
+        1; ascending multiples of the frequency such as (1, 3, 5), by arc length; or "auto": further harmonics at those
+        forces at which the estimated error of the first exceeds 0.1 % somewhere. Under a static load the mean is solved
+        for beside them; it may be named, (0, 1, 2, 3).
+    stability
+        "folds"; "hill": what small disturbances do as well, where there are equations of motion: by Hill's method in
+        one harmonic of joints that do not remember, else by the step of the laws over a cycle; "auto": that where it
+        takes some ten seconds at most, for the peaks alone where every point would take longer.
+    """
+    wanted = Overtones.of(harmonics, machine.static is not None)
+    if stability not in ("folds", "hill", "auto"):
+        raise InputError(f"response: stability is {stability!r}, expected 'folds', 'hill' or 'auto'")
+    driven = machine.driven_dof(drive)
+    forces = _forces(machine, force)
+    lines, refine = _lines(machine, frequency, points)
+    names = tuple(dict.fromkeys([*machine.tool.values(), driven] if outputs is None else outputs))
+    assembly = Assembly(machine, names, (driven,))
+    found = _first_harmonic(assembly, forces, lines, refine, method)
+    estimated = with_errors(assembly, forces, [part.branches for part in found])
+    found, remarks = refined(assembly, forces, lines, found, estimated, wanted)
+    if not known_between(assembly, lines):
+        remarks = ("a part is known on the lines only, so peaks are the largest values on them", *remarks)
+    connections = tuple(c.name for c in machine.flexible)
+    branches = labelled([part.branches for part in found])
+    if stability != "folds" and connections:
+        disturbed = Disturbances.of(machine)
+        if isinstance(disturbed, str):
+            remarks = (*remarks, disturbed) if stability == "hill" else remarks
+        else:
+            most = AFFORDABLE if stability == "auto" else np.inf
+            branches, said = with_stability(branches, [part.peaks for part in found], connections, disturbed, most)
+            remarks = (*remarks, *([said] if said else []), *nothing_stable(forces, branches))
+    peaks = [p for part, own in zip(found, branches, strict=True) for p in of_peaks(part.peaks, own, connections)]
+    still = unmoved(machine, driven, (b for part in found for b in part.branches))
+    by_modes = chatter_band(machine).said if frequency is None and machine.frequency is None else ()
+    return Response(
+        driven,
+        tuple(forces.tolist()),
+        connections,
+        names,
+        tuple(branches),
+        tuple(part.frf for part in found),
+        tuple(part.outcome for part in found),
+        tuple(sorted(peaks, key=lambda p: p.force)),
+        (*_warnings(machine, float(lines[0]), float(lines[-1])), *by_modes, *still, *remarks),
+    )
+
+
+def _warnings(machine: Machine, low: float, high: float) -> tuple[str, ...]:
+    under_load = () if machine.static is None else static_point(machine).warnings
+    return (*beyond_frequency(machine, low, high), *said_by(machine.joints()), *under_load)
+
+
+def _first_harmonic(
+    assembly: Assembly, forces: Array, lines: Array, refine: bool, method: AmplitudeMap | Newton | ArcLength | None
+) -> list[Followed]:
+    """Branches of describing functions, per force."""
+    count = len(assembly.nonlinear)
+    if isinstance(method, AmplitudeMap) and count > 1:
+        raise InputError(
+            f"{assembly.machine.where}: the amplitude map takes one nonlinear joint and there are {count}; "
+            "use ArcLength() or Newton()"
+        )
+    if _at_rest(assembly, lines):
+        return by_lines(assembly, forces, lines, refine, None)
+    traced = isinstance(method, ArcLength)
+    if method is None and count > 1 and refine:
+        return by_windows(assembly, forces, lines)
+    if traced and len(lines) > 1 and count > 1:
+        low, high = 2 * np.pi * float(lines[0]), 2 * np.pi * float(lines[-1])
+        return by_arc_length(assembly, forces, lines, (1,), by_raising_the_force(assembly, forces, low, high))
+    mapped = count == 1 and not isinstance(method, Newton)
+    axis = (method if isinstance(method, AmplitudeMap) else AmplitudeMap()).amplitudes
+    found = by_lines(assembly, forces, lines, refine, axis if mapped else None)
+    if traced and len(lines) > 1 and count:
+        starts = from_branches(assembly, [part.branches for part in found], (1,))
+        return by_arc_length(assembly, forces, lines, (1,), starts)
+    return found
+
+
+def _at_rest(assembly: Assembly, lines: Array) -> bool:
+    """Whether the force moves no nonlinear joint, so that there is no amplitude to map or to follow."""
+    view = assembly.at(2 * np.pi * lines[[0, len(lines) // 2, -1]])
+    return bool(np.max(np.abs(view.Hzf), initial=0.0) <= NO_MOTION * np.max(np.abs(view.Hof), initial=0.0))
+
+
+def _forces(machine: Machine, force: float | Sequence[float] | None) -> Array:
+    given = machine.force if force is None else np.atleast_1d(np.asarray(force, dtype=float)).tolist()
+    checked = checked_forces(given, "response")
+    if not checked:
+        raise InputError(f"{machine.where}: no force is given, expected force in [response] or as an argument")
+    return np.array(checked)
+
+
+def _lines(machine: Machine, frequency: Sequence[float] | Array | None, points: int) -> tuple[Array, bool]:
+    """The lines in Hz, and whether more may be added."""
+    given = frequency_range(machine) if frequency is None else frequency
+    values = np.asarray(given, dtype=float)
+    if values.shape == (2,):
+        low, high = checked_range(values.tolist(), "response")
+        if points < 2:
+            raise InputError(f"response: points is {points}, expected at least 2")
+        return np.linspace(low, high, points), True
+    if values.ndim != 1 or len(values) == 0 or not np.all(np.isfinite(values)):
+        raise InputError("response: frequency must be [low, high] or ascending lines in Hz, finite")
+    if values[0] <= 0 or np.any(np.diff(values) <= 0):
+        raise InputError("response: lines of frequency must be positive and ascending")
+    return values, False

@@ -1,0 +1,117 @@
+"""Peaks of the tool: where a force on it moves it most, by direction, with the contact that moves most there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from jointlib.arrays import Array
+
+from ..operating.branches import Branch, Stability
+from ..operating.peaks import local_maxima
+from .response import Response
+
+_LOPSIDED = 2.0
+"""Ratio of the two halves of a half-power width above which it is no measure of damping."""
+_FEWEST = 4
+"""Lines inside a half-power width below which it is not resolved."""
+
+
+@dataclass(frozen=True)
+class ToolPeak:
+    """A maximum of |x/F| over frequency, on what a force at rest or swept slowly can reach."""
+
+    force: float
+    """N, peak."""
+    drive: str
+    output: str
+    frequency: float
+    """Hz."""
+    compliance: float
+    """|x/F| in m/N."""
+    damping_ratio: float
+    """From the half-power width; nan where the peak has none that tells it: it overlaps another, leans, or jumps."""
+    connection: str
+    """The one whose relative displacement is largest there; empty where no connection is flexible."""
+    error: float
+    """Estimated relative error there because of the harmonics that were left out; nan where it cannot be told."""
+
+
+def tool_peaks(result: Response, outputs: Sequence[str] | None = None) -> tuple[ToolPeak, ...]:
+    """Peaks at ``outputs`` (default: where the force acts if that is one of them, else all), by force and frequency.
+
+    They are those of the largest solution on each line that is not known to be unstable; between lines the frequency
+    is that of the parabola through 1/|x/F|² at three of them.
+    """
+    chosen = outputs or ([result.drive] if result.drive in result.outputs else list(result.outputs))
+    return tuple(
+        peak
+        for force, branches in zip(result.force, result.branches, strict=True)
+        for output in chosen
+        for peak in _peaks(result, force, branches, output)
+    )
+
+
+def _peaks(result: Response, force: float, branches: Sequence[Branch], output: str) -> Iterator[ToolPeak]:
+    o = result.outputs.index(output)
+    lines = np.unique(np.concatenate([branch.frequency for branch in branches])) if branches else np.empty(0)
+    size = np.full(len(lines), np.nan)
+    mover, error = np.full(len(lines), -1), np.full(len(lines), np.nan)
+    for branch in branches:
+        reached = _reached(branch)
+        at = np.searchsorted(lines, branch.frequency)
+        value = np.abs(branch.output[:, o]) / force
+        better = reached & ~(value <= np.nan_to_num(size[at], nan=-1.0))
+        size[at[better]] = value[better]
+        error[at[better]] = branch.error[better] if branch.error.size else np.nan
+        if branch.joint.shape[1]:
+            mover[at[better]] = np.argmax(np.abs(branch.joint[better]), axis=1)
+    known = np.isfinite(size) & (size > 0)
+    lines, size, mover, error = lines[known], size[known], mover[known], error[known]
+    for k in local_maxima(size):
+        frequency, compliance = _top(lines, size, int(k))
+        name = result.connections[mover[k]] if mover[k] >= 0 else ""
+        damping = _damping(lines, size, int(k), frequency, compliance)
+        yield ToolPeak(force, result.drive, output, frequency, compliance, damping, name, float(error[k]))
+
+
+def _reached(branch: Branch) -> Array:
+    """Points that are not known to be unstable."""
+    labels = branch.labels or (branch.stability,) * len(branch.frequency)
+    return np.array([label is not Stability.UNSTABLE for label in labels])
+
+
+def _top(lines: Array, size: Array, k: int) -> tuple[float, float]:
+    """Minimum of the parabola through 1/|x/F|² at three lines; the line itself where there is none between them."""
+    f, y = lines[k - 1 : k + 2], size[k - 1 : k + 2] ** -2.0
+    curve = np.polyfit(f - f[1], y, 2)
+    shift = -curve[1] / (2 * curve[0]) if curve[0] > 0 else np.inf
+    lowest = float(np.polyval(curve, shift)) if f[0] <= f[1] + shift <= f[2] else 0.0
+    # A jump beside the top bends the parabola away from it.
+    if lowest < y[1] / 2:
+        return float(f[1]), float(size[k])
+    return float(f[1] + shift), lowest**-0.5
+
+
+def _damping(lines: Array, size: Array, k: int, frequency: float, compliance: float) -> float:
+    """ζ of one mode: its half-power points r² = 1 − 2ζ² ± 2ζ√(1 − ζ²) give tan 2θ with ζ = sin θ."""
+    ends = []
+    for step in (-1, 1):
+        i = k
+        while 0 <= i + step < len(size) and size[i] > compliance / np.sqrt(2):
+            if size[i + step] > size[i]:
+                return np.nan
+            i += step
+        if size[i] > compliance / np.sqrt(2):
+            return np.nan
+        a, b = size[i - step] ** -2.0, size[i] ** -2.0
+        # 1/|x/F|² of one mode is a parabola about its top, so a straight line over the square of the distance from it.
+        near, far = (lines[i - step] - frequency) ** 2, (lines[i] - frequency) ** 2
+        ends.append((i, frequency + step * np.sqrt(near + (2 * compliance**-2.0 - a) / (b - a) * (far - near))))
+    (i, low), (j, high) = ends
+    halves = sorted((frequency - low, high - frequency))
+    if j - i - 1 < _FEWEST or halves[0] * _LOPSIDED < halves[1]:
+        return np.nan
+    return float(np.sin(np.arctan((high**2 - low**2) / (high**2 + low**2)) / 2))

@@ -1,0 +1,240 @@
+"""The machine as its nonlinear joints see it: everything linear coupled, one receptance between ports."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from jointlib.arrays import Array, ArrayLike, ComplexArray
+from jointlib.errors import InputError, Outcome
+from jointlib.joint import Joint
+
+from ..coupling.coordinates import Coordinates
+from ..coupling.coupling import joined
+from ..indices import Index, Mask
+from ..model.limits import Limit, amplitude_limit
+from ..model.machine import Machine
+from ..statics.bias import Biased, Drifting, Together, keeps_mean
+from ..statics.statics import static_point
+from ..statics.working_point import at_working_point
+
+_PROBE = np.geomspace(1e-10, 1e-1, 46)
+_SINGULAR = 1e13
+_TOGETHER = 32
+"""Lines coupled at once, few enough for the receptances of a large machine to stay in the processor's cache."""
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """Receptances in m/N at some lines: motions are all joints (in order) and then the outputs, forces the inputs.
+
+    q + Hzz Tᵀ g(T q) = Hzf F and x = Hof F − Hoz Tᵀ g hold for the nonlinear joints' motions z = T q and forces g;
+    where all move independently q is z.
+    """
+
+    omega: Array
+    """Angular frequency in rad/s, (nf,)."""
+    Hzz: ComplexArray
+    """(nf, r, r) over the coordinates q."""
+    Hzf: ComplexArray
+    """(nf, r, inputs)."""
+    Hoz: ComplexArray
+    """(nf, motions, r); motions are every joint and then the outputs."""
+    Hof: ComplexArray
+    """(nf, motions, inputs)."""
+    coordinates: Coordinates
+
+    def at(self, lines: Index | Mask) -> View:
+        """The same view on lines picked by index (which may repeat)."""
+        Hzz, Hzf, Hoz, Hof = (part[lines] for part in (self.Hzz, self.Hzf, self.Hoz, self.Hof))
+        return View(self.omega[lines], Hzz, Hzf, Hoz, Hof, self.coordinates)
+
+    def directed(self, direction: ComplexArray) -> View:
+        """One input instead of several: the forces act together with these complex weights, (nf, inputs)."""
+        weight = direction[:, :, None]
+        return View(self.omega, self.Hzz, self.Hzf @ weight, self.Hoz, self.Hof @ weight, self.coordinates)
+
+
+@dataclass(frozen=True, eq=False)
+class Assembly:
+    """What is needed to view a machine from its nonlinear joints, between given outputs and inputs.
+
+    Rigid connections are locked and joints whose gain depends on no amplitude are coupled before anything
+    nonlinear begins.
+    """
+
+    machine: Machine
+    outputs: tuple[str, ...]
+    inputs: tuple[str, ...]
+
+    @cached_property
+    def joints(self) -> tuple[Joint, ...]:
+        """All joints, linear or not, in the order of `Machine.flexible`; under a static load about where they stand."""
+        if self.biased is None:
+            return self.standing
+        joints = list(self.standing)
+        if len(self.biased.members) == 1:
+            i = self.biased.members[0]
+            joints[i] = replace(joints[i], laws=(Drifting(self.biased),))
+        return tuple(joints)
+
+    @cached_property
+    def standing(self) -> tuple[Joint, ...]:
+        """All joints about where they stand under a static load, as if their means did not move."""
+        return at_working_point(self.machine).joints()
+
+    @cached_property
+    def biased(self) -> Biased | None:
+        """How the means of the nonlinear joints balance a static load; None without one."""
+        if self.machine.static is None or not self.nonlinear:
+            return None
+        return Biased.of(self.machine, self.nonlinear, self.coordinates)
+
+    @cached_property
+    def moving(self) -> Sequence[Joint]:
+        """The nonlinear joints, as the solvers take them."""
+        joints = tuple(self.joints[i] for i in self.nonlinear)
+        return joints if self.biased is None or len(joints) == 1 else Together(joints, self.biased)
+
+    @cached_property
+    def nonlinear(self) -> tuple[int, ...]:
+        """Indices of the joints whose gain depends on amplitude."""
+        joints = self.standing
+        resting = self.machine.static is None
+        return tuple(i for i, joint in enumerate(joints) if not (is_linear(joint) and (resting or keeps_mean(joint))))
+
+    @cached_property
+    def limits(self) -> tuple[Limit, ...]:
+        """Up to where each nonlinear joint may be used."""
+        limits = tuple(amplitude_limit(self.joints[i]) for i in self.nonlinear)
+        if self.biased is None or len(limits) != 1 or limits[0].amplitude <= self.biased.limit:
+            return limits
+        return (Limit(self.biased.limit, Outcome.NO_EQUILIBRIUM),)
+
+    @cached_property
+    def coordinates(self) -> Coordinates:
+        """The independent ones of the nonlinear joints' motions."""
+        flexible = self.machine.flexible
+        rows = self.machine.rows([flexible[i] for i in self.nonlinear])
+        parts, start = [], 0
+        for component in self.machine.components:
+            part = rows[:, start : start + len(component.dofs)]
+            model = component.second_order()
+            parts.append(part if model is None else part @ model.shapes)
+            start += len(component.dofs)
+        return Coordinates.of(np.concatenate(parts, axis=1))
+
+    @cached_property
+    def _rigid(self) -> Array:
+        return self.machine.rows([c for c in self.machine.connections if c.rigid])
+
+    def _free(self, omega: Array, rows: Array, columns: Array) -> ComplexArray:
+        """Receptance (nf, rows, columns) over the dofs, with rigid connections locked and every joint open."""
+        locked = len(self._rigid)
+        R, C = np.concatenate([self._rigid, rows]), np.concatenate([self._rigid, columns])
+        H = np.zeros((len(omega), len(R), len(C)), dtype=complex)
+        start = 0
+        for component in self.machine.components:
+            dofs = slice(start, start + len(component.dofs))
+            i, k = (np.flatnonzero(np.any(part[:, dofs], axis=1)) for part in (R, C))
+            if len(i) and len(k):
+                H[:, i[:, None], k] += component.between(omega, R[i, dofs], C[k, dofs])
+            start += len(component.dofs)
+        if locked:
+            self._check_lock(H[len(omega) // 2, :locked, :locked])
+            z = slice(None, locked)
+            H = joined(H[:, z, z], H[:, z, locked:], H[:, locked:, z], H[:, locked:, locked:], np.inf)
+        return H
+
+    @property
+    def entries(self) -> int:
+        """Of the largest array that one line needs: its receptances, or the Jacobian of the joints."""
+        r, motions = len(self.coordinates.rows), len(self.joints) + len(self.outputs)
+        ports = len(self._rigid) + motions - len(self.nonlinear) + r
+        return max(ports * (ports + len(self.inputs)), 4 * r**2, motions * (r + len(self.inputs)))
+
+    def free(self, omega: Array) -> ComplexArray:
+        """Receptance (nf, ports, ports) with every joint open; ports are the joints, the outputs and the inputs."""
+        machine = self.machine
+        shown, driven = (machine.dof_rows(dofs, "receptance") for dofs in (self.outputs, self.inputs))
+        ports = np.concatenate([machine.rows(machine.flexible), shown, driven])
+        return self._free(omega, ports, ports)
+
+    def _check_lock(self, Hzz: ComplexArray) -> None:
+        own = np.sqrt(np.abs(np.diag(Hzz)))
+        if not np.all(own > 0) or np.linalg.cond(Hzz / own[:, None] / own) > _SINGULAR:
+            names = ", ".join(repr(c.name) for c in self.machine.connections if c.rigid)
+            raise InputError(
+                f"{self.machine.where}: the rigid connections {names} ask for motions that the components cannot make; "
+                "give the modal ones more modes, or hold less"
+            )
+
+    def at(self, omega: Array) -> View:
+        """The view at angular frequencies in rad/s, from no more columns of receptance than it has."""
+        machine, joints, coordinates = self.machine, self.joints, self.coordinates
+        linear = [i for i in range(len(joints)) if i not in self.nonlinear]
+        chosen = [*linear, *(self.nonlinear[k] for k in coordinates.rows)]
+        ports = machine.rows([machine.flexible[i] for i in chosen])
+        shown, driven = (machine.dof_rows(dofs, "receptance") for dofs in (self.outputs, self.inputs))
+        R, C = np.concatenate([ports, shown]), np.concatenate([ports, driven])
+        H, first, last = self._free(omega, R, C), len(linear), len(chosen)
+        if linear:
+            gain = np.stack([joints[i].first_harmonic(0.0, omega).gain for i in linear], axis=-1)
+            held = joined(H[:, :first, :first], H[:, :first, first:], H[:, :, :first], H[:, :, first:], gain)
+            H = np.concatenate([H[:, :, :first], held], axis=2)
+        motions = np.empty((len(omega), len(joints) + len(self.outputs), H.shape[2] - first), dtype=complex)
+        motions[:, linear] = H[:, :first, first:]
+        motions[:, list(self.nonlinear)] = coordinates.T @ H[:, first:last, first:]
+        motions[:, len(joints) :] = H[:, last:, first:]
+        r = last - first
+        return View(
+            omega,
+            H[:, first:last, first:last],
+            H[:, first:last, last:],
+            motions[:, :, :r],
+            motions[:, :, r:],
+            coordinates,
+        )
+
+    def coupled(self, omega: Array, gains: ComplexArray) -> ComplexArray:
+        """Receptance outputs × inputs with all joints held at these gains, (nf, number of joints)."""
+        machine, n = self.machine, len(self.machine.flexible)
+        ports = machine.rows(machine.flexible)
+        shown, driven = (machine.dof_rows(dofs, "receptance") for dofs in (self.outputs, self.inputs))
+        R, C = np.concatenate([ports, shown]), np.concatenate([ports, driven])
+        parts = []
+        for first in range(0, len(omega), _TOGETHER):
+            some = slice(first, first + _TOGETHER)
+            H = self._free(omega[some], R, C)
+            parts.append(joined(H[:, :n, :n], H[:, :n, n:], H[:, n:, :n], H[:, n:, n:], gains[some]) if n else H)
+        return np.concatenate(parts)
+
+
+def is_linear(joint: Joint) -> bool:
+    """Whether the gain is the same at every amplitude from 0.1 nm to 0.1 m."""
+    found = joint.first_harmonic(_PROBE[:, None], np.array([1.0, 1e3, 1e5]))
+    return bool(np.all(found.d_amplitude == 0) and np.all(found.gain == found.gain[0]))
+
+
+def mean_displacement(machine: Machine, amplitude: ArrayLike, frequency: ArrayLike) -> Array:
+    """Where the joints of a machine under static load stand while they vibrate, m, (points, connections).
+
+    Parameters
+    ----------
+    amplitude
+        Of every flexible connection in m, (points, connections), as the absolute values of `Branch.joint`.
+    frequency
+        Hz, (points,).
+    """
+    if machine.static is None:
+        raise InputError(f"{machine.where}: no [static] section, so joints vibrate about zero")
+    assembly = Assembly(machine, (), ())
+    A = np.atleast_2d(np.asarray(amplitude, dtype=float))
+    rest = static_point(machine).displacement
+    if assembly.biased is None:
+        return np.tile(rest, (len(A), 1))
+    omega = 2 * np.pi * np.broadcast_to(np.asarray(frequency, dtype=float), len(A))
+    return rest + assembly.biased.everywhere(A[:, list(assembly.nonlinear)], omega)

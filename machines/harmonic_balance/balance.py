@@ -1,0 +1,204 @@
+"""Harmonic balance at the joints: one set of equations for any harmonics, force and frequency, points side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from jointlib.arrays import Array, ComplexArray
+from jointlib.errors import Outcome
+from jointlib.joint import Joint
+
+from ..coupling.coordinates import Coordinates
+from ..indices import Index, Mask
+from ..model.limits import Limit
+from ..statics.bias import Biased
+from .assembly import Assembly, View
+from .dual_input import dual_input_forces
+from .harmonics import Forces, Harmonics, joint_forces
+from .newton import gains, real_form
+
+_BARELY_MOVING = 1e-10
+_ITERATIONS = 30
+_SETTLED = 1e-11
+_LONGEST = 0.5
+_FEEDING = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class Balance:
+    """Z_h + Hzz(hω) (g_h(Z) − G0 Z_h) = driven_h F, with the gain at rest G0 coupled into Hzz and the driving.
+
+    Where means move under a static load, harmonic 0 is the shift of each joint from its static position, over the
+    static compliance that `Biased` knows; joints and their forces then count from there.
+
+    Arrays have one entry per point first, then one per harmonic, then one per coordinate of the joints' motions, of
+    which r are independent; where that is not all of them, Z stands for these, the joints move by T Z.
+    """
+
+    joints: tuple[Joint, ...]
+    harmonics: Harmonics
+    omega: Array
+    """rad/s, (points,)."""
+    force: Array
+    """N, (points,)."""
+    base: ComplexArray
+    """G0(hω) in N/m, (points, nh, nj)."""
+    H: ComplexArray
+    """m/N, (points, nh, r, r)."""
+    driven: ComplexArray
+    """m/N, (points, r); only the first harmonic is driven."""
+    coordinates: Coordinates
+    biased: Biased | None = None
+
+    @classmethod
+    def of(
+        cls, assembly: Assembly, omega: Array, force: Array, harmonics: Harmonics, held: View | None = None
+    ) -> Balance:
+        """Equations at angular frequencies ω (rad/s) and forces F (N), one point each.
+
+        ``held`` is the view at all frequencies that occur, ascending, where they are known beforehand.
+        """
+        biased = assembly.biased if 0 in harmonics else None
+        joints: Sequence[Joint] = [assembly.joints[i] for i in assembly.nonlinear]
+        if biased is not None:
+            joints = [mean.joint for mean in biased.means]
+        points = len(omega)
+        dynamic = [h for h in harmonics if h]
+        nh = len(dynamic)
+        lines, place = np.unique((np.array(dynamic)[:, None] * omega).ravel(), return_inverse=True)
+        view = assembly.at(lines).at(place) if held is None else held.at(np.searchsorted(held.omega, lines)[place])
+        nj = len(joints)
+
+        def gain(amplitude: float) -> ComplexArray:
+            A = np.full((len(view.omega), nj), amplitude)
+            return gains(joints, A, view.omega)[0] if biased is None else biased.about_rest(A, view.omega)
+
+        base = gain(0.0)
+        if not np.all(np.isfinite(base)):
+            base = np.where(np.isfinite(base), base, gain(_BARELY_MOVING))
+        r = len(view.coordinates.rows)
+        system = np.eye(r) + view.coordinates.through(view.Hzz, base)
+        both = np.linalg.solve(system, np.concatenate([view.Hzz, view.Hzf[:, :, :1]], axis=2))
+        H = np.swapaxes(both[:, :, :r].reshape(nh, points, r, r), 0, 1)
+        base = np.swapaxes(base.reshape(nh, points, nj), 0, 1)
+        if biased is not None:
+            H = np.concatenate([H, np.broadcast_to(biased.compliance, (points, 1, r, r))], axis=1)
+            base = np.concatenate([base, np.broadcast_to(biased.reference, (points, 1, nj))], axis=1)
+        driven = np.asarray(both[:points, :, r], dtype=complex)
+        return cls(tuple(joints), harmonics, omega, force, base, H, driven, view.coordinates, biased)
+
+    def at(self, points: Index | Mask) -> Balance:
+        """The same equations at some of the points."""
+        return replace(
+            self,
+            omega=self.omega[points],
+            force=self.force[points],
+            base=self.base[points],
+            H=self.H[points],
+            driven=self.driven[points],
+        )
+
+    def forces(self, z: ComplexArray, most: int = 1024, slopes: bool = True) -> Forces:
+        """Joint forces at motions z, (points, nh, r), from at most so many samples of a cycle; see `joint_forces`."""
+        motion = self.coordinates.motions(z)
+        if self.biased is None:
+            return joint_forces(self.joints, motion, self.omega, self.harmonics, most, slopes=slopes)
+        if self.harmonics == (1, 0):
+            return dual_input_forces(self.biased, motion, self.omega)
+        placed = motion.astype(complex)
+        placed[:, -1] += self.biased.rest
+        found = joint_forces(self.joints, placed, self.omega, self.harmonics, most, self.biased.rest, slopes)
+        found.force[:, -1] -= self.biased.carried
+        return found
+
+    def residual(self, z: ComplexArray, g: ComplexArray) -> ComplexArray:
+        """What is left of the equations in m, (points, nh, r), at motions z and joint forces g."""
+        pull = self.coordinates.together(g - self.base * self.coordinates.motions(z))
+        r = z + (self.H @ pull[..., None])[..., 0]
+        r[:, 0] -= self.driven * self.force[:, None]
+        return np.asarray(r)
+
+    def jacobian(self, forces: Forces) -> Array:
+        """Real Jacobian over [Re Z, Im Z], (points, 2m, 2m) with m = nh·r."""
+        points, nh, r = self.H.shape[:3]
+        every = np.arange(nh)
+        by_z, by_conjugate = forces.by_z.copy(), forces.by_conjugate.copy()
+        mean = np.array(self.harmonics)[:, None] == 0
+        by_z[:, every, every] -= np.where(mean, 0.5, 1.0) * self.base
+        by_conjugate[:, every, every] -= np.where(mean, 0.5, 0.0) * self.base
+        size = nh * r
+        # (points, nh, nh, r, r): how harmonic h follows harmonic m.
+        blocks = (self.coordinates.through(self.H[:, :, None], part) for part in (by_z, by_conjugate))
+        first, second = (np.swapaxes(block, 2, 3).reshape(points, size, size) for block in blocks)
+        return real_form(first + np.eye(size), second)
+
+    def settle(self, start: ComplexArray) -> tuple[ComplexArray, Mask]:
+        """Newton's method from one start per point, (points, nh, nj): motions and where they settled."""
+        z, done = start.astype(complex), np.zeros(len(start), dtype=bool)
+        left, part = np.arange(len(start)), self
+        for _ in range(_ITERATIONS):
+            if not len(left):
+                break
+            delta = part.step(z[left])
+            size = np.max(np.abs(z[left]), axis=(1, 2))
+            moved = np.abs(delta)
+            if self.biased is not None:
+                moved[:, -1] = np.maximum(moved[:, -1] - self.biased.floor, 0.0)
+            length = np.max(moved, axis=(1, 2)) / np.maximum(size, 1e-300)
+            fine = np.isfinite(length)
+            share = np.minimum(1.0, _LONGEST / np.maximum(length, 1e-300))
+            z[left[fine]] += (share[:, None, None] * delta)[fine]
+            done[left] = length <= _SETTLED
+            go = fine & ~done[left]
+            left, part = left[go], part.at(go)
+        return z, done
+
+    def step(self, z: ComplexArray) -> ComplexArray:
+        """The Newton step in m at motions z; nan where there is none."""
+        forces = self.forces(z)
+        r = self.residual(z, forces.force)
+        return solve_complex(self.jacobian(forces), -r)
+
+
+def solve_complex(J: Array, r: ComplexArray) -> ComplexArray:
+    """Solve the real system J [Re δ, Im δ] = [Re r, Im r] per point; nan where J is singular or not finite."""
+    flat = r.reshape(len(r), -1)
+    right = np.concatenate([flat.real, flat.imag], axis=1)
+    x = solve_each(J, right[:, :, None])[:, :, 0]
+    half = flat.shape[1]
+    return np.asarray((x[:, :half] + 1j * x[:, half:]).reshape(r.shape))
+
+
+def solve_each(A: Array, right: Array) -> Array:
+    """Solutions of A x = right per point, nan where there is none."""
+    fine = np.all(np.isfinite(A), axis=(1, 2)) & np.all(np.isfinite(right), axis=(1, 2))
+    out = np.full(right.shape, np.nan)
+    try:
+        out[fine] = np.linalg.solve(A[fine], right[fine])
+    except np.linalg.LinAlgError:
+        for i in np.flatnonzero(fine):
+            try:
+                out[i] = np.linalg.solve(A[i], right[i])
+            except np.linalg.LinAlgError:
+                continue
+    return out
+
+
+def excess(forces: Forces, z: ComplexArray, harmonics: Harmonics, limits: Sequence[Limit]) -> Array:
+    """How far each point is past a limit, (points, 2 nj): amplitude over limit less 1, then energy fed in; > 0 is past.
+
+    The energy is −Σ h Im(g_h Z_h*) over Σ h abs(g_h Z_h), less what rounding makes.
+    """
+    reach = np.array([limit.amplitude for limit in limits])
+    work = np.array(harmonics)[:, None] * forces.force * z.conj()
+    size = np.maximum(np.sum(np.abs(work), axis=1), 1e-300)
+    return np.concatenate([forces.travel / reach - 1, -np.sum(work.imag, axis=1) / size - _FEEDING], axis=1)
+
+
+def reason(past: Array, limits: Sequence[Limit]) -> Outcome:
+    """The limit that one row of `excess` names."""
+    worst = int(np.argmax(past))
+    return limits[worst].outcome if worst < len(limits) else Outcome.NEGATIVE_DAMPING

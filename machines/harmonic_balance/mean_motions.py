@@ -1,0 +1,48 @@
+"""Newton's method on the motions of several joints and their means at once, one harmonic."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from jointlib.arrays import Array, ComplexArray
+
+from .assembly import Assembly, View
+from .balance import Balance
+from .newton import Solution
+
+_RAMP = 12
+
+
+def solve_with_means(assembly: Assembly, view: View, force: Array, start: ComplexArray | None, ramp: bool) -> Solution:
+    """As `nonlinear.solve` for joints whose means move: from the linear response, else with the force raised in steps.
+
+    Parameters
+    ----------
+    view
+        One line per point.
+    start
+        Motions of the joints in m, (points, nj), their means at rest.
+    """
+    biased, c = assembly.biased, view.coordinates
+    assert biased is not None
+    held = view if np.all(np.diff(view.omega) >= 0) else None
+    balance = Balance.of(assembly, view.omega, force, (1, 0), held)
+    first = balance.driven * force[:, None] if start is None else c.of_motions(start)
+    z, done = balance.settle(np.stack([first, np.zeros_like(first)], axis=1))
+    left = np.flatnonzero(~done) if ramp else np.arange(0)
+    share = np.array([1.0, 1.0])[:, None]
+    s = np.stack([balance.driven[left] * force[left, None] / _RAMP, np.zeros_like(first[left])], axis=1)
+    for k in range(1, _RAMP + 1):
+        part = balance.at(left)
+        s, fine = replace(part, force=part.force * k / _RAMP).settle(s)
+        left, s = left[fine], s[fine]
+        share[:, 0] = (k + 1) / k, ((k + 1) / k) ** 2
+        if k < _RAMP:
+            s = s * share
+    z[left], done[left] = s, True
+    Z, shift = c.motions(z[:, 0]), c.motions(z[:, 1]).real
+    gain = biased.slopes(np.abs(Z), view.omega, shift).gain
+    turning = np.linalg.slogdet(balance.jacobian(balance.forces(z)))[0] < 0
+    return Solution(Z, gain, done, turning, c)

@@ -1,0 +1,215 @@
+"""Several joints: Newton's method on the joint motions, all frequencies and forces at once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from jointlib.arrays import Array, ComplexArray
+from jointlib.joint import Joint
+
+from ..coupling.coordinates import Coordinates
+from ..indices import Index, Mask
+from ..statics.bias import Together, force_slopes
+from .assembly import View
+
+_SHORTEST = 2.0**-6
+_RISE = 10.0
+_RAMP = 12
+_BARELY_MOVING = 1e-10
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How many steps Newton's method takes at most, and the relative step below which a point counts as settled."""
+
+    iterations: int = 60
+    settled: float = 1e-12
+
+
+FULL = Effort()
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """Joint motions at each point (a line with a force)."""
+
+    z: ComplexArray
+    """Relative displacements in m, shape (points, nj)."""
+    gain: ComplexArray
+    """Describing-function gains there in N/m, shape (points, nj)."""
+    converged: Mask
+    """True where the residual and the step fell below the tolerance."""
+    turning: Mask
+    """True where the determinant of the Jacobian has changed sign: a fold was passed, the solution is unstable."""
+    coordinates: Coordinates
+
+    @property
+    def force(self) -> ComplexArray:
+        """What the joint forces g = G z come to in the coordinates of the view, N, (points, r)."""
+        return self.coordinates.together(self.gain * self.z)
+
+
+def solve(
+    view: View,
+    joints: Sequence[Joint],
+    force: Array,
+    cap: Array | None = None,
+    start: ComplexArray | None = None,
+    ramp: bool = True,
+    effort: Effort = FULL,
+) -> Solution:
+    """Balance q + Hzz Tᵀ g(T q) = Hzf F at every point; one line of ``view`` and one force per point.
+
+    g = G(abs z, ω) z is not holomorphic: both Wirtinger derivatives enter, g_Z = G + A G'/2 and
+    g_Z* = (z²/A) G'/2, as a real system of 2 r unknowns per point. The gain at rest is first coupled into Hzz, so
+    that free parts stay well conditioned and the start is the linear response. A point that does not settle is tried
+    again with the force raised in steps. ``cap`` is the longest step of each joint in m.
+    """
+    problem = Problem.of(view, joints, force, np.full(len(joints), np.inf) if cap is None else cap)
+    first = problem.driven if start is None else view.coordinates.of_motions(start)
+    z, gain, converged, turning = problem.newton(first, problem.driven, effort)
+    lost = np.flatnonzero(~converged)
+    if ramp and len(lost):
+        part = problem.at(lost)
+        s, climbing = part.driven / _RAMP, np.ones(len(lost), dtype=bool)
+        for k in range(1, _RAMP + 1):
+            s, g, done, turned = part.newton(s, part.driven * k / _RAMP)
+            climbing &= done
+            if k < _RAMP:
+                s = s * (k + 1) / k
+        z[lost], gain[lost], converged[lost], turning[lost] = s, g, climbing, turned
+    return Solution(view.coordinates.motions(z), gain, converged, turning, view.coordinates)
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """q + H Tᵀ (G − G0) T q = driven at all points, with the gain at rest G0 coupled into H and into the driving.
+
+    The unknowns are the coordinates q, named z below; the joints move by T z.
+    """
+
+    omega: Array
+    joints: Sequence[Joint]
+    base: ComplexArray
+    Hzz: ComplexArray
+    driven: ComplexArray
+    cap: Array
+    coordinates: Coordinates
+
+    @classmethod
+    def of(cls, view: View, joints: Sequence[Joint], force: Array, cap: Array) -> Problem:
+        nj = len(joints)
+        base = gains(joints, np.zeros((len(view.omega), nj)), view.omega)[0]
+        tiny = gains(joints, np.full((len(view.omega), nj), _BARELY_MOVING), view.omega)[0]
+        base = np.where(np.isfinite(base), base, tiny)
+        r = len(view.coordinates.rows)
+        system = np.eye(r) + view.coordinates.through(view.Hzz, base)
+        both = np.concatenate([view.Hzz, view.Hzf[:, :, :1] * force[:, None, None]], axis=2)
+        both = np.asarray(np.linalg.solve(system, both), dtype=complex)
+        return cls(view.omega, joints, base, both[:, :, :r], both[:, :, r], cap, view.coordinates)
+
+    def at(self, points: Index | Mask) -> Problem:
+        base, H, driven = (part[points] for part in (self.base, self.Hzz, self.driven))
+        return Problem(self.omega[points], self.joints, base, H, driven, self.cap, self.coordinates)
+
+    def residual(self, z: ComplexArray, driven: ComplexArray) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+        motion = self.coordinates.motions(z)
+        gain, slope = gains(self.joints, np.abs(motion), self.omega)
+        force = self.coordinates.together((gain - self.base) * motion)
+        return z + (self.Hzz @ force[:, :, None])[:, :, 0] - driven, gain, slope
+
+    def jacobian(self, z: ComplexArray, gain: ComplexArray, slope: ComplexArray) -> Array:
+        """Real Jacobian over [Re z, Im z], shape (points, 2r, 2r)."""
+        c, motion = self.coordinates, self.coordinates.motions(z)
+        if slope.ndim == 3:
+            by_z, by_conjugate = (c.across(self.Hzz, part) for part in force_slopes(motion, gain - self.base, slope))
+        else:
+            own, crossed = own_slopes(motion, slope)
+            by_z, by_conjugate = c.through(self.Hzz, gain - self.base + own), c.through(self.Hzz, crossed)
+        every = np.arange(z.shape[1])
+        by_z[:, every, every] += 1.0
+        return real_form(by_z, by_conjugate)
+
+    def newton(
+        self, start: ComplexArray, driven: ComplexArray, effort: Effort = FULL
+    ) -> tuple[ComplexArray, ComplexArray, Mask, Mask]:
+        """z, gain, converged and turning from one start per point; points drop out as they settle."""
+        points, nj = start.shape
+        z, gain = start.astype(complex), np.zeros((points, len(self.joints)), dtype=complex)
+        converged, turning = np.zeros(points, dtype=bool), np.zeros(points, dtype=bool)
+        left = np.arange(points)
+        part, target, x = self, driven, z
+        r, G, slope = part.residual(x, target)
+        for _ in range(effort.iterations):
+            J = part.jacobian(x, G, slope)
+            size = np.max(np.abs(x), axis=1)
+            try:
+                step = -np.linalg.solve(J, np.concatenate([r.real, r.imag], axis=1)[:, :, None])[:, :, 0]
+            except np.linalg.LinAlgError:
+                break
+            delta = step[:, :nj] + 1j * step[:, nj:]
+            small = np.max(np.abs(delta), axis=1) <= effort.settled * np.maximum(size, 1e-300)
+            gain[left], z[left] = G, x
+            converged[left[small]], turning[left[small]] = True, np.linalg.slogdet(J[small])[0] < 0
+            go = ~small & np.all(np.isfinite(delta), axis=1)
+            if not np.any(go):
+                break
+            left, part, target = left[go], part.at(go), target[go]
+            x, r, G, slope = part._step(x[go], delta[go], r[go], target)
+        return z, gain, converged, turning
+
+    def _step(
+        self, x: ComplexArray, delta: ComplexArray, r: ComplexArray, target: ComplexArray
+    ) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray]:
+        """A step no longer than the cap, halved where it does not reduce the residual."""
+        share = 1 / np.maximum(1.0, np.max(np.abs(self.coordinates.motions(delta)) / self.cap, axis=1))
+        before = np.linalg.norm(r, axis=1)
+        rounding = 1e-13 * np.linalg.norm(target, axis=1)
+        new = x + share[:, None] * delta
+        r_new, G, slope = self.residual(new, target)
+        while True:
+            worse = (np.linalg.norm(r_new, axis=1) > _RISE * before + rounding) & (share > _SHORTEST)
+            if not np.any(worse):
+                return new, r_new, G, slope
+            share = np.where(worse, share / 2, share)
+            new[worse] = x[worse] + share[worse, None] * delta[worse]
+            r_new[worse], G[worse], slope[worse] = self.at(worse).residual(new[worse], target[worse])
+
+
+def real_form(by_z: ComplexArray, by_conjugate: ComplexArray) -> Array:
+    """δ → by_z δ + by_conjugate δ* as a real matrix over [Re δ, Im δ], (points, n, n) to (points, 2n, 2n)."""
+    points, n, _ = by_z.shape
+    J = np.empty((points, 2 * n, 2 * n))
+    np.add(by_z.real, by_conjugate.real, out=J[:, :n, :n])
+    np.subtract(by_conjugate.imag, by_z.imag, out=J[:, :n, n:])
+    np.add(by_z.imag, by_conjugate.imag, out=J[:, n:, :n])
+    np.subtract(by_z.real, by_conjugate.real, out=J[:, n:, n:])
+    return J
+
+
+def own_slopes(z: ComplexArray, slope: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+    """What dG/dA adds to ∂g/∂Z beside G, A G'/2, and ∂g/∂Z* = (Z²/A) G'/2."""
+    A = np.abs(z)
+    half = slope * A / 2
+    return half, np.where(A > 0, z / np.where(A > 0, A, 1.0), 0.0) ** 2 * half
+
+
+def gains(joints: Sequence[Joint], amplitude: Array, omega: Array) -> tuple[ComplexArray, ComplexArray]:
+    """G and dG/dA of every joint at every point, shape (points, nj); equal joints are asked together.
+
+    Where the mean forces of joints move together (`Together`), dG/dA has shape (points, nj, nj): by every amplitude.
+    """
+    if isinstance(joints, Together):
+        return joints.biased.gains(amplitude, omega)
+    gain = np.empty(amplitude.shape, dtype=complex)
+    slope = np.empty_like(gain)
+    together: dict[int, list[int]] = {}
+    for j, joint in enumerate(joints):
+        together.setdefault(id(joint), []).append(j)
+    for columns in together.values():
+        found = joints[columns[0]].first_harmonic(amplitude[:, columns], omega[:, None])
+        gain[:, columns], slope[:, columns] = found.gain, found.d_amplitude
+    return gain, slope

@@ -1,0 +1,161 @@
+"""Several joints at a prescribed amplitude of the tool: the force is one more unknown."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from jointlib.arrays import Array, ComplexArray
+from jointlib.joint import Joint
+
+from ..indices import Index, Mask
+from ..statics.bias import force_slopes
+from .assembly import View
+from .newton import Problem, own_slopes
+
+_ITERATIONS = 60
+_SETTLED = 1e-11
+_RAMP = 12
+_RISE = 10.0
+_SHORTEST = 2.0**-6
+
+
+@dataclass(frozen=True, eq=False)
+class Prescribed:
+    """Joint motions (nf, nj), gains (nf, nj), force magnitude (nf,) and what settled."""
+
+    z: ComplexArray
+    gain: ComplexArray
+    force: Array
+    converged: Mask
+
+
+def solve_prescribed(
+    view: View, joints: Sequence[Joint], cap: Array, direct: ComplexArray, through: ComplexArray, amplitude: float
+) -> Prescribed:
+    """Solve q + Hzz Tᵀ g = Hzf F and max over the axes of abs(direct F − through Tᵀ g) = ``amplitude`` for q and F.
+
+    ``direct`` (nf, axes) and ``through`` (nf, axes, r) are receptances to the tool. Folds in the force are no
+    obstacle, as the force is not given. Starts from the machine at rest; a line that does not settle is tried again
+    with the amplitude raised in steps.
+    """
+    tool = _Tool(Problem.of(view, joints, np.ones(len(view.omega)), cap), direct, through)
+    z, force = tool.start(amplitude)
+    z, gain, force, converged = tool.newton(z, force, amplitude)
+    lost = np.flatnonzero(~converged)
+    if len(lost):
+        part = tool.at(lost)
+        s, F = part.start(amplitude / _RAMP)
+        for k in range(1, _RAMP + 1):
+            s, G, F, done = part.newton(s, F, amplitude * k / _RAMP)
+            if k < _RAMP:
+                s, F = s * (k + 1) / k, F * (k + 1) / k
+        z[lost], gain[lost], force[lost], converged[lost] = s, G, F, done
+    return Prescribed(view.coordinates.motions(z), gain, force, converged)
+
+
+@dataclass(frozen=True, eq=False)
+class _Tool:
+    problem: Problem
+    direct: ComplexArray
+    through: ComplexArray
+
+    def at(self, lines: Index | Mask) -> _Tool:
+        return _Tool(self.problem.at(lines), self.direct[lines], self.through[lines])
+
+    def motion(self, z: ComplexArray, gain: ComplexArray, force: Array) -> ComplexArray:
+        """Tool displacements in m, (lines, axes)."""
+        c = self.problem.coordinates
+        pull = c.together(gain * c.motions(z))
+        return np.asarray(self.direct * force[:, None] - (self.through @ pull[:, :, None])[:, :, 0])
+
+    def start(self, amplitude: float) -> tuple[ComplexArray, Array]:
+        """Joint motions and force of the machine with its gains at rest."""
+        unit = self.motion(self.problem.driven, self.problem.base, np.ones(len(self.direct)))
+        force = amplitude / np.max(np.abs(unit), axis=1)
+        return self.problem.driven * force[:, None], force
+
+    def residual(
+        self, z: ComplexArray, force: Array, amplitude: float
+    ) -> tuple[Array, ComplexArray, ComplexArray, ComplexArray, Index]:
+        """Real residual (lines, 2nj + 1), gains, slopes, motion of the leading axis and its index."""
+        r, gain, slope = self.problem.residual(z, self.problem.driven * force[:, None])
+        every = self.motion(z, gain, force)
+        axis = np.argmax(np.abs(every), axis=1)
+        x = every[np.arange(len(axis)), axis]
+        short = np.abs(x) / amplitude - 1
+        size = np.maximum(np.max(np.abs(z), axis=1, keepdims=True), 1e-300)
+        return np.concatenate([r.real / size, r.imag / size, short[:, None]], axis=1), gain, slope, x, axis
+
+    def newton(self, z: ComplexArray, force: Array, amplitude: float) -> tuple[ComplexArray, ComplexArray, Array, Mask]:
+        """Newton's method on [Re z, Im z, force]; lines drop out as they settle."""
+        lines, nj = z.shape
+        z, force, gain = z.copy(), force.copy(), np.zeros((lines, len(self.problem.joints)), dtype=complex)
+        converged = np.zeros(lines, dtype=bool)
+        left, part, x, F = np.arange(lines), self, z, force
+        for _ in range(_ITERATIONS):
+            r, G, slope, tip, axis = part.residual(x, F, amplitude)
+            J = part.jacobian(x, F, G, slope, tip, axis, amplitude)
+            try:
+                step = -np.linalg.solve(J, r[:, :, None])[:, :, 0]
+            except np.linalg.LinAlgError:
+                break
+            size = np.maximum(np.max(np.abs(x), axis=1), 1e-300)
+            delta = (step[:, :nj] + 1j * step[:, nj:-1]) * size[:, None]
+            small = np.max(np.abs(step), axis=1) <= _SETTLED
+            z[left], gain[left], force[left] = x, G, F
+            converged[left[small]] = True
+            go = ~small & np.all(np.isfinite(step), axis=1)
+            if not np.any(go):
+                break
+            left, part = left[go], part.at(go)
+            x, F = part._step(x[go], F[go], delta[go], step[go, -1], r[go], amplitude)
+        return z, gain, force, converged
+
+    def jacobian(
+        self,
+        z: ComplexArray,
+        F: Array,
+        gain: ComplexArray,
+        slope: ComplexArray,
+        x: ComplexArray,
+        axis: Index,
+        amplitude: float,
+    ) -> Array:
+        """Over Re z and Im z relative to the largest joint motion and the force relative to itself."""
+        lines, nj = z.shape
+        J = np.zeros((lines, 2 * nj + 1, 2 * nj + 1))
+        J[:, :-1, :-1] = self.problem.jacobian(z, gain, slope)
+        size = np.maximum(np.max(np.abs(z), axis=1), 1e-300)
+        by_force = -self.problem.driven * (F / size)[:, None]
+        J[:, :nj, -1], J[:, nj:-1, -1] = by_force.real, by_force.imag
+        c, motion = self.problem.coordinates, self.problem.coordinates.motions(z)
+        path = self.through[np.arange(lines), axis][:, None, :]
+        towards = (x.conj() / np.maximum(np.abs(x), 1e-300))[:, None] / amplitude
+        if slope.ndim == 3:
+            plus, minus = (c.across(path, part)[:, 0] for part in force_slopes(motion, gain, slope))
+        else:
+            own, crossed = own_slopes(motion, slope)
+            plus, minus = c.through(path, gain + own)[:, 0], c.through(path, crossed)[:, 0]
+        J[:, -1, :nj] = -(towards * (plus + minus)).real * size[:, None]
+        J[:, -1, nj:-1] = -(towards * 1j * (plus - minus)).real * size[:, None]
+        J[:, -1, -1] = (towards[:, 0] * self.direct[np.arange(lines), axis]).real * F
+        return J
+
+    def _step(
+        self, z: ComplexArray, F: Array, delta: ComplexArray, change: Array, r: Array, amplitude: float
+    ) -> tuple[ComplexArray, Array]:
+        """A capped step, halved where the residual grows tenfold; the force keeps its sign."""
+        motion = self.problem.coordinates.motions(delta)
+        longest = np.maximum(np.max(np.abs(motion) / self.problem.cap, axis=1), np.abs(change) / 0.7)
+        share = 1 / np.maximum(1.0, longest)
+        before = np.linalg.norm(r, axis=1) + 1e-12
+        while True:
+            new, force = z + share[:, None] * delta, F * (1 + share * change)
+            after = np.linalg.norm(self.residual(new, force, amplitude)[0], axis=1)
+            worse = (after > _RISE * before) & (share > _SHORTEST)
+            if not np.any(worse):
+                return new, force
+            share = np.where(worse, share / 2, share)

@@ -1,0 +1,93 @@
+"""What the lowest stable depth owes to every joint: first-order perturbation of the cut's loop."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from jointlib.arrays import Array, ComplexArray
+from jointlib.errors import InputError
+
+from ..cutting.amplitude.frozen_lobes import lobes_at_amplitude
+from ..cutting.process import turning, zero_order
+from ..cutting.process.chart import StabilityLobes
+from ..cutting.process.cutting import Cutting
+from ..harmonic_balance.assembly import Assembly
+from ..model.machine import Machine
+from ..statics.working_point import tangents
+from .natural_modes import NaturalModes
+
+_ANY_SPEED = 1000.0
+"""rpm; the lowest depth over all speeds does not depend on it."""
+
+
+@dataclass(frozen=True, eq=False)
+class DepthSensitivity:
+    """The lowest depth over all spindle speeds, at rest, and d ln b/d ln K of every joint, its damping unchanged.
+
+    In turning that depth is exact; in milling it is that of the zero-order approximation, which alone is smooth in the
+    joints: the depths of exact methods touch it or pass from lobe to lobe.
+    """
+
+    depth: float
+    """b in m."""
+    frequency: float
+    """Chatter frequency in Hz."""
+    method: str
+    joints: Array
+    """(joints,)."""
+    mode: int
+    """The mode that limits the depth: the one that adds most to the negative real part of the loop there."""
+    warnings: tuple[str, ...]
+
+
+def lowest_depth(machine: Machine) -> StabilityLobes:
+    """The chart whose `minimum_depth` is the lowest depth over all speeds, at rest."""
+    assert machine.cutting is not None
+    method = "zero-order" if machine.cutting.get("process") == "milling" else "turning"
+    return lobes_at_amplitude(machine, [_ANY_SPEED], 0.0, method)
+
+
+def depth_sensitivity(modes: NaturalModes) -> DepthSensitivity | None:
+    """Sensitivity of the lowest depth b = −1/(2 Re λ) to the joints; None where the cut never chatters.
+
+    λ is an eigenvalue of D·G(ω), G the receptance of the tool. At the lowest depth ∂b/∂ω = 0, so that
+    d ln b = −Re dλ/Re λ at its frequency, with dG = −H_tz dK H_zt of the coupled machine: no lobe is computed again.
+
+    Parameters
+    ----------
+    modes
+        Of a machine with ``[cutting]``, at rest.
+    """
+    machine = modes.machine
+    if machine.cutting is None:
+        raise InputError(f"{machine.where}: no [cutting], the depth needs a cutting operation")
+    chart = lowest_depth(machine)
+    if not np.isfinite(chart.minimum_depth):
+        return None
+    cutting, f = Cutting(**machine.cutting), chart.minimum_frequency
+    axes = machine.tool_axes
+    if cutting.process == "milling":
+        D = zero_order.loop_stiffness(cutting, axes)
+    else:
+        share = cutting.rotation[0][["xy".index(axis) for axis in axes]]
+        D = turning.loop_stiffness(cutting)[0, 0] * np.outer(share, share)
+    gain = tangents(machine, f)[0]
+    H = _closed(Assembly(machine, machine.tool_dofs, machine.tool_dofs).free(np.array([2 * np.pi * f]))[0], gain)
+    joints, tool = slice(0, len(gain)), slice(len(gain), len(gain) + len(axes))
+    values, vectors = np.linalg.eig(D @ H[tool, tool])
+    first = int(np.argmin(values.real))
+    v, w = vectors[:, first], np.linalg.inv(vectors)[first]
+    moved = -(w @ D @ H[tool, joints]) * (H[joints, tool] @ v) * gain.real
+    slope = -moved.real / values[first].real
+    added = (w @ D @ modes.tool) * (modes.tool.T @ v) / (2 * modes.pole * (2j * np.pi * f - modes.pole))
+    return DepthSensitivity(
+        chart.minimum_depth, f, chart.method, np.asarray(slope), int(np.argmin(added.real)), chart.warnings
+    )
+
+
+def _closed(H: ComplexArray, gain: ComplexArray) -> ComplexArray:
+    """Receptance between joints and tool, ports in this order and the tool twice, with the joints closed."""
+    n = len(gain)
+    return np.asarray(H - H[:, :n] @ np.linalg.solve(np.eye(n) + gain[:, None] * H[:n, :n], gain[:, None] * H[:n]))

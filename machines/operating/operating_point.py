@@ -1,0 +1,249 @@
+"""The machine at a vibration amplitude of the tool: every joint frozen at the gain it has there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from jointlib.arrays import Array, ComplexArray
+from jointlib.errors import InputError, Outcome
+from jointlib.frf import FRF, ReceptanceKind
+
+from ..coupling.coupling import joined
+from ..harmonic_balance.assembly import Assembly, View
+from ..harmonic_balance.prescribed import Prescribed, solve_prescribed
+from ..indices import Index, Reasons
+from ..model.limits import feeds_energy
+from ..model.machine import Machine
+from .one_joint import BARELY_MOVING, OneJoint
+
+
+@dataclass(frozen=True, eq=False)
+class OperatingPoint:
+    """Receptance at a tool-point amplitude, with what every joint does there; first axis: lines."""
+
+    frf: FRF
+    gain: ComplexArray
+    """Gain in N/m at which every joint is held, (nf, connections)."""
+    joint_amplitude: Array
+    """Amplitude of every joint in m, (nf, connections)."""
+    force: Array
+    """Magnitude of the force in N that makes the amplitude, for the direction as it was given, (nf,)."""
+    outcomes: tuple[Outcome, ...]
+    """Per line; where it is not CONVERGED the joints are held at the limit that it names."""
+
+
+def frozen_receptance(
+    machine: Machine,
+    frequency: ArrayLike,
+    amplitude: float,
+    direction: ArrayLike | None = None,
+    outputs: Sequence[str] | None = None,
+) -> FRF:
+    """Tool-point receptance with the joints frozen at a tool-point amplitude; see `operating_point`.
+
+    `operating_point` also tells which lines, if any, ended at the limit of a joint.
+    """
+    return operating_point(machine, frequency, amplitude, direction, outputs).frf
+
+
+def operating_point(
+    machine: Machine,
+    frequency: ArrayLike,
+    amplitude: float,
+    direction: ArrayLike | None = None,
+    outputs: Sequence[str] | None = None,
+) -> OperatingPoint:
+    """Freeze the joints at the gain G(A, ω) they have while the tool point vibrates, line by line.
+
+    On each line a harmonic force acts on the tool along ``direction``, large enough for the larger of the amplitudes
+    in x and y to be ``amplitude``; of several such states the one with the smallest joint motion counts. This is a
+    secant: it describes a developed vibration. At amplitude 0 it is the tangent at rest, under the static load if the
+    machine has one.
+
+    Parameters
+    ----------
+    frequency
+        Lines in Hz, positive and ascending, shape (nf,).
+    amplitude
+        m, peak.
+    direction
+        Complex force components along the tool's axes that are present, in the order x, y: shape (axes,) or
+        (nf, axes). Default: the same force on each.
+    outputs
+        Degrees of freedom of the rows; default: the tool's. The columns are always the tool's.
+    """
+    return OpenTool(machine, np.atleast_1d(np.asarray(frequency, dtype=float)), outputs).vibrating(amplitude, direction)
+
+
+@dataclass(frozen=True, eq=False)
+class OpenTool:
+    """A machine seen from its tool with its nonlinear joints open: what no vibration of the tool changes.
+
+    `operating_point` says what the fields are; ``frequency`` is an array.
+    """
+
+    machine: Machine
+    frequency: Array
+    outputs: Sequence[str] | None = None
+
+    def __post_init__(self) -> None:
+        lines = self.frequency
+        if not (lines.ndim == 1 and len(lines) and np.all(np.isfinite(lines)) and np.all(lines > 0)):
+            raise InputError("frozen receptance: lines must be finite and above 0 Hz")
+        if not self.tool:
+            raise InputError(f"{self.machine.where}: no tool point, expected [tool] with x or y")
+
+    @property
+    def tool(self) -> tuple[str, ...]:
+        """Degrees of freedom of the tool in the directions in which it moves."""
+        return self.machine.tool_dofs
+
+    @property
+    def rows(self) -> tuple[str, ...]:
+        """Degrees of freedom of the receptance that is asked for."""
+        return self.tool if self.outputs is None else tuple(self.outputs)
+
+    @cached_property
+    def assembly(self) -> Assembly:
+        """Between its tool and the outputs, whose first are the tool."""
+        return Assembly(self.machine, tuple(dict.fromkeys([*self.tool, *self.rows])), self.tool)
+
+    @cached_property
+    def _view(self) -> View:
+        return self.assembly.at(2 * np.pi * self.frequency)
+
+    @cached_property
+    def _one(self) -> OneJoint:
+        assembly = self.assembly
+        return OneJoint(assembly.joints[assembly.nonlinear[0]], assembly.limits[0], self._view.omega)
+
+    def vibrating(
+        self, amplitude: float, direction: ArrayLike | None = None, chosen: Index | None = None
+    ) -> OperatingPoint:
+        """The `operating_point` on all lines, or on those ``chosen`` by index, which ``direction`` is then of."""
+        if not (np.isfinite(amplitude) and amplitude >= 0):
+            raise InputError(f"frozen receptance: amplitude is {amplitude!r} m, expected at least 0")
+        lines = self.frequency if chosen is None else self.frequency[chosen]
+        axes = len(self.tool)
+        towards = _direction(direction, len(lines), axes)
+        joints, moving = self.assembly.joints, list(self.assembly.nonlinear)
+        omega = 2 * np.pi * lines
+        gains = np.empty((len(lines), len(joints)), dtype=complex)
+        for j, joint in enumerate(joints):
+            gains[:, j] = joint.first_harmonic(0.0, omega).gain
+        if amplitude == 0:
+            kind = ReceptanceKind.TANGENT if moving else ReceptanceKind.LINEAR
+            none = np.zeros((len(lines), len(joints)))
+            frf = self._frf(lines, self.assembly.coupled(omega, gains), kind)
+            return OperatingPoint(frf, gains, none, np.zeros(len(lines)), (Outcome.CONVERGED,) * len(lines))
+        whole = self._view if chosen is None else self._view.at(chosen)
+        view = whole.directed(towards)
+        if not np.all(np.any(view.Hof[:, len(joints) : len(joints) + axes, 0], axis=1)):
+            raise InputError(
+                f"{self.machine.where}: a force on the tool {', '.join(self.tool)} moves nothing there, expected "
+                "shapes or connections that let it"
+            )
+        if len(moving) == 1:
+            state = self._with_one(view, amplitude, np.arange(len(lines)) if chosen is None else chosen)
+        else:
+            state = _joints(self.assembly, view, axes, amplitude)
+        gains[:, moving] = state.gain
+        joint_amplitude = np.abs(_motions(view, state.gain, state.force))[:, : len(joints)]
+        if moving and view.coordinates.complete:
+            shown = slice(len(joints), None)
+            H = joined(whole.Hzz, whole.Hzf, whole.Hoz[:, shown], whole.Hof[:, shown], state.gain)
+        else:
+            H = self.assembly.coupled(omega, gains)
+        kind = ReceptanceKind.FROZEN if moving else ReceptanceKind.LINEAR
+        return OperatingPoint(self._frf(lines, H, kind), gains, joint_amplitude, state.force, state.outcomes)
+
+    def _frf(self, lines: Array, H: ComplexArray, kind: ReceptanceKind) -> FRF:
+        H = H[:, [self.assembly.outputs.index(name) for name in self.rows], :]
+        return FRF(lines, H, self.rows, self.tool, kind)
+
+    def _with_one(self, view: View, amplitude: float, lines: Index) -> _State:
+        """One joint: force and receptances follow from its amplitude."""
+        first, axes = len(self.assembly.joints), len(self.tool)
+        h, driven = view.Hzz[:, 0, 0], view.Hzf[:, 0, 0]
+        direct, through = view.Hof[:, first : first + axes, 0], view.Hoz[:, first : first + axes, 0]
+        size, G, outcomes = self._one.vibrating(h, driven, direct, through, amplitude, lines)
+        # A joint that sticks while the tool moves elsewhere is held as one that hardly moves.
+        still = (size == 0) | (driven == 0)
+        F = size * np.abs(1 + h * G) / np.where(still, 1.0, np.abs(driven))
+        if np.any(still):
+            every = _motions(view, G[:, None], np.ones(len(lines)))
+            F = np.where(still, amplitude / np.max(np.abs(every[:, first : first + axes]), axis=1), F)
+        return _State(G[:, None], F, outcomes)
+
+
+@dataclass(frozen=True, eq=False)
+class _State:
+    """Gains of the nonlinear joints (nf, nj), force magnitudes (nf,) and outcomes."""
+
+    gain: ComplexArray
+    force: Array
+    outcomes: tuple[Outcome, ...]
+
+
+def _direction(direction: ArrayLike | None, lines: int, axes: int) -> ComplexArray:
+    given = np.ones(axes) if direction is None else np.asarray(direction, dtype=complex)
+    if given.shape not in ((axes,), (lines, axes)) or not np.all(np.isfinite(given)):
+        raise InputError(
+            f"frozen receptance: direction has shape {given.shape}, expected finite values of shape ({axes},) "
+            f"or ({lines}, {axes})"
+        )
+    full = np.array(np.broadcast_to(given, (lines, axes)), dtype=complex)
+    if np.any(np.all(full == 0, axis=1)):
+        raise InputError("frozen receptance: direction is zero, expected a force along x or y")
+    return full
+
+
+def _motions(view: View, gain: ComplexArray, force: Array) -> ComplexArray:
+    """All motions in m at frozen gains, (nf, motions)."""
+    if gain.shape[1] == 0:
+        return view.Hof[:, :, 0] * force[:, None]
+    c = view.coordinates
+    system: ComplexArray = np.eye(len(c.rows)) + c.through(view.Hzz, gain)
+    q = np.asarray(np.linalg.solve(system, view.Hzf[:, :, :1])[:, :, 0], dtype=complex)
+    pull = c.together(gain * c.motions(q))
+    moved: ComplexArray = view.Hof[:, :, 0] - (view.Hoz @ pull[:, :, None])[:, :, 0]
+    return moved * force[:, None]
+
+
+def _joints(assembly: Assembly, view: View, axes: int, amplitude: float) -> _State:
+    """Several joints, or none."""
+    joints = assembly.moving
+    first, lines = len(assembly.joints), len(view.omega)
+    direct, through = view.Hof[:, first : first + axes, 0], view.Hoz[:, first : first + axes]
+    if not joints:
+        none = np.zeros((lines, 0), dtype=complex)
+        return _State(none, amplitude / np.max(np.abs(direct), axis=1), (Outcome.CONVERGED,) * lines)
+    caps = np.array([limit.amplitude / 4 for limit in assembly.limits])
+    found = solve_prescribed(view, joints, caps, direct, through, amplitude)
+    outcomes = np.array([Outcome.CONVERGED if c else Outcome.STALLED for c in found.converged], dtype=object)
+    for j, limit in enumerate(assembly.limits):
+        for wrong, outcome in (
+            (np.abs(found.z[:, j]) > limit.amplitude, limit.outcome),
+            (feeds_energy(found.gain[:, j]), Outcome.NEGATIVE_DAMPING),
+        ):
+            outcomes[found.converged & wrong] = outcome
+    return _State(_held(assembly, found, outcomes, view.omega), found.force, tuple(outcomes))
+
+
+def _held(assembly: Assembly, found: Prescribed, outcomes: Reasons, omega: Array) -> ComplexArray:
+    """Gains where a joint would leave its range, or nothing settled: of the amplitude found, but no further than
+    the limit."""
+    out = found.gain.copy()
+    past = np.flatnonzero(outcomes != Outcome.CONVERGED)
+    for j, limit in enumerate(assembly.limits):
+        if len(past):
+            joint = assembly.joints[assembly.nonlinear[j]]
+            A = np.abs(found.z[past, j])
+            ends = np.minimum(np.where(np.isfinite(A), A, limit.amplitude), limit.amplitude)
+            out[past, j] = joint.first_harmonic(np.where(np.isfinite(ends), ends, BARELY_MOVING), omega[past]).gain
+    return out

@@ -1,0 +1,220 @@
+"""The static working point: all joints in balance with weight, constant forces and offsets."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve, solve_triangular
+
+from jointlib.arrays import Array
+from jointlib.errors import InputError
+
+from ..coupling.second_order import MachineEquations, machine_equations
+from ..model.machine import Machine
+from .mean_force import MeanForce, same_joints
+
+_ITERATIONS = 200
+_SETTLED = 1e-12
+_FREE = 1e-11
+_UNHELD = 1e-9
+_FURTHEST = 1.0
+"""m; a joint that would go further has no equilibrium."""
+_PROBE = np.concatenate([[0.0], np.geomspace(1e-9, 1e-3, 13)])
+_CURVED = 0.3
+"""Share of the slope along a step that may be left at its end."""
+
+
+@dataclass(frozen=True, eq=False)
+class Balance:
+    """K p + Jᵀ f(J p + offset) = F in coordinates y of unit mass, p = T y, in which all that is held moves."""
+
+    stiffness: Array
+    rows: Array
+    load: Array
+    transform: Array
+    """p = transform · y."""
+    means: tuple[MeanForce, ...]
+    offset: Array
+
+    @classmethod
+    def of(cls, machine: Machine) -> tuple[Balance, MachineEquations]:
+        equations = machine_equations(machine)
+        means = tuple(MeanForce(joint) for joint in machine.joints())
+        load = equations.shapes.T @ static_forces(machine)
+        L = np.linalg.cholesky(equations.mass)
+        T = solve_triangular(L, np.eye(len(L)), lower=True).T
+        K, J, F = T.T @ equations.stiffness @ T, equations.joints @ T, T.T @ load
+        held = K / max(float(np.linalg.norm(K, 2)), 1e-300) if K.size else K
+        for row in J[[_holds(mean) for mean in means]]:
+            held = held + np.outer(row, row) / (row @ row)
+        value, vector = np.linalg.eigh(held)
+        fixed = value > _FREE * max(float(value[-1]), 1e-300)
+        loose = vector[:, ~fixed]
+        unheld = loose @ (loose.T @ F)
+        if np.linalg.norm(unheld) > _UNHELD * np.linalg.norm(F):
+            moved = np.abs(equations.shapes @ (T @ unheld))
+            dof = machine.dofs[int(np.argmax(moved))]
+            raise InputError(
+                f"{machine.where}: static: nothing holds {dof} against the static load; add a connection or a "
+                "stiffness that does, or leave that load out"
+            )
+        Q = vector[:, fixed]
+        assert machine.static is not None
+        offset = np.array([machine.static.offset.get(c.name, 0.0) for c in machine.flexible])
+        return cls(Q.T @ K @ Q, J @ Q, Q.T @ F, T @ Q, means, offset), equations
+
+    def joints(self, y: Array) -> tuple[Array, Array, Array]:
+        """Displacement, force and tangent stiffness of every joint."""
+        z = self.rows @ y + self.offset
+        force, stiffness = np.empty((2, len(z)))
+        for columns in self._alike:
+            force[columns], stiffness[columns] = self.means[columns[0]].static(z[columns])
+        return z, force, stiffness
+
+    @cached_property
+    def _alike(self) -> list[list[int]]:
+        return same_joints([mean.joint for mean in self.means])
+
+    def solve(self, where: str, names: tuple[str, ...]) -> Array:
+        """y of the equilibrium, by Newton's method with a search along each step."""
+        y = np.zeros(len(self.load))
+        _, force, k = self.joints(y)
+        reference = self.stiffness + self.rows.T @ (np.abs(k)[:, None] * self.rows)
+        shift = 1e-9 * float(np.max(np.abs(np.diag(reference)), initial=1e-300))
+        for _ in range(_ITERATIONS):
+            z, force, k = self.joints(y)
+            pull = self.stiffness @ y + self.rows.T @ force - self.load
+            scale = np.linalg.norm(self.load) + np.linalg.norm(np.abs(self.rows).T @ np.abs(force))
+            if np.linalg.norm(pull) <= _SETTLED * scale:
+                if len(y) and np.linalg.eigvalsh(self._tangent(k))[0] < -shift:
+                    break
+                return y
+            if np.max(np.abs(z), initial=0.0) > _FURTHEST:
+                break
+            step = -_solve(self._tangent(k), pull, shift)
+            y = y + self._along(y, step, float(step @ pull)) * step
+        z, force, _ = self.joints(y)
+        worst = int(np.argmax(np.abs(z)))
+        raise InputError(
+            f"{where}: static: no equilibrium under the static load: connection {names[worst]!r} gives way, its force "
+            f"stays at {force[worst]:.4g} N however far it moves; lower the load or raise the preload"
+        )
+
+    def _tangent(self, k: Array) -> Array:
+        return np.asarray(self.stiffness + self.rows.T @ (k[:, None] * self.rows))
+
+    def _along(self, y: Array, step: Array, before: float) -> float:
+        """Share of a step at which the force along it has mostly gone; the energy falls all the way."""
+
+        def slope(share: float) -> float:
+            at = y + share * step
+            return float(step @ (self.stiffness @ at + self.rows.T @ self.joints(at)[1] - self.load))
+
+        low, high, share = 0.0, np.inf, 1.0
+        for _ in range(60):
+            now = slope(share)
+            if abs(now) <= _CURVED * abs(before):
+                break
+            if now < 0:
+                low, share = share, 2 * share if np.isinf(high) else (share + high) / 2
+            else:
+                high, share = share, (low + share) / 2
+            if np.isinf(high) and np.max(np.abs(self.rows @ (share * step)), initial=0.0) > 4 * _FURTHEST:
+                break
+        return share
+
+
+@dataclass(frozen=True, eq=False)
+class StaticPoint:
+    """Where every joint stands under the static load; arrays have one entry per flexible connection."""
+
+    connections: tuple[str, ...]
+    displacement: Array
+    """z0 in m, the offset included."""
+    force: Array
+    """Joint force f(z0) in N; beyond its preload where a law counts from there."""
+    stiffness: Array
+    """Tangent stiffness there in N/m."""
+    dofs: Array
+    """Static displacement of every degree of freedom of the machine in m or rad."""
+    warnings: tuple[str, ...]
+    """A sentence for every joint that has lost contact or stands outside the range it was identified on."""
+
+    balance: Balance
+    """The equations it solves."""
+    coordinates: Array
+    """Generalised coordinates p of `machine_equations`; those that nothing holds are 0."""
+
+    @property
+    def table(self) -> tuple[tuple[str, ...], list[float], list[float]]:
+        """Names, displacements in m and forces in N."""
+        return self.connections, self.displacement.tolist(), self.force.tolist()
+
+    def of(self, connection: str) -> tuple[float, float]:
+        """Displacement in m and force in N of one connection."""
+        i = self.connections.index(connection)
+        return float(self.displacement[i]), float(self.force[i])
+
+
+def _holds(mean: MeanForce) -> bool:
+    """Whether a joint resists a constant displacement of any size."""
+    return bool(np.any(mean.static(np.concatenate([-_PROBE, _PROBE]))[1] != 0))
+
+
+def _solve(H: Array, g: Array, shift: float) -> Array:
+    """A direction that goes down: with H as it is, or where it is not positive with its eigenvalues made so."""
+    try:
+        return np.asarray(cho_solve(cho_factor(H), g))
+    except np.linalg.LinAlgError:
+        value, vector = np.linalg.eigh(H)
+        return np.asarray(vector @ ((vector.T @ g) / np.maximum(np.abs(value), shift)))
+
+
+def static_forces(machine: Machine) -> Array:
+    """Weight and constant forces on every dof of the machine, N (N m on rotations)."""
+    static = machine.static
+    assert static is not None
+    pieces = []
+    for component in machine.components:
+        if static.gravity is None:
+            pieces.append(np.zeros(len(component.dofs)))
+            continue
+        weight = component.weight(np.array(static.gravity))
+        if weight is None:
+            raise InputError(
+                f"{machine.where}: static: the weight of component {component.name!r} is not known; give its mass, or "
+                "leave gravity out and give the weights as forces"
+            )
+        pieces.append(weight)
+    total = np.concatenate(pieces)
+    for dof, force in static.force.items():
+        total[machine.dofs.index(dof)] += force
+    return total
+
+
+@lru_cache(maxsize=2)  # one computation of a machine asks for it many times
+def static_point(machine: Machine) -> StaticPoint:
+    """Solve the static balance of a machine with a `[static]` section; without an equilibrium, one sentence.
+
+    K p + Σ bᵢ fᵢ(bᵢᵀ p + offsetᵢ) = weight + forces over all parts and joints at once, from rest, by Newton's method
+    with the tangent. Joints with memory are loaded once, slowly. Motions that nothing holds, such as the travel of a
+    carriage without a drive, are left out where no load acts along them.
+    """
+    names = tuple(c.name for c in machine.flexible)
+    balance, equations = Balance.of(machine)
+    y = balance.solve(machine.where, names)
+    z, force, stiffness = balance.joints(y)
+    said = []
+    for name, mean, at, k in zip(names, balance.means, z, stiffness, strict=True):
+        rest = float(mean.static(np.array(0.0))[1])
+        if rest > 0 and k <= 1e-9 * rest:
+            said.append(f"{name}: has lost contact or slips under the static load, at {at * 1e6:.4g} um.")
+        valid = mean.joint.validity.get("amplitude", (0.0, np.inf))[1]
+        if abs(at) > valid:
+            said.append(
+                f"{name}: stands at {at * 1e6:.4g} um under the static load, identified up to {valid * 1e6:.4g} um."
+            )
+    p = balance.transform @ y
+    return StaticPoint(names, z, force, stiffness, equations.shapes @ p, tuple(said), balance, p)

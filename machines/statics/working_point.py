@@ -1,0 +1,96 @@
+"""The machine as small vibrations about its static working point see it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import ClassVar
+
+import numpy as np
+
+from jointlib.arrays import Array, ArrayLike, ComplexArray
+from jointlib.harmonic import FirstHarmonic
+from jointlib.joint import Joint
+from jointlib.law import JointLaw, Motion
+
+from ..model.machine import Machine
+from .mean_force import SLOW, same_joints
+from .statics import static_point
+
+
+@dataclass(frozen=True)
+class AtBias(JointLaw):
+    """A law seen from a static displacement ``bias`` (m), less the force it carries there."""
+
+    law: JointLaw
+    bias: float
+
+    kind: ClassVar[str] = "at-bias"
+
+    def __post_init__(self) -> None:
+        for key in ("kind", "in_time", "passive", "linear", "states"):
+            object.__setattr__(self, key, getattr(self.law, key))
+
+    @cached_property
+    def _loaded(self) -> tuple[float, Array]:
+        """Force and state after slow loading from rest."""
+        force, state = self.law.step(
+            Motion(np.asarray(self.bias), np.zeros(()), SLOW), self.law.initial_state(np.zeros(()))
+        )
+        return float(force), state
+
+    def initial_state(self, displacement: Array) -> Array:
+        z = np.asarray(displacement, dtype=float)
+        if not self.states:
+            return self.law.initial_state(z)
+        return np.broadcast_to(self._loaded[1], (*z.shape, len(self.states))).copy()
+
+    def step(self, motion: Motion, state: Array) -> tuple[Array, Array]:
+        force, after = self.law.step(replace(motion, displacement=motion.displacement + self.bias), state)
+        return force - self._loaded[0], after
+
+    def jacobian(self, motion: Motion, state: Array) -> tuple[Array, Array]:
+        return self.law.jacobian(replace(motion, displacement=motion.displacement + self.bias), state)
+
+    def kink_angles(self, amplitude: Array, omega: Array, bias: Array) -> Array:
+        return self.law.kink_angles(amplitude, omega, bias + self.bias)
+
+    def first_harmonic(self, amplitude: ArrayLike, omega: ArrayLike = 1.0, bias: ArrayLike = 0.0) -> FirstHarmonic:
+        return self.law.first_harmonic(amplitude, omega, np.asarray(bias) + self.bias)
+
+
+def at_working_point(machine: Machine) -> Machine:
+    """The machine as small vibrations see it: joints at their static displacements, and no static load any more."""
+    if machine.static is None:
+        return machine
+    return placed(machine, static_point(machine).displacement)
+
+
+def tangents(machine: Machine, frequency: ArrayLike) -> ComplexArray:
+    """Gains of the joints in N/m about where they stand, (nf, connections), at rest; ``frequency`` in Hz, (nf,)."""
+    omega = 2 * np.pi * np.atleast_1d(np.asarray(frequency, dtype=float))
+    joints = machine.joints()
+    stands = np.zeros(len(joints)) if machine.static is None else static_point(machine).displacement
+    gains = np.empty((len(omega), len(joints)), dtype=complex)
+    for columns in same_joints(joints):
+        gains[:, columns] = joints[columns[0]].first_harmonic(0.0, omega[:, None], stands[columns]).gain
+    return gains
+
+
+def placed(machine: Machine, displacement: Array) -> Machine:
+    """The machine with its joints about these displacements (m, one per flexible connection), and no static load."""
+    place = dict(zip((c.name for c in machine.flexible), displacement, strict=True))
+    connections = tuple(
+        c if c.joint is None else replace(c, joint=about(c.joint, float(place[c.name]))) for c in machine.connections
+    )
+    return replace(machine, connections=connections, static=None)
+
+
+def about(joint: Joint, bias: float) -> Joint:
+    """A joint seen from a static displacement; the range that is left of the one it was identified on goes with it."""
+    validity = dict(joint.validity)
+    if "amplitude" in validity:
+        low, high = validity["amplitude"]
+        validity["amplitude"] = (low, max(high - abs(bias), 0.0))
+    laws = tuple(AtBias(law, bias) for law in joint.laws)
+    return Joint(laws, joint.name, validity=validity, provenance=joint.provenance)

@@ -1,0 +1,4 @@
+"""The tool point: its receptance, its modes, and the band in which it chatters.
+
+Imports the harmonic balance and below.
+"""

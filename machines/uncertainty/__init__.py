@@ -1,0 +1,4 @@
+"""Bands of lobes and responses over samples of what was identified.
+
+Imports cutting and below.
+"""
