@@ -12,23 +12,23 @@ from jointlib.errors import InputError
 from jointlib.io import atomic
 from jointlib.joint import Joint
 
-from .archive import archive_bytes
-from .build import can_compile, compilers_for
-from .description import NAMELESS, Card, description_text, fingerprint
-from .documentation import documentation_text, licence_of, machine_notes, native_notes, python_notes, step_notes
-from .native import joints_of, without_kernel
-from .native_members import native_members, native_sources
-from .python_slave import NAMELESS as NAMELESS_SLAVE
-from .python_slave import built_members, slave_source
-from .reference import CSV, FOLDER, INTEGRATED, MANIFEST, MANIFEST_TEXT, csv_text, reference_run
-from .source import TRANSLATION_UNIT
-from .step_limit import StepLimit, operating_range, step_limit
-from .system import System, system_of_joint
-from .variables import parts_of
+from .members.archive import archive_bytes
+from .members.build import can_compile, compilers_for
+from .members.description import NAMELESS, Card, description_text, fingerprint
+from .members.documentation import documentation_text, licence_of, machine_notes, native_notes, python_notes, step_notes
+from .members.native import joints_of, without_kernel
+from .members.native_members import native_members, native_sources
+from .members.source import TRANSLATION_UNIT
+from .playback.python_slave import NAMELESS as NAMELESS_SLAVE
+from .playback.python_slave import built_members, slave_source
+from .playback.reference import CSV, FOLDER, INTEGRATED, MANIFEST, MANIFEST_TEXT, csv_text, reference_run
+from .system.step_limit import StepLimit, operating_range, step_limit
+from .system.system import System, system_of_joint
+from .system.variables import parts_of
 from .verify import validate_fmu, verify_fmu
 
 if TYPE_CHECKING:
-    from .machine_system import Machine
+    from .members.machine_system import Machine
 
 
 @dataclass(frozen=True)
@@ -119,7 +119,7 @@ def _system_of(model: Joint | Machine | System) -> System:
         return system_of_joint(model)
     if isinstance(model, System):
         return model
-    from .machine_system import system_of_machine
+    from .members.machine_system import system_of_machine
 
     return system_of_machine(model)
 

@@ -14,16 +14,16 @@ import numpy as np
 from jointlib.errors import InputError
 from jointlib.io import atomic
 
-from .archive import archive_bytes
 from .export import Export, export_fmu
 from .loop_step import Loop, Master, largest_step, natural_frequencies
-from .machine_parts import Machine, Parts, parts_of_machine
-from .machine_system import system_of_component
-from .ssd import INNER_SSD, SSD, Connector, Element, End, Structure, check_structure, inner, ssd_text
-from .ssp_notes import runtime_notes, step_notes
-from .ssp_verify import verify_ssp
-from .step_limit import StepLimit, operating_range, step_limit
-from .system import System, system_of_connection
+from .members.archive import archive_bytes
+from .members.machine_parts import Machine, Parts, parts_of_machine
+from .members.machine_system import system_of_component
+from .system.step_limit import StepLimit, operating_range, step_limit
+from .system.system import System, system_of_connection
+from .systems.ssd import INNER_SSD, SSD, Connector, Element, End, Structure, check_structure, inner, ssd_text
+from .systems.ssp_notes import runtime_notes, step_notes
+from .systems.ssp_verify import verify_ssp
 
 
 @dataclass(frozen=True)

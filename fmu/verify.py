@@ -20,10 +20,10 @@ import numpy as np
 from jointlib.arrays import Array
 from jointlib.errors import CheckFailed, InputError
 
-from .archive import read_archive, unpack
-from .description import ANNOTATION, TOKEN, TOOL, fingerprint
-from .native_members import BUILD, SOURCES
-from .reference import CSV, FOLDER, MANIFEST, ReferenceRun, read_csv
+from .members.archive import read_archive, unpack
+from .members.description import ANNOTATION, TOKEN, TOOL, fingerprint
+from .members.native_members import BUILD, SOURCES
+from .playback.reference import CSV, FOLDER, MANIFEST, ReferenceRun, read_csv
 
 TOLERANCE = 1e-12
 """Largest difference allowed, relative to the largest value of the run, where the FMU states none."""
@@ -255,7 +255,7 @@ def _run(path: Path, request: dict[str, object]) -> Array:
     """Outputs of two runs in a fresh process, shape (2, samples, outputs)."""
     with tempfile.TemporaryDirectory(prefix="jointlib-") as scratch:
         answer = Path(scratch) / "answer.json"
-        command = [sys.executable, "-P", str(Path(__file__).with_name("replay.py"))]
+        command = [sys.executable, "-P", str(Path(__file__).parent / "playback" / "replay.py")]
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
         try:
             done = subprocess.run(

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from jointlib.io.measurement_file import read_measurement, read_records
     from jointlib.joint import Joint
     from jointlib.law import JointLaw, Motion
-    from jointlib.loop.report import TraceReport, Verdict
+    from jointlib.loop.answer.report import TraceReport, Verdict
     from jointlib.loop.trace import trace
     from jointlib.measurement import Measurement
 

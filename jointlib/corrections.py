@@ -10,7 +10,7 @@ import numpy as np
 from jointlib.arrays import Array
 from jointlib.errors import InputError
 from jointlib.fault import Fault, Setting
-from jointlib.loop.bodies import rig_of
+from jointlib.loop.balance.bodies import rig_of
 from jointlib.measurement import Correction, Measurement, RecordSource
 from jointlib.path_fault import PathFault
 from jointlib.registry import installed

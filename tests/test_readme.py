@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from jointlib.cli.main import VERBS
-from jointlib.loop.report import Verdict
+from jointlib.loop.answer.report import Verdict
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text("utf-8")

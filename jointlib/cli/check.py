@@ -23,7 +23,7 @@ def command(machine: Path, amplitude: float | None, changes: dict[str, str], as_
     Example:
       jointlib check machines/library/two_mass.toml
     """
-    from jointlib.cli.joints import with_joints
+    from jointlib.cli.told.joints import with_joints
     from machines import linear_check, read_machine
 
     with working("comparing with python-control"):

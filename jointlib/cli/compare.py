@@ -85,7 +85,7 @@ def command(
 def _designs(study: Path, results: Path, designs: tuple[int, ...]) -> list[Side]:
     """Designs of a study by number."""
     from jointlib.cli.study import identified
-    from machines.study.design_sides import design_sides
+    from machines.study.findings.design_sides import design_sides
     from machines.study.run import tools_asked
     from machines.study.study_file import read_study
 
@@ -101,7 +101,7 @@ def _draw(path: Path, sides: list[Side], plot: str) -> Path:
     """A panel for each receptance that the first side has, the sides over each other."""
     from jointlib.io.atomic import write, write_text
     from machines.report.drawing import shades
-    from machines.report.receptance_figure import Curve, Lobes, receptance_figure
+    from machines.report.figures.receptance_figure import Curve, Lobes, receptance_figure
 
     looks = list(zip(sides, shades(len(sides))[::-1], ["-", *["--"] * len(sides)], strict=False))
     panels = [

@@ -31,7 +31,7 @@ def command(as_json: bool) -> None:
     import shutil
     from importlib.metadata import PackageNotFoundError, version
 
-    from fmu.build import compilers, here
+    from fmu.members.build import compilers, here
     from jointlib.registry import GROUPS, installed
 
     def found(name: str) -> str:

@@ -78,7 +78,7 @@ def command(
 
 def identified(path: Path, changes: dict[str, str] | None = None) -> tuple[dict[str, Joint], Sequence[str]]:
     """Joints that the machine leaves to be identified, and what is to be said of them."""
-    from jointlib.cli.joints import with_joints
+    from jointlib.cli.told.joints import with_joints
     from machines import read_machine
 
     machine = read_machine(path, changes)
@@ -90,7 +90,7 @@ def identified(path: Path, changes: dict[str, str] | None = None) -> tuple[dict[
 def exported(machine: Path, target: Path) -> Sequence[str]:
     """The machine of a file as an FMU; which runtime it has, and what else there is to say."""
     from fmu.export import export_fmu
-    from jointlib.cli.joints import with_joints
+    from jointlib.cli.told.joints import with_joints
     from machines import read_machine
 
     model, remarks = with_joints(read_machine(machine))

@@ -9,9 +9,9 @@ from typing import Any
 import click
 
 from jointlib.cli.arguments import FrequencyRange, Quantity, Target, Verb, input_file, json_option, tool_option
-from jointlib.cli.frf_files import draw, write_bands, write_receptances, write_response
-from jointlib.cli.frf_told import contact_lines, measured_lines, over_measured, peak_rows, tool_lines
 from jointlib.cli.output import emit, working, wrote
+from jointlib.cli.told.frf_files import draw, write_bands, write_receptances, write_response
+from jointlib.cli.told.frf_told import contact_lines, measured_lines, over_measured, peak_rows, tool_lines
 from jointlib.errors import InputError
 
 PLOTS = ("mag-phase", "re-im", "nyquist")
@@ -62,7 +62,7 @@ def command(
     Example:
       jointlib frf machines/library/two_mass.toml --force 10 50N --frequency 1kHz:7kHz -o two_mass.npz
     """
-    from jointlib.cli.joints import with_joints
+    from jointlib.cli.told.joints import with_joints
     from machines import read_machine
     from machines.uncertainty.lobe_bands import refuse_certain
 

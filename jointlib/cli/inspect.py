@@ -43,7 +43,7 @@ def command(
     lines, warnings = _told(file, contacts, changes)
     data: dict[str, Any] = {"file": str(file)}
     if output is not None:
-        from jointlib.cli.picture import draw
+        from jointlib.cli.told.picture import draw
 
         lines += draw(file, output, mode, changes)
         data["picture"] = str(output)
@@ -75,7 +75,7 @@ def _told(file: Path, contacts: bool, changes: dict[str, str]) -> tuple[list[str
     if not isinstance(schema, str) or schema not in (*readers, machine):
         raise InputError(f"{file}: schema is {schema!r}, expected one of {', '.join((*readers, machine))}")
     if schema == machine:
-        from jointlib.cli.machine_told import told
+        from jointlib.cli.told.machine_told import told
         from machines.files.machine_file import read_machine
 
         return told(read_machine(file, changes), contacts)

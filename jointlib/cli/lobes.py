@@ -10,8 +10,9 @@ import click
 import numpy as np
 
 from jointlib.cli.arguments import Quantity, Target, Verb, input_file, json_option, tool_option
-from jointlib.cli.lobes_forced import forced
-from jointlib.cli.lobes_over_amplitude import (
+from jointlib.cli.output import emit, emit_so_far, table, working, wrote
+from jointlib.cli.told.lobes_forced import forced
+from jointlib.cli.told.lobes_over_amplitude import (
     bands,
     grown,
     lenses,
@@ -21,7 +22,6 @@ from jointlib.cli.lobes_over_amplitude import (
     witnessed,
     zones_of,
 )
-from jointlib.cli.output import emit, emit_so_far, table, working, wrote
 from jointlib.errors import InputError
 
 BUDGET = 300.0
@@ -78,7 +78,7 @@ def command(
     Example:
       jointlib lobes machines/library/two_mode_tool.toml --speed 6000 9000 12000
     """
-    from jointlib.cli.joints import with_joints
+    from jointlib.cli.told.joints import with_joints
     from machines import Cutting, lobes_at_amplitude, lobes_over_range, read_machine
     from machines.cutting.amplitude.amplitude_limits import depends_on_amplitude
     from machines.cutting.amplitude.pocket import best_pocket
@@ -233,7 +233,7 @@ def _draw(
 ) -> None:
     """The charts as a picture, with what is unstable up to the end of its axis."""
     from jointlib.io.atomic import write_text
-    from machines.report.lobes_figure import axis_top, lobes_figure
+    from machines.report.figures.lobes_figure import axis_top, lobes_figure
 
     amplitude, first = charts[0]
     top = 1e-3 * axis_top([chart for _, chart in charts])

@@ -37,7 +37,7 @@ def command(file: Path, amplitude: float, every: bool, changes: dict[str, str], 
     """
     import numpy as np
 
-    from jointlib.cli.joints import with_joints
+    from jointlib.cli.told.joints import with_joints
     from machines import natural_modes, read_machine
     from machines.modes.depth_sensitivity import depth_sensitivity
     from machines.modes.mode_energy import mode_energies

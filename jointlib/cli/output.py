@@ -11,7 +11,7 @@ from typing import Any
 
 import click
 
-from jointlib.loop.report import plain
+from jointlib.loop.answer.report import plain
 
 
 def emit(as_json: bool, data: Mapping[str, Any], lines: Sequence[str]) -> None:

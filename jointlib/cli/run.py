@@ -9,8 +9,8 @@ import click
 
 from jointlib.cli.arguments import Quantity, Target, Verb, input_file, json_option, tool_option
 from jointlib.cli.output import Steps, emit, wrote
-from jointlib.cli.road import Road, pieces_of
 from jointlib.cli.steps.piece import walk
+from jointlib.cli.steps.road import Road, pieces_of
 from jointlib.errors import CheckFailed, InputError
 
 _AMPLITUDES = (0.0, 2e-6, 5e-6, 10e-6)
@@ -30,8 +30,8 @@ def command(machine: Path, output: Path, amplitude: tuple[float, ...], changes: 
     Example:
       jointlib run machines/library/guide_mill.toml -o out
     """
-    from jointlib.cli.joints import look_ahead
     from jointlib.cli.lobes import default_speeds
+    from jointlib.cli.told.joints import look_ahead
     from machines import read_machine
 
     model = read_machine(machine, changes)

@@ -26,7 +26,7 @@ def command(machine: Path, output: Path, changes: dict[str, str], as_json: bool)
       jointlib ssp machines/library/two_mass.toml -o two_mass.ssp
     """
     from fmu.ssp import export_ssp
-    from jointlib.cli.joints import with_joints
+    from jointlib.cli.told.joints import with_joints
     from machines import read_machine
 
     with working("exporting and verifying"):

@@ -11,7 +11,7 @@ import click
 
 from jointlib.cli.arguments import Target, Verb, input_file, json_option
 from jointlib.cli.output import working, wrote
-from jointlib.cli.study_told import tell
+from jointlib.cli.told.study_told import tell
 from jointlib.errors import InputError
 
 if TYPE_CHECKING:
@@ -160,7 +160,7 @@ def _part(shard: str | None) -> tuple[int, int]:
 
 def identified(study: Study) -> dict[str, Joint]:
     """Joints that the base machine leaves to be identified, once for all configurations."""
-    from jointlib.cli.joints import with_joints
+    from jointlib.cli.told.joints import with_joints
     from machines import read_machine
 
     joints: dict[str, Joint] = {}

@@ -10,10 +10,11 @@ import click
 
 from jointlib.cli.arguments import Target, Verb, input_file, json_option
 from jointlib.cli.output import emit, working, wrote
+from jointlib.cli.told.trace_head import assumptions_of, inputs_of, trace_numbers
 from jointlib.errors import InputError
 
 if TYPE_CHECKING:
-    from jointlib.loop.report import TraceReport
+    from jointlib.loop.answer.report import TraceReport
     from jointlib.measurement import Measurement
 
 
@@ -51,7 +52,7 @@ def command(
     again = ["jointlib", "trace", str(measurement), "--joint" if joint is not None else "--machine"]
     again += [str(joint or machine), "-o", str(output), *(["--seed", str(seed)] if seed else [])]
     if machine is not None:
-        from jointlib.cli.trace_machine import traced
+        from jointlib.cli.told.trace_machine import traced
 
         emit(as_json, *traced(test, machine, output, seed, shlex.join(again)))
         return
@@ -103,32 +104,3 @@ def _write_page(report: TraceReport, test: Measurement, command_line: str, path:
         command=command_line,
         version=version("jointlib"),
     ).write(path)
-
-
-def trace_numbers(report: TraceReport) -> list[tuple[str, str]]:
-    """Verdict and errors for the head of a report."""
-    chosen = report.chosen
-    return [
-        ("verdict", report.verdict.value.replace("_", " ")),
-        ("missing effect", "–" if chosen is None else f"{chosen.family} {chosen.where}".strip()),
-        ("error before", f"{100 * report.error_before['relative']:.3g} %"),
-        ("error after", f"{100 * report.error_after['relative']:.3g} %"),
-    ]
-
-
-def inputs_of(tests: list[Measurement]) -> list[tuple[str, str]]:
-    """Every file that a report stands on, with its hash."""
-    from jointlib.io.atomic import sha256
-
-    files = dict.fromkeys(f for test in tests for f in (test.source, *(r.file for r in test.records)))
-    return [(file.name, sha256(file)) for file in files]
-
-
-def assumptions_of(tests: list[Measurement]) -> list[str]:
-    """What the tests take for granted."""
-    said = [f"{t.source.name}: the records are simulated, not measured." for t in tests if t.simulated]
-    for test in tests:
-        for name, mass in test.bodies.items():
-            if mass.value is not None:
-                said.append(f"{test.source.name}: {name} weighs {mass.value:g} kg ± {mass.uncertainty:g} kg.")
-    return said or ["None beyond the files."]

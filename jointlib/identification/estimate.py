@@ -12,7 +12,7 @@ from jointlib.arrays import Array
 from jointlib.errors import InputError, Outcome
 from jointlib.identification.force_balance import ForceBalance, Groups, stacked_extra, stacked_groups
 from jointlib.joint import Covariance, Joint
-from jointlib.loop.refit import bounds_of
+from jointlib.loop.answer.refit import bounds_of
 
 
 @dataclass(frozen=True)

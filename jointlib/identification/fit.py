@@ -16,7 +16,7 @@ from jointlib.identification.hertz_fit import HertzFit, fit_hertz
 from jointlib.identification.records import FitRecords
 from jointlib.identification.surface import HIGHEST, OrderTrial, fit_surface
 from jointlib.joint import Covariance, Joint
-from jointlib.loop.refit import bounds_of
+from jointlib.loop.answer.refit import bounds_of
 
 _UNTOLD = 0.3
 """Relative standard error above which shaken records do not tell a preload."""

@@ -13,7 +13,7 @@ from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
 from jointlib.frf import Quantity
 from jointlib.io import cutpro
-from jointlib.io.matrix_files import read_arrays
+from jointlib.io.finite_elements.matrix_files import read_arrays
 from jointlib.io.readers import read_csv
 from jointlib.io.universal import AXES, NO_UNITS, place, read_sets, units
 from jointlib.units import scale

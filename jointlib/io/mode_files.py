@@ -11,7 +11,7 @@ import numpy as np
 
 from jointlib.arrays import Array
 from jointlib.errors import InputError, nearest
-from jointlib.io.matrix_files import read_arrays
+from jointlib.io.finite_elements.matrix_files import read_arrays
 from jointlib.io.readers import read_csv
 from jointlib.io.universal import AXES, NO_UNITS, place, read_sets, units
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from jointlib.io.atomic import write_npz, write_text
 from jointlib.io.joint_file import write_joint
 from jointlib.io.measurement_write import write_measurement
-from jointlib.loop.report import TraceReport
+from jointlib.loop.answer.report import TraceReport
 
 
 def write_trace(report: TraceReport, folder: Path) -> tuple[Path, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from jointlib.errors import InputError
 from jointlib.joint import Joint
-from jointlib.loop.report import TraceReport
+from jointlib.loop.answer.report import TraceReport
 from jointlib.measurement import Measurement
 
 
@@ -15,7 +15,7 @@ def trace(measurement: Measurement, joint: Joint, *, seed: int = 0) -> TraceRepo
     domain. Candidates come from the entry points ``jointlib.effects`` and compete on held-out error.
     """
     if measurement.kind == "rig":
-        from jointlib.loop.periodic import trace_periodic
+        from jointlib.loop.periodic.route import trace_periodic
 
         return trace_periodic(measurement, joint, seed=seed)
     if measurement.kind == "path":

@@ -9,8 +9,8 @@ import numpy as np
 from scipy.sparse import csc_matrix
 
 from jointlib.errors import InputError
-from jointlib.io.dmig import Label
-from jointlib.io.matrix_files import MatrixFile, read_matrix
+from jointlib.io.finite_elements.dmig import Label
+from jointlib.io.finite_elements.matrix_files import MatrixFile, read_matrix
 from jointlib.io.mistakes import Lost
 from jointlib.io.toml import Section
 

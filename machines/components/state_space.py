@@ -12,7 +12,7 @@ from scipy.linalg import matrix_balance
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
-from jointlib.io.matrix_files import read_arrays
+from jointlib.io.finite_elements.matrix_files import read_arrays
 from jointlib.io.toml import Section
 
 from .component import Component, FirstOrder, checked_dofs

@@ -18,10 +18,10 @@ from ..files.machine_file import read_machine
 from ..files.named_tools import USE
 from ..indices import Mask
 from ..study.factors import Factor
+from ..study.findings.verdict import judge, over_samples
 from ..study.run import begin, planned, tools_asked
 from ..study.study import QUANTITIES, Study
 from ..study.study_file import read_study
-from ..study.verdict import judge, over_samples
 from ..study.words import named
 from .controls import Control
 from .knobs import pretty

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
-from jointlib.loop.report import Status, Verdict
+from jointlib.loop.answer.report import Status, Verdict
 
 from ..indices import Index, Mask
 from .fit import Fitted, Fold

@@ -11,7 +11,7 @@ import numpy as np
 
 from jointlib.arrays import Array
 from jointlib.joint import Covariance, Joint
-from jointlib.loop.report import Estimate
+from jointlib.loop.answer.report import Estimate
 
 from ..model.machine import Machine
 from .fit import Fitted

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from jointlib.arrays import Array, ComplexArray
-from jointlib.loop.report import Estimate, Status, Verdict, plain
+from jointlib.loop.answer.report import Estimate, Status, Verdict, plain
 
 from ..model.machine import Machine
 from .records import LevelFRF

@@ -11,7 +11,7 @@ import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
-from jointlib.loop.report import Verdict
+from jointlib.loop.answer.report import Verdict
 from jointlib.measurement import Measurement
 
 from ..model.machine import Machine

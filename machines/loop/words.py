@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from jointlib.loop.report import Verdict, figures
+from jointlib.loop.answer.report import Verdict, figures
 
 from .report import MachineCandidate, MachineRival
 

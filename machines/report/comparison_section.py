@@ -8,8 +8,8 @@ import numpy as np
 
 from ..compare.comparison import Comparison, Pair, share
 from .drawing import AFTER, MEASURED
+from .figures.receptance_figure import Curve, receptance_figure
 from .page import Figure, Section, Table
-from .receptance_figure import Curve, receptance_figure
 
 HEADER = ("record", "measured [Hz]", "predicted [Hz]", "damping measured [%]", "frequency off", "damping off",
           "compliance off")  # fmt: skip

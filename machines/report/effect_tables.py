@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from jointlib.loop.naming import in_words
-from jointlib.loop.report import Candidate, Estimate, TraceReport, Verdict
+from jointlib.loop.answer.naming import in_words
+from jointlib.loop.answer.report import Candidate, Estimate, TraceReport, Verdict
 from jointlib.units import shown
 
 from .page import Section, Table

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from jointlib.loop.report import TraceReport, figures
+from jointlib.loop.answer.report import TraceReport, figures
 
 from .effect_tables import percent
+from .figures.residual_figures import where_words
 from .page import Section, Table
 from .parameter_table import parameter_table
-from .residual_figures import where_words
 
 
 def error_part(report: TraceReport) -> Section:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from jointlib.joint import Joint
-from jointlib.loop.report import Verdict, figures
+from jointlib.loop.answer.report import Verdict, figures
 from jointlib.units import shown
 
 from ..loop.report import MachineCandidate, MachineTrace
 from .effect_tables import percent
-from .machine_trace_figures import pointing_figure, residual_maps, response_figures
+from .figures.machine_trace_figures import pointing_figure, residual_maps, response_figures
 from .page import Figure, Section, Table
 
 _MEANING = {

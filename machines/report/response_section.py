@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 
 from ..forced_response.response import Response
 from ..forced_response.tool_peaks import tool_peaks
+from .figures.response_figures import joints_figure, tool_figure
 from .page import Section, Table
-from .response_figures import joints_figure, tool_figure
 from .tool_peak_table import HEADER, tool_peak_rows
 
 

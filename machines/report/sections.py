@@ -15,9 +15,9 @@ from ..cutting.forced.forced_field import ForcedField
 from ..cutting.process.chart import StabilityLobes
 from ..cutting.process.cutting import Cutting
 from ..harmonic_balance.linear_check import LinearCheck
-from .check_figure import check_figure
-from .joint_figures import gain, gain_over_frequency, static_fit, surface
-from .lobes_figure import lobes_figure
+from .figures.check_figure import check_figure
+from .figures.joint_figures import gain, gain_over_frequency, static_fit, surface
+from .figures.lobes_figure import lobes_figure
 from .page import Figure, Section, Table
 from .parameter_table import parameter_table
 from .response_section import response_section as response_section

@@ -13,10 +13,10 @@ from jointlib.io.atomic import sha256
 
 from ..cutting.amplitude.pocket import WANDER
 from ..study import words
-from ..study.best import BestMachine
-from ..study.contrast import Contrast
+from ..study.findings.best import BestMachine
+from ..study.findings.contrast import Contrast
+from ..study.findings.verdict import Design, Verdict
 from ..study.study import Study
-from ..study.verdict import Design, Verdict
 from .page import Page, Section
 from .study_sections import (
     certainty_section,

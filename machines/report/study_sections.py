@@ -11,12 +11,12 @@ from jointlib.arrays import Array
 
 from ..study import words
 from ..study.asked import DEPTHS
-from ..study.best import BestMachine
-from ..study.contrast import Contrast
+from ..study.findings.best import BestMachine
+from ..study.findings.contrast import Contrast
+from ..study.findings.verdict import Design, Verdict
 from ..study.study import BASE, Study
-from ..study.verdict import Design, Verdict
+from .figures.study_figures import certainty_figure, contrast_figure, effects_figure, map_figure, pareto_figure
 from .page import Figure, Section, Table
-from .study_figures import certainty_figure, contrast_figure, effects_figure, map_figure, pareto_figure
 
 _CHOICES = 12
 _SETTLED = 0.9

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from jointlib.loop.report import Candidate, TraceReport, Verdict, figures
+from jointlib.loop.answer.report import Candidate, TraceReport, Verdict, figures
 
 from .effect_tables import effect_part, percent
 from .error_tables import error_part
+from .figures.residual_figures import CLASSES, EQUATIONS, place_figures
+from .figures.trace_figures import candidate_figure, half_width, loop_figures, name_of, shown_candidates
 from .page import Section, Table
-from .residual_figures import CLASSES, EQUATIONS, place_figures
-from .trace_figures import candidate_figure, half_width, loop_figures, name_of, shown_candidates
 
 _MEANING = {
     Verdict.IDENTIFIED: "Identified: one effect explains the excess alone, and no other fits these records as well.",

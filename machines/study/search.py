@@ -18,9 +18,9 @@ from jointlib.errors import InputError
 from jointlib.units import number_and_unit
 
 from .factors import Factor
+from .findings.verdict import worst
 from .sampling import plan
 from .study import Study
-from .verdict import worst
 
 Proposals = Generator[Array, tuple[Array, Mapping[str, Array]], None]
 _ASKED = 20

@@ -11,7 +11,7 @@ from jointlib.errors import InputError
 
 from ..model.machine import Machine
 from ..modes.natural_modes import NaturalModes, natural_modes
-from .mode import Mode
+from .mode_shape import Mode
 from .scene import Scene
 
 _MOST = 16

@@ -12,7 +12,7 @@ import numpy as np
 
 from jointlib.arrays import Array
 
-from .mode import Mode
+from .mode_shape import Mode
 from .projection import upright
 from .scene import Scene
 

@@ -32,7 +32,7 @@ from generator import NoMotion  # noqa: E402
 from measure import Simulated, simulate, write  # noqa: E402
 
 from jointlib import read_joint, read_measurement, trace  # noqa: E402
-from jointlib.loop import catalogue as shelf  # noqa: E402
+from jointlib.loop.answer import catalogue as shelf  # noqa: E402
 from jointlib.registry import Installed, installed  # noqa: E402
 
 Row = dict[str, Any]

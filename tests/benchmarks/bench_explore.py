@@ -18,7 +18,7 @@ from resource import RUSAGE_CHILDREN, getrusage
 
 import numpy as np
 
-from jointlib.cli.joints import with_joints
+from jointlib.cli.told.joints import with_joints
 from machines import read_machine
 from machines.explore import AMPLITUDE, Control, Explorer
 

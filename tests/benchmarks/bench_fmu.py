@@ -19,9 +19,9 @@ import fmpy
 from fmpy.fmi2 import FMU2Slave
 from fmpy.model_description import read_model_description
 
-from fmu.archive import read_archive, unpack
-from fmu.build import PLATFORMS, compilers
 from fmu.export import Export, export_fmu
+from fmu.members.archive import read_archive, unpack
+from fmu.members.build import PLATFORMS, compilers
 from jointlib.joint import Joint
 from jointlib.laws.hertz_guide import HertzGuide
 from jointlib.laws.lugre import LuGre

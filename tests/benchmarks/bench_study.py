@@ -24,7 +24,7 @@ import tomli_w
 
 import machines
 from jointlib import read_joint, write_joint
-from jointlib.cli.joints import with_joints
+from jointlib.cli.told.joints import with_joints
 from machines import read_machine
 from machines.study.engine import compute
 from machines.study.evaluation import Evaluation

@@ -18,7 +18,7 @@ from jointlib.io.measurement_file import read_records
 from jointlib.law import Motion
 from jointlib.laws.dahl import Dahl
 from jointlib.laws.jenkins import Jenkins
-from jointlib.loop.steady import steady_force
+from jointlib.loop.balance.steady import steady_force
 
 GUIDE = Path(machines.__file__).parent / "library" / "guide_mill"
 SAMPLES, STEP, PERIODS = 10240, 1 / 204.8e3, 2

@@ -11,7 +11,7 @@ from command_line import LIBRARY, jointlib
 
 from machines import lobes_at_amplitude, read_machine
 from machines.compare.side_by_side import differences
-from machines.study.design_sides import design_sides
+from machines.study.findings.design_sides import design_sides
 from machines.study.study_file import read_study
 
 STUDY = f"""

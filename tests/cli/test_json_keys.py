@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from command_line import jointlib
 
-from fmu.build import PLATFORMS, Compiler, can_compile
-from fmu.build import here as this_platform
+from fmu.members.build import PLATFORMS, Compiler, can_compile
+from fmu.members.build import here as this_platform
 from fmu.verify import verify_fmu
 from jointlib import identify, read_joint, read_measurement
 from jointlib.describing import DescribingFunction
@@ -227,7 +227,7 @@ def test_verbs_without_promised_keys_print_json_too(words: str, here: Path) -> N
 def test_doctor_names_the_compiler_that_native_fmus_are_made_with(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     own, other = sorted(PLATFORMS, key=lambda platform: platform.fmi3 != this_platform())[:2]
     reached = [Compiler(own, ("/opt/bin/cc", "-m64")), Compiler(other, ("cross-cc",))]
-    monkeypatch.setattr("fmu.build.compilers", lambda: tuple(reached))
+    monkeypatch.setattr("fmu.members.build.compilers", lambda: tuple(reached))
     data = jointlib("doctor --json").json
     assert (data["compiler"], data["fmu_runtimes"]) == ("/opt/bin/cc -m64", ["c", "python"])
     assert data["fmu_platforms"] == [own.fmi3, other.fmi3]
@@ -257,7 +257,7 @@ def test_doctor_says_what_to_install_where_no_native_fmu_can_be_made(
     here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     other = next(platform for platform in PLATFORMS if platform.fmi3 != this_platform())
-    monkeypatch.setattr("fmu.build.compilers", lambda: (Compiler(other, ("cross-cc",)),))
+    monkeypatch.setattr("fmu.members.build.compilers", lambda: (Compiler(other, ("cross-cc",)),))
     data = jointlib("doctor --json").json
     assert (data["compiler"], data["fmu_runtimes"], data["fmu_platforms"]) == (None, ["python"], [])
     said = jointlib("doctor").out

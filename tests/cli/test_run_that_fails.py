@@ -55,7 +55,7 @@ role = "fit"
 @pytest.fixture
 def forced(lathe: str, monkeypatch: pytest.MonkeyPatch) -> str:
     """The lathe, with a force on its slide; its joint is not compiled."""
-    monkeypatch.setattr("fmu.build.compilers", lambda: ())
+    monkeypatch.setattr("fmu.members.build.compilers", lambda: ())
     path = Path(lathe)
     path.write_text(path.read_text().replace("[response]", "[response]\nforce = [10]"))
     return lathe

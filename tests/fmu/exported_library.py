@@ -13,9 +13,9 @@ from host import GUIDE
 from samples import KAPPA
 from tools import require
 
-from fmu.archive import read_archive, unpack
 from fmu.export import export_fmu
-from fmu.reference import CSV, FOLDER, ReferenceRun, read_csv
+from fmu.members.archive import read_archive, unpack
+from fmu.playback.reference import CSV, FOLDER, ReferenceRun, read_csv
 from jointlib.joint import Joint
 from jointlib.laws.hertz_guide import HertzGuide
 from jointlib.laws.lugre import LuGre

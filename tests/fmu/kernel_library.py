@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from fmu.c_kernel import FOLDER, CKernel, count, read_kernel
+from fmu.code.c_kernel import FOLDER, CKernel, count, read_kernel
 from jointlib.joint import Joint
 from jointlib.law import JointLaw
 from jointlib.parameter import parameters_of

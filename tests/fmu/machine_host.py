@@ -15,11 +15,11 @@ from fmpy.fmi3 import FMU3Model, FMU3Slave
 from fmpy.model_description import read_model_description
 from scipy.integrate import solve_ivp
 
-from fmu.archive import read_archive, unpack
 from fmu.export import export_fmu
-from fmu.reference import ReferenceRun, reference_run
-from fmu.step_limit import Range
-from fmu.system import System
+from fmu.members.archive import read_archive, unpack
+from fmu.playback.reference import ReferenceRun, reference_run
+from fmu.system.step_limit import Range
+from fmu.system.system import System
 from jointlib.arrays import Array
 from jointlib.io.joint_file import read_joint
 from jointlib.joint import Joint

@@ -17,7 +17,7 @@ from fmpy import simulate_fmu
 from host import law_force
 from tools import absent, package, require
 
-from fmu.replay import replay
+from fmu.playback.replay import replay
 from jointlib.arrays import Array
 from jointlib.joint import Joint
 

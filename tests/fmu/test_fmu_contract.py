@@ -14,8 +14,8 @@ from fmpy.validation import validate_fmu
 from host import GUIDE, JOINTS, exported, label, law_force, path, running
 from repeats import repeats
 
-from fmu import python_kernel
-from fmu.variables import variables_of
+from fmu.code import python_kernel
+from fmu.system.variables import variables_of
 from jointlib.joint import Joint
 from jointlib.law import JointLaw, Motion
 from jointlib.parameter import parameters_of
@@ -28,7 +28,7 @@ every_joint = pytest.mark.parametrize("joint", JOINTS, ids=label)
 def test_every_installed_law_has_a_kernel_that_takes_its_parameters(kind: str) -> None:
     law, word = laws()[kind], kind.replace("-", "_")
     names = [p.name for p in parameters_of(law)]
-    defined = runpy.run_path(str(Path(python_kernel.__file__).with_name("python_kernels") / f"{word}.py"))
+    defined = runpy.run_path(str(Path(python_kernel.__file__).parents[1] / "python_kernels" / f"{word}.py"))
     wanted = {"initial", "step"} if law.states else {"force"}
     assert {f"{word}_{purpose}" for purpose in wanted} <= set(defined)
     for purpose in {*wanted, "check"} & {name.removeprefix(f"{word}_") for name in defined}:

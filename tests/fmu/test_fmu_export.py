@@ -11,8 +11,8 @@ from host import GUIDE, exported
 from samples import KAPPA
 
 from fmu.export import export_fmu
-from fmu.reference import ReferenceRun, reference_run
-from fmu.step_limit import Range, operating_range, step_limit
+from fmu.playback.reference import ReferenceRun, reference_run
+from fmu.system.step_limit import Range, operating_range, step_limit
 from fmu.verify import verify_fmu
 from jointlib.errors import CheckFailed, InputError
 from jointlib.joint import Joint

@@ -13,7 +13,7 @@ import pytest
 from exported_library import GUIDE, exported
 from fmpy import platform, platform_tuple
 
-from fmu.archive import archive_bytes, read_archive
+from fmu.members.archive import archive_bytes, read_archive
 from jointlib.cli.main import main
 
 Members = dict[str, bytes]

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 from host import GUIDE, exported
 
-from fmu import archive
-from fmu.archive import archive_bytes, read_archive
+from fmu.members import archive
+from fmu.members.archive import archive_bytes, read_archive
 from fmu.verify import verify_fmu
 from jointlib.errors import CheckFailed, InputError
 

@@ -14,9 +14,9 @@ import pytest
 from host import law_force, path
 from tools import require
 
-from fmu.archive import read_archive, unpack
 from fmu.export import export_fmu
-from fmu.replay import replay
+from fmu.members.archive import read_archive, unpack
+from fmu.playback.replay import replay
 from jointlib.errors import InputError
 from jointlib.joint import Joint
 from jointlib.law import JointLaw

@@ -20,11 +20,11 @@ from samples import LAWS
 from scipy.integrate import solve_ivp
 from tools import require
 
-from fmu.archive import archive_bytes, read_archive
 from fmu.export import export_fmu
-from fmu.machine_system import system_of_component, system_of_machine
-from fmu.native_members import native_sources
-from fmu.system import System, fmi_name, system_of_connection
+from fmu.members.archive import archive_bytes, read_archive
+from fmu.members.machine_system import system_of_component, system_of_machine
+from fmu.members.native_members import native_sources
+from fmu.system.system import System, fmi_name, system_of_connection
 from fmu.verify import verify_fmu
 from jointlib.arrays import Array
 from jointlib.errors import CheckFailed, InputError
@@ -576,11 +576,11 @@ def test_machine_that_cannot_be_an_fmu_is_refused_in_a_sentence(
 
 
 def test_law_that_exists_in_steps_only_is_refused_in_a_machine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from fmu.c_kernel import FOLDER
+    from fmu.code.c_kernel import FOLDER
 
     text = (FOLDER / "jenkins.h").read_text().replace("exchange: yes", "exchange: no")
     (tmp_path / "jenkins.h").write_text(text)
-    monkeypatch.setattr("fmu.c_kernel.FOLDER", tmp_path)
+    monkeypatch.setattr("fmu.code.c_kernel.FOLDER", tmp_path)
     with pytest.raises(InputError, match="jenkins exists in steps only and cannot be integrated in a machine FMU"):
         export_fmu(on_base("guide", Joint((Jenkins(4e7, 36.0),))), tmp_path / "a.fmu")
 

@@ -24,15 +24,15 @@ from samples import LAWS
 from scipy.integrate import solve_ivp
 from tools import require
 
-from fmu.archive import archive_bytes, read_archive, unpack
-from fmu.build import PLATFORMS, Compiler, compilers
-from fmu.c_kernel import FOLDER, count, read_kernel
-from fmu.description import Card, description_text
+from fmu.code.c_kernel import FOLDER, count, read_kernel
 from fmu.export import Export, export_fmu
-from fmu.native import native_parts, native_variables
-from fmu.native_members import native_sources
-from fmu.replay import replay
-from fmu.system import system_of_joint
+from fmu.members.archive import archive_bytes, read_archive, unpack
+from fmu.members.build import PLATFORMS, Compiler, compilers
+from fmu.members.description import Card, description_text
+from fmu.members.native import native_parts, native_variables
+from fmu.members.native_members import native_sources
+from fmu.playback.replay import replay
+from fmu.system.system import system_of_joint
 from fmu.verify import verify_fmu
 from jointlib.arrays import Array
 from jointlib.errors import CheckFailed, InputError
@@ -401,7 +401,7 @@ def _no_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def _broken_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
     (own,) = (p for p in PLATFORMS if p.fmi3 == platform_tuple)
-    monkeypatch.setattr("fmu.build.compilers", lambda: (Compiler(own, ("false",)),))
+    monkeypatch.setattr("fmu.members.build.compilers", lambda: (Compiler(own, ("false",)),))
 
 
 @pytest.mark.parametrize(
@@ -449,7 +449,7 @@ def test_compiler_that_fails_for_another_platform_leaves_that_platform_out(
     require("cc")
     foreign = next(p for p in PLATFORMS if p.fmi3 != platform_tuple)
     own = tuple(compiler for compiler in compilers() if compiler.platform.fmi3 == platform_tuple)
-    monkeypatch.setattr("fmu.build.compilers", lambda: (*own, Compiler(foreign, ("false",))))
+    monkeypatch.setattr("fmu.members.build.compilers", lambda: (*own, Compiler(foreign, ("false",))))
     told = export_fmu(Joint((Viscous(10.0),)), tmp_path / "a.fmu")
     assert told.platforms == (platform,)
     assert any(f"It has no library for {foreign.fmi2}" in text for text in told.messages)
@@ -463,12 +463,12 @@ def test_a_platform_asked_for_by_name_stands_beside_this_computer_and_no_other(
     (own,) = (compiler for compiler in compilers() if compiler.platform.fmi3 == platform_tuple)
     # This computer's library in place of those of other platforms, which would ask for other compilers.
     others = [Compiler(p, own.command) for p in PLATFORMS if p != own.platform and p.suffix == own.platform.suffix]
-    monkeypatch.setattr("fmu.build.compilers", lambda: (own, *others))
+    monkeypatch.setattr("fmu.members.build.compilers", lambda: (own, *others))
     foreign = others[0].platform
     for fmi, name in ((2, foreign.fmi2), (3, foreign.fmi3)):
         told = export_fmu(Joint((Viscous(10.0),)), tmp_path / "a.fmu", fmi=fmi, platforms=[name])
         assert set(told.platforms) == {own.platform.folder(fmi), foreign.folder(fmi)}
-    monkeypatch.setattr("fmu.build.compilers", lambda: (own, Compiler(foreign, ("false",))))
+    monkeypatch.setattr("fmu.members.build.compilers", lambda: (own, Compiler(foreign, ("false",))))
     with pytest.raises(InputError, match="cannot compile the FMU for"):
         export_fmu(Joint((Viscous(10.0),)), tmp_path / "b.fmu", platforms=[foreign.fmi2])
     assert not (tmp_path / "b.fmu").exists()
@@ -482,7 +482,7 @@ def test_law_that_only_steps_makes_an_fmu_for_co_simulation_only(
     text = (FOLDER / "jenkins.h").read_text().replace("exchange: yes", "exchange: no")
     (tmp_path / "jenkins.h").write_text(text)
     (tmp_path / "gap.h").write_text((FOLDER / "gap.h").read_text())
-    monkeypatch.setattr("fmu.c_kernel.FOLDER", tmp_path)
+    monkeypatch.setattr("fmu.code.c_kernel.FOLDER", tmp_path)
     joint = Joint((Jenkins(4e7, 36.0), Gap(6e8, 1.5e-6)))
     told = export_fmu(joint, tmp_path / "a.fmu", fmi=fmi, runtime="c")
     assert "The FMU does co-simulation only, as the importer cannot integrate jenkins." in told.messages

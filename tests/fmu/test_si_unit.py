@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from fmu.si_unit import exponents, table_unit
+from fmu.system.si_unit import exponents, table_unit
 
 
 @pytest.mark.parametrize(

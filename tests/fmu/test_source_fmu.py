@@ -12,8 +12,8 @@ from fmpy.validation import validate_fmu
 from host import GUIDE
 from tools import require
 
-from fmu.archive import archive_bytes, read_archive, unpack
 from fmu.export import export_fmu
+from fmu.members.archive import archive_bytes, read_archive, unpack
 from fmu.verify import verify_fmu
 from jointlib.errors import InputError
 

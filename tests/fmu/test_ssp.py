@@ -23,13 +23,13 @@ from scipy.integrate import solve_ivp
 from tools import package
 
 import fmu.ssp
-from fmu.archive import archive_bytes, read_archive
 from fmu.loop_step import Loop, Master, largest_step
-from fmu.machine_parts import parts_of_machine
-from fmu.ssd import INNER_SSD, SSD, check_structure
+from fmu.members.archive import archive_bytes, read_archive
+from fmu.members.machine_parts import parts_of_machine
 from fmu.ssp import SspExport, export_ssp
-from fmu.ssp_notes import step_notes
-from fmu.ssp_verify import verify_ssp
+from fmu.systems.ssd import INNER_SSD, SSD, check_structure
+from fmu.systems.ssp_notes import step_notes
+from fmu.systems.ssp_verify import verify_ssp
 from jointlib import read_joint
 from jointlib.arrays import Array
 from jointlib.cli.main import cli

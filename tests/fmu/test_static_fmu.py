@@ -12,8 +12,8 @@ from machine_host import Exchange, Stepping, unpacked
 from scipy.integrate import solve_ivp
 from tools import require
 
-from fmu.machine_system import system_of_machine
-from fmu.simulation import simulate
+from fmu.members.machine_system import system_of_machine
+from fmu.playback.simulation import simulate
 from fmu.ssp import export_ssp
 from jointlib.arrays import Array
 from jointlib.errors import InputError

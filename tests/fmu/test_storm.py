@@ -13,8 +13,8 @@ from runtime_library import HEADERS, HERE, SANITIZED, compiled
 from storm import EVERYTHING, JOINTS, plan
 from tools import require
 
-from fmu.archive import read_archive, unpack
 from fmu.export import export_fmu
+from fmu.members.archive import read_archive, unpack
 from jointlib.joint import Joint
 
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="loads Linux libraries")

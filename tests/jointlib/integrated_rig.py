@@ -11,10 +11,10 @@ from scipy.integrate import solve_ivp
 
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
-from jointlib.loop.bodies import rig_of
-from jointlib.loop.equations import Observed
-from jointlib.loop.floor import excited_band, noise_floor
-from jointlib.loop.spectra import spectra_of
+from jointlib.loop.balance.bodies import rig_of
+from jointlib.loop.balance.equations import Observed
+from jointlib.loop.balance.floor import excited_band, noise_floor
+from jointlib.loop.balance.spectra import spectra_of
 
 Array = NDArray[np.float64]
 K, C = 6e8, 500.0

@@ -21,8 +21,8 @@ from jointlib.io.measurement_file import read_measurement, read_records
 from jointlib.io.measurement_write import write_measurement
 from jointlib.joint import Joint
 from jointlib.laws.linear import Linear
+from jointlib.loop.answer.report import TraceReport, Verdict
 from jointlib.loop.close import write_trace
-from jointlib.loop.report import TraceReport, Verdict
 from jointlib.measurement import Correction, Measurement
 from jointlib.modulation import Modulation
 from jointlib.parameter import Role

@@ -28,7 +28,7 @@ from jointlib.effects.sensor_nonlinearity import SensorNonlinearity
 from jointlib.effects.stiffness_drift import StiffnessDrift
 from jointlib.errors import InputError
 from jointlib.fault import Fault, Setting
-from jointlib.loop.catalogue import catalogue
+from jointlib.loop.answer.catalogue import catalogue
 from jointlib.measurement import Mass
 
 RATE, PERIOD, PERIODS, RUN_IN = 102.4e3, 5120, 4, 2 * 5120

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from rig_samples import CHANNELS, PERIOD, RATE, measurement, noisy, record, shaken
 
 from jointlib.errors import InputError
-from jointlib.loop.import_checks import best_lag, check_period, flat_tops, without_dead_channels
-from jointlib.loop.spectra import spectra_of
+from jointlib.loop.answer.import_checks import best_lag, check_period, flat_tops, without_dead_channels
+from jointlib.loop.balance.spectra import spectra_of
 from jointlib.measurement import Correction
 
 Signal = NDArray[np.float64]

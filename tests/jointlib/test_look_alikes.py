@@ -12,8 +12,8 @@ from jointlib.effects.jenkins_play import SlipWithPlay
 from jointlib.effects.stribeck import StribeckFriction
 from jointlib.joint import Joint
 from jointlib.laws.linear import Linear
-from jointlib.loop.catalogue import catalogue
-from jointlib.loop.naming import Effect, experiment, is_declared_pair
+from jointlib.loop.answer.catalogue import catalogue
+from jointlib.loop.answer.naming import Effect, experiment, is_declared_pair
 
 TIME = np.linspace(0.0, 1.0, 4001)
 PATH = Path(

@@ -18,8 +18,8 @@ from jointlib.law import Motion
 from jointlib.laws.linear import Linear
 from jointlib.laws.maxwell import Maxwell
 from jointlib.laws.viscous import Viscous
-from jointlib.loop.report import TraceReport, Verdict
-from jointlib.loop.steady import steady_force
+from jointlib.loop.answer.report import TraceReport, Verdict
+from jointlib.loop.balance.steady import steady_force
 from jointlib.loop.trace import trace
 from jointlib.measurement import Channel, Mass, Measurement, RecordSource
 

@@ -8,10 +8,10 @@ from rig_samples import PERIOD, RATE, measurement, record
 from scipy.integrate import solve_ivp
 
 from jointlib.joint import Joint
-from jointlib.loop.bench import Raw, observe, view_of
-from jointlib.loop.bodies import rig_of
-from jointlib.loop.floor import excited_band, noise_floor
-from jointlib.loop.spectra import spectra_of
+from jointlib.loop.balance.bench import Raw, observe, view_of
+from jointlib.loop.balance.bodies import rig_of
+from jointlib.loop.balance.floor import excited_band, noise_floor
+from jointlib.loop.balance.spectra import spectra_of
 
 PERIODS, RUN_IN, SHARE = 4, 3, 0.05
 

@@ -13,9 +13,9 @@ from jointlib.arrays import Array
 from jointlib.joint import Joint
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
+from jointlib.loop.answer.report import TraceReport
 from jointlib.loop.path.forward import free_run
 from jointlib.loop.path.preparation import Preparation, finer, prepare
-from jointlib.loop.report import TraceReport
 from jointlib.loop.trace import trace
 from jointlib.measurement import Channel, Mass, Measurement, Record, RecordSource
 

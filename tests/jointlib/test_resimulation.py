@@ -23,10 +23,10 @@ from jointlib.laws.maxwell import Maxwell
 from jointlib.laws.quadratic import Quadratic
 from jointlib.laws.structural_damping import StructuralDamping
 from jointlib.laws.viscous import Viscous
-from jointlib.loop.ceiling import ceiling
-from jointlib.loop.equations import Observed
-from jointlib.loop.resimulation import compared, resimulated, steady_motion
-from jointlib.loop.steady import steady_force
+from jointlib.loop.balance.ceiling import ceiling
+from jointlib.loop.balance.equations import Observed
+from jointlib.loop.balance.resimulation import compared, resimulated, steady_motion
+from jointlib.loop.balance.steady import steady_force
 
 
 def linear_record(level: float = 1.0, stiffness: float = K, loss: complex | Array = 0.0, seed: int = 3) -> Observed:

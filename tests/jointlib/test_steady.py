@@ -15,9 +15,9 @@ from jointlib.laws.bouc_wen import BoucWen
 from jointlib.laws.dahl import Dahl
 from jointlib.laws.iwan import Iwan
 from jointlib.laws.jenkins import Jenkins
-from jointlib.loop import steady
-from jointlib.loop.steady import steady_force
-from jointlib.loop.tangents import tangents
+from jointlib.loop.balance import steady
+from jointlib.loop.balance.steady import steady_force
+from jointlib.loop.balance.tangents import tangents
 
 SAMPLES, STEP, PEAK, K = 2560, 1e-5, 3e-6, 1e8
 

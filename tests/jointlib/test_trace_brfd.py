@@ -16,6 +16,7 @@ from jointlib.joint import Joint
 from jointlib.laws.jenkins import Jenkins
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
+from jointlib.loop.answer.report import TraceReport, Verdict
 from jointlib.loop.path import judgement, route
 from jointlib.loop.path.columns import law_forces
 from jointlib.loop.path.evidence import Evidence, Model
@@ -23,7 +24,6 @@ from jointlib.loop.path.fitted import fit
 from jointlib.loop.path.preparation import choose_preparation, prepare
 from jointlib.loop.path.repeats import PathFloor, repeat_floor
 from jointlib.loop.path.strokes import Division, divide
-from jointlib.loop.report import TraceReport, Verdict
 from jointlib.loop.trace import trace
 from jointlib.measurement import Measurement
 

@@ -17,7 +17,7 @@ from jointlib.joint import Joint
 from jointlib.laws.coulomb import Coulomb
 from jointlib.laws.viscous import Viscous
 from jointlib.laws.viscous_by_direction import ViscousByDirection
-from jointlib.loop.report import Status, TraceReport, Verdict
+from jointlib.loop.answer.report import Status, TraceReport, Verdict
 from jointlib.loop.trace import trace
 from jointlib.measurement import Measurement
 

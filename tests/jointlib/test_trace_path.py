@@ -24,15 +24,15 @@ from jointlib.laws.gap import Gap
 from jointlib.laws.jenkins import Jenkins
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
-from jointlib.loop import catalogue as module
+from jointlib.loop.answer import catalogue as module
+from jointlib.loop.answer.refit import refit
+from jointlib.loop.answer.report import Status, TraceReport, Verdict
 from jointlib.loop.path.acceptance import assess
 from jointlib.loop.path.checks import exists_in_time
 from jointlib.loop.path.columns import ColumnStore, law_forces
 from jointlib.loop.path.estimates import shape_units
 from jointlib.loop.path.preparation import Preparation, choose_preparation, prepare
 from jointlib.loop.path.regression import block_grams, hold_out, solve, solve_signed
-from jointlib.loop.refit import refit
-from jointlib.loop.report import Status, TraceReport, Verdict
 from jointlib.loop.trace import trace
 from jointlib.measurement import Channel, Mass, Measurement, RecordSource
 from jointlib.parameter import parameters_of

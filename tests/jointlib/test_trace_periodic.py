@@ -16,9 +16,9 @@ from jointlib.joint import Joint
 from jointlib.laws.jenkins import Jenkins
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
-from jointlib.loop.periodic import trace_periodic
-from jointlib.loop.report import TraceReport, Verdict
-from jointlib.loop.steady import steady_force
+from jointlib.loop.answer.report import TraceReport, Verdict
+from jointlib.loop.balance.steady import steady_force
+from jointlib.loop.periodic.route import trace_periodic
 from jointlib.measurement import Channel, Mass, Measurement, RecordSource
 
 Array = NDArray[np.float64]

@@ -15,7 +15,7 @@ from jointlib.io.measurement_file import read_measurement
 from jointlib.joint import Joint
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
-from jointlib.loop.report import TraceReport, Verdict
+from jointlib.loop.answer.report import TraceReport, Verdict
 from jointlib.loop.trace import trace
 
 HEAD = """

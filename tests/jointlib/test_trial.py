@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from jointlib.loop.contest import score
-from jointlib.loop.model import Model, prediction_error
-from jointlib.loop.trial import solve, trial
+from jointlib.loop.contest.model import Model, prediction_error
+from jointlib.loop.contest.rivals import score
+from jointlib.loop.contest.trial import solve, trial
 
 
 def test_columns_of_very_different_size_are_solved_like_least_squares() -> None:

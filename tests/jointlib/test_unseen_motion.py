@@ -14,10 +14,10 @@ from jointlib.effects.stribeck import StribeckFriction
 from jointlib.joint import Joint
 from jointlib.laws.coulomb import Coulomb
 from jointlib.laws.cubic import Cubic
-from jointlib.loop.bench import Raw, observe
-from jointlib.loop.equations import Observed
-from jointlib.loop.excess import force_of_modulation
-from jointlib.loop.unseen import passed_on, unseen_motion
+from jointlib.loop.balance.bench import Raw, observe
+from jointlib.loop.balance.equations import Observed
+from jointlib.loop.balance.excess import force_of_modulation
+from jointlib.loop.balance.unseen import passed_on, unseen_motion
 
 SLIP, ROUNDING = 0.03 * K * PEAK, 5e-3
 TRUE = Joint((*LINEAR, Coulomb(SLIP, ROUNDING)))

@@ -14,7 +14,7 @@ import pytest
 from tools import package
 
 from jointlib import Joint
-from jointlib.cli.joints import with_joints
+from jointlib.cli.told.joints import with_joints
 from jointlib.errors import InputError
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous

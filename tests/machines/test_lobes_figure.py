@@ -10,7 +10,7 @@ import pytest
 from machines.cutting.amplitude.unstable_depths import unstable_depths_of
 from machines.cutting.amplitude.zones import Zones, safe_limit
 from machines.lobes import Cutting, StabilityLobes, ToolModel, stability_lobes
-from machines.report.lobes_figure import axis_top, lobes_figure
+from machines.report.figures.lobes_figure import axis_top, lobes_figure
 
 TOOL = ToolModel.from_modes([922.0], [0.011], [0.03993], [[1.0]], axes=("x",))
 CUT = Cutting("milling", teeth=2, tangential=6e8, normal=2e8, mode="down", immersion=0.1, feed=1e-4, diameter=0.02)

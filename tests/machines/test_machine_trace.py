@@ -23,7 +23,7 @@ from jointlib.laws.linear import Linear
 from jointlib.laws.quadratic_damping import QuadraticDamping
 from jointlib.laws.stribeck import Stribeck
 from jointlib.laws.viscous import Viscous
-from jointlib.loop.report import Verdict
+from jointlib.loop.answer.report import Verdict
 from machines import Connection, Lumped, Machine, read_machine
 from machines.harmonic_balance.assembly import Assembly
 from machines.harmonic_balance.balance import Balance

@@ -14,7 +14,7 @@ from jointlib.errors import InputError
 from jointlib.io.joint_file import joint_table
 from jointlib.joint import Covariance
 from jointlib.laws.coulomb import Coulomb
-from jointlib.loop.report import Estimate, Status, Verdict
+from jointlib.loop.answer.report import Estimate, Status, Verdict
 from machines import Machine, frozen_receptance, read_machine
 from machines.loop.close import check_target, write_trace
 from machines.loop.records import LevelFRF

@@ -13,7 +13,7 @@ from scipy.sparse import block_diag, coo_matrix, csc_matrix, diags_array, kron, 
 
 from jointlib.arrays import Array
 from jointlib.errors import InputError
-from jointlib.io.matrix_files import read_matrix
+from jointlib.io.finite_elements.matrix_files import read_matrix
 from machines import Machine, linear_check, read_machine
 from machines.components.matrices import Matrices
 

@@ -116,7 +116,7 @@ def test_a_tool_that_moves_no_joint_and_a_part_that_stands_alone_are_told(tmp_pa
 
 
 def test_a_relative_tool_is_no_port_of_one_body_of_a_system(tmp_path: Path) -> None:
-    from fmu.machine_parts import parts_of_machine
+    from fmu.members.machine_parts import parts_of_machine
 
     with pytest.raises(InputError, match="the x of tool or drive moves head and table against each other, expected"):
         parts_of_machine(written(tmp_path))

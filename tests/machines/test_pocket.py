@@ -13,7 +13,7 @@ from machines.cutting.amplitude.pocket import WANDER, pocket, removal_rate
 from machines.cutting.forced.forced_vibration import forced_vibration
 from machines.cutting.forced.quiet_pocket import LOUD, quiet_pocket
 from machines.lobes import Cutting, StabilityLobes
-from machines.report.lobes_figure import lobes_figure
+from machines.report.figures.lobes_figure import lobes_figure
 
 TOOL = read_machine("machines/library/two_mode_tool.toml")
 CUT = Cutting(**(TOOL.cutting or {}))

@@ -16,18 +16,18 @@ from jointlib.joint import Joint
 from jointlib.laws.hertz_guide import HertzGuide
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
-from jointlib.loop.fitted import Fitted
-from jointlib.loop.pictures import pictures
-from jointlib.loop.readings import readings
-from jointlib.loop.report import Candidate, Estimate, Rival, Status, TraceReport, Verdict, figures
+from jointlib.loop.answer.report import Candidate, Estimate, Rival, Status, TraceReport, Verdict, figures
+from jointlib.loop.contest.fitted import Fitted
+from jointlib.loop.periodic.pictures import pictures
+from jointlib.loop.periodic.readings import readings
 from jointlib.measurement import Correction, RecordSource
 from machines import linear_check, read_machine, response
 from machines.report import Page, Section
 from machines.report.drawing import literal, sheet
-from machines.report.joint_figures import gain, static_fit, surface
+from machines.report.figures.joint_figures import gain, static_fit, surface
+from machines.report.figures.trace_figures import largest_cycles
 from machines.report.parameter_table import parameter_table
 from machines.report.sections import check_section, response_section, trace_section
-from machines.report.trace_figures import largest_cycles
 
 LIBRARY = Path(__file__).parents[2] / "machines" / "library"
 GUIDE = Joint((HertzGuide(630.0, KAPPA), Viscous(503.0)), validity={"amplitude": (0.0, 4e-6)})

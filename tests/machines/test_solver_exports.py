@@ -9,7 +9,7 @@ import pytest
 
 from jointlib.arrays import Array
 from jointlib.errors import InputError
-from jointlib.io.matrix_files import read_matrix
+from jointlib.io.finite_elements.matrix_files import read_matrix
 from machines import linear_check, read_machine
 from machines.components.matrices import Matrices
 

@@ -17,12 +17,12 @@ from machines.cutting.amplitude.pocket import pocket, removal_rate
 from machines.lobes import Cutting
 from machines.study import engine, run
 from machines.study.evaluation import Evaluation
+from machines.study.findings.verdict import judge
 from machines.study.inputs import inputs, inputs_hash
 from machines.study.run import begin, evaluate_all, identity
 from machines.study.study import Study
 from machines.study.study_file import read_study
 from machines.study.variants import Variant
-from machines.study.verdict import judge
 
 LIBRARY = Path("machines/library").resolve()
 

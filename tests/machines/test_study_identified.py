@@ -11,10 +11,10 @@ from jointlib.arrays import Array
 from jointlib.errors import InputError
 from machines import lobes_at_amplitude, read_machine
 from machines.study.evaluation import Evaluation
+from machines.study.findings.verdict import judge
 from machines.study.run import begin, evaluate_all
 from machines.study.study import Study
 from machines.study.study_file import read_study
-from machines.study.verdict import judge
 from machines.uncertainty.lobe_bands import sampled_machines
 
 STIFFNESS, DAMPING, COUNT = 1e7, 950.0, 12

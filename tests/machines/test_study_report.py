@@ -14,14 +14,14 @@ from machines import frozen_receptance, read_machine
 from machines.report.study_report import answer, study_page
 from machines.report.study_sections import front_section, leading_section
 from machines.study import words
-from machines.study.best import write_best
-from machines.study.contrast import contrast
-from machines.study.effects import effects
 from machines.study.evaluation import Evaluation
 from machines.study.factors import Factor
+from machines.study.findings.best import write_best
+from machines.study.findings.contrast import contrast
+from machines.study.findings.effects import effects
+from machines.study.findings.verdict import judge, rivals
 from machines.study.study import Study
 from machines.study.study_file import read_study
-from machines.study.verdict import judge, rivals
 
 LIBRARY = Path("machines/library").resolve()
 STUDY = f"""

@@ -17,12 +17,12 @@ from search_kills import STUDY, Zdt
 
 from jointlib.errors import InputError
 from machines.study.factors import Factor
+from machines.study.findings.verdict import judge
 from machines.study.run import planned, search_all
 from machines.study.search import generations, marks
 from machines.study.store import Store
 from machines.study.study import Study
 from machines.study.study_file import read_study
-from machines.study.verdict import judge
 
 pytest.importorskip("pymoo", reason="pymoo is not installed (extra optimise)")
 SCRIPT = Path(search_kills.__file__)

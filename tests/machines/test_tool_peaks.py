@@ -9,8 +9,8 @@ import pytest
 
 from machines import read_machine, response
 from machines.forced_response.tool_peaks import tool_peaks
-from machines.report.receptance_figure import PLOTS
-from machines.report.response_figures import tool_figure
+from machines.report.figures.receptance_figure import PLOTS
+from machines.report.figures.response_figures import tool_figure
 from machines.report.tool_peak_table import tool_peak_rows
 
 LIBRARY = Path(__file__).parents[2] / "machines" / "library"

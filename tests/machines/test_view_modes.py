@@ -11,7 +11,7 @@ from jointlib.errors import InputError
 from machines import Machine, Measured, frozen_receptance, read_machine
 from machines.modes.natural_modes import NaturalModes, natural_modes
 from machines.view import Scene, scene
-from machines.view.mode import Mode
+from machines.view.mode_shape import Mode
 from machines.view.modes import modes_of, shown_modes
 from machines.view.page import data
 from machines.view.svg import picture

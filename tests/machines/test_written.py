@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from jointlib import Joint, read_joint
-from jointlib.cli.joints import with_joints
+from jointlib.cli.told.joints import with_joints
 from jointlib.errors import InputError
 from jointlib.io.joint_file import joint_table
 from jointlib.io.toml_file import write_toml

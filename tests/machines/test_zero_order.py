@@ -11,7 +11,7 @@ from scipy.integrate import quad_vec
 from scipy.optimize import brentq, minimize_scalar
 
 from jointlib.arrays import Array, ComplexArray
-from machines.cutting.process import cutting as chosen
+from machines import lobes as chosen
 from machines.lobes import Cutting, Receptance, StabilityLobes
 
 stability_lobes = partial(chosen.stability_lobes, method="zero-order")

@@ -9,7 +9,7 @@ import numpy as np
 from jointlib.cli.steps.piece import Piece
 
 if TYPE_CHECKING:
-    from jointlib.cli.road import Road
+    from jointlib.cli.steps.road import Road
     from machines import Machine
 
 
@@ -54,7 +54,7 @@ def coupling_pieces(machine: Machine, needs: tuple[str, ...]) -> list[Piece]:
 
 
 def _lay_over(road: Road) -> None:
-    from jointlib.cli.frf_told import over_measured
+    from jointlib.cli.told.frf_told import over_measured
     from machines.report.comparison_section import comparison_section
 
     with road.progress.step("laying measured frequency responses over the prediction"):
@@ -98,8 +98,8 @@ def _check(road: Road) -> None:
 
 def _force(road: Road) -> None:
     from jointlib.cli.frf import both
-    from jointlib.cli.frf_files import write_response
-    from jointlib.cli.frf_told import peak_rows
+    from jointlib.cli.told.frf_files import write_response
+    from jointlib.cli.told.frf_told import peak_rows
     from machines.report.sections import response_section
 
     # Every step of a cycle that is sampled costs, so joints that remember keep one harmonic, and its error is said.

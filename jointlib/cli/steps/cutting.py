@@ -11,7 +11,7 @@ import numpy as np
 from jointlib.cli.steps.piece import Piece
 
 if TYPE_CHECKING:
-    from jointlib.cli.road import Road
+    from jointlib.cli.steps.road import Road
     from machines import Cutting, Machine, StabilityLobes
 
 

@@ -10,9 +10,9 @@ import numpy as np
 from jointlib.cli.steps.piece import Piece
 
 if TYPE_CHECKING:
-    from jointlib.cli.road import Road
+    from jointlib.cli.steps.road import Road
     from jointlib.joint import Joint
-    from jointlib.loop.report import TraceReport
+    from jointlib.loop.answer.report import TraceReport
     from machines import Machine
 
 _AGAIN = 2
@@ -96,7 +96,7 @@ def _identify(road: Road, name: str) -> None:
 def _close_the_loop(road: Road, name: str) -> None:
     """Trace on each test of motion; while something is named, go on from what was written, as a user would."""
     from jointlib import read_measurement, trace
-    from jointlib.loop.report import Verdict
+    from jointlib.loop.answer.report import Verdict
 
     given = next(c.identify for c in road.machine.connections if c.name == name)
     assert given is not None

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from jointlib.cli.steps.piece import Piece
 
 if TYPE_CHECKING:
-    from jointlib.cli.road import Road
+    from jointlib.cli.steps.road import Road
     from machines import Machine
     from machines.report import Section
 

@@ -8,7 +8,7 @@ from jointlib.cli.steps.piece import Piece
 from jointlib.errors import InputError
 
 if TYPE_CHECKING:
-    from jointlib.cli.road import Road
+    from jointlib.cli.steps.road import Road
     from machines import Machine
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from jointlib.errors import CheckFailed, InputError
 
 if TYPE_CHECKING:
-    from jointlib.cli.road import Road
+    from jointlib.cli.steps.road import Road
 
 _OURS = Path(__file__).parents[3]
 _PACKAGES = ("jointlib", "machines", "fmu")

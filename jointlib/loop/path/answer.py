@@ -11,7 +11,8 @@ import numpy as np
 
 from jointlib.io.measurement_file import read_records
 from jointlib.joint import Joint
-from jointlib.loop.naming import experiment, is_declared_pair
+from jointlib.loop.answer.naming import experiment, is_declared_pair
+from jointlib.loop.answer.report import Rival, Status, TraceReport, Verdict
 from jointlib.loop.path import account, judgement, words
 from jointlib.loop.path.acceptance import CHANCE, SHARE, TIE
 from jointlib.loop.path.columns import law_forces
@@ -23,7 +24,6 @@ from jointlib.loop.path.preparation import force_channel, prepare
 from jointlib.loop.path.repeats import PathFloor
 from jointlib.loop.path.search import Finding, Row, Term, deciding_excess, is_quiet, is_rival
 from jointlib.loop.path.strokes import Division
-from jointlib.loop.report import Rival, Status, TraceReport, Verdict
 from jointlib.measurement import Correction, Measurement, Record
 from jointlib.path_fault import PathFault
 

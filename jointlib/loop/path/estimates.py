@@ -9,12 +9,12 @@ import numpy as np
 
 from jointlib.effect import JointEffect, Scale
 from jointlib.joint import Joint
-from jointlib.loop.contestant import bare, moved_by
+from jointlib.loop.answer.report import Candidate, Estimate
+from jointlib.loop.contest.contestant import bare, moved_by
 from jointlib.loop.path.contest import Entry
 from jointlib.loop.path.fitted import Fitted
 from jointlib.loop.path.search import Row, Term
 from jointlib.loop.path.trials import Effect, Trial
-from jointlib.loop.report import Candidate, Estimate
 from jointlib.path_fault import PathFault
 
 _MODEL_FORM = frozenset({"hysteresis"})

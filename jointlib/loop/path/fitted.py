@@ -10,10 +10,10 @@ import numpy as np
 
 from jointlib.arrays import Array
 from jointlib.joint import Covariance, Joint
+from jointlib.loop.answer.refit import refit
 from jointlib.loop.path.columns import moved_or_none
 from jointlib.loop.path.evidence import Evidence, Known, Model
 from jointlib.loop.path.regression import Index, block_grams, clustered_covariance, hold_out
-from jointlib.loop.refit import refit
 from jointlib.parameter import Role, parameters_of
 
 _FAULT_ROUNDS = 4

@@ -7,7 +7,8 @@ from dataclasses import replace
 from jointlib.effects.preload_shape import PreloadShape
 from jointlib.io.measurement_file import read_records
 from jointlib.joint import Joint
-from jointlib.loop.catalogue import catalogue
+from jointlib.loop.answer.catalogue import catalogue
+from jointlib.loop.answer.report import TraceReport
 from jointlib.loop.path.answer import answer
 from jointlib.loop.path.band_floor import with_band_floor
 from jointlib.loop.path.checks import check_laws, check_records, exists_in_time, missing_of
@@ -17,7 +18,6 @@ from jointlib.loop.path.preparation import choose_preparation, prepare
 from jointlib.loop.path.repeats import repeat_floor
 from jointlib.loop.path.search import search
 from jointlib.loop.path.strokes import divide
-from jointlib.loop.report import TraceReport
 from jointlib.measurement import Measurement
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from jointlib.joint import Joint
+from jointlib.loop.answer.report import Status
 from jointlib.loop.path.acceptance import TIE, Assessment, assess, excess
 from jointlib.loop.path.columns import ColumnStore
 from jointlib.loop.path.contest import Entry, contains, contest
@@ -15,7 +16,6 @@ from jointlib.loop.path.evidence import Evidence, Model
 from jointlib.loop.path.fitted import Fitted, fit
 from jointlib.loop.path.regression import Index
 from jointlib.loop.path.trials import Effect, Trial, member_of, trials_of
-from jointlib.loop.report import Status
 from jointlib.path_fault import PathFault
 
 _MOST_TERMS = 4

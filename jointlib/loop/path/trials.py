@@ -12,11 +12,11 @@ from jointlib.arrays import Array
 from jointlib.effect import JointEffect
 from jointlib.errors import InputError
 from jointlib.joint import Joint
+from jointlib.loop.answer.refit import bounds_of
 from jointlib.loop.path.columns import ColumnStore
 from jointlib.loop.path.evidence import Known, Model
 from jointlib.loop.path.fitted import Fitted, named_by_role
 from jointlib.loop.path.regression import Index, Mask, block_grams, hold_out, loss, solve, solve_signed
-from jointlib.loop.refit import bounds_of
 from jointlib.parameter import Role
 from jointlib.path_fault import PathFault
 

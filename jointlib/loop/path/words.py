@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from jointlib.loop.naming import NAMED_FROM, NEAREST_FROM
+from jointlib.loop.answer.naming import NAMED_FROM, NEAREST_FROM
+from jointlib.loop.answer.report import Candidate, Rival, Verdict, figures
 from jointlib.loop.path.evidence import Evidence
 from jointlib.loop.path.strokes import FEWEST_BLOCKS
 from jointlib.loop.path.trials import Effect
-from jointlib.loop.report import Candidate, Rival, Verdict, figures
 from jointlib.measurement import Measurement, Record
 from jointlib.path_fault import PathFault
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from ...indices import Mask
 from ..process.passes import Stretch
 from .moving_parts import MovingParts, Step, step_of
 
+_REPEATS = 1e-6
 _GRAZING, _SHALLOW = 1e-9, 1e-2
 """Shares of the feed in the chip: nothing, and too little for a lost contact to be spoken of."""
 
@@ -146,6 +147,36 @@ def simulate(
                     break
     lengths = np.concatenate([np.full(s.steps, s.step) for s in cut.stretches])
     return Run(motion, np.cumsum(lengths) - lengths, float(np.sum(lengths)), lost, escaped)
+
+
+def settled(
+    parts: MovingParts, cut: Cut, memories: list[Array], periods: int
+) -> tuple[Array, list[Array], list[Surface]]:
+    """State, memories and surfaces of the motion that the teeth force, where it repeats with every tooth.
+
+    Then each edge follows the path of the one before it and the chip is that of the feed alone, so that the machine is
+    driven by a force that does not depend on its motion, and settles whether the cut is stable or not: until a period
+    changes the state by less than 10⁻⁶ of itself, or for ``periods``.
+    """
+    steps = {s.step: step_of(parts, s.step) for s in cut.stretches}
+    bias, batch = _mean_force(cut), len(cut.depth)
+    state = np.zeros((len(parts.A), batch))
+    still = [
+        replace(s, radial=0 * s.radial, radial_between=0 * s.radial_between, radial_rate=0 * s.radial_rate)
+        for s in cut.stretches
+    ]
+    for _ in range(periods):
+        before, surfaces = state, list[Surface]()
+        for stretch, edge in zip(cut.stretches, still, strict=True):
+            met = Surface(np.zeros((*stretch.feed.shape, batch)), np.zeros((*stretch.feed_between.shape, batch))).fed(
+                edge, cut.chip.feed or 0.0
+            )
+            x, v, state, memories = _across(parts, steps[edge.step], edge, cut, bias, met, state, memories)
+            surfaces.append(Surface.ploughed(stretch, x, v))
+        size = np.abs(state)
+        if np.all(np.abs(state - before) <= _REPEATS * np.max(size, axis=1, keepdims=True, initial=0.0)):
+            break
+    return state, memories, surfaces
 
 
 def _across(

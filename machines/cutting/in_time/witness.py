@@ -17,7 +17,7 @@ from ..amplitude.frozen_lobes import frozen_lobes
 from ..amplitude.words import mm, story, um
 from ..process.cutting import Cutting
 from ..process.passes import Stretch, stretches
-from .delay_simulation import Chip, Cut, Run, Surface, simulate
+from .delay_simulation import Chip, Cut, Run, Surface, settled, simulate
 from .envelope import envelope, strongest_line
 from .moving_parts import MovingParts, moving_parts
 
@@ -175,10 +175,15 @@ def vibrate(
     memories = parts.memories(joints, 2 * np.pi * hertz)
     chip = Chip(cutting.feed, cutting.exponent)
     depths = np.array(np.broadcast_to(np.asarray(depth, dtype=float), len(start)))
-    bound = _REACH * float(np.max(start)) if reach is None else reach
-    run = simulate(parts, Cut(cut, chip, depths), state, memories, surfaces, periods, bound)
     milled = cutting.process == "milling"
     forced = milled and cutting.feed is not None
+    if forced:
+        still = [part.initial_state(np.zeros(len(start))) for part in parts.rest]
+        moved, memories, left = settled(parts, Cut(cut, chip, depths), still, periods)
+        state = state + moved
+        surfaces = [Surface(a.height + b.height, a.between + b.between) for a, b in zip(surfaces, left, strict=True)]
+    bound = _REACH * float(np.max(start)) if reach is None else reach
+    run = simulate(parts, Cut(cut, chip, depths), state, memories, surfaces, periods, bound)
     sizes = envelope(run, hertz, _BEATING if milled else _WINDOW, forced)
     end = np.where(run.escaped, np.inf, sizes.amplitude[-1])
     change = np.log(np.maximum(end, _TINY) / np.maximum(sizes.early, _TINY))

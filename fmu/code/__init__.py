@@ -1,0 +1,1 @@
+"""Kernels of laws in C and in Python, as text."""

@@ -1,0 +1,4 @@
+"""The members of an FMU archive: description, structure, sources, binaries, documentation.
+
+Imports the system.
+"""

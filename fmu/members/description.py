@@ -1,0 +1,259 @@
+"""modelDescription.xml of an FMU in FMI 2.0 and 3.0, and the fingerprint that stands in it."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from xml.etree import ElementTree
+
+import numpy as np
+
+from jointlib.joint import Joint
+
+from ..system.si_unit import exponents
+from ..system.system import System
+from ..system.variables import Variable, variables_of
+from .native import exchangeable, native_variables
+from .structure import Structure, Unknown, native_structure, python_structure
+
+TOOL = "jointlib"
+VERSIONS = {2: "2.0", 3: "3.0"}
+TOKEN = {2: "guid", 3: "instantiationToken"}
+"""The attribute that names the FMU's content."""
+ANNOTATION = {2: f"VendorAnnotations/Tool[@name='{TOOL}']/*", 3: f"Annotations/Annotation[@type='{TOOL}']/*"}
+"""Where our own annotation stands."""
+NAMELESS = "Joint"
+"""Name of the model before the fingerprint of the content gives it its own."""
+LOG_CATEGORIES = {
+    "logStatusWarning": "the joint left the range on which it was identified",
+    "logStatusError": "a call out of order, or a value that voids the joint",
+}
+_VALIDITY_UNITS = {"amplitude": "m", "velocity": "m/s", "frequency": "Hz", "preload": "N"}
+Element = ElementTree.Element
+
+
+@dataclass(frozen=True)
+class Card:
+    """What the description says beside the variables."""
+
+    identifier: str
+    token: str
+    runtime: str
+    fmi: int
+    max_step: float | None
+    """Largest admissible co-simulation step in s."""
+    stop_time: float
+    sources: tuple[str, ...] = ()
+    """Files to compile."""
+    step: float | None = None
+    """Step in s that the FMU proposes."""
+    tolerance: float | None = None
+    """How well the reference run repeats, relative to the largest value; None where that is to rounding."""
+
+
+def description_text(system: System, card: Card) -> str:
+    """The model description."""
+    native = card.runtime == "c"
+    lone = system.lone
+    every = variables_of(lone) if lone and not native else native_variables(system)
+    references = {v.name: i for i, v in enumerate(every)}
+    # FMI 2.0 knows neither time nor event indicators as variables.
+    variables = [v for v in every if card.fmi == 3 or v.kind not in {"time", "indicator"}]
+    structure = python_structure(lone) if lone and not native else native_structure(system)
+    # The structured convention knows one pair of brackets only, joints name table entries [i][j]; and ASCII only.
+    structured = not any("][" in v.name or not v.name.isascii() for v in variables)
+    root = Element(
+        "fmiModelDescription",
+        {
+            "fmiVersion": VERSIONS[card.fmi],
+            "modelName": system.name,
+            TOKEN[card.fmi]: card.token,
+            "description": system.title,
+            "generationTool": TOOL,
+            "variableNamingConvention": "structured" if structured else "flat",
+        },
+    )
+    exchange = native and exchangeable(system)
+    if exchange and card.fmi == 2:
+        root.set("numberOfEventIndicators", str(len(structure.indicators)))
+    for kind in ("ModelExchange", "CoSimulation") if exchange else ("CoSimulation",):
+        _interface(root, kind, card)
+    _units(root, variables)
+    if native:
+        categories = ElementTree.SubElement(root, "LogCategories")
+        for name, told in LOG_CATEGORIES.items():
+            ElementTree.SubElement(categories, "Category", name=name, description=told)
+    if card.step is not None:
+        experiment = {"startTime": "0", "stopTime": repr(card.stop_time), "stepSize": repr(card.step)}
+        ElementTree.SubElement(root, "DefaultExperiment", experiment)
+    if card.fmi == 2:
+        annotations = ElementTree.SubElement(root, "VendorAnnotations")
+        ElementTree.SubElement(annotations, "Tool", name=TOOL).append(_annotation(system, card))
+    listed = ElementTree.SubElement(root, "ModelVariables")
+    # FMI 2.0 counts variables from 1 in `derivative` and in the structure; value references count from 0.
+    index = {v.name: str(references[v.name] if card.fmi == 3 else i) for i, v in enumerate(variables, start=1)}
+    for variable in variables:
+        listed.append((_scalar if card.fmi == 2 else _float64)(str(references[variable.name]), variable, index))
+    root.append((_structure2 if card.fmi == 2 else _structure3)(structure, index))
+    if card.fmi == 3:
+        annotations = ElementTree.SubElement(root, "Annotations")
+        ElementTree.SubElement(annotations, "Annotation", type=TOOL).append(_annotation(system, card))
+    return _document(root)
+
+
+def _document(root: Element) -> str:
+    ElementTree.indent(root)
+    return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
+
+
+def _interface(root: Element, kind: str, card: Card) -> None:
+    steps = kind == "CoSimulation"
+    native = card.runtime == "c"
+    state, plural = ("state", "") if card.fmi == 2 else ("State", "s")
+    attributes = {
+        "modelIdentifier": card.identifier,
+        "needsExecutionTool": "false" if native else "true",
+        "canBeInstantiatedOnlyOncePerProcess": "false",
+        f"canGetAndSetFMU{state}": "true",
+        f"canSerializeFMU{state}": "true",
+    }
+    if native:
+        attributes[f"providesDirectionalDerivative{plural}"] = "true"
+    if card.fmi == 2:
+        attributes["canNotUseMemoryManagementFunctions"] = "true"
+    elif native:
+        attributes["providesAdjointDerivatives"] = "true"
+    if steps:
+        attributes["canHandleVariableCommunicationStepSize"] = "true"
+        if card.fmi == 2:
+            attributes["canInterpolateInputs"] = "false"
+    elif card.fmi == 2:
+        attributes["completedIntegratorStepNotNeeded"] = "true"
+    interface = ElementTree.SubElement(root, kind, attributes)
+    if card.fmi == 2 and card.sources:
+        files = ElementTree.SubElement(interface, "SourceFiles")
+        for name in card.sources:
+            ElementTree.SubElement(files, "File", name=name)
+
+
+def _annotation(system: System, card: Card) -> Element:
+    """What FMI has no place for: largest step, how well the reference run repeats, range and errors of each joint."""
+    known = {"maxStep": card.max_step, "referenceTolerance": card.tolerance}
+    attributes = {"runtime": card.runtime, **{key: repr(value) for key, value in known.items() if value is not None}}
+    if system.lone:
+        return _identified(Element("Joint", attributes), system.lone)
+    root = Element("System", attributes)
+    for prefix, joint in system.joints:
+        _identified(ElementTree.SubElement(root, "Joint", {"name": prefix} if prefix else {}), joint)
+    return root
+
+
+def _identified(element: Element, joint: Joint) -> Element:
+    """Range and standard errors of the identification."""
+    for quantity, (low, high) in joint.validity.items():
+        unit = _VALIDITY_UNITS.get(quantity)
+        attributes = {"quantity": quantity, "low": repr(float(low)), "high": repr(float(high))}
+        ElementTree.SubElement(element, "Validity", {**attributes, **({"unit": unit} if unit else {})})
+    units = joint.units
+    for name in joint.covariance.names if joint.covariance else ():
+        error = joint.covariance.standard_error(name) if joint.covariance else float("nan")
+        if name in units and np.isfinite(error):
+            attributes = {"name": name, "standardError": repr(float(error)), "unit": units[name]}
+            ElementTree.SubElement(element, "Parameter", attributes)
+    return element
+
+
+def _units(root: Element, variables: Sequence[Variable]) -> None:
+    definitions = ElementTree.SubElement(root, "UnitDefinitions")
+    for name in sorted({v.unit for v in variables if v.unit}):
+        unit = ElementTree.SubElement(definitions, "Unit", name=name)
+        powers = exponents(name)
+        # A unit with a broken power has a name but, in FMI, no base units.
+        if powers is not None:
+            ElementTree.SubElement(unit, "BaseUnit", {base: str(power) for base, power in powers.items()})
+
+
+def _numbers(variable: Variable, index: Mapping[str, str]) -> dict[str, str]:
+    numbers = {
+        "min": variable.minimum,
+        "max": variable.maximum,
+        "nominal": variable.nominal,
+        "start": variable.start,
+    }
+    attributes = {"unit": variable.unit} if variable.unit else {}
+    attributes |= {key: repr(float(x)) for key, x in numbers.items() if x is not None}
+    return attributes | ({"derivative": index[variable.derivative_of]} if variable.derivative_of else {})
+
+
+def _attributes(reference: str, variable: Variable) -> dict[str, str]:
+    attributes = {
+        "name": variable.name,
+        "valueReference": reference,
+        "description": variable.description,
+        "causality": variable.causality,
+        "variability": variable.variability,
+    }
+    return attributes | ({"initial": variable.initial} if variable.initial else {})
+
+
+def _scalar(reference: str, variable: Variable, index: Mapping[str, str]) -> Element:
+    scalar = Element("ScalarVariable", _attributes(reference, variable))
+    ElementTree.SubElement(scalar, "Real", _numbers(variable, index))
+    return scalar
+
+
+def _float64(reference: str, variable: Variable, index: Mapping[str, str]) -> Element:
+    return Element("Float64", _attributes(reference, variable) | _numbers(variable, index))
+
+
+def _structure2(structure: Structure, index: Mapping[str, str]) -> Element:
+    out = Element("ModelStructure")
+    for name, unknowns in (
+        ("Outputs", structure.outputs),
+        ("Derivatives", structure.rates),
+        ("InitialUnknowns", structure.initial),
+    ):
+        if unknowns:
+            _list(ElementTree.SubElement(out, name), "Unknown", "index", unknowns, index)
+    return out
+
+
+def _structure3(structure: Structure, index: Mapping[str, str]) -> Element:
+    out = Element("ModelStructure")
+    for name, unknowns in (
+        ("Output", structure.outputs),
+        ("ContinuousStateDerivative", structure.rates),
+        ("InitialUnknown", structure.initial),
+        ("EventIndicator", structure.indicators),
+    ):
+        _list(out, name, "valueReference", unknowns, index)
+    return out
+
+
+def _list(parent: Element, tag: str, key: str, unknowns: Iterable[Unknown], index: Mapping[str, str]) -> None:
+    for unknown in unknowns:
+        known = " ".join(index[name] for name in unknown.depends_on)
+        ElementTree.SubElement(parent, tag, {key: index[unknown.name], "dependencies": known})
+
+
+def build_description_text(identifier: str, sources: Iterable[str]) -> str:
+    """FMI 3.0's sources/buildDescription.xml."""
+    root = Element("fmiBuildDescription", fmiVersion=VERSIONS[3])
+    configuration = ElementTree.SubElement(root, "BuildConfiguration", modelIdentifier=identifier)
+    group = ElementTree.SubElement(configuration, "SourceFileSet", language="C99")
+    for name in sources:
+        ElementTree.SubElement(group, "SourceFile", name=name)
+    # Part of the C library on Windows.
+    ElementTree.SubElement(configuration, "Library", name="m", description="where the C library has it apart")
+    return _document(root)
+
+
+def fingerprint(identifier: str, token: str, description: str, source: Mapping[str, str], reference: str) -> str:
+    """Hash of what makes the FMU; the identifier and the token, which carry it, count as blank."""
+    digest = hashlib.sha256()
+    for text in (description, *(part for item in sorted(source.items()) for part in item), reference):
+        blank = text.replace(token, "") if token else text
+        data = blank.replace(identifier, NAMELESS).encode("utf-8")
+        digest.update(len(data).to_bytes(8, "big") + data)
+    return digest.hexdigest()

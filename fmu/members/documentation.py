@@ -1,0 +1,95 @@
+"""What the user of an FMU must know, as sentences, as a page inside the FMU, and the licences that travel with it."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Iterable
+from importlib.metadata import PackageNotFoundError, distribution
+
+from jointlib.joint import Joint
+
+from ..system.step_limit import Range, StepLimit
+from ..system.system import System
+from .build import absent
+from .native import joints_of, only_in_steps
+
+_CONTAINER = "put mass and joint into one FMU container with a small inner step"
+
+
+def python_notes(obstacle: str) -> list[str]:
+    """About the Python runtime; ``obstacle`` is what kept the native one away, if it was wanted."""
+    why = [f"The FMU has the Python runtime, as there is {obstacle}."] if obstacle else []
+    return ["The FMU runs only in hosts that bring Python, such as FMPy; a host without Python cannot load it.", *why]
+
+
+def native_notes(system: System, fmi: int, present: Iterable[str]) -> list[str]:
+    """About the native runtime with libraries for the platforms ``present``."""
+    said = []
+    if steps := only_in_steps(joints_of(system)):
+        said.append(f"The FMU does co-simulation only, as the importer cannot integrate {', '.join(steps)}.")
+    if missing := absent(fmi, present):
+        said.append(
+            f"It has no library for {', '.join(missing)}: pip install 'jointlib[native]' brings a compiler for every "
+            "platform, and fmpy compile builds the FMU from its own sources on any."
+        )
+    return said
+
+
+def step_notes(joint: Joint, runtime: str, over: Range, limit: StepLimit) -> list[str]:
+    """About the co-simulation step."""
+    spent = f"abs(z) up to {over.amplitude:g} m and abs(ż) up to {over.velocity:g} m/s"
+    where = f"over the joint's validity, {spent}" if over.stated else f"for {spent}, as the joint states no full range"
+    said = ["In co-simulation inputs are held over a step, and the force follows them at once."]
+    if limit.max_step is not None:
+        return [
+            *said,
+            f"Steps of {limit.max_step:.3g} s and more make an explicit co-simulation unstable: 2c/(3k) with "
+            f"k = {limit.stiffness:.4g} N/m and c = {limit.damping:.4g} N s/m, {where}.",
+            f"To keep the damping within 5 %, take at most {limit.max_step / 20:.3g} s, the default step in the FMU.",
+        ]
+    if limit.stiffness <= 0:
+        return [*said, f"The joint has no stiffness {where}, so it sets no limit to the co-simulation step by itself."]
+    if only_in_steps((joint,)):
+        advice = _CONTAINER
+    elif runtime == "c":
+        advice = f"use model exchange, or {_CONTAINER}"
+    else:
+        advice = f"{_CONTAINER}, or use model exchange, which the native runtime offers"
+    fall = f"The joint's damping falls to {limit.damping:.4g} N s/m {where}"
+    return [*said, f"{fall}: no explicit co-simulation step is safe; {advice}."]
+
+
+def machine_notes(system: System) -> list[str]:
+    """About the communication step of what is integrated inside."""
+    said = ["The equations of motion are integrated inside with steps of their own; the inputs are held over a step."]
+    if system.load is not None:
+        said.append(
+            "It begins at rest at the working point of its static load, which acts on it as constant forces; its "
+            "displacements count from the machine without load."
+        )
+    if system.step is None:
+        return [*said, "Nothing in it swings by itself, so it sets no limit to the co-simulation step."]
+    return [
+        *said,
+        "No co-simulation step makes it unstable. Held inputs come half a step late on average: a step of "
+        f"{system.step:.3g} s, the default in the FMU, resolves forces up to {0.05 / system.step:.4g} Hz by 20 steps a "
+        "period.",
+    ]
+
+
+def documentation_text(system: System, messages: tuple[str, ...]) -> str:
+    """The page that an importer shows."""
+    lines = [f"<p>{html.escape(text)}</p>" for text in messages]
+    lone = system.lone
+    title = html.escape(f"Joint {lone.name}: {', '.join(law.kind for law in lone.laws)}" if lone else system.title)
+    head = f'<!DOCTYPE html>\n<html lang="en">\n<head><meta charset="utf-8"><title>{title}</title></head>\n<body>\n'
+    return head + "\n".join([f"<h1>{title}</h1>", *lines]) + "\n</body>\n</html>\n"
+
+
+def licence_of(package: str) -> str:
+    """The licence under which an installed distribution's files travel inside the FMU."""
+    try:
+        files = [file for file in distribution(package).files or [] if file.name.upper().startswith("LICEN")]
+    except PackageNotFoundError:
+        files = []
+    return files[0].read_text(encoding="utf-8") if files else f"{package}: installed without its licence text.\n"

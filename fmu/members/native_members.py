@@ -1,0 +1,44 @@
+"""The files of a native FMU: one library for each platform, its whole source, and the licences."""
+
+from __future__ import annotations
+
+from jointlib.errors import InputError
+
+from ..system.system import System
+from .build import Compiler, here, library
+from .description import build_description_text
+from .headers import headers, licence
+from .source import TRANSLATION_UNIT, source_files
+
+SOURCES = "sources/"
+BUILD = f"{SOURCES}buildDescription.xml"
+"""What FMI 3.0 says about the sources."""
+
+
+def native_sources(system: System, fmi: int, identifier: str, token: str) -> dict[str, str]:
+    """The members from which anyone can compile the FMU again, by their names in the archive."""
+    files = source_files(system, identifier, token) | headers()
+    members = {f"{SOURCES}{name}": text for name, text in files.items()}
+    if fmi == 3:
+        members[BUILD] = build_description_text(identifier, [TRANSLATION_UNIT])
+    return members
+
+
+def native_members(
+    sources: dict[str, str], fmi: int, identifier: str, compilers: tuple[Compiler, ...], *, all_needed: bool = False
+) -> dict[str, bytes]:
+    """Sources, the libraries compiled from them, and the licence of the FMI headers.
+
+    A platform whose compiler fails is left out, unless it is this computer's own or ``all_needed``.
+    """
+    members = {name: text.encode("utf-8") for name, text in sources.items()}
+    members["documentation/licenses/fmi-headers.txt"] = licence().encode("utf-8")
+    files = {name.removeprefix(SOURCES): text for name, text in sources.items() if name.endswith((".c", ".h"))}
+    for compiler in compilers:
+        place = f"binaries/{compiler.platform.folder(fmi)}/{identifier}{compiler.platform.suffix}"
+        try:
+            members[place] = library(compiler, files, TRANSLATION_UNIT, identifier)
+        except InputError:
+            if all_needed or compiler.platform.fmi3 == here():
+                raise  # what cannot run here cannot be verified; another platform does without
+    return members

@@ -1,0 +1,128 @@
+"""The reference run that every FMU carries: what it does along a motion or under forces, from the laws themselves."""
+
+from __future__ import annotations
+
+import csv
+import io
+from dataclasses import dataclass
+
+import numpy as np
+
+from jointlib.arrays import Array
+from jointlib.errors import InputError
+from jointlib.joint import Joint
+from jointlib.law import Motion
+
+from ..system.step_limit import Range, kinks
+from ..system.system import System
+from .simulation import simulate
+
+FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
+MANIFEST = f"{FOLDER}/fmi-ls-manifest.xml"
+CSV = "reference.csv"
+_SEED = 1936
+INTEGRATED = 1e-6
+"""How far apart, relative to the largest value, two integrations of one structure may be.
+
+Both keep 1e-10 a step; what remains is the hysteresis of the events, 1e-6 of the play or the slip of a joint."""
+
+MANIFEST_TEXT = f"""<?xml version="1.0" encoding="UTF-8"?>
+<fmiReferences
+    xmlns:fmi-ls="http://fmi-standard.org/fmi-ls-manifest"
+    fmi-ls:fmi-ls-name="org.fmi-standard.fmi-ls-ref"
+    fmi-ls:fmi-ls-version="1.0.0-alpha.1"
+    fmi-ls:fmi-ls-description="Files that belong to this FMU">
+  <Related type="text/csv" source="{CSV}" role="result" description="Inputs and outputs. First row: initialization. \
+Every other row: the inputs set at the time of the row before and held, and the outputs after the step."/>
+</fmiReferences>
+"""
+
+
+@dataclass(frozen=True)
+class ReferenceRun:
+    """Time (s), inputs and outputs by column; see the manifest for what a row means."""
+
+    names: tuple[str, ...]
+    """``time``, the inputs, the outputs."""
+    rows: Array
+    """Shape (samples, names)."""
+
+
+def motion(joint: Joint, over: Range) -> tuple[Array, Array, float]:
+    """Displacement (m), velocity (m/s) and time step (s) of a run that visits what a joint can do.
+
+    Rest, a harmonic motion that grows past every kink and reverses, rest while displaced, rest again at zero, and
+    displacements and velocities that have nothing to do with each other. Kinks beyond the range are visited too.
+    """
+    positions, speeds = kinks(joint)
+    A = max([over.amplitude, *(1.5 * abs(x) for x in positions)])
+    V = max([over.velocity, *(1.1 * abs(x) for x in speeds)])
+    angle = 2 * np.pi * np.arange(240) / 40
+    size = np.linspace(0.0, 1.0, angle.size)
+    rng = np.random.default_rng(_SEED)
+    rest = np.zeros(10)
+    z = np.concatenate([rest, size * np.sin(angle), rest + 0.7, rest, rng.uniform(-1, 1, 120)])
+    v = np.concatenate([rest, size * np.cos(angle), rest, rest, rng.uniform(-1, 1, 120)])
+    return A * z, V * v, 2 * np.pi * A / (40 * V)
+
+
+def reference_run(system: System, over: Range | None) -> ReferenceRun:
+    """What the system does, from the Python laws: along :func:`motion`, or under forces where it has a structure."""
+    if system.states:
+        return _under_forces(system)
+    assert over is not None
+    return _along_motion(system, over)
+
+
+def _along_motion(system: System, over: Range) -> ReferenceRun:
+    """The force of the Python law along :func:`motion`, from the virgin state; two sides share the motion."""
+    ((_, joint),) = system.joints
+    z, v, step = motion(joint, over)
+    D = system.D
+    u = np.column_stack([z, v]) @ D / np.sum(D**2, axis=1)[0]
+    z, v = (u @ D.T).T
+    state = joint.initial_state(z[0])
+    force = np.empty(z.shape)
+    force[0] = joint.step(Motion(z[0], v[0]), state)[0]
+    for i in range(1, len(z)):
+        force[i], state = joint.step(Motion(z[i], v[i], step), state)
+    return _run(system, step, u, force[:, None] @ system.H.T)
+
+
+def _under_forces(system: System) -> ReferenceRun:
+    """Rest, forces that jump from step to step, decay: six periods of the slowest motion, at most 60 of the fastest."""
+    low, high = system.band
+    step = (min(6 / low, 60 / high) if low else 1.0) / 120
+    rng = np.random.default_rng(_SEED)
+    u = np.zeros((121, len(system.inputs)))
+    u[3:80] = rng.uniform(-1, 1, (77, len(system.inputs))) * [s.size for s in system.inputs]
+    return _run(system, step, u, simulate(system, u, step))
+
+
+def _run(system: System, step: float, u: Array, y: Array) -> ReferenceRun:
+    names = ("time", *(s.name for s in (*system.inputs, *system.outputs)))
+    return ReferenceRun(names, np.column_stack([step * np.arange(len(u)), u, y]))
+
+
+def csv_text(run: ReferenceRun) -> str:
+    """The run as CSV; numbers read back as they were."""
+    lines = [",".join(f'"{name}"' for name in run.names)]
+    lines += [",".join(repr(float(x)) for x in row) for row in run.rows]
+    return "\n".join(lines) + "\n"
+
+
+def read_csv(text: str, where: str) -> ReferenceRun:
+    """A reference run from CSV: ``time`` and any variables."""
+    rows = [row for row in csv.reader(io.StringIO(text)) if row]
+    if len(rows) < 3 or not rows[0] or rows[0][0].strip() != "time":
+        raise InputError(f"{where}: no reference run, expected a first column 'time' and at least two rows")
+    names = tuple(cell.strip() for cell in rows[0])
+    try:
+        values = np.array([[float(cell) for cell in row] for row in rows[1:]])
+    except ValueError as error:
+        raise InputError(f"{where}: {error}, expected numbers in rows of {len(names)}") from None
+    if values.shape[1:] != (len(names),) or not np.all(np.isfinite(values)):
+        raise InputError(f"{where}: not a table of finite numbers, expected rows of {len(names)}")
+    if not np.all(np.diff(values[:, 0]) > 0):
+        raise InputError(f"{where}: time does not grow from row to row, expected it to")
+    return ReferenceRun(names, values)

@@ -1,0 +1,4 @@
+"""What an FMU computes: variables, units, equations, the largest step.
+
+Imports the code of kernels.
+"""

@@ -1,0 +1,4 @@
+"""Systems of FMUs: their description, notes, check.
+
+Imports the playback and below.
+"""

@@ -1,0 +1,192 @@
+"""SystemStructure.ssd of SSP 1.0: written from a list of elements and wires, and checked against the FMUs it names."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from xml.etree import ElementTree
+
+from jointlib.errors import CheckFailed
+
+from ..members.archive import read_archive
+from ..system.si_unit import exponents
+
+SSD = "SystemStructure.ssd"
+INNER_SSD = "WithoutSystemConnectors.ssd"
+"""The same without connectors of the system itself, for masters that know none (Ecos, libcosim)."""
+TOOL = "jointlib"
+NAMESPACES = {
+    "ssc": "http://ssp-standard.org/SSP1/SystemStructureCommon",
+    "ssd": "http://ssp-standard.org/SSP1/SystemStructureDescription",
+    "oms": "https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd",
+}
+End = tuple[str | None, str]
+"""Element and connector; the element is None on the system itself."""
+
+
+@dataclass(frozen=True)
+class Connector:
+    """A signal that an element takes in or gives out; the unit is one of SI."""
+
+    name: str
+    kind: str
+    """``input`` or ``output``."""
+    unit: str
+    description: str = ""
+
+
+@dataclass(frozen=True)
+class Element:
+    """An FMU in its place."""
+
+    name: str
+    source: str
+    """Its path in the archive."""
+    connectors: tuple[Connector, ...]
+    description: str = ""
+
+
+@dataclass(frozen=True)
+class Structure:
+    """A system of FMUs without systems in it."""
+
+    name: str
+    connectors: tuple[Connector, ...]
+    elements: tuple[Element, ...]
+    """In the order in which a sequential master steps them."""
+    wires: tuple[tuple[End, End], ...]
+    """From where a value comes to where it goes."""
+
+
+def inner(structure: Structure) -> Structure:
+    """The structure without connectors of the system: what came from outside stays at its start value, 0."""
+    wires = tuple((start, end) for start, end in structure.wires if start[0] is not None and end[0] is not None)
+    return replace(structure, connectors=(), wires=wires)
+
+
+def ssd_text(structure: Structure, coupling: Mapping[str, str], step: float | None, stop_time: float) -> str:
+    """The XML document; ``coupling`` becomes the attributes of an annotation of type jointlib.
+
+    SSP 1.0 has no place for a communication step, its default experiment states times only. OMSimulator looks for
+    one in an annotation of its own, without which it does not know how to run the system; that gets ``step`` (s).
+    """
+    root = ElementTree.Element("ssd:SystemStructureDescription", {f"xmlns:{k}": v for k, v in NAMESPACES.items()})
+    root.attrib |= {"version": "1.0", "name": structure.name, "generationTool": TOOL}
+    system = ElementTree.SubElement(root, "ssd:System", name=structure.name)
+    _connectors(system, structure.connectors)
+    elements = ElementTree.SubElement(system, "ssd:Elements")
+    for element in structure.elements:
+        attributes = {"name": element.name, "type": "application/x-fmu-sharedlibrary", "source": element.source}
+        attributes |= {"description": element.description} if element.description else {}
+        _connectors(ElementTree.SubElement(elements, "ssd:Component", attributes), element.connectors)
+    wires = ElementTree.SubElement(system, "ssd:Connections")
+    for start, end in structure.wires:
+        attributes = {}
+        for side, (name, connector) in (("start", start), ("end", end)):
+            attributes |= ({f"{side}Element": name} if name is not None else {}) | {f"{side}Connector": connector}
+        ElementTree.SubElement(wires, "ssd:Connection", attributes)
+    if step is not None:
+        master = {
+            "description": "oms-ma",
+            "stepSize": repr(step),
+            "absoluteTolerance": "1e-4",
+            "relativeTolerance": "1e-4",
+        }
+        noted = ElementTree.SubElement(_annotation(system, "org.openmodelica"), "oms:Annotations")
+        ElementTree.SubElement(
+            ElementTree.SubElement(noted, "oms:SimulationInformation"), "oms:FixedStepMaster", master
+        )
+    units = ElementTree.SubElement(root, "ssd:Units")
+    every = [*structure.connectors, *(c for e in structure.elements for c in e.connectors)]
+    for name in sorted({connector.unit for connector in every}):
+        base = {key: str(power) for key, power in (exponents(name) or {}).items()}
+        ElementTree.SubElement(ElementTree.SubElement(units, "ssc:Unit", name=name), "ssc:BaseUnit", base)
+    ElementTree.SubElement(root, "ssd:DefaultExperiment", startTime="0", stopTime=repr(stop_time))
+    ElementTree.SubElement(_annotation(root, TOOL), "Coupling", dict(coupling))
+    ElementTree.indent(root)
+    return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
+
+
+def _annotation(parent: ElementTree.Element, kind: str) -> ElementTree.Element:
+    return ElementTree.SubElement(ElementTree.SubElement(parent, "ssd:Annotations"), "ssc:Annotation", type=kind)
+
+
+def _connectors(parent: ElementTree.Element, connectors: tuple[Connector, ...]) -> None:
+    if not connectors:
+        return
+    listed = ElementTree.SubElement(parent, "ssd:Connectors")
+    for connector in connectors:
+        told = {"description": connector.description} if connector.description else {}
+        entry = ElementTree.SubElement(
+            listed, "ssd:Connector", {"name": connector.name, "kind": connector.kind, **told}
+        )
+        ElementTree.SubElement(entry, "ssc:Real", unit=connector.unit)
+
+
+def check_structure(path: Path, members: Mapping[str, bytes]) -> None:
+    """Read the document back and compare it with the FMUs beside it; ``path`` is the archive's name in messages.
+
+    Every connector is a variable of its FMU with the same causality and unit; every wire leads from what gives a
+    value to what takes it, unit to unit; every input of an FMU and every output of the system has one source.
+    """
+    root = ElementTree.fromstring(members[SSD])
+    system = root.find("ssd:System", NAMESPACES)
+    assert system is not None
+    found = _read(system)
+    for component in system.iterfind("ssd:Elements/ssd:Component", NAMESPACES):
+        own = component.get("name", "")
+        variables = _variables(path, component.get("source", ""), members)
+        for (_, connector), kind in _read(component).items():
+            if variables.get(connector) != kind:
+                raise CheckFailed(
+                    f"{path}: connector {own}.{connector} is {' in '.join(kind)}, "
+                    f"the FMU has {' in '.join(variables[connector]) if connector in variables else 'no such variable'}"
+                )
+            found[own, connector] = kind
+        for name, (causality, _) in variables.items():
+            if causality == "input" and (own, name) not in found:
+                raise CheckFailed(f"{path}: input {name} of the FMU {own} has no connector")
+    sources: Counter[End] = Counter()
+    for wire in system.iterfind("ssd:Connections/ssd:Connection", NAMESPACES):
+        start = wire.get("startElement"), wire.get("startConnector", "")
+        end = wire.get("endElement"), wire.get("endConnector", "")
+        text = " -> ".join(".".join(filter(None, side)) for side in (start, end))
+        for side in (start, end):
+            if side not in found:
+                raise CheckFailed(f"{path}: connection {text} has an end that does not exist")
+        # Seen from inside, the system's inputs give values and its outputs take them.
+        if found[start][0] != _gives(start) or found[end][0] == _gives(end) or found[start][1] != found[end][1]:
+            raise CheckFailed(f"{path}: connection {text} joins {found[start]} with {found[end]}")
+        sources[end] += 1
+    for side, (causality, _) in found.items():
+        if causality != _gives(side) and sources[side] != 1:
+            raise CheckFailed(f"{path}: {'.'.join(filter(None, side))} has {sources[side]} sources, expected one")
+
+
+def _gives(end: End) -> str:
+    return "input" if end[0] is None else "output"
+
+
+def _read(element: ElementTree.Element) -> dict[End, tuple[str, str]]:
+    """Kind and unit of the connectors of an element."""
+    found: dict[End, tuple[str, str]] = {}
+    for connector in element.iterfind("ssd:Connectors/ssd:Connector", NAMESPACES):
+        real = connector.find("ssc:Real", NAMESPACES)
+        unit = real.get("unit", "") if real is not None else ""
+        found[None, connector.get("name", "")] = connector.get("kind", ""), unit
+    return found
+
+
+def _variables(path: Path, source: str, members: Mapping[str, bytes]) -> dict[str, tuple[str, str]]:
+    """Causality and unit of the inputs and outputs of an FMU."""
+    if source not in members:
+        raise CheckFailed(f"{path}: {source} is not in the archive")
+    description = ElementTree.fromstring(read_archive(Path(source), members[source])["modelDescription.xml"])
+    found = {}
+    for variable in description.iterfind("ModelVariables/ScalarVariable"):
+        real = variable.find("Real")
+        if variable.get("causality") in {"input", "output"} and real is not None:
+            found[variable.get("name", "")] = variable.get("causality", ""), real.get("unit", "")
+    return found

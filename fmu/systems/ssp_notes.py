@@ -1,0 +1,67 @@
+"""What the user of a system of FMUs must know about its communication step, as sentences."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterable, Mapping
+
+import numpy as np
+
+from ..loop_step import Loop, Master, natural_frequencies
+from ..members.build import absent
+from ..members.machine_parts import Parts
+from ..system.step_limit import StepLimit
+
+RESOLVED = 20
+"""Steps per period that follow a vibration closely."""
+_WHOLE = "the whole machine as one FMU (jointlib fmu MACHINE), which couples nothing from outside"
+
+
+def step_notes(
+    parts: Parts, loop: Loop, steps: Mapping[Master, float | None], tangents: Mapping[str, StepLimit]
+) -> list[str]:
+    """The limit, what it was computed for, what to take, and when to take another road.
+
+    Another road is advised where a step that resolves the highest frequency of interest with 20 steps per period
+    is not stable: then the coupling sets the step, not the motion.
+    """
+    worst = _spelled(tangents)
+    said = [f"The FMUs exchange values once per step; joints count at their stiffest and least damped, {worst}."]
+    said += [f"{name} is touched by nothing and left out." for name in parts.untouched]
+    jacobi, seidel = steps[Master.JACOBI], steps[Master.GAUSS_SEIDEL]
+    if jacobi is None or seidel is None:
+        return [*said, f"So counted a mode has no damping, and no communication step is stable: take {_WHOLE}."]
+    if not math.isfinite(jacobi):
+        return [*said, "No communication step makes this machine unstable."]
+    answered = f"{seidel:.3g} s" if math.isfinite(seidel) else "no limit"
+    said.append(
+        f"Steps of {jacobi:.3g} s and more are unstable if all FMUs step at once ({answered} where the joints answer "
+        f"before the next step), in the assembled machine; {jacobi / 20:.3g} s keep the damping within 5 %."
+    )
+    highest = parts.highest or float(np.max(natural_frequencies(loop)))
+    resolved = 1 / (RESOLVED * highest) if highest else 0.0
+    if jacobi < resolved:
+        said.append(
+            f"To follow {highest:.4g} Hz, {resolved:.2g} s would do: the coupling sets the step. Take {_WHOLE}, or "
+            "couple the FMUs by model exchange."
+        )
+    return said
+
+
+def runtime_notes(platforms: Iterable[str], runtimes: Collection[str]) -> list[str]:
+    """Where the FMUs (FMI 2.0) run."""
+    said = []
+    if missing := absent(2, platforms):
+        said.append(
+            f"The FMUs have no library for {', '.join(missing)}: pip install 'jointlib[native]' brings a compiler for "
+            "every platform."
+        )
+    if "python" in runtimes:
+        said.append("An FMU in it has the Python runtime and runs only in hosts that bring Python, such as FMPy.")
+    return said
+
+
+def _spelled(tangents: Mapping[str, StepLimit]) -> str:
+    return ", ".join(
+        f"{name} {limit.stiffness:.4g} N/m and {limit.damping:.4g} N s/m" for name, limit in sorted(tangents.items())
+    )

@@ -1,0 +1,119 @@
+"""Proof of a system of FMUs before it is handed over: a short run in FMPy against the machine's own equations."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from jointlib.arrays import Array
+from jointlib.errors import CheckFailed
+
+from ..loop_step import Loop, natural_frequencies
+from ..members.machine_parts import Parts
+from ..playback.loop_run import LoopRun, jacobi_run
+from ..system.step_limit import operating_range
+
+TOLERANCE = 1e-6
+"""Largest difference allowed, relative to the largest value of a signal; the bodies integrate to 1e-10 a step."""
+_ROUNDING = 1e-6
+_STEPS = 200
+_TIME_LIMIT = 120.0
+
+
+def verify_ssp(path: Path, data: bytes, parts: Parts, loop: Loop, largest: float | None) -> float:
+    """Largest relative difference of any motion and force from :func:`.loop_run.jacobi_run`; too large a one fails.
+
+    A smooth push on every port to the outside moves the joint that moves most by up to half its range. The step is a
+    quarter of the largest stable one, and resolves the highest natural frequency. FMPy hands a force on the system
+    over one step late. FMPy also holds the document against the schema of SSP 1.0.
+    """
+    fastest = float(np.max(natural_frequencies(loop)))
+    step = min(largest / 4 if largest else np.inf, 1 / (50 * fastest) if fastest else 1e-4)
+    joints = [joint for _, joint in parts.joints]
+    push = _push(parts, loop, step)
+    late = np.concatenate([np.zeros_like(push[:1]), push[:-1]])
+    expected = _columns(parts, jacobi_run(loop, joints, parts.outside_rows, late, step))
+    inputs = {f"force_{name}": push[:, i].tolist() for i, name in enumerate(parts.outside)}
+    found = _run(path, data, {"step": step, "steps": _STEPS, "inputs": inputs})
+    worst = 0.0
+    for quantity, signals in expected.items():
+        # A signal that should be zero, by symmetry, is rounding.
+        rounding = _ROUNDING * max(float(np.max(np.abs(values))) for values in signals.values())
+        for name, values in signals.items():
+            size = max(float(np.max(np.abs(values))), rounding, float(np.finfo(float).tiny))
+            got = np.array(found.get(name, []))
+            difference = float(np.max(np.abs(got - values))) / size if got.shape == values.shape else np.inf
+            if not difference <= TOLERANCE:
+                raise CheckFailed(
+                    f"{path}: {name} in FMPy differs from the machine's equations by {difference:.1e} of its largest "
+                    f"{quantity}"
+                )
+            worst = max(worst, difference)
+    return worst
+
+
+def _push(parts: Parts, loop: Loop, step: float) -> Array:
+    """Forces (N) on the ports to the outside, step by step, under which every joint stays within its range."""
+    joints = [joint for _, joint in parts.joints]
+    ranges = np.array([operating_range(joint).amplitude for joint in joints])
+    shape = (1 - np.cos(2 * np.pi * np.arange(_STEPS) / _STEPS))[:, None] * np.ones(len(parts.outside))
+
+    def used(size: float) -> float:
+        """The largest part of its range that a joint uses, infinite where it runs away."""
+        with np.errstate(all="ignore"):
+            run = jacobi_run(loop, joints, parts.outside_rows, size * shape, step)
+            part = float(np.max(np.abs(run.relative) / ranges))
+        return part if np.isfinite(part) else np.inf
+
+    size = 1.0
+    while (part := used(size)) > 1 and size > 1e-30:
+        size /= 10
+    wanted = size * 0.5 / part if 0 < part <= 1 else size
+    # Beyond small motions a joint may yield more than in proportion.
+    while wanted > size and used(wanted) > 1:
+        wanted /= 2
+    return wanted * shape
+
+
+def _columns(parts: Parts, run: LoopRun) -> dict[str, dict[str, Array]]:
+    """The run by quantity and by the names that FMPy gives the connectors."""
+    return {
+        "displacement": {f"displacement_{name}": run.motion[:, i] for i, name in enumerate(parts.outside)},
+        "velocity": {f"velocity_{name}": run.velocity[:, i] for i, name in enumerate(parts.outside)},
+        "force": {f"{name}.force_1": -run.force[:, i] for i, (name, _) in enumerate(parts.joints)},
+    }
+
+
+def _run(path: Path, data: bytes, request: dict[str, object]) -> dict[str, list[float]]:
+    """The connectors of the archive, step by step, from a fresh process."""
+    with tempfile.TemporaryDirectory(prefix="jointlib-") as scratch:
+        file, answer = Path(scratch) / "system.ssp", Path(scratch) / "answer.json"
+        file.write_bytes(data)
+        command = [sys.executable, "-P", str(Path(__file__).parents[1] / "playback" / "ssp_replay.py")]
+        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
+        try:
+            done = subprocess.run(
+                command,
+                input=json.dumps({**request, "file": str(file), "answer": str(answer)}),
+                capture_output=True,
+                text=True,
+                errors="replace",
+                timeout=_TIME_LIMIT,
+                cwd=scratch,
+                env=environment,
+            )
+        except subprocess.TimeoutExpired:
+            raise CheckFailed(f"{path}: the system did not finish its run in {_TIME_LIMIT:g} s") from None
+        if done.returncode < 0:
+            raise CheckFailed(f"{path}: the system ended the process that ran it (signal {-done.returncode})")
+        if done.returncode or not answer.is_file():
+            said = [text.strip().splitlines()[-1] for text in (done.stdout, done.stderr) if text.strip()]
+            raise CheckFailed(f"{path}: the system does not run in FMPy ({'; '.join(said) or 'no message'})")
+        found: dict[str, list[float]] = json.loads(answer.read_text(encoding="utf-8"))
+        return found

@@ -1,0 +1,143 @@
+"""The files of a forced response: curves by drive, force and output, and the bands round them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from jointlib.errors import InputError
+
+if TYPE_CHECKING:
+    from machines.compare.comparison import Comparison
+    from machines.forced_response.response import Response
+
+
+def write_response(path: Path, results: Sequence[Response], band: dict[str, Any] | None = None) -> list[Path]:
+    """Receptances per force, and every branch: ``frequency_0`` … (Hz), ``receptance_0`` … (m/N), ``branch_0_0_…``.
+
+    Of a branch: motions of the joints and outputs (m), stability of the whole and of every point, estimated error of
+    the first harmonic, outcome of every point, harmonics and, where there are several, the motions in
+    the others; under a static load where the joints stand. A band adds ``band_frequency`` and ``band``, |G| in m/N as
+    [force, share, line, output] at the shares ``band_share`` of the samples. What belongs to a second drive has the
+    same names with ``drive_1_`` before them.
+    """
+    from jointlib.io.atomic import write_npz
+
+    arrays: dict[str, Any] = {
+        "force": np.array(results[0].force),
+        "drive": np.array(results[0].drive),
+        "outputs": np.array(results[0].outputs),
+        "connections": np.array(results[0].connections),
+    }
+    for d, result in enumerate(results):
+        own = _curves(result)
+        arrays |= own if d == 0 else {f"drive_{d}_{name}": value for name, value in own.items()}
+        arrays |= {f"drive_{d}": np.array(result.drive)} if d else {}
+    if band is not None:
+        arrays |= {"band_frequency": band["frequency"], "band": band["size"], "band_share": np.array(band["share"])}
+    write_npz(path, arrays)
+    return [path]
+
+
+def _curves(result: Response) -> dict[str, Any]:
+    """The arrays of one drive."""
+    arrays: dict[str, Any] = {}
+    for i, (frf, branches) in enumerate(zip(result.frfs, result.branches, strict=True)):
+        arrays[f"frequency_{i}"], arrays[f"receptance_{i}"] = frf.frequency, frf.receptance[:, :, 0]
+        for k, branch in enumerate(branches):
+            arrays[f"branch_{i}_{k}_frequency"] = branch.frequency
+            arrays[f"branch_{i}_{k}_joint"] = branch.joint
+            arrays[f"branch_{i}_{k}_output"] = branch.output
+            arrays[f"branch_{i}_{k}_stability"] = np.array(branch.stability.value)
+            arrays[f"branch_{i}_{k}_labels"] = np.array([label.value for label in branch.labels])
+            arrays[f"branch_{i}_{k}_outcomes"] = np.array([outcome.name.lower() for outcome in branch.outcomes])
+            arrays[f"branch_{i}_{k}_error"] = branch.error
+            arrays[f"branch_{i}_{k}_harmonics"] = np.array(branch.harmonics)
+            if len(branch.harmonics) > 1:
+                arrays[f"branch_{i}_{k}_overtones"] = branch.overtones
+            if branch.mean.size:
+                arrays[f"branch_{i}_{k}_mean"] = branch.mean
+    return arrays
+
+
+def write_receptances(path: Path, results: Sequence[Response], points: int, axes: dict[str, str]) -> list[Path]:
+    """The receptance of each drive, force and output in m/N, in a file of its own where there are several.
+
+    A ``.csv`` has the lines that were computed, closer at the peaks, as far as there is a solution; a ``.frf`` has
+    ``points`` lines of one step, as its readers expect. ``axes`` names the directions of the tool by their dofs.
+    """
+    from jointlib.io.atomic import write_text
+    from jointlib.io.cutpro import write_cutpro
+
+    written = []
+    for result in results:
+        for force, frf in zip(result.force, result.frfs, strict=True):
+            for o, output in enumerate(result.outputs):
+                pair = f"{axes[output]}{axes[result.drive]}" if len(results) > 1 else None
+                target = named(path, result, force, output, pair)
+                found = np.isfinite(frf.receptance[:, o, 0])
+                if path.suffix == ".frf":
+                    if not found.all():
+                        raise InputError(
+                            f"-o {path}: at {force:g} N there is no solution inside the valid range at "
+                            f"{frf.frequency[~found][0]:g} Hz, and this format has no gaps; expected .csv or less force"
+                        )
+                    even = frf.on(np.linspace(frf.frequency[0], frf.frequency[-1], points))
+                    write_cutpro(target, even.frequency, even.receptance[:, o, 0])
+                else:
+                    rows = zip(frf.frequency[found].tolist(), frf.receptance[found, o, 0].tolist(), strict=True)
+                    text = "".join(f"{f:.12g},{H.real:.12e},{H.imag:.12e}\n" for f, H in rows)
+                    write_text(target, f"frequency,real,imaginary\n{text}")
+                written.append(target)
+    return written
+
+
+def write_bands(path: Path, result: Response, band: dict[str, Any] | None) -> list[Path]:
+    """The bands of |G| in m/N beside the receptances, a ``…_band.csv`` for each force and output."""
+    from jointlib.io.atomic import write_text
+
+    written: list[Path] = []
+    if band is None:
+        return written
+    for force, sizes in zip(result.force, band["size"], strict=True):
+        for o, output in enumerate(result.outputs):
+            target = named(path, result, force, output, None, "_band")
+            rows = zip(band["frequency"].tolist(), *sizes[:, :, o].tolist(), strict=True)
+            text = "".join(f"{f:.12g},{low:.12e},{middle:.12e},{high:.12e}\n" for f, low, middle, high in rows)
+            write_text(target, f"frequency,low,median,high\n{text}")
+            written.append(target)
+    return written
+
+
+def named(path: Path, result: Response, force: float, output: str, pair: str | None, more: str = "") -> Path:
+    """The file of one force and output: ``x_yx_50N.csv`` holds y for a force of 50 N along x.
+
+    The pair of directions stands there where there are two drives, the output alone where one drive has several, the
+    force where there are several; whole newtons are written out.
+    """
+    several = f"_{output}" if len(result.outputs) > 1 else ""
+    size = f"_{force:.0f}N" if force == round(force) else f"_{force:g}N"
+    size = size if len(result.force) > 1 else ""
+    return path.with_name(f"{path.stem}{f'_{pair}' if pair else several}{size}{more}{path.suffix}")
+
+
+def draw(path: Path, results: Sequence[Response], plot: str, laid: Sequence[Comparison] = ()) -> list[Path]:
+    """The receptances at the tool as a picture, with measured ones laid over them."""
+    from jointlib.io.atomic import write, write_text
+    from machines.report.drawing import MEASURED
+    from machines.report.figures.receptance_figure import Curve
+    from machines.report.figures.response_figures import tool_figure
+
+    measured = [
+        (r.drive, r.response, Curve(r.frequency, r.receptance, f"measured, {r.force:g} N", MEASURED, ":"))
+        for r in (comparison.record for comparison in laid)
+    ]
+    figure = tool_figure(results, plot, measured, png=path.suffix == ".png")
+    if path.suffix == ".png":
+        write(path, lambda file: file.write(figure.png))
+    else:
+        write_text(path, figure.svg)
+    return [path]

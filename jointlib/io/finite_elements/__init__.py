@@ -1,0 +1,1 @@
+"""Matrices of finite-element programs: punch, OUTPUT4, Harwell-Boeing and CalculiX files."""

@@ -1,0 +1,143 @@
+"""Search the catalogue: rounds of a contest, acceptance, and exchange of earlier terms."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from jointlib.loop.answer.naming import NAMED_ON_A_RIG_FROM
+from jointlib.loop.balance.excess import total_excess
+from jointlib.loop.contest.contestant import Contestant
+from jointlib.loop.contest.fitted import Fitted
+from jointlib.loop.contest.model import Model
+from jointlib.loop.contest.rounds import WORTH_REFINING, Round, Row, contest
+
+_MOST_TERMS = 3
+_LEAST_SHARE = 0.05
+_TOO_SMALL = 1e-3
+"""Of the first term's gain: below this what is left is the error of its form, not another effect."""
+_STARTS = (0.5, 1.0, 0.2)
+"""Of its linear fit: where a second element starts from while the first still has the whole size."""
+
+
+@dataclass(frozen=True)
+class Term:
+    """An accepted effect, the round it won and the model refitted with it."""
+
+    round: Round
+    row: Row
+    alone: Fitted
+    """With one element of it: what its name is judged by."""
+    fitted: Fitted
+    """With a second element of the same family where the records show that one does not have its form."""
+
+
+def explained(start: Fitted, mended: Fitted) -> float:
+    """Share of the excess of the start that is gone from a mended model; 1 where there was none."""
+    before, after = (total_excess(f.localised) for f in (start, mended))
+    return 1.0 if before <= 0 else 1 - after / before
+
+
+def grown(fitted: Fitted, row: Row) -> Fitted | None:
+    """The model with an effect, everything that may move refitted."""
+    best = row.score.best
+    return row.contestant.grown(best.coefficients, best.shape, fitted)
+
+
+def search(start: Fitted, field: Sequence[Contestant]) -> tuple[Round, tuple[Term, ...], tuple[Row, ...]]:
+    """The first round, the accepted terms (largest first) and the rows that were only too small (secondary)."""
+    opening = contest(start, field)
+    terms: list[Term] = []
+    current, least = opening, 0.0
+    while current.winner is not None:
+        bigger = grown(current.fitted, current.winner)
+        if bigger is None or bigger.size > current.fitted.size:
+            break
+        terms.append(_term(current, current.winner, bigger, field, first=not terms))
+        if len(terms) == 1:
+            least = _LEAST_SHARE * current.winner.score.gain
+        elif len(terms) == 2:
+            # Once: beside a third term the same question costs more than the rest of the trace, and names nothing.
+            terms = _exchanged(start, field, terms)
+            if explained(start, terms[0].alone) < NAMED_ON_A_RIG_FROM:
+                # No name will come of this, and two hypotheses are enough.
+                return opening, tuple(terms), ()
+        if len(terms) == _MOST_TERMS or not _leaves_room(terms[-1].fitted.model, least):
+            return opening, tuple(terms), ()
+        current = contest(terms[-1].fitted, field, least)
+    floor = _TOO_SMALL * (terms[0].row.score.gain if terms else 0.0)
+    small = [r for r in current.rows if r.reason.startswith("less than a twentieth") and r.score.gain > floor]
+    return opening, tuple(terms), tuple(small[:1])
+
+
+def _term(round_: Round, row: Row, alone: Fitted, field: Sequence[Contestant], *, first: bool) -> Term:
+    """An accepted effect; the first is brought into form, what it leaves is what further ones are judged by."""
+    return Term(round_, row, alone, _in_form(round_.fitted, alone, row, field) if first else alone)
+
+
+def _in_form(before: Fitted, fitted: Fitted, row: Row, field: Sequence[Contestant]) -> Fitted:
+    """The model with a second element of a family just accepted, where that passes every test of a further term.
+
+    Real contacts do not come in one size: friction that rises over several speeds, clearances of several widths. What
+    one element leaves of its own family would otherwise be taken for an effect of another one. Laws with memory have
+    members of several elements already.
+    """
+    brought = fitted.joint.laws[len(before.joint.laws) :]
+    if not row.score.best.shape or not brought or any(law.states for law in brought):
+        return fitted
+    round_ = contest(fitted, [c for c in field if c.label == row.label])
+    if round_.winner is None:
+        return fitted
+    best, worth = round_.winner.score.best, 10 * np.log(fitted.model.entries)
+    for share in _STARTS:
+        bigger = row.contestant.grown(share * best.coefficients, best.shape, fitted)
+        if bigger is not None and bigger.size < fitted.size - worth:
+            return bigger
+    return fitted
+
+
+def _leaves_room(model: Model, least: float) -> bool:
+    """Whether what is left is more than noise, or noise could hide as much as a further term must at least gain."""
+    excess, noise = model.loss - model.entries, 3 * np.sqrt(model.entries)
+    return bool(excess > noise or excess + noise >= least)
+
+
+def _exchanged(start: Fitted, field: Sequence[Contestant], terms: list[Term]) -> list[Term]:
+    """Replace an earlier term where another family beside the others lowers the loss of everything.
+
+    A greedy order starts with whatever imitates two effects at once; beside the second one its place is taken by
+    the first. Tried are families that showed more than noise in one of the contests.
+    """
+    shown = {r.label for t in terms for r in t.round.rows if r.score.z > WORTH_REFINING}
+    strong = [c for c in field if c.label in shown]
+    for i in range(len(terms) - 1):
+        others = _rebuilt(start, strong, [t.row for j, t in enumerate(terms) if j != i])
+        if others is None:
+            continue
+        again = contest(others[-1].fitted, strong)
+        if again.winner is None or again.winner.label == terms[i].row.label:
+            continue
+        other = grown(others[-1].fitted, again.winner)
+        if other is None or other.model.loss > terms[-1].fitted.model.loss - 10 * np.log(other.model.entries):
+            continue
+        rows = sorted([*(t.row for t in others), again.winner], key=lambda r: -r.score.gain)
+        return _rebuilt(start, strong, rows, first_among=field) or terms
+    return terms
+
+
+def _rebuilt(
+    start: Fitted, field: Sequence[Contestant], rows: Sequence[Row], first_among: Sequence[Contestant] = ()
+) -> list[Term] | None:
+    """Terms added anew in a given order; the first may be judged among a whole field, which shows its rivals."""
+    terms: list[Term] = []
+    for row in rows:
+        here = terms[-1].fitted if terms else start
+        own = [c for c in field if c.label == row.label]
+        round_ = contest(here, own if terms or not first_among else first_among, chosen=row.label)
+        bigger = None if round_.winner is None else grown(here, round_.winner)
+        if round_.winner is None or bigger is None:
+            return None
+        terms.append(_term(round_, round_.winner, bigger, field, first=not terms))
+    return terms

@@ -1,0 +1,1 @@
+"""What a finished study says: its best designs, what separates them, what the answer depends on."""
