@@ -18,7 +18,7 @@ from functools import cached_property
 import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
-from jointlib.errors import CheckFailed, Outcome
+from jointlib.errors import CheckFailed, InputError, Outcome
 
 from ...operating.operating_point import OperatingPoint
 from ...tool.bounded_band import Shape
@@ -183,7 +183,10 @@ class DevelopedChatter:
         tooth = self.cutting.cuts_per_revolution * speed / 60
         for _ in range(_ROUNDS):
             loop = self.method.loop(speed, level, self._following(found, tooth))
-            crossing = near(loop, found.crossing)
+            try:
+                crossing = near(loop, found.crossing)
+            except InputError:  # so far from where it was that gains run straight no longer and a joint would feed it
+                return None
             if not crossing.kind:
                 return None
             order, direction = loop.strongest(crossing, found.order)
