@@ -148,7 +148,9 @@ def kicks(cut: Cut) -> np.ndarray:
     return np.geomspace(0.02, 1.0, KICKS) * float(cut.limits.known[0])
 
 
-def courses(cuts: Sequence[Cut], windows: int = 10, periods: int = 20) -> list[tuple[np.ndarray, ...]]:
+def courses(
+    cuts: Sequence[Cut], windows: int = 10, periods: int = 20, fewest: int = 48
+) -> list[tuple[np.ndarray, ...]]:
     """Chatter and forced motion, (window, kick), and which kicks escaped, of every cut; like ones stepped together."""
     waves = [
         float(c.limits.onset_frequency[0])
@@ -160,7 +162,7 @@ def courses(cuts: Sequence[Cut], windows: int = 10, periods: int = 20) -> list[t
     found: dict[int, tuple[np.ndarray, ...]] = {}
     order = np.argsort(waves, kind="stable").tolist()
     for chosen in (order[first : first + TOGETHER] for first in range(0, len(order), TOGETHER)):
-        steps = max(48, int(30 * max(waves[i] for i in chosen)))
+        steps = max(fewest, int(30 * max(waves[i] for i in chosen)))
         cases = []
         for i in chosen:
             c = cuts[i]

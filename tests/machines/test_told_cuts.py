@@ -35,7 +35,7 @@ def test_what_is_told_of_the_guide_mill_is_its_course_in_time(speed: float) -> N
     said, _ = told_cuts(machine, limits, depths)
     head, tail = said[: -len(depths)], said[-len(depths) :]
     cuts = [Cut(machine, limits, b, (*head, line)) for b, line in zip(depths, tail, strict=True)]
-    found = courses(cuts, 12, 40)
+    found = courses(cuts, 12, 40, 150)
     for mm, cut, course in zip(CUTS[speed], cuts, found, strict=True):
         assert denied(cut, *course) == [], cut.said
         assert not re.search("simulation tells", cut.said[-1])
