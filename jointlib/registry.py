@@ -10,7 +10,14 @@ from typing import Any
 from jointlib.errors import InputError, nearest
 from jointlib.law import JointLaw
 
-GROUPS = ("jointlib.laws", "jointlib.effects", "jointlib.components", "jointlib.bundles", "jointlib.readers")
+GROUPS = (
+    "jointlib.laws",
+    "jointlib.effects",
+    "jointlib.components",
+    "jointlib.bundles",
+    "jointlib.readers",
+    "jointlib.steps",
+)
 
 
 @dataclass(frozen=True)

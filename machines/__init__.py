@@ -30,6 +30,8 @@ from .moved import Moved
 from .operating.constant_amplitude import ConstantAmplitude, constant_amplitude
 from .operating.operating_point import OperatingPoint, frozen_receptance, operating_point
 from .operating.peaks import Peak
+from .road.piece import Piece, Step, steps
+from .road.run import Run, run
 from .shapes.profile import Material
 from .shapes.segment import Segment
 from .statics.statics import StaticPoint, static_point
@@ -58,14 +60,17 @@ __all__ = [
     "Newton",
     "OperatingPoint",
     "Peak",
+    "Piece",
     "Response",
     "Rigid",
+    "Run",
     "SecondOrder",
     "Segment",
     "StabilityLobes",
     "StateSpace",
     "StaticLoad",
     "StaticPoint",
+    "Step",
     "constant_amplitude",
     "couple",
     "frozen_receptance",
@@ -77,8 +82,10 @@ __all__ = [
     "operating_point",
     "read_machine",
     "response",
+    "run",
     "stability_lobes",
     "static_point",
+    "steps",
     "trace_frfs",
     "trace_machine",
 ]

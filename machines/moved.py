@@ -12,6 +12,7 @@ from types import ModuleType
 
 MOVED = {
     "machines.component": "machines.components.component",
+    "machines.comparison": "machines.compare.comparison",
     "machines.response_band": "machines.uncertainty.response_band",
     "machines.lobes.forced_vibration": "machines.cutting.forced.forced_vibration",
     "machines.lobes.frozen_modes": "machines.cutting.amplitude.frozen_modes",

@@ -401,8 +401,8 @@ def test_a_verb_prints_the_keys_that_are_promised(command: str, desk: Path) -> N
 
 
 def test_the_files_of_a_run_are_those_that_the_program_names() -> None:
-    cli = ROOT / "jointlib" / "cli"
-    program = "".join(path.read_text("utf-8") for path in (cli / "steps").glob("*.py"))
+    steps = (*(ROOT / "machines" / "road").glob("*.py"), ROOT / "fmu" / "machine_step.py")
+    program = "".join(path.read_text("utf-8") for path in steps)
     table = re.search(r"^\| in `out/`.*?\n\n", (DOCS / "start.md").read_text("utf-8"), re.M | re.S)
     assert table
     for row in rows(table[0]):

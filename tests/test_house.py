@@ -41,6 +41,7 @@ ROOMS = (
     "mistakes",
     "report",
     "explore",
+    "road",
 )
 """Rooms of ``machines``; each imports those before it alone."""
 WINGS = {

@@ -78,8 +78,8 @@ def command(
 
 def identified(path: Path, changes: dict[str, str] | None = None) -> tuple[dict[str, Joint], Sequence[str]]:
     """Joints that the machine leaves to be identified, and what is to be said of them."""
-    from jointlib.cli.told.joints import with_joints
     from machines import read_machine
+    from machines.road.open_joints import with_joints
 
     machine = read_machine(path, changes)
     open_ones = {c.name for c in machine.connections if c.identify is not None}
@@ -90,8 +90,8 @@ def identified(path: Path, changes: dict[str, str] | None = None) -> tuple[dict[
 def exported(machine: Path, target: Path) -> Sequence[str]:
     """The machine of a file as an FMU; which runtime it has, and what else there is to say."""
     from fmu.export import export_fmu
-    from jointlib.cli.told.joints import with_joints
     from machines import read_machine
+    from machines.road.open_joints import with_joints
 
     model, remarks = with_joints(read_machine(machine))
     done = export_fmu(model, target)

@@ -10,9 +10,12 @@ import click
 
 from jointlib.cli.arguments import FrequencyRange, Quantity, Target, Verb, input_file, json_option, tool_option
 from jointlib.cli.output import emit, working, wrote
-from jointlib.cli.told.frf_files import draw, write_bands, write_receptances, write_response
-from jointlib.cli.told.frf_told import contact_lines, measured_lines, over_measured, peak_rows, tool_lines
+from jointlib.cli.told.frf_files import draw, write_bands, write_receptances
+from jointlib.cli.told.frf_told import contact_lines, measured_lines, tool_lines
 from jointlib.errors import InputError
+from machines.compare.over_measured import over_measured
+from machines.forced_response.each_drive import peak_rows
+from machines.forced_response.response_file import write_response
 
 PLOTS = ("mag-phase", "re-im", "nyquist")
 
@@ -62,8 +65,9 @@ def command(
     Example:
       jointlib frf machines/library/two_mass.toml --force 10 50N --frequency 1kHz:7kHz -o two_mass.npz
     """
-    from jointlib.cli.told.joints import with_joints
     from machines import read_machine
+    from machines.forced_response.each_drive import both
+    from machines.road.open_joints import with_joints
     from machines.uncertainty.lobe_bands import refuse_certain
 
     wanted = _harmonics(harmonics or "auto")
@@ -102,15 +106,6 @@ def command(
         lines.append(f"{further['band']['clipped']} sampled parameters lay outside their bounds and were set to them.")
     data = {"file": str(written[0]), "files": [str(path) for path in written], "warnings": warnings}
     emit(as_json, peak_rows(results) | data | further, [*lines, *(wrote(path) for path in written)])
-
-
-def both(machine: Any, drive: str | None, force: Any = None, band: Any = None, **keywords: Any) -> list[Any]:
-    """The response to a force on ``drive`` or, where neither that nor the file names one, along each tool axis."""
-    from machines import response
-
-    free = drive is None and machine.drive is None
-    drives = list(dict.fromkeys(machine.tool.values())) if free and machine.tool else [drive]
-    return [response(machine, force, band, name, **keywords) for name in drives]
 
 
 def band_of(

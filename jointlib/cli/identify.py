@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -38,6 +38,7 @@ def command(
       jointlib identify machines/library/guide_mill/static.measurement.toml machines/library/guide_mill/rig.measurement.toml --start machines/library/guide_mill/start.joint.toml -o guide.joint.toml
     """  # noqa: E501
     from jointlib import identify, read_joint, read_measurement, write_joint
+    from jointlib.identification.summary import identified
 
     if bool(laws) == (start is not None):
         raise InputError("identify: expected either --law or --start")
@@ -48,23 +49,6 @@ def command(
         found = identify(tests, laws=laws or None, start=first, order=orders)
     write_joint(output, found.joint)
     emit(as_json, {**identified(found), "file": str(output)}, [*words(found), wrote(output)])
-
-
-def identified(found: Identification) -> dict[str, Any]:
-    """The promised keys, and the preload sweep where there is one."""
-    data: dict[str, Any] = {
-        "parameters": found.parameters,
-        "rms": found.rms,
-        "rms_unit": found.rms_unit,
-        "errors": found.errors,
-        "messages": found.messages,
-    }
-    if found.static is not None:
-        s = found.static
-        data["sweep"] = {"preload": s.preloads, "kappa": s.kappas, "rms": s.rms_by_preload}
-    if found.orders:
-        data["orders"] = found.orders
-    return data
 
 
 def words(found: Identification) -> list[str]:

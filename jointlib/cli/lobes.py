@@ -78,11 +78,12 @@ def command(
     Example:
       jointlib lobes machines/library/two_mode_tool.toml --speed 6000 9000 12000
     """
-    from jointlib.cli.told.joints import with_joints
     from machines import Cutting, lobes_at_amplitude, lobes_over_range, read_machine
     from machines.cutting.amplitude.amplitude_limits import depends_on_amplitude
     from machines.cutting.amplitude.pocket import best_pocket
     from machines.cutting.amplitude.zones import safe_limit
+    from machines.cutting.rest.chart_file import chart_data, default_speeds
+    from machines.road.open_joints import with_joints
     from machines.uncertainty.lobe_bands import refuse_certain
 
     if witness and not (speed and depth):
@@ -196,38 +197,6 @@ def reach(chart: Any) -> str:
     return "every speed" if chart.method in ("turning", "zero-order") else "these speeds"
 
 
-def default_speeds(machine: Any, count: int = 200) -> Any:
-    """Evenly spaced speeds over the range of the machine file."""
-    if machine.cutting is None:
-        raise InputError(f"{machine.where}: no [cutting], lobes need a cutting operation")
-    if machine.cutting.get("speed") is None:
-        raise InputError(f"{machine.where}: [cutting] has no speed, expected one or --speed")
-    low, high = machine.cutting["speed"]
-    return np.linspace(low, high, count)
-
-
-def chart_data(charts: Sequence[Any], speeds: Any, amplitude: Sequence[float]) -> dict[str, Any]:
-    """The promised keys; the axis of an option that was not given is left out."""
-
-    def shaped(values: Sequence[Any]) -> Any:
-        return list(values) if amplitude else values[0]
-
-    kinds = [[str(k) or None for k in c.kind] for c in charts]
-    lobes = [[int(k) if k >= 0 else None for k in c.lobe] for c in charts]
-    return {
-        "speed": speeds,
-        "depth": shaped([c.depth for c in charts]),
-        "chatter_frequency": shaped([c.chatter_frequency for c in charts]),
-        "kind": shaped(kinds),
-        "lobe": shaped(lobes),
-        "minimum_depth": shaped([c.minimum_depth for c in charts]),
-        "method": charts[0].method,
-        "notes": list(charts[0].notes),
-        "warnings": sorted({w for c in charts for w in c.warnings}),
-        **({"amplitude": list(amplitude)} if amplitude else {}),
-    }
-
-
 def _draw(
     path: Path, model: Any, charts: Sequence[tuple[float, Any]], cutting: Any, zones: Any, band: Any, field: Any
 ) -> None:
@@ -247,6 +216,8 @@ def _write(
 ) -> None:
     """The charts as numbers, by the suffix of the file; the safe depth (m) and the band (m) where they are known."""
     if path.suffix == ".npz":
+        from machines.cutting.rest.chart_file import write_lobes
+
         more = {} if safe is None else {"safe_depth": safe}
         write_lobes(path, charts, speeds, amplitude, more | ({} if band is None else {"band": band}))
         return
@@ -267,14 +238,3 @@ def _write(
 
 def _cell(value: Any) -> str:
     return f"{value:.10g}" if isinstance(value, float) else str(value)
-
-
-def write_lobes(
-    path: Path, charts: Sequence[Any], speeds: Any, amplitude: Sequence[float], more: dict[str, Any] | None = None
-) -> None:
-    """``speed`` (rpm), ``amplitude`` (m), and depth (m), chatter_frequency (Hz), lobe as [amplitude, speed]."""
-    from jointlib.io.atomic import write_npz
-
-    fields = ("depth", "chatter_frequency", "lobe", "kind", "minimum_depth")
-    arrays = {name: np.array([getattr(c, name) for c in charts]) for name in fields}
-    write_npz(path, {"speed": speeds, "amplitude": np.array(amplitude), **arrays, **(more or {})})

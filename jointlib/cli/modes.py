@@ -37,12 +37,12 @@ def command(file: Path, amplitude: float, every: bool, changes: dict[str, str], 
     """
     import numpy as np
 
-    from jointlib.cli.told.joints import with_joints
     from machines import natural_modes, read_machine
     from machines.modes.depth_sensitivity import depth_sensitivity
     from machines.modes.mode_energy import mode_energies
     from machines.modes.mode_words import leading, shown_modes, warnings
     from machines.modes.static_compliance import static_compliance
+    from machines.road.open_joints import with_joints
 
     _is_machine(file)
     with working("computing modes"):

@@ -26,8 +26,8 @@ def command(machine: Path, output: Path, changes: dict[str, str], as_json: bool)
       jointlib ssp machines/library/two_mass.toml -o two_mass.ssp
     """
     from fmu.ssp import export_ssp
-    from jointlib.cli.told.joints import with_joints
     from machines import read_machine
+    from machines.road.open_joints import with_joints
 
     with working("exporting and verifying"):
         model, remarks = with_joints(read_machine(machine, changes))

@@ -160,8 +160,8 @@ def _part(shard: str | None) -> tuple[int, int]:
 
 def identified(study: Study) -> dict[str, Joint]:
     """Joints that the base machine leaves to be identified, once for all configurations."""
-    from jointlib.cli.told.joints import with_joints
     from machines import read_machine
+    from machines.road.open_joints import with_joints
 
     joints: dict[str, Joint] = {}
     for tool in study.with_tools:

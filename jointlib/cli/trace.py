@@ -10,8 +10,8 @@ import click
 
 from jointlib.cli.arguments import Target, Verb, input_file, json_option
 from jointlib.cli.output import emit, working, wrote
-from jointlib.cli.told.trace_head import assumptions_of, inputs_of, trace_numbers
 from jointlib.errors import InputError
+from jointlib.loop.answer.head import assumptions_of, inputs_of, trace_numbers
 
 if TYPE_CHECKING:
     from jointlib.loop.answer.report import TraceReport
@@ -40,6 +40,7 @@ def command(
     """  # noqa: E501
     from jointlib import read_joint, read_measurement, trace
     from jointlib.io.measurement_write import is_written_by_a_program
+    from jointlib.loop.answer.words import words
     from jointlib.loop.close import write_trace
 
     if (joint is None) == (machine is None):
@@ -65,26 +66,6 @@ def command(
         written = [*write_trace(report, output), output / "report.html"]
         _write_page(report, test, shlex.join(again), written[-1])
     emit(as_json, report.as_json(), [*words(report), *(wrote(path) for path in written)])
-
-
-def words(report: TraceReport) -> list[str]:
-    """The finding and the errors as lines of text."""
-    lines = [f"{report.verdict.value}: {report.sentence}"]
-    before, after = report.error_before, report.error_after
-    lines.append(
-        f"error before {100 * before['relative']:.3g} %, after {100 * after['relative']:.3g} % "
-        f"(on {before.get('where', 'the records')}); in sample {100 * before['in_sample']:.3g} %, "
-        f"{100 * after['in_sample']:.3g} %"
-    )
-    for step in report.reduction.get("steps", ())[1:]:
-        found = ", ".join(f"{name} {e.words()}" for name, e in step["parameters"].items())
-        lines.append(f"with {step['family']}: in sample {100 * step['in_sample']:.3g} %; {found}")
-    for r in report.rivals:
-        member = f" ({r.member})" if r.member not in ("", r.family) else ""
-        lines.append(f"rival: {f'{r.family}{member} {r.where}'.strip()}. {r.separating_experiment}")
-    if report.corrections:
-        lines.append("the mended measurement file undoes it; trace that file with the mended joint to go on")
-    return [*lines, *(f"warning: {w}" for w in report.warnings)]
 
 
 def _write_page(report: TraceReport, test: Measurement, command_line: str, path: Path) -> None:

@@ -18,9 +18,9 @@ from resource import RUSAGE_CHILDREN, getrusage
 
 import numpy as np
 
-from jointlib.cli.told.joints import with_joints
 from machines import read_machine
 from machines.explore import AMPLITUDE, Control, Explorer
+from machines.road.open_joints import with_joints
 
 MILL = Path(__file__).parents[2] / "machines" / "library" / "guide_mill.toml"
 LIMIT = 0.3

@@ -24,8 +24,8 @@ import tomli_w
 
 import machines
 from jointlib import read_joint, write_joint
-from jointlib.cli.told.joints import with_joints
 from machines import read_machine
+from machines.road.open_joints import with_joints
 from machines.study.engine import compute
 from machines.study.evaluation import Evaluation
 from machines.study.run import begin, evaluate_all

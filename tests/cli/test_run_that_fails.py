@@ -105,7 +105,7 @@ def test_a_chart_that_fails_leaves_the_others_and_is_told_beside_the_recommendat
             raise InputError("collocation: 9880 nodes for modes of up to 288562 Hz, expected fewer")
         return whole(machine, speeds, amplitude, *more)
 
-    monkeypatch.setattr(machines, "lobes_at_amplitude", guarded)
+    monkeypatch.setattr("machines.cutting.amplitude.frozen_lobes.lobes_at_amplitude", guarded)
     done = jointlib("run lathe.toml -o out --amplitude 0 5um 10um")
     assert done.status == 1
     assert list(failures(Path("out"))) == ["lobes a tool-point amplitude of 5 um"]
@@ -123,7 +123,7 @@ def test_without_the_first_chart_nothing_is_recommended(forced: str, monkeypatch
     def guarded(*_: Any) -> Any:
         raise InputError("refused")
 
-    monkeypatch.setattr(machines, "lobes_over_range", guarded)
+    monkeypatch.setattr("machines.cutting.amplitude.lobes_over_range.lobes_over_range", guarded)
     done = jointlib("run lathe.toml -o out --amplitude 0 5um")
     assert done.status == 1
     assert "Recommended" not in done.out + read(Path("out"))
@@ -135,13 +135,15 @@ def test_what_nobody_expected_ends_no_run_and_says_where_it_arose(forced: str, m
     def broken(*_: Any, **__: Any) -> Any:
         raise ZeroDivisionError("division by zero")
 
-    monkeypatch.setattr("machines.forced_response.response", broken)
+    monkeypatch.setattr("machines.forced_response.each_drive.response", broken)
     done = jointlib("run lathe.toml -o out --amplitude 0 --json")
     assert done.status == 1
     assert "Traceback" not in done.err
     (step,) = [s for s in done.json["steps"] if "failed" in s]
     assert step["step"] == "frf"
-    assert step["failed"].startswith("unexpected: ZeroDivisionError: division by zero, in jointlib/cli/")
+    assert step["failed"].startswith(
+        "unexpected: ZeroDivisionError: division by zero, in machines/forced_response/each_drive.py line "
+    )
     assert "please report it" in step["remedy"]
     assert {s["step"] for s in done.json["steps"] if "failed" not in s} == {"df", "check", "lobes", "fmu"}
     assert "Stability lobes" in read(Path("out"))

@@ -14,12 +14,12 @@ import pytest
 from tools import package
 
 from jointlib import Joint
-from jointlib.cli.told.joints import with_joints
 from jointlib.errors import InputError
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from machines import frozen_receptance, lobes_at_amplitude, read_machine
 from machines.explore import Curves, Explorer
+from machines.road.open_joints import with_joints
 
 LIBRARY = Path(__file__).parents[2] / "machines" / "library"
 PRELOAD, DAMPING = "connection.guide.joint.hertz_guide.preload", "connection.guide.joint.viscous.damping"

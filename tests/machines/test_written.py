@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from jointlib import Joint, read_joint
-from jointlib.cli.told.joints import with_joints
 from jointlib.errors import InputError
 from jointlib.io.joint_file import joint_table
 from jointlib.io.toml_file import write_toml
@@ -18,6 +17,7 @@ from jointlib.laws.coulomb import Coulomb
 from jointlib.laws.linear import Linear
 from machines import Machine, frozen_receptance, read_machine
 from machines.files.machine_writer import write_machine
+from machines.road.open_joints import with_joints
 
 LIBRARY = Path(__file__).parents[2] / "machines" / "library"
 LINES = np.linspace(80.0, 600.0, 20)

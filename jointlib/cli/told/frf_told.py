@@ -8,9 +8,6 @@ from typing import TYPE_CHECKING, Any
 from jointlib.cli.output import table
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
-    from machines import Machine
     from machines.compare.comparison import Comparison
     from machines.forced_response.response import Response
 
@@ -45,66 +42,6 @@ def contact_lines(results: Sequence[Response]) -> list[str]:
     ]
     header = ("force on", "force [N]", "connection", "amplitude [µm]", "frequency [Hz]", "stability", "outcome")
     return table(header, rows)
-
-
-def peak_rows(results: Sequence[Response]) -> dict[str, Any]:
-    """``peaks`` of the first drive as the contract names them; ``tool_peaks`` of every drive."""
-    from machines.forced_response.tool_peaks import tool_peaks
-
-    peaks = [
-        {
-            "force": p.force,
-            "connection": p.connection,
-            "amplitude": p.amplitude,
-            "frequency": p.frequency,
-            "harmonics": p.harmonics,
-            "stability": p.stability.value,
-            "outcome": p.outcome.name.lower(),
-        }
-        for p in results[0].peaks
-    ]
-    return {"peaks": peaks, "tool_peaks": [vars(peak) for result in results for peak in tool_peaks(result)]}
-
-
-def over_measured(machine: Machine, files: Sequence[Path]) -> tuple[list[Comparison], dict[str, Any]]:
-    """Measured frequency responses against the machine, and what is told of them as JSON: ``measured``, ``depth``."""
-    if not files:
-        return [], {}
-    import numpy as np
-
-    from machines.compare.comparison import compared, depths
-
-    laid = [comparison for file in files for comparison in compared(machine, file)]
-    data: dict[str, Any] = {
-        "measured": [
-            {
-                "record": c.record.name,
-                "drive": c.record.drive,
-                "output": c.record.response,
-                "force": c.record.force,
-                "frac": c.frac,
-                "resonances": [
-                    {
-                        "measured": None if pair.measured is None else vars(pair.measured),
-                        "predicted": None if pair.predicted is None else vars(pair.predicted),
-                        "differences": pair.differences(),
-                    }
-                    for pair in c.pairs
-                ],
-                "sentence": c.sentence(),
-                "warnings": list(c.warnings),
-            }
-            for c in laid
-        ]
-    }
-    if machine.cutting is not None and machine.cutting.get("speed") is not None:
-        low, high = machine.cutting["speed"]
-        found = depths(machine, [c.record for c in laid], np.linspace(low, high, _SPEEDS))
-        data["depth"] = None if found is None else vars(found) | {"sentence": found.sentence()}
-    return laid, data
-
-
-_SPEEDS = 40
 
 
 def measured_lines(laid: Sequence[Comparison], data: Mapping[str, Any]) -> list[str]:

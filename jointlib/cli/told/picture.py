@@ -19,9 +19,9 @@ def draw(file: Path, output: Path, mode: int | None, changes: dict[str, str] | N
 
     ``mode`` is the number of one that is shown, from 1 on in ascending frequency; an HTML page has others as well.
     """
-    from jointlib.cli.told.joints import with_joints
     from jointlib.io.atomic import write_text
     from machines.files.machine_file import read_machine
+    from machines.road.open_joints import with_joints
     from machines.view import scene
     from machines.view.modes import modes_of
     from machines.view.page import page

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from jointlib.cli.output import working, wrote
-from jointlib.cli.told.trace_head import assumptions_of, inputs_of
+from jointlib.loop.answer.head import assumptions_of, inputs_of
 
 if TYPE_CHECKING:
     from jointlib.measurement import Measurement

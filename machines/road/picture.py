@@ -2,31 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from jointlib.cli.steps.piece import Piece
 from jointlib.errors import InputError
 
+from .piece import Piece, Step, open_joints
+
 if TYPE_CHECKING:
-    from jointlib.cli.steps.road import Road
-    from machines import Machine
+    from .. import Machine
+    from .run import Run
 
 
-def picture_pieces(machine: Machine, needs: tuple[str, ...]) -> list[Piece]:
+def picture_pieces(machine: Machine, amplitudes: Sequence[float] = ()) -> list[Piece]:
     """One picture, once the joints are known; none where no part has a place in space."""
-    from machines.view.places import Places
+    from ..view.places import Places
 
     if next(Places(machine).points(), None) is None:
         return []
     remedy = f"`jointlib inspect {machine.source} -o picture.html` draws it alone."
-    return [Piece("picture", "The machine and its modes", _picture, remedy, needs=needs)]
+    return [Piece("picture", "The machine and its modes", _picture, remedy, needs=open_joints(machine))]
 
 
-def _picture(road: Road) -> None:
-    from machines.report import Figure, Section
-    from machines.view import scene
-    from machines.view.modes import modes_of
-    from machines.view.page import fragment
+def _picture(road: Run) -> None:
+    from ..report import Figure, Section
+    from ..view import scene
+    from ..view.modes import modes_of
+    from ..view.page import fragment
 
     title = "The machine and its modes"
     try:
@@ -48,3 +50,6 @@ def _picture(road: Road) -> None:
         ]
     )
     road.sections.append(Section(title, [*text, *drawn.placeless], [Figure(shown, caption)]))
+
+
+STEP = Step("picture", picture_pieces, after=("mistakes",))

@@ -1,19 +1,22 @@
-"""A piece of a run: what it is called, what must stand before it, and what becomes of the run when it fails."""
+"""Steps of a run and their pieces: what must stand before them, and what becomes of the run when one fails."""
 
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from graphlib import TopologicalSorter
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from jointlib.errors import CheckFailed, InputError
+from jointlib.registry import installed
 
 if TYPE_CHECKING:
-    from jointlib.cli.steps.road import Road
+    from ..model.machine import Machine
+    from .run import Run
 
-_OURS = Path(__file__).parents[3]
+_OURS = Path(__file__).parents[2]
 _PACKAGES = ("jointlib", "machines", "fmu")
 
 
@@ -25,7 +28,7 @@ class Piece:
     """Its word in ``steps``."""
     title: str
     """What it makes, as a heading."""
-    take: Callable[[Road], None]
+    take: Callable[[Run], None]
     remedy: str
     """What to do if it fails, a sentence."""
     of: str = ""
@@ -39,7 +42,31 @@ class Piece:
         return f"{self.step} {self.of}".rstrip()
 
 
-def walk(pieces: Iterable[Piece], road: Road) -> None:
+@dataclass(frozen=True)
+class Step:
+    """A step of a run: its pieces for a machine and tool-point amplitudes (m), and the steps that come before it.
+
+    Steps are found by the entry points of the group ``jointlib.steps``, so that any package can bring one.
+    """
+
+    name: str
+    pieces: Callable[[Machine, Sequence[float]], list[Piece]]
+    after: tuple[str, ...] = ()
+
+
+def steps() -> list[Step]:
+    """Every step that is installed, in an order in which each comes after those it names."""
+    found: dict[str, Step] = {step.name: step for step in installed("jointlib.steps").found.values()}
+    order = TopologicalSorter({name: [one for one in step.after if one in found] for name, step in found.items()})
+    return [found[name] for name in order.static_order()]
+
+
+def open_joints(machine: Machine) -> tuple[str, ...]:
+    """Names of the pieces that identify what the machine file leaves open: most others need them."""
+    return tuple(f"identify {c.name}" for c in machine.connections if c.identify is not None)
+
+
+def walk(pieces: Iterable[Piece], road: Run) -> None:
     """Take every piece whose needs stand; one that fails leaves its reason and a section, and ends nothing else."""
     failed: dict[str, str] = {}
     for piece in pieces:

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from jointlib.cli.steps.piece import Piece
+from .piece import Piece, Step, open_joints
 
 if TYPE_CHECKING:
-    from jointlib.cli.steps.road import Road
-    from machines import Machine
+    from .. import Machine
+    from .run import Run
 
 
-def coupling_pieces(machine: Machine, needs: tuple[str, ...]) -> list[Piece]:
+def coupling_pieces(machine: Machine, amplitudes: Sequence[float] = ()) -> list[Piece]:
     """What is computed of the assembled machine before it cuts."""
-    pieces = []
+    pieces, needs = list[Piece](), open_joints(machine)
     if machine.static is not None:
         pieces.append(
             Piece(
@@ -53,9 +54,9 @@ def coupling_pieces(machine: Machine, needs: tuple[str, ...]) -> list[Piece]:
     return pieces
 
 
-def _lay_over(road: Road) -> None:
-    from jointlib.cli.told.frf_told import over_measured
-    from machines.report.comparison_section import comparison_section
+def _lay_over(road: Run) -> None:
+    from ..compare.over_measured import over_measured
+    from ..report.comparison_section import comparison_section
 
     with road.progress.step("laying measured frequency responses over the prediction"):
         laid, data = over_measured(road.machine, road.machine.compare)
@@ -68,21 +69,23 @@ def _lay_over(road: Road) -> None:
     road.front.append(comparison_section(laid, sentence))
 
 
-def _stand(road: Road) -> None:
-    from machines.report.working_point import working_point
+def _stand(road: Run) -> None:
+    from ..report.working_point import working_point
 
     step, section = working_point(road.machine)
     road.steps.append(step)
     road.sections.append(section)
 
 
-def _check(road: Road) -> None:
+def _check(road: Run) -> None:
     from jointlib.io.atomic import write_npz
-    from machines import linear_check
-    from machines.report.sections import check_section
+
+    from ..harmonic_balance.linear_check import linear_check
+    from ..report.sections import check_section
 
     with road.progress.step("checking the coupled machine against python-control"):
         check = linear_check(road.machine)
+    road.check = check
     excluded = [{"connection": e.connection, "law": e.law, "reason": e.reason} for e in check.excluded]
     size = check.max_relative_difference
     data = {"max_relative_difference": size, "passed": check.passed, "excluded": excluded}
@@ -96,16 +99,16 @@ def _check(road: Road) -> None:
         road.failed.append("receptance coupling and python-control differ")
 
 
-def _force(road: Road) -> None:
-    from jointlib.cli.frf import both
-    from jointlib.cli.told.frf_files import write_response
-    from jointlib.cli.told.frf_told import peak_rows
-    from machines.report.sections import response_section
+def _force(road: Run) -> None:
+    from ..forced_response.each_drive import both, peak_rows
+    from ..forced_response.response_file import write_response
+    from ..report.sections import response_section
 
     # Every step of a cycle that is sampled costs, so joints that remember keep one harmonic, and its error is said.
     harmonics = 1 if any(joint.states for joint in road.machine.joints()) else "auto"
     with road.progress.step("forced response at each force"):
         results = both(road.machine, None, harmonics=harmonics, stability="auto")
+    road.responses = results
     result = results[0]
     write_response(road.path("frf.npz"), results)
     road.json("frf.json", {**peak_rows(results), "file": "frf.npz"})
@@ -124,3 +127,6 @@ def _force(road: Road) -> None:
         road.numbers.append((f"motion of {top.connection}", f"{top.amplitude * 1e6:.3g} µm"))
         road.doubts += told
     road.front.append(response_section(results, {dof: axis for axis, dof in road.machine.tool.items()}))
+
+
+STEP = Step("coupling", coupling_pieces, after=("picture",))

@@ -1,53 +1,123 @@
-"""The road of a run: what its pieces have left so far, and the report that is made of it."""
+"""The whole road for a machine: its steps taken one after the other, what they leave, and the report made of it."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
+from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
-from jointlib.cli.output import Steps
-from jointlib.cli.steps.coupling import coupling_pieces
-from jointlib.cli.steps.cutting import cutting_pieces
-from jointlib.cli.steps.exporting import exporting_pieces
-from jointlib.cli.steps.joints import joint_pieces
-from jointlib.cli.steps.mistakes import beside, mistake_pieces
-from jointlib.cli.steps.picture import picture_pieces
-from jointlib.cli.steps.piece import Piece
+from jointlib import write_joint
+from jointlib.errors import InputError, nearest
+from jointlib.identification import Identification
+from jointlib.io.atomic import sha256, write_text
+from jointlib.joint import Joint
+from jointlib.loop.answer.head import assumptions_of, inputs_of, trace_numbers
+from jointlib.loop.answer.report import TraceReport, plain
+from jointlib.measurement import Measurement
 
-if TYPE_CHECKING:
-    from jointlib.joint import Joint
-    from jointlib.loop.answer.report import TraceReport
-    from jointlib.measurement import Measurement
-    from machines import Machine, StabilityLobes
-    from machines.report import Section
+from ..cutting.process.chart import StabilityLobes
+from ..cutting.rest.chart_file import default_speeds
+from ..files.machine_file import read_machine
+from ..forced_response.response import Response
+from ..harmonic_balance.linear_check import LinearCheck
+from ..model.machine import Machine
+from ..report.page import Page, Section
+from .mistakes import beside
+from .open_joints import look_ahead
+from .piece import Piece, Step, steps, walk
+
+AMPLITUDES = (0.0, 2e-6, 5e-6, 10e-6)
+"""Tool-point amplitudes of the lobes in m where none are given; onset first."""
 
 
-def pieces_of(machine: Machine, amplitudes: Sequence[float]) -> list[Piece]:
-    """The whole road for a machine, with lobes at each tool-point amplitude in m."""
-    joints = joint_pieces(machine)
-    needs = tuple(piece.name for piece in joints if piece.step == "identify")
-    cut = [] if machine.cutting is None else cutting_pieces(machine, needs, amplitudes)
-    return [
-        *joints,
-        *mistake_pieces(machine, needs),
-        *picture_pieces(machine, needs),
-        *coupling_pieces(machine, needs),
-        *cut,
-        *exporting_pieces(machine),
-    ]
+class Progress(Protocol):
+    """What a run tells of where it is."""
+
+    def step(self, what: str) -> AbstractContextManager[None]:
+        """Entered when something that takes long begins, left when it has ended."""
+
+
+class Silent:
+    """Tells nothing."""
+
+    def step(self, what: str) -> AbstractContextManager[None]:
+        """Nothing."""
+        return nullcontext()
+
+
+def run(
+    machine: Machine | Path | str,
+    folder: Path | str,
+    *,
+    progress: Progress | None = None,
+    amplitudes: Sequence[float] = AMPLITUDES,
+    without: Collection[str] = (),
+    further: Sequence[Step] = (),
+    command: str = "",
+) -> Run:
+    """The whole road for a machine: identify, trace, mend, couple, check, cut, export, and one report in ``folder``.
+
+    What fails leaves its reason and a section of the report, and ends nothing else.
+
+    Parameters
+    ----------
+    machine
+        As read, or the path of its file.
+    progress
+        Told of every part that takes long.
+    amplitudes
+        Of the tool point in m, at which lobes are computed.
+    without
+        Names of steps that are left out; `steps` lists those that are installed.
+    further
+        Steps beside them, taken last.
+    command
+        What the report says made it.
+    """
+    known = [step.name for step in steps()]
+    for name in without:
+        if name not in known:
+            raise InputError(f"run: no step {name!r}, {nearest(name, known)}")
+    model = machine if isinstance(machine, Machine) else read_machine(machine)
+    look_ahead(model)
+    if model.cutting is not None and "cutting" not in without:
+        default_speeds(model)
+    target = Path(folder)
+    target.mkdir(parents=True, exist_ok=True)
+    made = Run(model, target, progress or Silent(), command or f"machines.run({str(model.source)!r}, {str(folder)!r})")
+    made.warnings += model.remarks()
+    if bare := ", ".join(model.without_equations):
+        made.warnings.append(f"Only FRFs are known of {bare}: not checked against python-control.")
+    sizes = tuple(sorted(amplitudes))
+    taken = [*(step for step in steps() if step.name not in without), *further]
+    walk([piece for step in taken for piece in step.pieces(model, sizes)], made)
+    made.data = made.close()
+    return made
 
 
 @dataclass
-class Road:
-    """What a run has found so far."""
+class Run:
+    """What a run has found, step by step."""
 
     machine: Machine
+    """With its joints as they are used, identified and mended."""
     folder: Path
-    progress: Steps
+    progress: Progress
     command: str
+    data: dict[str, Any] = field(default_factory=dict)
+    """What ``jointlib run --json`` prints: ``steps``, ``report``, ``verdict``, errors before and after."""
+    identifications: dict[str, Identification] = field(default_factory=dict)
+    """By connection."""
+    check: LinearCheck | None = None
+    """Against python-control."""
+    responses: list[Response] = field(default_factory=list)
+    """Forced response, one per direction of the tool."""
+    exports: dict[str, Any] = field(default_factory=dict)
+    """Of joints that were exported: what the export says of itself."""
     steps: list[dict[str, Any]] = field(default_factory=list)
     front: list[Section] = field(default_factory=list)
     """Sections that a reader wants first: lobes, then responses."""
@@ -82,15 +152,11 @@ class Road:
 
     def use(self, name: str, joint: Joint) -> None:
         """Put a joint into the machine, and write it as the one that is used from here on."""
-        from jointlib import write_joint
-
         write_joint(self.path(f"{name}.joint.toml"), joint)
         self.machine = self.machine.with_joint(name, joint)
 
     def lost(self, piece: Piece, why: str, unexpected: bool = False) -> None:
         """A piece that failed: its reason in the steps, a section that says why and what to do."""
-        from machines.report import Section
-
         where = {"joint": piece.of} if piece.step in ("identify", "trace", "df", "fmu") else {}
         where |= {"of": piece.of} if piece.of and not where else {}
         remedy = piece.remedy
@@ -103,11 +169,6 @@ class Road:
 
     def close(self) -> dict[str, Any]:
         """Write the report and the summary, and return the promised keys."""
-        from importlib.metadata import version
-
-        from jointlib.cli.told.trace_head import assumptions_of, inputs_of, trace_numbers
-        from jointlib.io.atomic import sha256
-        from machines.report import Page
 
         main = next(iter(self.traces.values()), None)
         first, *answers = [*self.advice, *self._found()]
@@ -157,7 +218,4 @@ class Road:
 
     def json(self, name: str, data: dict[str, Any]) -> None:
         """Write values as JSON."""
-        from jointlib.io.atomic import write_text
-        from jointlib.loop.answer.report import plain
-
         write_text(self.path(name), json.dumps(plain(data), indent=1, allow_nan=False) + "\n")

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
-from jointlib.cli.steps.joints import first_like
-from jointlib.cli.steps.piece import Piece
 from jointlib.errors import InputError
+from machines.road.joints import first_like
+from machines.road.piece import Piece, Step
 
 if TYPE_CHECKING:
-    from jointlib.cli.steps.road import Road
     from machines import Machine
+    from machines.road.run import Run
 
 
-def exporting_pieces(machine: Machine) -> list[Piece]:
+def exporting_pieces(machine: Machine, amplitudes: Sequence[float] = ()) -> list[Piece]:
     """Every joint, once."""
     pieces = []
     for c in machine.connections:
@@ -25,9 +26,10 @@ def exporting_pieces(machine: Machine) -> list[Piece]:
     return pieces
 
 
-def _export(road: Road, name: str) -> None:
-    from fmu.export import export_fmu
+def _export(road: Run, name: str) -> None:
     from machines.report import Section, Table
+
+    from .export import export_fmu
 
     target = road.folder / f"{name}.fmu"
     try:
@@ -38,6 +40,7 @@ def _export(road: Road, name: str) -> None:
         road.warnings.append(f"{name} is not exported as an FMU: {error}.")
         road.said.append(road.warnings[-1])
         return
+    road.exports[name] = done
     path = road.path(target.name)
     step = "none is safe" if done.max_step is None else f"{done.max_step * 1e6:.3g} µs"
     rows = [
@@ -51,3 +54,6 @@ def _export(road: Road, name: str) -> None:
     road.said.append(f"{path.name}: verified with {', '.join(done.verified_with)}")
     text = ["It was validated and replayed its reference run before it was written.", *done.messages]
     road.sections.append(Section(f"{name} as an FMU", text, (), [Table(("", ""), rows)]))
+
+
+STEP = Step("fmu", exporting_pieces, after=("cutting",))

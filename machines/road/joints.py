@@ -2,24 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from jointlib.cli.steps.piece import Piece
+from .piece import Piece, Step
 
 if TYPE_CHECKING:
-    from jointlib.cli.steps.road import Road
     from jointlib.joint import Joint
     from jointlib.loop.answer.report import TraceReport
-    from machines import Machine
+
+    from .. import Machine
+    from .run import Run
 
 _AGAIN = 2
 """Most further traces of a joint from the output of the one before."""
 
 
-def joint_pieces(machine: Machine) -> list[Piece]:
+def joint_pieces(machine: Machine, amplitudes: Sequence[float] = ()) -> list[Piece]:
     """Every joint that the machine file leaves open is identified and traced; every joint is described."""
     pieces = []
     for connection in machine.connections:
@@ -66,11 +68,12 @@ def first_like(machine: Machine, name: str) -> str:
     return next(other for other, same in laws.items() if same == laws[name])
 
 
-def _identify(road: Road, name: str) -> None:
+def _identify(road: Run, name: str) -> None:
     from jointlib import identify, read_joint, read_measurement, write_joint
-    from jointlib.cli.identify import identified
+    from jointlib.identification.summary import identified
     from jointlib.units import with_error
-    from machines.report.sections import identification_section
+
+    from ..report.sections import identification_section
 
     given = next(c.identify for c in road.machine.connections if c.name == name)
     assert given is not None
@@ -86,6 +89,7 @@ def _identify(road: Road, name: str) -> None:
     ]
     write_joint(road.path(f"{name}.identified.joint.toml"), found.joint)
     road.json(f"{name}.identified.json", identified(found))
+    road.identifications[name] = found
     road.use(name, found.joint)
     road.shown[name] = {"as identified": found.joint}
     errors = {e.measurement: e.rms for e in found.errors}
@@ -93,7 +97,7 @@ def _identify(road: Road, name: str) -> None:
     road.sections.append(identification_section(found, any(t.simulated for t in tests)))
 
 
-def _close_the_loop(road: Road, name: str) -> None:
+def _close_the_loop(road: Run, name: str) -> None:
     """Trace on each test of motion; while something is named, go on from what was written, as a user would."""
     from jointlib import read_measurement, trace
     from jointlib.loop.answer.report import Verdict
@@ -125,11 +129,12 @@ def _close_the_loop(road: Road, name: str) -> None:
                 joint = _mended(road, name, report)
 
 
-def _keep(road: Road, name: str, report: TraceReport) -> None:
+def _keep(road: Run, name: str, report: TraceReport) -> None:
     """Write a trace, tell its words and add its section."""
-    from jointlib.cli.trace import words
+    from jointlib.loop.answer.words import words
     from jointlib.loop.close import write_trace
-    from machines.report.sections import trace_section
+
+    from ..report.sections import trace_section
 
     road.written += [p for p in write_trace(report, road.folder / f"{name}.trace") if p not in road.written]
     road.said += words(report)
@@ -137,16 +142,17 @@ def _keep(road: Road, name: str, report: TraceReport) -> None:
     road.sections.append(trace_section(report))
 
 
-def _mended(road: Road, name: str, report: TraceReport) -> Joint:
+def _mended(road: Run, name: str, report: TraceReport) -> Joint:
     road.use(name, report.mended)
     road.shown[name] |= {"mended": report.mended}
     return report.mended
 
 
-def _describe(road: Road, name: str) -> None:
+def _describe(road: Run, name: str) -> None:
     """Describing functions; the last joint is the one that is used."""
     from jointlib.describing import DescribingFunction
-    from machines.report.sections import gain_section
+
+    from ..report.sections import gain_section
 
     joints = road.shown.get(name) or {"as given": road.joint(name)}
     low, high = road.machine.frequency or (100.0, 1000.0)
@@ -160,3 +166,6 @@ def _describe(road: Road, name: str) -> None:
     road.json(f"{name}.df.json", data)
     road.steps.append({"step": "df", "joint": name})
     road.sections.append(gain_section(name, joints, float(frequency[1]), (low, high)))
+
+
+STEP = Step("joints", joint_pieces, after=())

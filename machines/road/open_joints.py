@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from machines import Machine
+    from .. import Machine
 
 
 def with_joints(machine: Machine) -> tuple[Machine, tuple[str, ...]]:
@@ -26,7 +26,7 @@ def with_joints(machine: Machine) -> tuple[Machine, tuple[str, ...]]:
                 f"{connection.name}: as identified from its records; what that leaves unexplained is traced and mended "
                 "by `jointlib run` only."
             )
-    from machines.mistakes import mistakes
+    from ..mistakes import mistakes
 
     return machine, (*said, *mistakes(machine))
 

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from jointlib.cli.steps.piece import Piece
+from .piece import Piece, Step, open_joints
 
 if TYPE_CHECKING:
-    from jointlib.cli.steps.road import Road
-    from machines import Machine
-    from machines.report import Section
+    from .. import Machine
+    from ..report import Section
+    from .run import Run
 
 _LOOKS = "Looks wrong: "
 _CUT, _FORCED, _STANDS, _SEEN = (
@@ -22,14 +22,14 @@ _CUT, _FORCED, _STANDS, _SEEN = (
 )
 
 
-def mistake_pieces(machine: Machine, needs: tuple[str, ...]) -> list[Piece]:
+def mistake_pieces(machine: Machine, amplitudes: Sequence[float] = ()) -> list[Piece]:
     """One look at the machine, once its joints are known."""
     remedy = f"`jointlib inspect {machine.source}` looks for them alone."
-    return [Piece("mistakes", "What looks like a mistake", _look, remedy, needs=needs)]
+    return [Piece("mistakes", "What looks like a mistake", _look, remedy, needs=open_joints(machine))]
 
 
-def _look(road: Road) -> None:
-    from machines.mistakes import mistakes
+def _look(road: Run) -> None:
+    from ..mistakes import mistakes
 
     with road.progress.step("looking for mistakes in the machine file"):
         road.mistakes = mistakes(road.machine)
@@ -67,3 +67,6 @@ def _concerned(said: str, titles: Sequence[str]) -> set[int]:
 def _of(name: str, title: str) -> bool:
     """Whether a title names this joint, or a contact of this bundle."""
     return any(word == name or word.startswith(f"{name}.") for word in title.split())
+
+
+STEP = Step("mistakes", mistake_pieces, after=("joints",))

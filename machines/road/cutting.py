@@ -8,15 +8,22 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from jointlib.cli.steps.piece import Piece
+from .piece import Piece, Step, open_joints
 
 if TYPE_CHECKING:
-    from jointlib.cli.steps.road import Road
-    from machines import Cutting, Machine, StabilityLobes
+    from .. import Cutting, Machine, StabilityLobes
+    from .run import Run
 
 
-def cutting_pieces(machine: Machine, needs: tuple[str, ...], amplitudes: Sequence[float]) -> list[Piece]:
-    """A chart at each amplitude (m), each alone; then the lobes of all that were found."""
+BUDGET = 300.0
+"""Time for the chart at rest in s, that of `jointlib lobes --budget`."""
+
+
+def cutting_pieces(machine: Machine, amplitudes: Sequence[float]) -> list[Piece]:
+    """A chart at each amplitude (m), each alone; then the lobes of all that were found. Nothing without a cut."""
+    if machine.cutting is None:
+        return []
+    needs = open_joints(machine)
     charts = [
         Piece(
             "lobes",
@@ -37,9 +44,11 @@ def _size(amplitude: float) -> str:
     return f"a tool-point amplitude of {amplitude * 1e6:g} um" if amplitude else "vanishing vibration"
 
 
-def _chart(road: Road, amplitude: float) -> None:
-    from jointlib.cli.lobes import BUDGET, default_speeds
-    from machines import lobes_at_amplitude, lobes_over_range
+def _chart(road: Run, amplitude: float) -> None:
+
+    from ..cutting.amplitude.frozen_lobes import lobes_at_amplitude
+    from ..cutting.amplitude.lobes_over_range import lobes_over_range
+    from ..cutting.rest.chart_file import default_speeds
 
     onset = road.charts.get(0.0)
     speeds = default_speeds(road.machine, 100) if onset is None else onset.speed
@@ -51,13 +60,13 @@ def _chart(road: Road, amplitude: float) -> None:
         )
 
 
-def _together(road: Road, amplitudes: tuple[float, ...]) -> None:
-    from jointlib.cli.lobes import chart_data, write_lobes
-    from machines import Cutting
-    from machines.cutting.amplitude.milling_at_amplitude import HELD
-    from machines.cutting.forced.advice import advice
-    from machines.cutting.forced.forced_field import forced_field
-    from machines.report.sections import lobes_section
+def _together(road: Run, amplitudes: tuple[float, ...]) -> None:
+    from ..cutting.amplitude.milling_at_amplitude import HELD
+    from ..cutting.forced.advice import advice
+    from ..cutting.forced.forced_field import forced_field
+    from ..cutting.process.cutting import Cutting
+    from ..cutting.rest.chart_file import chart_data, write_lobes
+    from ..report.sections import lobes_section
 
     sizes = [A for A in amplitudes if A in road.charts]
     if not sizes:
@@ -88,7 +97,7 @@ def _together(road: Road, amplitudes: tuple[float, ...]) -> None:
 
 def _figures(charts: Sequence[StabilityLobes], cutting: Cutting) -> list[tuple[str, str]]:
     """Where to set the machine, the depth that is safe whatever the speed, and what would chatter there."""
-    from machines.cutting.amplitude.pocket import pocket
+    from ..cutting.amplitude.pocket import pocket
 
     lowest, best = min(charts, key=lambda chart: chart.minimum_depth), pocket(charts, cutting)
     said = [] if best is None else [("recommended", f"{best.depth * 1e3:.3g} mm at {best.speed:.0f} rpm")]
@@ -96,3 +105,6 @@ def _figures(charts: Sequence[StabilityLobes], cutting: Cutting) -> list[tuple[s
         said.append(("safe depth at every speed", f"{lowest.minimum_depth * 1e3:.3g} mm"))
         said.append(("chatter that limits it", f"{lowest.minimum_frequency:.0f} Hz"))
     return said
+
+
+STEP = Step("cutting", cutting_pieces, after=("coupling",))

@@ -1,0 +1,33 @@
+"""The response along each direction of the tool, and its peaks for programs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from .response import Response, response
+from .tool_peaks import tool_peaks
+
+
+def both(machine: Any, drive: str | None, force: Any = None, band: Any = None, **keywords: Any) -> list[Any]:
+    """The response to a force on ``drive`` or, where neither that nor the file names one, along each tool axis."""
+    free = drive is None and machine.drive is None
+    drives = list(dict.fromkeys(machine.tool.values())) if free and machine.tool else [drive]
+    return [response(machine, force, band, name, **keywords) for name in drives]
+
+
+def peak_rows(results: Sequence[Response]) -> dict[str, Any]:
+    """``peaks`` of the first drive as the contract names them; ``tool_peaks`` of every drive."""
+    peaks = [
+        {
+            "force": p.force,
+            "connection": p.connection,
+            "amplitude": p.amplitude,
+            "frequency": p.frequency,
+            "harmonics": p.harmonics,
+            "stability": p.stability.value,
+            "outcome": p.outcome.name.lower(),
+        }
+        for p in results[0].peaks
+    ]
+    return {"peaks": peaks, "tool_peaks": [vars(peak) for result in results for peak in tool_peaks(result)]}

@@ -1,0 +1,119 @@
+"""The whole road for a machine as a function: what it returns, what is left out of it, what others add to it."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from jointlib.errors import InputError
+from machines import Machine, Piece, Run, Step, read_machine, run, steps
+from machines.report import Section
+
+LIBRARY = Path(__file__).parents[2] / "machines" / "library"
+BESIDE = """
+from machines import Piece, Step
+from machines.report import Section
+
+def weigh(road):
+    road.steps.append({"step": "weigh", "parts": len(road.machine.components)})
+    road.sections.append(Section("Weighed", ["It has parts."]))
+
+def pieces(machine, amplitudes):
+    return [Piece("weigh", "Weighing", weigh, "Take it off the scales.")]
+
+STEP = Step("weigh", pieces, after=("joints",))
+"""
+
+
+class Told:
+    """Progress that is kept."""
+
+    def __init__(self) -> None:
+        self.said: list[str] = []
+
+    @contextmanager
+    def step(self, what: str) -> Iterator[None]:
+        """Keep it."""
+        self.said.append(what)
+        yield
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory: pytest.TempPathFactory) -> tuple[Run, Told]:
+    """A run of the two-mass machine without its FMU."""
+    told = Told()
+    folder = tmp_path_factory.mktemp("road") / "out"
+    return run(LIBRARY / "two_mass.toml", folder, progress=told, without=["fmu"]), told
+
+
+def test_a_run_returns_what_every_step_found(done: tuple[Run, Told]) -> None:
+    made, told = done
+    assert made.failed == []
+    assert made.check is not None
+    assert made.check.passed
+    assert made.responses[0].frfs
+    assert made.exports == {}
+    assert json.loads((made.folder / "run.json").read_text())["steps"] == json.loads(json.dumps(made.data["steps"]))
+    assert (made.folder / "report.html").is_file()
+    assert "checking the coupled machine against python-control" in told.said
+
+
+def test_steps_are_listed_in_their_order_and_each_can_be_left_out(done: tuple[Run, Told], tmp_path: Path) -> None:
+    assert [step.name for step in steps()] == ["joints", "mistakes", "picture", "coupling", "cutting", "fmu"]
+    with pytest.raises(InputError, match="no step 'fnu', did you mean 'fmu'"):
+        run(LIBRARY / "two_mass.toml", tmp_path / "never", without=["fnu"])
+    assert not (tmp_path / "never").exists()
+    only = run(read_machine(LIBRARY / "two_mass.toml"), tmp_path, without=["fmu", "coupling", "picture", "mistakes"])
+    assert [step["step"] for step in only.steps] == ["df"]
+    whole = {step["step"] for step in done[0].steps}
+    assert {"df", "check", "frf"} <= whole
+
+
+def test_a_further_step_is_taken_last_and_stands_in_the_report(tmp_path: Path) -> None:
+    def weigh(made: Run) -> None:
+        made.sections.append(Section("Weighed", [f"It has {len(made.machine.components)} parts."]))
+
+    def pieces(machine: Machine, amplitudes: Sequence[float]) -> list[Piece]:
+        return [Piece("weigh", "Weighing", weigh, "Take it off the scales.")]
+
+    few = ["fmu", "coupling", "picture", "mistakes"]
+    run(LIBRARY / "two_mass.toml", tmp_path, without=few, further=[Step("weigh", pieces)])
+    assert "It has 2 parts." in (tmp_path / "report.html").read_text("utf-8")
+
+
+def test_another_package_brings_a_step_by_entry_point(tmp_path: Path) -> None:
+    about = tmp_path / "site" / "scales-1.0.dist-info"
+    about.mkdir(parents=True)
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: scales\nVersion: 1.0\n")
+    (about / "entry_points.txt").write_text("[jointlib.steps]\nweigh = scales:STEP\n")
+    (tmp_path / "site" / "scales.py").write_text(BESIDE)
+    code = (
+        f"import sys; sys.path.append({str(tmp_path / 'site')!r})\n"
+        "from machines import run, steps\n"
+        "print([step.name for step in steps()])\n"
+        f"made = run({str(LIBRARY / 'two_mass.toml')!r}, {str(tmp_path / 'out')!r}, without=['fmu', 'coupling'])\n"
+        "print([step for step in made.steps if step['step'] == 'weigh'])\n"
+    )
+    printed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    names, weighed = printed.splitlines()
+    assert "'joints', " in names
+    assert "'weigh'" in names
+    assert weighed == "[{'step': 'weigh', 'parts': 2}]"
+
+
+@pytest.mark.thorough
+def test_four_lines_run_a_mill_and_draw_its_lobes(tmp_path: Path) -> None:
+    made = run(LIBRARY / "guide_mill.toml", tmp_path / "out", amplitudes=[0.0], without=["fmu", "picture"])
+    (chart,) = made.charts.values()
+    assert made.failed == []
+    assert np.all(chart.depth > 0)
+    assert made.identifications["guide"].joint.parameters
+    assert made.traces["guide"].verdict.value
+    assert any("Recommended" in said for said in made.advice)
