@@ -39,8 +39,8 @@ _HOME = {
     "Joint": "joint",
     "JointLaw": "law",
     "Motion": "law",
-    "TraceReport": "loop.report",
-    "Verdict": "loop.report",
+    "TraceReport": "loop.answer.report",
+    "Verdict": "loop.answer.report",
     "trace": "loop.trace",
     "Measurement": "measurement",
 }

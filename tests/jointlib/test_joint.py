@@ -247,3 +247,9 @@ def test_a_wrong_modulation_gets_one_sentence(old: str, new: str, said: str, tmp
     assert said in str(refusal.value)
     assert str(refusal.value).startswith(str(tmp_path / "guide.joint.toml"))
     assert "\n" not in str(refusal.value)
+
+
+def test_every_name_that_the_package_offers_is_there() -> None:
+    import jointlib
+
+    assert all(getattr(jointlib, name) is not None for name in jointlib.__all__)
