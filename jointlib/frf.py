@@ -4,11 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import Enum
+from typing import Any
 
 import numpy as np
 
 from jointlib.arrays import Array, ArrayLike, ComplexArray
 from jointlib.errors import FrequencyMismatch, InputError, nearest
+from jointlib.shown.pictures import axes_of, draw_magnitude, literal
+from jointlib.shown.result import Columns, Shown, package
+
+_NAMED = 8
+"""Curves that a picture names."""
 
 
 class ReceptanceKind(Enum):
@@ -42,8 +48,8 @@ class Quantity(Enum):
         return np.asarray(jw ** [Quantity.RECEPTANCE, Quantity.MOBILITY, Quantity.ACCELERANCE].index(self))
 
 
-@dataclass(frozen=True)
-class FRF:
+@dataclass(frozen=True, repr=False)
+class FRF(Shown):
     """Receptance H = X/F, displacement per force, time factor e^(+jωt), peak amplitudes.
 
     Parameters
@@ -106,3 +112,44 @@ class FRF:
             value = np.interp(lines, self.frequency, source)
             out[(slice(None), *index)] = 1 / value if inverse else value
         return replace(self, frequency=lines, receptance=out, variance=None)
+
+    def _entries(self) -> dict[str, ComplexArray]:
+        """Every receptance by its words."""
+        pairs = ((o, i) for o in self.outputs for i in self.inputs)
+        return {f"{o} per force on {i}": self.between(o, i) for o, i in pairs}
+
+    def finding(self) -> str:
+        """What it relates to what, and where it is largest."""
+        size = np.where(np.isfinite(self.receptance), np.abs(self.receptance), -1.0)
+        line, o, i = np.unravel_index(int(np.argmax(size)), size.shape)
+        low, high = self.frequency[0], self.frequency[-1]
+        known = f"{self.kind.value} receptance, {low:.6g} to {high:.6g} Hz in {len(self.frequency)} lines"
+        if size[line, o, i] < 0:
+            return f"{known}; no line has a value"
+        return (
+            f"{known}; largest {size[line, o, i] * 1e6:.4g} µm/N at {self.frequency[line]:.5g} Hz "
+            f"({self.outputs[o]} per force on {self.inputs[i]})"
+        )
+
+    def columns(self) -> Columns:
+        """A row per line, a column for every output and input."""
+        return {"frequency": (self.frequency, "Hz")} | {name: (H, "m/N") for name, H in self._entries().items()}
+
+    def to_xarray(self) -> Any:
+        """The receptance as an xarray DataArray over frequency, output and input; ``attrs`` holds its unit and kind."""
+        xarray = package("xarray", "to_xarray")
+        lines = xarray.Variable("frequency", self.frequency, {"units": "Hz"})
+        places = {"frequency": lines, "output": list(self.outputs), "input": list(self.inputs)}
+        about = {"units": "m/N", "kind": self.kind.value}
+        return xarray.DataArray(self.receptance, places, ("frequency", "output", "input"), "receptance", about)
+
+    def plot(self, ax: Any = None) -> Any:
+        """The size of every receptance in µm/N over frequency in Hz."""
+        axes = axes_of(ax)
+        entries = self._entries()
+        for name, H in entries.items():
+            draw_magnitude(axes, self.frequency, H, label=literal(name))
+        axes.set(xlabel="frequency [Hz]", ylabel="|x/F| [µm/N]")
+        if len(entries) <= _NAMED:
+            axes.legend()
+        return axes

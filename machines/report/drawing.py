@@ -71,11 +71,6 @@ def sheet(
     paper.svg = re.sub(r"^.*?(?=<svg)", "", buffer.getvalue(), flags=re.S)
 
 
-def literal(text: str) -> str:
-    """Words of a user as they are: to a drawing dollar signs would begin and end a formula."""
-    return text.replace("$", r"\$")
-
-
 def shades(count: int) -> list[Any]:
     """Colours from light to dark for levels in ascending order, distinct in grey as well."""
     import matplotlib

@@ -21,9 +21,10 @@ from jointlib.loop.contest.fitted import Fitted
 from jointlib.loop.periodic.pictures import pictures
 from jointlib.loop.periodic.readings import readings
 from jointlib.measurement import Correction, RecordSource
+from jointlib.shown.pictures import literal
 from machines import linear_check, read_machine, response
 from machines.report import Page, Section
-from machines.report.drawing import literal, sheet
+from machines.report.drawing import sheet
 from machines.report.figures.joint_figures import gain, static_fit, surface
 from machines.report.figures.trace_figures import largest_cycles
 from machines.report.parameter_table import parameter_table

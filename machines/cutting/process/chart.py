@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from jointlib.arrays import Array, ArrayLike
 from jointlib.errors import Outcome
+from jointlib.shown.pictures import axes_of
+from jointlib.shown.result import Columns, Shown
 
 Words: TypeAlias = NDArray[np.str_]
 Integers: TypeAlias = NDArray[np.int64]
@@ -43,8 +45,8 @@ class LobeBranch:
         return 60 * self.frequency / (self.cuts_per_revolution * (self.phase + lobe))
 
 
-@dataclass(frozen=True)
-class StabilityLobes:
+@dataclass(frozen=True, repr=False)
+class StabilityLobes(Shown):
     """Limiting depth of cut at given spindle speeds: the first crossing from zero depth.
 
     Arrays have the shape of ``speed``.
@@ -113,3 +115,47 @@ class StabilityLobes:
     def curves(self, lobe: int) -> tuple[tuple[Array, Array], ...]:
         """Lobe k drawn whole: (speed in rpm, depth in m) of each stretch of the boundary."""
         return tuple((branch.speed(lobe), branch.depth) for branch in self.branches)
+
+    @property
+    def reach(self) -> str:
+        """The speeds that the minimum depth is of, in words."""
+        if self.minimum_at is not None:
+            return f"every speed from {float(np.min(self.speed)):g} to {float(np.max(self.speed)):g} rpm"
+        return "every speed" if self.method in ("turning", "zero-order") else "these speeds"
+
+    def finding(self) -> str:
+        """Below which depth the cut is stable, and the chatter above it."""
+        if not np.isfinite(self.minimum_depth):
+            known = "" if self.known_to is None else f" up to {self.known_to:g} Hz, above which nothing is known"
+            return f"no chatter at any depth{known} ({self.method})"
+        return (
+            f"stable at {self.reach} below {self.minimum_depth * 1e3:.4g} mm, chatter at "
+            f"{self.minimum_frequency:.4g} Hz ({self.method}; chart of {_speeds(self.speed)})"
+        )
+
+    def columns(self) -> Columns:
+        """A row per speed."""
+        return {
+            "speed": (np.ravel(self.speed), "rpm"),
+            "depth": (np.ravel(self.depth), "m"),
+            "chatter_frequency": (np.ravel(self.chatter_frequency), "Hz"),
+            "kind": (np.ravel(self.kind), ""),
+            "lobe": (np.ravel(self.lobe), ""),
+        }
+
+    def plot(self, ax: Any = None) -> Any:
+        """Limiting depth in mm over speed in rpm."""
+        axes = axes_of(ax)
+        draw_limit(axes, np.ravel(self.speed), np.ravel(self.depth), label=self.method)
+        axes.set(xlabel="spindle speed [rpm]", ylabel="depth of cut [mm]", ylim=(0.0, None))
+        return axes
+
+
+def draw_limit(axes: Any, speed: Array, depth: Array, **look: Any) -> None:
+    """A limit in m as a curve in mm over speed in rpm, with gaps where it is stable at any depth."""
+    axes.plot(speed, np.where(np.isfinite(depth), depth * 1e3, np.nan), **look)
+
+
+def _speeds(speed: Array) -> str:
+    low, high = float(np.min(speed)), float(np.max(speed))
+    return f"{low:.6g} rpm" if low == high else f"{low:.6g} to {high:.6g} rpm"

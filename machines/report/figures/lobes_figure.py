@@ -13,7 +13,7 @@ from ...cutting.amplitude.pocket import WANDER, Pocket, best_pocket, removal_rat
 from ...cutting.amplitude.unstable_depths import UnstableDepths
 from ...cutting.amplitude.zones import Zones, safe_limit
 from ...cutting.forced.forced_field import ForcedField
-from ...cutting.process.chart import StabilityLobes
+from ...cutting.process.chart import StabilityLobes, draw_limit
 from ...cutting.process.cutting import Cutting
 from ..drawing import AFTER, BEFORE, FLOOR, shades, sheet
 from ..page import Figure
@@ -66,8 +66,8 @@ def lobes_figure(
             said.append(_band(depth, speeds, band))
         widths = np.linspace(3.0, 1.2, len(charts))
         for (amplitude, chart), colour, width in zip(charts, shades(len(charts) + 1)[1:], widths, strict=True):
-            limit = np.where(np.isfinite(chart.depth), chart.depth * 1e3, np.nan)
-            depth.plot(chart.speed, limit, color=colour, linewidth=width, label=_named(amplitude, len(charts)))
+            name = _named(amplitude, len(charts))
+            draw_limit(depth, chart.speed, chart.depth, color=colour, linewidth=width, label=name)
             for kind, marker in (("hopf", _HOPF), ("flip", _FLIP)):
                 of = chart.kind == kind
                 chatter.plot(chart.speed[of], chart.chatter_frequency[of], marker, color=colour, markersize=width + 2)

@@ -9,8 +9,10 @@ from typing import Any
 import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
+from jointlib.shown.pictures import draw_magnitude, literal
 
-from ..drawing import AFTER, literal, sheet
+from ...cutting.process.chart import draw_limit
+from ..drawing import AFTER, sheet
 from ..page import Figure
 
 PLOTS = ("mag-phase", "re-im", "nyquist")
@@ -77,7 +79,7 @@ def receptance_figure(
 def _draw_lobes(axes: Any, lobes: Sequence[Lobes]) -> None:
     for one in lobes:
         known, look = np.isfinite(one.depth), {"color": one.colour, "linestyle": one.style}
-        axes[0].plot(one.speed, np.where(known, one.depth * 1e3, np.nan), label=literal(one.label), **look)
+        draw_limit(axes[0], one.speed, one.depth, label=literal(one.label), **look)
         if len(axes) > 1:
             frequency = np.where(known, one.chatter_frequency, np.nan)
             axes[1].plot(one.speed, frequency, ".", markersize=3, color=one.colour)
@@ -99,7 +101,7 @@ def _draw(axes: Any, curve: Curve, plot: str) -> None:
         axes[0].plot(curve.frequency, H.real, label=label, **look)
         axes[1].plot(curve.frequency, H.imag, **look)
     else:
-        axes[0].semilogy(curve.frequency, np.abs(H), label=label, **look)
+        draw_magnitude(axes[0], curve.frequency, curve.receptance, label=label, **look)
         axes[1].plot(curve.frequency, _phase(H), **look)
 
 

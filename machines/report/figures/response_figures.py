@@ -6,10 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from jointlib.shown.pictures import literal
+
 from ...forced_response.response import Response
 from ...operating.branches import Branch, Stability
 from ...operating.peaks import Peak
-from ..drawing import literal, shades, sheet
+from ..drawing import shades, sheet
 from ..page import Figure
 from .receptance_figure import Curve, receptance_figure
 

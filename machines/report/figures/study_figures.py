@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointlib.arrays import Array
+from jointlib.shown.pictures import literal
 
 from ...study.findings.contrast import Contrast
 from ...study.findings.effects import Effect
 from ...study.findings.verdict import Verdict
 from ...study.study import Constraint, Study
 from ...study.words import headed, named, shown_unit, wanted
-from ..drawing import AFTER, BEFORE, FLOOR, MEASURED, literal, sheet
+from ..drawing import AFTER, BEFORE, FLOOR, MEASURED, sheet
 from ..page import Figure
 
 _PANELS = 5

@@ -1,0 +1,28 @@
+"""Axes to draw a result on, and how receptances look on them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from jointlib.arrays import Array, ComplexArray
+
+
+def axes_of(ax: Any = None) -> Any:
+    """The axes that are given, or those of a figure of their own that belongs to no window."""
+    if ax is not None:
+        return ax
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(7.0, 4.0), layout="constrained").subplots()
+
+
+def literal(text: str) -> str:
+    """Words of a user as they are: to a drawing dollar signs would begin and end a formula."""
+    return text.replace("$", r"\$")
+
+
+def draw_magnitude(axes: Any, frequency: Array, receptance: ComplexArray, **look: Any) -> None:
+    """The size of a receptance (m/N) in µm/N over frequency in Hz, on a logarithmic scale."""
+    axes.semilogy(frequency, np.abs(receptance * 1e6), **look)

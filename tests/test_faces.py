@@ -1,0 +1,124 @@
+"""Results show themselves: a sentence, a table with units, a picture with labelled axes, HTML that is escaped."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from jointlib.errors import InputError
+from jointlib.frf import FRF
+from jointlib.shown.result import Shown
+from machines import StabilityLobes, stability_lobes
+from machines.cutting.process.cutting import Cutting
+from machines.lobes import ToolModel
+
+LIBRARY = Path(__file__).parents[1] / "machines" / "library"
+TOOL = ToolModel.from_modes([922.0], [0.011], [0.03993], [[1.0]], axes=("x",))
+CUT = Cutting("milling", teeth=2, tangential=6e8, normal=2e8, mode="down", immersion=0.1, feed=1e-4, diameter=0.02)
+
+
+def framed(result: Shown) -> Any:
+    """The frame of a result, whose columns with a unit are all there."""
+    pytest.importorskip("pandas", reason="pandas is not installed (extra tables)")
+    frame = result.to_dataframe()
+    assert set(frame.attrs["units"]) <= set(frame.columns)
+    return frame
+
+
+def said(result: Shown) -> str:
+    """What is printed of a result: a line or two that name it and no array."""
+    text = repr(result)
+    assert text == f"{type(result).__name__}: {result.finding()}"
+    assert text.count("\n") < 2
+    assert "array(" not in text
+    assert len(text) < 400
+    return text
+
+
+def labels(axes: Any) -> tuple[str, str]:
+    axes.figure.canvas.draw()
+    return axes.get_xlabel(), axes.get_ylabel()
+
+
+@pytest.fixture(scope="module")
+def chart() -> StabilityLobes:
+    return stability_lobes(TOOL, CUT, np.linspace(17000.0, 19000.0, 21), "collocation")
+
+
+def frf() -> FRF:
+    f = np.linspace(100.0, 300.0, 201)
+    H = 1e-6 / (1 - (f / 200.0) ** 2 + 0.02j * f / 200.0)
+    return FRF(f, np.stack([H, H / 2], axis=1)[:, :, None], ("tip.x", "b<i>ar.x"), ("tip.x",))
+
+
+def test_lobes_say_the_depth_that_is_stable(chart: StabilityLobes) -> None:
+    text = said(chart)
+    assert f"below {chart.minimum_depth * 1e3:.4g} mm" in text
+    assert "these speeds" in text
+    frame = framed(chart)
+    assert frame.attrs["units"] == {"speed": "rpm", "depth": "m", "chatter_frequency": "Hz"}
+    np.testing.assert_array_equal(frame["depth"], chart.depth)
+    assert labels(chart.plot()) == ("spindle speed [rpm]", "depth of cut [mm]")
+    drawn = chart.plot().get_lines()[0].get_ydata()
+    np.testing.assert_allclose(drawn, np.where(np.isfinite(chart.depth), 1e3 * chart.depth, np.nan))
+    stable = replace(chart, depth=np.full(chart.depth.shape, np.inf), minimum_depth=np.inf)
+    assert "no chatter at any depth" in said(stable)
+    assert "no chatter at any depth up to 5000 Hz" in said(replace(stable, known_to=5000.0))
+
+
+def test_a_picture_is_drawn_on_the_axes_that_are_given(chart: StabilityLobes) -> None:
+    axes = chart.plot()
+    assert replace(chart, method="zero-order").plot(axes) is axes
+    assert len(axes.get_lines()) == 2
+
+
+def test_a_receptance_says_where_it_is_largest() -> None:
+    assert "largest 50 µm/N at 200 Hz (tip.x per force on tip.x)" in said(frf())
+    frame = framed(frf())
+    assert frame.attrs["units"]["tip.x per force on tip.x"] == "m/N"
+    np.testing.assert_array_equal(frame["tip.x per force on tip.x"], frf().between("tip.x", "tip.x"))
+    assert labels(frf().plot()) == ("frequency [Hz]", "|x/F| [µm/N]")
+    unknown = replace(frf(), receptance=np.full((201, 2, 1), np.nan + 0j))
+    assert "no line has a value" in said(unknown)
+
+
+def test_a_receptance_is_a_labelled_array() -> None:
+    pytest.importorskip("xarray", reason="xarray is not installed (extra tables)")
+    labelled = frf().to_xarray()
+    assert labelled.attrs == {"units": "m/N", "kind": "linear"}
+    assert labelled.frequency.attrs == {"units": "Hz"}
+    one = labelled.sel(output="tip.x", input="tip.x", frequency=200.0)
+    assert complex(one) == complex(frf().between("tip.x", "tip.x")[100])
+
+
+def test_a_notebook_gets_a_small_table_in_which_names_are_no_markup() -> None:
+    html = frf()._repr_html_()
+    assert "b&lt;i&gt;ar.x" in html
+    assert "<i>" not in html
+    assert "frequency [Hz]" in html
+    assert "189 more rows" in html
+    assert len(html) < 5000
+    assert not {"src=", "href=", "<script"} & set(html.split())
+
+
+def test_what_is_not_installed_is_named(monkeypatch: pytest.MonkeyPatch, chart: StabilityLobes) -> None:
+    for name in ("pandas", "xarray"):
+        monkeypatch.setitem(sys.modules, name, None)
+    with pytest.raises(InputError, match=r"pandas is not installed, expected pip install 'jointlib\[tables\]'"):
+        chart.to_dataframe()
+    with pytest.raises(InputError, match="xarray is not installed"):
+        frf().to_xarray()
+    assert "189 more rows" in frf()._repr_html_()
+
+
+def test_pictures_and_frames_are_imported_when_they_are_asked_for() -> None:
+    late = {"matplotlib.pyplot", "pandas", "xarray"}
+    code = f"import sys, jointlib.frf, machines; print(sorted({late} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
