@@ -17,6 +17,7 @@ GROUPS = (
     "jointlib.bundles",
     "jointlib.readers",
     "jointlib.steps",
+    "jointlib.exports",
 )
 
 

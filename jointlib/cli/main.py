@@ -2,58 +2,85 @@
 
 from __future__ import annotations
 
-import importlib
+import importlib.util
 import os
 import signal
 import sys
+from functools import cache
+from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
 from types import FrameType
 from typing import Any
 
 import click
 
-VERBS = {
-    "run": "The whole road for a machine: identify, trace, mend, couple, check, cut, export.",
-    "new": "A commented file to begin with: machine, joint, measurement, study.",
-    "inspect": "Say what a file holds, in plain words, with units.",
-    "identify": "Fit a joint to measurements.",
-    "trace": "Find what a joint model leaves unexplained, name it, mend the joint.",
-    "df": "Describing function of a joint.",
-    "frf": "Nonlinear forced response of a machine, all branches.",
-    "modes": "Natural modes of a machine: what moves, which joint holds the energy, what stiffness gives.",
-    "compare": "Two of a kind side by side: machines, joints, measured FRFs, runs, designs of a study.",
-    "check": "Compare the coupled machine, joints linearised, with python-control.",
-    "lobes": "Stability lobes of a machine.",
-    "fmu": "Export a joint as an FMU and verify it, or verify one.",
-    "ssp": "Export a machine as a system of FMUs.",
-    "study": "Compare many configurations of a machine.",
-    "explore": "A web page on this computer: sliders, responses, lobes, designs of a study.",
-    "laws": "The joint laws that are installed, with their fields and units.",
-    "doctor": "What this computer can do.",
-}
+FIRST = [
+    "run",
+    "new",
+    "inspect",
+    "identify",
+    "trace",
+    "df",
+    "frf",
+    "modes",
+    "compare",
+    "check",
+    "lobes",
+    "fmu",
+    "ssp",
+    "study",
+    "explore",
+    "laws",
+    "doctor",
+]
+"""Verbs in the order in which they are shown; those that other packages bring follow."""
+
+
+@cache
+def verbs() -> dict[str, EntryPoint]:
+    """Every verb that is installed, by its word: what entry points of the group ``jointlib.verbs`` name."""
+    found = {point.name: point for point in entry_points(group="jointlib.verbs")}
+    known = [name for name in FIRST if name in found]
+    return {name: found[name] for name in [*known, *sorted(found.keys() - set(known))]}
+
+
+def summary(point: EntryPoint) -> str:
+    """What a verb does: the first line of its module, which is read and not imported, so that it is there at once."""
+    package, *inside = point.module.split(".")
+    spec = importlib.util.find_spec(package)
+    if spec is None:
+        return ""
+    files = [Path(folder, *inside).with_suffix(".py") for folder in spec.submodule_search_locations or ()]
+    files += [Path(spec.origin)] if spec.origin and not inside else []
+    for file in files:
+        if file.is_file():
+            with file.open(encoding="utf-8") as text:
+                return text.readline().strip().strip('"')
+    return ""
 
 
 class _Verbs(click.Group):
     """Verbs are imported when they are called, so that ``--help`` answers at once."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        return list(VERBS)
+        return list(verbs())
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        if cmd_name not in VERBS:
+        if cmd_name not in verbs():
             return None
-        command: click.Command = importlib.import_module(f"jointlib.cli.{cmd_name}").command
+        command: click.Command = verbs()[cmd_name].load()
         return command
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
-        if args and args[0] not in VERBS:
+        if args and args[0] not in verbs():
             from jointlib.errors import nearest
 
-            raise click.UsageError(f"no verb {args[0]!r}, {nearest(args[0], VERBS)}")
+            raise click.UsageError(f"no verb {args[0]!r}, {nearest(args[0], verbs())}")
         return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Verbs"):
-            formatter.write_dl(list(VERBS.items()))
+            formatter.write_dl([(name, summary(point)) for name, point in verbs().items()])
 
 
 @click.group(cls=_Verbs, invoke_without_command=True, context_settings={"help_option_names": ["-h", "--help"]})

@@ -12,9 +12,9 @@ import pytest
 import tomli_w
 from click.testing import CliRunner
 
-from jointlib.cli.inspect import command as inspect
 from jointlib.errors import InputError
 from machines import Beam, Machine, Rigid, frozen_receptance, read_machine, static_point
+from machines.verbs.inspect import command as inspect
 
 LIBRARY = Path("machines/library")
 LINES = [0.5, 60.0, 400.0]

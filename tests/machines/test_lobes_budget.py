@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from jointlib.cli.lobes import command
 from machines import lobes_at_amplitude, lobes_over_range, read_machine
 from machines.cutting.amplitude import lobes_over_range as lowest
+from machines.verbs.lobes import command
 
 LIBRARY = Path(__file__).parents[2] / "machines" / "library"
 SPEEDS = np.linspace(6000.0, 12000.0, 60)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence
@@ -30,6 +31,19 @@ def pieces(machine, amplitudes):
 
 STEP = Step("weigh", pieces, after=("joints",))
 """
+
+
+VERB = '''"""Mass of a machine."""
+
+import click
+
+@click.command("weigh")
+@click.argument("machine")
+def command(machine):
+    from machines import read_machine
+
+    click.echo(f"{len(read_machine(machine).components)} parts")
+'''
 
 
 class Told:
@@ -106,6 +120,23 @@ def test_another_package_brings_a_step_by_entry_point(tmp_path: Path) -> None:
     assert "'joints', " in names
     assert "'weigh'" in names
     assert weighed == "[{'step': 'weigh', 'parts': 2}]"
+
+
+def test_another_package_brings_a_verb_by_entry_point(tmp_path: Path) -> None:
+    site = tmp_path / "site"
+    about = site / "scales-1.0.dist-info"
+    about.mkdir(parents=True)
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: scales\nVersion: 1.0\n")
+    (about / "entry_points.txt").write_text("[jointlib.verbs]\nweigh = scales:command\n")
+    (site / "scales.py").write_text(VERB)
+    call = f"import sys; sys.path.append({str(site)!r}); from jointlib.cli.main import main; main()"
+
+    def said(*words: str) -> str:
+        command = [sys.executable, "-c", call, *words]
+        return subprocess.run(command, capture_output=True, text=True, check=True).stdout
+
+    assert re.search(r"doctor .*\n  weigh +Mass of a machine\.\n", said("--help"))
+    assert said("weigh", str(LIBRARY / "two_mass.toml")) == "2 parts\n"
 
 
 @pytest.mark.thorough

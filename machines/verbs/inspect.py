@@ -1,4 +1,4 @@
-"""``jointlib inspect``: any file it reads, in plain words, with units."""
+"""Say what a file holds, in plain words, with units."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def command(
     lines, warnings = _told(file, contacts, changes)
     data: dict[str, Any] = {"file": str(file)}
     if output is not None:
-        from jointlib.cli.told.picture import draw
+        from .told.picture import draw
 
         lines += draw(file, output, mode, changes)
         data["picture"] = str(output)
@@ -75,8 +75,8 @@ def _told(file: Path, contacts: bool, changes: dict[str, str]) -> tuple[list[str
     if not isinstance(schema, str) or schema not in (*readers, machine):
         raise InputError(f"{file}: schema is {schema!r}, expected one of {', '.join((*readers, machine))}")
     if schema == machine:
-        from jointlib.cli.told.machine_told import told
-        from machines.files.machine_file import read_machine
+        from ..files.machine_file import read_machine
+        from .told.machine_told import told
 
         return told(read_machine(file, changes), contacts)
     refuse_tool(file, changes)
@@ -142,7 +142,7 @@ def _measurement(file: Path) -> list[str]:
 
 
 def _sweeps(m: Measurement) -> list[str]:
-    from machines.loop.records import open_frfs, said_of
+    from ..loop.records import open_frfs, said_of
 
     rows, opened = [], open_frfs(m, m.with_role("fit"))
     for f in opened:

@@ -1,4 +1,4 @@
-"""``jointlib explore``: a web page on this computer that answers to sliders."""
+"""A web page on this computer: sliders, responses, lobes, designs of a study."""
 
 from __future__ import annotations
 
@@ -50,8 +50,8 @@ def command(
         raise InputError("explore: needs the package dash, install it with pip install 'jointlib[explore]'")
     if (study is None) != (results is None):
         raise InputError("--study and --results: expected both, the study file and the folder of its results")
-    from machines.explore.scene import Explorer
-    from machines.explore.server import bound, explorer_app, is_this_computer, listening
+    from ..explore.scene import Explorer
+    from ..explore.server import bound, explorer_app, is_this_computer, listening
 
     with bound(host, port) as place:
         alone = is_this_computer(place.getsockname()[0])
@@ -78,8 +78,8 @@ def command(
 
 def identified(path: Path, changes: dict[str, str] | None = None) -> tuple[dict[str, Joint], Sequence[str]]:
     """Joints that the machine leaves to be identified, and what is to be said of them."""
-    from machines import read_machine
-    from machines.road.open_joints import with_joints
+    from .. import read_machine
+    from ..road.open_joints import with_joints
 
     machine = read_machine(path, changes)
     open_ones = {c.name for c in machine.connections if c.identify is not None}
@@ -89,12 +89,14 @@ def identified(path: Path, changes: dict[str, str] | None = None) -> tuple[dict[
 
 def exported(machine: Path, target: Path) -> Sequence[str]:
     """The machine of a file as an FMU; which runtime it has, and what else there is to say."""
-    from fmu.export import export_fmu
-    from machines import read_machine
-    from machines.road.open_joints import with_joints
+
+    from jointlib.registry import plugin
+
+    from .. import read_machine
+    from ..road.open_joints import with_joints
 
     model, remarks = with_joints(read_machine(machine))
-    done = export_fmu(model, target)
+    done = plugin("jointlib.exports", "fmu", "explore")(model, target)
     runtime = "native code (C)" if done.runtime == "c" else "Python, because no C compiler was found"
     verified = f"verified with {', '.join(done.verified_with)}" if done.verified_with else "not verified"
     return [f"It computes in {runtime}, {verified}.", *done.messages, *remarks]

@@ -1,4 +1,4 @@
-"""``jointlib ssp``: export a machine as a system of FMUs."""
+"""Export a machine as a system of FMUs."""
 
 from __future__ import annotations
 
@@ -25,9 +25,10 @@ def command(machine: Path, output: Path, changes: dict[str, str], as_json: bool)
     Example:
       jointlib ssp machines/library/two_mass.toml -o two_mass.ssp
     """
-    from fmu.ssp import export_ssp
     from machines import read_machine
     from machines.road.open_joints import with_joints
+
+    from ..ssp import export_ssp
 
     with working("exporting and verifying"):
         model, remarks = with_joints(read_machine(machine, changes))

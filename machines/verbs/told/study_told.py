@@ -12,11 +12,12 @@ from jointlib.cli.output import emit, table, working, wrote
 if TYPE_CHECKING:
     from jointlib.arrays import Array
     from jointlib.joint import Joint
-    from machines.study.evaluation import Evaluation
-    from machines.study.findings.contrast import Contrast
-    from machines.study.findings.verdict import Design, Verdict
-    from machines.study.store import Store
-    from machines.study.study import Study
+
+    from ...study.evaluation import Evaluation
+    from ...study.findings.contrast import Contrast
+    from ...study.findings.verdict import Design, Verdict
+    from ...study.store import Store
+    from ...study.study import Study
 
 REPORT, BEST = "report.html", "best.toml"
 
@@ -26,8 +27,9 @@ def tell(study: Study, store: Store, joints: Mapping[str, Joint], output: Path, 
     import numpy as np
 
     from jointlib.io.atomic import write_npz
-    from machines.study.evaluation import Evaluation
-    from machines.study.findings.verdict import judge
+
+    from ...study.evaluation import Evaluation
+    from ...study.findings.verdict import judge
 
     done = store.total - sum(store.rows(i, i).stop - store.rows(i, i).start for i in store.missing())
     data: dict[str, Any] = {"done": done, "total": store.total, "best": None}
@@ -61,12 +63,12 @@ def _write(
     output: Path,
 ) -> list[Path]:
     """The best machine, where there is one, and the report."""
-    from machines.report.study_report import study_page
-    from machines.study.findings.best import write_best
-    from machines.study.findings.contrast import contrast
-    from machines.study.findings.verdict import rivals
-    from machines.study.inputs import inputs
-    from machines.study.run import identity
+    from ...report.study_report import study_page
+    from ...study.findings.best import write_best
+    from ...study.findings.contrast import contrast
+    from ...study.findings.verdict import rivals
+    from ...study.inputs import inputs
+    from ...study.run import identity
 
     found: list[Contrast] = []
     best = None
@@ -82,8 +84,8 @@ def _write(
 
 
 def _words(study: Study, verdict: Verdict) -> list[str]:
-    from machines.report.study_report import answer
-    from machines.study import words
+    from ...report.study_report import answer
+    from ...study import words
 
     lines = [f"{verdict.feasible} of {verdict.designs} designs meet the constraints", answer(study, verdict)]
     shown = verdict.leading or ([] if verdict.nearest is None else [verdict.nearest])

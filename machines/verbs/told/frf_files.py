@@ -11,8 +11,8 @@ import numpy as np
 from jointlib.errors import InputError
 
 if TYPE_CHECKING:
-    from machines.compare.comparison import Comparison
-    from machines.forced_response.response import Response
+    from ...compare.comparison import Comparison
+    from ...forced_response.response import Response
 
 
 def write_receptances(path: Path, results: Sequence[Response], points: int, axes: dict[str, str]) -> list[Path]:
@@ -79,9 +79,10 @@ def named(path: Path, result: Response, force: float, output: str, pair: str | N
 def draw(path: Path, results: Sequence[Response], plot: str, laid: Sequence[Comparison] = ()) -> list[Path]:
     """The receptances at the tool as a picture, with measured ones laid over them."""
     from jointlib.io.atomic import write, write_text
-    from machines.report.drawing import MEASURED
-    from machines.report.figures.receptance_figure import Curve
-    from machines.report.figures.response_figures import tool_figure
+
+    from ...report.drawing import MEASURED
+    from ...report.figures.receptance_figure import Curve
+    from ...report.figures.response_figures import tool_figure
 
     measured = [
         (r.drive, r.response, Curve(r.frequency, r.receptance, f"measured, {r.force:g} N", MEASURED, ":"))

@@ -24,7 +24,7 @@ def grown(
     model: Any, speeds: Any, depth: Sequence[float], amplitude: Sequence[float], witness: bool
 ) -> tuple[list[Any], list[str]]:
     """|μ| at every amplitude, speed and depth; where it cannot be had and the cut is simulated anyway, why."""
-    from machines.cutting.amplitude.frozen_modes import multipliers
+    from ...cutting.amplitude.frozen_modes import multipliers
 
     try:
         return [multipliers(model, speeds, depth, A) for A in amplitude or (0.0,)] if depth else [], []
@@ -39,8 +39,8 @@ def lenses(model: Any, chart: Any, depth: Sequence[float]) -> tuple[dict[str, An
 
     They are looked for as deep as the deepest ``depth`` (m) at least.
     """
-    from machines.cutting.amplitude.unstable_depths import REACH, unstable_depths
-    from machines.cutting.amplitude.words import told_lenses
+    from ...cutting.amplitude.unstable_depths import REACH, unstable_depths
+    from ...cutting.amplitude.words import told_lenses
 
     with working("looking for stable cuts above the limits"):
         try:
@@ -59,9 +59,9 @@ def over_amplitude(
 
     ``zones`` are the unstable depths at rest and ``growth`` the multipliers, [speed][depth], if known.
     """
-    from machines.cutting.amplitude.amplitude_limits import amplitude_limits, depends_on_amplitude
-    from machines.cutting.amplitude.words import LOWER_EDGE
-    from machines.cutting.forced.beside_cut import told_cuts
+    from ...cutting.amplitude.amplitude_limits import amplitude_limits, depends_on_amplitude
+    from ...cutting.amplitude.words import LOWER_EDGE
+    from ...cutting.forced.beside_cut import told_cuts
 
     if not depends_on_amplitude(model):
         return {}, []
@@ -82,9 +82,9 @@ def over_amplitude(
 
 def safe_from_knocks(model: Any, chart: Any) -> tuple[dict[str, Any], list[str]]:
     """In turning, where something depends on amplitude: the depth below which knocks die out at every speed."""
-    from machines import Cutting
-    from machines.cutting.amplitude.amplitude_limits import amplitude_range, depends_on_amplitude
-    from machines.cutting.amplitude.lobes_over_range import least_depth
+    from ... import Cutting
+    from ...cutting.amplitude.amplitude_limits import amplitude_range, depends_on_amplitude
+    from ...cutting.amplitude.lobes_over_range import least_depth
 
     cutting = Cutting(**(model.cutting or {}))
     if chart.method != "turning" or not depends_on_amplitude(model):
@@ -104,7 +104,7 @@ def bands(
     model: Any, charts: Sequence[Any], amplitude: Sequence[float], samples: int
 ) -> tuple[dict[str, Any], list[str]]:
     """Depths at 2.5, 50 and 97.5 % of the samples, [share][speed], or [amplitude][share][speed]."""
-    from machines.uncertainty.lobe_bands import SHARES, lobe_band
+    from ...uncertainty.lobe_bands import SHARES, lobe_band
 
     method, speeds = charts[0].method, charts[0].speed
     about = ""
@@ -136,9 +136,9 @@ def bands(
 
 def zones_of(model: Any, charts: Sequence[Any], amplitude: Sequence[float]) -> Any:
     """Safe, bistable and finite chatter over amplitude for a picture: of the charts, else of a few amplitudes more."""
-    from machines import Cutting
-    from machines.cutting.amplitude.amplitude_limits import amplitude_limits, amplitude_range, depends_on_amplitude
-    from machines.cutting.amplitude.zones import Zones
+    from ... import Cutting
+    from ...cutting.amplitude.amplitude_limits import amplitude_limits, amplitude_range, depends_on_amplitude
+    from ...cutting.amplitude.zones import Zones
 
     if amplitude:
         return Zones.between(list(zip(amplitude, charts, strict=True)))
@@ -154,7 +154,7 @@ def zones_of(model: Any, charts: Sequence[Any], amplitude: Sequence[float]) -> A
 
 def lenses_to(model: Any, chart: Any, deepest: float) -> tuple[Any, ...]:
     """The unstable depths of a chart at rest for a picture up to ``deepest`` in m; none where they cannot be had."""
-    from machines.cutting.amplitude.unstable_depths import closer_at_lenses
+    from ...cutting.amplitude.unstable_depths import closer_at_lenses
 
     with working("looking for stable cuts above the limits"):
         try:
@@ -167,7 +167,7 @@ def witnessed(
     model: Any, speed: Sequence[float], depth: Sequence[float], amplitude: Sequence[float]
 ) -> tuple[list[list[dict[str, Any]]], list[str]]:
     """The cut simulated at every speed and depth, [speed][depth], and told."""
-    from machines.cutting.in_time.witness import witness
+    from ...cutting.in_time.witness import witness
 
     rows, said = [], []
     for n in speed:

@@ -1,4 +1,4 @@
-"""``jointlib lobes``: stability lobes of a machine."""
+"""Stability lobes of a machine."""
 
 from __future__ import annotations
 
@@ -11,8 +11,10 @@ import numpy as np
 
 from jointlib.cli.arguments import Quantity, Target, Verb, input_file, json_option, tool_option
 from jointlib.cli.output import emit, emit_so_far, table, working, wrote
-from jointlib.cli.told.lobes_forced import forced
-from jointlib.cli.told.lobes_over_amplitude import (
+from jointlib.errors import InputError
+
+from .told.lobes_forced import forced
+from .told.lobes_over_amplitude import (
     bands,
     grown,
     lenses,
@@ -22,7 +24,6 @@ from jointlib.cli.told.lobes_over_amplitude import (
     witnessed,
     zones_of,
 )
-from jointlib.errors import InputError
 
 BUDGET = 300.0
 """Seconds for the chart at rest."""
@@ -78,13 +79,13 @@ def command(
     Example:
       jointlib lobes machines/library/two_mode_tool.toml --speed 6000 9000 12000
     """
-    from machines import Cutting, lobes_at_amplitude, lobes_over_range, read_machine
-    from machines.cutting.amplitude.amplitude_limits import depends_on_amplitude
-    from machines.cutting.amplitude.pocket import best_pocket
-    from machines.cutting.amplitude.zones import safe_limit
-    from machines.cutting.rest.chart_file import chart_data, default_speeds
-    from machines.road.open_joints import with_joints
-    from machines.uncertainty.lobe_bands import refuse_certain
+    from .. import Cutting, lobes_at_amplitude, lobes_over_range, read_machine
+    from ..cutting.amplitude.amplitude_limits import depends_on_amplitude
+    from ..cutting.amplitude.pocket import best_pocket
+    from ..cutting.amplitude.zones import safe_limit
+    from ..cutting.rest.chart_file import chart_data, default_speeds
+    from ..road.open_joints import with_joints
+    from ..uncertainty.lobe_bands import refuse_certain
 
     if witness and not (speed and depth):
         raise InputError("--witness: simulates one point at a time, expected --speed and --depth with it")
@@ -202,7 +203,8 @@ def _draw(
 ) -> None:
     """The charts as a picture, with what is unstable up to the end of its axis."""
     from jointlib.io.atomic import write_text
-    from machines.report.figures.lobes_figure import axis_top, lobes_figure
+
+    from ..report.figures.lobes_figure import axis_top, lobes_figure
 
     amplitude, first = charts[0]
     top = 1e-3 * axis_top([chart for _, chart in charts])
@@ -216,7 +218,7 @@ def _write(
 ) -> None:
     """The charts as numbers, by the suffix of the file; the safe depth (m) and the band (m) where they are known."""
     if path.suffix == ".npz":
-        from machines.cutting.rest.chart_file import write_lobes
+        from ..cutting.rest.chart_file import write_lobes
 
         more = {} if safe is None else {"safe_depth": safe}
         write_lobes(path, charts, speeds, amplitude, more | ({} if band is None else {"band": band}))

@@ -1,4 +1,4 @@
-"""``jointlib identify``: fit a joint to measurements."""
+"""Fit a joint to measurements."""
 
 from __future__ import annotations
 

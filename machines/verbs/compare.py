@@ -1,4 +1,4 @@
-"""``jointlib compare``: two of a kind side by side."""
+"""Two of a kind side by side: machines, joints, measured FRFs, runs, designs of a study."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from jointlib.cli.output import emit, table, working, wrote
 from jointlib.errors import InputError
 
 if TYPE_CHECKING:
-    from machines.compare.side_by_side import Side
+    from ..compare.side_by_side import Side
 
 
 @click.command("compare", cls=Verb)
@@ -43,7 +43,7 @@ def command(
     Example:
       jointlib compare machines/library/paper_sdof.toml machines/library/paper_sdof_hertz.toml
     """
-    from machines.compare.side_by_side import differences, sentence, side
+    from ..compare.side_by_side import differences, sentence, side
 
     if designs and results is None:
         raise InputError("--designs: expected --results as well, the folder of 'jointlib study run'")
@@ -84,10 +84,10 @@ def command(
 
 def _designs(study: Path, results: Path, designs: tuple[int, ...]) -> list[Side]:
     """Designs of a study by number."""
-    from jointlib.cli.study import identified
-    from machines.study.findings.design_sides import design_sides
-    from machines.study.run import tools_asked
-    from machines.study.study_file import read_study
+    from ..study.findings.design_sides import design_sides
+    from ..study.run import tools_asked
+    from ..study.study_file import read_study
+    from .study import identified
 
     opened = read_study(study, tools_asked(results))
     if not (results / "study.json").is_file():
@@ -100,8 +100,9 @@ def _designs(study: Path, results: Path, designs: tuple[int, ...]) -> list[Side]
 def _draw(path: Path, sides: list[Side], plot: str) -> Path:
     """A panel for each receptance that the first side has, the sides over each other."""
     from jointlib.io.atomic import write, write_text
-    from machines.report.drawing import shades
-    from machines.report.figures.receptance_figure import Curve, Lobes, receptance_figure
+
+    from ..report.drawing import shades
+    from ..report.figures.receptance_figure import Curve, Lobes, receptance_figure
 
     looks = list(zip(sides, shades(len(sides))[::-1], ["-", *["--"] * len(sides)], strict=False))
     panels = [

@@ -1,4 +1,4 @@
-"""``jointlib frf``: nonlinear forced response of a machine, all branches."""
+"""Nonlinear forced response of a machine, all branches."""
 
 from __future__ import annotations
 
@@ -10,12 +10,13 @@ import click
 
 from jointlib.cli.arguments import FrequencyRange, Quantity, Target, Verb, input_file, json_option, tool_option
 from jointlib.cli.output import emit, working, wrote
-from jointlib.cli.told.frf_files import draw, write_bands, write_receptances
-from jointlib.cli.told.frf_told import contact_lines, measured_lines, tool_lines
 from jointlib.errors import InputError
-from machines.compare.over_measured import over_measured
-from machines.forced_response.each_drive import peak_rows
-from machines.forced_response.response_file import write_response
+
+from ..compare.over_measured import over_measured
+from ..forced_response.each_drive import peak_rows
+from ..forced_response.response_file import write_response
+from .told.frf_files import draw, write_bands, write_receptances
+from .told.frf_told import contact_lines, measured_lines, tool_lines
 
 PLOTS = ("mag-phase", "re-im", "nyquist")
 
@@ -65,10 +66,10 @@ def command(
     Example:
       jointlib frf machines/library/two_mass.toml --force 10 50N --frequency 1kHz:7kHz -o two_mass.npz
     """
-    from machines import read_machine
-    from machines.forced_response.each_drive import both
-    from machines.road.open_joints import with_joints
-    from machines.uncertainty.lobe_bands import refuse_certain
+    from .. import read_machine
+    from ..forced_response.each_drive import both
+    from ..road.open_joints import with_joints
+    from ..uncertainty.lobe_bands import refuse_certain
 
     wanted = _harmonics(harmonics or "auto")
     if samples and output.suffix not in (".npz", ".csv"):
@@ -114,8 +115,8 @@ def band_of(
     """|G| (m/N) at 2.5, 50 and 97.5 % of the samples, ``size`` [force][share][line][output], on even lines (Hz)."""
     import numpy as np
 
-    from machines.uncertainty.lobe_bands import SHARES
-    from machines.uncertainty.response_band import response_band
+    from ..uncertainty.lobe_bands import SHARES
+    from ..uncertainty.response_band import response_band
 
     known = result.frfs[0].frequency
     lines = np.linspace(known[0], known[-1], points)

@@ -1,4 +1,4 @@
-"""``jointlib modes``: natural frequencies of a machine, what moves, what holds and what dissipates the energy."""
+"""Natural modes of a machine: what moves, which joint holds the energy, what stiffness gives."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from jointlib.cli.output import emit, table, working
 from jointlib.errors import InputError
 
 if TYPE_CHECKING:
-    from machines.modes.depth_sensitivity import DepthSensitivity
-    from machines.modes.mode_energy import ModeEnergies
-    from machines.modes.natural_modes import NaturalModes
+    from ..modes.depth_sensitivity import DepthSensitivity
+    from ..modes.mode_energy import ModeEnergies
+    from ..modes.natural_modes import NaturalModes
 
 
 @click.command("modes", cls=Verb)
@@ -37,12 +37,12 @@ def command(file: Path, amplitude: float, every: bool, changes: dict[str, str], 
     """
     import numpy as np
 
-    from machines import natural_modes, read_machine
-    from machines.modes.depth_sensitivity import depth_sensitivity
-    from machines.modes.mode_energy import mode_energies
-    from machines.modes.mode_words import leading, shown_modes, warnings
-    from machines.modes.static_compliance import static_compliance
-    from machines.road.open_joints import with_joints
+    from .. import natural_modes, read_machine
+    from ..modes.depth_sensitivity import depth_sensitivity
+    from ..modes.mode_energy import mode_energies
+    from ..modes.mode_words import leading, shown_modes, warnings
+    from ..modes.static_compliance import static_compliance
+    from ..road.open_joints import with_joints
 
     _is_machine(file)
     with working("computing modes"):
@@ -94,7 +94,7 @@ def _is_machine(file: Path) -> None:
 
 
 def _mode(modes: NaturalModes, energies: ModeEnergies, i: int) -> dict[str, Any]:
-    from machines.modes.mode_energy import bundles
+    from ..modes.mode_energy import bundles
 
     machine = modes.machine
     names = [c.name for c in machine.flexible]
@@ -131,7 +131,7 @@ def _known(value: float) -> float | None:
 
 
 def _depth(modes: NaturalModes, depth: DepthSensitivity) -> dict[str, Any]:
-    from machines.modes.mode_energy import bundles
+    from ..modes.mode_energy import bundles
 
     connections = modes.machine.flexible
     return {
@@ -149,7 +149,7 @@ def _depth(modes: NaturalModes, depth: DepthSensitivity) -> dict[str, Any]:
 
 
 def _table(modes: NaturalModes, energies: ModeEnergies, chosen: list[int]) -> list[str]:
-    from machines.modes.mode_words import dissipaters, holders, largest, movers
+    from ..modes.mode_words import dissipaters, holders, largest, movers
 
     rows = [
         (

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any
 from jointlib.cli.output import table
 
 if TYPE_CHECKING:
-    from machines.compare.comparison import Comparison
-    from machines.forced_response.response import Response
+    from ...compare.comparison import Comparison
+    from ...forced_response.response import Response
 
 
 def tool_lines(results: Sequence[Response], axes: Mapping[str, str]) -> list[str]:
     """A table of the peaks of the tool, or why there is none."""
-    from machines.forced_response.tool_peaks import tool_peaks
-    from machines.report.tool_peak_table import HEADER, tool_peak_rows
+    from ...forced_response.tool_peaks import tool_peaks
+    from ...report.tool_peak_table import HEADER, tool_peak_rows
 
     rows, left = tool_peak_rows([peak for result in results for peak in tool_peaks(result)], axes)
     if not rows:
@@ -46,7 +46,7 @@ def contact_lines(results: Sequence[Response]) -> list[str]:
 
 def measured_lines(laid: Sequence[Comparison], data: Mapping[str, Any]) -> list[str]:
     """A sentence for each record, what it does to the depth of cut, and the resonances as a table."""
-    from machines.report.comparison_section import HEADER, comparison_rows
+    from ...report.comparison_section import HEADER, comparison_rows
 
     if not laid:
         return []

@@ -10,17 +10,18 @@ from jointlib.loop.answer.head import assumptions_of, inputs_of
 
 if TYPE_CHECKING:
     from jointlib.measurement import Measurement
-    from machines.loop.report import MachineTrace
+
+    from ...loop.report import MachineTrace
 
 
 def traced(test: Measurement, machine: Path, output: Path, seed: int, command: str) -> tuple[dict[str, Any], list[str]]:
     """Trace, write everything into a folder; the JSON and the lines to print."""
     from dataclasses import replace
 
-    from machines.files.machine_file import read_machine
-    from machines.loop.close import check_target, write_trace
-    from machines.loop.records import said_of
-    from machines.loop.trace import trace_machine
+    from ...files.machine_file import read_machine
+    from ...loop.close import check_target, write_trace
+    from ...loop.records import said_of
+    from ...loop.trace import trace_machine
 
     model = read_machine(machine)
     check_target(machine, output)
@@ -51,8 +52,9 @@ def _write_page(report: MachineTrace, test: Measurement, machine: Path, command:
     from importlib.metadata import version
 
     from jointlib.io.atomic import sha256
-    from machines.report import Page
-    from machines.report.machine_trace_section import machine_trace_section
+
+    from ...report import Page
+    from ...report.machine_trace_section import machine_trace_section
 
     before, after = report.error_before["relative"], report.error_after["relative"]
     Page(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from machines.view.mode_shape import Mode
+    from ...view.mode_shape import Mode
 
 _SHARE = 0.08
 """Largest displacement of a still mode shape over the size of the machine."""
@@ -20,12 +20,13 @@ def draw(file: Path, output: Path, mode: int | None, changes: dict[str, str] | N
     ``mode`` is the number of one that is shown, from 1 on in ascending frequency; an HTML page has others as well.
     """
     from jointlib.io.atomic import write_text
-    from machines.files.machine_file import read_machine
-    from machines.road.open_joints import with_joints
-    from machines.view import scene
-    from machines.view.modes import modes_of
-    from machines.view.page import page
-    from machines.view.svg import picture
+
+    from ...files.machine_file import read_machine
+    from ...road.open_joints import with_joints
+    from ...view import scene
+    from ...view.modes import modes_of
+    from ...view.page import page
+    from ...view.svg import picture
 
     machine = read_machine(file, changes)
     drawn, said = scene(machine), list[str]()

@@ -1,4 +1,4 @@
-"""``jointlib df``: describing function of a joint."""
+"""Describing function of a joint."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``jointlib fmu``: export a joint or a machine as an FMU and verify it, or verify one."""
+"""Export a joint as an FMU and verify it, or verify one."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def command(
         return
     if model is None or output is None:
         raise InputError("fmu: expected a joint file and -o X.fmu, a machine file and -o X.fmu, or --verify X.fmu")
-    from fmu.export import export_fmu
+    from ..export import export_fmu
 
     with working("exporting and verifying"):
         done = export_fmu(_read(model, changes), output, fmi=int(fmi), runtime=runtime, platforms=platforms)
@@ -90,7 +90,7 @@ def _read(path: Path, changes: dict[str, str]) -> Joint | Machine:
 
 
 def _verify(path: Path, as_json: bool) -> None:
-    from fmu.verify import verify_fmu
+    from ..verify import verify_fmu
 
     with working("verifying"):
         done = verify_fmu(path)

@@ -1,4 +1,4 @@
-"""``jointlib new``: a commented file to begin with, which runs as it is."""
+"""A commented file to begin with: machine, joint, measurement, study."""
 
 from __future__ import annotations
 
@@ -67,8 +67,8 @@ def _naming(template: str, placeholder: str, name: str) -> str:
 
 def _can_be_studied(machine: Path) -> None:
     """Refuse a machine file with a fault, or without what the study varies."""
-    from machines import read_machine
-    from machines.files.machine_file import cutting_table
+    from .. import read_machine
+    from ..files.machine_file import cutting_table
 
     read_machine(machine)
     missing = {"teeth", "immersion"} - cutting_table(machine).get("cutting", {}).keys()

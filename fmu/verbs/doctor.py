@@ -1,4 +1,4 @@
-"""``jointlib doctor``: what this computer can do."""
+"""What this computer can do."""
 
 from __future__ import annotations
 
@@ -31,8 +31,9 @@ def command(as_json: bool) -> None:
     import shutil
     from importlib.metadata import PackageNotFoundError, version
 
-    from fmu.members.build import compilers, here
     from jointlib.registry import GROUPS, installed
+
+    from ..members.build import compilers, here
 
     def found(name: str) -> str:
         try:

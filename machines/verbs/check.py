@@ -1,4 +1,4 @@
-"""``jointlib check``: the coupled machine, joints linearised, against python-control."""
+"""Compare the coupled machine, joints linearised, with python-control."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ def command(machine: Path, amplitude: float | None, changes: dict[str, str], as_
     Example:
       jointlib check machines/library/two_mass.toml
     """
-    from machines import linear_check, read_machine
-    from machines.road.open_joints import with_joints
+    from .. import linear_check, read_machine
+    from ..road.open_joints import with_joints
 
     with working("comparing with python-control"):
         model, remarks = with_joints(read_machine(machine, changes))

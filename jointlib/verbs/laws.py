@@ -1,4 +1,4 @@
-"""``jointlib laws``: the one table of names."""
+"""The joint laws that are installed, with their fields and units."""
 
 from __future__ import annotations
 

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 from jointlib.cli.output import table
 
 if TYPE_CHECKING:
-    from machines.mistakes.elements import Element
-    from machines.model.machine import Machine
-    from machines.modes.natural_modes import NaturalModes
+    from ...mistakes.elements import Element
+    from ...model.machine import Machine
+    from ...modes.natural_modes import NaturalModes
 
 _ROWS = 12
 """Connections up to which each has a line of its own."""
@@ -21,8 +21,8 @@ def told(machine: Machine, contacts: bool) -> tuple[list[str], list[str]]:
     """The lines, and those of them that name what looks wrong; ``contacts`` has a line for every connection."""
     import numpy as np
 
-    from machines.mistakes import may_be_solved, mistakes
-    from machines.mistakes.materials import oversized
+    from ...mistakes import may_be_solved, mistakes
+    from ...mistakes.materials import oversized
 
     each = contacts or len(machine.connections) <= _ROWS
     known = all(c.joint is not None for c in machine.flexible)
@@ -58,7 +58,8 @@ def _modes(machine: Machine) -> NaturalModes | None:
     import numpy as np
 
     from jointlib.errors import InputError
-    from machines.modes.natural_modes import natural_modes
+
+    from ...modes.natural_modes import natural_modes
 
     try:
         return natural_modes(machine)
@@ -67,7 +68,7 @@ def _modes(machine: Machine) -> NaturalModes | None:
 
 
 def _parts(machine: Machine) -> list[str]:
-    from machines.model.masses import part_masses, whole_mass
+    from ...model.masses import part_masses, whole_mass
 
     lines = []
     parts = part_masses(machine)
@@ -114,9 +115,10 @@ def _summary(machine: Machine) -> list[str]:
 
 def _under_load(machine: Machine, each: bool) -> list[str]:
     from jointlib.errors import InputError
-    from machines.bundles.bundle import said_by
-    from machines.modes.mode_energy import bundles
-    from machines.statics.statics import static_point
+
+    from ...bundles.bundle import said_by
+    from ...modes.mode_energy import bundles
+    from ...statics.statics import static_point
 
     lines = list(said_by(machine.joints()))
     if machine.static is None:
@@ -140,7 +142,7 @@ def _under_load(machine: Machine, each: bool) -> list[str]:
 
 def _stiffness(machine: Machine) -> list[str]:
     """Stiffness of every bundle, and of what else joins two parts, in six directions."""
-    from machines.mistakes.elements import elements
+    from ...mistakes.elements import elements
 
     rows: list[Sequence[str]] = []
     alone: dict[tuple[str, str], list[Element]] = {}
@@ -161,7 +163,7 @@ def _stiffness(machine: Machine) -> list[str]:
 def _together(members: list[Element]) -> Element:
     import numpy as np
 
-    from machines.mistakes.elements import Element
+    from ...mistakes.elements import Element
 
     first = members[0]
     stacked = [np.concatenate([getattr(e, key) for e in members]) for key in ("rows", "at", "direction")]
@@ -176,8 +178,8 @@ def _six(values: Any) -> list[str]:
 
 
 def _first_modes(modes: NaturalModes) -> list[str]:
-    from machines.modes.mode_energy import mode_energies
-    from machines.modes.mode_words import holders, largest, movers
+    from ...modes.mode_energy import mode_energies
+    from ...modes.mode_words import holders, largest, movers
 
     energies = mode_energies(modes)
     rows = [

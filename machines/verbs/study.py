@@ -1,4 +1,4 @@
-"""``jointlib study``: thousands of configurations of a machine, computed, resumed and judged."""
+"""Compare many configurations of a machine."""
 
 from __future__ import annotations
 
@@ -11,12 +11,14 @@ import click
 
 from jointlib.cli.arguments import Target, Verb, input_file, json_option
 from jointlib.cli.output import working, wrote
-from jointlib.cli.told.study_told import tell
 from jointlib.errors import InputError
+
+from .told.study_told import tell
 
 if TYPE_CHECKING:
     from jointlib.joint import Joint
-    from machines.study.study import Study
+
+    from ..study.study import Study
 
 
 _PER_PROCESSOR = 4
@@ -97,9 +99,9 @@ def report(study: Path, output: Path, tools: tuple[str, ...], target: Path | Non
     Example:
       jointlib study report machines/library/guide_mill.study.toml -o study
     """
-    from machines.study.run import begin, planned
-    from machines.study.study_file import read_study
-    from machines.study.tables import write_table
+    from ..study.run import begin, planned
+    from ..study.study_file import read_study
+    from ..study.tables import write_table
 
     opened = read_study(study, tuple(dict.fromkeys(tools)))
     if not (output / "study.json").is_file():
@@ -122,9 +124,9 @@ def _compute(
     shard: str | None = None,
     scheduler: str | None = None,
 ) -> None:
-    from machines.study.run import begin, evaluate_all, planned
-    from machines.study.study_file import read_study
-    from machines.study.values import check_values
+    from ..study.run import begin, evaluate_all, planned
+    from ..study.study_file import read_study
+    from ..study.values import check_values
 
     part = _part(shard)
     most = _PER_PROCESSOR * (os.cpu_count() or 1)
@@ -160,8 +162,8 @@ def _part(shard: str | None) -> tuple[int, int]:
 
 def identified(study: Study) -> dict[str, Joint]:
     """Joints that the base machine leaves to be identified, once for all configurations."""
-    from machines import read_machine
-    from machines.road.open_joints import with_joints
+    from .. import read_machine
+    from ..road.open_joints import with_joints
 
     joints: dict[str, Joint] = {}
     for tool in study.with_tools:

@@ -17,9 +17,9 @@ def forced(
 
     Nothing where nothing forces a vibration: without a feed, in turning. ``safe`` are the limits (m) of the pocket.
     """
-    from machines.cutting.forced.forced_field import forced_field
-    from machines.cutting.forced.forced_vibration import too_many
-    from machines.cutting.forced.quiet_pocket import pocket_in_cut
+    from ...cutting.forced.forced_field import forced_field
+    from ...cutting.forced.forced_vibration import too_many
+    from ...cutting.forced.quiet_pocket import pocket_in_cut
 
     if bent := too_many(model):
         return {}, [f"The vibration that the teeth force is not computed: {bent} joints depend on amplitude."], None

@@ -1,4 +1,4 @@
-"""``jointlib run``: the whole road for a machine."""
+"""The whole road for a machine: identify, trace, mend, couple, check, cut, export."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ def command(machine: Path, output: Path, amplitude: tuple[float, ...], changes: 
     Example:
       jointlib run machines/library/guide_mill.toml -o out
     """
-    from machines import read_machine
-    from machines import run as whole_road
-    from machines.road.run import AMPLITUDES
+    from .. import read_machine
+    from .. import run as whole_road
+    from ..road.run import AMPLITUDES
 
     model = read_machine(machine, changes)
     if model.cutting is None and amplitude:

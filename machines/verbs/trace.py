@@ -1,4 +1,4 @@
-"""``jointlib trace``: close the loop on one measurement."""
+"""Find what a joint model leaves unexplained, name it, mend the joint."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def command(
     again = ["jointlib", "trace", str(measurement), "--joint" if joint is not None else "--machine"]
     again += [str(joint or machine), "-o", str(output), *(["--seed", str(seed)] if seed else [])]
     if machine is not None:
-        from jointlib.cli.told.trace_machine import traced
+        from .told.trace_machine import traced
 
         emit(as_json, *traced(test, machine, output, seed, shlex.join(again)))
         return
@@ -71,8 +71,8 @@ def command(
 def _write_page(report: TraceReport, test: Measurement, command_line: str, path: Path) -> None:
     from importlib.metadata import version
 
-    from machines.report import Page
-    from machines.report.sections import trace_section
+    from ..report import Page
+    from ..report.sections import trace_section
 
     Page(
         title=f"Trace of {test.source.name}",
