@@ -10,7 +10,7 @@ import numpy as np
 
 from jointlib.arrays import Array, ArrayLike, ComplexArray
 from jointlib.errors import FrequencyMismatch, InputError, nearest
-from jointlib.shown.pictures import axes_of, draw_magnitude, literal
+from jointlib.shown.pictures import axes_of, draw_magnitude, literal, name_curves
 from jointlib.shown.result import Columns, Shown, package
 
 _NAMED = 8
@@ -148,8 +148,8 @@ class FRF(Shown):
         axes = axes_of(ax)
         entries = self._entries()
         for name, H in entries.items():
-            draw_magnitude(axes, self.frequency, H, label=literal(name))
+            label = literal(name) if len(entries) <= _NAMED else None
+            draw_magnitude(axes, self.frequency, H, label=label)
         axes.set(xlabel="frequency [Hz]", ylabel="|x/F| [µm/N]")
-        if len(entries) <= _NAMED:
-            axes.legend()
+        name_curves(axes)
         return axes

@@ -14,6 +14,14 @@ from jointlib.harmonic import FirstHarmonic, broadcast, closed_form
 from jointlib.law import JointLaw, Motion
 from jointlib.modulation import CONDITIONS, Modulation
 from jointlib.parameter import Parameter, Role, parameters_of
+from jointlib.shown.pictures import axes_of, draw_stiffness
+from jointlib.shown.result import Columns, Shown
+from jointlib.units import with_error
+
+_TOLD = 6
+"""Parameters that the sentence of a joint tells."""
+_AMPLITUDE, _FREQUENCY = 1e-5, 100.0
+"""m and Hz up to which, and at which, a joint is drawn whose validity is not known."""
 
 
 @dataclass(frozen=True)
@@ -40,8 +48,8 @@ class Covariance:
         return Covariance(self.names, self.matrix * np.outer(factor, factor))
 
 
-@dataclass(frozen=True)
-class Joint:
+@dataclass(frozen=True, repr=False)
+class Joint(Shown):
     """Σ f_k(z, ż, state) along one relative displacement; ``+`` adds a law or another joint's laws.
 
     Parts are named after their kinds (``hertz_guide``, ``viscous``, a second one ``viscous_2``), so a parameter
@@ -198,3 +206,41 @@ class Joint:
         for law in self.laws:
             total = total + law.first_harmonic(amplitude, omega, bias)
         return total
+
+    def finding(self) -> str:
+        """Its laws and their first parameters."""
+        flat, errors = self.parameters, self._errors()
+        words = [
+            f"{name.partition('.')[2].replace('_', ' ')} {with_error(value, errors[name], self.units[name])}"
+            for name, value in list(flat.items())[:_TOLD]
+        ]
+        more = f" and {len(flat) - _TOLD} more" if len(flat) > _TOLD else ""
+        laws = " + ".join(law.kind for law in self.laws) or "no law"
+        return f"{self.name!r} is {laws}" + (f"\n{', '.join(words)}{more}" if words else "")
+
+    def _errors(self) -> dict[str, float]:
+        """Standard errors in SI, nan where a parameter was not estimated."""
+        known = self.covariance
+        return {name: float("nan") if known is None else known.standard_error(name) for name in self.parameters}
+
+    def columns(self) -> Columns:
+        """A row per parameter, in SI."""
+        flat = self.parameters
+        return {
+            "parameter": (list(flat), ""),
+            "value": (list(flat.values()), ""),
+            "unit": ([self.units[name] for name in flat], ""),
+            "standard_error": (list(self._errors().values()), ""),
+            "fixed": ([name in self.fixed for name in flat], ""),
+        }
+
+    def plot(self, ax: Any = None, amplitude: ArrayLike | None = None, frequency: float | None = None) -> Any:
+        """Equivalent stiffness in N/µm over the amplitude in µm at one frequency (Hz), by default where it is valid."""
+        axes = axes_of(ax)
+        low, high = self.validity.get("frequency", (_FREQUENCY, _FREQUENCY))
+        at = float(np.sqrt(max(low, high / 100) * high)) if frequency is None else float(frequency)
+        largest = self.validity.get("amplitude", (0.0, _AMPLITUDE))[1]
+        A = np.linspace(largest / 200, largest, 200) if amplitude is None else np.asarray(amplitude, dtype=float)
+        draw_stiffness(axes, A, self.first_harmonic(A, 2 * np.pi * at).gain, label=f"{self.name}, {at:.4g} Hz")
+        axes.set(xlabel="amplitude [µm]", ylabel="Re G [N/µm]")
+        return axes

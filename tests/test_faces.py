@@ -11,10 +11,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from jointlib.errors import InputError
+from jointlib.describing import DescribingFunction
+from jointlib.errors import InputError, Outcome
 from jointlib.frf import FRF
+from jointlib.joint import Covariance, Joint
+from jointlib.laws.hertz_guide import HertzGuide
+from jointlib.laws.viscous import Viscous
 from jointlib.shown.result import Shown
-from machines import StabilityLobes, stability_lobes
+from machines import Machine, Response, StabilityLobes, read_machine, response, stability_lobes
 from machines.cutting.process.cutting import Cutting
 from machines.lobes import ToolModel
 
@@ -49,6 +53,16 @@ def labels(axes: Any) -> tuple[str, str]:
 @pytest.fixture(scope="module")
 def chart() -> StabilityLobes:
     return stability_lobes(TOOL, CUT, np.linspace(17000.0, 19000.0, 21), "collocation")
+
+
+@pytest.fixture(scope="module")
+def machine() -> Machine:
+    return read_machine(LIBRARY / "two_mass.toml")
+
+
+@pytest.fixture(scope="module")
+def moved(machine: Machine) -> Response:
+    return response(machine, [10.0, 80.0])
 
 
 def frf() -> FRF:
@@ -122,3 +136,48 @@ def test_pictures_and_frames_are_imported_when_they_are_asked_for() -> None:
     code = f"import sys, jointlib.frf, machines; print(sorted({late} & set(sys.modules)))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_a_response_says_which_joint_moves_most(moved: Response) -> None:
+    top = max(moved.peaks, key=lambda p: p.amplitude)
+    assert f"10, 80 N on slide.x; guide moves most, {top.amplitude * 1e6:.4g} µm at" in said(moved)
+    stalled = replace(moved, outcomes=(Outcome.CONVERGED, Outcome.STALLED))
+    assert Outcome.STALLED.value in said(stalled)
+    frame = framed(moved)
+    assert frame.attrs["units"] == {"force": "N", "frequency": "Hz", "amplitude": "m", "width": "Hz"}
+    assert frame["amplitude"].max() == top.amplitude
+    axes = moved.plot()
+    assert labels(axes) == ("frequency [Hz]", "|x/F| [µm/N]")
+    assert axes.get_title() == "slide.x per force on slide.x"
+    with pytest.raises(InputError, match=r"did you mean 'slide\.x'"):
+        moved.plot(output="slide.y")
+
+
+def test_receptances_of_a_response_stand_on_the_lines_of_all_forces(moved: Response) -> None:
+    pytest.importorskip("xarray", reason="xarray is not installed (extra tables)")
+    labelled = moved.to_xarray()
+    assert labelled.attrs == {"units": "m/N", "drive": "slide.x"}
+    for force, frf in zip(moved.force, moved.frfs, strict=True):
+        own = labelled.sel(force=force, output="slide.x", frequency=frf.frequency)
+        np.testing.assert_array_equal(own, frf.between("slide.x", "slide.x"))
+
+
+def test_a_joint_says_its_laws_and_their_parameters() -> None:
+    covariance = Covariance(("viscous.damping",), np.array([[25.0]]))
+    joint = Joint((HertzGuide(630.0, 3.93e-8), Viscous(503.0)), "g<u>", covariance=covariance)
+    text = said(joint)
+    assert "'g<u>' is hertz-guide + viscous" in text
+    assert "preload 630 N" in text
+    assert "damping 503.0 ± 5.0 N s/m" in text
+    assert "g&lt;u&gt;" in joint._repr_html_()
+    frame = framed(joint).set_index("parameter")
+    assert frame["value"].to_dict() == joint.parameters
+    assert frame["unit"].to_dict() == joint.units
+    assert frame.loc["viscous.damping", "standard_error"] == 5.0
+    A = np.array([1e-6, 2e-6])
+    axes = joint.plot(amplitude=A, frequency=200.0)
+    assert labels(axes) == ("amplitude [µm]", "Re G [N/µm]")
+    drawn = axes.get_lines()[0].get_ydata()
+    np.testing.assert_allclose(drawn, DescribingFunction(joint)(A, 400 * np.pi).real / 1e6)
+    assert "is no law" in said(Joint())
+    assert labels(joint.plot())[0] == "amplitude [µm]"

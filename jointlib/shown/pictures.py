@@ -23,6 +23,24 @@ def literal(text: str) -> str:
     return text.replace("$", r"\$")
 
 
+def shades(count: int) -> list[Any]:
+    """Colours from light to dark for levels in ascending order, distinct in grey as well."""
+    import matplotlib
+
+    return [matplotlib.colormaps["viridis"](x) for x in np.linspace(0.82, 0.08, max(count, 1))[:count]]
+
+
 def draw_magnitude(axes: Any, frequency: Array, receptance: ComplexArray, **look: Any) -> None:
     """The size of a receptance (m/N) in µm/N over frequency in Hz, on a logarithmic scale."""
     axes.semilogy(frequency, np.abs(receptance * 1e6), **look)
+
+
+def draw_stiffness(axes: Any, amplitude: Array, gain: ComplexArray, **look: Any) -> None:
+    """Equivalent stiffness Re G (N/m) in N/µm over the amplitude (m) in µm."""
+    axes.plot(amplitude * 1e6, gain.real / 1e6, **look)
+
+
+def name_curves(axes: Any) -> None:
+    """A legend, where a curve has a name."""
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend()

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from jointlib.arrays import Array
-from jointlib.errors import InputError, Outcome
+from jointlib.errors import InputError, Outcome, nearest
 from jointlib.frf import FRF
+from jointlib.shown.pictures import axes_of, draw_magnitude, literal, name_curves, shades
+from jointlib.shown.result import Columns, Shown, package
 
 from ..bundles.bundle import said_by
 from ..continuation.all_curves import by_raising_the_force, from_branches
@@ -20,7 +23,7 @@ from ..continuation.overtones import Overtones, refined
 from ..harmonic_balance.assembly import Assembly
 from ..model.limits import beyond_frequency
 from ..model.machine import Machine, checked_forces, checked_range
-from ..operating.branches import Branch
+from ..operating.branches import Branch, Stability
 from ..operating.peaks import Peak
 from ..operating.resonances import NO_MOTION, known_between
 from ..stability.disturbances import AFFORDABLE, Disturbances
@@ -54,8 +57,8 @@ class ArcLength:
     """
 
 
-@dataclass(frozen=True, eq=False)
-class Response:
+@dataclass(frozen=True, eq=False, repr=False)
+class Response(Shown):
     """What a harmonic force on ``drive`` does; tuples have one entry per force.
 
     Phasors are peak values with time factor e^(+jωt), their phase relative to the force.
@@ -80,6 +83,71 @@ class Response:
     def peaks_of(self, connection: str, force: float) -> tuple[Peak, ...]:
         """Peaks of one connection at one force in N, ascending in frequency."""
         return tuple(p for p in self.peaks if p.connection == connection and p.force == force)
+
+    def finding(self) -> str:
+        """The largest relative motion in a joint, and what kept a solution from being used."""
+        count, low, high = len(self.force), min(self.force), max(self.force)
+        sizes = f"{count} forces of {low:g} to {high:g}" if count > 3 else ", ".join(f"{f:g}" for f in self.force)
+        known = [p for p in self.peaks if np.isfinite(p.amplitude)]
+        said = f"{sizes} N on {self.drive}"
+        if known:
+            top = max(known, key=lambda p: p.amplitude)
+            said += f"; {top.connection} moves most, {top.amplitude * 1e6:.4g} µm at {top.frequency:.5g} Hz"
+            said += f" under {top.force:g} N" if len(self.force) > 1 else ""
+        outcome = next((o for o in self.outcomes if o is not Outcome.CONVERGED), Outcome.CONVERGED)
+        return f"{said}\n{outcome.value}".strip()
+
+    def columns(self) -> Columns:
+        """A row per peak of a joint."""
+        return {
+            "force": ([p.force for p in self.peaks], "N"),
+            "connection": ([p.connection for p in self.peaks], ""),
+            "frequency": ([p.frequency for p in self.peaks], "Hz"),
+            "amplitude": ([p.amplitude for p in self.peaks], "m"),
+            "width": ([p.width for p in self.peaks], "Hz"),
+            "stability": ([p.stability.value for p in self.peaks], ""),
+            "outcome": ([p.outcome.name.lower() for p in self.peaks], ""),
+        }
+
+    def to_xarray(self) -> Any:
+        """The receptance from ``drive`` in m/N over force, frequency and output as an xarray DataArray.
+
+        Lines are those of all forces together; on lines that a force was not solved at it is nan.
+        """
+        xarray = package("xarray", "to_xarray")
+        lines = np.unique(np.concatenate([frf.frequency for frf in self.frfs]))
+        H = np.full((len(self.force), len(lines), len(self.outputs)), np.nan + 0j)
+        for own, frf in zip(H, self.frfs, strict=True):
+            own[np.searchsorted(lines, frf.frequency)] = frf.receptance[:, :, 0]
+        places = {
+            "force": xarray.Variable("force", list(self.force), {"units": "N"}),
+            "frequency": xarray.Variable("frequency", lines, {"units": "Hz"}),
+            "output": list(self.outputs),
+        }
+        about = {"units": "m/N", "drive": self.drive}
+        return xarray.DataArray(H, places, ("force", "frequency", "output"), "receptance", about)
+
+    def plot(self, ax: Any = None, output: str | None = None) -> Any:
+        """|x/F| of an output (default: where the force acts) in µm/N, all branches; broken where motion leaves them."""
+        axes = axes_of(ax)
+        shown = output or (self.drive if self.drive in self.outputs else self.outputs[0])
+        if shown not in self.outputs:
+            raise InputError(f"plot: no output {shown!r}, {nearest(shown, self.outputs)}")
+        o = self.outputs.index(shown)
+        for force, branches, colour in zip(self.force, self.branches, shades(len(self.force)), strict=True):
+            for i, (branch, style) in enumerate(styled(branches)):
+                name = f"{force:g} N" if i == 0 else None
+                H = branch.output[:, o] / force
+                draw_magnitude(axes, branch.frequency, H, color=colour, linestyle=style, label=name)
+        title = literal(f"{shown} per force on {self.drive}")
+        axes.set(xlabel="frequency [Hz]", ylabel="|x/F| [µm/N]", title=title)
+        name_curves(axes)
+        return axes
+
+
+def styled(branches: Sequence[Branch]) -> list[tuple[Branch, str]]:
+    """Branches with the line they are drawn in: broken where no slowly swept test would stay."""
+    return [(branch, "--" if branch.stability is Stability.UNSTABLE else "-") for branch in branches]
 
 
 def response(

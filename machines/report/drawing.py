@@ -9,9 +9,8 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
-import numpy as np
-
 from jointlib.arrays import Array
+from jointlib.shown.pictures import shades as shades
 
 BEFORE, AFTER, MEASURED, FLOOR = "#c2410c", "#0b5394", "#6b7280", "#9ca3af"
 """Colours with one meaning on every picture."""
@@ -69,13 +68,6 @@ def sheet(
                 paper.png = pixels.getvalue()
     # The XML prologue has no place inside HTML.
     paper.svg = re.sub(r"^.*?(?=<svg)", "", buffer.getvalue(), flags=re.S)
-
-
-def shades(count: int) -> list[Any]:
-    """Colours from light to dark for levels in ascending order, distinct in grey as well."""
-    import matplotlib
-
-    return [matplotlib.colormaps["viridis"](x) for x in np.linspace(0.82, 0.08, max(count, 1))[:count]]
 
 
 def thin(*columns: Array, most: int = 2000) -> Sequence[Array]:

@@ -9,8 +9,9 @@ import numpy as np
 from jointlib.arrays import Array
 from jointlib.describing import DescribingFunction
 from jointlib.joint import Joint
+from jointlib.shown.pictures import draw_stiffness, shades
 
-from ..drawing import AFTER, BEFORE, MEASURED, shades, sheet, thin
+from ..drawing import AFTER, BEFORE, MEASURED, sheet, thin
 from ..page import Figure
 
 
@@ -69,7 +70,7 @@ def gain(joints: Mapping[str, Joint], amplitude: Array, frequency: float) -> Fig
         for (name, joint), colour in zip(joints.items(), (BEFORE, AFTER)[-len(joints) :], strict=True):
             G = DescribingFunction(joint)(amplitude, omega)
             style = "--" if colour == BEFORE else "-"
-            left.plot(amplitude * 1e6, G.real / 1e6, style, color=colour, label=name)
+            draw_stiffness(left, amplitude, G, linestyle=style, color=colour, label=name)
             right.plot(amplitude * 1e6, G.imag / omega, style, color=colour, label=name)
             high = joint.validity.get("amplitude", (0.0, np.inf))[1]
             if high < amplitude[-1]:

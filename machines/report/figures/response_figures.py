@@ -6,12 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from jointlib.shown.pictures import literal
+from jointlib.shown.pictures import literal, shades
 
-from ...forced_response.response import Response
-from ...operating.branches import Branch, Stability
+from ...forced_response.response import Response, styled
 from ...operating.peaks import Peak
-from ..drawing import shades, sheet
+from ..drawing import sheet
 from ..page import Figure
 from .receptance_figure import Curve, receptance_figure
 
@@ -39,18 +38,14 @@ def tool_figure(
                 for force, branches, colour in zip(
                     result.force, result.branches, shades(len(result.force)), strict=True
                 )
-                for k, (branch, style) in enumerate(_styled(branches))
+                for k, (branch, style) in enumerate(styled(branches))
             ]
             curves += [curve for drive, at, curve in measured if (drive, at) == (result.drive, output)]
             panels.append((f"{output} per force on {result.drive}", curves))
-    broken = any(style == "--" for r in results for branches in r.branches for _, style in _styled(branches))
+    broken = any(style == "--" for r in results for branches in r.branches for _, style in styled(branches))
     caption = "Steady response to harmonic forces, each joint replaced by its describing function at its own amplitude"
     caption += "; broken lines are branches that no slowly swept test would stay on." if broken else "."
     return receptance_figure(panels, plot, caption, png=png)
-
-
-def _styled(branches: Sequence[Branch]) -> list[tuple[Branch, str]]:
-    return [(branch, "--" if branch.stability is Stability.UNSTABLE else "-") for branch in branches]
 
 
 def joints_figure(result: Response) -> Figure | None:
@@ -66,7 +61,7 @@ def joints_figure(result: Response) -> Figure | None:
         for axes, connection in zip(paper.axes[0], chosen, strict=True):
             c = result.connections.index(connection)
             for force, branches, colour in zip(result.force, result.branches, shades(len(result.force)), strict=True):
-                for i, (branch, style) in enumerate(_styled(branches)):
+                for i, (branch, style) in enumerate(styled(branches)):
                     label = f"{force:g} N" if i == 0 else None
                     size = np.abs(branch.joint[:, c]) * 1e6
                     axes.plot(branch.frequency, size, style, color=colour, label=label)
