@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
-from jointlib.errors import InputError
+from jointlib.arrays import Array
+from jointlib.errors import CheckFailed, InputError
 from jointlib.joint import Joint
 from jointlib.law import JointLaw
 from jointlib.laws.coulomb import Coulomb
@@ -15,6 +17,7 @@ from jointlib.laws.cubic import Cubic
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from machines import Connection, Lumped, Machine, lobes_at_amplitude
+from machines.cutting.amplitude import frozen_lobes
 from machines.cutting.amplitude.words import told, told_at
 from machines.cutting.process.lost_contact import milling_contact
 from machines.lobes import Cutting, amplitude_limits, depth_ratio
@@ -194,3 +197,25 @@ def test_what_is_told_beside_the_teeth_says_so() -> None:
     assert said[2].startswith("Just above 0.699 mm it chatters by itself at 104.9 Hz")
     assert said[2].endswith("(deeper, the teeth may quench it: --depth).")
     assert said[1] == told(limits)[1]
+
+
+def test_limits_are_known_up_to_where_a_chart_does_not_settle(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = frozen_lobes.frozen_lobes
+
+    def unsettled(machine: Machine, speed: Array, size: float, *more: Any) -> Any:
+        if size > 2e-5:
+            raise CheckFailed("multi-frequency: the depth still changes with the resolution")
+        return whole(machine, speed, size, *more)
+
+    machine = lathe(Cubic(CUBIC))
+    sizes = np.geomspace(1e-6, 1e-4, 8)
+    before = amplitude_limits(machine, [3000.0], sizes)
+    monkeypatch.setattr("machines.cutting.amplitude.amplitude_limits.frozen_lobes", unsettled)
+    limits = amplitude_limits(machine, [3000.0], sizes)
+    below = sizes <= 2e-5
+    assert limits.largest[0] == pytest.approx(sizes[below][-1])
+    assert np.all(np.isnan(limits.depth[limits.amplitude > 2e-5]))
+    first, same = (one.depth[np.isin(one.amplitude, sizes[below])] for one in (before, limits))
+    np.testing.assert_array_equal(first, same)
+    (said,) = [w for w in limits.warnings if w.startswith("Limits are known below")]
+    assert "26.8 µm only: multi-frequency" in said

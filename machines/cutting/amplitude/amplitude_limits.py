@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
 from jointlib.arrays import Array, ArrayLike
-from jointlib.errors import InputError
+from jointlib.errors import CheckFailed, InputError
 
 from ...harmonic_balance.assembly import is_linear
 from ...indices import Mask
@@ -206,8 +206,14 @@ def amplitude_limits(
     if A.ndim != 1 or len(A) < 2 or not np.all(np.isfinite(A)) or A[0] <= 0 or np.any(np.diff(A) <= 0):
         raise InputError("amplitude limits: expected two or more amplitudes in m, above 0 and ascending")
 
+    unsettled = dict[float, str]()
+
     def layer(size: float) -> tuple[StabilityLobes, Mask]:
-        chart, held = frozen_lobes(machine, speeds, size, onset.method)
+        try:
+            chart, held = frozen_lobes(machine, speeds, size, onset.method)
+        except CheckFailed as failed:
+            unsettled[size] = f"Limits are known below an amplitude of {size * 1e6:.3g} µm only: {failed}."
+            return replace(onset, depth=np.full(speeds.shape, np.nan)), np.ones(speeds.shape, dtype=bool)
         return with_chip(machine, chart, cutting, size), held
 
     layers = {float(size): layer(float(size)) for size in A}
@@ -236,7 +242,7 @@ def amplitude_limits(
         lobe=np.array([chart.lobe for chart in charts]),
         method=onset.method,
         notes=onset.notes,
-        warnings=tuple(said),
+        warnings=(*said, *([unsettled[min(unsettled)]] if unsettled else [])),
         at=at,
         contact=contact_amplitude(
             machine,
