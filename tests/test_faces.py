@@ -18,7 +18,17 @@ from jointlib.joint import Covariance, Joint
 from jointlib.laws.hertz_guide import HertzGuide
 from jointlib.laws.viscous import Viscous
 from jointlib.shown.result import Shown
-from machines import Machine, Response, StabilityLobes, read_machine, response, stability_lobes
+from machines import (
+    Connection,
+    Identify,
+    Machine,
+    Response,
+    StabilityLobes,
+    natural_modes,
+    read_machine,
+    response,
+    stability_lobes,
+)
 from machines.cutting.process.cutting import Cutting
 from machines.lobes import ToolModel
 
@@ -181,3 +191,36 @@ def test_a_joint_says_its_laws_and_their_parameters() -> None:
     np.testing.assert_allclose(drawn, DescribingFunction(joint)(A, 400 * np.pi).real / 1e6)
     assert "is no law" in said(Joint())
     assert labels(joint.plot())[0] == "amplitude [µm]"
+
+
+def test_modes_say_which_one_the_tool_feels_most() -> None:
+    modes = natural_modes(read_machine(LIBRARY / "lathe.toml"))
+    most = int(np.argmax(modes.tool_peak))
+    text = said(modes)
+    assert f"{len(modes.pole)} modes from" in text
+    assert f"the tool feels most that at {modes.frequency[most]:.4g} Hz" in text
+    frame = framed(modes)
+    assert frame.attrs["units"] == {"frequency": "Hz", "tool_peak": "m/N"}
+    np.testing.assert_array_equal(frame["damping_ratio"], modes.damping_ratio)
+    assert labels(modes.plot()) == ("frequency [Hz]", "compliance at resonance [µm/N]")
+    bare = replace(modes, machine=replace(modes.machine, tool={}))
+    assert "the tool" not in said(bare).replace("at the tool", "")
+    assert labels(bare.plot()) == ("frequency [Hz]", "damping ratio [%]")
+    assert "grows by itself" in said(replace(modes, pole=-modes.pole.conj()))
+
+
+def test_a_machine_says_what_it_is_made_of_and_is_drawn_where_it_has_places(machine: Machine) -> None:
+    lathe = read_machine(LIBRARY / "lathe.toml")
+    assert f"of {len(lathe.components)} components and {len(lathe.connections)} connections" in said(lathe)
+    frame = framed(lathe)
+    assert frame.attrs["units"] == {"x": "m", "y": "m", "z": "m"}
+    assert list(frame["connection"]) == [c.name for c in lathe.connections]
+    placed = [c for c in lathe.connections if c.at is not None]
+    np.testing.assert_array_equal(frame.dropna()[["x", "y", "z"]], [c.at for c in placed])
+    assert labels(lathe.plot()) == ("x [mm]", "z [mm]")
+    assert labels(lathe.plot(seen="yz")) == ("y [mm]", "z [mm]")
+    with pytest.raises(InputError, match="expected two axes"):
+        lathe.plot(seen="xx")
+    assert labels(machine.plot()) == ("connection", "component")
+    open_ = Connection("bolt", ("slide.x", "ground"), identify=Identify((Path("bolt.toml"),)))
+    assert "still to be identified: bolt" in said(replace(machine, connections=(*machine.connections, open_)))

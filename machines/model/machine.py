@@ -13,6 +13,8 @@ import numpy as np
 from jointlib.arrays import Array
 from jointlib.errors import InputError, nearest, together
 from jointlib.joint import Joint
+from jointlib.shown.pictures import axes_of
+from jointlib.shown.result import Columns, Shown
 
 from ..bundles.bundle import Placed
 from ..components.component import Component
@@ -21,12 +23,13 @@ from ..components.static_load import StaticLoad
 from ..shapes.outline import Outline
 from .axes import Axis
 from .groups import unmoved
+from .machine_face import draw_chain, draw_side, has_place, of_connections, told
 
 AXES = ("x", "y")
 
 
-@dataclass(frozen=True, eq=False)
-class Machine:
+@dataclass(frozen=True, eq=False, repr=False)
+class Machine(Shown):
     """Components joined at scalar connections.
 
     Parameters
@@ -223,6 +226,25 @@ class Machine:
                 self.dof_rows([dof], "drive")
                 return dof
         raise InputError(f"{self.where}: no drive is given and the machine has no tool, expected a dof to drive")
+
+    def finding(self) -> str:
+        """What it is made of, where its tool is, and what is still to be identified."""
+        return told(self)
+
+    def columns(self) -> Columns:
+        """A row per connection: what it joins, by what, and where it acts."""
+        return of_connections(self)
+
+    def plot(self, ax: Any = None, seen: str = "xz") -> Any:
+        """Components and connections in mm along two axes; what joins which, where no part has a place in space."""
+        axes = axes_of(ax)
+        if len(seen) != 2 or len({*seen} & {*"xyz"}) != 2:
+            raise InputError(f"plot: seen is {seen!r}, expected two axes such as 'xz'")
+        if has_place(self):
+            draw_side(axes, self, ("xyz".index(seen[0]), "xyz".index(seen[1])))
+        else:
+            draw_chain(axes, self)
+        return axes
 
 
 def checked_range(frequency: Sequence[float], where: str) -> tuple[float, float]:

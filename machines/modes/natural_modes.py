@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError, Outcome
+from jointlib.shown.pictures import axes_of
+from jointlib.shown.result import Columns, Shown
 
 from ..coupling.second_order import MachineEquations, machine_equations
 from ..indices import Mask
@@ -29,8 +32,8 @@ _SLOWED = 12
 """Rounds after which every change is halved."""
 
 
-@dataclass(frozen=True, eq=False)
-class NaturalModes:
+@dataclass(frozen=True, eq=False, repr=False)
+class NaturalModes(Shown):
     """Free vibrations x = Re(φ e^(st)) of a coupled machine, a pair of poles s each, ascending in frequency.
 
     Near a pole the receptance is φ φᵀ/(2s (jω − s)): without damping φ is real and of unit modal mass. Motions that
@@ -96,6 +99,41 @@ class NaturalModes:
         """Modes that the tool feels: with at least a thousandth of the largest such compliance."""
         peak = self.tool_peak
         return np.asarray(peak > FELT * np.max(peak, initial=0.0))
+
+    def finding(self) -> str:
+        """How many modes there are, which one the tool feels most, and whether one grows by itself."""
+        held = f"joints held at {self.amplitude * 1e6:g} µm at the tool" if self.amplitude else "joints at rest"
+        if not len(self.pole):
+            return f"nothing swings, {held}"
+        count, f = len(self.pole), self.frequency
+        said = f"{count} modes from {f[0]:.4g} to {f[-1]:.4g} Hz" if count > 1 else f"one mode at {f[0]:.4g} Hz"
+        said += f", {held}"
+        if self.machine.tool and np.any(self.tool_peak > 0):
+            i = int(np.argmax(self.tool_peak))
+            said += (
+                f"; the tool feels most that at {f[i]:.4g} Hz "
+                f"(damping {100 * self.damping_ratio[i]:.3g} %, {self.tool_peak[i] * 1e6:.3g} µm/N)"
+            )
+        growing = np.flatnonzero(self.damping_ratio < -_UNDAMPED)
+        return f"{said}\nthe mode at {f[growing[0]]:.4g} Hz grows by itself" if len(growing) else said
+
+    def columns(self) -> Columns:
+        """A row per mode; ``tool_peak`` is the compliance that it alone has at the tool at resonance."""
+        found: dict[str, Any] = {"frequency": (self.frequency, "Hz"), "damping_ratio": (self.damping_ratio, "")}
+        if self.machine.tool:
+            found |= {"tool_peak": (self.tool_peak, "m/N"), "felt": (self.felt, "")}
+        return found | {"limited": (self.limited, "")}
+
+    def plot(self, ax: Any = None) -> Any:
+        """Compliance in µm/N, over frequency in Hz, of the modes that the tool feels; without a tool damping in %."""
+        axes = axes_of(ax)
+        if self.machine.tool:
+            axes.semilogy(self.frequency[self.felt], self.tool_peak[self.felt] * 1e6, "o")
+            axes.set(xlabel="frequency [Hz]", ylabel="compliance at resonance [µm/N]")
+        else:
+            axes.plot(self.frequency, 100 * self.damping_ratio, "o")
+            axes.set(xlabel="frequency [Hz]", ylabel="damping ratio [%]")
+        return axes
 
 
 def natural_modes(machine: Machine, amplitude: float = 0.0) -> NaturalModes:
