@@ -118,7 +118,7 @@ def command(
         at = f" at a tool-point amplitude of {A * 1e6:g} um" if A else small
         if np.isfinite(chart.minimum_depth):
             lines.append(
-                f"stable at {reach(chart)} below {chart.minimum_depth * 1e3:.5g} mm{at} "
+                f"stable at {chart.reach} below {chart.minimum_depth * 1e3:.5g} mm{at} "
                 f"(chatter at {chart.minimum_frequency:.5g} Hz), {chart.method}"
             )
         else:
@@ -189,13 +189,6 @@ def command(
             _write(output, charts, speeds, sizes, safe if bounded else None, band)
         lines.append(wrote(output))
     emit(as_json, data, lines)
-
-
-def reach(chart: Any) -> str:
-    """The speeds that the minimum depth of a chart is of."""
-    if chart.minimum_at is not None:
-        return f"every speed from {float(np.min(chart.speed)):g} to {float(np.max(chart.speed)):g} rpm"
-    return "every speed" if chart.method in ("turning", "zero-order") else "these speeds"
 
 
 def _draw(
