@@ -10,9 +10,9 @@ _PROJECT = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_tex
 project = _PROJECT["name"]
 author = copyright = _PROJECT["authors"][0]["name"]
 version = release = _PROJECT["version"]
-extensions = ["myst_parser"]
+extensions = ["myst_parser", "sphinx_gallery.gen_gallery"]
 root_doc = "index"
-exclude_patterns = ["_build"]
+exclude_patterns = ["_build", "examples"]
 myst_enable_extensions = ["deflist"]
 myst_heading_anchors = 3
 html_theme = "alabaster"
@@ -21,3 +21,12 @@ html_show_sourcelink = False
 # Formulas are written in Unicode: no page loads a script or a font from elsewhere.
 html_math_renderer = None
 nitpicky = True
+# Examples are run while the pages are built; the pages that this makes are not kept.
+sphinx_gallery_conf = {
+    "examples_dirs": "examples",
+    "gallery_dirs": "gallery",
+    "download_all_examples": False,
+    "show_signature": False,
+    "within_subsection_order": "FileNameSortKey",
+    "abort_on_example_error": True,
+}

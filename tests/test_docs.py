@@ -168,6 +168,7 @@ def test_the_index_names_every_page() -> None:
     text = (DOCS / "index.md").read_text("utf-8")
     trees = re.findall(r"```\{toctree\}\n(.*?)```", text, re.S)
     listed = [line for tree in trees for line in tree.split("\n") if line and not line.startswith(":")]
+    listed.remove("gallery/index")  # made while the pages are built, of docs/examples
     assert sorted(f"{name}.md" for name in listed) == [p for p in PAGES if p != "index.md"]
 
 
