@@ -10,10 +10,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from test_report import rig_report
 
 from jointlib.describing import DescribingFunction
 from jointlib.errors import InputError, Outcome
 from jointlib.frf import FRF
+from jointlib.identification import Identification, fit_hertz
+from jointlib.identification.force_samples import RestoringForce
+from jointlib.identification.result import FitError, Found
 from jointlib.joint import Covariance, Joint
 from jointlib.laws.hertz_guide import HertzGuide
 from jointlib.laws.viscous import Viscous
@@ -224,3 +228,40 @@ def test_a_machine_says_what_it_is_made_of_and_is_drawn_where_it_has_places(mach
     assert labels(machine.plot()) == ("connection", "component")
     open_ = Connection("bolt", ("slide.x", "ground"), identify=Identify((Path("bolt.toml"),)))
     assert "still to be identified: bolt" in said(replace(machine, connections=(*machine.connections, open_)))
+
+
+def test_an_identification_says_what_it_found_and_what_it_leaves() -> None:
+    law = HertzGuide(630.0, 3.93e-8)
+    z = np.linspace(-8e-6, 8e-6, 81)
+    fit = fit_hertz(z, law.force(z, 0 * z) + np.sin(np.arange(81)), contact_angle=np.pi / 4)
+    parameters = {
+        "hertz_guide.preload": Found(fit.law.preload, "N", 4.0, "fitted"),
+        "carriage": Found(95.0, "kg", None, "assumed"),
+    }
+    error = FitError("static.csv", "static", 0.7, "N", 0.012)
+    found = Identification(Joint((fit.law,), "guide"), parameters, (error,), fit)
+    text = said(found)
+    assert "'guide' is hertz-guide; it leaves 0.7 N rms of static.csv, 1.2 % of the largest" in text
+    assert "± 4.0 N, carriage 95 kg" in text
+    frame = framed(found).set_index("parameter")
+    assert frame.loc["carriage"].to_dict()["status"] == "assumed"
+    assert np.isnan(frame.loc["carriage", "standard_error"])
+    assert labels(found.plot()) == ("deflection [µm]", "load [N]")
+    v = np.gradient(z) * 1e3
+    surface = RestoringForce("r1", z, v, law.force(z, v), 1e3, True, np.ones(41))
+    measured, identified = replace(found, static=None, surfaces=(surface,)).plot().get_lines()
+    np.testing.assert_allclose(measured.get_ydata(), surface.f)
+    np.testing.assert_allclose(identified.get_ydata(), found.joint.force_along(z, v), rtol=1e-9, atol=1e-9)
+    assert labels(replace(found, static=None).plot()) == ("amplitude [µm]", "Re G [N/µm]")
+
+
+def test_a_trace_says_its_verdict_and_draws_how_the_candidates_fared() -> None:
+    report = rig_report()
+    assert said(report) == ("TraceReport: ambiguous. The records show that a1 reads too much.\nerror 1.8 % → 0.1 %")
+    frame = framed(report)
+    assert list(frame["rank"]) == sorted(c.rank for c in report.candidates)
+    assert frame["share"][0] == report.candidates[0].share_of_current
+    axes = report.plot()
+    assert labels(axes)[0] == "share of the excess removed on data left out of the fit [%]"
+    assert axes.get_yticklabels()[-1].get_text() == "gain at a1"
+    assert "&lt;b&gt;" in replace(report, sentence="<b>")._repr_html_()

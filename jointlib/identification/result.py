@@ -4,11 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
+import numpy as np
+
+from jointlib.arrays import Array
 from jointlib.identification.force_samples import RestoringForce
 from jointlib.identification.hertz_fit import HertzFit
 from jointlib.identification.surface import OrderTrial
 from jointlib.joint import Joint
+from jointlib.shown.pictures import AFTER, MEASURED, axes_of
+from jointlib.shown.result import Columns, Shown
+from jointlib.units import with_error
+
+_TOLD = 6
+"""Parameters that the sentence tells."""
+_SAMPLES = 3000
+"""Of a record that a picture shows."""
 
 
 @dataclass(frozen=True)
@@ -36,8 +48,8 @@ class FitError:
     """Root mean square by record."""
 
 
-@dataclass(frozen=True)
-class Identification:
+@dataclass(frozen=True, repr=False)
+class Identification(Shown):
     """A joint identified from records, with everything needed to judge it."""
 
     joint: Joint
@@ -64,3 +76,53 @@ class Identification:
     def rms_unit(self) -> str:
         """Unit of ``rms``: N, or V for a circuit."""
         return self.errors[-1].unit
+
+    def finding(self) -> str:
+        """The laws, what they leave of the last measurement, and the parameters with their standard errors."""
+        last, told = self.errors[-1], list(self.parameters.items())[:_TOLD]
+        laws = " + ".join(law.kind for law in self.joint.laws) or "no law"
+        words = ", ".join(
+            f"{name.rpartition('.')[2].replace('_', ' ')} {with_error(p.value, p.standard_error or 0.0, p.unit)}"
+            for name, p in told
+        )
+        more = f" and {len(self.parameters) - _TOLD} more" if len(self.parameters) > _TOLD else ""
+        return (
+            f"{self.joint.name!r} is {laws}; it leaves {last.rms:.3g} {last.unit} rms of {last.measurement}, "
+            f"{100 * last.relative:.2g} % of the largest\n{words}{more}"
+        )
+
+    def columns(self) -> Columns:
+        """A row per parameter, in SI."""
+        found = self.parameters.values()
+        return {
+            "parameter": (list(self.parameters), ""),
+            "value": ([p.value for p in found], ""),
+            "unit": ([p.unit for p in found], ""),
+            "standard_error": ([np.nan if p.standard_error is None else p.standard_error for p in found], ""),
+            "status": ([p.status for p in found], ""),
+        }
+
+    def plot(self, ax: Any = None) -> Any:
+        """Force in N over displacement in µm, measured and identified; without samples of both, `Joint.plot`."""
+        axes = axes_of(ax)
+        if self.static is not None:
+            draw_static(axes, self.joint, self.static.deflection, self.static.load)
+        elif self.surfaces:
+            of = self.surfaces[-1]
+            model = of.filtered(self.joint.force_along(of.z, of.v, 1 / of.sample_rate))
+            for force, colour, name in ((of.f, MEASURED, "measured"), (model, AFTER, "identified")):
+                z, f = of.z[of.inside][:_SAMPLES], force[of.inside][:_SAMPLES]
+                axes.plot(z * 1e6, f, ".", markersize=2, color=colour, label=name)
+            axes.set(xlabel="displacement [µm]", ylabel="joint force [N]")
+        else:
+            return self.joint.plot(axes)
+        axes.legend()
+        return axes
+
+
+def draw_static(axes: Any, joint: Joint, displacement: Array, load: Array) -> None:
+    """A measured static curve (m, N) and the force of the joint along it, in N over µm."""
+    z = np.linspace(displacement.min(), displacement.max(), 300)
+    axes.plot(displacement * 1e6, load, ".", color=MEASURED, markersize=4, label="records")
+    axes.plot(z * 1e6, joint.force_along(z, 0 * z), color=AFTER, label="fitted")
+    axes.set(xlabel="deflection [µm]", ylabel="load [N]")

@@ -8,6 +8,9 @@ import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
 
+BEFORE, AFTER, MEASURED, FLOOR = "#c2410c", "#0b5394", "#6b7280", "#9ca3af"
+"""Colours with one meaning on every picture."""
+
 
 def axes_of(ax: Any = None) -> Any:
     """The axes that are given, or those of a figure of their own that belongs to no window."""

@@ -10,10 +10,11 @@ from contextlib import contextmanager
 from typing import Any
 
 from jointlib.arrays import Array
+from jointlib.shown.pictures import AFTER as AFTER
+from jointlib.shown.pictures import BEFORE as BEFORE
+from jointlib.shown.pictures import FLOOR as FLOOR
+from jointlib.shown.pictures import MEASURED as MEASURED
 from jointlib.shown.pictures import shades as shades
-
-BEFORE, AFTER, MEASURED, FLOOR = "#c2410c", "#0b5394", "#6b7280", "#9ca3af"
-"""Colours with one meaning on every picture."""
 
 _STYLE: Any = {
     "font.size": 10.0,

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from jointlib.loop.answer.candidate_picture import half_width, name_of, shown_candidates
 from jointlib.loop.answer.report import Candidate, TraceReport, Verdict, figures
 
 from .effect_tables import effect_part, percent
 from .error_tables import error_part
 from .figures.residual_figures import CLASSES, EQUATIONS, place_figures
-from .figures.trace_figures import candidate_figure, half_width, loop_figures, name_of, shown_candidates
+from .figures.trace_figures import candidate_figure, loop_figures
 from .page import Section, Table
 
 _MEANING = {
@@ -89,7 +90,7 @@ def _remainder(report: TraceReport) -> list[Table]:
 def _contest(report: TraceReport) -> Section:
     if not report.candidates:
         return Section("How the candidates fared")
-    shown_rows, rows = shown_candidates(report), []
+    shown_rows, rows = shown_candidates(report.candidates), []
     for c in shown_rows:
         z, p = c.significance.get("z"), c.significance.get("p_signflip")
         chance = f"z\u00a0=\u00a0{z:.1f}" if z is not None else f"p\u00a0=\u00a0{p:.2g}" if p is not None else "–"

@@ -13,7 +13,10 @@ import numpy as np
 
 from jointlib.arrays import Array
 from jointlib.joint import Joint
+from jointlib.loop.answer.candidate_picture import draw_candidates, shown_candidates
 from jointlib.measurement import Correction, Measurement
+from jointlib.shown.pictures import axes_of
+from jointlib.shown.result import Columns, Shown
 from jointlib.units import with_error
 
 
@@ -114,8 +117,8 @@ class Rival:
         return {k: v for k, v in (("channel", self.channel), ("body", self.body)) if v}
 
 
-@dataclass(frozen=True)
-class TraceReport:
+@dataclass(frozen=True, repr=False)
+class TraceReport(Shown):
     """The whole answer of a trace; :meth:`as_json` gives the promised keys.
 
     ``mended`` is the joint with the named effect, refitted, or the joint that went in where nothing is named.
@@ -182,6 +185,32 @@ class TraceReport:
             row.update(row.pop("significance"))
         out: dict[str, Any] = plain({**named, "baseline": baseline, "chosen": chosen})
         return {**out, "candidates": rows}
+
+    def finding(self) -> str:
+        """The finding in plain words, and the error before and after."""
+        before, after = self.error_before.get("relative"), self.error_after.get("relative")
+        said = f"{self.verdict.value.replace('_', ' ')}. {self.sentence}"
+        return said if before is None or after is None else f"{said}\nerror {100 * before:.3g} % → {100 * after:.3g} %"
+
+    def columns(self) -> Columns:
+        """A row per candidate; ``share`` of the unexplained excess that it removes on what was left out of the fit."""
+        ranked = sorted(self.candidates, key=lambda c: c.rank)
+        return {
+            "rank": ([c.rank for c in ranked], ""),
+            "family": ([c.family for c in ranked], ""),
+            "member": ([c.member for c in ranked], ""),
+            "where": ([c.where for c in ranked], ""),
+            "share": ([c.share_of_current for c in ranked], ""),
+            "status": ([c.status.value for c in ranked], ""),
+            "reason": ([c.reason for c in ranked], ""),
+        }
+
+    def plot(self, ax: Any = None) -> Any:
+        """The share of the excess in % that each of the leading candidates removes."""
+        axes = axes_of(ax)
+        draw_candidates(axes, shown_candidates(self.candidates)[::-1])
+        axes.set(ylabel="effect")
+        return axes
 
 
 def plain(value: Any) -> Any:

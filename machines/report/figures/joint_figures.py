@@ -8,6 +8,7 @@ import numpy as np
 
 from jointlib.arrays import Array
 from jointlib.describing import DescribingFunction
+from jointlib.identification.result import draw_static
 from jointlib.joint import Joint
 from jointlib.shown.pictures import draw_stiffness, shades
 
@@ -19,10 +20,8 @@ def static_fit(joint: Joint, displacement: Array, load: Array, preloads: Array, 
     """Load over deflection with the fitted curve and its misfit, and the misfit over the preload of the sweep."""
     with sheet(3, width=11.0, height=3.4) as paper:
         curve, misfit, sweep = paper.axes
-        z = np.linspace(displacement.min(), displacement.max(), 300)
-        curve.plot(displacement * 1e6, load, ".", color=MEASURED, markersize=4, label="records")
-        curve.plot(z * 1e6, joint.force_along(z, 0 * z), color=AFTER, label="fitted")
-        curve.set(xlabel="deflection [µm]", ylabel="load [N]", title="Static curve")
+        draw_static(curve, joint, displacement, load)
+        curve.set(title="Static curve")
         curve.legend()
         misfit.axhline(0, color="#57606a", linewidth=0.8)
         error = load - joint.force_along(displacement, 0 * displacement)

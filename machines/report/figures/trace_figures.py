@@ -8,15 +8,14 @@ from typing import Any
 import numpy as np
 
 from jointlib.arrays import Array
-from jointlib.loop.answer.report import Candidate, Status, TraceReport
+from jointlib.loop.answer.candidate_picture import draw_candidates, shown_candidates
+from jointlib.loop.answer.report import TraceReport
 
-from ..drawing import AFTER, MEASURED, sheet, thin
+from ..drawing import MEASURED, sheet, thin
 from ..page import Figure
 from .residual_figures import WORDS, length_unit
 
-_INK = "#1b1f24"
 _CYCLES, _FINE = 4, 6
-_MOST_CANDIDATES = 10
 
 
 def loop_figures(plots: Mapping[str, Array]) -> list[Figure]:
@@ -90,24 +89,9 @@ def _same_height(several: Sequence[Any], room: float) -> None:
 
 def candidate_figure(report: TraceReport) -> Figure:
     """Held-out gain of the leading candidates, with its 95 % interval where the route gives one."""
-    rows = shown_candidates(report)[::-1]
-    colours = {Status.ACCEPTED: AFTER, Status.TIED: "#6ea3d0"}
+    rows = shown_candidates(report.candidates)[::-1]
     with sheet(width=9.0, height=0.9 + 0.34 * len(rows)) as paper:
-        axes, intervals = paper.axes, False
-        for i, c in enumerate(rows):
-            share, half = 100 * c.share_of_current, 100 * half_width(c)
-            axes.barh(i, np.clip(share, 0, 110), height=0.6, color=colours.get(c.status, "#d1d5db"))
-            end = np.clip([share - half, share + half], 0, 110)
-            if half > 0 and share > 0:
-                axes.plot(end, [i, i], color=_INK, linewidth=1.6, solid_capstyle="butt")
-                intervals = True
-            removed = f"{share:.1f} %" if share > 0 else "nothing"
-            axes.text(end[1] + 1.5, i, f"{removed}, {c.status.value}", va="center", fontsize=8.5)
-        axes.set_yticks(range(len(rows)), [name_of(c) for c in rows], fontsize=9)
-        axes.tick_params(axis="y", length=0)
-        axes.set(xlabel="share of the excess removed on data left out of the fit [%]", xlim=(0, 140))
-        axes.set_xticks(range(0, 101, 20))
-        axes.grid(axis="y", visible=False)
+        intervals = draw_candidates(paper.axes, rows)
     source = "the noise" if report.route == "periodic" else "the spread over the blocks"
     bar = f"; the black line at its end is the 95 % interval from {source}" if intervals else ""
     caption = (
@@ -118,24 +102,3 @@ def candidate_figure(report: TraceReport) -> Figure:
     if any(c.share_of_current > 1 for c in rows):
         caption += " More than 100 %: without the effect the model does worse on data left out than in its own fit."
     return Figure(paper.svg, caption)
-
-
-def shown_candidates(report: TraceReport) -> list[Candidate]:
-    """The leading candidates, and those accepted or tied whatever their rank."""
-    ranked = sorted(report.candidates, key=lambda c: c.rank)
-    keep = [c for c in ranked if c.status in (Status.ACCEPTED, Status.TIED)]
-    others = [c for c in ranked if c not in keep][: max(3, _MOST_CANDIDATES - len(keep))]
-    return sorted([*keep, *others], key=lambda c: c.rank)
-
-
-def half_width(c: Candidate) -> float:
-    """Half the 95 % interval of the share removed, from z or its standard error; 0 where there is neither."""
-    z, error = c.significance.get("z"), c.significance.get("share_error", 0.0)
-    half = 1.96 * (abs(c.share_of_current / z) if z else error)
-    return half if np.isfinite(half) else 0.0
-
-
-def name_of(c: Candidate) -> str:
-    """Family, member and place."""
-    name = c.family if c.member in ("", c.family) else f"{c.family} ({c.member})"
-    return f"{name} at {c.where}" if c.where else name
