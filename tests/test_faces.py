@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from test_report import rig_report
+from test_study_report import study
 
 from jointlib.describing import DescribingFunction
 from jointlib.errors import InputError, Outcome
@@ -35,6 +36,9 @@ from machines import (
 )
 from machines.cutting.process.cutting import Cutting
 from machines.lobes import ToolModel
+from machines.road.run import Run, Silent
+from machines.study.findings.answer import answer
+from machines.study.findings.verdict import judge
 
 LIBRARY = Path(__file__).parents[1] / "machines" / "library"
 TOOL = ToolModel.from_modes([922.0], [0.011], [0.03993], [[1.0]], axes=("x",))
@@ -265,3 +269,40 @@ def test_a_trace_says_its_verdict_and_draws_how_the_candidates_fared() -> None:
     assert labels(axes)[0] == "share of the excess removed on data left out of the fit [%]"
     assert axes.get_yticklabels()[-1].get_text() == "gain at a1"
     assert "&lt;b&gt;" in replace(report, sentence="<b>")._repr_html_()
+
+
+def test_a_study_says_its_best_design_and_lists_all(tmp_path: Path) -> None:
+    asked = study(tmp_path)
+    rng = np.random.default_rng(1)
+    results = {q: rng.uniform(1e-6, 3e-6, asked.total) for q in asked.quantities}
+    verdict = judge(asked, results)
+    text = said(verdict)
+    assert text == f"Verdict: {answer(asked, verdict)}"
+    assert verdict.best is not None
+    frame = framed(verdict)
+    assert frame.attrs["units"] == {"static-compliance": "m/N", "peak-receptance": "m/N"}
+    assert frame.loc[frame["rank"] == 1, "design"].tolist() == [verdict.best.number]
+    first = frame.loc[verdict.best.number]
+    assert first["guide"] == verdict.best.factors["guide"]
+    assert first["static-compliance"] == verdict.best.results["static-compliance"]
+    assert labels(verdict.plot()) == ("peak receptance [µm/N]", "static compliance [µm/N]")
+    alone = study(tmp_path, ('[[objective]]\nquantity = "peak-receptance"\ngoal = "min"\n', ""))
+    only = judge(alone, {q: results[q] for q in alone.quantities})
+    assert labels(only.plot()) == ("rank of the design", "static compliance [µm/N]")
+
+
+def test_a_run_says_what_to_set_and_what_is_missing(
+    tmp_path: Path, machine: Machine, moved: Response, chart: StabilityLobes
+) -> None:
+    bare = Run(machine, tmp_path, Silent(), "jointlib run")
+    assert said(bare) == "Run: Every joint was given; nothing was identified."
+    assert labels(bare.plot()) == ("connection", "component")
+    assert labels(replace(bare, responses=[moved]).plot()) == ("frequency [Hz]", "|x/F| [µm/N]")
+    steps: list[dict[str, Any]] = [{"step": "identify", "joint": "guide"}, {"step": "lobes", "failed": "no <time>"}]
+    made = replace(bare, advice=["Set 9000 rpm."], failed=["Lobes: no <time>"], steps=steps, charts={0.0: chart})
+    assert said(made) == "Run: Set 9000 rpm.\nnot computed: Lobes: no <time>"
+    assert framed(made)["of"].tolist() == ["guide", ""]
+    assert "no &lt;time&gt;" in made._repr_html_()
+    axes = replace(made, charts={0.0: chart, 2e-6: chart}).plot()
+    assert labels(axes) == ("spindle speed [rpm]", "depth of cut [mm]")
+    assert [line.get_label() for line in axes.get_lines()] == ["onset of chatter", "limit at 2 µm"]

@@ -18,8 +18,10 @@ from jointlib.joint import Joint
 from jointlib.loop.answer.head import assumptions_of, inputs_of, trace_numbers
 from jointlib.loop.answer.report import TraceReport, plain
 from jointlib.measurement import Measurement
+from jointlib.shown.pictures import axes_of, name_curves
+from jointlib.shown.result import Columns, Shown
 
-from ..cutting.process.chart import StabilityLobes
+from ..cutting.process.chart import StabilityLobes, draw_limit
 from ..cutting.rest.chart_file import default_speeds
 from ..files.machine_file import read_machine
 from ..forced_response.response import Response
@@ -99,8 +101,8 @@ def run(
     return made
 
 
-@dataclass
-class Run:
+@dataclass(repr=False)
+class Run(Shown):
     """What a run has found, step by step."""
 
     machine: Machine
@@ -143,6 +145,31 @@ class Run:
     """Of a joint that was identified: as it was, and mended."""
     charts: dict[float, StabilityLobes] = field(default_factory=dict)
     """Stability lobes by tool-point amplitude in m."""
+
+    def finding(self) -> str:
+        """What to set, else what was found, and what was not computed."""
+        first = [*self.advice, *self._found()][0]
+        return f"{first}\nnot computed: {', '.join(self.failed)}" if self.failed else first
+
+    def columns(self) -> Columns:
+        """A row per step: of which joint or part, and why it failed where it did."""
+        return {
+            "step": ([step["step"] for step in self.steps], ""),
+            "of": ([step.get("joint", step.get("of", "")) for step in self.steps], ""),
+            "failed": ([step.get("failed", "") for step in self.steps], ""),
+        }
+
+    def plot(self, ax: Any = None) -> Any:
+        """The stability lobes by amplitude of the tool; the response where there are none, else the machine."""
+        if not self.charts:
+            return self.responses[0].plot(ax) if self.responses else self.machine.plot(ax)
+        axes = axes_of(ax)
+        for amplitude, chart in self.charts.items():
+            label = f"limit at {amplitude * 1e6:g} µm" if amplitude else "onset of chatter"
+            draw_limit(axes, chart.speed, chart.depth, label=label)
+        axes.set(xlabel="spindle speed [rpm]", ylabel="depth of cut [mm]", ylim=(0.0, None))
+        name_curves(axes)
+        return axes
 
     def joint(self, name: str) -> Joint:
         """The joint of a connection as it is used by now."""

@@ -6,51 +6,30 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from jointlib.arrays import Array
 from jointlib.shown.pictures import literal
 
 from ...study.findings.contrast import Contrast
 from ...study.findings.effects import Effect
+from ...study.findings.front_picture import draw_front
 from ...study.findings.verdict import Verdict
-from ...study.study import Constraint, Study
+from ...study.study import Study
 from ...study.words import headed, named, shown_unit, wanted
 from ..drawing import AFTER, BEFORE, FLOOR, MEASURED, sheet
 from ..page import Figure
 
 _PANELS = 5
-_AROUND = 5.0
-"""Spans of the front that a picture shows on either side of it."""
 _ORDINALS = ("the first", "the second", "the third", "the fourth", "the fifth")
-_RULED_OUT = "#e5a98c"
 
 
 def pareto_figure(study: Study, verdict: Verdict) -> Figure:
     """All designs over the first objective and each further one; the front, the best, the limits."""
     pairs = [o.quantity for o in study.objectives[1:]][:3]
-    main, goals = study.objectives[0].quantity, {o.quantity: o.goal for o in study.objectives}
-    means = {q: np.mean(v, axis=1) * shown_unit(q)[1] for q, v in verdict.ranking.worst.items() if q in (main, *pairs)}
-    front = [d.number for d in verdict.front]
     left_out = np.zeros(len(verdict.ranking.allowed), dtype=bool)
-    out = ~verdict.ranking.allowed
     with sheet(1, len(pairs), width=9.0, height=4.2 * len(pairs), squeeze=False) as paper:
         for axes, q in zip(paper.axes[:, 0], pairs, strict=True):
-            x, y = means[q], means[main]
-            axes.plot(x[~out], y[~out], "o", color=FLOOR, alpha=0.6, markersize=4, markeredgewidth=0, label="designs")
-            axes.plot(x[out], y[out], "x", color=_RULED_OUT, markersize=4, label="ruled out" if out.any() else None)
-            along = sorted(front, key=lambda i: (x[i], y[i]))
-            step = "steps-post" if goals[q] == "min" else "steps-pre"
-            style: dict[str, Any] = {} if len(pairs) > 1 else {"drawstyle": step, "linewidth": 1.0}
-            line = "" if len(pairs) > 1 else "-"
-            axes.plot(x[along], y[along], f"o{line}", color=AFTER, markersize=6, label="beaten by no other", **style)
-            if verdict.best is not None:
-                i = verdict.best.number
-                axes.plot(x[i], y[i], "*", color=BEFORE, markersize=17, label="the best", zorder=5)
-            left_out |= _close_to(axes, x, y, along)
-            for c in study.constraints:
-                _limit(axes, c, q, main)
-            axes.set(xlabel=headed(q), ylabel=headed(main))
+            left_out |= draw_front(axes, study, verdict, q, joined=len(pairs) == 1)
             axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0))
     counted = " in its worst case" * (len(study.cases) > 1) + _averaged(study)
     said = f"Every design{counted}. Wanted: {wanted(study.objectives)}."
@@ -61,36 +40,6 @@ def pareto_figure(study: Study, verdict: Verdict) -> Figure:
 
 def _averaged(study: Study) -> str:
     return ", on average over what is uncertain" if study.uncertain else ""
-
-
-def _close_to(axes: Any, x: Array, y: Array, front: Sequence[int]) -> NDArray[np.bool_]:
-    """Leave no more room around the front than lets it be seen; which designs lie outside."""
-    outside = np.zeros(len(x), dtype=bool)
-    for values, set_ends in ((x, axes.set_xlim), (y, axes.set_ylim)):
-        span = float(np.ptp(values[front])) if len(front) else 0.0
-        if np.isfinite(span) and span > 0:
-            low, high = np.min(values[front]), np.max(values[front])
-            inside = (values >= low - _AROUND * span) & (values <= high + _AROUND * span)
-            if np.any(np.isfinite(values) & ~inside):
-                set_ends(np.min(values[inside]) - 0.05 * span, np.max(values[inside]) + 0.05 * span)
-                outside |= np.isfinite(values) & ~inside
-    return outside
-
-
-def _limit(axes: Any, c: Constraint, x: str, y: str) -> None:
-    """The limit of a constraint as a line, and the forbidden side in grey."""
-    draw = {x: (axes.axvline, axes.axvspan, axes.get_xlim), y: (axes.axhline, axes.axhspan, axes.get_ylim)}
-    if c.quantity not in draw:
-        return
-    line, span, ends = draw[c.quantity]
-    low, high = ends()
-    scale = shown_unit(c.quantity)[1]
-    for value, outside in ((c.at_least * scale, low), (c.at_most * scale, high)):
-        if np.isfinite(value):
-            line(value, color=MEASURED, linewidth=1.2, linestyle="--")
-            if low < value < high:
-                span(min(value, outside), max(value, outside), color=FLOOR, alpha=0.15, linewidth=0)
-    (axes.set_xlim if c.quantity == x else axes.set_ylim)(low, high)
 
 
 def effects_figure(quantity: str, effects: Sequence[Effect]) -> Figure:

@@ -10,10 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointlib.arrays import Array
+from jointlib.shown.pictures import axes_of, name_curves
+from jointlib.shown.result import Columns, Shown
 
 from .. import words
-from ..study import BASE, ROUNDING, Constraint, Study
+from ..study import BASE, QUANTITIES, ROUNDING, Constraint, Study
+from .answer import answer
 from .effects import Effect, effects
+from .front_picture import draw_front, draw_ranked
 
 _SHOWN = 5
 
@@ -49,8 +53,8 @@ class Ranking:
     """False for designs that a plan holds again: lists make a `sobol` plan repeat itself."""
 
 
-@dataclass(frozen=True, eq=False)
-class Verdict:
+@dataclass(frozen=True, eq=False, repr=False)
+class Verdict(Shown):
     """The answer of a study."""
 
     best: Design | None
@@ -68,6 +72,38 @@ class Verdict:
     ranking: Ranking
     nearest: Design | None
     """Where no design meets the constraints: the one that misses them by the smallest share."""
+    study: Study
+    """What was asked."""
+
+    def finding(self) -> str:
+        """The best design, what it does, and how far it is ahead."""
+        return answer(self.study, self)
+
+    def columns(self) -> Columns:
+        """A row per design: its rank (0 where a constraint or a missing result rules it out), factors, and results.
+
+        Results are those of the worst case, over the samples of what is uncertain as `Design` tells them.
+        """
+        count, found = len(self.ranking.numbers), self.ranking
+        rank = np.zeros(count, dtype=int)
+        rank[found.order] = np.arange(1, len(found.order) + 1)
+        out: dict[str, Any] = {"design": (np.arange(count), ""), "rank": (rank, "")}
+        for numbers, f in zip(found.numbers.T, self.study.factors, strict=True):
+            if not f.uncertain:
+                listed = [f.words(float(n)) for n in numbers] if f.choices else numbers
+                out[f.name] = (listed, "" if f.choices else f.unit)
+        results = ((q, over_samples(self.study, q, values)) for q, values in found.worst.items())
+        return out | {q: (values, QUANTITIES[q][0]) for q, values in results}
+
+    def plot(self, ax: Any = None) -> Any:
+        """The first objective of all designs over the second; over their rank where there is only one."""
+        axes = axes_of(ax)
+        if len(self.study.objectives) > 1:
+            draw_front(axes, self.study, self, self.study.objectives[1].quantity)
+            name_curves(axes)
+        else:
+            draw_ranked(axes, self.study, self)
+        return axes
 
     def better_than(self, study: Study, other: Design) -> float:
         """Share of the samples in which the best is better than another design."""
@@ -112,6 +148,7 @@ def judge(study: Study, results: Mapping[str, Array]) -> Verdict:
         _sensitivity(study, ranking),
         ranking,
         None if nearest is None else design(nearest),
+        study,
     )
 
 

@@ -84,8 +84,8 @@ def _write(
 
 
 def _words(study: Study, verdict: Verdict) -> list[str]:
-    from ...report.study_report import answer
     from ...study import words
+    from ...study.findings.answer import answer
 
     lines = [f"{verdict.feasible} of {verdict.designs} designs meet the constraints", answer(study, verdict)]
     shown = verdict.leading or ([] if verdict.nearest is None else [verdict.nearest])
