@@ -5,9 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from jointlib.arrays import Array
 from jointlib.errors import InputError, nearest
+from jointlib.shown.pictures import axes_of, literal
+from jointlib.shown.record_picture import draw_record, draw_sweeps
+from jointlib.shown.result import Columns, Shown
 
 QUANTITIES = {
     "acceleration": "m/s^2",
@@ -137,8 +143,8 @@ class Record:
         return len(next(iter(self.channels.values())))
 
 
-@dataclass(frozen=True)
-class Measurement:
+@dataclass(frozen=True, repr=False)
+class Measurement(Shown):
     """A measurement file as declared; ``jointlib.io.measurement_file.read_records`` opens its records."""
 
     source: Path
@@ -174,3 +180,54 @@ class Measurement:
     def with_role(self, role: str) -> tuple[RecordSource, ...]:
         """The records of a role, in file order."""
         return tuple(r for r in self.records if r.role == role)
+
+    def finding(self) -> str:
+        """What was measured, in how many records, and which of them are sealed; no record is opened."""
+        counts = {role: len(self.with_role(role)) for role in ROLES}
+        roles = ", ".join(f"{count} {role}" for role, count in counts.items() if count)
+        made = "simulated " if self.simulated else ""
+        said = f"{self.source.name} ({made}{self.kind}): {len(self.records)} records ({roles})"
+        said += f", channels {', '.join(c.name for c in self.channels)}" if self.channels else ""
+        return f"{said} at {self.sample_rate:g} Hz" if self.sample_rate else said
+
+    def columns(self) -> Columns:
+        """A row per record as declared, nan where nothing is said; of frequency responses the force, where it acted and
+        what moved."""
+        told: dict[str, Any] = {
+            "record": ([r.name for r in self.records], ""),
+            "role": ([r.role for r in self.records], ""),
+            "condition": ([r.condition or "" for r in self.records], ""),
+            "start": ([np.nan if r.start is None else r.start for r in self.records], "s"),
+            "sample_rate": ([r.sample_rate or self.sample_rate or np.nan for r in self.records], "Hz"),
+        }
+        sweeps = [r.sweep for r in self.records if r.sweep is not None]
+        if len(sweeps) == len(self.records) and sweeps:
+            told = {name: told[name] for name in ("record", "role", "condition")}
+            told |= {
+                "drive": ([s.drive for s in sweeps], ""),
+                "response": ([s.response for s in sweeps], ""),
+                "force": ([s.force for s in sweeps], "N"),
+            }
+        return told
+
+    def plot(self, ax: Any = None, record: str | None = None) -> Any:
+        """One record (default: the first that is fitted), which is read for it; a sealed one stays sealed.
+
+        Force over displacement in N over µm or mm; of a rig accelerations in m/s² over time in ms; of frequency
+        responses all of them (default) in µm/N over Hz.
+        """
+        from jointlib import read_records
+
+        allowed = {r.name: r for r in sorted(self.records, key=lambda r: r.role != "fit") if r.role != "sealed"}
+        names = [*allowed] if record is None and self.kind == "frf" else [record or next(iter(allowed), "")]
+        for name in names:
+            if name not in allowed:
+                raise InputError(f"{self.source}: no record {name!r} that is not sealed, {nearest(name, allowed)}")
+        axes, chosen = axes_of(ax), [allowed[name] for name in names]
+        if self.kind == "frf":
+            draw_sweeps(axes, self, chosen)
+            return axes
+        (found,) = read_records(self, chosen)
+        draw_record(axes, self, found.channels, found.sample_rate)
+        axes.set(title=literal(found.name))
+        return axes

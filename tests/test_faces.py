@@ -13,6 +13,7 @@ import pytest
 from test_report import rig_report
 from test_study_report import study
 
+from jointlib import read_measurement, read_records
 from jointlib.describing import DescribingFunction
 from jointlib.errors import InputError, Outcome
 from jointlib.frf import FRF
@@ -306,3 +307,34 @@ def test_a_run_says_what_to_set_and_what_is_missing(
     axes = replace(made, charts={0.0: chart, 2e-6: chart}).plot()
     assert labels(axes) == ("spindle speed [rpm]", "depth of cut [mm]")
     assert [line.get_label() for line in axes.get_lines()] == ["onset of chatter", "limit at 2 µm"]
+
+
+def test_a_measurement_says_its_records_and_draws_one_that_is_not_sealed(tmp_path: Path) -> None:
+    rig = read_measurement(LIBRARY / "guide_mill" / "rig.measurement.toml")
+    text = said(rig)
+    assert "rig.measurement.toml (simulated rig): 7 records (5 fit, 1 sealed, 1 quiet), channels a1, a2" in text
+    frame = framed(rig)
+    assert frame.attrs["units"] == {"start": "s", "sample_rate": "Hz"}
+    assert frame["record"].tolist() == [r.name for r in rig.records]
+    axes = rig.plot()
+    assert labels(axes) == ("time [ms]", "acceleration [m/s²]")
+    (first,) = read_records(rig, rig.with_role("fit")[:1])
+    drawn = axes.get_lines()[0]
+    np.testing.assert_array_equal(drawn.get_ydata(), first.channels[drawn.get_label()][: len(drawn.get_ydata())])
+    sealed = rig.with_role("sealed")[0].name
+    with pytest.raises(InputError, match="that is not sealed"):
+        rig.plot(record=sealed)
+    static = read_measurement(LIBRARY / "guide_mill" / "static.measurement.toml").plot()
+    assert labels(static)[0].endswith("[µm]")
+    assert labels(static)[1].endswith("[N]")
+
+
+def test_a_measurement_of_frequency_responses_draws_them_as_receptances() -> None:
+    tip = read_measurement(LIBRARY / "three_joints" / "tip.measurement.toml")
+    frame = framed(tip)
+    assert frame.attrs["units"] == {"force": "N"}
+    assert frame["force"].tolist() == [r.sweep.force for r in tip.records if r.sweep is not None]
+    axes = tip.plot()
+    assert labels(axes) == ("frequency [Hz]", "|x/F| [µm/N]")
+    assert len(axes.get_lines()) == sum(r.role != "sealed" for r in tip.records)
+    assert len(tip.plot(record=tip.with_role("fit")[0].name).get_lines()) == 1
