@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from jointlib.errors import CheckFailed, InputError
+from jointlib.joint import Joint
+from jointlib.law import Motion
 
 from ...model.machine import Machine
 from ..amplitude.amplitude_limits import Cycle
@@ -21,7 +23,9 @@ _GONE = 1e-3
 _SAME = 0.2
 """Share by which amplitudes of a settled chatter may differ and still be told as one."""
 _CLOSER, _LONGER = 4, 500
-_MOST_DOFS = 150
+_MOST_DOFS, _MOST_ENDS = 150, 4
+_SLOW, _SLOWER = 1e-9, 1e-15
+"""m/s; a force that is as different between two such speeds and their opposites jumps."""
 
 
 @dataclass(frozen=True)
@@ -124,17 +128,32 @@ def seen(found: Witness, reach: float) -> Seen:
 def in_time(machine: Machine, fate: Fate, doubted: bool = False) -> Seen | None:
     """The cut in time where it denies a fate, or where that is ``doubted``; None where it bears it out.
 
-    None, too, for machines that cannot be stepped, or that have so many degrees of freedom that it takes minutes.
+    None, too, for machines that cannot be stepped, that have so many degrees of freedom that it takes minutes, or a
+    joint whose force jumps with the sign of its speed, which no step is short enough for; and where the ends of
+    vibrations follow no order of size.
     """
     starts = fate.starts
-    if not len(starts) or sum(len(c.dofs) for c in machine.components) > _MOST_DOFS:
+    if not len(starts) or sum(len(c.dofs) for c in machine.components) > _MOST_DOFS or _jumps(machine):
         return None
+    hertz = fate.hertz if np.isfinite(fate.hertz) else None
     try:
-        found = witness(machine, fate.speed, fate.depth, starts, rounds=1, frequency=fate.hertz)
+        found = witness(machine, fate.speed, fate.depth, starts, rounds=1, frequency=hertz)
         if not doubted and not denied(fate, found):
             return None
         closer = np.geomspace(starts[0], starts[-1], _CLOSER * len(starts))
-        found = witness(machine, fate.speed, fate.depth, closer, rounds=1, waves=_LONGER, frequency=fate.hertz)
-        return seen(found, fate.reach)
+        found = witness(machine, fate.speed, fate.depth, closer, rounds=1, waves=_LONGER, frequency=hertz)
+        told = seen(found, fate.reach)
+        return told if len(told.ends) <= _MOST_ENDS else None
     except (CheckFailed, InputError):
         return None
+
+
+def _jumps(machine: Machine) -> bool:
+    """Whether the force of a joint jumps where its motion turns round, as ideal friction does."""
+
+    def turned(joint: Joint, speed: float) -> float:
+        rest = joint.initial_state(np.zeros(()))
+        forth, back = (joint.step(Motion(np.zeros(()), np.array(v), 0.0), rest)[0] for v in (speed, -speed))
+        return abs(float(forth) - float(back))
+
+    return any(turned(joint, _SLOWER) > 0.5 * turned(joint, _SLOW) > 0 for joint in machine.joints())

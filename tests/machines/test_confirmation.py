@@ -1,0 +1,81 @@
+"""What is told of a cut and what the cut in time shows: where they part, time has the last word."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from test_lobes_threshold import CUBIC, SIZES, SPEED, lathe
+
+from jointlib.arrays import Array
+from jointlib.laws.coulomb import Coulomb
+from jointlib.laws.cubic import Cubic
+from machines.cutting.amplitude.amplitude_limits import Cycle
+from machines.cutting.amplitude.fate import Fate, fate_at
+from machines.cutting.forced.beside_cut import told_cuts
+from machines.cutting.in_time.confirmation import denied, in_time, seen
+from machines.cutting.in_time.witness import Witness
+from machines.lobes import amplitude_limits
+
+BISTABLE = Fate(2350.0, 1e-3, False, (Cycle(20e-6, 109.0, False), Cycle(60e-6, 109.0, True)), 2e-4, 109.0, False)
+
+
+def ended(start: Array, end: Array, trend: Array) -> Witness:
+    """Simulated vibrations with these ends and changes of the logarithm over a second."""
+    grows = np.asarray(end > start)
+    return Witness(2350.0, 1e-3, start, end, trend, grows, np.zeros(len(start), dtype=bool), 109.0, (), 1.0)
+
+
+def test_a_fate_turns_round_at_every_cycle() -> None:
+    assert [BISTABLE.end(size) for size in (1e-6, 19e-6, 21e-6, 59e-6, 150e-6)] == [0, 0, 60e-6, 60e-6, 60e-6]
+    grows = Fate(2350.0, 1e-3, True, (Cycle(60e-6, 109.0, True), Cycle(90e-6, 109.0, False)), 2e-4, 109.0, False)
+    assert [grows.end(size) for size in (1e-6, 70e-6, 100e-6)] == [60e-6, 60e-6, np.inf]
+    assert np.all(np.abs(np.log(BISTABLE.starts / 20e-6)) > 0.08)
+    assert BISTABLE.starts[-1] < BISTABLE.reach
+
+
+def test_an_end_elsewhere_or_a_trend_away_from_it_denies() -> None:
+    start = np.array([5e-6, 30e-6, 150e-6])
+    dying, settled = np.array([-1.0, 0.0, 0.0]), np.array([1e-9, 60e-6, 61e-6])
+    assert not denied(BISTABLE, ended(start, settled, dying))
+    assert denied(BISTABLE, ended(start, np.array([5e-6, 60e-6, 61e-6]), np.zeros(3)))  # the smallest stays
+    assert denied(BISTABLE, ended(start, np.array([1e-9, 40e-6, 61e-6]), np.array([-1.0, -0.5, 0.0])))
+    assert not denied(BISTABLE, ended(start, np.array([1e-9, 40e-6, 61e-6]), np.array([-1.0, 0.5, 0.0])))  # on its way
+    assert denied(BISTABLE, ended(start, np.array([1e-9, np.inf, 61e-6]), np.array([-1.0, np.inf, 0.0])))
+
+
+def test_what_was_seen_is_told_from_the_smallest_to_the_largest() -> None:
+    start = np.geomspace(1e-6, 1e-4, 5)
+    end = np.array([1e-10, 1e-10, 42e-6, 60e-6, 1.0])
+    found = seen(ended(start, end, np.array([-1.0, -1.0, 0.3, 0.0, np.inf])), 1e-4)
+    assert str(found) == (
+        "In time, at 2350 rpm and 1 mm, vibrations of up to 3.16 µm at the tool die out, those of 10 µm to 31.6 µm "
+        "settle at about 60 µm, those of 100 µm and more grow beyond 100 µm."
+    )
+    assert [cycle.stable for cycle in found.cycles] == [False, True]
+    assert found.cycles[0].amplitude == pytest.approx(np.sqrt(start[1] * start[2]))
+    beats = seen(ended(start, np.array([2e-5, 4e-5, 3e-5, 2e-5, 4e-5]), np.zeros(5)), 1e-4)
+    assert str(beats).endswith("vibrations of 1 µm to 100 µm at the tool stay between 20 µm and 40 µm.")
+
+
+@pytest.mark.thorough
+def test_a_true_fate_stands_and_a_false_one_is_replaced_by_what_is_seen() -> None:
+    machine = lathe(Cubic(CUBIC))
+    limits = amplitude_limits(machine, [SPEED], SIZES[::3])
+    true = fate_at(limits, 0.68e-3)
+    assert in_time(machine, true) is None
+    found = in_time(machine, replace(true, cycles=()))  # "all of them die out"
+    assert found is not None
+    assert 0 < found.cycles[0].amplitude < true.reach
+    low, high = (cycle.amplitude for cycle in true.cycles[:2])
+    assert found.cycles[0].amplitude == pytest.approx(low, rel=0.1)
+    assert found.cycles[1].amplitude == pytest.approx(high, rel=0.1)
+
+
+def test_ideal_friction_is_not_stepped() -> None:
+    machine = lathe(Coulomb(50.0))
+    limits = amplitude_limits(machine, [SPEED], SIZES[::3])
+    said, _ = told_cuts(machine, limits, [0.6e-3])
+    assert said[-1] == "At 2350 rpm and 0.6 mm vibrations of up to 200 µm at the tool die out."
+    assert in_time(machine, replace(fate_at(limits, 0.6e-3), grows=True)) is None
