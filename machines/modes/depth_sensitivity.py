@@ -16,6 +16,7 @@ from ..cutting.process.cutting import Cutting
 from ..harmonic_balance.assembly import Assembly
 from ..model.machine import Machine
 from ..statics.working_point import tangents
+from .held_depth import HeldDepth, held_depth
 from .natural_modes import NaturalModes
 
 _ANY_SPEED = 1000.0
@@ -24,10 +25,12 @@ _ANY_SPEED = 1000.0
 
 @dataclass(frozen=True, eq=False)
 class DepthSensitivity:
-    """The lowest depth over all spindle speeds, at rest, and d ln b/d ln K of every joint, its damping unchanged.
+    """The lowest depth over all spindle speeds and d ln b/d ln K of every joint, its damping unchanged.
 
-    In turning that depth is exact; in milling it is that of the zero-order approximation, which alone is smooth in the
-    joints: the depths of exact methods touch it or pass from lobe to lobe.
+    At an amplitude every joint is held at the gain that it has while the tool vibrates so far, at every frequency its
+    own, and stays so while the stiffness of one of them changes: what that does to the amplitudes of the joints, and so
+    to their gains, is left out. In turning that depth is exact; in milling it is that of the zero-order approximation,
+    which alone is smooth in the joints: the depths of exact methods touch it or pass from lobe to lobe.
     """
 
     depth: float
@@ -40,6 +43,8 @@ class DepthSensitivity:
     mode: int
     """The mode that limits the depth: the one that adds most to the negative real part of the loop there."""
     warnings: tuple[str, ...]
+    amplitude: float = 0.0
+    """Tool-point amplitude in m that the joints are held at; 0: at rest."""
 
 
 def lowest_depth(machine: Machine) -> StabilityLobes:
@@ -54,26 +59,27 @@ def depth_sensitivity(modes: NaturalModes) -> DepthSensitivity | None:
 
     λ is an eigenvalue of D·G(ω), G the receptance of the tool. At the lowest depth ∂b/∂ω = 0, so that
     d ln b = −Re dλ/Re λ at its frequency, with dG = −H_tz dK H_zt of the coupled machine: no lobe is computed again.
+    dK is K = Re G of the joint there, times its relative change.
 
     Parameters
     ----------
     modes
-        Of a machine with ``[cutting]``, at rest.
+        Of a machine with ``[cutting]``, at rest or at an amplitude.
     """
     machine = modes.machine
     if machine.cutting is None:
         raise InputError(f"{machine.where}: no [cutting], the depth needs a cutting operation")
-    chart = lowest_depth(machine)
-    if not np.isfinite(chart.minimum_depth):
-        return None
-    cutting, f = Cutting(**machine.cutting), chart.minimum_frequency
-    axes = machine.tool_axes
-    if cutting.process == "milling":
+    cutting, axes = Cutting(**machine.cutting), machine.tool_axes
+    milling = cutting.process == "milling"
+    if milling:
         D = zero_order.loop_stiffness(cutting, axes)
     else:
         share = cutting.rotation[0][["xy".index(axis) for axis in axes]]
         D = turning.loop_stiffness(cutting)[0, 0] * np.outer(share, share)
-    gain = tangents(machine, f)[0]
+    held = held_depth(modes, cutting, D) if modes.amplitude > 0 else _at_rest(machine)
+    if not np.isfinite(held.depth):
+        return None
+    f, gain = held.frequency, held.gain
     H = _closed(Assembly(machine, machine.tool_dofs, machine.tool_dofs).free(np.array([2 * np.pi * f]))[0], gain)
     joints, tool = slice(0, len(gain)), slice(len(gain), len(gain) + len(axes))
     values, vectors = np.linalg.eig(D @ H[tool, tool])
@@ -83,8 +89,21 @@ def depth_sensitivity(modes: NaturalModes) -> DepthSensitivity | None:
     slope = -moved.real / values[first].real
     added = (w @ D @ modes.tool) * (modes.tool.T @ v) / (2 * modes.pole * (2j * np.pi * f - modes.pole))
     return DepthSensitivity(
-        chart.minimum_depth, f, chart.method, np.asarray(slope), int(np.argmin(added.real)), chart.warnings
+        held.depth,
+        f,
+        "zero-order" if milling else "turning",
+        np.asarray(slope),
+        int(np.argmin(added.real)),
+        held.warnings,
+        modes.amplitude,
     )
+
+
+def _at_rest(machine: Machine) -> HeldDepth:
+    chart = lowest_depth(machine)
+    f = chart.minimum_frequency
+    gain = tangents(machine, f)[0] if np.isfinite(chart.minimum_depth) else np.zeros(0, dtype=complex)
+    return HeldDepth(chart.minimum_depth, f, gain, chart.warnings)
 
 
 def _closed(H: ComplexArray, gain: ComplexArray) -> ComplexArray:

@@ -99,10 +99,17 @@ def leading(modes: NaturalModes, energies: ModeEnergies, depth: DepthSensitivity
             )
         how = "of the zero-order approximation" if depth.method == "zero-order" else "in turning"
         sentences.append(
-            f"The depth is the lowest over all speeds {how}, at rest: {depth.depth * 1e3:.4g} mm, chatter at "
+            f"The depth is the lowest over all speeds {how}, {_joints(depth)}: {depth.depth * 1e3:.4g} mm, chatter at "
             f"{depth.frequency:.4g} Hz."
         )
     return tuple(sentences)
+
+
+def _joints(depth: DepthSensitivity) -> str:
+    """What the joints are while the depth is told, as words."""
+    if not depth.amplitude:
+        return "at rest"
+    return f"with the joints as they are held at a tool-point amplitude of {depth.amplitude * 1e6:g} um"
 
 
 def _gained(sensitivity: float, depth: DepthSensitivity | None) -> str:

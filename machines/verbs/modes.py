@@ -49,7 +49,7 @@ def command(file: Path, amplitude: float, every: bool, changes: dict[str, str], 
         machine, remarks = with_joints(read_machine(file, changes))
         modes = natural_modes(machine, amplitude)
         energies, compliance = mode_energies(modes), static_compliance(modes)
-        depth = depth_sensitivity(modes) if machine.cutting is not None and machine.tool and not amplitude else None
+        depth = depth_sensitivity(modes) if machine.cutting is not None and machine.tool else None
     sentences = leading(modes, energies, depth)
     chosen = np.arange(len(modes.pole)) if every else shown_modes(modes)
     said = [*warnings(modes, compliance), *(depth.warnings if depth is not None else ()), *remarks]
@@ -139,6 +139,7 @@ def _depth(modes: NaturalModes, depth: DepthSensitivity) -> dict[str, Any]:
         "chatter_frequency": depth.frequency,
         "method": depth.method,
         "mode": modes.frequency[depth.mode],
+        "amplitude": depth.amplitude,
         "sensitivities": [
             {"connection": c.name, "sensitivity": value} for c, value in zip(connections, depth.joints, strict=True)
         ],
