@@ -16,10 +16,8 @@ from jointlib.modulation import CONDITIONS, Modulation
 from jointlib.parameter import Parameter, Role, parameters_of
 from jointlib.shown.pictures import axes_of, draw_stiffness
 from jointlib.shown.result import Columns, Shown
-from jointlib.units import with_error
+from jointlib.units import parameters_in_words
 
-_TOLD = 6
-"""Parameters that the sentence of a joint tells."""
 _AMPLITUDE, _FREQUENCY = 1e-5, 100.0
 """m and Hz up to which, and at which, a joint is drawn whose validity is not known."""
 
@@ -209,14 +207,10 @@ class Joint(Shown):
 
     def finding(self) -> str:
         """Its laws and their first parameters."""
-        flat, errors = self.parameters, self._errors()
-        words = [
-            f"{name.partition('.')[2].replace('_', ' ')} {with_error(value, errors[name], self.units[name])}"
-            for name, value in list(flat.items())[:_TOLD]
-        ]
-        more = f" and {len(flat) - _TOLD} more" if len(flat) > _TOLD else ""
+        flat, errors, units = self.parameters, self._errors(), self.units
+        words = parameters_in_words({name: (value, errors[name], units[name]) for name, value in flat.items()})
         laws = " + ".join(law.kind for law in self.laws) or "no law"
-        return f"{self.name!r} is {laws}" + (f"\n{', '.join(words)}{more}" if words else "")
+        return f"{self.name!r} is {laws}" + (f"\n{words}" if words else "")
 
     def _errors(self) -> dict[str, float]:
         """Standard errors in SI, nan where a parameter was not estimated."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
 from functools import cache, lru_cache
 from typing import Any
 
@@ -109,6 +110,15 @@ def with_error(value: float, error: float, unit: str) -> str:
     if abs(v) < 1e6 and 0 <= digits <= 6:
         return f"{v:.{digits}f} ± {e:.{digits}f} {word}"
     return f"{v:.6g} ± {e:.2g} {word}"
+
+
+def parameters_in_words(found: Mapping[str, tuple[float, float, str]], most: int = 6) -> str:
+    """Value, standard error (nan or 0 where there is none) and unit by name, as a list in a sentence."""
+    words = [
+        f"{name.rpartition('.')[2].replace('_', ' ')} {with_error(value, error, '' if unit == '1' else unit).strip()}"
+        for name, (value, error, unit) in list(found.items())[:most]
+    ]
+    return ", ".join(words) + (f" and {len(found) - most} more" if len(found) > most else "")
 
 
 def _power(unit: str) -> str:

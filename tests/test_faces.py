@@ -10,6 +10,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from samples import LAWS
+from test_machine_trace_files import traced
 from test_report import rig_report
 from test_study_report import study
 
@@ -21,6 +23,7 @@ from jointlib.identification import Identification, fit_hertz
 from jointlib.identification.force_samples import RestoringForce
 from jointlib.identification.result import FitError, Found
 from jointlib.joint import Covariance, Joint
+from jointlib.law import JointLaw
 from jointlib.laws.hertz_guide import HertzGuide
 from jointlib.laws.viscous import Viscous
 from jointlib.shown.result import Shown
@@ -338,3 +341,31 @@ def test_a_measurement_of_frequency_responses_draws_them_as_receptances() -> Non
     assert labels(axes) == ("frequency [Hz]", "|x/F| [µm/N]")
     assert len(axes.get_lines()) == sum(r.role != "sealed" for r in tip.records)
     assert len(tip.plot(record=tip.with_role("fit")[0].name).get_lines()) == 1
+
+
+def test_a_trace_of_a_machine_says_its_verdict_and_draws_to_which_joint_it_points(machine: Machine) -> None:
+    found = traced(machine, machine, "guide")
+    assert said(found) == "MachineTrace: ambiguous. The FRFs point to <something>.\nerror 5 % → 1 %"
+    assert framed(found)["place"].tolist() == [c.place for c in found.candidates]
+    axes = found.plot()
+    assert labels(axes) == ("share of the excess removed [%]", "connection")
+    assert [text.get_text() for text in axes.get_yticklabels()] == ["guide, chosen", "foot"]
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: law.kind)
+def test_every_law_has_a_sentence_and_a_picture(law: JointLaw) -> None:
+    joint = Joint((law,))
+    assert law.kind in said(joint)
+    assert labels(joint.plot())[0] == "amplitude [µm]"
+    assert list(framed(joint)["value"]) == list(joint.parameters.values())
+
+
+@pytest.mark.thorough
+def test_every_machine_of_the_library_is_told_and_drawn() -> None:
+    for path in sorted(LIBRARY.glob("*.toml")):
+        if 'schema = "jointlib/machine/1"' in path.read_text("utf-8"):
+            machine = read_machine(path)
+            assert said(machine)
+            assert all(labels(machine.plot()))
+            assert len(framed(machine)) == len(machine.connections)

@@ -15,10 +15,8 @@ from jointlib.identification.surface import OrderTrial
 from jointlib.joint import Joint
 from jointlib.shown.pictures import AFTER, MEASURED, axes_of
 from jointlib.shown.result import Columns, Shown
-from jointlib.units import with_error
+from jointlib.units import parameters_in_words
 
-_TOLD = 6
-"""Parameters that the sentence tells."""
 _SAMPLES = 3000
 """Of a record that a picture shows."""
 
@@ -79,16 +77,12 @@ class Identification(Shown):
 
     def finding(self) -> str:
         """The laws, what they leave of the last measurement, and the parameters with their standard errors."""
-        last, told = self.errors[-1], list(self.parameters.items())[:_TOLD]
+        last = self.errors[-1]
         laws = " + ".join(law.kind for law in self.joint.laws) or "no law"
-        words = ", ".join(
-            f"{name.rpartition('.')[2].replace('_', ' ')} {with_error(p.value, p.standard_error or 0.0, p.unit)}"
-            for name, p in told
-        )
-        more = f" and {len(self.parameters) - _TOLD} more" if len(self.parameters) > _TOLD else ""
+        found = {name: (p.value, p.standard_error or 0.0, p.unit) for name, p in self.parameters.items()}
         return (
             f"{self.joint.name!r} is {laws}; it leaves {last.rms:.3g} {last.unit} rms of {last.measurement}, "
-            f"{100 * last.relative:.2g} % of the largest\n{words}{more}"
+            f"{100 * last.relative:.2g} % of the largest\n{parameters_in_words(found)}"
         )
 
     def columns(self) -> Columns:

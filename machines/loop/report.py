@@ -9,9 +9,14 @@ from typing import Any
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.loop.answer.report import Estimate, Status, Verdict, plain
+from jointlib.shown.pictures import axes_of
+from jointlib.shown.result import Columns, Shown
 
 from ..model.machine import Machine
 from .records import LevelFRF
+
+_KINDS = {"stiffness": "#0b5394", "damping": "#c2410c", "amplitude": "#4d7c0f"}
+_WORDS = {"amplitude": "amplitude dependence"}
 
 
 @dataclass(frozen=True)
@@ -51,8 +56,8 @@ class MachineRival:
     """By how many deviations of the noise the two models then differ, at the line where they differ most."""
 
 
-@dataclass(frozen=True)
-class MachineTrace:
+@dataclass(frozen=True, repr=False)
+class MachineTrace(Shown):
     """The whole answer; :meth:`as_json` gives the promised keys.
 
     ``mended`` is the machine with the named joint changed, or the one that went in where nothing is named. ``plots``
@@ -101,3 +106,48 @@ class MachineTrace:
         ]
         out: dict[str, Any] = plain(named)
         return out
+
+    def finding(self) -> str:
+        """The finding in plain words, and the error before and after."""
+        before, after = self.error_before.get("relative"), self.error_after.get("relative")
+        said = f"{self.verdict.value.replace('_', ' ')}. {self.sentence}"
+        return said if before is None or after is None else f"{said}\nerror {100 * before:.3g} % → {100 * after:.3g} %"
+
+    def columns(self) -> Columns:
+        """A row per candidate; ``share`` of the unexplained excess that it removes on what was left out of the fit."""
+        ranked = sorted(self.candidates, key=lambda c: c.rank)
+        return {
+            "rank": ([c.rank for c in ranked], ""),
+            "place": ([c.place for c in ranked], ""),
+            "family": ([c.family for c in ranked], ""),
+            "member": ([c.member for c in ranked], ""),
+            "share": ([c.share_of_current for c in ranked], ""),
+            "status": ([c.status.value for c in ranked], ""),
+            "reason": ([c.reason for c in ranked], ""),
+        }
+
+    def plot(self, ax: Any = None) -> Any:
+        """To which joint the residual points: the share of the excess in % that a change there alone would remove."""
+        axes = axes_of(ax)
+        draw_pointing(axes, self)
+        axes.set(ylabel="connection")
+        if self.pointing:
+            axes.legend(title="alone, in this joint")
+        return axes
+
+
+def draw_pointing(axes: Any, report: MachineTrace) -> None:
+    """Three bars for every joint, the first one at the top."""
+    places = list(report.pointing)[::-1]
+    for row, place in enumerate(places):
+        for k, (kind, colour) in enumerate(_KINDS.items()):
+            share = 100 * report.pointing[place].get(kind, 0.0)
+            y = row + 0.26 * (1 - k)
+            label = _WORDS.get(kind, kind) if row == len(places) - 1 else None
+            axes.barh(y, share, height=0.24, color=colour, label=label)
+            axes.text(share + 1, y, f"{share:.0f}", va="center", fontsize=8)
+    labels = [f"{place}, chosen" if place == report.place else place for place in places]
+    axes.set_yticks(range(len(places)), labels)
+    axes.tick_params(axis="y", length=0)
+    axes.set(xlabel="share of the excess removed [%]", xlim=(0, 108))
+    axes.grid(axis="y", visible=False)

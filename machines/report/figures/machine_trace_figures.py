@@ -10,14 +10,12 @@ import numpy as np
 from jointlib.arrays import Array
 
 from ...loop.records import LevelFRF
-from ...loop.report import MachineTrace
+from ...loop.report import MachineTrace, draw_pointing
 from ..drawing import AFTER, BEFORE, MEASURED, sheet
 from ..page import Figure
 
 _COLUMNS = 2
 _MOST = 12
-_KINDS = {"stiffness": "#0b5394", "damping": "#c2410c", "amplitude": "#4d7c0f"}
-_WORDS = {"amplitude": "amplitude dependence"}
 _LOUD = 100.0
 
 
@@ -111,26 +109,9 @@ def _map(report: MachineTrace, pair: str, records: Sequence[tuple[int, LevelFRF]
 
 def pointing_figure(report: MachineTrace) -> Figure:
     """Share of the excess that a change of stiffness, damping or amplitude dependence alone would remove."""
-    places = list(report.pointing)[::-1]
-    with sheet(width=9.0, height=0.9 + 0.62 * len(places)) as paper:
+    with sheet(width=9.0, height=0.9 + 0.62 * len(report.pointing)) as paper:
         axes = paper.axes
-        for row, place in enumerate(places):
-            for k, (kind, colour) in enumerate(_KINDS.items()):
-                share = 100 * report.pointing[place].get(kind, 0.0)
-                y = row + 0.26 * (1 - k)
-                axes.barh(
-                    y,
-                    share,
-                    height=0.24,
-                    color=colour,
-                    label=_WORDS.get(kind, kind) if row == len(places) - 1 else None,
-                )
-                axes.text(share + 1, y, f"{share:.0f}", va="center", fontsize=8)
-        labels = [f"{place}, chosen" if place == report.place else place for place in places]
-        axes.set_yticks(range(len(places)), labels)
-        axes.tick_params(axis="y", length=0)
-        axes.set(xlabel="share of the excess removed [%]", xlim=(0, 108))
-        axes.grid(axis="y", visible=False)
+        draw_pointing(axes, report)
         axes.figure.legend(loc="outside upper center", ncols=3, title="alone, in this joint")
     return Figure(
         paper.svg,
