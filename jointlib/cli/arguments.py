@@ -14,6 +14,7 @@ from jointlib.errors import InputError
 from jointlib.units import quantity
 
 _VALUE = re.compile(r"[+-]?(\d|\.\d)")
+_DECIMAL_COMMA = re.compile(r"(\d+),(\d+)\s*([^\d\s.,eE].*)")
 
 
 class Quantity(click.ParamType[float]):
@@ -102,11 +103,24 @@ class Verb(click.Command):
             belongs = _belongs(listed[name])
             while rest and belongs(rest[0]):
                 taken.append(rest.pop(0))
-            for value in (v for item in taken for v in item.split(",")):
-                out += [name, value]
+            for item in taken:
+                if isinstance(listed[name], Quantity):
+                    _one_reading(name, item)
+                for value in item.split(","):
+                    out += [name, value]
             if not taken:
                 out.append(name)
         return super().parse_args(ctx, out)
+
+
+def _one_reading(name: str, text: str) -> None:
+    """Refuse ``1,5um``, which may be 1.5 µm, or 1 m and 5 µm."""
+    found = _DECIMAL_COMMA.fullmatch(text.strip())
+    if found is not None:
+        first, second, unit = found.groups()
+        one = first + ("" if len(second) == 3 and first != "0" else ".") + second + unit
+        each = f"{first}{unit},{second}{unit}"
+        raise InputError(f"{name}: {text!r}, a number with a comma or two with one unit, expected {one} or {each}")
 
 
 def _belongs(kind: click.ParamType[Any]) -> Callable[[str], bool]:
