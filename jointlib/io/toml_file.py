@@ -25,9 +25,15 @@ def read_toml(path: Path, kind: str, mistakes: Mistakes | None = None) -> Sectio
         table = tomllib.loads(text)
     except FileNotFoundError:
         raise InputError(f"{path}: no such file, expected a {kind} file") from None
-    except (OSError, UnicodeDecodeError) as error:
+    except IsADirectoryError:
+        raise InputError(f"{path}: cannot be read, it is a folder, expected a {kind} file") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: cannot be read as text, expected a {kind} file in TOML") from None
+    except OSError as error:
         raise InputError(f"{path}: cannot be read ({error})") from None
     except tomllib.TOMLDecodeError as error:
+        if Path(path).suffix.lower() != ".toml" and "schema" not in text:
+            raise InputError(f"{path}: cannot be read as TOML, expected a {kind} file") from None
         raise InputError(f"{path}: {not_valid(text, error)}") from None
     if mistakes is not None:
         mistakes.texts[str(path)] = text

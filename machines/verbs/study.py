@@ -33,7 +33,16 @@ tools_option = click.option(
 _ADDRESS = re.compile(r"((tcp|tls|ucx|ws|wss)://)?[^\s/]+:[0-9]{1,5}")
 
 
-@click.group("study", invoke_without_command=True)
+class _Parts(click.Group):
+    """The parts of the verb; a study file without one is asked for one."""
+
+    def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
+        if args and args[0] not in self.commands:
+            raise click.UsageError(f"study: {args[0]!r}, expected one of {', '.join(self.commands)} before the file")
+        return super().resolve_command(ctx, args)
+
+
+@click.group("study", cls=_Parts, invoke_without_command=True)
 @click.pass_context
 def command(ctx: click.Context) -> None:
     """Compare many configurations of a machine: compute them, go on after a stop, say which is best.
