@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from types import ModuleType
+from typing import Any
 
 MOVED = {
     "machines.component": "machines.components.component",
@@ -23,6 +24,14 @@ MOVED = {
 """Module by the path that it had."""
 
 
+class _Called(ModuleType):
+    """A module under a name that is also that of a function: the import puts it in the function's place."""
+
+    def __call__(self, *given: Any, **named: Any) -> Any:
+        """What the function of the same name gives."""
+        return vars(self)[self.__name__.rpartition(".")[2]](*given, **named)
+
+
 class Moved(MetaPathFinder, Loader):
     """Finds a module by the path that it had, with a `DeprecationWarning`."""
 
@@ -34,7 +43,7 @@ class Moved(MetaPathFinder, Loader):
 
     def create_module(self, spec: ModuleSpec) -> ModuleType:
         """An empty module under the old name."""
-        return ModuleType(spec.name)
+        return _Called(spec.name)
 
     def exec_module(self, module: ModuleType) -> None:
         """Fill it with what the module holds now."""

@@ -89,7 +89,7 @@ def held_depth(modes: NaturalModes, cutting: Cutting, loop: Array) -> HeldDepth:
 
 def _depths(loop: Array, point: OperatingPoint) -> Array:
     """Limiting depth in m on every line."""
-    value = np.asarray(np.linalg.eigvals(loop @ point.frf.receptance), dtype=np.complex128)
+    value: ComplexArray = np.linalg.eigvals(loop @ point.frf.receptance).astype(complex)
     return np.asarray(np.min(limiting_depth(value), axis=1))
 
 
