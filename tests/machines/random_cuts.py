@@ -213,8 +213,8 @@ def _in_time(said: str, reach: float) -> list[Fate]:
     for match in re.finditer(
         rf"of (up to )?([\d.e+-]+) µm(?: to ([\d.e+-]+) µm)?( and more)?(?: at the tool)? ({ends})", said
     ):
-        first, low, high, _, end, settled, *_ = match.groups()
-        sizes = [1e-6 * float(low), reach if high is None else 1e-6 * float(high)]
+        first, low, high, more, end, settled, *_ = match.groups()
+        sizes = [1e-6 * float(low), reach if more else 1e-6 * float(high or low)]
         if first:
             sizes = [0.0, sizes[0]]
         kind = {"die out": "dies", "grow beyond": "grows"}.get(end, "lasts")

@@ -55,6 +55,8 @@ def test_what_was_seen_is_told_from_the_smallest_to_the_largest() -> None:
     )
     assert [cycle.stable for cycle in found.cycles] == [False, True]
     assert found.cycles[0].amplitude == pytest.approx(np.sqrt(start[1] * start[2]))
+    one = seen(ended(start, np.array([1e-10, 60e-6, 1.0, 1.0, 1.0]), np.array([-1.0, 0.0, 1.0, 1.0, 1.0])), 1e-4)
+    assert "those of 3.16 µm settle at about 60 µm, those of 10 µm and more grow" in str(one)
     beats = seen(ended(start, np.array([2e-5, 4e-5, 3e-5, 2e-5, 4e-5]), np.zeros(5)), 1e-4)
     assert str(beats).endswith("vibrations of 1 µm to 100 µm at the tool stay between 20 µm and 40 µm.")
 

@@ -66,7 +66,9 @@ class Seen:
         first, *rest = self.ends
         of = f"{um(first.low)} to {um(self.reach)}" if not rest else f"up to {um(first.high)}"
         said = [f"vibrations of {of} at the tool {first.words}"]
-        said += [f"those of {um(one.low)} to {um(one.high)} {one.words}" for one in rest[:-1]]
+        for one in rest[:-1]:
+            to = "" if one.high == one.low else f" to {um(one.high)}"
+            said.append(f"those of {um(one.low)}{to} {one.words}")
         said += [f"those of {um(one.low)} and more {one.words}" for one in rest[-1:]]
         told = ", ".join(said).format(reach=um(self.reach))
         return f"In time, at {self.speed:g} rpm and {mm(self.depth)}, {told}."
