@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from jointlib.arrays import Array, ComplexArray
-from jointlib.loop.answer.report import Estimate, Status, Verdict, plain
+from jointlib.loop.answer.report import Estimate, Status, Verdict, found_words, plain
 from jointlib.shown.pictures import axes_of
 from jointlib.shown.result import Columns, Shown
 
@@ -109,9 +109,7 @@ class MachineTrace(Shown):
 
     def finding(self) -> str:
         """The finding in plain words, and the error before and after."""
-        before, after = self.error_before.get("relative"), self.error_after.get("relative")
-        said = f"{self.verdict.value.replace('_', ' ')}. {self.sentence}"
-        return said if before is None or after is None else f"{said}\nerror {100 * before:.3g} % → {100 * after:.3g} %"
+        return found_words(self.verdict, self.sentence, self.error_before, self.error_after)
 
     def columns(self) -> Columns:
         """A row per candidate; ``share`` of the unexplained excess that it removes on what was left out of the fit."""

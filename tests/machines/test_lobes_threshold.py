@@ -18,15 +18,20 @@ from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from machines import Connection, Lumped, Machine, lobes_at_amplitude
 from machines.cutting.amplitude import frozen_lobes
-from machines.cutting.amplitude.words import told, told_at
+from machines.cutting.amplitude.fate import fate_at
+from machines.cutting.amplitude.words import of_fate, reach_words, told
 from machines.cutting.process.lost_contact import milling_contact
-from machines.lobes import Cutting, amplitude_limits, depth_ratio
+from machines.lobes import AmplitudeLimits, Cutting, amplitude_limits, depth_ratio
 
 MASS, FREQUENCY, RATIO, SPEED = 25.33, 100.0, 0.03, 2350.0
 STIFFNESS = MASS * (2 * np.pi * FREQUENCY) ** 2
 DAMPING = 2 * RATIO * np.sqrt(STIFFNESS * MASS)
 CUBIC = 0.1 * STIFFNESS / (0.75 * (100e-6) ** 2)
 SIZES = np.geomspace(1e-6, 2e-4, 31)
+
+
+def told_at(limits: AmplitudeLimits, depth: float, multiplier: float | None = None, forced: float = 0.0) -> str:
+    return of_fate(fate_at(limits, depth, multiplier=multiplier), reach_words(limits), forced)
 
 
 def lathe(*more: JointLaw, **cut: float) -> Machine:

@@ -188,9 +188,7 @@ class TraceReport(Shown):
 
     def finding(self) -> str:
         """The finding in plain words, and the error before and after."""
-        before, after = self.error_before.get("relative"), self.error_after.get("relative")
-        said = f"{self.verdict.value.replace('_', ' ')}. {self.sentence}"
-        return said if before is None or after is None else f"{said}\nerror {100 * before:.3g} % → {100 * after:.3g} %"
+        return found_words(self.verdict, self.sentence, self.error_before, self.error_after)
 
     def columns(self) -> Columns:
         """A row per candidate; ``share`` of the unexplained excess that it removes on what was left out of the fit."""
@@ -230,3 +228,10 @@ def plain(value: Any) -> Any:
     if isinstance(value, np.integer):
         return int(value)
     return value
+
+
+def found_words(verdict: Verdict, sentence: str, before: Mapping[str, Any], after: Mapping[str, Any]) -> str:
+    """A verdict with its sentence, and the relative error before and after where both are known."""
+    said = f"{verdict.value.replace('_', ' ')}. {sentence}"
+    first, last = before.get("relative"), after.get("relative")
+    return said if first is None or last is None else f"{said}\nerror {100 * first:.3g} % → {100 * last:.3g} %"

@@ -35,6 +35,8 @@ from .frozen_lobes import lobes_at_amplitude
 
 REACH = 6.0
 """Times the limiting depth up to which crossings are looked for, where nothing else is said."""
+DEEPER = 1.1
+"""Times the deepest depth that is spoken of up to which stable cuts above a limit are looked for."""
 _SETTLED = {"multi-frequency": 1e-3, "collocation": 1e-2}
 _SHARE = 0.6
 _BESIDE = 1e-3

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from .amplitude_limits import AmplitudeLimits, Cycle
-from .fate import Fate, fate_at
+from .fate import Fate
 from .unstable_depths import UnstableDepths
 
 _SAME = 1e-3
@@ -43,23 +43,6 @@ def told(limits: AmplitudeLimits, index: int = 0, teeth: tuple[float, float] | N
             f"{_settling(limits, high, index)}{deeper}."
         )
     return tuple(said)
-
-
-def told_at(
-    limits: AmplitudeLimits,
-    depth: float,
-    index: int = 0,
-    lenses: UnstableDepths | None = None,
-    multiplier: float | None = None,
-    forced: float = 0.0,
-) -> str:
-    """What becomes of vibrations at one speed and a depth in m.
-
-    The limits over amplitude are those of the first crossing. So nothing is said of larger vibrations above the first
-    lens, nor where the ``multiplier`` of the smallest is below 1 though the depth is above the onset. With ``forced``,
-    the vibration of the teeth in m, all of them are those beside it.
-    """
-    return of_fate(fate_at(limits, depth, index, lenses, multiplier), reach_words(limits, index), forced)
 
 
 def of_fate(fate: Fate, reach: str, forced: float = 0.0) -> str:

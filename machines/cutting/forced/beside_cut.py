@@ -14,7 +14,7 @@ from ...model.machine import Machine
 from ...tool.machine_model import machine_model
 from ..amplitude.amplitude_limits import AmplitudeLimits, Cycle
 from ..amplitude.fate import SMALLEST, fate_at
-from ..amplitude.unstable_depths import UnstableDepths, unstable_depths_of
+from ..amplitude.unstable_depths import DEEPER, UnstableDepths, unstable_depths_of
 from ..amplitude.words import moved_by_teeth, of_fate, reach_words, told
 from ..in_time.confirmation import in_time
 from ..loops.multipliers import largest_multipliers
@@ -24,7 +24,6 @@ from .beside_forced import beside_forced
 from .forced_vibration import forced_vibration, too_many
 from .shaken_limits import SMALL, agreeing_limit, limits_beside, shakes
 
-_PAST = 1.1
 _BELOW, _ABOVE = 0.97, 1.03
 """Shares of the safe depth and of the onset at which the cut is simulated."""
 
@@ -68,7 +67,7 @@ def beside_teeth(machine: Machine, limits: AmplitudeLimits, index: int, depth: f
     except (CheckFailed, InputError):
         return None
     try:
-        (unstable,) = unstable_depths_of(model, cutting, chart, _PAST * depth)
+        (unstable,) = unstable_depths_of(model, cutting, chart, DEEPER * depth)
     except (CheckFailed, InputError):
         unstable = None
     return BesideTeeth(float(forced.amplitude[0]), beside, unstable, multiplier)

@@ -11,8 +11,6 @@ import numpy as np
 from jointlib.cli.output import working
 from jointlib.errors import CheckFailed, InputError
 
-_PAST = 1.1
-"""Times the deepest depth of a sentence up to which stable cuts above a limit are looked for."""
 _KNOCKS = 10
 """Tool amplitudes behind the depth that is safe from knocks at every speed."""
 _FEW = (0.1, 0.3, 1.0)
@@ -39,12 +37,12 @@ def lenses(model: Any, chart: Any, depth: Sequence[float]) -> tuple[dict[str, An
 
     They are looked for as deep as the deepest ``depth`` (m) at least.
     """
-    from ...cutting.amplitude.unstable_depths import REACH, unstable_depths
+    from ...cutting.amplitude.unstable_depths import DEEPER, REACH, unstable_depths
     from ...cutting.amplitude.words import told_lenses
 
     with working("looking for stable cuts above the limits"):
         try:
-            found = unstable_depths(model, chart, np.fmax(REACH * chart.depth, _PAST * max(depth, default=0.0)))
+            found = unstable_depths(model, chart, np.fmax(REACH * chart.depth, DEEPER * max(depth, default=0.0)))
         except (CheckFailed, InputError) as refused:
             return {}, [], [f"Stable cuts above the limits were not looked for: {refused}"]
     rows = [[vars(zone) for zone in one.intervals] for one in found]
