@@ -230,3 +230,16 @@ from machines.lobes import tool_point  # a module now, as the import above has p
 assert tool_point(lambda f: f[:, None, None] + 0j, ("x",), [1.0, 2.0, 3.0]).axes == ("x",)
 """
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_verbs_are_found_and_helped_without_numerics() -> None:
+    code = "import sys, machines.verbs.run, machines.verbs.new; print(sorted({'scipy', 'control'} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_every_name_that_machines_offers_is_there() -> None:
+    import machines
+
+    assert set(machines.__all__) == set(machines._HOME)
+    assert all(getattr(machines, name) is not None for name in machines.__all__)
