@@ -9,7 +9,7 @@ from graphlib import TopologicalSorter
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from jointlib.errors import CheckFailed, InputError
+from jointlib.errors import CheckFailed, InputError, nearest
 from jointlib.registry import installed
 
 if TYPE_CHECKING:
@@ -59,6 +59,18 @@ def steps() -> list[Step]:
     found: dict[str, Step] = {step.name: step for step in installed("jointlib.steps").found.values()}
     order = TopologicalSorter({name: [one for one in step.after if one in found] for name, step in found.items()})
     return [found[name] for name in order.static_order()]
+
+
+def chosen_steps(asked: Sequence[Step | str] | None) -> list[Step]:
+    """The steps that were asked for, an installed one by its name; all that are installed where none were."""
+    known = steps()
+    if asked is None:
+        return known
+    by_name = {step.name: step for step in known}
+    for one in asked:
+        if isinstance(one, str) and one not in by_name:
+            raise InputError(f"run: no step {one!r}, {nearest(one, list(by_name))}")
+    return [by_name[one] if isinstance(one, str) else one for one in asked]
 
 
 def open_joints(machine: Machine) -> tuple[str, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from importlib.metadata import version
@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from jointlib import write_joint
-from jointlib.errors import InputError, nearest
 from jointlib.identification import Identification
 from jointlib.io.atomic import sha256, write_text
 from jointlib.joint import Joint
@@ -30,7 +29,7 @@ from ..model.machine import Machine
 from ..report.page import Page, Section
 from .mistakes import beside
 from .open_joints import look_ahead
-from .piece import Piece, Step, steps, walk
+from .piece import Piece, Step, chosen_steps, walk
 
 AMPLITUDES = (0.0, 2e-6, 5e-6, 10e-6)
 """Tool-point amplitudes of the lobes in m where none are given; onset first."""
@@ -54,11 +53,10 @@ class Silent:
 def run(
     machine: Machine | Path | str,
     folder: Path | str,
-    *,
     progress: Progress | None = None,
+    steps: Sequence[Step | str] | None = None,
+    *,
     amplitudes: Sequence[float] = AMPLITUDES,
-    without: Collection[str] = (),
-    further: Sequence[Step] = (),
     command: str = "",
 ) -> Run:
     """The whole road for a machine: identify, trace, mend, couple, check, cut, export, and one report in ``folder``.
@@ -71,22 +69,18 @@ def run(
         As read, or the path of its file.
     progress
         Told of every part that takes long.
+    steps
+        The steps to take, in this order: those that `machines.steps` lists or steps of one's own, an installed one also
+        by its name. All that are installed where none are given.
     amplitudes
         Of the tool point in m, at which lobes are computed.
-    without
-        Names of steps that are left out; `steps` lists those that are installed.
-    further
-        Steps beside them, taken last.
     command
         What the report says made it.
     """
-    known = [step.name for step in steps()]
-    for name in without:
-        if name not in known:
-            raise InputError(f"run: no step {name!r}, {nearest(name, known)}")
+    taken = chosen_steps(steps)
     model = machine if isinstance(machine, Machine) else read_machine(machine)
     look_ahead(model)
-    if model.cutting is not None and "cutting" not in without:
+    if model.cutting is not None and any(step.name == "cutting" for step in taken):
         default_speeds(model)
     target = Path(folder)
     target.mkdir(parents=True, exist_ok=True)
@@ -95,7 +89,6 @@ def run(
     if bare := ", ".join(model.without_equations):
         made.warnings.append(f"Only FRFs are known of {bare}: not checked against python-control.")
     sizes = tuple(sorted(amplitudes))
-    taken = [*(step for step in steps() if step.name not in without), *further]
     walk([piece for step in taken for piece in step.pieces(model, sizes)], made)
     made.data = made.close()
     return made

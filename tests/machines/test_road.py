@@ -64,7 +64,7 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> tuple[Run, Told]:
     """A run of the two-mass machine without its FMU."""
     told = Told()
     folder = tmp_path_factory.mktemp("road") / "out"
-    return run(LIBRARY / "two_mass.toml", folder, progress=told, without=["fmu"]), told
+    return run(LIBRARY / "two_mass.toml", folder, told, steps()[:-1]), told
 
 
 def test_a_run_returns_what_every_step_found(done: tuple[Run, Told]) -> None:
@@ -82,23 +82,22 @@ def test_a_run_returns_what_every_step_found(done: tuple[Run, Told]) -> None:
 def test_steps_are_listed_in_their_order_and_each_can_be_left_out(done: tuple[Run, Told], tmp_path: Path) -> None:
     assert [step.name for step in steps()] == ["joints", "mistakes", "picture", "coupling", "cutting", "fmu"]
     with pytest.raises(InputError, match="no step 'fnu', did you mean 'fmu'"):
-        run(LIBRARY / "two_mass.toml", tmp_path / "never", without=["fnu"])
+        run(LIBRARY / "two_mass.toml", tmp_path / "never", steps=["fnu"])
     assert not (tmp_path / "never").exists()
-    only = run(read_machine(LIBRARY / "two_mass.toml"), tmp_path, without=["fmu", "coupling", "picture", "mistakes"])
+    only = run(read_machine(LIBRARY / "two_mass.toml"), tmp_path, steps=["joints"])
     assert [step["step"] for step in only.steps] == ["df"]
     whole = {step["step"] for step in done[0].steps}
     assert {"df", "check", "frf"} <= whole
 
 
-def test_a_further_step_is_taken_last_and_stands_in_the_report(tmp_path: Path) -> None:
+def test_a_step_of_ones_own_is_taken_and_stands_in_the_report(tmp_path: Path) -> None:
     def weigh(made: Run) -> None:
         made.sections.append(Section("Weighed", [f"It has {len(made.machine.components)} parts."]))
 
     def pieces(machine: Machine, amplitudes: Sequence[float]) -> list[Piece]:
         return [Piece("weigh", "Weighing", weigh, "Take it off the scales.")]
 
-    few = ["fmu", "coupling", "picture", "mistakes"]
-    run(LIBRARY / "two_mass.toml", tmp_path, without=few, further=[Step("weigh", pieces)])
+    run(LIBRARY / "two_mass.toml", tmp_path, steps=["joints", Step("weigh", pieces)])
     assert "It has 2 parts." in (tmp_path / "report.html").read_text("utf-8")
 
 
@@ -112,7 +111,8 @@ def test_another_package_brings_a_step_by_entry_point(tmp_path: Path) -> None:
         f"import sys; sys.path.append({str(tmp_path / 'site')!r})\n"
         "from machines import run, steps\n"
         "print([step.name for step in steps()])\n"
-        f"made = run({str(LIBRARY / 'two_mass.toml')!r}, {str(tmp_path / 'out')!r}, without=['fmu', 'coupling'])\n"
+        "few = [step for step in steps() if step.name not in ('fmu', 'coupling')]\n"
+        f"made = run({str(LIBRARY / 'two_mass.toml')!r}, {str(tmp_path / 'out')!r}, steps=few)\n"
         "print([step for step in made.steps if step['step'] == 'weigh'])\n"
     )
     printed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
@@ -141,7 +141,12 @@ def test_another_package_brings_a_verb_by_entry_point(tmp_path: Path) -> None:
 
 @pytest.mark.thorough
 def test_four_lines_run_a_mill_and_draw_its_lobes(tmp_path: Path) -> None:
-    made = run(LIBRARY / "guide_mill.toml", tmp_path / "out", amplitudes=[0.0], without=["fmu", "picture"])
+    made = run(
+        LIBRARY / "guide_mill.toml",
+        tmp_path / "out",
+        steps=["joints", "mistakes", "coupling", "cutting"],
+        amplitudes=[0.0],
+    )
     (chart,) = made.charts.values()
     assert made.failed == []
     assert np.all(chart.depth > 0)
