@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import io
 import zipfile
 import zlib
@@ -13,13 +12,18 @@ import numpy as np
 
 from jointlib.arrays import Array
 from jointlib.errors import InputError, nearest
+from jointlib.lab.dialect import Told
+from jointlib.lab.text_table import read_table
 from jointlib.registry import installed
 
 Reader = Callable[[Path], dict[str, Array]]
 
 
-def read_columns(path: Path) -> dict[str, Array]:
-    """Every named one-dimensional array in a file, by the reader registered for its suffix."""
+def read_columns(path: Path, told: Told | None = None) -> dict[str, Array]:
+    """Every named one-dimensional array in a file, by the reader registered for its suffix.
+
+    ``told`` is the dialect of text files, as far as it is known.
+    """
     path = Path(path)
     if not path.is_file():
         found = "a folder" if path.is_dir() else "no such file"
@@ -28,53 +32,25 @@ def read_columns(path: Path) -> dict[str, Array]:
     suffix = path.suffix.lower().lstrip(".")
     if suffix not in readers:
         raise InputError(f"{path}: no reader for {path.suffix!r} files, {nearest(suffix, readers)}")
-    columns: dict[str, Array] = readers[suffix](path)
+    reader = readers[suffix]
+    columns: dict[str, Array] = read_csv(path, told) if reader is read_csv else reader(path)
     if not columns or all(len(c) == 0 for c in columns.values()):
         raise InputError(f"{path}: holds no samples, expected columns of numbers")
     return columns
 
 
-def read_csv(path: Path) -> dict[str, Array]:
-    """Comma-separated values with a header row; lines that start with # are comments."""
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            rows = (line for line in file if not line.lstrip().startswith("#"))
-            header = [name.strip() for name in next(csv.reader(rows), [])]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise InputError(f"{path}: cannot be read as CSV ({error})") from None
-    names = header[: len(header) - (header[-1:] == [""])]
-    if not names:
-        raise InputError(f"{path}: empty, expected a header row and columns of numbers")
+def read_csv(path: Path, told: Told | None = None) -> dict[str, Array]:
+    """A table as text, in the dialect of its program or as ``told``, with a row of names above the numbers."""
+    table = read_table(path, told)
+    names = table.names
+    if not table.named and (told is None or told.header != 0):
+        raise InputError(
+            f"{path}: the first row holds numbers, expected a header row with channel names "
+            "(or [text] header = 0: there are none)"
+        )
     if len(set(names)) < len(names):
         raise InputError(f"{path}: a column name stands twice in the header {', '.join(names)}")
-    try:
-        [float(name) for name in names]
-    except ValueError:
-        pass
-    else:
-        raise InputError(f"{path}: the first row holds numbers, expected a header row with channel names")
-    try:
-        with path.open(encoding="utf-8-sig") as file:
-            numbered = [(n, line) for n, line in enumerate(file, 1) if line.strip() and line.lstrip()[0] != "#"]
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: cannot be read as CSV ({error})") from None
-    if not numbered[1:]:
-        raise InputError(f"{path}: has a header but no samples")
-    try:
-        lines = [line for _, line in numbered[1:]]
-        table = np.loadtxt(lines, delimiter=",", ndmin=2, usecols=range(len(names)), comments=None)
-    except ValueError:
-        number, text = next(((n, line) for n, line in numbered[1:] if not _is_row(line, len(names))), numbered[1])
-        text = text.strip() if len(text) < 60 else f"{text[:57].strip()}..."
-        raise InputError(f"{path}: line {number} is {text!r}, expected {len(names)} numbers a row") from None
-    return {name: np.ascontiguousarray(table[:, i]) for i, name in enumerate(names)}
-
-
-def _is_row(line: str, count: int) -> bool:
-    try:
-        return "_" not in line and len([float(cell) for cell in line.split(",")[:count]]) == count
-    except ValueError:
-        return False
+    return dict(zip(names, table.columns, strict=True))
 
 
 def read_npz(path: Path) -> dict[str, Array]:

@@ -33,7 +33,7 @@ WRONG = {
     "inspect": [
         ("inspect library", "library: a folder, expected a file"),
         (f"inspect {TWO_MASS} -o two_mass.pdf", "-o: two_mass.pdf ends in '.pdf', expected .svg"),
-        ("inspect notes.docx", "no reader for '.docx' files, expected one of csv"),
+        ("inspect notes.docx", "no reader for '.docx' files, expected one of asc, csv"),
     ],
     "identify": [
         (f"identify {CSV} --law viscous -o j.toml", "static.csv: cannot be read as TOML, expected a measurement file"),

@@ -1,0 +1,200 @@
+"""In which dialect a table of numbers is written, decided from all of its rows or refused with both readings."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from jointlib.errors import InputError
+from jointlib.lab.clock import CLOCK, DATE
+from jointlib.lab.header import count_matches
+from jointlib.lab.numerals import EVERY, LOOSE, Numerals
+from jointlib.lab.separator import Separator, candidates
+
+_HEAD, _TAIL = 400, 60
+_GLITCHES = 2
+"""Rows of numbers that may still belong to the text before a table."""
+_OTHER_MARK = re.compile(r"\d[;,\t|]|[;,\t|]\d")
+
+
+@dataclass(frozen=True)
+class Told:
+    """What is known of a dialect from elsewhere; None where nothing is."""
+
+    separator: str | None = None
+    decimal: str | None = None
+    thousands: str | None = None
+    encoding: str | None = None
+    header: int | None = None
+    """Line of the names, counted from 1; 0 where there are none."""
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One way to read a table: ``kinds`` says of every column "number", "clock", "text", "empty" or "mixed"."""
+
+    separator: Separator
+    numerals: Numerals
+    start: int
+    kinds: tuple[str, ...]
+    named: bool
+    """Whether the line above has a name for each column."""
+
+    @property
+    def count(self) -> int:
+        return len(self.kinds)
+
+    def row(self, line: str) -> list[str]:
+        """The cells of a row; an empty one behind the last mark is none."""
+        cells = self.separator.cells(line)
+        while len(cells) > self.count and not cells[-1]:
+            cells.pop()
+        return cells
+
+
+class Undecided(Exception):
+    """Rows that were looked at do not tell which reading is right."""
+
+    def __init__(self, readings: Sequence[Reading], line: int) -> None:
+        super().__init__()
+        self.readings, self.line = readings, line
+
+
+def decide(lines: list[str], told: Told, begin: int = 0, every: bool = False) -> Reading:
+    """The one way in which all rows of a table can be read; from line ``begin`` on.
+
+    With ``every`` all rows are looked at, not a sample of them.
+
+    Raises `Undecided` where several ways fit, and `InputError` (half a sentence) where none does.
+    """
+    quoted = any('"' in line for line in lines[-_TAIL:])
+    found: list[Reading] = []
+    for separator in candidates(quoted, told.separator):
+        found += _readings(lines, separator, told, begin, every)
+    if not found:
+        raise InputError("no row of numbers, expected columns of numbers under a header row")
+    clean = [r for r in found if not {"text", "mixed"} & set(r.kinds)] or [r for r in found if "mixed" not in r.kinds]
+    found = _by_header(clean or _least_mixed(found), told)
+    sample = _sample(lines, min(r.start for r in found), every)
+    distinct: dict[object, Reading] = {}
+    for reading in found:
+        distinct.setdefault(_values(reading, [lines[i] for i in sample[-_TAIL:]] if clean else []), reading)
+    left = list(distinct.values()) if clean else found[:1]
+    if len(left) > 1 and not every and len(lines) > len(sample):
+        return decide(lines, told, begin, every=True)
+    if len(left) > 1:
+        raise Undecided(left, _first_difference(left, lines))
+    return left[0]
+
+
+def _by_header(found: list[Reading], told: Told) -> list[Reading]:
+    """Those that the row of names agrees with; commas in two meanings are not believed for that alone."""
+    named = [r for r in found if r.named]
+    commas = [r for r in named if r.separator.pairs or (not r.separator.mark and r.numerals.decimal == ",")]
+    if named and (told.separator is not None or told.decimal is not None or len(commas) < len(named)):
+        return [r for r in named if r not in commas] or named
+    return found
+
+
+def _least_mixed(found: list[Reading]) -> list[Reading]:
+    fewest = min(r.kinds.count("mixed") / r.count for r in found)
+    return [r for r in found if r.kinds.count("mixed") / r.count == fewest]
+
+
+def _readings(lines: list[str], separator: Separator, told: Told, begin: int, every: bool) -> list[Reading]:
+    place = _block(lines, separator, begin)
+    if place is None:
+        return []
+    start, count = place
+    rows = [separator.cells(lines[i])[:count] for i in _sample(lines, start, every)]
+    rows = [row for row in rows if len(row) == count]
+    columns = list(zip(*rows, strict=True))
+    named = told.header != 0 and count_matches(lines, start, separator, count)
+    loose = [_loose_kind(column) for column in columns]
+    if any(k == "text" and any(_OTHER_MARK.search(c) for c in col) for k, col in zip(loose, columns, strict=True)):
+        return []
+    out = []
+    for numerals in EVERY:
+        if not separator.allows(numerals):
+            continue
+        if told.decimal not in (None, numerals.decimal) or told.thousands not in (None, numerals.thousands):
+            continue
+        fits = numerals.pattern.fullmatch
+        if separator.pairs and not all("," in cell for row in rows for cell in row):
+            continue
+        kinds = tuple(
+            "mixed" if kind == "number" and not all(fits(c) for c in column if c) else kind
+            for kind, column in zip(loose, columns, strict=True)
+        )
+        if "number" in kinds:
+            out.append(Reading(separator, numerals, start, kinds, named))
+    return out
+
+
+def _loose_kind(column: Sequence[str]) -> str:
+    filled = [cell for cell in column if cell]
+    if not filled:
+        return "empty"
+    if all(CLOCK.fullmatch(cell) for cell in filled):
+        return "clock"
+    if all(DATE.fullmatch(cell) for cell in filled):
+        return "text"
+    return "number" if sum(bool(LOOSE.fullmatch(cell)) for cell in filled) > 0 else "text"
+
+
+def _block(lines: list[str], separator: Separator, begin: int) -> tuple[int, int] | None:
+    """First row of the numbers and how many cells each has."""
+    last = _model(lines, separator)
+    places = [i for i, cell in enumerate(last) if LOOSE.fullmatch(cell) and not DATE.fullmatch(cell)]
+    if not places or (separator.mark and len(last) < 2):
+        return None
+    start = seen = -1
+    run = 0
+    for i, line in enumerate(lines[begin : begin + _HEAD], begin):
+        cells = separator.cells(line)
+        cells = cells[: len(last)] if len(cells) == len(last) + 1 and not cells[-1] else cells
+        alike = [cells[k] for k in places] if len(cells) == len(last) else []
+        if alike and all(LOOSE.fullmatch(cell) or not cell for cell in alike) and any(alike):
+            start, run = (i, 1) if start < 0 else (start, run + 1)
+        elif start >= 0 and run <= _GLITCHES and not any(LOOSE.fullmatch(cell) for cell in cells if cell):
+            start, run = -1, 0
+        seen = i
+    if start < 0 and seen < len(lines) - 1:
+        return None
+    return (start, len(last)) if start >= 0 else None
+
+
+def _model(lines: list[str], separator: Separator) -> list[str]:
+    """The cells of the last row, or of the one before it where the last one was cut off."""
+    rows = [separator.cells(line) for line in lines[-_TAIL:]]
+    if all(len(row) > 1 and not row[-1] for row in rows[-2:]):
+        rows = [row[:-1] if not row[-1] else row for row in rows]
+    *above, last = rows
+    cut = len(above) > 1 and len(last) < len(above[-1]) == len(above[-2])
+    return above[-1] if cut and any(LOOSE.fullmatch(cell) for cell in above[-1]) else last
+
+
+def _sample(lines: list[str], start: int, every: bool) -> list[int]:
+    if every or len(lines) - start <= _HEAD + _TAIL:
+        return list(range(start, len(lines)))
+    return [*range(start, start + _HEAD), *range(len(lines) - _TAIL, len(lines))]
+
+
+def _values(reading: Reading, lines: list[str]) -> object:
+    """What a reading makes of rows; equal where two readings differ in words alone."""
+    fits = reading.numerals.pattern.fullmatch
+    rows = []
+    for line in lines:
+        cells = reading.row(line)
+        row = [reading.numerals.value(c) if c and fits(c) else c for c in cells]
+        rows.append(tuple(None if v != v else v for v in row))
+    return tuple(rows)
+
+
+def _first_difference(readings: Sequence[Reading], lines: list[str]) -> int:
+    first = max(r.start for r in readings)
+    for i in range(first, len(lines)):
+        if len({_values(r, [lines[i]]) for r in readings}) == len(readings):
+            return i
+    return first

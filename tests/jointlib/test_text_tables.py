@@ -1,0 +1,185 @@
+"""Tables of numbers in any dialect: what was written is read, or refused with both readings, and never read wrongly."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from written_tables import Style
+
+from jointlib.errors import InputError
+from jointlib.io.measurement_file import read_measurement, read_records
+from jointlib.lab.dialect import Told
+from jointlib.lab.text_table import read_table
+
+DECIDED = {";": (".", ","), "\t": (".", ","), " ": (".", ","), ",": (".",), "|": (".", ",")}
+
+
+@st.composite
+def styles(draw: st.DrawFn) -> Style:
+    separator = draw(st.sampled_from(sorted(DECIDED)))
+    quoted = separator not in " " and draw(st.booleans())
+    decimal = draw(st.sampled_from((".", ",") if quoted else DECIDED[separator]))
+    groups = [mark for mark in ("", ",", ".", " ", "'", "\u00a0") if mark != decimal and (quoted or mark != separator)]
+    groups = [mark for mark in groups if separator != " " or mark not in (" ", "\u00a0")]
+    encodings = ("utf-8", "utf-8-sig", "utf-16", "latin-1", "cp1252")
+    return Style(
+        separator=separator,
+        decimal=decimal,
+        thousands=draw(st.sampled_from(groups)),
+        form=draw(st.sampled_from([".3f", ".6f", ".4e", ".17g", ".6g", ".1f"])),
+        encoding=draw(st.sampled_from(encodings)),
+        end=draw(st.sampled_from(["\n", "\r\n"])),
+        units=draw(st.sampled_from(["none", "brackets", "parentheses", "row", "bracketed row", "preamble"])),
+        preamble=tuple(draw(st.lists(st.sampled_from(PREAMBLE), max_size=80))),
+        blank_line=draw(st.booleans()),
+        quoted=quoted,
+        trailing=separator != " " and draw(st.booleans()),
+    )
+
+
+PREAMBLE = (
+    "Messung vom 3.4.2023",
+    "Operator; Müller",
+    "Channels;3",
+    "Rate [Hz]\t51200",
+    "",
+    "Temperature 21,5 °C",
+    "---",
+)
+VALUES = st.floats(-1e7, 1e7).map(lambda v: round(v, 6)) | st.integers(-5000, 5000).map(float) | st.just(0.25)
+ROWS = st.integers(2, 4).flatmap(lambda n: st.lists(st.lists(VALUES, min_size=n, max_size=n), min_size=1, max_size=8))
+NAMES = ("Zeit", "acc front", "Kraft P", "µ-Weg")
+UNITS = ("s", "g", "N", "µm")
+
+
+@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(style=styles(), rows=ROWS)
+def test_numbers_in_any_dialect_come_back_equal(style: Style, rows: list[list[float]], tmp_path: Path) -> None:
+    count = len(rows[0])
+    names = [name.replace(" ", "_") if style.separator == " " else name for name in NAMES[:count]]
+    path = style.save(tmp_path / "any.csv", names, UNITS[:count], rows)
+    try:
+        table = read_table(path)
+    except InputError as error:
+        if not re.search("in (two|several) ways", str(error)):
+            raise
+        thousands = " " if style.thousands == "\u00a0" else style.thousands
+        table = read_table(path, Told(style.separator, style.decimal, thousands))
+    heads = {"brackets": "{} [{}]", "parentheses": "{} ({})"}.get(style.units, "{}")
+    assert table.names == tuple(heads.format(n, u) for n, u in zip(names, UNITS, strict=False))
+    if style.units not in ("none", "preamble"):
+        assert table.units == UNITS[:count]
+    np.testing.assert_array_equal(np.transpose(table.columns), [[style.read_back(v) for v in row] for row in rows])
+
+
+def saved(folder: Path, text: str, encoding: str = "utf-8") -> Path:
+    path = folder / "table.csv"
+    path.write_bytes(text.encode(encoding))
+    return path
+
+
+def refusal(path: Path, told: Told | None = None) -> str:
+    with pytest.raises(InputError) as caught:
+        read_table(path, told)
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+TWO_WAYS = [
+    ("t;a\n1,234;5,678\n", ["as 1.234, 5.678", "as 1234, 5678", 'decimal = ","', 'decimal = "."']),
+    ("t\ta\n21.345\t22.456\n", ["as 21.345, 22.456", "as 21345, 22456"]),
+    ("t,a,b\n0,001,1,5,2,5\n", ["as 0, 1, 1, 5, 2, 5", "as 0.001, 1.5, 2.5"]),
+    ("a\n1,5\n2,25\n", ["as 1, 5", "as 1.5"]),
+    ("1,2\n3,4\n", ["as 1, 2", "as 1.2"]),
+    ("1 234\t5 678\n2 000\t3 000\n", ["as 1234, 5678", "as 1, 234, 5, 678"]),
+]
+
+
+@pytest.mark.parametrize(("text", "said"), TWO_WAYS, ids=[text for text, _ in TWO_WAYS])
+def test_what_can_be_read_in_two_ways_is_refused_with_both(text: str, said: list[str], tmp_path: Path) -> None:
+    sentence = refusal(saved(tmp_path, text))
+    assert "can be read in two ways" in sentence
+    for words in said:
+        assert words in sentence
+
+
+def test_the_key_that_is_named_decides(tmp_path: Path) -> None:
+    path = saved(tmp_path, "t;a\n1,234;5,678\n")
+    assert [float(c[0]) for c in read_table(path, Told(decimal=",")).columns] == [1.234, 5.678]
+    assert [float(c[0]) for c in read_table(path, Told(decimal=".")).columns] == [1234.0, 5678.0]
+    path = saved(tmp_path, "t,a,b\n0,001,1,5,2,5\n")
+    assert [float(c[0]) for c in read_table(path, Told(decimal=",")).columns] == [0.001, 1.5, 2.5]
+
+
+def test_one_number_late_in_a_file_decides_for_all(tmp_path: Path) -> None:
+    rows = ["1,234;5,678"] * 3000
+    assert "two ways" in refusal(saved(tmp_path, "\n".join(["t;a", *rows])))
+    rows[1500] = "1,234;5,67"
+    table = read_table(saved(tmp_path, "\n".join(["t;a", *rows])))
+    assert (table.columns[1][0], table.columns[1][1500]) == (5.678, 5.67)
+    rows[1500] = "1,234;5,678.5"
+    table = read_table(saved(tmp_path, "\n".join(["t;a", *rows])))
+    assert (table.columns[1][0], table.columns[1][1500]) == (5678.0, 5678.5)
+
+
+def test_groups_that_begin_late_are_read(tmp_path: Path) -> None:
+    rows = [f"{i / 10:.1f}".replace(".", ",") + ";0,5" for i in range(3000)]
+    rows[2000] = "200,0;1.234,5"
+    table = read_table(saved(tmp_path, "\n".join(["t;a", *rows])))
+    assert (table.columns[0][1999], table.columns[1][2000]) == (199.9, 1234.5)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("t;a\n0.1;0,1\n0.2;0,2\n", "line 2 is '0.1;0,1', expected 2 numbers a row"),
+        ("t,a\n0.1,1\n0.2\n0.3,3\n", "line 3 is '0.2', expected 2 numbers a row"),
+        ("t,a\n0.1,1\n0.2,OVLD\n0.3,3\n", "line 3 is '0.2,OVLD', expected 2 numbers a row"),
+        ("t,a\n0.1,1,7\n0.2,2,8\n", "line 1 has 2 names and the rows below it 3 cells"),
+        ("t,a\n0.1,1\n0.2,1\n0.3", "line 4 is '0.3', expected 2 numbers a row"),
+        ("some words\nand more\n", "no row of numbers"),
+        ("t;a\n" + "0,1;1,5\n" * 2000 + "0,1;1.5\n", "line 2002 is '0,1;1.5', expected 2 numbers a row"),
+    ],
+)
+def test_a_row_unlike_the_others_is_named(text: str, said: str, tmp_path: Path) -> None:
+    assert said in refusal(saved(tmp_path, text))
+
+
+def test_clock_times_are_seconds_since_the_first_row(tmp_path: Path) -> None:
+    text = "Date;Time;acc [g];note\n" + "".join(
+        f"31.12.2023;{t};{a};ok\n" for t, a in (("23:59:58,5", "1,5"), ("23:59:59,0", "2,5"), ("23:59:59,5", "3,5"))
+    )
+    table = read_table(saved(tmp_path, text))
+    assert (table.names, table.clocks, table.left_out) == (("Time", "acc [g]"), ("Time",), ("Date", "note"))
+    np.testing.assert_array_equal(table.columns[0], [0.0, 0.5, 1.0])
+    stamps = read_table(saved(tmp_path, "t,a\n2023-12-31T23:59:59.5Z,1\n2024-01-01T00:00:00.25Z,2\n"))
+    np.testing.assert_array_equal(stamps.columns[0], [0.0, 0.75])
+
+
+def test_a_measurement_reads_semicolons_with_decimal_commas(tmp_path: Path) -> None:
+    saved(tmp_path, "Weg;Kraft\n0,5;10,25\n-1,5;20,75\n", "latin-1")
+    file = tmp_path / "m.measurement.toml"
+    file.write_text(
+        'schema = "jointlib/measurement/1"\nkind = "static"\n'
+        '[[channel]]\nname = "Weg"\nquantity = "displacement"\nunit = "mm"\n'
+        '[[channel]]\nname = "Kraft"\nquantity = "force"\n[[record]]\nfile = "table.csv"\n'
+    )
+    measurement = read_measurement(file)
+    (record,) = read_records(measurement, measurement.records)
+    np.testing.assert_allclose(record.channels["Weg"], [5e-4, -1.5e-3])
+    np.testing.assert_array_equal(record.channels["Kraft"], [10.25, 20.75])
+
+
+@pytest.mark.parametrize(
+    ("first", "what"),
+    [(b"PK\x03\x04..", "a zip archive"), (b"TDSm\0\0", "a TDMS file"), (b"\x89HDF\r\n", "an HDF5 file")],
+)
+def test_another_format_called_csv_is_named(first: bytes, what: str, tmp_path: Path) -> None:
+    path = tmp_path / "wrong.csv"
+    path.write_bytes(first)
+    assert f"is {what}" in refusal(path)
