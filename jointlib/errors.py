@@ -8,12 +8,15 @@ from enum import Enum
 
 from jointlib.meanings import meant
 
+MOST = 20
+"""Faults that are told at once in words."""
+
 
 class InputError(ValueError):
     """Input that cannot be used; each sentence says where, what was found and what was expected.
 
     One sentence is the text; of several, as of a file with several faults, each has a line of its own below their
-    number. The command line prints them and exits with status 2.
+    number, the first twenty. The command line prints them, with ``--json`` all as data, and exits with status 2.
     """
 
     @property
@@ -23,7 +26,8 @@ class InputError(ValueError):
 
     def __str__(self) -> str:
         said = self.sentences
-        return "\n".join(said if len(said) < 2 else (f"{len(said)} faults", *said))
+        more = (f"and {len(said) - MOST} more",) if len(said) > MOST else ()
+        return "\n".join(said if len(said) < 2 else (f"{len(said)} faults", *said[:MOST], *more))
 
 
 class FrequencyMismatch(InputError):

@@ -11,6 +11,7 @@ import numpy as np
 
 from jointlib.arrays import Array
 from jointlib.errors import InputError, nearest
+from jointlib.lab.dialect import Told
 from jointlib.shown.pictures import axes_of, literal
 from jointlib.shown.record_picture import draw_record, draw_sweeps
 from jointlib.shown.result import Columns, Shown
@@ -54,6 +55,12 @@ class Channel:
     remove_mean: bool = False
     is_input: bool = False
     """A control voltage or temperature that may modulate parameters."""
+    column: str | None = None
+    """Heading in the record files; None where that is the name."""
+    label: str | None = None
+    """Name in the measurement file; None where that is the name here, which is the role where the channel has one."""
+    offset: float = 0.0
+    """Value in ``si_unit`` = factor · column + offset; 0 but for temperatures."""
 
 
 @dataclass(frozen=True)
@@ -165,6 +172,8 @@ class Measurement(Shown):
     corrections: tuple[Correction, ...] = ()
     simulated: bool = False
     """True where the records come from a simulation; said wherever they appear."""
+    text: Told = field(default_factory=Told)
+    """How text records are written, as far as the file says it."""
 
     def channel(self, name: str) -> Channel:
         """The channel of that name."""

@@ -17,6 +17,7 @@ _BY_RULE = {
 }
 _HUGE = 1e75
 """Beyond this, products of a few quantities are no floats any more."""
+_GRAM = re.compile(r"(?<![A-Za-z_])(m?)g(?![A-Za-z_0-9])")
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*$")
 
 
@@ -52,9 +53,14 @@ def _factor(unit: str, expected: str) -> float:
     except (pint.errors.PintError, AttributeError, ValueError, TypeError, AssertionError):
         raise InputError(f"unit {unit!r} is not known, expected one like {expected!r}") from None
     if found.dimensionality != target.dimensionality:
+        gravity = _GRAM.sub(r"\1g_0", _power(unit))  # where no mass fits, g is that of free fall
+        found = registry.parse_units(gravity) if gravity != _power(unit) else found
+    if found.dimensionality != target.dimensionality:
         raise InputError(f"unit {unit!r} does not fit, expected one like {expected!r}")
     if found == target:
         return 1.0
+    if not registry.Quantity(1.0, found)._is_multiplicative:
+        raise InputError(f"unit {unit!r} has its zero elsewhere, expected one like {expected!r}")
     return _clean(float(registry.Quantity(1.0, found).to(target).magnitude))
 
 

@@ -275,7 +275,7 @@ _TAKERS = {
     "each",
 }
 _READERS = {
-    "Measurement": ["jointlib/io/measurement_file.py"],
+    "Measurement": [f"jointlib/io/{name}.py" for name in ("measurement_file", "channel_table", "text_dialect")],
     "Joint": ["jointlib/io/joint_file.py"],
     "Machine": [
         *(

@@ -145,4 +145,8 @@ def _status() -> int:
         if not isinstance(error, CheckFailed | InputError):
             raise
         click.echo(f"jointlib: {error}", err=True)
+        if isinstance(error, InputError) and "--json" in sys.argv:
+            from jointlib.cli.output import faults
+
+            click.echo(faults(error))
         return 2 if isinstance(error, InputError) else 1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -11,6 +12,7 @@ from typing import Any
 
 import click
 
+from jointlib.errors import InputError
 from jointlib.loop.answer.report import plain
 
 
@@ -27,6 +29,19 @@ def emit_so_far(as_json: bool, lines: list[str]) -> None:
     if not as_json and lines:
         click.echo("\n".join(lines))
         lines.clear()
+
+
+_FAULT = re.compile(r"(?:(?P<file>[^:]+\.\w+): )?(?P<fault>.*?)(?: \(line (?P<line>\d+): .*\))?", re.DOTALL)
+
+
+def faults(error: InputError) -> str:
+    """What is wrong with the input, as JSON: the sentences with their file and line, null where they are of none."""
+    told = []
+    for said in error.sentences:
+        match = _FAULT.fullmatch(said)
+        file, fault, line = match.group("file", "fault", "line") if match else (None, said, None)
+        told.append({"file": file, "line": int(line) if line else None, "fault": fault})
+    return json.dumps({"faults": told}, indent=1)
 
 
 def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:

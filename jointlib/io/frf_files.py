@@ -16,9 +16,10 @@ from jointlib.io import cutpro
 from jointlib.io.finite_elements.matrix_files import read_arrays
 from jointlib.io.readers import read_csv
 from jointlib.io.universal import AXES, NO_UNITS, place, read_sets, units
+from jointlib.lab.dialect import Told
 from jointlib.units import scale
 
-SUFFIXES = (".uff", ".unv", ".csv", ".npz", ".mat", cutpro.SUFFIX)
+SUFFIXES = (".uff", ".unv", ".csv", ".txt", ".tsv", ".asc", ".dat", ".npz", ".mat", cutpro.SUFFIX)
 _MOTION = {8: Quantity.RECEPTANCE, 11: Quantity.MOBILITY, 12: Quantity.ACCELERANCE}
 _FORCE = (13, 9)
 _FRF = 4
@@ -41,7 +42,7 @@ class FrfRecord:
     """What the file says of its units."""
 
 
-def read_frfs(path: Path) -> list[FrfRecord]:
+def read_frfs(path: Path, told: Told | None = None) -> list[FrfRecord]:
     """Every frequency response of a file, values in SI where the file says its units."""
     if not path.is_file():
         found = "a folder" if path.is_dir() else "no such file"
@@ -49,8 +50,8 @@ def read_frfs(path: Path) -> list[FrfRecord]:
     suffix = path.suffix.lower()
     if suffix in (".uff", ".unv"):
         return _universal(path)
-    if suffix == ".csv":
-        return [_csv(path)]
+    if suffix in (".csv", ".txt", ".tsv", ".asc", ".dat"):
+        return [_csv(path, told)]
     if suffix in (".npz", ".mat"):
         return [_arrays(path)]
     if suffix == cutpro.SUFFIX:
@@ -66,6 +67,7 @@ def read_frf(
     drive_at: str | None = None,
     quantity: str | None = None,
     unit: str | None = None,
+    told: Told | None = None,
 ) -> FrfRecord:
     """The one frequency response (or matrix of them) of a file that is asked for, in SI, its quantity known.
 
@@ -75,9 +77,11 @@ def read_frf(
         Node and direction in a universal file with several, as ``12+X``; opposite directions change the sign.
     quantity, unit
         What the file does not say itself: receptance, mobility or accelerance, and its unit, default SI.
+    told
+        How a text file is written, as far as it is known.
     """
     try:
-        found, sign = _chosen(path, read_frfs(path), (response_at, drive_at))
+        found, sign = _chosen(path, read_frfs(path, told), (response_at, drive_at))
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
     held = found.quantity if quantity is None else Quantity[quantity.upper()]
@@ -118,8 +122,8 @@ def _chosen(path: Path, records: Sequence[FrfRecord], at: Sequence[str | None]) 
     return fit[0]
 
 
-def _csv(path: Path) -> FrfRecord:
-    named = read_csv(path)
+def _csv(path: Path, told: Told | None) -> FrfRecord:
+    named = read_csv(path, told)
     columns = list(named.values())
     if len(columns) not in (3, 4):
         raise InputError(f"{path}: has {len(columns)} columns, expected f, Re, Im and, where known, the variance")

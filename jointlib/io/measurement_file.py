@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,14 +16,16 @@ from jointlib.errors import InputError, nearest
 from jointlib.fault import Fault
 from jointlib.frf import Quantity
 from jointlib.io.atomic import sha256
+from jointlib.io.channel_table import channel_of
+from jointlib.io.key_places import OF_FILE, OF_RECORD, refuse_elsewhere
 from jointlib.io.measurement_checks import check
 from jointlib.io.mistakes import Lost, Mistakes, all_at_once
 from jointlib.io.readers import read_columns
+from jointlib.io.text_dialect import dialect_of
 from jointlib.io.toml import Section
 from jointlib.io.toml_file import read_toml
 from jointlib.measurement import (
     KINDS,
-    QUANTITIES,
     ROLES,
     Channel,
     Correction,
@@ -60,12 +63,13 @@ def _measurement(path: Path, section: Section) -> Measurement:
         section.fault(f"band runs from {band[0]:g} to {band[1]:g} Hz, expected low before high")
     elif band is not None and rate is not None and 0 < rate < 2 * band[1]:
         section.fault(f"band ends at {band[1]:g} Hz, expected at most half the sample_rate")
+    told = dialect_of(section.section("text"))
     masses = section.section("bodies")
     bodies = {name: _mass(masses, name) for name in masses.keys()}  # noqa: SIM118
-    channels, faulty = section.each("channel", lambda part: _channel(part, kind))
+    channels, faulty = section.each("channel", lambda part: channel_of(part, kind))
     channels += [each.likeness for each in faulty if each.likeness is not None]
     corrections, _ = section.each("correction", lambda part: _correction(part, kind, channels, faulty, bodies))
-    records, lost = section.each("record", _sweep if kind == "frf" else _record, needed=True)
+    records, lost = section.each("record", _sweep if kind == "frf" else partial(_record, kind=kind), needed=True)
     found = Measurement(
         source=path,
         kind=kind,
@@ -80,7 +84,9 @@ def _measurement(path: Path, section: Section) -> Measurement:
         channels=tuple(channels),
         records=tuple(records),
         corrections=tuple(corrections),
+        text=told,
     )
+    refuse_elsewhere(section, kind, OF_FILE)
     section.take("provenance", None)
     section.done()
     check(found, channels=not faulty, records=not lost)
@@ -104,38 +110,8 @@ def _mass(section: Section, name: str) -> Mass:
     return mass
 
 
-def _channel(section: Section, kind: str) -> Channel:
-    name = section.text("name")
-    quantity = section.text("quantity", choices=tuple(QUANTITIES))
-    si = QUANTITIES[quantity]
-    unit = section.text("unit", si)
-    if kind == "path" and unit == "V" and si != "V":
-        # A circuit in volts stands for displacement and force: consistent units are enough there.
-        si, factor = unit, 1.0
-    else:
-        factor = section.scale("unit", unit, si)
-    full_scale = section.number("range", "1", None)
-    if full_scale is not None and full_scale <= 0:
-        section.fault(f"range is {full_scale:g}, expected a positive full scale")
-    gain = section.number("gain", "1", 1.0)
-    if gain == 0:
-        section.fault(f"gain is 0, expected a factor from the column to {unit}")
-    channel = Channel(
-        name=name,
-        quantity=quantity,
-        unit=unit,
-        si_unit=si,
-        factor=factor * gain,
-        body=section.text("body", None),
-        full_scale=None if full_scale is None else full_scale * factor,
-        remove_mean=section.flag("remove_mean"),
-        is_input=section.flag("input"),
-    )
-    section.done()
-    return channel
-
-
-def _record(section: Section) -> RecordSource:
+def _record(section: Section, kind: str) -> RecordSource:
+    refuse_elsewhere(section, kind, OF_RECORD)
     rows = section.take("rows", None)
     whole = isinstance(rows, list) and len(rows) == 2 and all(type(r) is int for r in rows)
     if rows is not None and not (whole and 0 <= rows[0] < rows[1]):
@@ -188,6 +164,8 @@ def _correction(
     on = fault.on if isinstance(fault, Fault) else "channel"
     sites: dict[str, str | None] = {key: section.text(key, None) for key in ("channel", "body") if key == on}
     units = {c.name: c.si_unit for c in channels}
+    roles = {c.label: c.name for c in channels if c.label is not None}
+    sites = {key: roles.get(site, site) if site is not None else None for key, site in sites.items()}
     for key, site in sites.items():
         if site is None:
             section.fault(f"{key} is missing, expected the {key} that has the {family}")
@@ -225,7 +203,7 @@ def read_records(m: Measurement, sources: Iterable[RecordSource]) -> tuple[Recor
     out = []
     for source in sources:
         if source.file not in cache:
-            cache[source.file] = read_columns(source.file), sha256(source.file)
+            cache[source.file] = read_columns(source.file, m.text), sha256(source.file)
         out.append(_read(m, source, *cache[source.file]))
     return tuple(out)
 
@@ -233,9 +211,10 @@ def read_records(m: Measurement, sources: Iterable[RecordSource]) -> tuple[Recor
 def _read(m: Measurement, source: RecordSource, columns: dict[str, Array], digest: str) -> Record:
     data: dict[str, Array] = {}
     for channel in m.channels:
-        if channel.name not in columns:
-            raise InputError(f"{source.file}: no column {channel.name!r}, {nearest(channel.name, columns)}")
-        column = columns[channel.name]
+        heading = channel.column or channel.name
+        if heading not in columns:
+            raise InputError(f"{source.file}: no column {heading!r}, {nearest(heading, columns)}")
+        column = columns[heading]
         if source.rows is not None:
             if source.rows[1] > len(column):
                 raise InputError(f"{source.file}: rows {list(source.rows)}, the file has {len(column)}")
@@ -243,8 +222,8 @@ def _read(m: Measurement, source: RecordSource, columns: dict[str, Array], diges
         bad = np.flatnonzero(~np.isfinite(column))
         if bad.size:
             row = int(bad[0]) + (source.rows[0] if source.rows else 0)
-            raise InputError(f"{source.file}: column {channel.name!r} row {row} is {column[bad[0]]}, expected a number")
-        value = column * channel.factor
+            raise InputError(f"{source.file}: column {heading!r} row {row} is {column[bad[0]]}, expected a number")
+        value = column * channel.factor + channel.offset
         data[channel.name] = value - value.mean() if channel.remove_mean else value
     lengths = {name: len(value) for name, value in data.items()}
     if len(set(lengths.values())) > 1:
@@ -253,7 +232,8 @@ def _read(m: Measurement, source: RecordSource, columns: dict[str, Array], diges
     rate = m.sample_rate or 0.0
     for channel in m.of("time"):
         _check_clock(source, data[channel.name], rate)
-    ignored = tuple(name for name in columns if name not in data)
+    used = {channel.column or channel.name for channel in m.channels}
+    ignored = tuple(name for name in columns if name not in used)
     period = source.period or m.period
     return Record(source, without_faults(m, source, data, period), rate, period, digest, ignored)
 

@@ -65,6 +65,7 @@ _PLAIN = {
     "°c": "degC",
     "degc": "degC",
     "°f": "degF",
+    "degf": "degF",
     "s": "s",
     "sec": "s",
     "second": "s",

@@ -51,6 +51,7 @@ def draw_sweeps(axes: Any, measurement: Measurement, sources: Sequence[RecordSou
             drive_at=sweep.drive_at,
             quantity=sweep.quantity,
             unit=sweep.unit,
+            told=measurement.text,
         )
         if found.quantity is not None and found.value.ndim == 1:
             f = found.frequency[found.frequency > 0]

@@ -131,6 +131,7 @@ def _opened(measurement: Measurement, source: RecordSource, name: str) -> _Opene
         drive_at=sweep.drive_at,
         quantity=sweep.quantity,
         unit=sweep.unit,
+        told=measurement.text,
     )
     if found.value.ndim != 1:
         raise InputError(f"{where}: the file holds a matrix a line, expected one response to one force")

@@ -50,3 +50,14 @@ def test_what_does_not_fit_is_refused_in_one_sentence(text: object, unit: str, s
         quantity(text, unit, "file: key")
     assert said in str(refusal.value)
     assert "\n" not in str(refusal.value)
+
+
+def test_a_unit_with_another_zero_is_no_factor() -> None:
+    with pytest.raises(InputError, match="unit 'degC' has its zero elsewhere, expected one like 'K'"):
+        quantity("20 degC", "K", "reference")
+
+
+def test_g_is_that_of_free_fall_where_no_mass_fits() -> None:
+    assert quantity("0.5 g", "m/s^2", "x") == pytest.approx(4.903325)
+    assert quantity("2 g/N", "m/s^2/N", "x") == pytest.approx(19.6133)
+    assert quantity("500 g", "kg", "x") == 0.5

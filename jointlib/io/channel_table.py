@@ -1,0 +1,79 @@
+"""A table ``[[channel]]`` of a measurement file: which column it is, and what a number in it means."""
+
+from __future__ import annotations
+
+from jointlib.io.key_places import OF_CHANNEL, refuse_elsewhere
+from jointlib.io.toml import Section
+from jointlib.lab.unit_words import quantity_of, unit_of
+from jointlib.measurement import QUANTITIES, Channel
+from jointlib.units import number_and_unit
+
+CHANNEL_ROLES = {"rig": ("a1", "a2", "a3", "P")}
+"""What a channel can be to a kind of measurement that knows its channels by name; others know them by quantity."""
+_DIRECTIONS = tuple(f"{sign}{axis}" for sign in ("", "+", "-") for axis in "xyz")
+_KELVIN = {"degC": (1.0, 273.15), "degF": (5 / 9, 459.67 * 5 / 9)}
+"""Factor and offset to K of units whose zero is another."""
+
+
+def channel_of(section: Section, kind: str) -> Channel:
+    """The channel that a table declares: value in SI = factor · column + offset."""
+    name = section.text("name")
+    role = section.text("role", None, choices=CHANNEL_ROLES.get(kind, ()))
+    quantity = section.text("quantity", choices=tuple(QUANTITIES))
+    si = QUANTITIES[quantity]
+    sensitivity = section.text("sensitivity", None)
+    offset = 0.0
+    if sensitivity is not None:
+        unit, factor = _sensed(section, sensitivity, si)
+    else:
+        unit = section.text("unit", si)
+        read = unit_of(unit) if quantity_of(unit_of(unit) or "") in (quantity, _ALIKE.get(quantity)) else None
+        if kind == "path" and unit == "V" and si != "V":
+            # A circuit in volts stands for displacement and force: consistent units are enough there.
+            si, factor = unit, 1.0
+        elif read in _KELVIN:
+            factor, offset = _KELVIN[read]
+        else:
+            factor = section.scale("unit", read or unit, si)
+    direction = section.text("direction", None, choices=_DIRECTIONS)
+    full_scale = section.number("range", "1", None)
+    if full_scale is not None and full_scale <= 0:
+        section.fault(f"range is {full_scale:g}, expected a positive full scale")
+    gain = section.number("gain", "1", 1.0)
+    if gain == 0:
+        section.fault(f"gain is 0, expected a factor from the column to {unit}")
+    channel = Channel(
+        name=role or name,
+        quantity=quantity,
+        unit=unit,
+        si_unit=si,
+        factor=factor * gain * (-1.0 if (direction or "").startswith("-") else 1.0),
+        body=section.text("body", None),
+        full_scale=None if full_scale is None else full_scale * factor,
+        remove_mean=section.flag("remove_mean"),
+        is_input=section.flag("input"),
+        column=section.text("column", None) or name,
+        label=name,
+        offset=offset,
+    )
+    refuse_elsewhere(section, kind, OF_CHANNEL)
+    section.done()
+    return channel
+
+
+_ALIKE = {"position": "displacement"}
+"""Quantities that are told in the units of another."""
+
+
+def _sensed(section: Section, sensitivity: str, si: str) -> tuple[str, float]:
+    """Unit of the column, and SI over it, of a sensor that gives so much per unit, as ``100 mV/g`` or ``4 pC/N``."""
+    parts = number_and_unit(sensitivity)
+    given, _, per = (parts[1] if parts else "").replace("(", "").replace(")", "").partition("/")
+    raw = "C" if given.strip().endswith("C") else "V"
+    if parts is None or not parts[0] or not per:
+        section.fault(f"sensitivity is {sensitivity!r}, expected volts or coulombs per unit, as '100 mV/g'", sure=True)
+        return section.text("unit", raw), 1.0
+    over = section.scale("sensitivity", given.strip(), raw)
+    under = section.scale("sensitivity", unit_of(per) or per.strip(), si)
+    unit = section.text("unit", raw)
+    return unit, section.scale("unit", unit, raw) / (parts[0] * over / under)

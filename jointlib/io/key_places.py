@@ -1,0 +1,27 @@
+"""Keys of a measurement file that not every kind of measurement reads."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from jointlib.io.toml import Section
+
+OF_FILE: Mapping[str, Sequence[str]] = {
+    "bodies": ("rig",),
+    "driven": ("rig",),
+    "carriage": ("path",),
+    "period": ("rig", "path"),
+    "settle": ("rig", "path"),
+    "band": ("rig", "path"),
+}
+"""The kinds that read a key at the top of a file; what is not here all read."""
+OF_CHANNEL: Mapping[str, Sequence[str]] = {"body": ("rig",), "role": ("rig",)}
+OF_RECORD: Mapping[str, Sequence[str]] = {"period": ("rig", "path"), "start": ("path",)}
+
+
+def refuse_elsewhere(section: Section, kind: str, places: Mapping[str, Sequence[str]]) -> None:
+    """Tell the keys of a table that nobody reads in a measurement of this kind."""
+    for key in [key for key, kinds in places.items() if key in section.table and kind not in kinds]:
+        at = " or ".join(map(repr, places[key]))
+        said = f"{key} has no place in a measurement of kind {kind!r}, expected it in one of kind {at} alone"
+        section.fault(f"{said} (the mass that rides along a path is 'carriage')" if key == "bodies" else said)
