@@ -265,6 +265,7 @@ def test_a_wrong_correction_gets_one_sentence(said: str, expected: str, tmp_path
 def test_what_acts_in_time_needs_a_sample_rate(tmp_path: Path) -> None:
     np.savez(tmp_path / "s.npz", z=TIME, F=TIME)
     text = PATH.replace('"path"', '"static"').replace('sample_rate = "10.24 kHz"', "").replace("p.npz", "s.npz")
+    text = text.replace('start = "2 s"\n', "")
     (tmp_path / "s.toml").write_text(text + correction("delay", 'channel = "F"\ndelay = 1e-3'))
     with pytest.raises(InputError, match="delay acts in time, expected a sample_rate"):
         read_measurement(tmp_path / "s.toml")
