@@ -224,3 +224,22 @@ def test_limits_are_known_up_to_where_a_chart_does_not_settle(monkeypatch: pytes
     np.testing.assert_array_equal(first, same)
     (said,) = [w for w in limits.warnings if w.startswith("Limits are known below")]
     assert "26.8 µm only: multi-frequency" in said
+
+
+def test_a_cycle_is_told_as_near_as_charts_settle(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = frozen_lobes.frozen_lobes
+    sizes = np.geomspace(1e-6, 1e-4, 8)
+    before = amplitude_limits(lathe(Cubic(CUBIC)), [3000.0], sizes, rounds=0)
+    depth = float(np.mean(before.depth[3:5, 0]))
+    (cycle,) = before.cycles(depth)
+
+    def unsettled(machine: Machine, speed: Array, size: float, *more: Any) -> Any:
+        if 0.97 < size / cycle.amplitude < 1.02:
+            raise CheckFailed("multi-frequency: the depth still changes with the resolution")
+        return whole(machine, speed, size, *more)
+
+    monkeypatch.setattr("machines.cutting.amplitude.amplitude_limits.frozen_lobes", unsettled)
+    (near,) = amplitude_limits(lathe(Cubic(CUBIC)), [3000.0], sizes, rounds=0).cycles(depth)
+    assert near.stable == cycle.stable
+    assert near.amplitude != cycle.amplitude
+    assert near.amplitude == pytest.approx(cycle.amplitude, rel=0.05)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
 
@@ -19,6 +19,7 @@ from ..process.chart import Integers, StabilityLobes
 from ..process.cutting import Cutting
 from .fed_chip import contact_amplitude, with_chip
 from .frozen_lobes import frozen_lobes
+from .sampled_amplitudes import between_lobes, near_lowest
 
 _LARGEST = 2e-4
 _DECADES = 3.0
@@ -28,7 +29,6 @@ _ROUNDS, _HALVINGS = 3, 6
 _CHOSEN = 8
 _FLAT = 1e-9
 _BELOW = 1e-3
-_CLOSE = 1.03
 
 
 @dataclass(frozen=True)
@@ -136,7 +136,7 @@ class AmplitudeLimits:
             if rise * fall < 0 and min(abs(rise), abs(fall)) > _FLAT * b[i]:
                 sign = 1.0 if rise < 0 else -1.0
                 best = minimize_scalar(
-                    lambda x, sign=sign: sign * float(self.at(np.exp(x))[0][index]),
+                    lambda x, sign=sign: float(np.nan_to_num(sign * self.at(np.exp(x))[0][index], nan=np.inf)),
                     bounds=(np.log(A[i - 1]), np.log(A[i + 1])),
                     method="bounded",
                     options={"xatol": 1e-3},
@@ -158,10 +158,25 @@ class AmplitudeLimits:
         for i in np.flatnonzero(over[1:] != over[:-1]):
             low, high = np.log(A[i]), np.log(A[i + 1])
             if i or (self._excess(low, depth, index) > 0) == over[0]:
-                low = brentq(self._excess, low, high, args=(depth, index), xtol=_SETTLED)
+                low = self._crossing(low, high, depth, index)
             root = float(np.exp(low))
             found.append(Cycle(root, float(self.at(root)[1][index]), bool(over[i])))
         return tuple(found)
+
+    def _crossing(self, low: float, high: float, depth: float, index: int) -> float:
+        """Where b_lim passes the depth between two log A on either side; as near as it is known."""
+        try:
+            return float(brentq(self._excess, low, high, args=(depth, index), xtol=_SETTLED))
+        except ValueError:
+            # Somewhere between them no chart settles.
+            rises = self._excess(high, depth, index) > 0
+            while high - low > _SETTLED:
+                inside = [low + share * (high - low) for share in (0.5, 0.25, 0.75)]
+                found = next((x for x in inside if np.isfinite(self._excess(x, depth, index))), None)
+                if found is None:
+                    break
+                low, high = (low, found) if (self._excess(found, depth, index) > 0) == rises else (found, high)
+            return (low + high) / 2
 
     def starts_by_itself(self, depth: float, index: int = 0) -> bool:
         """Whether the smallest vibration grows at a depth in m."""
@@ -225,8 +240,8 @@ def amplitude_limits(
 
     for turn in range(_HALVINGS if len(speeds) <= _CHOSEN else 0):
         charts = [layers[size][0] for size in sorted(layers)]
-        closer = _between_lobes(sorted(layers), np.array([chart.lobe for chart in charts]))
-        closer += _near_lowest({size: chart.depth for size, (chart, _) in layers.items()}) if turn < rounds else []
+        closer = between_lobes(sorted(layers), np.array([chart.lobe for chart in charts]))
+        closer += near_lowest({size: chart.depth for size, (chart, _) in layers.items()}) if turn < rounds else []
         layers |= {size: layer(size) for size in closer if size not in layers}
     A = np.array(sorted(layers))
     charts = [layers[size][0] for size in A.tolist()]
@@ -251,28 +266,6 @@ def amplitude_limits(
             np.where(np.isfinite(onset.depth), onset.chatter_frequency, charts[0].chatter_frequency),
         ),
     )
-
-
-def _near_lowest(depths: dict[float, Array]) -> list[float]:
-    """At every speed the amplitude where a parabola through the lowest depth and its neighbours has its vertex."""
-    x = np.log(sorted(depths))
-    found = []
-    for b in np.array([depths[size] for size in sorted(depths)]).T:
-        k = int(np.argmin(b))
-        if 0 < k < len(b) - 1 and np.all(np.isfinite(b[k - 1 : k + 2])):
-            first, second = np.diff(b[k - 1 : k + 2]) / np.diff(x[k - 1 : k + 2])
-            vertex = (
-                (x[k - 1] + x[k]) / 2 - first * (x[k + 1] - x[k - 1]) / 2 / (second - first) if second > first else x[k]
-            )
-            found.append(float(np.exp(vertex)))
-    return found
-
-
-def _between_lobes(sizes: Sequence[float], lobe: Integers) -> list[float]:
-    """Half-way between any two with different lobes, (amplitudes, speeds), where b_lim peaks, until they are close."""
-    changes = np.any(lobe[1:] != lobe[:-1], axis=1)
-    pairs = zip(sizes[:-1], sizes[1:], changes, strict=True)
-    return [float(np.sqrt(low * high)) for low, high, change in pairs if change and high > _CLOSE * low]
 
 
 def depends_on_amplitude(machine: Machine) -> bool:
