@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 from typing import ClassVar
 
@@ -120,9 +121,33 @@ class LuGre(JointLaw):
 
     def _gain(self, a: Array, w: Array, nodes: int) -> ComplexArray:
         """G at amplitudes and angular frequencies (one axis) from the half cycle down, z = A cos θ."""
-        x, g = np.polynomial.legendre.leggauss(nodes)
-        theta = np.concatenate([[0.0], np.pi / 2 * (1 + np.sin(np.pi / 2 * x)), [np.pi]])
-        weight = g * np.pi**2 / 4 * np.cos(np.pi / 2 * x)
+        theta, weight = _half_cycle(nodes)
+        force = self._force_down(a, w, theta) if play.is_absent(self.clearance) else self._searched(a, w, theta)
+        return np.asarray(2 / (np.pi * a) * ((weight * np.exp(-1j * theta[1:-1])) @ force), dtype=complex)
+
+    def _force_down(self, a: Array, w: Array, theta: Array) -> Array:
+        """Force at the inner angles of the way down without play, (angles, points).
+
+        Every step is linear in the deflection, y → e y − (1 − e) Y, so that after all y = P y₀ + Q, and y₀ = −y closes
+        the loop: y₀ = −Q/(1 + P).
+        """
+        cosine, span = np.cos(theta)[:, None], np.diff(theta)[:, None]
+        move = a * np.diff(cosine, axis=0)
+        length = self._length(move * w / span)
+        lost = np.expm1(move / length)
+        decay = 1.0 + lost
+        lost *= length
+        through, own = np.empty_like(decay), np.empty_like(decay)
+        P, Q = np.ones_like(a), np.zeros_like(a)
+        for k in range(len(span)):
+            P, Q = P * decay[k], Q * decay[k] + lost[k]
+            through[k], own[k] = P, Q
+        y = own[:-1] - through[:-1] * (Q / (1 + P))
+        v = -w * a * np.sin(theta[1:-1, None])
+        return np.asarray(self.stiffness * y + self.damping * (v - np.abs(v) * y / self._length(v)))
+
+    def _searched(self, a: Array, w: Array, theta: Array) -> Array:
+        """Force at the inner angles of the way down where there is play, (angles, points)."""
 
         def down(stretch: Array) -> tuple[Array, Array]:
             state, rows = play.remembered(a, stretch), []
@@ -132,7 +157,7 @@ class LuGre(JointLaw):
                 rows.append(force)
             return np.array(rows[:-1]), state[..., 1]
 
-        # Half a cycle later everything has the opposite sign. Regula falsi (Illinois); one step without play.
+        # Half a cycle later everything has the opposite sign. Regula falsi (Illinois).
         high = np.minimum(a, self._length(np.zeros(())) + self.clearance)
         low = -high
         at_high, at_low = high + down(high)[1], low + down(low)[1]
@@ -149,7 +174,15 @@ class LuGre(JointLaw):
             at_high = np.where(up, off, np.where(last < 0, at_high / 2, at_high))
             low, high = np.where(up, low, start), np.where(up, start, high)
             last = np.where(up, 1.0, -1.0)
-        return np.asarray(2 / (np.pi * a) * ((weight * np.exp(-1j * theta[1:-1])) @ force), dtype=complex)
+        return force
+
+
+@lru_cache(maxsize=8)
+def _half_cycle(nodes: int) -> tuple[Array, Array]:
+    """Angles of half a cycle with its ends, and the weights of the inner ones."""
+    x, g = np.polynomial.legendre.leggauss(nodes)
+    theta = np.concatenate([[0.0], np.pi / 2 * (1 + np.sin(np.pi / 2 * x)), [np.pi]])
+    return theta, g * np.pi**2 / 4 * np.cos(np.pi / 2 * x)
 
 
 def _mean_velocity(move: Array, motion: Motion) -> Array:
