@@ -14,6 +14,8 @@ from .harmonics import Harmonics, is_odd, jumps, with_mean
 
 _SAMPLES = 256
 """Of a cycle; an estimate needs no more."""
+_STRAIGHT = 1e-4
+"""An estimate below which no tangent turns on the way."""
 
 
 def more_harmonics(assembly: Assembly, harmonics: Harmonics) -> Harmonics:
@@ -47,7 +49,10 @@ def truncation_error(
 
     ``own`` are the harmonics of z. The estimate is the first harmonic of one Newton step in the ``wider`` ones, begun
     where those of them that are new rest: their residual, carried through the joints' tangents and the receptances
-    back to the first. nan where a receptance is not known at one of them, or a force jumps.
+    back to the first. Next to a fold the tangent turns on the way: there a second step with the same tangents tells
+    the ratio ρ of its part along the first to that, and the estimate is that of the geometric series, 1/(1 − ρ) times
+    as large; infinite from ρ = 1 on, where the fold may have passed. nan where a receptance is not known at one of the
+    harmonics, or a force jumps.
     """
     out = np.zeros(len(omega))
     if not z.shape[2] or not len(omega):
@@ -65,8 +70,24 @@ def truncation_error(
         forces = balance.forces(start, _SAMPLES)
         r = balance.residual(start, forces.force)
         # These were solved for; what sampling the cycle leaves of them is not counted.
-        r[:, here] = 0.0
-        step = solve_complex(balance.jacobian(forces), -r)
+        left = np.zeros_like(r)
+        left[:, here] = r[:, here]
+        J = balance.jacobian(forces)
+        step = solve_complex(J, left - r)
         size = np.maximum(np.max(np.abs(z[now, 0]), axis=1), 1e-300)
-        out[now] = np.max(np.abs(assembly.coordinates.motions(step[:, 0])), axis=1) / size
+        error = np.max(np.abs(assembly.coordinates.motions(step[:, 0])), axis=1) / size
+        far = np.flatnonzero((error > _STRAIGHT) & np.isfinite(error))
+        if len(far):
+            part, ahead = balance.at(far), start[far] + step[far]
+            after = part.residual(ahead, part.forces(ahead, _SAMPLES, slopes=False).force)
+            second = solve_complex(J[far], left[far] - after)
+            along = np.sum((second * step[far].conj()).real, axis=(1, 2))
+            error[far] *= _series(along / np.sum(np.abs(step[far]) ** 2, axis=(1, 2)))
+        out[now] = error
     return out
+
+
+def _series(ratio: Array) -> Array:
+    """1 + ρ + ρ² + …; infinite where it has no sum, or the next step cannot be told."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(np.where(ratio < 1, 1 / (1 - ratio), np.inf))
