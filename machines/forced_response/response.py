@@ -27,7 +27,7 @@ from ..operating.branches import Branch, Stability
 from ..operating.peaks import Peak
 from ..operating.resonances import NO_MOTION, known_between
 from ..stability.disturbances import AFFORDABLE, Disturbances
-from ..stability.labels import with_errors
+from ..stability.labels import held_means, with_errors, with_held_forces
 from ..stability.perturbations import labelled, nothing_stable, of_peaks, with_stability
 from ..statics.statics import static_point
 from ..tool.chatter_band import chatter_band, frequency_range
@@ -206,7 +206,8 @@ def response(
     if not known_between(assembly, lines):
         remarks = ("a part is known on the lines only, so peaks are the largest values on them", *remarks)
     connections = tuple(c.name for c in machine.flexible)
-    branches = labelled([part.branches for part in found])
+    branches = labelled(with_held_forces(assembly, forces, [part.branches for part in found]))
+    remarks = (*remarks, *held_means(forces, branches))
     if stability != "folds" and connections:
         disturbed = Disturbances.of(machine)
         if isinstance(disturbed, str):

@@ -18,7 +18,8 @@ def write_response(path: Path, results: Sequence[Response], band: dict[str, Any]
 
     Of a branch: motions of the joints and outputs (m), stability of the whole and of every point, estimated error of
     the first harmonic, outcome of every point, harmonics and, where there are several, the motions in
-    the others; under a static load where the joints stand. A band adds ``band_frequency`` and ``band``, |G| in m/N as
+    the others; under a static load where the joints stand; where sliders stick what a force that they hold can
+    change. A band adds ``band_frequency`` and ``band``, |G| in m/N as
     [force, share, line, output] at the shares ``band_share`` of the samples. What belongs to a second drive has the
     same names with ``drive_1_`` before them.
     """
@@ -51,6 +52,8 @@ def _curves(result: Response) -> dict[str, Any]:
             arrays[f"branch_{i}_{k}_labels"] = np.array([label.value for label in branch.labels])
             arrays[f"branch_{i}_{k}_outcomes"] = np.array([outcome.name.lower() for outcome in branch.outcomes])
             arrays[f"branch_{i}_{k}_error"] = branch.error
+            if branch.held.size:
+                arrays[f"branch_{i}_{k}_held"] = branch.held
             arrays[f"branch_{i}_{k}_harmonics"] = np.array(branch.harmonics)
             if len(branch.harmonics) > 1:
                 arrays[f"branch_{i}_{k}_overtones"] = branch.overtones

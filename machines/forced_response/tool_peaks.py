@@ -37,6 +37,8 @@ class ToolPeak:
     """The one whose relative displacement is largest there; empty where no connection is flexible."""
     error: float
     """Estimated relative error there because of the harmonics that were left out; nan where it cannot be told."""
+    held: float = 0.0
+    """Relative change there that a force held by sliders can make at most; nan where it cannot be told."""
 
 
 def tool_peaks(result: Response, outputs: Sequence[str] | None = None) -> tuple[ToolPeak, ...]:
@@ -58,7 +60,7 @@ def _peaks(result: Response, force: float, branches: Sequence[Branch], output: s
     o = result.outputs.index(output)
     lines = np.unique(np.concatenate([branch.frequency for branch in branches])) if branches else np.empty(0)
     size = np.full(len(lines), np.nan)
-    mover, error = np.full(len(lines), -1), np.full(len(lines), np.nan)
+    mover, error, held = np.full(len(lines), -1), np.full(len(lines), np.nan), np.zeros(len(lines))
     for branch in branches:
         reached = _reached(branch)
         at = np.searchsorted(lines, branch.frequency)
@@ -66,15 +68,18 @@ def _peaks(result: Response, force: float, branches: Sequence[Branch], output: s
         better = reached & ~(value <= np.nan_to_num(size[at], nan=-1.0))
         size[at[better]] = value[better]
         error[at[better]] = branch.error[better] if branch.error.size else np.nan
+        held[at[better]] = branch.held[better] if branch.held.size else 0.0
         if branch.joint.shape[1]:
             mover[at[better]] = np.argmax(np.abs(branch.joint[better]), axis=1)
     known = np.isfinite(size) & (size > 0)
-    lines, size, mover, error = lines[known], size[known], mover[known], error[known]
+    lines, size, mover, error, held = (part[known] for part in (lines, size, mover, error, held))
     for k in local_maxima(size):
         frequency, compliance = _top(lines, size, int(k))
         name = result.connections[mover[k]] if mover[k] >= 0 else ""
         damping = _damping(lines, size, int(k), frequency, compliance)
-        yield ToolPeak(force, result.drive, output, frequency, compliance, damping, name, float(error[k]))
+        yield ToolPeak(
+            force, result.drive, output, frequency, compliance, damping, name, *map(float, (error[k], held[k]))
+        )
 
 
 def _reached(branch: Branch) -> Array:

@@ -62,6 +62,9 @@ class Branch:
     """Mean displacement of every connection under a static load in m, (n, connections); empty without one."""
     error: Array = field(default_factory=lambda: np.empty(0))
     """Estimated relative error of the first harmonic because of those left out, (n,); nan where it cannot be told."""
+    held: Array = field(default_factory=lambda: np.empty(0))
+    """Relative change of the first harmonic that a force held by sliders can make at most, (n,); nan where it cannot be
+    told, empty where no joint holds one."""
     labels: tuple[Stability, ...] = ()
     """Stability point by point, (n,)."""
     outcomes: tuple[Outcome, ...] = ()

@@ -25,7 +25,8 @@ def tool_peak_rows(peaks: Sequence[ToolPeak], axes: Mapping[str, str]) -> tuple[
             left += 1
             continue
         damping = f"{100 * peak.damping_ratio:.3g}" if np.isfinite(peak.damping_ratio) else "–"
-        note = f"harmonics left out: off by an estimated {100 * peak.error:.2g} %" if peak.error > _ERROR else ""
+        notes = [f"harmonics left out: off by {_estimated(peak.error)}"] if peak.error > _ERROR else []
+        notes += [f"a force that sliders hold: up to {100 * peak.held:.2g} %"] if peak.held > _ERROR else []
         rows.append(
             (
                 direction(peak, axes),
@@ -34,10 +35,15 @@ def tool_peak_rows(peaks: Sequence[ToolPeak], axes: Mapping[str, str]) -> tuple[
                 f"{peak.compliance * 1e6:.4g}",
                 damping,
                 peak.connection or "–",
-                note,
+                "; ".join(notes),
             )
         )
     return rows, left
+
+
+def _estimated(error: float) -> str:
+    """Next to a fold the estimate has no bound."""
+    return f"an estimated {100 * error:.2g} %" if error < 1 else "as much as it is, next to a fold"
 
 
 def direction(peak: ToolPeak, axes: Mapping[str, str]) -> str:

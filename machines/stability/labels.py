@@ -12,6 +12,7 @@ from jointlib.errors import Outcome
 
 from ..harmonic_balance.assembly import Assembly
 from ..harmonic_balance.harmonics import with_mean
+from ..harmonic_balance.held_forces import can_hold, held_change
 from ..harmonic_balance.truncation import more_harmonics, truncation_error
 from ..operating.branches import Branch, End
 
@@ -20,6 +21,8 @@ Branches = list[tuple[Branch, ...]]
 
 TOLERANCE = 1e-3
 """Estimated error above which one harmonic is not enough."""
+_SOME = 16
+"""Points of a branch at which held forces are looked at."""
 
 
 def with_errors(assembly: Assembly, forces: Array, branches: Sequence[Sequence[Branch]]) -> Branches:
@@ -44,6 +47,25 @@ def with_errors(assembly: Assembly, forces: Array, branches: Sequence[Sequence[B
     return [tuple(of_force) for of_force in out]
 
 
+def with_held_forces(assembly: Assembly, forces: Array, branches: Sequence[Sequence[Branch]]) -> Branches:
+    """Branches with what a force that sliders hold can change, from some of their points, the largest among them."""
+    if not can_hold(assembly):
+        return [tuple(of_force) for of_force in branches]
+    return [tuple(_held(assembly, force, b) for b in own) for force, own in zip(forces, branches, strict=True)]
+
+
+def _held(assembly: Assembly, force: float, b: Branch) -> Branch:
+    n = len(b.frequency)
+    largest = np.argmax(np.abs(b.joint), axis=0)
+    some = np.unique(np.concatenate([np.linspace(0, n - 1, min(n, _SOME)).astype(int), largest]))
+    z = motions(b)[some][:, :, list(assembly.nonlinear)]
+    if assembly.biased is not None:
+        z[:, -1] -= assembly.biased.rest
+    own = with_mean(b.harmonics, assembly.biased is not None)
+    change = held_change(assembly, 2 * np.pi * b.frequency[some], np.full(len(some), force), z, own)
+    return replace(b, held=np.interp(np.arange(n), some, change))
+
+
 def _with_means(assembly: Assembly, branches: Sequence[Sequence[Branch]]) -> Branches:
     """Branches that say where the joints stand under a static load, all points side by side."""
     biased = assembly.biased
@@ -55,6 +77,20 @@ def _with_means(assembly: Assembly, branches: Sequence[Sequence[Branch]]) -> Bra
     means = np.split(biased.stands + biased.everywhere(A, omega), np.cumsum([len(b.frequency) for b in bare])[:-1])
     found = {id(b): replace(b, mean=mean) for b, mean in zip(bare, means, strict=True)}
     return [tuple(found.get(id(b), b) for b in of_force) for of_force in branches]
+
+
+def held_means(forces: Array, branches: Branches) -> tuple[str, ...]:
+    """Where a force that sliders hold changes a motion most, a sentence; none where it hardly does."""
+    worst = [(f, b, int(np.nanargmax(b.held))) for f, own in enumerate(branches) for b in own if np.any(b.held > 0)]
+    if not worst:
+        return ()
+    f, b, k = max(worst, key=lambda found: found[1].held[found[2]])
+    if b.held[k] <= TOLERANCE:
+        return ()
+    return (
+        "a slider that slipped before may hold a force, which moves the mean and with it the gains of the other laws: "
+        f"at {forces[f]:g} N and {b.frequency[k]:.5g} Hz the motion can differ by up to {100 * b.held[k]:.2g} % for it",
+    )
 
 
 def motions(branch: Branch) -> np.ndarray:
