@@ -144,8 +144,8 @@ def random_cut(rng: np.random.Generator, milled: bool) -> Cut | None:
 
 
 def kicks(cut: Cut) -> np.ndarray:
-    """Amplitudes in m that the simulation sets out from."""
-    return np.geomspace(0.02, 1.0, KICKS) * float(cut.limits.known[0])
+    """Amplitudes in m that the simulation sets out from, the largest just below the end of what is told."""
+    return np.geomspace(0.02, 0.99 / (1 + NEAR), KICKS) * float(cut.limits.known[0])
 
 
 def courses(
@@ -191,6 +191,8 @@ class Fate:
     high: float
     end: str | float
     near: float = NEAR
+    knock: bool = False
+    """Of knocks of these sizes, not of vibrations."""
 
 
 _SIZE = r"(?:about )?([\d.e+-]+) µm"
@@ -218,7 +220,7 @@ def _in_time(said: str, reach: float) -> list[Fate]:
         if first:
             sizes = [0.0, sizes[0]]
         kind = {"die out": "dies", "grow beyond": "grows"}.get(end, "lasts")
-        found.append(Fate(sizes[0], sizes[1], 1e-6 * float(settled) if settled else kind, ABOUT))
+        found.append(Fate(sizes[0], sizes[1], 1e-6 * float(settled) if settled else kind, ABOUT, "knocks" in said))
     return found
 
 
@@ -263,7 +265,7 @@ def fates(cut: Cut) -> list[Fate]:
 def denied(cut: Cut, chatter: np.ndarray, forced: np.ndarray, escaped: np.ndarray) -> list[str]:
     """What of the fate that is told of each kick the simulation does not bear out; what is not told denies nothing."""
     told, reach = fates(cut), float(cut.limits.known[0])
-    edges = {(edge, fate.near) for fate in told for edge in (fate.low, fate.high) if 0 < edge < np.inf}
+    edges = {(edge, fate.near, fate.knock) for fate in told for edge in (fate.low, fate.high) if 0 < edge < np.inf}
     gone, said, kicked = GONE * reach, [], kicks(cut)
     for k in range(chatter.shape[1]):
         start, end = chatter[EARLY, k], chatter[-1, k]
@@ -272,11 +274,12 @@ def denied(cut: Cut, chatter: np.ndarray, forced: np.ndarray, escaped: np.ndarra
             # It outgrew all bounds early: what it set out from counts.
             start = kicked[k] if escaped[k] else chatter[0, k]
         start = max(start, 1e-3 * gone)
-        if start > reach / (1 + NEAR) or any(abs(np.log(start / t)) < near for t, near in edges):
+        sized = {True: kicked[k], False: start}
+        if start > reach / (1 + NEAR) or any(abs(np.log(sized[knock] / t)) < near for t, near, knock in edges):
             continue
         trend = -1.0 if died else float(np.log(end / chatter[-3, k])) / 2 if end > 0 else -1.0
         for fate in told:
-            if not fate.low < start < fate.high:
+            if not fate.low < sized[fate.knock] < fate.high:
                 continue
             if isinstance(fate.end, float):
                 fine = not died and not escaped[k] and abs(np.log(end / fate.end)) < fate.near

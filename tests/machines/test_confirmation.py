@@ -59,6 +59,9 @@ def test_what_was_seen_is_told_from_the_smallest_to_the_largest() -> None:
     assert "those of 3.16 µm settle at about 60 µm, those of 10 µm and more grow" in str(one)
     beats = seen(ended(start, np.array([2e-5, 4e-5, 3e-5, 2e-5, 4e-5]), np.zeros(5)), 1e-4)
     assert str(beats).endswith("vibrations of 1 µm to 100 µm at the tool stay between 20 µm and 40 µm.")
+    # A vibration of 8 µm lasts, and knocks of that size die out: what begins decides, not the size.
+    mixed = seen(ended(start, np.array([0.0, 0.0, 0.0, 8e-6, 8e-6]), np.array([-1.0, -1.0, -1.0, 0.0, 0.0])), 1e-4)
+    assert ", knocks of up to 10 µm at the tool die out, those of 31.6 µm and more settle at about 8 µm." in str(mixed)
 
 
 @pytest.mark.thorough

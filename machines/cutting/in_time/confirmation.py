@@ -65,13 +65,22 @@ class Seen:
     def __str__(self) -> str:
         first, *rest = self.ends
         of = f"{um(first.low)} to {um(self.reach)}" if not rest else f"up to {um(first.high)}"
-        said = [f"vibrations of {of} at the tool {first.words}"]
+        said = [f"{'knocks' if self.knocked else 'vibrations'} of {of} at the tool {first.words}"]
         for one in rest[:-1]:
             to = "" if one.high == one.low else f" to {um(one.high)}"
             said.append(f"those of {um(one.low)}{to} {one.words}")
         said += [f"those of {um(one.low)} and more {one.words}" for one in rest[-1:]]
         told = ", ".join(said).format(reach=um(self.reach))
         return f"In time, at {self.speed:g} rpm and {mm(self.depth)}, {told}."
+
+    @property
+    def knocked(self) -> bool:
+        """Whether a vibration lasts of a size from which others die out: what it began with decides, not its size."""
+        return any(
+            0 < one.least < np.inf and other.most == 0 and other.low <= one.most <= other.high
+            for one in self.ends
+            for other in self.ends
+        )
 
     @property
     def cycles(self) -> tuple[Cycle, ...]:
