@@ -24,6 +24,7 @@ _BLOCK = 2**23
 """Samples of all harmonics held at a time; bounds the memory."""
 _CYCLES = 200
 _REPEATS = 1e-10
+_CREEPS = 0.2
 _NUDGE = 1e-6
 _PROBE = np.geomspace(1e-9, 1e-3, 25)
 _EVEN = 1e-9
@@ -270,20 +271,36 @@ def _steady(joint: Joint, cycle: Cycle, z: ComplexArray, omega: Array) -> tuple[
     # Samples first, and a single law without the detour over the sum: the step is what all this waits for.
     advance = joint.laws[0].step if len(joint.laws) == 1 else joint.step
     x, v = np.ascontiguousarray(x.T), np.ascontiguousarray(v.T)
-    rolled, states = np.empty_like(x), np.empty((n + 1, *state.shape))
+    rolled, states = np.full_like(x, np.nan), np.full((n + 1, *state.shape), np.nan)
+    left, before = np.arange(len(z)), np.full(state.shape, np.nan)
     for _ in range(_CYCLES):
-        states[0] = state
+        pulled, through = np.empty_like(x), np.empty((n + 1, *state.shape))
+        through[0] = state
         for i in range(n):
-            rolled[i], state = advance(Motion(x[i], v[i], step), state)
-            states[i + 1] = state
-        spread = np.ptp(states, axis=0)
-        closing = _REPEATS * spread + 1e-14 * np.max(np.abs(states), axis=0)
-        open_ = np.any(np.abs(state - states[0]) > closing, axis=1)
-        if not np.any(open_):
+            pulled[i], state = advance(Motion(x[i], v[i], step), state)
+            through[i + 1] = state
+        moved, spread = state - through[0], np.ptp(through, axis=0)
+        closing = _REPEATS * spread + 1e-14 * np.max(np.abs(through), axis=0)
+        open_ = np.any(np.abs(moved) > closing, axis=1)
+        closed = left[~open_]
+        rolled[:, closed], states[:, closed] = pulled[:, ~open_], through[:, ~open_]
+        left = left[open_]
+        if not len(left):
             break
-    else:
-        rolled[:, open_], states[:, open_] = np.nan, np.nan
+        x, v, step = x[:, open_], v[:, open_], step[open_]
+        state, before = _ahead(state[open_], moved[open_], before[open_])
     force, at = np.empty((len(z), n)), np.empty((len(z), n, state.shape[-1]))
     np.put_along_axis(force, order, rolled.T, axis=1)
     np.put_along_axis(at, order[:, :, None], np.swapaxes(states[:-1], 0, 1), axis=1)
     return force, at
+
+
+def _ahead(state: Array, moved: Array, before: Array) -> tuple[Array, Array]:
+    """Where states that creep end, if each cycle moves them by the same share of the one before, and what they moved.
+
+    Whether they do is seen in the cycles that follow.
+    """
+    share = np.divide(moved, before, out=np.zeros_like(moved), where=np.abs(before) > 0)
+    creeps = (share > _CREEPS) & (share < 1)
+    jump = np.where(creeps, moved * share / np.where(creeps, 1 - share, 1.0), 0.0)
+    return state + jump, np.where(np.any(creeps, axis=1)[:, None], np.nan, moved)
