@@ -18,6 +18,9 @@ from jointlib.parameter import Role, parameter
 
 _NODES = 128
 _ROUNDS = 30
+_NUDGE = 3e-5
+_TOGETHER = 1024
+"""Points at once, few enough to stay in the processor's cache."""
 
 
 @dataclass(frozen=True)
@@ -107,44 +110,70 @@ class LuGre(JointLaw):
         """By quadrature over the steady loop, whose turning points follow from its symmetry, not from waiting."""
         A, w, _ = broadcast(amplitude, omega, bias)
         a, w = (np.maximum(x, tiny).ravel() for x, tiny in ((A, 1e-9 * self._length(np.zeros(()))), (w, 1e-9)))
-        # Second-order differences: truncation near 1e-9, and rounding too.
-        h = 3e-5
-        steps = h * np.array([-1.0, 1.0])[:, None]
-        low = np.concatenate([a[None], (1 + steps) * a, a + 0 * steps])
-        fast = np.concatenate([w[None], w + 0 * steps, (1 + steps) * w])
-        G = self._gain(low.ravel(), fast.ravel(), _NODES).reshape(low.shape)
-        error = np.abs(G[0] - self._gain(a, w, _NODES // 2)) / 3
+        known, rough = self._gain(a, w, _NODES), self._gain(a, w, _NODES // 2, slopes=False)
         shape = A.shape
-        by_amplitude, by_omega = ((G[i + 1] - G[i]).reshape(shape) / (2 * h) for i in (1, 3))
-        by_amplitude, by_omega = by_amplitude / a.reshape(shape), by_omega / w.reshape(shape)
-        return FirstHarmonic(G[0].reshape(shape), by_amplitude, by_omega, np.zeros(shape), error.reshape(shape))
+        G, by_amplitude, by_omega = (part.reshape(shape) for part in (known[0], known[1] / a, known[2] / w))
+        error = np.abs(known[0] - rough[0]) / 3
+        return FirstHarmonic(G, by_amplitude, by_omega, np.zeros(shape), error.reshape(shape))
 
-    def _gain(self, a: Array, w: Array, nodes: int) -> ComplexArray:
-        """G at amplitudes and angular frequencies (one axis) from the half cycle down, z = A cos θ."""
+    def _gain(self, a: Array, w: Array, nodes: int, slopes: bool = True) -> ComplexArray:
+        """G, ∂G/∂ln A and ∂G/∂ln ω at amplitudes and angular frequencies (one axis), (3, points), or G alone.
+
+        From the half cycle down, z = A cos θ.
+        """
         theta, weight = _half_cycle(nodes)
-        force = self._force_down(a, w, theta) if play.is_absent(self.clearance) else self._searched(a, w, theta)
-        return np.asarray(2 / (np.pi * a) * ((weight * np.exp(-1j * theta[1:-1])) @ force), dtype=complex)
+        wave = weight * np.exp(-1j * theta[1:-1])
+        own = play.is_absent(self.clearance)
+        if slopes and not own:
+            # Second-order differences: truncation near 1e-9, and rounding too.
+            near = [(1 - _NUDGE, 1), (1 + _NUDGE, 1), (1, 1 - _NUDGE), (1, 1 + _NUDGE)]
+            G, *beside = (self._gain(a * by, w * faster, nodes, slopes=False)[0] for by, faster in [(1, 1), *near])
+            return np.array([G, *((high - low) / (2 * _NUDGE) for low, high in (beside[:2], beside[2:]))])
+        parts = []
+        for first in range(0, len(a), _TOGETHER):
+            some = slice(first, first + _TOGETHER)
+            force = (
+                self._force_down(a[some], w[some], theta, slopes) if own else self._searched(a[some], w[some], theta)
+            )
+            parts.append(2 / (np.pi * a[some]) * (wave @ force))
+        found = np.concatenate(parts, axis=-1)
+        if slopes:
+            found[1] -= found[0]
+        return np.asarray(found, dtype=complex)
 
-    def _force_down(self, a: Array, w: Array, theta: Array) -> Array:
-        """Force at the inner angles of the way down without play, (angles, points).
+    def _force_down(self, a: Array, w: Array, theta: Array, slopes: bool) -> Array:
+        """Force at the inner angles of the way down without play and its slopes by ln A and ln ω, (3, angles, points).
 
         Every step is linear in the deflection, y → e y − (1 − e) Y, so that after all y = P y₀ + Q, and y₀ = −y closes
-        the loop: y₀ = −Q/(1 + P).
+        the loop: y₀ = −Q/(1 + P). Without slopes the force alone.
         """
-        cosine, span = np.cos(theta)[:, None], np.diff(theta)[:, None]
-        move = a * np.diff(cosine, axis=0)
-        length = self._length(move * w / span)
-        lost = np.expm1(move / length)
-        decay = 1.0 + lost
-        lost *= length
-        through, own = np.empty_like(decay), np.empty_like(decay)
-        P, Q = np.ones_like(a), np.zeros_like(a)
-        for k in range(len(span)):
-            P, Q = P * decay[k], Q * decay[k] + lost[k]
-            through[k], own[k] = P, Q
-        y = own[:-1] - through[:-1] * (Q / (1 + P))
+        span = np.diff(theta)[:, None]
+        move = a * np.diff(np.cos(theta))[:, None]
+        mean = move * w / span
+        Y = self._length(mean)
+        share = move / Y
+        fall = np.expm1(share)
+        e, lost = 1.0 + fall, fall * Y
+        P, Q = _through(e, lost, np.ones_like(a), np.zeros_like(a))
+        y0 = -Q[-1] / (1 + P[-1])
+        y = Q[:-1] + P[:-1] * y0
         v = -w * a * np.sin(theta[1:-1, None])
-        return np.asarray(self.stiffness * y + self.damping * (v - np.abs(v) * y / self._length(v)))
+        Yv = self._length(v)
+        slip = v - np.abs(v) * y / Yv
+        force = (self.stiffness * y + self.damping * slip)[None]
+        if not slopes:
+            return np.asarray(force)
+        # Speeds grow with both; how far the joint moves with A alone.
+        grown = self._bend(mean, Y) * mean
+        rows = [force[0]]
+        for own in (1.0, 0.0):
+            steeper = e * share * (own - grown / Y)
+            dP, dQ = _through(e, steeper * Y + fall * grown, P, Q, steeper)
+            start = -(dQ[-1] + dP[-1] * y0) / (1 + P[-1])
+            dy = dQ[:-1] + dP[:-1] * y0 + P[:-1] * start
+            dslip = slip - np.abs(v) / Yv * (dy - y * self._bend(v, Yv) * v / Yv)
+            rows.append(self.stiffness * dy + self.damping * dslip)
+        return np.array(rows)
 
     def _searched(self, a: Array, w: Array, theta: Array) -> Array:
         """Force at the inner angles of the way down where there is play, (angles, points)."""
@@ -183,6 +212,22 @@ def _half_cycle(nodes: int) -> tuple[Array, Array]:
     x, g = np.polynomial.legendre.leggauss(nodes)
     theta = np.concatenate([[0.0], np.pi / 2 * (1 + np.sin(np.pi / 2 * x)), [np.pi]])
     return theta, g * np.pi**2 / 4 * np.cos(np.pi / 2 * x)
+
+
+def _through(e: Array, lost: Array, P: Array, Q: Array, steeper: Array | None = None) -> tuple[Array, Array]:
+    """P → e P and Q → e Q + lost after every step, (steps, points); with ``steeper`` how they change as e does."""
+    products, sums = np.empty_like(e), np.empty_like(e)
+    if steeper is None:
+        for k in range(len(e)):
+            P, Q = P * e[k], Q * e[k] + lost[k]
+            products[k], sums[k] = P, Q
+        return products, sums
+    dP, dQ = np.zeros_like(e[0]), np.zeros_like(e[0])
+    for k in range(len(e)):
+        before, pushed = (P[k - 1], Q[k - 1]) if k else (1.0, 0.0)
+        dP, dQ = dP * e[k] + before * steeper[k], dQ * e[k] + pushed * steeper[k] + lost[k]
+        products[k], sums[k] = dP, dQ
+    return products, sums
 
 
 def _mean_velocity(move: Array, motion: Motion) -> Array:
