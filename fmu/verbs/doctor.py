@@ -12,6 +12,7 @@ _EXTRAS = {
     "native": "ziglang",
     "cluster": "distributed",
     "explore": "dash",
+    "lab": "h5py",
     "optimise": "pymoo",
     "tables": "pyarrow",
 }

@@ -8,6 +8,7 @@ from typing import Any
 
 from jointlib.errors import InputError
 
+_END = 256
 AXES = ("", "X", "Y", "Z", "RX", "RY", "RZ")
 """Directions 0 to 6 of a data set."""
 _PLACE = re.compile(r"(\d+)\s*([+-]?)\s*(R?[XYZ]?)$", re.IGNORECASE)
@@ -18,10 +19,30 @@ def read_sets(path: Path) -> list[dict[str, Any]]:
     import pyuff
 
     try:
+        end = path.read_bytes()[-_END:]
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+    if end.split()[-1:] != [b"-1"]:
+        raise InputError(f"{path}: does not end with the line '-1', expected a whole universal file")
+    try:
         sets = pyuff.UFF(str(path)).read_sets()
     except Exception as error:  # pyuff raises bare exceptions of many kinds on broken files
         raise InputError(f"{path}: cannot be read as a universal file ({error})") from None
-    return sets if isinstance(sets, list) else [sets]
+    sets = sets if isinstance(sets, list) else [sets]
+    for s in sets:
+        if s.get("type") == 58:
+            _check(path, s)
+    return sets
+
+
+def _check(path: Path, s: dict[str, Any]) -> None:
+    """Refuse samples that are missing or of a form that is read wrongly; take off those that only fill up a line."""
+    where, count = f"{path}: set 58 ({str(s.get('id1', '')).strip()})", int(s.get("num_pts") or 0)
+    if s.get("binary") and int(s.get("fp_format") or 2) != 2:
+        raise InputError(f"{where} has floating point format {s['fp_format']}, expected 2: IEEE")
+    if len(s["data"]) < count:
+        raise InputError(f"{where} holds {len(s['data'])} of {count} samples, expected all")
+    s["data"], s["x"] = s["data"][:count], s["x"][:count]
 
 
 def place(label: str) -> tuple[str, int]:

@@ -60,7 +60,12 @@ def read_table(path: Path, told: Told | None = None) -> TextTable:
     ways is refused with both; ``told`` says which.
     """
     text, encoding = text_of(path, None if told is None else told.encoding)
-    return _Rows(path, text, encoding, told or Told()).table()
+    return table_of(path, text, encoding, told or Told())
+
+
+def table_of(path: Path, text: str, encoding: str, told: Told) -> TextTable:
+    """The table in a text that has been read from ``path``."""
+    return _Rows(path, text, encoding, told).table()
 
 
 class _Rows:

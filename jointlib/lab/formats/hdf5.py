@@ -1,0 +1,40 @@
+"""HDF5 files, MATLAB 7.3 files among them, read by h5py."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from jointlib.errors import InputError
+from jointlib.lab.lab_file import LabFile, columns_of, needed
+
+_UNITS = ("unit", "units", "Unit", "Units", "unit_string", "EngineeringUnit")
+
+
+def read_hdf5(path: Path) -> LabFile:
+    """Data sets of numbers by their path, one or two dimensions; attributes tell units and rate."""
+    h5py = needed("h5py", path)
+    arrays: dict[str, Any] = {}
+    units: dict[str, str] = {}
+
+    def visit(name: str, item: Any) -> None:
+        rated = {f"{name}.{key}": value for key, value in item.attrs.items()}
+        arrays.update({key: value for key, value in rated.items() if np.asarray(value).size == 1})
+        if not isinstance(item, h5py.Dataset) or name.startswith("#"):
+            return
+        if item.dtype.names:
+            arrays.update({f"{name}/{field}": item[field] for field in item.dtype.names})
+        elif item.dtype.kind in "fiu" and item.size and "MATLAB_empty" not in item.attrs:
+            arrays[name] = item[()]
+        said = next((item.attrs[key] for key in _UNITS if key in item.attrs), "")
+        units[name] = said.decode("utf-8", "replace") if isinstance(said, bytes) else str(said)
+
+    try:
+        with h5py.File(path, "r") as file:
+            visit("", file)
+            file.visititems(visit)
+    except (OSError, RuntimeError, ValueError, KeyError, TypeError) as error:
+        raise InputError(f"{path}: cannot be read as an HDF5 file ({str(error).splitlines()[0]})") from None
+    return LabFile(path, columns_of(arrays, units))
