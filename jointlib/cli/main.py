@@ -17,6 +17,7 @@ import click
 FIRST = [
     "run",
     "new",
+    "import",
     "inspect",
     "identify",
     "trace",

@@ -31,7 +31,7 @@ def emit_so_far(as_json: bool, lines: list[str]) -> None:
         lines.clear()
 
 
-_FAULT = re.compile(r"(?:(?P<file>[^:]+\.\w+): )?(?P<fault>.*?)(?: \(line (?P<line>\d+): .*\))?", re.DOTALL)
+_FAULT = re.compile(r"(?:(?P<file>(?!--)[^:]+\.\w+): )?(?P<fault>.*?)(?: \(line (?P<line>\d+): .*\))?", re.DOTALL)
 
 
 def faults(error: InputError) -> str:

@@ -78,14 +78,19 @@ def _names(block: list[tuple[int, list[str]]]) -> Header | None:
 
 def _cells(line: str, separator: Separator, count: int, strictly: bool = False) -> list[str] | None:
     """A row cut into ``count`` cells, as the numbers are or in another way."""
-    first = Separator(separator.mark, quoted=True) if separator.mark.strip() or separator.mark == "\t" else separator
-    ways = [first] if strictly else [first, *(Separator(m, quoted=True) for m in "\t;,|"), Separator(" ")]
+    own = Separator(separator.mark, quoted=True) if separator.mark.strip() or separator.mark == "\t" else separator
+    marked = next((mark for mark in "\t;|" if mark in line.strip()), None)
+    if separator.mark == " " and marked:
+        own = Separator(marked, quoted=True)
+    ways = [own, *(Separator(m, quoted=True) for m in "\t;,|"), Separator(" ")]
     for way in ways:
         cells = [cell.strip().strip('"').strip() for cell in way.cells(line)]
         while len(cells) > count and not cells[-1]:
             cells.pop()
         if len(cells) == count:
             return cells
+        if way is own and (strictly or (len(cells) > 1 and own.mark != " ")):
+            return None
     if separator.mark != " ":
         return None
     wide = re.split(r"\s{2,}|\t", line.strip())

@@ -30,6 +30,11 @@ WRONG = {
         ("new machine -o mill", "-o: mill ends in '', expected .toml"),
         (f"new study --machine {GUIDE} -o x.study.toml", 'expected "jointlib/machine/1"'),
     ],
+    "import": [
+        ("import none.csv -o x.toml", "none.csv: no such file, expected a record"),
+        (f"import {CSV} --set channel.load.unti=kN -o x.toml", "unknown key 'unti', did you mean 'unit'?"),
+        (f"import {CSV} --kind ring -o x.toml", "--kind: 'ring', did you mean 'rig'?"),
+    ],
     "inspect": [
         ("inspect library", "library: a folder, expected a file"),
         (f"inspect {TWO_MASS} -o two_mass.pdf", "-o: two_mass.pdf ends in '.pdf', expected .svg"),

@@ -1,0 +1,1 @@
+"""From the files of a laboratory to a measurement file in which every guess is told."""

@@ -1,0 +1,45 @@
+"""What a column measures: by its unit, else by its name, and what is guessed in that."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Iterable
+
+from jointlib.lab.unit_words import quantity_of, unit_of, without_unit
+
+_WORDS = (
+    ("time", r"^(t|time|zeit|temps|tiempo|x_value|timestamp|elapsed|clock)$|^(time|zeit|temps)[ _]|[ _](time|zeit)$"),
+    ("frequency", r"^(f|freq|frequency|frequenz|fr[eé]quence|hz)$|^freq|frequen"),
+    ("acceleration", r"^(a\d*|ax|ay|az)$|\bacc|accel|beschl|^acc|_acc"),
+    ("force", r"^(p|f\d*|fx|fy|fz|force|kraft)$|force|kraft|hammer|load|\blast\b|impact"),
+    ("velocity", r"^v\d*$|veloc|speed|geschw|\bvel"),
+    ("displacement", r"^[zxy]\d*$|disp|defl|\bweg\b|verschiebung|auslenkung|travel|lvdt"),
+    ("position", r"pos|\bq\w*\b"),
+    ("temperature", r"temp"),
+    ("voltage", r"volt|spannung|tension|^u\d*$"),
+)
+"""Words in a heading, and the quantity that they speak of; the first that fits."""
+
+
+def by_name(heading: str) -> str | None:
+    """The quantity that a heading speaks of."""
+    word = without_unit(heading).casefold().strip()
+    return next((quantity for quantity, words in _WORDS if re.search(words, word)), None)
+
+
+def by_unit(unit: str) -> str | None:
+    """The quantity that a unit measures."""
+    known = unit_of(unit) if unit else None
+    return quantity_of(known) if known else None
+
+
+def identifier(heading: str, taken: Iterable[str]) -> str:
+    """A short name for a column, of letters, digits and underscores, unlike those that are taken."""
+    plain = without_unit(heading).replace("µ", "u").replace("μ", "u").replace("ß", "ss")
+    ascii_ = unicodedata.normalize("NFKD", plain).encode("ascii", "ignore").decode()
+    word = re.sub(r"\W+", "_", ascii_).strip("_").lower() or "channel"
+    held, number, name = set(taken), 2, word
+    while name in held:
+        name, number = f"{word}_{number}", number + 1
+    return name

@@ -1,0 +1,83 @@
+"""The measurement file of an import, read back before it is written."""
+
+from __future__ import annotations
+
+import hashlib
+import tempfile
+from collections.abc import Sequence
+from importlib.metadata import version
+from pathlib import Path
+
+from jointlib.errors import InputError
+from jointlib.io.atomic import sha256, write_text
+from jointlib.io.measurement_file import read_measurement
+from jointlib.lab.importing.bring import Brought, bring
+from jointlib.lab.importing.page import FIRST, page, toml
+from jointlib.lab.importing.settings import settings_of
+
+_MARK = "\n[provenance]\n"
+
+
+def import_records(
+    paths: Sequence[Path], output: Path, kind: str | None = None, settings: Sequence[str] = ()
+) -> Brought:
+    """Write the measurement file of records that a laboratory has.
+
+    Parameters
+    ----------
+    paths
+        Files, or folders with a record in each file.
+    output
+        The file to write; one that exists is replaced if an import wrote it and nobody changed it since.
+    kind
+        Kind of the measurement; default: as the signals tell.
+    settings
+        What is known better than the files say it, as ``channel.acc_x.unit=g``.
+
+    Returns
+    -------
+    Brought
+        ``draft.guesses`` are sentences on what the files do not say.
+    """
+    brought = bring([Path(p) for p in paths], output, kind, settings_of(settings))
+    text = _text(brought, output)
+    _check(text, output)
+    _refuse_changed(output)
+    write_text(output, text)
+    return brought
+
+
+def _text(brought: Brought, output: Path) -> str:
+    names = [file.path.name for file in brought.files]
+    shown = ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
+    above = page(brought.draft, shown)
+    hashes = [{"file": file.path.name, "sha256": sha256(file.path)} for file in brought.files]
+    lines = [f"program = {toml('jointlib import ' + version('jointlib'))}", f"above = {toml(_hash(above))}"]
+    lines += ["files = [", *(f"    {toml(one)}," for one in hashes), "]"]
+    return above + _MARK + "\n".join(lines) + "\n"
+
+
+def _hash(text: str) -> str:
+    return hashlib.sha256(text.encode("utf-8")).hexdigest()
+
+
+def _check(text: str, output: Path) -> None:
+    """Read the declaration as a user's; faults are those of what was set on the command line."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / output.name
+        path.write_text(text, encoding="utf-8")
+        try:
+            read_measurement(path)
+        except InputError as error:
+            raise InputError(*(said.replace(str(path), str(output)) for said in error.sentences)) from None
+
+
+def _refuse_changed(output: Path) -> None:
+    """Refuse to replace a file that somebody wrote or changed."""
+    if not output.exists():
+        return
+    text = output.read_text("utf-8", errors="replace")
+    above, mark, noted = text.partition(_MARK)
+    if not text.startswith(FIRST) or not mark or _hash(above) not in noted:
+        what = "was changed since it was imported" if text.startswith(FIRST) else "exists already"
+        raise InputError(f"{output}: {what}, expected the name of a new file")

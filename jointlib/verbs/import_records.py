@@ -1,0 +1,84 @@
+"""Write the measurement file of the records that a laboratory has."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from jointlib.cli.arguments import Target, input_file, json_option
+from jointlib.cli.output import emit, table, working, wrote
+
+if TYPE_CHECKING:
+    from jointlib.lab.importing.bring import Brought
+
+
+@click.command("import")
+@input_file("files", nargs=-1, required=True)
+@click.option("--kind", help="Kind of the measurement: rig, path, static, frf …; default: as the signals tell.")
+@click.option(
+    "--set",
+    "settings",
+    multiple=True,
+    metavar="KEY=VALUE",
+    help="A key of the file, as channel.acc_x.unit=g; again for more.",
+)
+@click.option("-o", "output", type=Target(".toml"), required=True, help="The measurement file to write.")
+@json_option
+def command(files: tuple[Path, ...], kind: str | None, settings: tuple[str, ...], output: Path, as_json: bool) -> None:
+    """Read FILES as they are (text of any dialect, universal, TDMS, MATLAB, HDF5, WAV, LabVIEW, npz; or a folder with a
+    record in each file) and write the measurement file that names them.
+
+    What the files do not say is guessed, and every guess is told here and beside its key. What can be read in two ways
+    is refused with both readings.
+
+    \b
+    Example:
+      jointlib import machines/library/guide_mill/static.csv -o vise.measurement.toml
+    """
+    from jointlib.lab.importing.write import import_records
+
+    with working("reading"):
+        brought = import_records(files, output, kind, settings)
+    emit(as_json, {"file": str(output), **data(brought)}, [*words(brought), wrote(output)])
+
+
+def data(brought: Brought) -> dict[str, Any]:
+    """The promised keys."""
+    from jointlib.lab.importing.bring import names_of
+
+    channels = [names_of(t) for t in brought.draft.channels]
+    rate = brought.draft.top.get("sample_rate")
+    return {
+        "kind": brought.kind,
+        "sample_rate": _hertz(rate.value) if rate is not None else None,
+        "channels": [
+            {"column": c.get("column", c["name"]), **{key: c.get(key) for key in ("name", "role", "quantity", "unit")}}
+            for c in channels
+        ],
+        "records": [names_of(t)["file"] for t in brought.draft.records],
+        "guesses": brought.draft.guesses,
+    }
+
+
+def words(brought: Brought) -> list[str]:
+    """Kind, records and channels, and the guesses as a list."""
+    told = data(brought)
+    count = len(told["records"])
+    rate = f" at {told['sample_rate']:g} Hz" if told["sample_rate"] else ""
+    lengths = {len(c.values) for f in brought.files for c in f.columns[:1]}
+    span = f"{min(lengths)} to {max(lengths)}" if len(lengths) > 1 else str(*lengths)
+    lines = [f"{told['kind']}: {count} record{'s' * (count > 1)}{f' of {span} samples' if lengths else ''}{rate}"]
+    rows = [
+        tuple(str(c[key] or "") for key in ("name", "column", "role", "quantity", "unit")) for c in told["channels"]
+    ]
+    lines += table(("channel", "column", "role", "quantity", "unit"), rows) if rows else []
+    guesses = told["guesses"]
+    return [*lines, *(["not in the files:"] if guesses else []), *(f"  {said}" for said in guesses)]
+
+
+def _hertz(value: Any) -> float:
+    from jointlib.units import quantity
+
+    return quantity(value, "Hz", "sample_rate")

@@ -1,0 +1,279 @@
+"""``jointlib import``: what it guesses and says, what corrects it, and what it refuses in a sentence."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import Done, files, jointlib
+from nptdms import ChannelObject, TdmsWriter
+from test_measurement_file import UFF58
+
+from jointlib.io.measurement_file import read_measurement, read_records
+
+RATE = 2000.0
+TIME = np.arange(400) / RATE
+NOISE = np.random.default_rng(3).normal(size=(4, 400))
+
+
+def saved(path: Path, names: str, *columns: np.ndarray, time: np.ndarray | None = TIME) -> Path:
+    """Semicolons and decimal commas, the time first."""
+    every = columns if time is None else (time, *columns)
+    rows = [";".join(f"{v:.6f}".replace(".", ",") for v in row) for row in zip(*every, strict=True)]
+    path.write_text("\n".join([names, *rows]) + "\n", "latin-1")
+    return path
+
+
+def imported(folder: Path, words: str, name: str = "m.measurement.toml") -> Done:
+    return jointlib(f"import {words} -o {folder / name}")
+
+
+def refused(folder: Path, words: str, *said: str) -> None:
+    before = files(folder)
+    done = imported(folder, words)
+    assert (done.status, done.out) == (2, ""), done
+    assert len(done.err.splitlines()) == 1, done.err
+    for each in said:
+        assert each in done.err
+    assert files(folder) == before
+
+
+def test_every_guess_stands_in_the_file_and_on_the_screen(tmp_path: Path) -> None:
+    record = saved(tmp_path / "r.csv", "Zeit [s];acc front [g];acc back;hammer [N]", *NOISE[:3])
+    done = imported(tmp_path, f"{record} --kind rig --json")
+    told = done.json
+    assert {k: told[k] for k in ("kind", "sample_rate", "records")} == {
+        "kind": "rig",
+        "sample_rate": RATE,
+        "records": ["r.csv"],
+    }
+    assert told["channels"] == [
+        {"name": "acc_front", "column": "acc front [g]", "role": "a1", "quantity": "acceleration", "unit": "g"},
+        {"name": "acc_back", "column": "acc back", "role": "a2", "quantity": "acceleration", "unit": "m/s^2"},
+        {"name": "hammer", "column": "hammer [N]", "role": "P", "quantity": "force", "unit": "N"},
+    ]
+    text = (tmp_path / "m.measurement.toml").read_text("utf-8")
+    guessed = [line for line in text.splitlines() if "# guess: " in line]
+    assert len(guessed) == len(told["guesses"])
+    for sentence in told["guesses"]:
+        key, _, rest = sentence.partition(" = ")
+        value, why = rest.partition(" is a guess: ")[0], rest.partition(" is a guess: ")[2].partition(";")[0]
+        assert any(line.startswith(key.rpartition(".")[2]) and f"# guess: {why}" in line for line in guessed), sentence
+        assert value
+    assert (
+        "channel.acc_back.unit = 'm/s^2' is a guess: the file says no unit; --set channel.acc_back.unit=g"
+        in told["guesses"]
+    )
+    shown = imported(tmp_path, f"{record} --kind rig").out
+    assert all(sentence in shown for sentence in told["guesses"])
+
+
+def test_what_is_set_is_no_guess_any_more(tmp_path: Path) -> None:
+    record = saved(tmp_path / "r.csv", "Zeit [s];acc front [g];acc back;hammer [V]", *NOISE[:3])
+    words = f"{record} --kind rig --set bodies.block=0.942 --set bodies.rail='2200 g' --set driven=block"
+    words += (
+        " --set channel.acc_back.unit=g --set channel.acc_back.direction=-z --set channel.hammer.sensitivity='2.5 mV/N'"
+    )
+    words += " --set channel.acc_front.role=a1 --set channel.acc_back.role=a2 --set channel.hammer.role=P"
+    words += " --set channel.acc_front.body=block --set channel.acc_back.body=rail --set record.r.condition=1"
+    told = imported(tmp_path, f"{words} --json").json
+    assert told["guesses"] == []
+    measurement = read_measurement(tmp_path / "m.measurement.toml")
+    assert {name: mass.value for name, mass in measurement.bodies.items()} == {"block": 0.942, "rail": 2.2}
+    assert measurement.records[0].condition == "1"
+    (found,) = read_records(measurement, measurement.records)
+    np.testing.assert_allclose(found.channels["a1"], 9.80665 * np.round(NOISE[0], 6))
+    np.testing.assert_allclose(found.channels["a2"], -9.80665 * np.round(NOISE[1], 6))
+    np.testing.assert_allclose(found.channels["P"], 400 * np.round(NOISE[2], 6))
+
+
+def test_a_folder_with_a_record_in_each_file_is_one_measurement(tmp_path: Path) -> None:
+    folder = tmp_path / "runs"
+    folder.mkdir()
+    for k in (10, 9, 1):
+        saved(folder / f"run_{k}.csv", "t [s];weg [mm];kraft [kN]", NOISE[0] + k, NOISE[1])
+    (folder / "photo.jpg").write_bytes(b"\xff\xd8")
+    (folder / ".hidden.csv").write_text("x")
+    told = imported(tmp_path, f"{folder} --json").json
+    assert told["records"] == ["runs/run_1.csv", "runs/run_9.csv", "runs/run_10.csv"]
+    assert told["guesses"][0] == f"{folder}: left out, as no records: photo.jpg"
+    measurement = read_measurement(tmp_path / "m.measurement.toml")
+    records = read_records(measurement, measurement.records)
+    assert [round(float(np.mean(r.channels["weg"])) * 1e3) for r in records] == [1, 9, 10]
+
+
+@pytest.mark.parametrize(
+    ("names", "columns", "timed", "kind"),
+    [
+        ("z [mm];F [N]", (NOISE[0], NOISE[1]), False, "static"),
+        ("t [s];z [mm];F [N]", (NOISE[0], NOISE[1]), True, "path"),
+        ("t [s];a1 [g];a2 [g];P [N]", (NOISE[0], NOISE[1], NOISE[2]), True, "rig"),
+        ("f [Hz];Re [m/N];Im [m/N]", (TIME + 1, NOISE[0], NOISE[1]), False, "frf"),
+    ],
+)
+def test_the_kind_that_signals_tell(
+    names: str, columns: tuple[np.ndarray, ...], timed: bool, kind: str, tmp_path: Path
+) -> None:
+    record = saved(tmp_path / "r.csv", names, *columns, time=TIME if timed else None)
+    told = imported(tmp_path, f"{record} --json").json
+    assert told["kind"] == kind
+    assert read_measurement(tmp_path / "m.measurement.toml").kind == kind
+
+
+def test_responses_of_a_universal_file_become_records(tmp_path: Path) -> None:
+    import pyuff
+
+    for node, way in ((3, 1), (7, -3)):
+        data = {
+            **UFF58,
+            "func_type": 4,
+            "ord_data_type": 6,
+            "rsp_node": node,
+            "rsp_dir": way,
+            "ref_node": 3,
+            "id1": "frf",
+        }
+        data |= {"x": 10.0 * np.arange(1, 41), "data": NOISE[0, :40] + 1j * NOISE[1, :40], "abscissa_inc": 10.0}
+        data |= {"ordinate_spec_data_type": 8, "orddenom_spec_data_type": 13}
+        pyuff.UFF(str(tmp_path / "r.uff")).write_sets([data], "add")
+    told = imported(tmp_path, f"{tmp_path / 'r.uff'} --set record.r.force='5 N' --json").json
+    assert (told["kind"], told["channels"], told["sample_rate"]) == ("frf", [], None)
+    sweeps = [r.sweep for r in read_measurement(tmp_path / "m.measurement.toml").records]
+    assert [(s.response_at, s.drive_at, s.response, s.force) for s in sweeps if s is not None] == [
+        ("3+X", "3+X", "node3.x", 5.0),
+        ("7-Z", "3+X", "node7.z", 5.0),
+    ]
+
+
+def test_a_file_that_somebody_changed_is_not_replaced(tmp_path: Path) -> None:
+    record = saved(tmp_path / "r.csv", "t [s];z [mm];F [N]", NOISE[0], NOISE[1])
+    file = tmp_path / "m.measurement.toml"
+    for _ in range(2):
+        assert imported(tmp_path, str(record)).status == 0
+    file.write_text(file.read_text("utf-8").replace('unit = "mm"', 'unit = "um"'), "utf-8")
+    refused(tmp_path, str(record), "was changed since it was imported, expected the name of a new file")
+    file.write_text("mine")
+    refused(tmp_path, str(record), "exists already, expected the name of a new file")
+
+
+def test_what_a_sensor_did_not_measure_is_told(tmp_path: Path) -> None:
+    gap = NOISE[1].copy()
+    gap[7] = np.nan
+    record = saved(
+        tmp_path / "r.csv", "t [s];z [mm];F [N];a [g];b [g];p [bar]", NOISE[0], NOISE[1], 0 * TIME, gap, NOISE[2]
+    )
+    told = imported(tmp_path, f"{record} --kind path --json").json
+    assert [c["name"] for c in told["channels"]] == ["z", "f", "a"]
+    assert told["guesses"] == [
+        "column 'b [g]' has no number at sample 7 of r.csv and is left out",
+        "column 'p [bar]' is in 'bar', which no channel is read in, and is left out",
+        "channel 'a' is zero throughout in r.csv: a sensor that is not connected?",
+    ]
+
+
+def backwards(folder: Path) -> str:
+    time = TIME.copy()
+    time[200:] -= 0.05
+    return str(saved(folder / "r.csv", "t [s];z [mm];F [N]", NOISE[0], NOISE[1], time=time))
+
+
+def uneven(folder: Path) -> str:
+    return str(saved(folder / "r.csv", "t [s];z [mm];F [N]", NOISE[0], NOISE[1], time=TIME**1.01))
+
+
+def two_rates_in_files(folder: Path) -> str:
+    one = saved(folder / "r1.csv", "t [s];z [mm];F [N]", NOISE[0], NOISE[1])
+    return f"{one} {saved(folder / 'r2.csv', 't [s];z [mm];F [N]', NOISE[0], NOISE[1], time=2 * TIME)}"
+
+
+def two_rates_in_a_file(folder: Path) -> str:
+    with TdmsWriter(folder / "r.tdms") as writer:
+        for name, step in (("z", 1), ("F", 4)):
+            writer.write_segment([ChannelObject("g", name, NOISE[0][::step], {"wf_increment": step / RATE})])
+    return str(folder / "r.tdms")
+
+
+def two_rates_above_and_in_the_times(folder: Path) -> str:
+    return str(saved(folder / "r.csv", "Abtastrate;5 kHz\nt [s];z [mm];F [N]", NOISE[0], NOISE[1]))
+
+
+def other_columns(folder: Path) -> str:
+    one = saved(folder / "r1.csv", "t [s];z [mm];F [N]", NOISE[0], NOISE[1])
+    return f"{one} {saved(folder / 'r2.csv', 't [s];z [mm];Q [N]', NOISE[0], NOISE[1])}"
+
+
+def no_rate(folder: Path) -> str:
+    return f"{saved(folder / 'r.csv', 'a1 [g];a2 [g]', NOISE[0], NOISE[1], time=None)} --kind rig"
+
+
+def no_kind(folder: Path) -> str:
+    return str(saved(folder / "r.csv", "t [s];T [°C]", NOISE[0]))
+
+
+def cut_off(folder: Path) -> str:
+    two_rates_in_a_file(folder)
+    path = folder / "r.tdms"
+    path.write_bytes(path.read_bytes()[:-900])
+    return str(path)
+
+
+def another_format(folder: Path) -> str:
+    two_rates_in_a_file(folder)
+    (folder / "r.tdms").rename(folder / "r.csv")
+    return str(folder / "r.csv")
+
+
+def fewer_names(folder: Path) -> str:
+    return str(saved(folder / "r.csv", "t [s];z [mm]", NOISE[0], NOISE[1]))
+
+
+def empty_folder(folder: Path) -> str:
+    (folder / "none").mkdir()
+    return str(folder / "none")
+
+
+def wrong_setting(folder: Path) -> str:
+    return f"{saved(folder / 'r.csv', 't [s];z [mm];F [N]', NOISE[0], NOISE[1])} --set channel.z.unit=kg"
+
+
+def no_setting(folder: Path) -> str:
+    return f"{saved(folder / 'r.csv', 't [s];z [mm];F [N]', NOISE[0], NOISE[1])} --set unit"
+
+
+BAD: list[tuple[Callable[[Path], str], tuple[str, ...]]] = [
+    (backwards, ("the time in column 't [s]' goes backwards at sample 200",)),
+    (uneven, ("the time in column 't [s]' is uneven (steps of", "or --set sample_rate=…")),
+    (two_rates_in_files, ("r2.csv: two sample rates, 2000 Hz in r1.csv and 1000 Hz here",)),
+    (two_rates_in_a_file, ("r.tdms: two sample rates, 2000 Hz by channel 'z' and 500 Hz by channel 'F'",)),
+    (two_rates_above_and_in_the_times, ("two sample rates, 2000 Hz by column 't [s]' and 5000 Hz by line",)),
+    (other_columns, ("r2.csv: no column 'F [N]', which r1.csv has",)),
+    (no_rate, ("no column of times, no rate in the file, expected --set sample_rate=",)),
+    (no_kind, ("make no measurement by themselves, expected --kind",)),
+    (cut_off, ("r.tdms: ends in the middle of its data",)),
+    (another_format, ("r.csv: is a TDMS file by its first bytes, expected text",)),
+    (fewer_names, ("line 1 has 2 names and the rows below it 3 cells",)),
+    (empty_folder, ("none: a folder without records",)),
+    (wrong_setting, ("m.measurement.toml: [[channel]] 1 (z): unit: unit 'kg' does not fit, expected one like 'm'",)),
+    (no_setting, ("--set: 'unit', expected KEY=VALUE as channel.acc_x.unit=g",)),
+]
+
+
+@pytest.mark.parametrize(("make", "said"), BAD, ids=[make.__name__ for make, _ in BAD])
+def test_what_cannot_be_imported_is_answered_in_a_sentence(
+    make: Callable[[Path], str], said: tuple[str, ...], tmp_path: Path
+) -> None:
+    refused(tmp_path, make(tmp_path), *said)
+
+
+def test_the_file_reads_back_as_toml_with_its_hashes(tmp_path: Path) -> None:
+    record = saved(tmp_path / "a b'ü.csv", 't [s];z "x" [mm];F [N]', NOISE[0], NOISE[1])
+    done = jointlib(["import", str(record), "-o", str(tmp_path / "sub" / "m.measurement.toml")])
+    assert done.status == 0, done
+    table = tomllib.loads((tmp_path / "sub" / "m.measurement.toml").read_text("utf-8"))
+    assert table["record"] == [{"file": "../a b'ü.csv"}]
+    assert table["provenance"]["files"][0]["file"] == "a b'ü.csv"
+    measurement = read_measurement(tmp_path / "sub" / "m.measurement.toml")
+    assert len(read_records(measurement, measurement.records)[0]) == 400
