@@ -68,7 +68,8 @@ def decide(lines: list[str], told: Told, begin: int = 0, every: bool = False) ->
 
     Raises `Undecided` where several ways fit, and `InputError` (half a sentence) where none does.
     """
-    quoted = any('"' in line for line in lines[-_TAIL:])
+    looked_at = lines if every else [*lines[:_HEAD], *lines[-_TAIL:]]
+    quoted = any('"' in line for line in looked_at)
     found: list[Reading] = []
     for separator in candidates(quoted, told.separator):
         found += _readings(lines, separator, told, begin, every)

@@ -61,7 +61,9 @@ def count_matches(lines: list[str], start: int, separator: Separator, count: int
 def _names(block: list[tuple[int, list[str]]]) -> Header | None:
     """Names and units from the rows above the numbers, the lowest first."""
     textual = [(i, cells) for i, cells in block if not any(LOOSE.fullmatch(c) for c in cells if c) and any(cells)]
-    if not textual or block[0] not in textual:
+    labelled = len(block) > 0 and len(block[0][1]) > 2  # as a row "sensor; 100; 10,2" below the names
+    between = [row for row in block[: block.index(textual[0])] if row[1][0]] if textual else block
+    if not textual or any(LOOSE.fullmatch(cells[0]) for _, cells in between) or (between and not labelled):
         return None
     units: list[str] | None = None
     chosen = textual[0]

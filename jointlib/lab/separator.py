@@ -54,9 +54,9 @@ class Separator:
 
 
 def candidates(quoted: bool, told: str | None) -> list[Separator]:
-    """What may stand between columns, ``told`` alone where that is known."""
+    """What may stand between columns, ``told`` alone where that is known; cells may be ``quoted``."""
     marks = [";", "\t", ",", "|", " ", ""] if told is None else [told]
-    found = [Separator(mark, quoted=quoted and mark not in (" ", "")) for mark in marks]
-    if "," in marks and not quoted:
+    found = [Separator(mark) for mark in marks]
+    if "," in marks:
         found += [Separator(",", spaced=True), Separator(",", pairs=True)]
-    return found
+    return found + [Separator(mark, quoted=True) for mark in marks if quoted and mark not in (" ", "")]

@@ -183,3 +183,18 @@ def test_another_format_called_csv_is_named(first: bytes, what: str, tmp_path: P
     path = tmp_path / "wrong.csv"
     path.write_bytes(first)
     assert f"is {what}" in refusal(path)
+
+
+def test_rows_of_labels_between_names_and_numbers_are_no_names(tmp_path: Path) -> None:
+    text = "Zeit;Weg;Kraft\ns;mm;N\nSensor;100;10,2\n0,0;0,5;1,5\n0,1;0,25;1,75\n"
+    table = read_table(saved(tmp_path, text))
+    assert (table.names, table.units) == (("Zeit", "Weg", "Kraft"), ("s", "mm", "N"))
+    np.testing.assert_array_equal(table.columns[1], [0.5, 0.25])
+
+
+def test_cells_in_quotation_marks_may_begin_late(tmp_path: Path) -> None:
+    rows = ["1,2"] * 2000
+    rows[1000] = '"1","2"'
+    table = read_table(saved(tmp_path, "\n".join(['"a","b"', *rows])))
+    assert [len(c) for c in table.columns] == [2000, 2000]
+    assert all(np.all(c == v) for c, v in zip(table.columns, (1.0, 2.0), strict=True))

@@ -214,6 +214,9 @@ def _dialect(draft: Draft, files: Sequence[LabFile], settings: Settings) -> None
     for key, value in (("separator", one.separator), ("decimal", one.decimal), ("thousands", one.thousands)):
         if len({getattr(d, key) for d in dialects}) == 1 and (value or key == "separator"):
             draft.text[key] = Noted(words[str(value)] if key == "separator" else value)
+    if one.thousands and "thousands" not in settings.text and "decimal" not in settings.text:
+        name = {",": "commas", ".": "points", " ": "blanks", "'": "apostrophes"}[one.thousands]
+        draft.guesses.append(f"{name} are read as marks between thousands: 1{one.thousands}234 is 1234")
     if one.encoding not in (None, "utf-8") and len({d.encoding for d in dialects}) == 1:
         draft.text["encoding"] = Noted(one.encoding)
     if one.header == 0 and len({d.header for d in dialects}) == 1:

@@ -10,12 +10,12 @@ from jointlib.lab.sampling import rounded_rate
 from jointlib.lab.unit_words import is_unit, without_unit
 
 _RATE = re.compile(
-    r"\b(sampl\w*[ _-]?(rate|freq\w*)|abtast(rate|frequenz)|messrate|scan[ _-]?rate|data[ _-]?rate|fs|rate)\b",
+    r"\b(sampl\w*[ _-]?(rate|freq\w*)|abtast(rate|frequenz)|messrate|scan[ _-]?rate|data[ _-]?rate)\b|^\W*(fs|rate)\b",
     re.IGNORECASE,
 )
 _STEP = re.compile(
-    r"\b(d[xt]|delta[ _-]?[xt]|[xt][ _-]?(incr\w*|step)|incr\w*|sampl\w*[ _-]?(interval|time|period)|time[ _-]?step|"
-    r"abtastintervall|zeitschritt)\b",
+    r"\b(delta[ _-]?[xt]|[xt][ _-]?(incr\w*|step)|sampl\w*[ _-]?(interval|time|period)|time[ _-]?step|"
+    r"abtastintervall|zeitschritt)\b|^\W*(d[xt]|incr\w*)\b",
     re.IGNORECASE,
 )
 _HERTZ = {"hz": 1.0, "khz": 1e3, "mhz": 1e6, "1/s": 1.0, "s/s": 1.0, "sps": 1.0, "": 1.0}
