@@ -18,14 +18,14 @@ _DEEPEST = 6
 def read_matlab(path: Path) -> LabFile:
     """Variables by name, fields of structures as ``name.field``."""
     from scipy.io import loadmat
-    from scipy.io.matlab import MatReadError
 
     try:
         held = loadmat(path, simplify_cells=True)
     except NotImplementedError:
         return read_hdf5(path)
-    except (MatReadError, OSError, ValueError, TypeError, EOFError, IndexError, KeyError, MemoryError) as error:
-        raise InputError(f"{path}: cannot be read as a MATLAB file ({error})") from None
+    except Exception as error:  # scipy raises plain exceptions of many kinds on broken files
+        said = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise InputError(f"{path}: cannot be read as a MATLAB file ({said})") from None
     arrays = {name: value for key, item in held.items() if not key.startswith("__") for name, value in _flat(key, item)}
     units = {name.rpartition(".")[0]: value for name, value in arrays.items() if isinstance(value, str)}
     by_field = {name: units.get(name.rpartition(".")[0], "") if "." in name else "" for name in arrays}

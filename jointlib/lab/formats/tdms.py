@@ -18,7 +18,7 @@ _UNITS = ("unit_string", "NI_UnitDescription", "unit", "Unit")
 def read_tdms(path: Path) -> LabFile:
     """Channels by name, with their group before them where there are several groups."""
     nptdms = needed("nptdms", path)
-    logging.getLogger("nptdms").setLevel(logging.ERROR)
+    needed("nptdms.log", path).log_manager.set_level(logging.CRITICAL)  # what is wrong is said in our words
     try:
         file = nptdms.TdmsFile.read(path)
         groups = [group for group in file.groups() if group.channels()]
