@@ -13,6 +13,7 @@ from jointlib.joint import Joint
 from jointlib.law import JointLaw, MemorylessLaw, Motion
 
 from ..statics.mean_force import SLOW
+from .creeping import look_ahead
 from .newton import gains
 
 Harmonics = tuple[int, ...]
@@ -24,7 +25,6 @@ _BLOCK = 2**23
 """Samples of all harmonics held at a time; bounds the memory."""
 _CYCLES = 200
 _REPEATS = 1e-10
-_CREEPS = 0.2
 _NUDGE = 1e-6
 _PROBE = np.geomspace(1e-9, 1e-3, 25)
 _EVEN = 1e-9
@@ -288,19 +288,8 @@ def _steady(joint: Joint, cycle: Cycle, z: ComplexArray, omega: Array) -> tuple[
         if not len(left):
             break
         x, v, step = x[:, open_], v[:, open_], step[open_]
-        state, before = _ahead(state[open_], moved[open_], before[open_])
+        state, before = look_ahead(state[open_], moved[open_], before[open_])
     force, at = np.empty((len(z), n)), np.empty((len(z), n, state.shape[-1]))
     np.put_along_axis(force, order, rolled.T, axis=1)
     np.put_along_axis(at, order[:, :, None], np.swapaxes(states[:-1], 0, 1), axis=1)
     return force, at
-
-
-def _ahead(state: Array, moved: Array, before: Array) -> tuple[Array, Array]:
-    """Where states that creep end, if each cycle moves them by the same share of the one before, and what they moved.
-
-    Whether they do is seen in the cycles that follow.
-    """
-    share = np.divide(moved, before, out=np.zeros_like(moved), where=np.abs(before) > 0)
-    creeps = (share > _CREEPS) & (share < 1)
-    jump = np.where(creeps, moved * share / np.where(creeps, 1 - share, 1.0), 0.0)
-    return state + jump, np.where(np.any(creeps, axis=1)[:, None], np.nan, moved)
