@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from jointlib.io.toml import Section
 
 OF_FILE: Mapping[str, Sequence[str]] = {
+    "sample_rate": ("rig", "path", "static"),
     "bodies": ("rig",),
     "driven": ("rig",),
     "carriage": ("path",),

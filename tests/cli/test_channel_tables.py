@@ -139,6 +139,11 @@ def test_a_rig_knows_its_channels_by_role(tmp_path: Path) -> None:
             "start has no place in a measurement of kind 'sta",
         ),
         (RIG.replace('driven = "block"', 'driven = "block"\ncarriage = 3') + RECORD, "carriage has no place"),
+        (
+            HEAD
+            + 'kind = "frf"\nsample_rate = 10\n[[record]]\nfile = "f.csv"\ndrive = "a"\nresponse = "a"\nforce = 1\n',
+            "sample_rate has no place in a measurement of kind 'frf'",
+        ),
         (PATH + "[notes]\na = 1\n" + TWO + RECORD, "unknown key 'notes'"),
         (RIG.replace('"a1"', '"a9"') + RECORD, "role is 'a9', did you mean 'a3'?"),
         (RIG.replace('direction = "-x"', 'direction = "up"') + RECORD, "direction is 'up', expected one of"),
