@@ -11,6 +11,7 @@ import numpy as np
 
 from jointlib.arrays import Array
 from jointlib.errors import InputError, nearest
+from jointlib.estimation.settings import EXCITED, Settings
 from jointlib.lab.dialect import Told
 from jointlib.shown.pictures import axes_of, literal
 from jointlib.shown.record_picture import draw_record, draw_sweeps
@@ -28,7 +29,9 @@ QUANTITIES = {
 }
 """What a channel can measure, and the SI unit it is converted to."""
 
-KINDS = ("rig", "path", "static", "frf")
+MOTIONS = ("acceleration", "velocity", "displacement")
+"""What a response to a force can be measured as."""
+KINDS = ("rig", "path", "static", "frf", *EXCITED)
 ROLES = ("fit", "sealed", "quiet")
 
 
@@ -61,6 +64,8 @@ class Channel:
     """Name in the measurement file; None where that is the name here, which is the role where the channel has one."""
     offset: float = 0.0
     """Value in ``si_unit`` = factor · column + offset; 0 but for temperatures."""
+    dof: str | None = None
+    """Impact and shaker: degree of freedom that it measures, along its positive direction."""
 
 
 @dataclass(frozen=True)
@@ -119,6 +124,8 @@ class RecordSource:
     sample_rate: float | None = None
     sweep: Sweep | None = None
     """Kind ``frf`` only."""
+    drive: str | None = None
+    """Impact and shaker: where the force acts in this record; None: at the degree of freedom of its channel."""
 
     @property
     def name(self) -> str:
@@ -174,6 +181,8 @@ class Measurement(Shown):
     """True where the records come from a simulation; said wherever they appear."""
     text: Told = field(default_factory=Told)
     """How text records are written, as far as the file says it."""
+    estimate: Settings = field(default_factory=Settings)
+    """Impact and shaker: how frequency responses are estimated."""
 
     def channel(self, name: str) -> Channel:
         """The channel of that name."""

@@ -19,6 +19,7 @@ FIRST = [
     "new",
     "import",
     "inspect",
+    "estimate",
     "identify",
     "trace",
     "df",

@@ -57,8 +57,10 @@ class FitRecords:
 
 def open_records(measurement: Measurement) -> FitRecords:
     """Read the fit records and form their balances."""
-    if measurement.kind == "frf":
-        raise InputError(f"{measurement.source}: kind is 'frf', identify needs static, rig or path records")
+    if measurement.kind not in ("static", "rig", "path"):
+        raise InputError(
+            f"{measurement.source}: kind is {measurement.kind!r}, identify needs static, rig or path records"
+        )
     records = read_records(measurement, measurement.with_role("fit"))
     if not records:
         raise InputError(f'{measurement.source}: no record has role = "fit", expected at least one')

@@ -55,6 +55,7 @@ def channel_of(section: Section, kind: str) -> Channel:
         column=section.text("column", None) or name,
         label=name,
         offset=offset,
+        dof=section.text("dof", None),
     )
     refuse_elsewhere(section, kind, OF_CHANNEL)
     section.done()

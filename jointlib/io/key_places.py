@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from jointlib.estimation.settings import EXCITED
 from jointlib.io.toml import Section
 
 OF_FILE: Mapping[str, Sequence[str]] = {
@@ -11,13 +12,18 @@ OF_FILE: Mapping[str, Sequence[str]] = {
     "bodies": ("rig",),
     "driven": ("rig",),
     "carriage": ("path",),
-    "period": ("rig", "path"),
-    "settle": ("rig", "path"),
-    "band": ("rig", "path"),
+    "period": ("rig", "path", "shaker"),
+    "settle": ("rig", "path", "shaker"),
+    "band": ("rig", "path", *EXCITED),
+    "estimate": EXCITED,
 }
 """The kinds that read a key at the top of a file; what is not here all read."""
-OF_CHANNEL: Mapping[str, Sequence[str]] = {"body": ("rig",), "role": ("rig",)}
-OF_RECORD: Mapping[str, Sequence[str]] = {"period": ("rig", "path"), "start": ("path",)}
+OF_CHANNEL: Mapping[str, Sequence[str]] = {"body": ("rig",), "role": ("rig",), "dof": EXCITED}
+OF_RECORD: Mapping[str, Sequence[str]] = {
+    "period": ("rig", "path", "shaker"),
+    "start": ("path",),
+    "drive": EXCITED,
+}
 
 
 def refuse_elsewhere(section: Section, kind: str, places: Mapping[str, Sequence[str]]) -> None:

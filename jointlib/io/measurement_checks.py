@@ -7,12 +7,13 @@ from functools import partial
 
 from jointlib.corrections import faults
 from jointlib.errors import InputError, nearest, together
-from jointlib.measurement import Correction, Measurement
+from jointlib.estimation.settings import EXCITED
+from jointlib.measurement import MOTIONS, Correction, Measurement
 
 
 def check(m: Measurement, channels: bool = True, records: bool = True) -> None:
     """Refuse what does not fit together; without ``channels`` or ``records`` not all of those could be read."""
-    of_channels = (_names, _wanted) if channels else ()
+    of_channels = (_names, _wanted, _excited) if channels else ()
     of_records = (_roles, _rates, *(partial(_correction, correction=c) for c in m.corrections)) if records else ()
     together(*(partial(each, m) for each in (_driven, _place, _accelerations, *of_channels, *of_records)))
 
@@ -34,6 +35,29 @@ def _wanted(m: Measurement) -> None:
     for quantity in wanted:
         if not m.of(quantity) and not (quantity == "displacement" and m.of("position")):
             said.append(f"{m.source}: no {quantity} channel, a {m.kind} measurement needs one")
+    if said:
+        raise InputError(*said)
+
+
+def _excited(m: Measurement) -> None:
+    """Hits and shakers: one force, motions, and where each acts."""
+    if m.kind not in EXCITED:
+        return
+    forces, motions = m.of("force"), [c for c in m.channels if c.quantity in MOTIONS and not c.is_input]
+    said = []
+    if len(forces) != 1:
+        found = ", ".join(c.name for c in forces) or "no force channel"
+        said.append(f"{m.source}: {found}, expected one channel of quantity 'force' in a measurement of {m.kind}")
+    if not motions:
+        said.append(f"{m.source}: no channel of {', '.join(MOTIONS)}, expected the motion that the force causes")
+    for c in motions:
+        if c.dof is None:
+            said.append(f"{m.source}: channel {c.name}: dof is missing, expected what it measures, such as 'tool.x'")
+    for c in forces:
+        if c.dof is None and any(r.drive is None for r in m.records):
+            said.append(
+                f"{m.source}: channel {c.name}: dof is missing, expected where it acts (or drive in each record)"
+            )
     if said:
         raise InputError(*said)
 

@@ -13,10 +13,12 @@ import numpy as np
 from jointlib.arrays import Array
 from jointlib.corrections import faults, without_faults
 from jointlib.errors import InputError, nearest
+from jointlib.estimation.settings import EXCITED, Settings
 from jointlib.fault import Fault
 from jointlib.frf import Quantity
 from jointlib.io.atomic import sha256
 from jointlib.io.channel_table import channel_of
+from jointlib.io.estimate_table import settings_of
 from jointlib.io.key_places import OF_FILE, OF_RECORD, refuse_elsewhere
 from jointlib.io.measurement_checks import check
 from jointlib.io.mistakes import Lost, Mistakes, all_at_once
@@ -56,7 +58,7 @@ def _measurement(path: Path, section: Section) -> Measurement:
     rate = section.number("sample_rate", "Hz", None)
     if rate is not None and rate <= 0:
         section.fault(f"sample_rate is {rate:g} Hz, expected a positive one")
-    if rate is None and kind in ("rig", "path"):
+    if rate is None and kind in ("rig", "path", *EXCITED):
         section.fault(f"sample_rate is missing, expected one for a {kind} measurement")
     band = section.numbers("band", "Hz", None, length=2)
     if band is not None and not 0 <= band[0] < band[1]:
@@ -69,7 +71,10 @@ def _measurement(path: Path, section: Section) -> Measurement:
     channels, faulty = section.each("channel", lambda part: channel_of(part, kind))
     channels += [each.likeness for each in faulty if each.likeness is not None]
     corrections, _ = section.each("correction", lambda part: _correction(part, kind, channels, faulty, bodies))
-    records, lost = section.each("record", _sweep if kind == "frf" else partial(_record, kind=kind), needed=True)
+    of_record = _sweep if kind == "frf" else partial(_record, kind=kind)
+    records, lost = section.each("record", of_record, needed=True)
+    asked = section.section("estimate")
+    estimate = asked.read(lambda part: settings_of(part, kind)) if kind in EXCITED else None
     found = Measurement(
         source=path,
         kind=kind,
@@ -85,6 +90,7 @@ def _measurement(path: Path, section: Section) -> Measurement:
         records=tuple(records),
         corrections=tuple(corrections),
         text=told,
+        estimate=estimate or Settings(),
     )
     refuse_elsewhere(section, kind, OF_FILE)
     section.take("provenance", None)
@@ -125,6 +131,7 @@ def _record(section: Section, kind: str) -> RecordSource:
         start=section.number("start", "s", None),
         period=section.integer("period", None, lower=2),
         sample_rate=section.number("sample_rate", "Hz", None),
+        drive=section.text("drive", None),
     )
     section.done()
     return record

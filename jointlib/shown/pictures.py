@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -47,3 +48,14 @@ def name_curves(axes: Any) -> None:
     """A legend, where a curve has a name."""
     if axes.get_legend_handles_labels()[0]:
         axes.legend()
+
+
+def write_picture(path: Path, axes: Any) -> None:
+    """The figure of some axes as .svg or .png, whole or not at all; the same data give the same bytes."""
+    import matplotlib
+
+    from jointlib.io.atomic import write
+
+    metadata = {"Date": None, "Creator": None} if path.suffix == ".svg" else {"Software": None}
+    with matplotlib.rc_context({"svg.hashsalt": "jointlib"}):
+        write(path, lambda file: axes.figure.savefig(file, format=path.suffix[1:], dpi=150, metadata=metadata))

@@ -11,6 +11,7 @@ import click
 from jointlib.cli.arguments import Target, Verb, input_file, json_option
 from jointlib.cli.output import emit, working, wrote
 from jointlib.errors import InputError
+from jointlib.estimation.settings import EXCITED
 from jointlib.loop.answer.head import assumptions_of, inputs_of, trace_numbers
 
 if TYPE_CHECKING:
@@ -47,6 +48,11 @@ def command(
         found = "neither --joint nor" if joint is None else "both --joint and"
         raise InputError(f"trace: {found} --machine is given, expected one of them, the model that is to be doubted")
     test = read_measurement(measurement)
+    if test.kind in EXCITED:
+        raise InputError(
+            f"{measurement}: kind is {test.kind!r}, records in time; expected the frequency responses that `jointlib "
+            "estimate` makes of them"
+        )
     if (test.kind == "frf") != (machine is not None):
         wanted = "--machine" if test.kind == "frf" else "--joint"
         raise InputError(f"{measurement}: kind is {test.kind!r}, expected {wanted} with it")

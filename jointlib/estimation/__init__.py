@@ -1,0 +1,1 @@
+"""From hammer hits and shaker records to frequency response functions with their variance."""

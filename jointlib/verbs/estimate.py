@@ -1,0 +1,77 @@
+"""Frequency responses from hammer hits and shaker records."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from jointlib.cli.arguments import Target, Verb, input_file, json_option
+from jointlib.cli.output import emit, table, working, wrote
+from jointlib.errors import InputError
+
+
+@click.command("estimate", cls=Verb)
+@input_file("measurement")
+@click.option("-o", "output", type=Target(".toml"), required=True, help="The measurement file of kind frf to write.")
+@click.option("--plot", type=Target(".svg", ".png"), help="Also draw receptances and coherence into this file.")
+@json_option
+def command(measurement: Path, output: Path, plot: Path | None, as_json: bool) -> None:
+    """Frequency responses, with the variance of every line, from the hits or shaker records of MEASUREMENT.
+
+    \b
+    Example:
+      jointlib estimate machines/library/tap_test/hits.measurement.toml -o tip.measurement.toml
+    """
+    import numpy as np
+
+    from jointlib.estimation.estimate import estimate
+    from jointlib.io.frf_measurement import write_frfs
+    from jointlib.io.measurement_file import read_measurement
+    from jointlib.shown.pictures import write_picture
+
+    if output.exists() and output.samefile(measurement):
+        raise InputError(f"-o {output}: is the measurement itself, expected another name")
+    with working("estimating"):
+        test = read_measurement(measurement)
+        found = estimate(test)
+    written = write_frfs(output, found, test)
+    if plot is not None:
+        write_picture(plot, found.plot())
+    data = {
+        "file": str(output),
+        "frfs": [
+            {
+                "drive": f.drive,
+                "response": f.response,
+                "condition": f.condition,
+                "quantity": f.quantity.word,
+                "lines": len(f.frequency),
+                "averages": f.averages,
+                "coherence": float(np.median(f.coherence)),
+                "force": f.force,
+            }
+            for f in found.frfs
+        ],
+        "left_out": list(found.left_out),
+        "notes": list(found.notes),
+        "files": [str(path) for path in written],
+        "sentence": found.finding(),
+    }
+    rows = [
+        (
+            f.response,
+            f.drive,
+            f.condition or "",
+            f"{len(f.frequency)}",
+            f"{f.averages:.3g}",
+            f"{float(np.median(f.coherence)):.4f}" if f.averages > 1 else "says nothing",
+            f"{f.force:.3g}",
+        )
+        for f in found.frfs
+    ]
+    header = ("response", "drive", "condition", "lines", "averages", "coherence", "force [N]")
+    lines = [found.finding() + ".", *table(header, rows)]
+    lines += [f"left out: {said}" for said in found.left_out]
+    lines += [f"note: {said}" for said in found.notes]
+    emit(as_json, data, [*lines, *(wrote(path) for path in [*written, *([plot] if plot else [])])])
