@@ -1,4 +1,4 @@
-"""The two array types of the numerical heart."""
+"""The array types of the numerical heart."""
 
 from __future__ import annotations
 
@@ -9,5 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 Array: TypeAlias = NDArray[np.float64]
 ComplexArray: TypeAlias = NDArray[np.complex128]
+Index: TypeAlias = NDArray[np.intp]
+Mask: TypeAlias = NDArray[np.bool_]
 
-__all__ = ["Array", "ArrayLike", "ComplexArray"]
+__all__ = ["Array", "ArrayLike", "ComplexArray", "Index", "Mask"]

@@ -76,7 +76,9 @@ def write_record(path: Path, force: np.ndarray, motions: np.ndarray) -> None:
     np.savez(path, F=force, **{f"x{k}": x for k, x in enumerate(motions)})
 
 
-def declared(kind: str, rate: float, records: list[str], places: int, more: str = "", quantity: str = "acceleration") -> str:
+def declared(
+    kind: str, rate: float, records: list[str], places: int, more: str = "", quantity: str = "acceleration"
+) -> str:
     """The measurement file of such records."""
     units = {"acceleration": "m/s^2", "velocity": "m/s", "displacement": "m"}
     channels = '[[channel]]\nname = "F"\nquantity = "force"\nunit = "N"\ndof = "part.p0"\n'

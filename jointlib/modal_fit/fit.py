@@ -1,0 +1,302 @@
+"""Modes of measured frequency responses: from a stabilisation chart to shapes with standard errors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from jointlib.arrays import Array, ComplexArray
+from jointlib.errors import InputError
+from jointlib.modal_fit.basis import Ends
+from jointlib.modal_fit.lscf import poles_by_order
+from jointlib.modal_fit.poles import PoleFit
+from jointlib.modal_fit.responses import Responses
+from jointlib.modal_fit.selection import scale, selected, threshold
+from jointlib.modal_fit.shapes import ShapeFit, first_shapes, fit_shapes, needed_beyond, promised_by_complex
+from jointlib.modal_fit.stabilisation import Chart, chart_of
+from jointlib.shown.pictures import axes_of, literal, name_curves
+from jointlib.shown.result import Columns, Shown
+
+HIGHEST = 40
+"""Model order up to which the chart goes."""
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class FittedModes(Shown):
+    """Modes that explain measured frequency responses, with standard errors.
+
+    Parameters
+    ----------
+    responses
+        What they were fitted to.
+    chart
+        Poles over model order.
+    frequency, damping_ratio
+        Hz and –, ascending, with their errors.
+    shapes
+        ψ at the places in 1/√kg, one column per mode, see `jointlib.modal_fit.shapes.ShapeFit`; None where no driving
+        point was measured, so that their size is not known.
+    residues
+        Of every response, (responses, modes): ψ_o·ψ_i, in 1/kg; complex where damping is not proportional.
+    fit_error
+        Σ |fit − measured|² over Σ |measured|², its root, each response weighed by its own size.
+    scatter
+        Variance seen over that stated: about 1 where the deviations are right and the structure is linear.
+    """
+
+    responses: Responses
+    chart: Chart
+    frequency: Array
+    damping_ratio: Array
+    frequency_error: Array
+    damping_ratio_error: Array
+    residues: ComplexArray
+    fitted: ComplexArray
+    fit_error: float
+    scatter: float
+    shape_fit: ShapeFit | None
+    shapes_error: Array | None
+    notes: tuple[str, ...] = ()
+
+    @property
+    def shapes(self) -> ComplexArray | None:
+        return None if self.shape_fit is None else self.shape_fit.shapes
+
+    @property
+    def is_proportional(self) -> bool:
+        """Whether real shapes explain the responses as well as complex ones."""
+        return self.shape_fit is None or not self.shape_fit.is_complex
+
+    def finding(self) -> str:
+        """How many modes, where, and how much of the responses they explain."""
+        f = self.frequency
+        many = f"{len(f)} mode{'s' if len(f) != 1 else ''}"
+        where = f" from {f[0]:.5g} to {f[-1]:.5g} Hz" if len(f) > 1 else f" at {f[0]:.5g} Hz" if len(f) else ""
+        return f"{many}{where}, which miss {self.fit_error:.2%} of the measured responses"
+
+    def columns(self) -> Columns:
+        """A row per mode."""
+        return {
+            "frequency": (self.frequency, "Hz"),
+            "frequency_error": (self.frequency_error, "Hz"),
+            "damping_ratio": (self.damping_ratio, ""),
+            "damping_ratio_error": (self.damping_ratio_error, ""),
+        }
+
+    def plot(self, ax: Any = None) -> Any:
+        """The stabilisation chart over the fit and the measured responses with their deviation, in µm/N over Hz."""
+        if ax is not None:
+            return self._chart(axes_of(ax))
+        from matplotlib.figure import Figure
+
+        upper, lower = Figure(figsize=(8.0, 7.0), layout="constrained").subplots(2, 1, sharex=True)
+        self._chart(upper).set(xlabel="")
+        r = self.responses
+        for k, (o, i) in enumerate(r.pairs):
+            (line,) = lower.semilogy(r.frequency, np.abs(r.value[k]) * 1e6, ".", markersize=2, alpha=0.6)
+            lower.semilogy(r.frequency, r.deviation[k] * 1e6, ":", color=line.get_color(), linewidth=0.7)
+            label = literal(f"{r.dofs[o]} from {r.dofs[i]}")
+            lower.semilogy(r.frequency, np.abs(self.fitted[k]) * 1e6, color=line.get_color(), linewidth=1, label=label)
+        lower.set(xlabel="frequency [Hz]", ylabel="|x/F| [µm/N], dots measured, dotted their deviation")
+        name_curves(lower)
+        return upper
+
+    def _chart(self, axes: Any) -> Any:
+        c = self.chart
+        low, high = self.responses.frequency[[0, -1]]
+        for stable, look in ((False, {"marker": "x", "color": "#9ca3af"}), (True, {"marker": "o", "color": "#0b5394"})):
+            at = c.stable == stable
+            word = "stable in frequency and damping" if stable else "not stable"
+            axes.scatter(c.frequency[at], c.order[at], s=9, linewidth=0.6, label=word, **look)
+        for k, f in enumerate(self.frequency):
+            axes.axvline(f, color="#c2410c", linewidth=0.8, label="taken as a mode" if k == 0 else None)
+        axes.set(xlabel="frequency [Hz]", ylabel="model order", xlim=(low, high))
+        axes.legend(loc="lower right", fontsize=8)
+        return axes
+
+
+def fit_modes(responses: Responses, highest: int = HIGHEST, most: int | None = None, free: bool = False) -> FittedModes:
+    """Modes of measured receptances.
+
+    Poles come from a stabilisation chart of matrix fractions up to the order ``highest``. All that are stable in it are
+    refined together with their residues, weighed by the deviation of every line; one is kept only if without it the
+    misfit would grow by more than chance explains, and where the chart missed one it is added by the same rule. Then
+    poles and shapes are fitted at once, real ones unless complex ones are needed as clearly.
+
+    Parameters
+    ----------
+    most
+        Largest number of modes.
+    free
+        What lies below the band is the motion of a free body, not modes that lie lower.
+    """
+    if len(responses.frequency) < 8:
+        raise InputError(f"modes: {len(responses.frequency)} lines, expected at least 8")
+    ends = Ends.of(responses.frequency, free)
+    order = max(2, min(highest, len(responses.frequency) // 3))
+    chart = chart_of(poles_by_order(responses, order))
+    poles = selected(responses, chart, ends, most)
+    notes: list[str] = []
+    shaped = _shaped(responses, poles, ends, notes)
+    if shaped is not None:
+        return _result(responses, chart, shaped, notes)
+    notes.append(
+        "no driving point among the responses, so the size of the shapes is not known; expected a response at a "
+        "place to "
+        "a force on it"
+    )
+    return _poles_alone(responses, chart, poles, ends, notes)
+
+
+def _shaped(responses: Responses, poles: PoleFit, ends: Ends, notes: list[str]) -> ShapeFit | None:
+    """Real shapes, with a second mode at a pole where its residues ask for two; complex ones where they are needed."""
+    first = first_shapes(responses, poles)
+    if first is None:
+        return None
+    shapes, beyond = first
+    alive = np.any(shapes != 0, axis=0)
+    table, columns = [], []
+    for column, end in ((0, ends.above), (1, ends.below)):
+        if np.any(beyond[:, column]):
+            for driven in range(len(responses.inputs)):
+                table.append(end)
+                columns.append(beyond[:, column] if driven == 0 else _seed(beyond[:, column], driven))
+    rest = np.array(columns).T if columns else np.zeros((len(responses.dofs), 0))
+    beyond_ends = np.array(table).reshape(-1, 2)
+    fit = fit_shapes(
+        responses, poles.omega[alive], poles.decay[alive], shapes[:, alive].astype(complex), rest, beyond_ends
+    )
+    if len(responses.inputs) > 1:
+        fit = _with_repeated(responses, fit)
+    fit = _without_beyond(responses, fit)
+    limit = fit.shapes.size * np.log(responses.count)
+    if promised_by_complex(responses, fit) < _spread(responses, fit) * limit:
+        return fit
+    tried = fit_shapes(responses, fit.omega, fit.decay, fit.shapes, fit.beyond, fit.ends, is_complex=True)
+    if fit.misfit - tried.misfit > _spread(responses, tried) * limit:
+        notes.append("damping is not proportional: the shapes are complex.")
+        return tried
+    return fit
+
+
+def _seed(shape: Array, k: int) -> Array:
+    """Another first value than the one before: of alternating signs."""
+    return np.asarray(0.3 * shape * (-1.0) ** (np.arange(len(shape)) // k))
+
+
+def _spread(responses: Responses, fit: ShapeFit) -> float:
+    return max(1.0, fit.misfit / max(responses.count - fit.parameters, 1))
+
+
+def _with_repeated(responses: Responses, fit: ShapeFit) -> ShapeFit:
+    """A second mode at a pole where the responses to several forces cannot be had from one."""
+    for k in range(len(fit.omega)):
+        error = responses.value - fit.value(responses.s, responses.pairs)
+        power = np.abs(error / responses.deviation) ** 2
+        width = max(fit.decay[k] / (2 * np.pi), 2 * float(np.min(np.diff(responses.frequency))))
+        near = np.abs(responses.frequency - fit.omega[k] / (2 * np.pi)) < 2 * width
+        if not np.any(near) or np.mean(power[:, near]) < 2 * max(1.0, float(np.median(power))):
+            continue
+        best = fit
+        for o, _i in ((o, i) for o, i in responses.pairs if o == i):
+            psi = np.zeros(len(responses.dofs), dtype=complex)
+            psi[o] = 0.5 * np.max(np.abs(fit.shapes[:, k]))
+            tried = fit_shapes(
+                responses,
+                np.append(fit.omega, fit.omega[k] * 1.0005),
+                np.append(fit.decay, fit.decay[k]),
+                np.column_stack([fit.shapes, psi]),
+                fit.beyond,
+                fit.ends,
+            )
+            best = min(best, tried, key=lambda one: one.misfit)
+        if fit.misfit - best.misfit > threshold(responses, len(responses.dofs)) * _spread(responses, best):
+            order = np.argsort(best.omega)
+            fit = fit_shapes(
+                responses, best.omega[order], best.decay[order], best.shapes[:, order], best.beyond, best.ends
+            )
+    return fit
+
+
+def _without_beyond(responses: Responses, fit: ShapeFit) -> ShapeFit:
+    """Residual modes that explain no more than chance are left out."""
+    limit = threshold(responses) * _spread(responses, fit)
+    needed = needed_beyond(fit) > limit
+    if np.all(needed):
+        return fit
+    return fit_shapes(responses, fit.omega, fit.decay, fit.shapes, fit.beyond[:, needed], fit.ends[needed])
+
+
+def _result(responses: Responses, chart: Chart, fit: ShapeFit, notes: list[str]) -> FittedModes:
+    order = np.argsort(fit.omega)
+    m, places = len(order), len(responses.dofs)
+    spread = _spread(responses, fit)
+    C = fit.covariance * spread
+    own = np.sqrt(np.maximum(np.diag(C), 0.0))
+    cross = C[np.arange(m), m + np.arange(m)]
+    zeta = fit.decay / fit.omega
+    zeta_error = zeta * np.sqrt(np.maximum(own[:m] ** 2 + own[m : 2 * m] ** 2 - 2 * cross, 0.0))
+    shapes_error = own[2 * m : 2 * m + places * m].reshape(places, m)
+    frequency = fit.omega / (2 * np.pi)
+    fitted = fit.value(responses.s, responses.pairs)
+    psi = fit.shapes
+    residues = np.array([psi[o] * psi[i] for o, i in responses.pairs]).reshape(len(responses.pairs), m)
+    columns = np.concatenate([order, m + order, *(2 * m + p * m + order for p in range(places))])
+    if fit.is_complex:
+        columns = np.concatenate([columns, *(2 * m + places * m + p * m + order for p in range(places))])
+    columns = np.concatenate([columns, np.arange(len(columns), len(C))])
+    fit = replace(
+        fit,
+        omega=fit.omega[order],
+        decay=fit.decay[order],
+        shapes=psi[:, order],
+        covariance=C[np.ix_(columns, columns)],
+    )
+    return FittedModes(
+        responses,
+        chart,
+        frequency[order],
+        zeta[order],
+        (frequency * own[:m])[order],
+        zeta_error[order],
+        residues[:, order],
+        fitted,
+        _missed(responses, fitted),
+        spread,
+        fit,
+        shapes_error[:, order],
+        tuple(notes),
+    )
+
+
+def _poles_alone(responses: Responses, chart: Chart, poles: PoleFit, ends: Ends, notes: list[str]) -> FittedModes:
+    m = len(poles.omega)
+    fitted = poles.value(responses.s, ends)
+    own = np.sqrt(np.maximum(np.diag(poles.covariance), 0.0) * scale(responses, poles))
+    cross = poles.covariance[np.arange(m), m + np.arange(m)] * scale(responses, poles)
+    zeta, frequency = poles.decay / poles.omega, poles.omega / (2 * np.pi)
+    error = zeta * np.sqrt(np.maximum(own[:m] ** 2 + own[m:] ** 2 - 2 * cross, 0.0))
+    residues = poles.residues[:, :m].astype(complex)
+    missed, spread = _missed(responses, fitted), scale(responses, poles)
+    return FittedModes(
+        responses,
+        chart,
+        frequency,
+        zeta,
+        frequency * own[:m],
+        error,
+        residues,
+        fitted,
+        missed,
+        spread,
+        None,
+        None,
+        tuple(notes),
+    )
+
+
+def _missed(responses: Responses, fitted: ComplexArray) -> float:
+    size = np.sum(np.abs(responses.value) ** 2, axis=1)
+    return float(np.sqrt(np.mean(np.sum(np.abs(fitted - responses.value) ** 2, axis=1) / np.maximum(size, 1e-300))))

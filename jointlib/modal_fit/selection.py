@@ -1,0 +1,155 @@
+"""Which poles of a stabilisation chart are modes: those without which the responses cannot be explained."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from scipy.stats import chi2
+
+from jointlib.arrays import Array, Index
+from jointlib.modal_fit.basis import Ends
+from jointlib.modal_fit.poles import PoleFit, fit_poles
+from jointlib.modal_fit.responses import Responses
+from jointlib.modal_fit.stabilisation import Chart
+
+_CHANCE = 1e-4
+"""Probability that noise alone makes a mode in a set of responses."""
+_CLOSE = 4.0
+"""Decays within which two modes may be one."""
+_CLEAR = 30.0
+_HEAVY = 0.5
+"""Damping ratio above which a pole is no mode."""
+_OUTSIDE = 0.03
+_START = 24
+_DAMPINGS = (0.003, 0.01, 0.03)
+_ROUNDS = 12
+_WIDTHS = (5, 21)
+
+
+def threshold(responses: Responses, extra: int = 0) -> float:
+    """By how much the misfit must fall for a mode to be more than chance anywhere in the band.
+
+    A mode has a frequency, a damping and a residue for each response; a misfit falls by χ² of as many degrees of
+    freedom if it is chance, and there are as many places for it as lines.
+    """
+    count = len(responses.pairs) + 2 + extra
+    return float(chi2.isf(_CHANCE / len(responses.frequency), count))
+
+
+def selected(responses: Responses, chart: Chart, ends: Ends, most: int | None = None) -> PoleFit:
+    """Modes from the gatherings of a chart, refined together, without what is not needed, and what the chart missed."""
+    seeds = [g.pole for g in chart.gatherings[:_START]]
+    omega, decay = np.array([abs(p) for p in seeds]), np.array([-p.real for p in seeds])
+    decay = np.maximum(decay - responses.shift, 1e-4 * omega)
+    fit = _without_needless(responses, fit_poles(responses, omega, decay, ends, _ROUNDS), ends)
+    while True:
+        more = _with_missing(responses, fit, ends)
+        if more is None:
+            break
+        fit = more
+    fit = _without_needless(responses, fit_poles(responses, fit.omega, fit.decay, ends), ends)
+    if most is not None:
+        while len(fit.omega) > most:
+            fit = _dropped(responses, fit, int(np.argmin(fit.strength)), ends)
+    return _in_order(fit)
+
+
+def scale(responses: Responses, fit: PoleFit) -> float:
+    """Variance that is seen over that which is stated, at least 1."""
+    free = responses.count - fit.residues.size - 2 * len(fit.omega)
+    return max(1.0, fit.misfit / max(free, 1))
+
+
+def _dropped(responses: Responses, fit: PoleFit, k: int, ends: Ends) -> PoleFit:
+    keep = np.arange(len(fit.omega)) != k
+    return fit_poles(responses, fit.omega[keep], fit.decay[keep], ends, _ROUNDS)
+
+
+def _without_needless(responses: Responses, fit: PoleFit, ends: Ends) -> PoleFit:
+    """One mode after the other is taken out as long as the rest explains the responses as well."""
+    needed = threshold(responses)
+    cleared: set[float] = set()
+    while len(fit.omega):
+        wrong = _impossible(responses, fit)
+        if len(wrong):
+            fit = _dropped(responses, fit, int(wrong[np.argmin(fit.strength[wrong])]), ends)
+            continue
+        limit = needed * scale(responses, fit)
+        doubtful = [
+            int(k)
+            for k in np.argsort(fit.strength)
+            if (fit.strength[k] < _CLEAR * limit or _has_twin(fit, int(k)))
+            and float(f"{fit.omega[k]:.5g}") not in cleared
+        ]
+        for k in doubtful:
+            tried = _dropped(responses, fit, k, ends)
+            if tried.misfit - fit.misfit < limit:
+                fit = tried
+                break
+            cleared.add(float(f"{fit.omega[k]:.5g}"))
+        else:
+            return fit
+    return fit
+
+
+def _impossible(responses: Responses, fit: PoleFit) -> Index:
+    """Modes outside the band, with too much damping, or that yield energy at every driving point."""
+    low, high = 2 * np.pi * responses.frequency[0], 2 * np.pi * responses.frequency[-1]
+    margin = _OUTSIDE * (high - low)
+    bad = (fit.decay > _HEAVY * fit.omega) | (fit.omega < low - margin) | (fit.omega > high + margin)
+    driving = [k for k, (o, i) in enumerate(responses.pairs) if o == i]
+    if driving:
+        bad |= np.all(fit.residues[driving, : len(fit.omega)] < 0, axis=0)
+    return np.flatnonzero(bad)
+
+
+def _has_twin(fit: PoleFit, k: int) -> bool:
+    apart = np.abs(fit.omega - fit.omega[k])
+    apart[k] = np.inf
+    return bool(np.min(apart, initial=np.inf) < _CLOSE * fit.decay[k])
+
+
+def _with_missing(responses: Responses, fit: PoleFit, ends: Ends) -> PoleFit | None:
+    """The fit with one more mode where the error is largest; None where that is no more than chance."""
+    limit = threshold(responses)
+    error = (responses.value - fit.value(responses.s, ends)) / responses.deviation
+    power = np.mean(np.abs(error) ** 2, axis=0)
+    tried: set[int] = set()
+    best: PoleFit | None = None
+    for width in _WIDTHS:
+        smooth = np.convolve(power, np.ones(width) / width, mode="same")
+        at = int(np.argmax(smooth))
+        if at in tried:
+            continue
+        tried.add(at)
+        for omega, decay in _first_values(fit, 2 * np.pi * float(responses.frequency[at])):
+            first = fit_poles(responses, omega, decay, ends, 4)
+            if best is None or first.misfit < best.misfit:
+                best = first
+    if best is None:
+        return None
+    best = fit_poles(responses, best.omega, best.decay, ends, _ROUNDS)
+    sound = not len(_impossible(responses, best))
+    return best if sound and fit.misfit - best.misfit > limit * scale(responses, best) else None
+
+
+def _first_values(fit: PoleFit, omega: float) -> Iterator[tuple[Array, Array]]:
+    """One mode more at an angular frequency, of several dampings, and the mode beside it in two."""
+    for ratio in _DAMPINGS:
+        yield np.append(fit.omega, omega), np.append(fit.decay, ratio * omega)
+    if len(fit.omega):
+        near = int(np.argmin(np.abs(fit.omega - omega)))
+        for apart in (0.5, 1.5):
+            both = fit.omega.copy()
+            both[near] -= apart * fit.decay[near]
+            added = fit.omega[near] + apart * fit.decay[near]
+            yield np.append(both, added), np.append(fit.decay, fit.decay[near])
+
+
+def _in_order(fit: PoleFit) -> PoleFit:
+    order = np.argsort(fit.omega)
+    residues = np.concatenate([fit.residues[:, :-2][:, order], fit.residues[:, -2:]], axis=1)
+    both = np.concatenate([order, len(order) + order])
+    covariance = fit.covariance[np.ix_(both, both)]
+    return PoleFit(fit.omega[order], fit.decay[order], residues, fit.misfit, fit.strength[order], covariance)
