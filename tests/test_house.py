@@ -37,6 +37,7 @@ ROOMS = (
     "uncertainty",
     "files",
     "loop",
+    "measured_modes",
     "compare",
     "view",
     "study",

@@ -29,8 +29,8 @@ class Spectra:
     """(blocks, lines)"""
     motions: tuple[ComplexArray, ...]
     """(blocks, lines) for every motion channel."""
-    peaks: Array
-    """Largest force of every block, N."""
+    even: float = 0.0
+    """Hz over which noise on the force is alike in the spectra, as where only a short piece of it is left."""
 
 
 def motions_of(m: Measurement) -> tuple[Channel, ...]:
@@ -74,5 +74,4 @@ def spectra_of(
         lines,
         transformed(force),
         tuple(transformed(blocks) for blocks in zip(*motions, strict=True)),
-        np.array([np.max(np.abs(block)) for block in force]),
     )

@@ -11,6 +11,7 @@ from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
 from jointlib.estimation import checks
 from jointlib.estimation.blocks import QUANTITY, drive_of, motions_of, place_of, refuse_silent
+from jointlib.estimation.continuation import taken_off
 from jointlib.estimation.impact import hits_of
 from jointlib.estimation.result import Estimate, EstimatedFRF
 from jointlib.estimation.settings import EXCITED
@@ -59,12 +60,11 @@ def estimate(measurement: Measurement) -> Estimate:
 def _at_one_place(
     m: Measurement, records: Sequence[Record], left_out: list[str], notes: list[str]
 ) -> list[EstimatedFRF]:
-    shift, band = 0.0, m.band
+    band, hits = m.band, None
     if m.kind == "impact":
         hits = hits_of(m, records)
         left_out += hits.left_out
         notes += hits.notes
-        shift = hits.shift
         found = from_spectra(hits.spectra, m.estimate.estimator)
         band = band or _struck(hits.spectra.frequency, hits.spectra.force, records[0].sample_rate, notes)
     else:
@@ -76,7 +76,7 @@ def _at_one_place(
     drive, condition = drive_of(m, records[0]), records[0].source.condition
     low, high = band or (0.0, _TOP * records[0].sample_rate)
     out = []
-    for channel, lines in zip(motions_of(m), found, strict=True):
+    for k, (channel, lines) in enumerate(zip(motions_of(m), found, strict=True)):
         kept = (lines.frequency >= low) & (lines.frequency <= high)
         if np.sum(kept) < 4:
             raise InputError(f"{m.source}: {np.sum(kept)} lines between {low:g} and {high:g} Hz, expected at least 4")
@@ -94,10 +94,8 @@ def _at_one_place(
             condition,
             tuple(r.name for r in records),
         )
-        if shift:
-            from jointlib.estimation.exponential import taken_off
-
-            frf, said = taken_off(frf, shift)
+        if hits is not None and (hits.shift or hits.unfinished[k]):
+            frf, said = taken_off(frf, hits.shift, hits.cut)
             notes.append(said)
         out.append(_with_force(m, frf, lines, records))
     return out

@@ -52,49 +52,50 @@ def transfer(of: Averages, estimator: str) -> ComplexArray:
     return np.asarray({"H1": H1, "H2": H1 / over**2, "Hv": H1 / over}[estimator])
 
 
-def variance_of(of: Averages, H: ComplexArray) -> Array | None:
+def variance_of(of: Averages, H: ComplexArray, even: int = 0) -> Array | None:
     """E|error|² of every line, |H|²·(1 − γ²)/((n − 1)·γ²), of the part that chance plays; None of one average.
 
     It is the residual power r = S_xx·(1 − γ²)·n/(n − 1) over n·S_ff (Bendat, Piersol, eq. 9.81 with n − 1 for the n
     that one parameter, H, was taken from). Few averages tell r of one line badly, so it is r = N_x + |H|²·N_f with the
-    noise N_x of the response and N_f of the force each even over 33 lines.
+    noise N_x of the response and N_f of the force each even over 33 lines, N_f over ``even`` lines on either side where
+    those are more.
     """
     if of.count <= 1:
         return None
     residual = of.response * np.maximum(1 - of.coherence, 0.0) * of.count / (of.count - 1)
     H1 = np.abs(of.cross) / np.maximum(of.force, _TINY)
-    smooth = noise_power(residual, H1**2)
+    smooth = noise_power(residual, H1**2, even)
     with np.errstate(all="ignore"):
         factor = np.where(H1 > 0, np.abs(H) / np.maximum(H1, _TINY), 1.0)
     return np.asarray(factor**2 * smooth / (of.count * np.maximum(of.force, _TINY)))
 
 
-def noise_power(residual: Array, gain: Array) -> Array:
-    """a + b·gain, a and b of each line fitted to the residual powers of the lines around, neither below zero.
+def noise_power(residual: Array, gain: Array, even: int = 0) -> Array:
+    """a + b·gain, fitted to the residual powers of the lines around, neither below zero; see `variance_of`.
 
     A residual power scatters in proportion to its mean, so the weights are 1/mean²; they are found in a few rounds.
     """
     if not np.any(residual > 0):
         return np.full(len(residual), np.finfo(float).tiny)
-    width = min(2 * _REACH + 1, len(residual))
-    ones = np.ones(width)
-
-    def around(values: Array) -> Array:
-        return np.convolve(values, ones, mode="same")
-
     size = np.max(gain, initial=0.0) or 1.0
     g, floor = gain / size, 1e-12 * float(np.mean(residual))
-    mean = np.maximum(around(residual) / around(np.ones(len(residual))), floor)
+    wide = max(even, _REACH)
+    mean = np.maximum(_around(residual, _REACH) / _around(np.ones(len(residual)), _REACH), floor)
     for _ in range(_ROUNDS):
         w = 1 / mean**2
-        s0, s1, s2 = around(w), around(w * g), around(w * g * g)
-        t0, t1 = around(w * residual), around(w * g * residual)
+        s0, s1, s2 = (_around(w * g**k, wide) for k in range(3))
+        t0, t1 = (_around(w * residual * g**k, wide) for k in range(2))
         det = s0 * s2 - s1**2
         sound = det > 1e-9 * s0 * s2
-        with np.errstate(all="ignore"):
-            a = np.where(sound, (s2 * t0 - s1 * t1) / np.where(sound, det, 1.0), t0 / s0)
-            b = np.where(sound, (s0 * t1 - s1 * t0) / np.where(sound, det, 1.0), 0.0)
-            a, b = np.where(b < 0, t0 / s0, a), np.where(b < 0, 0.0, b)
-            a, b = np.where(a < 0, 0.0, a), np.where(a < 0, t1 / np.maximum(s2, _TINY), b)
+        b = np.where(sound, (s0 * t1 - s1 * t0) / np.where(sound, det, 1.0), 0.0)
+        a = np.where(sound, (s2 * t0 - s1 * t1) / np.where(sound, det, 1.0), 1.0)
+        b = np.maximum(np.where(a < 0, t1 / np.maximum(s2, _TINY), b), 0.0)
+        a = np.maximum(_around(w * (residual - b * g), _REACH) / _around(w, _REACH), 0.0)
         mean = np.maximum(a + b * g, floor)
     return mean
+
+
+def _around(values: Array, reach: int) -> Array:
+    """Sums over so many lines on either side."""
+    width = min(2 * reach + 1, 2 * len(values) - 1)
+    return np.convolve(values, np.ones(width), mode="full")[width // 2 : width // 2 + len(values)]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from jointlib.arrays import Array
 from jointlib.errors import InputError
 from jointlib.estimation.blocks import Spectra, motions_of, spectra_of
 from jointlib.estimation.hits import Hit, common_length, find_hits
-from jointlib.estimation.overload import clipped
+from jointlib.estimation.overload import clipped, full_scale_seen
 from jointlib.measurement import Measurement, Record
 
 _BEFORE = 0.05
@@ -23,6 +23,9 @@ _STILL = 0.01
 _RESTLESS = 5.0
 _TAIL = 0.05
 _DIED = 0.01
+_LOUD = 0.2
+_PIECES = 3.0
+"""Widths of the spectrum of a force window over which its noise is taken as even."""
 _SHORT = 64
 """Samples that a block has at least."""
 
@@ -36,6 +39,10 @@ class Hits:
     notes: tuple[str, ...]
     shift: float = 0.0
     """σ in 1/s: the spectra are Laplace transforms on s = jω + σ, as an exponential window of 1/σ makes them."""
+    cut: float = np.inf
+    """s from the force to the end of the blocks."""
+    unfinished: tuple[bool, ...] = ()
+    """Of every motion channel whether it is cut off before it has died out."""
 
 
 @dataclass
@@ -78,9 +85,15 @@ def hits_of(m: Measurement, records: Sequence[Record]) -> Hits:
         shift = 1 / settings.exponential
         window = np.exp(-shift * np.arange(length) / rate)
     notes = [] if settings.length else [f"blocks of {length / rate:.4g} s, as the hits leave room for."]
-    notes += _tails(m, blocks, window, length / rate, settings.exponential)
     force = [_pulse(b) if settings.force_window else b.force for b in blocks]
-    return Hits(spectra_of(force, [b.motions for b in blocks], rate, window), tuple(left_out), tuple(notes), shift)
+    spectra = spectra_of(force, [b.motions for b in blocks], rate, window)
+    middle = np.mean([np.sum(np.arange(length) * abs(f)) / np.sum(abs(f)) for f in map(_pulse, blocks)])
+    cut = (length - middle) / rate
+    unfinished = _unfinished(m, blocks, window, notes)
+    if settings.force_window:
+        widest = max(b.hit.end - b.hit.start for b in blocks)
+        spectra = replace(spectra, even=_PIECES * rate / (3 * widest))
+    return Hits(spectra, tuple(left_out), tuple(notes), shift, float(cut), unfinished)
 
 
 def _before(m: Measurement, found: Sequence[Sequence[Hit]], records: Sequence[Record]) -> int:
@@ -104,6 +117,7 @@ def _clean(
     (hammer,), sensors = m.of("force"), motions_of(m)
     for record, hits in zip(records, found, strict=True):
         rate = record.sample_rate
+        ends = {c.name: c.full_scale or full_scale_seen(record.channels[c.name]) for c in (hammer, *sensors)}
         for number, hit in enumerate(hits, 1):
             at = f"{record.name}: hit {number} at {hit.start / rate:.4g} s"
             first = hit.start - before
@@ -118,7 +132,7 @@ def _clean(
             if hit.second:
                 left_out.append(f"{at} is a double hit: a second lobe of {hit.second:.0%} of the first.")
                 continue
-            over = [c.name for c in (hammer, *sensors) if clipped(record.channels[c.name][part], c.full_scale)]
+            over = [name for name, size in ends.items() if clipped(record.channels[name][part], size)]
             if over:
                 left_out.append(f"{at} is clipped in {', '.join(over)}: the sensor or its amplifier was overloaded.")
                 continue
@@ -163,21 +177,19 @@ def _pulse(block: _Block) -> Array:
     )
 
 
-def _tails(
-    m: Measurement, blocks: Sequence[_Block], window: Array, length: float, exponential: float | None
-) -> list[str]:
-    """What is left of the motions at the end of the blocks, which leaks into other lines."""
-    said = []
+def _unfinished(m: Measurement, blocks: Sequence[_Block], window: Array, notes: list[str]) -> tuple[bool, ...]:
+    """Of every motion whether it is still there at the end of the blocks, which leaks into other lines."""
+    out = []
     for k, sensor in enumerate(motions_of(m)):
         x = np.array([b.motions[k] for b in blocks]) * window
-        last = x[:, -max(8, round(_TAIL * x.shape[1])) :]
-        noise = np.sqrt(np.mean(x[:, : blocks[0].before] ** 2)) * window[-1]
-        left = np.sqrt(2) * np.sqrt(np.mean(last**2)) / np.mean(np.max(np.abs(x), axis=1))
-        if left > _DIED and np.sqrt(np.mean(last**2)) > 2 * noise:
-            advice = "a longer block, or " if exponential is None else "a longer block, or a smaller "
-            decay = np.log(left / 1e-3) / length + (0.0 if exponential is None else 1 / exponential)
-            said.append(
-                f"{sensor.name} is still at {left:.0%} of its peak where the block ends, which leaks into the lines "
-                f'around the peaks; expected {advice}exponential = "{1 / decay:.3g} s" in [estimate].'
+        last = float(np.sqrt(np.mean(x[:, -max(8, round(_TAIL * x.shape[1])) :] ** 2)))
+        noise = float(np.sqrt(np.mean(x[:, : blocks[0].before] ** 2))) * window[-1]
+        left = np.sqrt(2) * last / float(np.mean(np.max(np.abs(x), axis=1)))
+        out.append(left > _DIED and last > 2 * noise)
+        if left > _LOUD:
+            notes.append(
+                f"{sensor.name} is still at {left:.0%} of its peak where the blocks end; expected longer blocks, with "
+                "more "
+                "time between the hits."
             )
-    return said
+    return tuple(out)

@@ -12,7 +12,7 @@ from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
 from jointlib.estimation.blocks import Spectra, motions_of, spectra_of
 from jointlib.estimation.estimators import Averages, averages, noise_power, transfer, variance_of
-from jointlib.estimation.overload import clipped
+from jointlib.estimation.overload import clipped, full_scale_seen
 from jointlib.measurement import Measurement, Record
 
 _OVERLAP = 0.5
@@ -39,7 +39,10 @@ def unclipped(m: Measurement, records: Sequence[Record], left_out: list[str]) ->
     """The records without overloads."""
     kept = []
     for record in records:
-        over = [c.name for c in (*m.of("force"), *motions_of(m)) if clipped(record.channels[c.name], c.full_scale)]
+        ends = {
+            c.name: c.full_scale or full_scale_seen(record.channels[c.name]) for c in (*m.of("force"), *motions_of(m))
+        }
+        over = [name for name, size in ends.items() if clipped(record.channels[name], size)]
         if over:
             left_out.append(
                 f"{record.name} is clipped in {', '.join(over)}: the sensor or its amplifier was overloaded."
@@ -51,15 +54,18 @@ def unclipped(m: Measurement, records: Sequence[Record], left_out: list[str]) ->
     return kept
 
 
-def from_averages(frequency: Array, of: Averages, estimator: str) -> Lines:
-    """Value and variance of one pair by averages."""
+def from_averages(frequency: Array, of: Averages, estimator: str, even: float = 0.0) -> Lines:
+    """Value and variance of one pair by averages; ``even`` in Hz as `Spectra.even`."""
     H = transfer(of, estimator)
-    return Lines(frequency, H, variance_of(of, H), of.coherence, of.count)
+    reach = int(even / (frequency[1] - frequency[0]))
+    return Lines(frequency, H, variance_of(of, H, reach), of.coherence, of.count)
 
 
 def from_spectra(spectra: Spectra, estimator: str) -> list[Lines]:
     """Value and variance for every motion, blocks being independent averages."""
-    return [from_averages(spectra.frequency, averages(spectra.force, X), estimator) for X in spectra.motions]
+    return [
+        from_averages(spectra.frequency, averages(spectra.force, X), estimator, spectra.even) for X in spectra.motions
+    ]
 
 
 def random_lines(m: Measurement, records: Sequence[Record], notes: list[str]) -> list[Lines]:

@@ -94,7 +94,10 @@ def dwells(force: Array, rate: float) -> Iterator[tuple[int, int]]:
             last += step
             t = np.arange(first, last)
             slope, offset = np.polyfit(t, turn[first:last], 1)
-        yield first, last
+        if last < len(force):  # the last pieces may reach into what follows
+            yield first, last - 2 * step
+        else:
+            yield first, last
         first = last
 
 

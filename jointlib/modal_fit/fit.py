@@ -2,122 +2,31 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
 from jointlib.modal_fit.basis import Ends
+from jointlib.modal_fit.fitted_modes import FittedModes
 from jointlib.modal_fit.lscf import poles_by_order
 from jointlib.modal_fit.poles import PoleFit
 from jointlib.modal_fit.responses import Responses
-from jointlib.modal_fit.selection import scale, selected, threshold
+from jointlib.modal_fit.selection import placed_ends, scale, selected, threshold
 from jointlib.modal_fit.shapes import ShapeFit, first_shapes, fit_shapes, needed_beyond, promised_by_complex
 from jointlib.modal_fit.stabilisation import Chart, chart_of
-from jointlib.shown.pictures import axes_of, literal, name_curves
-from jointlib.shown.result import Columns, Shown
 
 HIGHEST = 40
 """Model order up to which the chart goes."""
+SHARE = 1e-3
+_COMPLEX = 0.02
+"""Imaginary over real part of a shape below which it counts as real."""
 
 
-@dataclass(frozen=True, repr=False, eq=False)
-class FittedModes(Shown):
-    """Modes that explain measured frequency responses, with standard errors.
-
-    Parameters
-    ----------
-    responses
-        What they were fitted to.
-    chart
-        Poles over model order.
-    frequency, damping_ratio
-        Hz and –, ascending, with their errors.
-    shapes
-        ψ at the places in 1/√kg, one column per mode, see `jointlib.modal_fit.shapes.ShapeFit`; None where no driving
-        point was measured, so that their size is not known.
-    residues
-        Of every response, (responses, modes): ψ_o·ψ_i, in 1/kg; complex where damping is not proportional.
-    fit_error
-        Σ |fit − measured|² over Σ |measured|², its root, each response weighed by its own size.
-    scatter
-        Variance seen over that stated: about 1 where the deviations are right and the structure is linear.
-    """
-
-    responses: Responses
-    chart: Chart
-    frequency: Array
-    damping_ratio: Array
-    frequency_error: Array
-    damping_ratio_error: Array
-    residues: ComplexArray
-    fitted: ComplexArray
-    fit_error: float
-    scatter: float
-    shape_fit: ShapeFit | None
-    shapes_error: Array | None
-    notes: tuple[str, ...] = ()
-
-    @property
-    def shapes(self) -> ComplexArray | None:
-        return None if self.shape_fit is None else self.shape_fit.shapes
-
-    @property
-    def is_proportional(self) -> bool:
-        """Whether real shapes explain the responses as well as complex ones."""
-        return self.shape_fit is None or not self.shape_fit.is_complex
-
-    def finding(self) -> str:
-        """How many modes, where, and how much of the responses they explain."""
-        f = self.frequency
-        many = f"{len(f)} mode{'s' if len(f) != 1 else ''}"
-        where = f" from {f[0]:.5g} to {f[-1]:.5g} Hz" if len(f) > 1 else f" at {f[0]:.5g} Hz" if len(f) else ""
-        return f"{many}{where}, which miss {self.fit_error:.2%} of the measured responses"
-
-    def columns(self) -> Columns:
-        """A row per mode."""
-        return {
-            "frequency": (self.frequency, "Hz"),
-            "frequency_error": (self.frequency_error, "Hz"),
-            "damping_ratio": (self.damping_ratio, ""),
-            "damping_ratio_error": (self.damping_ratio_error, ""),
-        }
-
-    def plot(self, ax: Any = None) -> Any:
-        """The stabilisation chart over the fit and the measured responses with their deviation, in µm/N over Hz."""
-        if ax is not None:
-            return self._chart(axes_of(ax))
-        from matplotlib.figure import Figure
-
-        upper, lower = Figure(figsize=(8.0, 7.0), layout="constrained").subplots(2, 1, sharex=True)
-        self._chart(upper).set(xlabel="")
-        r = self.responses
-        for k, (o, i) in enumerate(r.pairs):
-            (line,) = lower.semilogy(r.frequency, np.abs(r.value[k]) * 1e6, ".", markersize=2, alpha=0.6)
-            lower.semilogy(r.frequency, r.deviation[k] * 1e6, ":", color=line.get_color(), linewidth=0.7)
-            label = literal(f"{r.dofs[o]} from {r.dofs[i]}")
-            lower.semilogy(r.frequency, np.abs(self.fitted[k]) * 1e6, color=line.get_color(), linewidth=1, label=label)
-        lower.set(xlabel="frequency [Hz]", ylabel="|x/F| [µm/N], dots measured, dotted their deviation")
-        name_curves(lower)
-        return upper
-
-    def _chart(self, axes: Any) -> Any:
-        c = self.chart
-        low, high = self.responses.frequency[[0, -1]]
-        for stable, look in ((False, {"marker": "x", "color": "#9ca3af"}), (True, {"marker": "o", "color": "#0b5394"})):
-            at = c.stable == stable
-            word = "stable in frequency and damping" if stable else "not stable"
-            axes.scatter(c.frequency[at], c.order[at], s=9, linewidth=0.6, label=word, **look)
-        for k, f in enumerate(self.frequency):
-            axes.axvline(f, color="#c2410c", linewidth=0.8, label="taken as a mode" if k == 0 else None)
-        axes.set(xlabel="frequency [Hz]", ylabel="model order", xlim=(low, high))
-        axes.legend(loc="lower right", fontsize=8)
-        return axes
-
-
-def fit_modes(responses: Responses, highest: int = HIGHEST, most: int | None = None, free: bool = False) -> FittedModes:
+def fit_modes(
+    responses: Responses, highest: int = HIGHEST, most: int | None = None, free: bool = False, share: float = SHARE
+) -> FittedModes:
     """Modes of measured receptances.
 
     Poles come from a stabilisation chart of matrix fractions up to the order ``highest``. All that are stable in it are
@@ -131,13 +40,20 @@ def fit_modes(responses: Responses, highest: int = HIGHEST, most: int | None = N
         Largest number of modes.
     free
         What lies below the band is the motion of a free body, not modes that lie lower.
+    share
+        Of |H|, which no deviation is taken to be below: errors that lines have in common, as those of the gain and of
+        noise in a short force window, are not averaged by many lines.
     """
+    responses = replace(responses, deviation=np.hypot(responses.deviation, share * np.abs(responses.value)))
     if len(responses.frequency) < 8:
         raise InputError(f"modes: {len(responses.frequency)} lines, expected at least 8")
     ends = Ends.of(responses.frequency, free)
     order = max(2, min(highest, len(responses.frequency) // 3))
     chart = chart_of(poles_by_order(responses, order))
     poles = selected(responses, chart, ends, most)
+    placed, ends = placed_ends(responses, poles, ends)
+    if placed is not poles:
+        poles = selected(responses, chart, ends, most)
     notes: list[str] = []
     shaped = _shaped(responses, poles, ends, notes)
     if shaped is not None:
@@ -175,7 +91,8 @@ def _shaped(responses: Responses, poles: PoleFit, ends: Ends, notes: list[str]) 
     if promised_by_complex(responses, fit) < _spread(responses, fit) * limit:
         return fit
     tried = fit_shapes(responses, fit.omega, fit.decay, fit.shapes, fit.beyond, fit.ends, is_complex=True)
-    if fit.misfit - tried.misfit > _spread(responses, tried) * limit:
+    turned = np.max(np.abs(tried.shapes.imag), axis=0) > _COMPLEX * np.max(np.abs(tried.shapes.real), axis=0)
+    if np.any(turned) and fit.misfit - tried.misfit > _spread(responses, tried) * limit:
         notes.append("damping is not proportional: the shapes are complex.")
         return tried
     return fit
@@ -298,5 +215,6 @@ def _poles_alone(responses: Responses, chart: Chart, poles: PoleFit, ends: Ends,
 
 
 def _missed(responses: Responses, fitted: ComplexArray) -> float:
-    size = np.sum(np.abs(responses.value) ** 2, axis=1)
-    return float(np.sqrt(np.mean(np.sum(np.abs(fitted - responses.value) ** 2, axis=1) / np.maximum(size, 1e-300))))
+    weight = 1 / responses.deviation**2
+    missed = np.sum(weight * np.abs(fitted - responses.value) ** 2)
+    return float(np.sqrt(missed / max(float(np.sum(weight * np.abs(responses.value) ** 2)), 1e-300)))

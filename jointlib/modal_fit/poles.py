@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
-from jointlib.modal_fit.basis import Ends, modal
+from jointlib.modal_fit.basis import Cut, Ends, modal
 from jointlib.modal_fit.responses import Responses
 
 _ROUNDS = 40
@@ -33,9 +33,9 @@ class PoleFit:
     covariance: Array
     """Of (ln ω, ln δ) where the deviations are right."""
 
-    def value(self, s: ComplexArray, ends: Ends) -> ComplexArray:
-        """m/N, (responses, lines)."""
-        return np.asarray(self.residues @ _columns(s, self.omega, self.decay, ends).T)
+    def value(self, s: ComplexArray, ends: Ends, cut: Cut | None = None) -> ComplexArray:
+        """m/N, (responses, lines); ``cut`` as in `jointlib.modal_fit.basis.modal`."""
+        return np.asarray(self.residues @ _columns(s, self.omega, self.decay, ends, cut).T)
 
 
 def fit_poles(responses: Responses, omega: Array, decay: Array, ends: Ends, rounds: int = _ROUNDS) -> PoleFit:
@@ -67,9 +67,9 @@ def fit_poles(responses: Responses, omega: Array, decay: Array, ends: Ends, roun
     return found[0]
 
 
-def _columns(s: ComplexArray, omega: Array, decay: Array, ends: Ends) -> ComplexArray:
+def _columns(s: ComplexArray, omega: Array, decay: Array, ends: Ends, cut: Cut | None) -> ComplexArray:
     w, d = (np.concatenate([own, [ends.above[i], ends.below[i]]]) for i, own in enumerate((omega, decay)))
-    return modal(s, w, d)
+    return modal(s, w, d, cut)
 
 
 def _projected(
@@ -77,8 +77,8 @@ def _projected(
 ) -> tuple[PoleFit, Array, Array]:
     """The fit at these poles; JᵀJ and Jᵀe over the logarithms of ω and δ."""
     s, m = responses.s, len(omega)
-    B = _columns(s, omega, decay, ends)
-    own = B[:, :m] ** 2
+    B = _columns(s, omega, decay, ends, responses.cut)
+    own = (B[:, :m] if responses.cut is None else modal(s, omega, decay)) ** 2
     turned = np.concatenate([-2 * omega**2 * own, -2 * (decay * s[:, None]) * own], axis=1)
     size = np.linalg.norm(B, axis=0)
     stacked = _real(B / size)

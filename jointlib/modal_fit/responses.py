@@ -9,6 +9,7 @@ import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
+from jointlib.modal_fit.basis import Cut
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +30,8 @@ class Responses:
         Names of the places.
     shift
         σ in 1/s where the responses are those on s = jω + σ, as an exponential window makes them.
+    cut
+        Where the motion is cut off in the transforms; None: nowhere.
     """
 
     frequency: Array
@@ -37,6 +40,7 @@ class Responses:
     pairs: tuple[tuple[int, int], ...]
     dofs: tuple[str, ...]
     shift: float = 0.0
+    cut: Cut | None = None
 
     def __post_init__(self) -> None:
         expected = (len(self.pairs), len(self.frequency))

@@ -21,6 +21,10 @@ _CLEAR = 30.0
 _HEAVY = 0.5
 """Damping ratio above which a pole is no mode."""
 _OUTSIDE = 0.03
+_UNKNOWN = 0.5
+"""Variance of the logarithm of a decay above which nothing is known of it."""
+_SHARP = 1e-3
+"""Half-power half-width over the distance of lines below which a mode is a single line."""
 _START = 24
 _DAMPINGS = (0.003, 0.01, 0.03)
 _ROUNDS = 12
@@ -94,10 +98,13 @@ def _without_needless(responses: Responses, fit: PoleFit, ends: Ends) -> PoleFit
 
 
 def _impossible(responses: Responses, fit: PoleFit) -> Index:
-    """Modes outside the band, with too much damping, or that yield energy at every driving point."""
+    """Modes outside the band, with too much or unknown damping, or that yield energy at every driving point."""
     low, high = 2 * np.pi * responses.frequency[0], 2 * np.pi * responses.frequency[-1]
     margin = _OUTSIDE * (high - low)
     bad = (fit.decay > _HEAVY * fit.omega) | (fit.omega < low - margin) | (fit.omega > high + margin)
+    unknown = np.diag(fit.covariance)[len(fit.omega) :] * scale(responses, fit) > _UNKNOWN
+    step = 2 * np.pi * float(np.min(np.diff(responses.frequency)))
+    bad |= unknown | (fit.decay < _SHARP * step)
     driving = [k for k, (o, i) in enumerate(responses.pairs) if o == i]
     if driving:
         bad |= np.all(fit.residues[driving, : len(fit.omega)] < 0, axis=0)
@@ -113,7 +120,7 @@ def _has_twin(fit: PoleFit, k: int) -> bool:
 def _with_missing(responses: Responses, fit: PoleFit, ends: Ends) -> PoleFit | None:
     """The fit with one more mode where the error is largest; None where that is no more than chance."""
     limit = threshold(responses)
-    error = (responses.value - fit.value(responses.s, ends)) / responses.deviation
+    error = (responses.value - fit.value(responses.s, ends, responses.cut)) / responses.deviation
     power = np.mean(np.abs(error) ** 2, axis=0)
     tried: set[int] = set()
     best: PoleFit | None = None
@@ -153,3 +160,20 @@ def _in_order(fit: PoleFit) -> PoleFit:
     both = np.concatenate([order, len(order) + order])
     covariance = fit.covariance[np.ix_(both, both)]
     return PoleFit(fit.omega[order], fit.decay[order], residues, fit.misfit, fit.strength[order], covariance)
+
+
+def placed_ends(responses: Responses, fit: PoleFit, ends: Ends) -> tuple[PoleFit, Ends]:
+    """The residual modes where the lines tell that they are nearer to the band than assumed, one after the other."""
+    free = max(responses.count - fit.residues.size - 2 * len(fit.omega), 1)
+    if fit.misfit < free + 3 * np.sqrt(2 * free):
+        return fit, ends  # there is nothing to be gained
+    for finer in (False, False, True, True):
+        best, where = fit, ends
+        for other in ends.around() if finer else ends.nearer(responses.frequency):
+            tried = fit_poles(responses, fit.omega, fit.decay, other, 2)
+            if tried.misfit < best.misfit:
+                best, where = tried, other
+        if fit.misfit - best.misfit < threshold(responses) * scale(responses, best):
+            continue
+        fit, ends = fit_poles(responses, best.omega, best.decay, where, _ROUNDS), where
+    return fit, ends

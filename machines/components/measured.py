@@ -18,7 +18,7 @@ from ..indices import Index
 from .component import Component, checked_dofs
 from .interpolation import METHODS, Curve, curve, gaps, left_out
 from .plausibility import broken, not_passive, not_reciprocal
-from .record_files import entries_of
+from .record_files import entries_of, sections_of
 
 _SAME = 1e-9
 _WHOLE = 2**25
@@ -99,7 +99,11 @@ class Measured(Component):
         conjugate = section.flag("conjugate")
         entries: dict[tuple[int, int], tuple[FrfRecord, Quantity]] = {}
         notes: list[str] = []
-        for part in section.sections("record"):
+        if section.has("measurement"):
+            parts = sections_of(section, section.path("measurement"), name)
+        else:
+            parts = list(section.sections("record"))
+        for part in parts:
             for pair, record, quantity in entries_of(part, dofs, default):
                 if pair in entries:
                     raise InputError(f"{part.where}: {dofs[pair[0]]} from {dofs[pair[1]]} is there already")

@@ -7,6 +7,7 @@ from pathlib import Path
 from jointlib.errors import InputError
 from jointlib.frf import Quantity
 from jointlib.io.frf_files import FrfRecord, read_frf
+from jointlib.io.measurement_file import read_measurement
 from jointlib.io.toml import Section
 
 
@@ -43,3 +44,27 @@ def entries_of(
         for i in range(len(dofs))
         for j in range(len(dofs))
     ]
+
+
+def sections_of(section: Section, path: Path, component: str) -> list[Section]:
+    """The records of a measurement of kind "frf" as ``[[record]]`` tables of a measured component.
+
+    ``drive`` and ``response`` may be called as in the machine, ``component.dof``. One level a pair is expected.
+    """
+    m = read_measurement(path)
+    if m.kind != "frf":
+        raise InputError(f"{section.where}: measurement refers to {path} of kind {m.kind!r}, expected 'frf'")
+    out = []
+    for record in m.with_role("fit"):
+        sweep = record.sweep
+        assert sweep is not None
+        if sweep.conjugate:
+            raise InputError(f"{section.where}: {path}: conjugate records, expected them as [[component.record]]")
+        sides = {"drive": sweep.drive, "response": sweep.response}
+        table = {key: name.removeprefix(f"{component}.") for key, name in sides.items()}
+        more = {"quantity": sweep.quantity, "unit": sweep.unit}
+        more |= {"response_at": sweep.response_at, "drive_at": sweep.drive_at}
+        table |= {key: value for key, value in more.items() if value is not None}
+        table["file"] = str(record.file.absolute())
+        out.append(section.within(table, f"measurement ({record.name})"))
+    return out

@@ -31,6 +31,7 @@ from ..model.axes import move, read_axes
 from ..model.machine import Machine
 from ..shapes.outline import Outline, take_outlines
 from .changes import change
+from .component_file import names_a_file, of_file
 from .cutting_table import cutting_of, laid_over, response_of, tool_of
 from .named_tools import USE, choose_tool, tools_of
 from .unread import Unread
@@ -199,6 +200,8 @@ def _part(document: Section, file: str) -> Section | None:
 
 
 def _component(section: Section) -> Component:
+    if names_a_file(section):
+        return _component(of_file(section))
     cls: type[Component] = section.kind(
         lambda word, where: plugin("jointlib.components", word, where), list(installed("jointlib.components").found)
     )

@@ -27,6 +27,7 @@ def command(
     file: Path, output: Path | None, mode: int | None, contacts: bool, changes: dict[str, str], as_json: bool
 ) -> None:
     """Say what FILE holds: a measurement, joint or machine file, a record (text, npz, mat, uff, tdms …), or an FMU.
+    """Say what FILE holds: a measurement, joint, component or machine file, a record (csv, npz, mat, uff), or an FMU.
 
     Of a machine also masses, stiffnesses and first modes, and what looks like a mistake in it.
     With -o a machine is drawn as well: an SVG with four views, or an HTML page in which it turns and its modes move.
@@ -71,6 +72,7 @@ def _told(file: Path, contacts: bool, changes: dict[str, str]) -> tuple[list[str
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"{file}: {not_valid(text, error)}") from None
     readers = {"jointlib/joint/1": _joint, "jointlib/measurement/1": _measurement}
+    readers["jointlib/component/1"] = _component
     machine = "jointlib/machine/1"
     if not isinstance(schema, str) or schema not in (*readers, machine):
         raise InputError(f"{file}: schema is {schema!r}, expected one of {', '.join((*readers, machine))}")
@@ -107,6 +109,18 @@ def _joint(file: Path) -> list[str]:
     lines += [f"valid for {key} from {low:g} to {high:g}" for key, (low, high) in joint.validity.items()]
     lines += [f"provenance: {key} = {value}" for key, value in joint.provenance.items()]
     return lines
+
+
+def _component(file: Path) -> list[str]:
+    from ..files.component_file import read_component
+
+    component = read_component(file, "component")
+    lines = [f"{component.kind} component, dofs {', '.join(component.dofs)}"]
+    if component.kind == "modal":
+        frequency, ratio = component.frequency, component.damping_ratio  # type: ignore[attr-defined]
+        rows = [(f"{f:.6g}", f"{100 * z:.4g}") for f, z in zip(frequency, ratio, strict=True)]
+        lines += table(("mode [Hz]", "damping [%]"), rows)
+    return [*lines, *component.remarks()]
 
 
 def _measurement(file: Path) -> list[str]:

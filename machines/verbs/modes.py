@@ -7,7 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from jointlib.cli.arguments import Quantity, Verb, input_file, json_option, tool_option
+from jointlib.cli.arguments import (
+    FrequencyRange,
+    Quantity,
+    Target,
+    Verb,
+    input_file,
+    json_option,
+    refuse_tool,
+    tool_option,
+)
 from jointlib.cli.output import emit, table, working
 from jointlib.errors import InputError
 
@@ -18,23 +27,63 @@ if TYPE_CHECKING:
 
 
 @click.command("modes", cls=Verb)
-@input_file("file", metavar="MACHINE")
+@input_file("files", metavar="MACHINE | MEASUREMENT...", nargs=-1, required=True)
 @click.option(
     "--amplitude",
     type=Quantity("m", lower=0),
-    default=0.0,
-    help="Tool-point amplitude of the joints; default: at rest.",
+    help="Of a machine: tool-point amplitude of the joints; default: at rest.",
 )
-@click.option("--all", "every", is_flag=True, help="Every mode, not only the first ten and those that the tool feels.")
+@click.option("--all", "every", is_flag=True, help="Of a machine: every mode, not only the first and those it feels.")
+@click.option("-o", "output", type=Target(".toml"), help="Of measurements: the component file to write.")
+@click.option("--plot", type=Target(".svg", ".png"), help="Of measurements: stabilisation chart, fit over measured.")
+@click.option("--band", type=FrequencyRange(), help="Of measurements: lo:hi, the lines that are fitted.")
+@click.option("--condition", help="Of measurements: which one of several levels.")
+@click.option("--most", type=click.IntRange(1), help="Of measurements: at most so many modes, the strongest.")
+@click.option("--free", is_flag=True, help="Of measurements: of a body that nothing holds.")
 @tool_option
 @json_option
-def command(file: Path, amplitude: float, every: bool, changes: dict[str, str], as_json: bool) -> None:
-    """Modes of MACHINE: frequency, damping, which part moves, which joint holds the energy, what stiffness would give.
+def command(
+    files: tuple[Path, ...],
+    amplitude: float | None,
+    every: bool,
+    output: Path | None,
+    plot: Path | None,
+    band: tuple[float, float, int | None] | None,
+    condition: str | None,
+    most: int | None,
+    free: bool,
+    changes: dict[str, str],
+    as_json: bool,
+) -> None:
+    """Modes of a MACHINE: frequency, damping, which part moves, which joint holds the energy; or of measured FRFs.
+
+    Of MEASUREMENTs of kind "frf" frequency, damping and shapes with their errors, as a component file for machines.
 
     \b
-    Example:
+    Examples:
       jointlib modes machines/library/lathe.toml
+      jointlib modes machines/library/three_joints/tip.measurement.toml --condition "5 N" -o tip.component.toml
     """
+    of_measurements = {"-o": output, "--plot": plot, "--band": band, "--condition": condition, "--most": most}
+    if _measured(files):
+        for name, given in (("--amplitude", amplitude is not None), ("--all", every)):
+            if given:
+                raise InputError(f"{name}: given with measurements, expected with a machine alone")
+        refuse_tool(files[0], changes)
+        from .told.measured_modes import told
+
+        lines = None if band is None else band[:2]
+        emit(as_json, *told(files, output, plot, lines, condition, most, free))
+        return
+    for name, value in (*of_measurements.items(), ("--free", free or None)):
+        if value is not None:
+            raise InputError(f"{name}: given with {files[0]}, expected with measurements of kind 'frf' alone")
+    if len(files) > 1:
+        raise InputError(f"{files[1]}: a second machine, expected one, or several measurements of kind 'frf'")
+    _of_machine(files[0], amplitude or 0.0, every, changes, as_json)
+
+
+def _of_machine(file: Path, amplitude: float, every: bool, changes: dict[str, str], as_json: bool) -> None:
     import numpy as np
 
     from .. import natural_modes, read_machine
@@ -44,7 +93,6 @@ def command(file: Path, amplitude: float, every: bool, changes: dict[str, str], 
     from ..modes.static_compliance import static_compliance
     from ..road.open_joints import with_joints
 
-    _is_machine(file)
     with working("computing modes"):
         machine, remarks = with_joints(read_machine(file, changes))
         modes = natural_modes(machine, amplitude)
@@ -78,19 +126,14 @@ def command(file: Path, amplitude: float, every: bool, changes: dict[str, str], 
     emit(as_json, data, [*lines, *said])
 
 
-def _is_machine(file: Path) -> None:
-    """Say of a measurement that its modes are not to be had yet, before the reader of machines wonders at it."""
+def _measured(files: tuple[Path, ...]) -> bool:
+    """Whether the first file is a measurement; what is wrong with a file is said where it is read."""
     import tomllib
 
     try:
-        schema = tomllib.loads(file.read_text("utf-8-sig")).get("schema")
+        return tomllib.loads(files[0].read_text("utf-8-sig")).get("schema") == "jointlib/measurement/1"
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
-        return  # what is wrong with it is said where it is read
-    if schema == "jointlib/measurement/1":
-        raise InputError(
-            f"{file}: a measurement, whose modes are not identified here; expected a machine file, and for measured "
-            "receptances a component of kind 'frf' in it, or a modal one"
-        )
+        return False
 
 
 def _mode(modes: NaturalModes, energies: ModeEnergies, i: int) -> dict[str, Any]:

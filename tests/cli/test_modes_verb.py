@@ -57,7 +57,10 @@ def test_at_an_amplitude_the_joints_give_way(here: Path) -> None:
 @pytest.mark.parametrize(
     ("file", "said"),
     [
-        ("machines/library/guide_mill/rig.measurement.toml", "a measurement, whose modes are not identified here"),
+        (
+            "machines/library/guide_mill/rig.measurement.toml",
+            "kind is 'rig', expected a machine file or a measurement of kind 'frf'",
+        ),
         ("machines/library/guide.joint.toml", "schema is 'jointlib/joint/1'"),
         ("nowhere.toml", "nowhere.toml"),
     ],

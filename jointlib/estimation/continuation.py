@@ -1,0 +1,99 @@
+"""What windows and short blocks do to a frequency response, taken back by the modes that are seen.
+
+A window e^(−σt) on force and motion makes of their Fourier transforms Laplace transforms on s = jω + σ, so that their
+ratio is exactly H(jω + σ), if the structure is at rest when the window begins: every pole seems to decay by σ faster.
+A block that ends t_c after the force, before the motion has died out, lacks the rest of it, e^((λ − s)·t_c) of every
+mode. Modes that are fitted with both in their equations are those of the structure. The values on s = jω are not in
+the data line by line: going there is an analytic continuation, for which a model is needed. Here the modes M of each
+response are fitted to what was measured, and what changes between the two is added to the values:
+
+    H(jω) ≈ Ĥ + M(jω) − M_cut(jω + σ)
+
+What the modes miss, noise and further modes, stays as it was measured, on the shifted line.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from jointlib.arrays import Array, ComplexArray
+from jointlib.estimation.result import EstimatedFRF
+from jointlib.frf import Quantity
+from jointlib.modal_fit.basis import Cut, Ends, modal
+from jointlib.modal_fit.lscf import poles_by_order
+from jointlib.modal_fit.poles import PoleFit
+from jointlib.modal_fit.responses import Responses
+from jointlib.modal_fit.selection import scale, selected
+from jointlib.modal_fit.stabilisation import chart_of
+
+_ORDER = 40
+_UNKNOWN = 1e-3
+"""Deviation over the largest value where one average tells none."""
+
+
+def taken_off(frf: EstimatedFRF, shift: float, cut: float) -> tuple[EstimatedFRF, str]:
+    """The response on s = jω of one that was estimated on s = jω + ``shift`` (1/s) from blocks that end ``cut`` seconds
+    after the force, and what was done in a sentence.
+
+    The variance holds the errors of the modes; as those move many lines at once, errors of lines near a resonance are
+    no longer independent of each other.
+    """
+    s = np.asarray(2j * np.pi * frf.frequency)
+    order = (Quantity.RECEPTANCE, Quantity.MOBILITY, Quantity.ACCELERANCE).index(frf.quantity)
+    H, ending = frf.value / (s + shift) ** order, Cut(cut, order)
+    if frf.variance is not None:
+        deviation = np.sqrt(frf.variance) / np.abs(s + shift) ** order
+    else:
+        deviation = np.full(len(H), _UNKNOWN * float(np.max(np.abs(H))))
+    responses = Responses(frf.frequency, H[None], deviation[None], ((0, 0),), (frf.response,), shift, ending)
+    if frf.drive != frf.response:  # the sign of a residue is free
+        responses = replace(responses, pairs=((0, 1),), dofs=(frf.response, frf.drive))
+    ends = Ends.of(frf.frequency)
+    fit = selected(responses, chart_of(poles_by_order(responses, min(_ORDER, len(H) // 3))), ends)
+    back = fit.value(s, ends)[0] - fit.value(responses.s, ends, ending)[0]
+    per = s**order
+    variance = frf.variance
+    if variance is not None:
+        variance = _variance(responses, fit, s) * np.abs(per) ** 2
+    added = replace(frf, value=(H + back) * per, variance=variance)
+    if not len(fit.omega):
+        where = f"s = jω + {shift:.4g}/s" if shift else "blocks that end too early"
+        return added, f"{frf.name}: no mode found, so nothing could be taken off: the values are those of {where}."
+    slow = int(np.argmin(fit.decay))
+    peak, left = fit.omega[slow] / (2 * np.pi), np.exp(-(fit.decay[slow] + shift) * cut)
+    did = f"the motion was cut off before it had died out ({left:.1%} of it at {peak:.5g} Hz)"
+    if shift:
+        did = (
+            f"the exponential window added a decay of {shift:.4g}/s to every pole ({shift / fit.decay[slow]:.2g} times "
+            f"what is there at {peak:.5g} Hz)"
+        )
+    many = f"the {len(fit.omega)} modes" if len(fit.omega) > 1 else "the one mode"
+    return added, f"{frf.name}: {did}; it is taken off by {many} seen."
+
+
+def _variance(responses: Responses, fit: PoleFit, s: ComplexArray) -> Array:
+    """E|error|² of Ĥ + M(jω) − M(jω + σ), where the parameters of M were fitted to Ĥ.
+
+    With J and J' the derivatives of M on the shifted line and of the change, e the error of Ĥ with variance v and C the
+    covariance of the parameters, the error is e + J'·C·Re(Jᴴ e·2/v), so its variance v + 2 Re(J'CJᴴ) + J'CJ'ᴴ.
+    """
+    v = responses.deviation[0] ** 2 * scale(responses, fit)
+    J = _slopes(responses.s, fit, responses.cut)
+    change = _slopes(s, fit, None) - J
+    weighted = np.concatenate([J.real, J.imag]) * np.tile(np.sqrt(2 / v), 2)[:, None]
+    size = np.maximum(np.linalg.norm(weighted, axis=0), 1e-300)
+    C = np.linalg.pinv((weighted / size).T @ (weighted / size), rcond=1e-13, hermitian=True) / np.outer(size, size)
+    both = 2 * np.einsum("lp,pq,lq->l", change, C, J.conj()).real
+    own = np.einsum("lp,pq,lq->l", change, C, change.conj()).real
+    return np.asarray(np.maximum(v + both + own, 0.1 * v))
+
+
+def _slopes(s: ComplexArray, fit: PoleFit, cut: Cut | None) -> ComplexArray:
+    """Derivatives of the modes by their residues, ln ω and ln δ, of those two as if nothing were cut off."""
+    whole, b = modal(s, fit.omega, fit.decay), modal(s, fit.omega, fit.decay, cut)
+    a = fit.residues[0, : len(fit.omega)]
+    by_omega = -2 * fit.omega**2 * a * whole**2
+    by_decay = -2 * fit.decay * s[:, None] * a * whole**2
+    return np.asarray(np.concatenate([b, by_omega, by_decay], axis=1))

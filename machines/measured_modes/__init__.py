@@ -1,0 +1,1 @@
+"""Modes of measured frequency responses, as a component for machines."""
