@@ -275,11 +275,9 @@ _TAKERS = {
     "each",
 }
 _READERS = {
-<<<<<<< HEAD
-    "Measurement": [f"jointlib/io/{name}.py" for name in ("measurement_file", "channel_table", "text_dialect")],
-=======
-    "Measurement": ["jointlib/io/measurement_file.py", "jointlib/io/estimate_table.py"],
->>>>>>> 08b3df3 (Write modes of measured responses as components, and estimate what blocks cut off)
+    "Measurement": [
+        f"jointlib/io/{name}.py" for name in ("measurement_file", "channel_table", "text_dialect", "estimate_table")
+    ],
     "Joint": ["jointlib/io/joint_file.py"],
     "Machine": [
         *(

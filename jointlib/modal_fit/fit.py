@@ -41,8 +41,9 @@ def fit_modes(
     free
         What lies below the band is the motion of a free body, not modes that lie lower.
     share
-        Of |H|, which no deviation is taken to be below: errors that lines have in common, as those of the gain and of
-        noise in a short force window, are not averaged by many lines.
+        Of |H|, which no deviation is taken to be below: errors that neighbouring lines have in common, as of noise in a
+        short force window, are not averaged by many lines. Such an error that turns over a half-power width moves the
+        frequency by share·ζ·f and the damping by share·ζ, which the standard errors hold.
     """
     responses = replace(responses, deviation=np.hypot(responses.deviation, share * np.abs(responses.value)))
     if len(responses.frequency) < 8:
@@ -57,13 +58,13 @@ def fit_modes(
     notes: list[str] = []
     shaped = _shaped(responses, poles, ends, notes)
     if shaped is not None:
-        return _result(responses, chart, shaped, notes)
+        return _result(responses, chart, shaped, notes, share)
     notes.append(
         "no driving point among the responses, so the size of the shapes is not known; expected a response at a "
         "place to "
         "a force on it"
     )
-    return _poles_alone(responses, chart, poles, ends, notes)
+    return _poles_alone(responses, chart, poles, ends, notes, share)
 
 
 def _shaped(responses: Responses, poles: PoleFit, ends: Ends, notes: list[str]) -> ShapeFit | None:
@@ -146,7 +147,7 @@ def _without_beyond(responses: Responses, fit: ShapeFit) -> ShapeFit:
     return fit_shapes(responses, fit.omega, fit.decay, fit.shapes, fit.beyond[:, needed], fit.ends[needed])
 
 
-def _result(responses: Responses, chart: Chart, fit: ShapeFit, notes: list[str]) -> FittedModes:
+def _result(responses: Responses, chart: Chart, fit: ShapeFit, notes: list[str], share: float) -> FittedModes:
     order = np.argsort(fit.omega)
     m, places = len(order), len(responses.dofs)
     spread = _spread(responses, fit)
@@ -176,8 +177,8 @@ def _result(responses: Responses, chart: Chart, fit: ShapeFit, notes: list[str])
         chart,
         frequency[order],
         zeta[order],
-        (frequency * own[:m])[order],
-        zeta_error[order],
+        np.hypot(frequency * own[:m], share * zeta * frequency)[order],
+        np.hypot(zeta_error, share * zeta)[order],
         residues[:, order],
         fitted,
         _missed(responses, fitted),
@@ -188,7 +189,9 @@ def _result(responses: Responses, chart: Chart, fit: ShapeFit, notes: list[str])
     )
 
 
-def _poles_alone(responses: Responses, chart: Chart, poles: PoleFit, ends: Ends, notes: list[str]) -> FittedModes:
+def _poles_alone(
+    responses: Responses, chart: Chart, poles: PoleFit, ends: Ends, notes: list[str], share: float
+) -> FittedModes:
     m = len(poles.omega)
     fitted = poles.value(responses.s, ends)
     own = np.sqrt(np.maximum(np.diag(poles.covariance), 0.0) * scale(responses, poles))
@@ -202,8 +205,8 @@ def _poles_alone(responses: Responses, chart: Chart, poles: PoleFit, ends: Ends,
         chart,
         frequency,
         zeta,
-        frequency * own[:m],
-        error,
+        np.hypot(frequency * own[:m], share * zeta * frequency),
+        np.hypot(error, share * zeta),
         residues,
         fitted,
         missed,

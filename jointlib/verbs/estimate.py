@@ -26,7 +26,7 @@ def command(measurement: Path, output: Path, plot: Path | None, as_json: bool) -
     import numpy as np
 
     from jointlib.estimation.estimate import estimate
-    from jointlib.io.frf_measurement import write_frfs
+    from jointlib.estimation.frf_measurement import write_frfs
     from jointlib.io.measurement_file import read_measurement
     from jointlib.shown.pictures import write_picture
 
