@@ -62,7 +62,7 @@ def command(
     \b
     Examples:
       jointlib modes machines/library/lathe.toml
-      jointlib modes machines/library/three_joints/tip.measurement.toml --condition "5 N" -o tip.component.toml
+      jointlib modes machines/library/three_joints/tip.measurement.toml --condition "8 N" -o tip.component.toml
     """
     of_measurements = {"-o": output, "--plot": plot, "--band": band, "--condition": condition, "--most": most}
     if _measured(files):
