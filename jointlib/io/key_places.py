@@ -8,7 +8,7 @@ from jointlib.estimation.settings import EXCITED
 from jointlib.io.toml import Section
 
 OF_FILE: Mapping[str, Sequence[str]] = {
-    "sample_rate": ("rig", "path", "static"),
+    "sample_rate": ("rig", "path", "static", *EXCITED),
     "bodies": ("rig",),
     "driven": ("rig",),
     "carriage": ("path",),

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 def command(
     file: Path, output: Path | None, mode: int | None, contacts: bool, changes: dict[str, str], as_json: bool
 ) -> None:
-    """Say what FILE holds: a measurement, joint, component or machine file, a record (text, npz, uff, tdms …), or an FMU.
+    """Say what FILE holds: a measurement, joint, component, machine, a record (text, npz, uff, tdms …), or an FMU.
 
     Of a machine also masses, stiffnesses and first modes, and what looks like a mistake in it.
     With -o a machine is drawn as well: an SVG with four views, or an HTML page in which it turns and its modes move.
