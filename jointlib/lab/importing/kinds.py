@@ -37,7 +37,8 @@ def likely_kind(seen: Sequence[Seen], sampled: bool, known: Sequence[str], where
         if _struck(forces[0].values):
             return "impact", "the force comes in short hits"
         if not travels:
-            return ("shaker", "a force that lasts and the motion that it causes") if len(accelerations) != 2 else _RIG
+            some = 2 <= len(accelerations) <= 3
+            return _RIG if some else ("shaker", "a force that lasts and the motion that it causes")
     if forces and travels:
         if sampled:
             return "path", "a force over a displacement in time"
