@@ -11,6 +11,8 @@ from jointlib.arrays import Array, ComplexArray
 _REACH = 16
 """Lines on either side over which the noise of the sensors counts as even."""
 _ROUNDS = 4
+_FINEST = 64
+"""Bins to either side that a sum over many lines is made of."""
 _TINY = 1e-300
 
 
@@ -96,6 +98,9 @@ def noise_power(residual: Array, gain: Array, even: int = 0) -> Array:
 
 
 def _around(values: Array, reach: int) -> Array:
-    """Sums over so many lines on either side."""
-    width = min(2 * reach + 1, 2 * len(values) - 1)
-    return np.convolve(values, np.ones(width), mode="full")[width // 2 : width // 2 + len(values)]
+    """Sums over so many lines on either side; of many lines in bins, so that the work grows with their number alone."""
+    bins = max(1, reach // _FINEST)
+    padded = np.concatenate([values, np.zeros(-len(values) % bins)]).reshape(-1, bins).sum(axis=1)
+    width = min(2 * (reach // bins) + 1, 2 * len(padded) - 1)
+    summed = np.convolve(padded, np.ones(width), mode="full")[width // 2 : width // 2 + len(padded)]
+    return np.repeat(summed, bins)[: len(values)]

@@ -18,7 +18,7 @@ from jointlib.measurement import Measurement, Record
 _OVERLAP = 0.5
 _BLOCKS = 20
 """Blocks that a random record is cut into where nothing is said."""
-_EXCITED = 1e-6
+_EXCITED = 1e-4
 """Share of the strongest line's power below which a line of a periodic force is none."""
 _ABOVE = 20.0
 """Times the noise power that such a line has at least."""
