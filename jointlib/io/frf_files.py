@@ -14,9 +14,11 @@ from jointlib.errors import InputError
 from jointlib.frf import Quantity
 from jointlib.io import cutpro
 from jointlib.io.finite_elements.matrix_files import read_arrays
-from jointlib.io.readers import read_csv
+from jointlib.io.readers import named_columns
 from jointlib.io.universal import AXES, NO_UNITS, place, read_sets, units
 from jointlib.lab.dialect import Told
+from jointlib.lab.response_columns import response_of
+from jointlib.lab.text_table import read_table
 from jointlib.units import scale
 
 SUFFIXES = (".uff", ".unv", ".csv", ".txt", ".tsv", ".asc", ".dat", ".npz", ".mat", cutpro.SUFFIX)
@@ -40,6 +42,8 @@ class FrfRecord:
     drive: str | None = None
     units: str = ""
     """What the file says of its units."""
+    unit: str = ""
+    """Unit of the values in a heading, from which they were converted; empty where there was none."""
 
 
 def read_frfs(path: Path, told: Told | None = None) -> list[FrfRecord]:
@@ -91,6 +95,10 @@ def read_frf(
         )
     if found.quantity not in (None, held):
         raise InputError(f"{where}: quantity is {quantity!r}, but {path} holds {found.quantity.word}")
+    if unit is not None and found.unit:
+        raise InputError(
+            f"{where}: unit is {unit!r}, but the headings of {path} say {found.unit!r}, expected one of them"
+        )
     factor = sign * (1.0 if unit is None else scale(unit, held.value, f"{where}: unit"))
     variance = None if found.variance is None else found.variance * factor**2
     return replace(found, value=found.value * factor, variance=variance, quantity=held)
@@ -123,10 +131,19 @@ def _chosen(path: Path, records: Sequence[FrfRecord], at: Sequence[str | None]) 
 
 
 def _csv(path: Path, told: Told | None) -> FrfRecord:
-    named = read_csv(path, told)
+    table = read_table(path, told)
+    named = named_columns(path, table, told)
+    found = response_of(path, named, table.units)
+    if found is not None:
+        record = FrfRecord(found.frequency, found.value, found.variance, found.quantity, unit=found.unit)
+        return _checked(path, record)
     columns = list(named.values())
     if len(columns) not in (3, 4):
-        raise InputError(f"{path}: has {len(columns)} columns, expected f, Re, Im and, where known, the variance")
+        raise InputError(
+            f"{path}: has {len(columns)} columns ({', '.join(named)}), expected f, Re, Im and, where known, the "
+            "variance, or "
+            "headings that say frequency and real and imaginary, or magnitude and phase"
+        )
     variance = columns[3] if len(columns) == 4 else None
     if variance is not None and list(named)[3].lower() == "deviation":
         variance = _squared(path, variance)

@@ -9,7 +9,7 @@ from jointlib.arrays import Array
 from jointlib.errors import InputError, nearest
 from jointlib.lab.dialect import Told
 from jointlib.lab.open_file import open_lab_file
-from jointlib.lab.text_table import read_table
+from jointlib.lab.text_table import TextTable, read_table
 from jointlib.registry import installed
 
 Reader = Callable[[Path], dict[str, Array]]
@@ -37,7 +37,11 @@ def read_columns(path: Path, told: Told | None = None) -> dict[str, Array]:
 
 def read_csv(path: Path, told: Told | None = None) -> dict[str, Array]:
     """A table as text, in the dialect of its program or as ``told``, with a row of names above the numbers."""
-    table = read_table(path, told)
+    return named_columns(path, read_table(path, told), told)
+
+
+def named_columns(path: Path, table: TextTable, told: Told | None) -> dict[str, Array]:
+    """The columns of a table by their names, which must differ."""
     names = table.names
     if not table.named and (told is None or told.header != 0):
         raise InputError(

@@ -45,13 +45,14 @@ def halves(tmp_path_factory: pytest.TempPathFactory) -> tuple[Estimate, Estimate
 def test_two_halves_of_the_realisations_differ_as_their_variance_says(halves: tuple[Estimate, Estimate]) -> None:
     """The spring makes realisations differ by far more than noise; their number decides how well the line is known."""
     (a,), (b,) = (half.frfs for half in halves)
-    np.testing.assert_array_equal(a.frequency, b.frequency)
+    _, i, k = np.intersect1d(a.frequency, b.frequency, return_indices=True)  # some lines are hardly excited
+    assert len(i) > 0.99 * len(a.frequency)
     odd = np.round(a.frequency * PERIOD / RATE).astype(int)
     assert np.mean(odd % 2 == 1) > 0.99
     assert a.frequency[-1] == pytest.approx(200.0, rel=0.01)
     assert a.variance is not None
     assert b.variance is not None
-    ratio = np.abs(a.value - b.value) ** 2 / (a.variance + b.variance)
+    ratio = np.abs(a.value[i] - b.value[k]) ** 2 / (a.variance[i] + b.variance[k])
     assert np.mean(ratio) == pytest.approx(1.25, abs=0.3)  # F(2, 16) has a mean of 8/7
 
 
