@@ -189,7 +189,8 @@ class Fate:
 
     low: float
     high: float
-    end: str | float
+    end: str | float | tuple[float, float]
+    """A range (m) holds what dies out from 0, what leaves up to inf."""
     near: float = NEAR
     knock: bool = False
     """Of knocks of these sizes, not of vibrations."""
@@ -211,16 +212,28 @@ _SAYS = {
 def _in_time(said: str, reach: float) -> list[Fate]:
     """What the verb's own simulation is told to have shown."""
     found = []
-    ends = rf"(?:die out|grow beyond|settle at {_SIZE}|stay between {_SIZE} and {_SIZE})"
+    last = rf"(?:last, at up to {_SIZE}|grow beyond)"
+    stay = rf"stay at {_SIZE} or|grow beyond|settle at {_SIZE}|stay between {_SIZE} and {_SIZE}"
+    ends = rf"(?:die out or {last}|die out|{stay})"
     for match in re.finditer(
         rf"of (up to )?([\d.e+-]+) µm(?: to ([\d.e+-]+) µm)?( and more)?(?: at the tool)? ({ends})", said
     ):
-        first, low, high, more, end, settled, *_ = match.groups()
+        first, low, high, more, end, most, least, settled, low_end, high_end = match.groups()
         sizes = [1e-6 * float(low), reach if more else 1e-6 * float(high or low)]
         if first:
             sizes = [0.0, sizes[0]]
-        kind = {"die out": "dies", "grow beyond": "grows"}.get(end, "lasts")
-        found.append(Fate(sizes[0], sizes[1], 1e-6 * float(settled) if settled else kind, ABOUT, "knocks" in said))
+        kind: str | float | tuple[float, float]
+        if settled:
+            kind = 1e-6 * float(settled)
+        elif end.startswith("die out or"):
+            kind = (0.0, 1e-6 * float(most) if most else np.inf)
+        elif least:
+            kind = (1e-6 * float(least), np.inf)
+        elif low_end:
+            kind = (1e-6 * float(low_end), 1e-6 * float(high_end))
+        else:
+            kind = "dies" if end == "die out" else "grows"
+        found.append(Fate(sizes[0], sizes[1], kind, ABOUT, knock=True))
     return found
 
 
@@ -281,7 +294,11 @@ def denied(cut: Cut, chatter: np.ndarray, forced: np.ndarray, escaped: np.ndarra
         for fate in told:
             if not fate.low < sized[fate.knock] < fate.high:
                 continue
-            if isinstance(fate.end, float):
+            if isinstance(fate.end, tuple):
+                low, high = fate.end
+                kept = end > low / (1 + fate.near) or escaped[k] or (low == 0 and died)
+                fine = bool(kept) and (high == np.inf or (not escaped[k] and end < high * (1 + fate.near)))
+            elif isinstance(fate.end, float):
                 fine = not died and not escaped[k] and abs(np.log(end / fate.end)) < fate.near
                 fine = fine or (abs(trend) > SLOW and (trend > 0) == (end < fate.end) and not escaped[k] and not died)
             elif fate.end == "dies":
@@ -291,7 +308,7 @@ def denied(cut: Cut, chatter: np.ndarray, forced: np.ndarray, escaped: np.ndarra
             else:
                 fine = bool(escaped[k]) or (not died and (end > 0.9 * reach or trend > SLOW / 3))
             if not fine:
-                end_told = f"settles at {fate.end * 1e6:.3g}" if isinstance(fate.end, float) else fate.end
+                end_told = f"settles at {fate.end * 1e6:.3g}" if isinstance(fate.end, float) else str(fate.end)
                 left = " escaped" if escaped[k] else ""
                 said.append(f"{end_told}: {start * 1e6:.3g} to {end * 1e6:.3g} µm, {trend:+.4f}{left}")
     if match := re.search(rf"beside the {_SIZE} that the teeth force", cut.said[-1]):

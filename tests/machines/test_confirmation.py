@@ -50,7 +50,7 @@ def test_what_was_seen_is_told_from_the_smallest_to_the_largest() -> None:
     end = np.array([1e-10, 1e-10, 42e-6, 60e-6, 1.0])
     found = seen(ended(start, end, np.array([-1.0, -1.0, 0.3, 0.0, np.inf])), 1e-4)
     assert str(found) == (
-        "In time, at 2350 rpm and 1 mm, vibrations of up to 3.16 µm at the tool die out, those of 10 µm to 31.6 µm "
+        "In time, at 2350 rpm and 1 mm, knocks of up to 3.16 µm at the tool die out, those of 10 µm to 31.6 µm "
         "settle at about 60 µm, those of 100 µm and more grow beyond 100 µm."
     )
     assert [cycle.stable for cycle in found.cycles] == [False, True]
@@ -58,10 +58,17 @@ def test_what_was_seen_is_told_from_the_smallest_to_the_largest() -> None:
     one = seen(ended(start, np.array([1e-10, 60e-6, 1.0, 1.0, 1.0]), np.array([-1.0, 0.0, 1.0, 1.0, 1.0])), 1e-4)
     assert "those of 3.16 µm settle at about 60 µm, those of 10 µm and more grow" in str(one)
     beats = seen(ended(start, np.array([2e-5, 4e-5, 3e-5, 2e-5, 4e-5]), np.zeros(5)), 1e-4)
-    assert str(beats).endswith("vibrations of 1 µm to 100 µm at the tool stay between 20 µm and 40 µm.")
-    # A vibration of 8 µm lasts, and knocks of that size die out: what begins decides, not the size.
-    mixed = seen(ended(start, np.array([0.0, 0.0, 0.0, 8e-6, 8e-6]), np.array([-1.0, -1.0, -1.0, 0.0, 0.0])), 1e-4)
-    assert ", knocks of up to 10 µm at the tool die out, those of 31.6 µm and more settle at about 8 µm." in str(mixed)
+    assert str(beats).endswith("knocks of 1 µm to 100 µm at the tool stay between 20 µm and 40 µm.")
+    # One of two beginnings lasts.
+    start, rate = np.repeat(start, 2), np.tile([0.0, -1.0], 5)
+    mixed = seen(ended(start, np.tile([8e-6, 0.0], 5), rate), 1e-4)
+    assert str(mixed).endswith("knocks of 1 µm to 100 µm at the tool die out or last, at up to 8 µm, as they begin.")
+    # In no order of size.
+    wild = seen(ended(start, np.array([8e-6, 8e-6, 0, 0, 8e-6, 8e-6, 0, 0, 8e-6, 8e-6]), 0 * rate), 1e-4)
+    assert str(wild).endswith("knocks of 1 µm to 100 µm at the tool die out or last, at up to 8 µm, as they begin.")
+    # What grows and what shrinks meet between.
+    near = seen(ended(start[:4], np.array([2e-6, 2e-6, 2.5e-6, 2.5e-6]), np.array([0.5, 0.5, -0.5, -0.5])), 1e-4)
+    assert str(near).endswith("knocks of 1 µm to 100 µm at the tool stay between 2 µm and 2.5 µm.")
 
 
 @pytest.mark.thorough

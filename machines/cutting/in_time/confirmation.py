@@ -14,15 +14,16 @@ from ...model.machine import Machine
 from ..amplitude.amplitude_limits import Cycle
 from ..amplitude.fate import ABOUT, NEAR, Fate
 from ..amplitude.words import mm, um
-from .witness import Witness, witness
+from .witness import Witness, begun_in_every_way
 
-_LEFT = 0.9
 _STANDS = 0.02
 """Change of the logarithm of an amplitude over the simulated time below which it stands."""
 _GONE = 1e-3
 _SAME = 0.2
 """Share by which amplitudes of a settled chatter may differ and still be told as one."""
-_CLOSER, _LONGER = 4, 500
+_CLOSER, _LONGER, _FARTHER = 4, 500, 1.4
+"""Sizes, waves and the largest size of the second look, as shares and number: beyond what is known, since where
+another chatter takes over depends on how a vibration begins."""
 _MOST_DOFS, _MOST_ENDS = 150, 4
 _SLOW, _SLOWER = 1e-9, 1e-15
 """m/s; a force that is as different between two such speeds and their opposites jumps."""
@@ -32,13 +33,18 @@ _SLOW, _SLOWER = 1e-9, 1e-15
 class Ends:
     """Vibrations simulated side by side that end alike, from ``low`` to ``high`` (m).
 
-    At amplitudes between ``least`` and ``most`` (m): both 0 where they die out, inf where they leave what is known.
+    At amplitudes between ``least`` and ``most`` (m): 0 where they die out, inf where they leave what is known.
     """
 
     low: float
     high: float
     least: float
     most: float
+
+    def alike(self, other: Ends) -> bool:
+        """Whether both die out, last or leave, or both may do the same two of these."""
+        ends = ((self.least, other.least), (self.most, other.most))
+        return all((a == 0, np.isinf(a)) == (b == 0, np.isinf(b)) for a, b in ends)
 
     @property
     def words(self) -> str:
@@ -47,6 +53,11 @@ class Ends:
             return "die out"
         if np.isinf(self.least):
             return "grow beyond {reach}"
+        if self.least == 0:
+            ends = "grow beyond {reach}" if np.isinf(self.most) else f"last, at up to {um(self.most)}"
+            return f"die out or {ends}, as they begin"
+        if np.isinf(self.most):
+            return f"stay at {um(self.least)} or grow beyond {{reach}}, as they begin"
         if self.most < (1 + _SAME) * self.least:
             return f"settle at {um(float(np.sqrt(self.least * self.most)), True)}"
         return f"stay between {um(self.least)} and {um(self.most)}"
@@ -54,7 +65,7 @@ class Ends:
 
 @dataclass(frozen=True)
 class Seen:
-    """What became of vibrations in time at one speed (rpm) and depth (m); ``reach`` (m) is what was looked at."""
+    """What became of knocks in time at one speed (rpm) and depth (m); ``reach`` (m) is what was looked at."""
 
     speed: float
     depth: float
@@ -65,7 +76,7 @@ class Seen:
     def __str__(self) -> str:
         first, *rest = self.ends
         of = f"{um(first.low)} to {um(self.reach)}" if not rest else f"up to {um(first.high)}"
-        said = [f"{'knocks' if self.knocked else 'vibrations'} of {of} at the tool {first.words}"]
+        said = [f"knocks of {of} at the tool {first.words}"]
         for one in rest[:-1]:
             to = "" if one.high == one.low else f" to {um(one.high)}"
             said.append(f"those of {um(one.low)}{to} {one.words}")
@@ -74,36 +85,30 @@ class Seen:
         return f"In time, at {self.speed:g} rpm and {mm(self.depth)}, {told}."
 
     @property
-    def knocked(self) -> bool:
-        """Whether a vibration lasts of a size from which others die out: what it began with decides, not its size."""
-        return any(
-            0 < one.least < np.inf and other.most == 0 and other.low <= one.most <= other.high
-            for one in self.ends
-            for other in self.ends
-        )
-
-    @property
     def cycles(self) -> tuple[Cycle, ...]:
         """The vibrations that last, and the thresholds between those that die out and those that do not."""
         found = list[Cycle]()
         for i, one in enumerate(self.ends):
-            if i and (one.most == 0) != (self.ends[i - 1].most == 0):
+            if i and (one.least == 0) != (self.ends[i - 1].least == 0):
                 edge = float(np.sqrt(self.ends[i - 1].high * one.low))
                 found.append(Cycle(edge, self.frequency, stable=False))
             if 0 < one.most < np.inf:
-                found.append(Cycle(float(np.sqrt(one.least * one.most)), self.frequency, stable=True))
+                size = float(np.sqrt((one.least or one.most) * one.most))
+                found.append(Cycle(size, self.frequency, stable=True))
         return tuple(sorted(found, key=lambda one: one.amplitude))
 
 
 def denied(fate: Fate, found: Witness) -> bool:
     """Whether vibrations simulated in time end elsewhere than is told."""
     near = ABOUT if fate.milled else NEAR
+    # What grows for a while may settle below: the largest that were begun must have grown, too.
+    grown = bool(np.any(~(found.end <= found.start)[found.start == found.start[-1]]))
     for start, end, rate in zip(found.start, found.end, found.rate, strict=True):
         told, trend = fate.end(float(start)), float(rate) * found.duration
         if told == 0:
             fine = end < _GONE * start or trend < -_STANDS
         elif np.isinf(told):
-            fine = end > _LEFT * fate.reach or trend > _STANDS
+            fine = end > (1 + near) * fate.reach or (trend > _STANDS and grown)
         else:
             there = np.isfinite(end) and end > 0 and abs(np.log(end / told)) < near
             fine = there or (np.isfinite(end) and abs(trend) > _STANDS and (trend > 0) == (end < told))
@@ -113,26 +118,33 @@ def denied(fate: Fate, found: Witness) -> bool:
 
 
 def seen(found: Witness, reach: float) -> Seen:
-    """Simulated vibrations grouped by how they end."""
+    """Simulated vibrations grouped by how those of one size end, however they began."""
     start, end, trend = found.start, found.end, found.rate * found.duration
-    left = ~(end <= _LEFT * reach)
+    left = ~(end <= reach)
     gone = ~left & ((end < _GONE * start) | (end == 0))
-    stays = end[~left & ~gone & (np.abs(trend) <= _STANDS)]
+    lasts = ~left & ~gone
+    at = np.where(left, np.inf, np.where(gone, 0.0, end))
+    for i in np.flatnonzero(lasts & ~(np.abs(trend) <= _STANDS)):  # on its way
+        # It goes on to the next that stays or comes to meet it; not for ever where larger ones have shrunk.
+        if trend[i] > 0:
+            bounded = np.any(end[start > end[i]] < start[start > end[i]])
+            meets = end[lasts & (end > end[i] / (1 + _SAME)) & (trend < _STANDS)]
+            at[i] = np.min(meets, initial=np.max(end[lasts]) if bounded else np.inf)
+        else:
+            meets = end[lasts & (end < end[i] * (1 + _SAME)) & (trend > -_STANDS)]
+            at[i] = np.max(meets, initial=0.0)
     groups = list[Ends]()
-    for i, size in enumerate(start.tolist()):
-        if left[i] or gone[i]:
-            at = np.inf if left[i] else 0.0
-        elif abs(trend[i]) <= _STANDS:
-            at = float(end[i])
-        elif trend[i] > 0:  # on its way
-            at = float(np.min(stays[stays > end[i] / (1 + _SAME)], initial=np.inf))
-        else:
-            at = float(np.max(stays[stays < end[i] * (1 + _SAME)], initial=0.0))
+    for size in np.unique(start).tolist():
+        these = at[start == size]
+        one = Ends(size, size, float(np.min(these)), float(np.max(these)))
         last = groups[-1] if groups else None
-        if last is not None and (at == 0, np.isinf(at)) == (last.most == 0, np.isinf(last.most)):
-            groups[-1] = Ends(last.low, size, min(last.least, at), max(last.most, at))
+        if last is not None and last.alike(one):
+            groups[-1] = Ends(last.low, size, min(last.least, one.least), max(last.most, one.most))
         else:
-            groups.append(Ends(size, size, at, at))
+            groups.append(one)
+    if len(groups) > _MOST_ENDS:  # in no order of size
+        least, most = min(one.least for one in groups), max(one.most for one in groups)
+        groups = [Ends(float(start[0]), float(start[-1]), least, most)]
     return Seen(found.speed, found.depth, tuple(groups), reach, found.frequency)
 
 
@@ -140,21 +152,19 @@ def in_time(machine: Machine, fate: Fate, doubted: bool = False) -> Seen | None:
     """The cut in time where it denies a fate, or where that is ``doubted``; None where it bears it out.
 
     None, too, for machines that cannot be stepped, that have so many degrees of freedom that it takes minutes, or a
-    joint whose force jumps with the sign of its speed, which no step is short enough for; and where the ends of
-    vibrations follow no order of size.
+    joint whose force jumps with the sign of its speed, which no step is short enough for.
     """
     starts = fate.starts
     if not len(starts) or sum(len(c.dofs) for c in machine.components) > _MOST_DOFS or _jumps(machine):
         return None
     hertz = fate.hertz if np.isfinite(fate.hertz) else None
     try:
-        found = witness(machine, fate.speed, fate.depth, starts, rounds=1, frequency=hertz)
+        found = begun_in_every_way(machine, fate.speed, fate.depth, starts, hertz)
         if not doubted and not denied(fate, found):
             return None
-        closer = np.geomspace(starts[0], starts[-1], _CLOSER * len(starts))
-        found = witness(machine, fate.speed, fate.depth, closer, rounds=1, waves=_LONGER, frequency=hertz)
-        told = seen(found, fate.reach)
-        return told if len(told.ends) <= _MOST_ENDS else None
+        closer = np.geomspace(starts[0], _FARTHER * starts[-1], _CLOSER * len(starts))
+        found = begun_in_every_way(machine, fate.speed, fate.depth, closer, hertz, _LONGER)
+        return seen(found, fate.reach)
     except (CheckFailed, InputError):
         return None
 

@@ -6,20 +6,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from jointlib.arrays import Array, ArrayLike, ComplexArray
+from jointlib.arrays import Array, ArrayLike
 from jointlib.errors import InputError
 
 from ...indices import Mask
 from ...model.machine import Machine
 from ..amplitude.amplitude_limits import Cycle, amplitude_range
-from ..amplitude.chattering_tool import chattering_point
 from ..amplitude.frozen_lobes import frozen_lobes
 from ..amplitude.words import mm, story, um
 from ..process.cutting import Cutting
-from ..process.passes import Stretch, stretches
+from ..process.passes import stretches
+from .beginning import begins, ploughed, vibrating
 from .delay_simulation import Chip, Cut, Run, Surface, settled, simulate
 from .envelope import envelope, strongest_line
-from .moving_parts import MovingParts, moving_parts
 
 _WAVES = 250
 _STEPS = 60
@@ -134,6 +133,29 @@ def witness(
     )
 
 
+def begun_in_every_way(
+    machine: Machine, speed: float, depth: float, amplitude: Array, frequency: float | None = None, waves: int = _WAVES
+) -> Witness:
+    """As `witness`, each size as a vibration that went on before and as a knock over a smooth surface, side by side.
+
+    Near a flip both begin in two phases. Which chatter a cut settles on, where several last, depends on that.
+    """
+    cutting = Cutting(**dict(machine.cutting or {}))
+    hertz = frequency or _chatter(machine, speed, float(np.sqrt(amplitude[0] * amplitude[-1])))
+    sizes, smooth = np.repeat(amplitude, 2), np.tile([False, True], len(amplitude))
+    phases = (0.0, np.pi / 2) if _flips(cutting, speed, hertz) else (0.0,)
+    batches = [vibrate(machine, speed, depth, sizes, hertz, waves, phase=phase, smooth=smooth) for phase in phases]
+    start, end, rate, grows, lost = (
+        np.concatenate([getattr(one, name) for one in batches]) for name in ("start", "end", "rate", "grows", "lost")
+    )
+    order, first = np.argsort(start, kind="stable"), batches[0]
+    lasting = int(np.argmax(np.where(np.isfinite(first.end), first.end, 0.0)))
+    line = strongest_line(first.run, lasting, first.forced) if first.grows[lasting] else hertz
+    return Witness(
+        speed, depth, start[order], end[order], rate[order], grows[order], lost[order], line, (), first.run.duration
+    )
+
+
 @dataclass(frozen=True, eq=False)
 class Batch:
     """Vibrations simulated side by side, see `Witness`; ``typical`` is the amplitude in m that ``rate`` belongs to."""
@@ -160,17 +182,20 @@ def vibrate(
     steps: int = _STEPS,
     reach: float | None = None,
     phase: float = 0.0,
+    smooth: Mask | None = None,
 ) -> Batch:
     """Simulate one batch: ``depth`` in m may differ from motion to motion, and ``start`` holds their amplitudes in m.
 
     ``hertz`` is the frequency of the starting vibrations and ``phase`` in rad their angle at time 0; motions that
-    exceed ``reach`` (m) are stopped, by default at a hundred times the largest start.
+    exceed ``reach`` (m) are stopped, by default at a hundred times the largest start. Those that are ``smooth`` begin
+    as a knock does, over a surface without the waves of an earlier pass.
     """
     cutting = Cutting(**dict(machine.cutting or {}))
     axes = machine.tool_axes
-    parts, state, joints, tool = _vibrating(machine, cutting, hertz, start, phase)
+    parts, state, joints, tool = vibrating(machine, cutting, hertz, start, phase)
     cut = stretches(cutting, axes, speed, hertz * steps)
-    surfaces = [_ploughed(s, at, tool, hertz) for s, at in zip(cut, _begins(cut), strict=True)]
+    waved = tool if smooth is None else np.where(smooth, 0.0, tool)
+    surfaces = [ploughed(s, at, waved, hertz) for s, at in zip(cut, begins(cut), strict=True)]
     periods = max(8, int(np.ceil(waves * cutting.cuts_per_revolution * speed / 60 / hertz)))
     memories = parts.memories(joints, 2 * np.pi * hertz)
     chip = Chip(cutting.feed, cutting.exponent)
@@ -256,45 +281,3 @@ def _flips(cutting: Cutting, speed: float, hertz: float) -> bool:
     """Whether a vibration repeats every second tooth."""
     turns = hertz * 60 / speed / cutting.cuts_per_revolution
     return cutting.process == "milling" and abs(turns % 1 - 0.5) < _HALF_WAVE
-
-
-def _vibrating(
-    machine: Machine, cutting: Cutting, hertz: float, amplitude: Array, phase: float
-) -> tuple[MovingParts, Array, ComplexArray, ComplexArray]:
-    """The machine in harmonic motion at time 0 with each tool amplitude: its states, and phasors of joints and tool."""
-    omega = 2 * np.pi * hertz
-    points = [chattering_point(machine, cutting, hertz, float(A)) for A in amplitude]
-    middle = points[len(points) // 2][0].joint_amplitude[0]
-    parts = moving_parts(machine, middle, omega)
-    j = len(parts.rest)
-    states = []
-    for (point, direction), A in zip(points, amplitude, strict=True):
-        sizes = point.joint_amplitude[0][list(parts.index)]
-        gains = np.array(
-            [
-                complex(part.first_harmonic(max(a, 1e-12), omega).gain)
-                for part, a in zip(parts.rest, sizes, strict=True)
-            ],
-            dtype=complex,
-        )
-        phasor = parts.harmonic(omega, gains, direction)
-        tip = (parts.P @ phasor)[2 * j : 2 * j + parts.tool]
-        # With phase 0 the moment of the largest excursion is time 0.
-        states.append(phasor * A * np.exp(1j * phase) / tip[np.argmax(np.abs(tip))])
-    moving = np.stack(states, axis=1)
-    y = parts.P @ moving
-    return parts, moving.real.copy(), y[:j], y[2 * j : 2 * j + parts.tool]
-
-
-def _begins(cut: tuple[Stretch, ...]) -> Array:
-    lengths = np.array([s.steps * s.step for s in cut])
-    return np.asarray(np.cumsum(lengths) - lengths - np.sum(lengths))
-
-
-def _ploughed(stretch: Stretch, begins: float, tool: ComplexArray, hertz: float) -> Surface:
-    """Surface that the tool in harmonic motion left in the period before time 0."""
-    omega = 2 * np.pi * hertz
-    time = begins + stretch.step * np.arange(stretch.steps + 1)
-    turned = tool * np.exp(1j * omega * time)[:, None, None]
-    x, v = turned.real, (1j * omega * turned).real
-    return Surface.ploughed(stretch, x, v)
