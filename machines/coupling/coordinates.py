@@ -83,4 +83,9 @@ class Coordinates:
 
     def across(self, H: ComplexArray, slope: ComplexArray) -> ComplexArray:
         """H Tᵀ slope T for H (..., m, r), slope (..., nj, nj)."""
-        return np.asarray(H @ slope if self.complete else H @ (self.T.T @ slope @ self.T))
+        if self.complete:
+            return np.asarray(H @ slope)
+        # Complex on both sides, and rows of all points at once: else no product of whole matrices is taken.
+        T, (nj, r) = self.T.astype(complex), self.T.shape
+        right = (np.ascontiguousarray(slope).reshape(-1, nj) @ T).reshape(*slope.shape[:-1], r)
+        return np.asarray(H @ (np.ascontiguousarray(T.T) @ right))
