@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from jointlib.describing import DescribingFunction
     from jointlib.errors import CheckFailed, FrequencyMismatch, InputError, Outcome
+    from jointlib.estimation.estimate import estimate
     from jointlib.frf import FRF, ReceptanceKind
     from jointlib.identification import Identification, identify, restoring_force
     from jointlib.io.joint_file import read_joint, write_joint
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from jointlib.loop.answer.report import TraceReport, Verdict
     from jointlib.loop.trace import trace
     from jointlib.measurement import Measurement
+    from jointlib.modal_fit.fit import fit_modes
 
 _HOME = {
     "DescribingFunction": "describing",
@@ -30,6 +32,8 @@ _HOME = {
     "FRF": "frf",
     "ReceptanceKind": "frf",
     "Identification": "identification",
+    "estimate": "estimation.estimate",
+    "fit_modes": "modal_fit.fit",
     "identify": "identification",
     "restoring_force": "identification",
     "read_joint": "io.joint_file",
@@ -60,6 +64,8 @@ __all__ = [
     "ReceptanceKind",
     "TraceReport",
     "Verdict",
+    "estimate",
+    "fit_modes",
     "identify",
     "read_joint",
     "read_measurement",

@@ -261,6 +261,37 @@ def test_levels_are_responses_of_their_own(tmp_path: Path) -> None:
     ]
 
 
+def test_a_roving_hammer_over_several_files_gives_both_ways(tmp_path: Path) -> None:
+    """Hits at place 0 in two files and at place 1 in a third; the way from 0 to 1 is the way back."""
+    names = []
+    for k, drive in enumerate((0, 0, 1)):
+        rng = np.random.default_rng(20 + k)
+        fine = pulses(round(4.1 * RATE), RATE, [0.05, 1.06, 2.04, 3.07], [300.0, 280.0, 320.0, 260.0], 3e-3)
+        F, x = sampled(PART, fine, RATE, drive)
+        names.append(f"h{k}.npz")
+        write_record(tmp_path / names[-1], F + rng.normal(0, 0.1, F.shape), x + rng.normal(0, 0.05, x.shape))
+    text = declared("impact", RATE, names, 2, "[estimate]\nlength = 0.9\n")
+    text = text.replace('file = "h2.npz"', 'file = "h2.npz"\ndrive = "part.p1"').replace(
+        "sample_rate", "band = [10, 500]\nsample_rate"
+    )
+    (tmp_path / "m.toml").write_text(text)
+    found = estimate(read_measurement(tmp_path / "m.toml"))
+    assert [(f.response[-1], f.drive[-1], f.averages) for f in found.frfs] == [
+        ("0", "0", 8),
+        ("1", "0", 8),
+        ("0", "1", 4),
+        ("1", "1", 4),
+    ]
+    for f in found.frfs:
+        assert np.linalg.norm(f.value - truth(f)) < 0.01 * np.linalg.norm(f.value)
+    assert not any("reciprocal" in said for said in found.notes)
+    turned = text.replace('name = "x1"', 'name = "x1"\ngain = 1.3')
+    (tmp_path / "m.toml").write_text(turned)
+    assert any(
+        "expected reciprocal responses" in said for said in estimate(read_measurement(tmp_path / "m.toml")).notes
+    )
+
+
 def wrong(folder: Path, change: str) -> str:
     """What is said of a faulty record or file."""
     file = struck(folder, 9)

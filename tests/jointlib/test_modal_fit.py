@@ -15,6 +15,11 @@ from jointlib.modal_fit.lscf import poles_by_order
 from jointlib.modal_fit.poles import fit_poles
 from jointlib.modal_fit.responses import Responses
 from jointlib.modal_fit.stabilisation import chart_of
+from machines import stability_lobes
+from machines.components.modal import Modal
+from machines.cutting.process.cutting import Cutting
+from machines.measured_modes.modal_component import component_of
+from machines.tool.tool_model import ToolModel
 
 MACHINES = range(40)
 
@@ -89,14 +94,26 @@ def test_modes_of_a_random_machine_are_found_and_no_others(seed: int) -> None:
     assert 0.9 < found.scatter < 1.2
 
 
+def depths(frequency: np.ndarray, zeta: np.ndarray, shape: np.ndarray) -> np.ndarray:
+    """Limits of turning at the driven place over the speeds."""
+    tool = ToolModel.from_modes(frequency, zeta, np.ones(len(zeta)), shape[None], ("x",))
+    return stability_lobes(tool, Cutting("turning", specific=1e9), np.linspace(2000.0, 20000.0, 24), "turning").depth
+
+
 @pytest.mark.slow
-def test_modes_of_forty_random_machines() -> None:
+def test_modes_and_depths_of_forty_random_machines() -> None:
     total = np.zeros(4, dtype=int)
-    true = 0
+    true, off = 0, []
     for seed in MACHINES:
         modes, responses = random_machine(seed)
-        total += judged(modes, fit_modes(responses))
+        found = fit_modes(responses)
+        total += judged(modes, found)
         true += len(modes.frequency)
+        part = component_of(found, "part")
+        assert isinstance(part, Modal)
+        ours = depths(part.frequency, part.damping_ratio, part.shapes[0])
+        off.append(np.max(np.abs(ours / depths(modes.frequency, modes.damping_ratio, modes.shapes[0]) - 1)))
+    assert np.max(off) < 0.03
     count, good_f, good_z, none = total
     assert none == 0
     assert count >= 0.98 * true  # what noise hides cannot be found
@@ -128,6 +145,17 @@ def test_the_residual_modes_carry_what_lies_beyond_the_band() -> None:
     assert found.shape_fit is not None
     assert len(found.shape_fit.ends) == 2
     assert found.scatter < 1.3
+
+
+def test_a_free_body_keeps_its_mass_at_zero_hertz() -> None:
+    mass = 4.0
+    modes = Modes(np.array([1e-3, 500.0, 900.0]), np.full(3, 0.01), np.array([[mass**-0.5, 0.4, 0.5]]))
+    responses = measured(modes, np.arange(60.0, 1200.0, 1.0), ((0, 0),), 50, np.random.default_rng(6))
+    found = fit_modes(responses, free=True)
+    part = component_of(found, "body")
+    assert isinstance(part, Modal)
+    np.testing.assert_allclose(part.frequency, [500.0, 900.0, 0.0], rtol=1e-3)
+    assert 1 / part.shapes[0, 2] ** 2 == pytest.approx(mass, rel=0.01)
 
 
 def test_two_columns_tell_two_modes_at_one_frequency_apart() -> None:
