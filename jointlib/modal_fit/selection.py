@@ -65,9 +65,9 @@ def scale(responses: Responses, fit: PoleFit) -> float:
     return max(1.0, fit.misfit / max(free, 1))
 
 
-def _dropped(responses: Responses, fit: PoleFit, k: int, ends: Ends) -> PoleFit:
+def _dropped(responses: Responses, fit: PoleFit, k: int, ends: Ends, rounds: int = _ROUNDS) -> PoleFit:
     keep = np.arange(len(fit.omega)) != k
-    return fit_poles(responses, fit.omega[keep], fit.decay[keep], ends, _ROUNDS)
+    return fit_poles(responses, fit.omega[keep], fit.decay[keep], ends, rounds)
 
 
 def _without_needless(responses: Responses, fit: PoleFit, ends: Ends) -> PoleFit:
@@ -87,7 +87,9 @@ def _without_needless(responses: Responses, fit: PoleFit, ends: Ends) -> PoleFit
             and float(f"{fit.omega[k]:.5g}") not in cleared
         ]
         for k in doubtful:
-            tried = _dropped(responses, fit, k, ends)
+            tried = _dropped(responses, fit, k, ends, 2)
+            if tried.misfit - fit.misfit < _CLEAR * limit:  # else more rounds would not make up for it
+                tried = _dropped(responses, fit, k, ends)
             if tried.misfit - fit.misfit < limit:
                 fit = tried
                 break
