@@ -5,11 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from jointlib.errors import InputError
 from jointlib.lab.clock import CLOCK, DATE
 from jointlib.lab.header import count_matches
-from jointlib.lab.numerals import EVERY, LOOSE, Numerals
+from jointlib.lab.numerals import BLANKS, EVERY, LOOSE, Numerals
 from jointlib.lab.separator import Separator, candidates
 
 _HEAD, _TAIL = 400, 60
@@ -86,16 +87,66 @@ def decide(lines: list[str], told: Told, begin: int = 0, every: bool = False) ->
         return decide(lines, told, begin, every=True)
     if len(left) > 1:
         raise Undecided(left, _first_difference(left, lines))
+    other = in_two_meanings(left[0], [lines[i] for i in sample], told) if clean else None
+    if other is not None:
+        if not every and len(lines) > len(sample):
+            return decide(lines, told, begin, every=True)
+        raise Undecided((left[0], other), left[0].start)
     return left[0]
 
 
+_WHOLE = re.compile(rf"[+-]?(?:\d+|[1-9]\d{{0,2}}(?:[.'{BLANKS}]\d{{3}})+)")
+_DIGITS = re.compile(r"\d+(?:[eE][+-]?\d+)?")
+_HEAD_GROUP, _GROUP = re.compile(r"[+-]?[1-9]\d{0,2}"), re.compile(r"\d{3}(?:[.,]\d*)?")
+_PADDED = re.compile(r"0\d+(?:[eE][+-]?\d+)?")
+
+
+def in_two_meanings(reading: Reading, lines: Sequence[str], told: Told) -> Reading | None:
+    """Another reading, where commas or blanks between columns may as well stand inside the numbers of one.
+
+    So it is where every row has a whole number that is followed by digits alone. Names above both speak against it,
+    digits that begin with 0 for it.
+    """
+    mark = reading.separator.mark
+    if reading.separator != Separator(mark) or mark not in (",", " ") or told.separator is not None:
+        return None
+    rows = [list(pairwise(reading.row(line))) for line in lines]
+    padded = any(_WHOLE.fullmatch(a) and _PADDED.fullmatch(b) for row in rows for a, b in row)
+    if mark == "," and told.decimal is None and (padded or not reading.named):
+        found = [_first(row, _WHOLE, _DIGITS) for row in rows]
+        numerals = next((n for n in EVERY if n.decimal == "," and _elsewhere(n, rows)), None)
+        if None not in found and numerals is not None:
+            return _joined(reading, found[0] or 0, numerals)
+    found = [] if reading.named else [_first(row, _HEAD_GROUP, _GROUP) for row in rows]
+    if found and None not in found:
+        numerals = Numerals("." if mark == "," else reading.numerals.decimal, mark)
+        return _joined(reading, found[0] or 0, numerals) if _elsewhere(numerals, rows) else None
+    return None
+
+
+def _elsewhere(numerals: Numerals, rows: Sequence[Sequence[tuple[str, str]]]) -> bool:
+    """Whether each cell by itself may be a piece of a number that is written so."""
+    fits = numerals.pattern.fullmatch
+    pieces = {cell for row in rows for pair in row for cell in pair if cell}
+    return all(fits(cell) or _GROUP.fullmatch(cell) or _DIGITS.fullmatch(cell) for cell in pieces)
+
+
+def _first(row: Sequence[tuple[str, str]], one: re.Pattern[str], other: re.Pattern[str]) -> int | None:
+    """Where in a row two neighbours are first of these forms."""
+    return next((j for j, (a, b) in enumerate(row) if one.fullmatch(a) and other.fullmatch(b)), None)
+
+
+def _joined(reading: Reading, j: int, numerals: Numerals) -> Reading:
+    kinds = reading.kinds[:j] + reading.kinds[j + 1 :]
+    return Reading(Separator(reading.separator.mark, joined=j), numerals, reading.start, kinds, False)
+
+
 def _by_header(found: list[Reading], told: Told) -> list[Reading]:
-    """Those that the row of names agrees with; commas in two meanings are not believed for that alone."""
-    named = [r for r in found if r.named]
-    commas = [r for r in named if r.separator.pairs or (not r.separator.mark and r.numerals.decimal == ",")]
-    if named and (told.separator is not None or told.decimal is not None or len(commas) < len(named)):
-        return [r for r in named if r not in commas] or named
-    return found
+    """Those that the row of names agrees with; one name for one column, or commas in two meanings, prove nothing."""
+    named = [r for r in found if r.named and r.separator.mark and not r.separator.pairs]
+    if not named and told.separator is not None:
+        named = [r for r in found if r.named]
+    return named or found
 
 
 def _least_mixed(found: list[Reading]) -> list[Reading]:

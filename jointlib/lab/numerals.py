@@ -55,6 +55,11 @@ class Numerals:
         return float("nan") if "#" in text else float(text)
 
     @property
+    def marks(self) -> str:
+        """All marks inside a number."""
+        return self.decimal + self.thousands
+
+    @property
     def words(self) -> str:
         """As a message tells it."""
         mark = "decimal comma" if self.decimal == "," else "decimal point"

@@ -25,16 +25,23 @@ class Separator:
     pairs: bool = False
     spaced: bool = False
     """The comma is followed by a blank, and those without are decimal."""
+    joined: int | None = None
+    """A column that is one number with the next, the mark between them being a part of it."""
 
     def cells(self, line: str) -> list[str]:
         """The cells of a row."""
         if self.quoted:
             return [cell.strip() for cell in next(csv.reader([line], delimiter=self.mark, skipinitialspace=True), [])]
         if self.mark == " ":
-            return re.split(r"[ \t]+", line.strip(" \t"))
+            found = re.split(r"[ \t]+", line.strip(" \t"))
+            if self.joined is not None:
+                found[self.joined : self.joined + 2] = [" ".join(found[self.joined : self.joined + 2])]
+            return found
         if not self.mark:
-            return [line.strip()]
+            return [line.strip().strip('"').strip()]
         pieces = line.split(", " if self.spaced else self.mark)
+        if self.joined is not None:
+            pieces[self.joined : self.joined + 2] = [self.mark.join(pieces[self.joined : self.joined + 2])]
         if self.pairs:
             return [",".join(pieces[i : i + 2]).strip() for i in range(0, len(pieces), 2)]
         return [piece.strip() for piece in pieces]
@@ -43,7 +50,9 @@ class Separator:
         """Whether numbers may be written so between such marks."""
         if self.quoted or not self.mark:
             return True
-        if self.pairs or self.spaced:
+        if self.spaced:
+            return "," in numerals.marks
+        if self.pairs:
             return numerals == Numerals(",")
         return self.mark not in (numerals.decimal, numerals.thousands)
 

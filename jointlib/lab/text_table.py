@@ -13,7 +13,7 @@ import numpy as np
 
 from jointlib.arrays import Array
 from jointlib.errors import InputError
-from jointlib.lab.clock import seconds
+from jointlib.lab.clock import DATE, seconds
 from jointlib.lab.dialect import Reading, Told, Undecided, decide
 from jointlib.lab.encoding import text_of
 from jointlib.lab.header import Header, header_above
@@ -165,6 +165,7 @@ class _Rows:
         return self._numbers[index] + 1
 
     def _made(self, reading: Reading, columns: list[Array]) -> TextTable:
+        self._refuse_row_above(reading)
         header, first = self._header(reading)
         every = header.names if header else tuple(f"column {k}" for k in range(1, reading.count + 1))
         units = header.units if header else ("",) * reading.count
@@ -193,6 +194,13 @@ class _Rows:
         if header is None:
             self._refuse_names(reading)
         return header, header.line if header else start
+
+    def _refuse_row_above(self, reading: Reading) -> None:
+        """Refuse a row of numbers above the first one that is unlike it, and would be lost."""
+        above = self._lines[reading.start - 1] if reading.start > self._below else ""
+        first = reading.separator.cells(above)[0] if above else ""
+        if LOOSE.fullmatch(first) and not DATE.fullmatch(first):
+            self._refuse(reading, -1)
 
     def _refuse_names(self, reading: Reading) -> None:
         """Refuse a row above the numbers that seems to name columns, but not as many as there are."""

@@ -33,6 +33,10 @@ def _words(reading: Reading) -> str:
 
 def _keys(reading: Reading, others: Sequence[Reading]) -> str:
     """The keys of ``[text]`` that only this reading agrees with."""
+    if reading.separator.joined is not None:
+        return "write the table with another separator"
+    if any(r.separator.joined is not None for r in others):
+        return f'[text] separator = "{reading.separator.mark.replace(" ", "blank")}"'
     word = next(word for word, mark in TOLD.items() if mark == reading.separator.mark)
     keys = []
     if len({r.separator.mark for r in others}) > 1:

@@ -180,7 +180,7 @@ def test_a_wrong_declaration_gets_one_sentence(rig: Path, old: str, new: str, sa
         ("a1,a2,P\n", "has a header but no samples"),
         ("a1,a2,P\n1,2,3\n4,nan,6\n", "column 'a2' row 1 is nan"),
         ("a1,a2,P\n1,2,3\n4,x,6\n", "expected 3 numbers a row"),
-        ("1,2,3\n4,5,6\n", "expected a header row with channel names"),
+        ("1.5,2,3\n4,5.5,6\n", "expected a header row with channel names"),
         ("a1,a1,P\n1,2,3\n", "a column name stands twice"),
     ],
 )

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
+import random
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-
-BOMS = {"utf-8-sig": b"", "utf-16": b"", "utf-8": b"", "latin-1": b"", "cp1252": b"", "utf-16-le": b"\xff\xfe"}
 
 
 @dataclass(frozen=True)
@@ -68,3 +67,31 @@ class Style:
     def save(self, path: Path, names: Sequence[str], units: Sequence[str], rows: Sequence[Sequence[float]]) -> Path:
         path.write_bytes(self.table(names, units, rows))
         return path
+
+
+FORMS = (".0f", ".1f", ".2f", ".3f", ".6f", ".3e", "g", ".12g")
+
+
+def odd_table(rng: random.Random) -> tuple[str, list[list[float]]]:
+    """A table as nobody should write it: any mark as separator, in numbers and between thousands; and its numbers.
+
+    Columns have digits of their own; names are missing, and what stands above looks like numbers. No more than that:
+    blanks between both columns and thousands tell nobody which is which.
+    """
+    separator = rng.choice([",", ";", "\t", " ", "|", ", ", "; ", "  "])
+    decimal, thousands = rng.choice(".,"), rng.choice(["", "", "", ",", ".", " ", "'"])
+    if thousands == decimal or (thousands == " " and separator.strip(" ") == ""):
+        thousands = ""
+    style = Style(separator, decimal, thousands, quoted=rng.random() < 0.2 and separator.strip() != "")
+    columns = [(rng.choice(FORMS), 10 ** rng.uniform(-2, 6)) for _ in range(rng.randint(1, 5))]
+    texts, numbers = [], []
+    for i in range(rng.choice([1, 2, 3, 5, 20, 600])):
+        row = [(f, rng.choice([1, 1, 1, -1]) * rng.random() * size * (rng.random() < 0.95)) for f, size in columns]
+        if rng.random() < 0.3:
+            row[0] = ".3f", i / 1000
+        styles = [(replace(style, form=form), value) for form, value in row]
+        texts.append(style.row([one.number(value) for one, value in styles]))
+        numbers.append([one.read_back(value) for one, value in styles])
+    head = [] if rng.random() < 0.3 else [separator.join(("t", "acc", "F", "pos", "x")[: len(columns)])]
+    above = rng.choice([[], ["note"], ["Rate;51200", "Operator;M"], ["1;2", "3,5"]]) if head else []
+    return "\n".join([*above, *head, *texts]) + "\n", numbers
