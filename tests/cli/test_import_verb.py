@@ -123,6 +123,36 @@ def test_the_kind_that_signals_tell(
     assert read_measurement(tmp_path / "m.measurement.toml").kind == kind
 
 
+def test_taps_of_a_hammer_become_an_impact_test_that_can_be_estimated(tmp_path: Path) -> None:
+    """Three hits on an oscillator of 5 kg at 180 Hz, 2 % damped, its acceleration by the difference of its motion."""
+    step = 1 / 4096
+    time = np.arange(12288) * step
+    force = np.zeros_like(time)
+    for first in (2048, 6144, 9421):
+        force[first : first + 12] = 300 * np.sin(np.pi * np.arange(12) / 12)
+    omega, damping = 2 * np.pi * 180, 0.02
+    kernel = np.exp(-damping * omega * time) * np.sin(omega * np.sqrt(1 - damping**2) * time) / (5 * omega)
+    motion = np.convolve(force, kernel)[: len(time)] * step
+    acceleration = np.gradient(np.gradient(motion, step), step) / 9.80665
+    rng = np.random.default_rng(1)
+    noisy = force + 0.02 * rng.normal(size=len(time)), acceleration + 1e-3 * rng.normal(size=len(time))
+    record = saved(tmp_path / "taps.csv", "Zeit [s];Hammer [N];acc tip y [g]", *noisy, time=time)
+    told = imported(
+        tmp_path, f"{record} --set channel.acc_tip_y.dof=tool.y --set channel.hammer.dof=tool.y --json"
+    ).json
+    assert (told["kind"], told["sample_rate"]) == ("impact", 4096.0)
+    assert [said.partition(" = ")[0] for said in told["guesses"]] == ["kind"]
+    tip = tmp_path / "tip.measurement.toml"
+    done = jointlib(f"estimate {tmp_path / 'm.measurement.toml'} -o {tip} --json")
+    assert done.status == 0, done
+    (found,) = done.json["frfs"]
+    assert (found["drive"], found["response"]) == ("tool.y", "tool.y")
+    lines = np.loadtxt(next(tmp_path.glob("tip_*.csv")), delimiter=",", skiprows=1)
+    assert lines[np.argmax(np.abs(lines[:, 1] + 1j * lines[:, 2]) * (lines[:, 0] > 100)), 0] == pytest.approx(
+        180, abs=2
+    )
+
+
 def test_responses_of_a_universal_file_become_records(tmp_path: Path) -> None:
     import pyuff
 
