@@ -23,9 +23,9 @@ from jointlib.estimation.result import EstimatedFRF
 from jointlib.frf import Quantity
 from jointlib.modal_fit.basis import Cut, Ends, modal
 from jointlib.modal_fit.lscf import poles_by_order
-from jointlib.modal_fit.poles import PoleFit
+from jointlib.modal_fit.poles import PoleFit, fit_poles
 from jointlib.modal_fit.responses import Responses
-from jointlib.modal_fit.selection import scale, selected
+from jointlib.modal_fit.selection import DOUBT, SHARE, chosen, scale
 from jointlib.modal_fit.stabilisation import chart_of
 
 _ORDER = 40
@@ -38,7 +38,8 @@ def taken_off(frf: EstimatedFRF, shift: float, cut: float) -> tuple[EstimatedFRF
     after the force, and what was done in a sentence.
 
     The variance holds the errors of the modes; as those move many lines at once, errors of lines near a resonance are
-    no longer independent of each other.
+    no longer independent of each other. Under a window even the errors of the measured lines are not, so the variance
+    is larger than that of a line by as many lines as err together: what is fitted to all of them has the right errors.
     """
     s = np.asarray(2j * np.pi * frf.frequency)
     order = (Quantity.RECEPTANCE, Quantity.MOBILITY, Quantity.ACCELERANCE).index(frf.quantity)
@@ -51,7 +52,13 @@ def taken_off(frf: EstimatedFRF, shift: float, cut: float) -> tuple[EstimatedFRF
     if frf.drive != frf.response:  # the sign of a residue is free
         responses = replace(responses, pairs=((0, 1),), dofs=(frf.response, frf.drive))
     ends = Ends.of(frf.frequency)
-    fit = selected(responses, chart_of(poles_by_order(responses, min(_ORDER, len(H) // 3))), ends)
+    # Under the window neighbouring lines err together, so that many of them tell no more than few.
+    alike = _lines_alike(shift * cut)
+    responses = replace(responses, deviation=np.sqrt(alike) * responses.deviation)
+    chart = chart_of(poles_by_order(responses, min(_ORDER, len(H) // 3)))
+    fit, ends = chosen(responses.doubted(DOUBT * SHARE), chart, ends)
+    responses = responses.doubted(SHARE)
+    fit = fit_poles(responses, fit.omega, fit.decay, ends)
     back = fit.value(s, ends)[0] - fit.value(responses.s, ends, ending)[0]
     per = s**order
     variance = frf.variance
@@ -71,6 +78,11 @@ def taken_off(frf: EstimatedFRF, shift: float, cut: float) -> tuple[EstimatedFRF
         )
     many = f"the {len(fit.omega)} modes" if len(fit.omega) > 1 else "the one mode"
     return added, f"{frf.name}: {did}; it is taken off by {many} seen."
+
+
+def _lines_alike(decades: float) -> float:
+    """Lines that share one error under a window e^(−t/T) of so many T: L·Σw²/(Σw)², 1 without a window."""
+    return float(max(1.0, decades / 2 / np.tanh(decades / 2))) if decades > 0 else 1.0
 
 
 def _variance(responses: Responses, fit: PoleFit, s: ComplexArray) -> Array:

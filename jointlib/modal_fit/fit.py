@@ -11,15 +11,14 @@ from jointlib.errors import InputError
 from jointlib.modal_fit.basis import Ends
 from jointlib.modal_fit.fitted_modes import FittedModes
 from jointlib.modal_fit.lscf import poles_by_order
-from jointlib.modal_fit.poles import PoleFit
+from jointlib.modal_fit.poles import PoleFit, fit_poles
 from jointlib.modal_fit.responses import Responses
-from jointlib.modal_fit.selection import placed_ends, scale, selected, threshold
+from jointlib.modal_fit.selection import DOUBT, SHARE, chosen, scale, threshold
 from jointlib.modal_fit.shapes import ShapeFit, first_shapes, fit_shapes, needed_beyond, promised_by_complex
 from jointlib.modal_fit.stabilisation import Chart, chart_of
 
 HIGHEST = 40
 """Model order up to which the chart goes."""
-SHARE = 1e-3
 _COMPLEX = 0.02
 """Imaginary over real part of a shape below which it counts as real."""
 
@@ -43,28 +42,28 @@ def fit_modes(
     share
         Of |H|, which no deviation is taken to be below: errors that neighbouring lines have in common, as of noise in a
         short force window, are not averaged by many lines. Such an error that turns over a half-power width moves the
-        frequency by share·ζ·f and the damping by share·ζ, which the standard errors hold.
+        frequency by share·ζ·f and the damping by share·ζ, which the standard errors hold. What is a mode is decided at
+        five times as much.
     """
-    responses = replace(responses, deviation=np.hypot(responses.deviation, share * np.abs(responses.value)))
     if len(responses.frequency) < 8:
         raise InputError(f"modes: {len(responses.frequency)} lines, expected at least 8")
+    known, doubted = responses.doubted(share), responses.doubted(DOUBT * share)
     ends = Ends.of(responses.frequency, free)
     order = max(2, min(highest, len(responses.frequency) // 3))
-    chart = chart_of(poles_by_order(responses, order))
-    poles = selected(responses, chart, ends, most)
-    placed, ends = placed_ends(responses, poles, ends)
-    if placed is not poles:
-        poles = selected(responses, chart, ends, most)
+    chart = chart_of(poles_by_order(known, order))
+    poles, ends = chosen(doubted, chart, ends, most)
     notes: list[str] = []
-    shaped = _shaped(responses, poles, ends, notes)
+    shaped = _shaped(doubted, poles, ends, notes)
     if shaped is not None:
-        return _result(responses, chart, shaped, notes, share)
+        shaped = fit_shapes(
+            known, shaped.omega, shaped.decay, shaped.shapes, shaped.beyond, shaped.ends, shaped.is_complex
+        )
+        return _result(known, chart, shaped, notes, share)
     notes.append(
-        "no driving point among the responses, so the size of the shapes is not known; expected a response at a "
-        "place to "
-        "a force on it"
+        "no driving point among the responses, so the size of the shapes is not known; expected a response at a place "
+        "to a force on it"
     )
-    return _poles_alone(responses, chart, poles, ends, notes, share)
+    return _poles_alone(known, chart, fit_poles(known, poles.omega, poles.decay, ends), ends, notes, share)
 
 
 def _shaped(responses: Responses, poles: PoleFit, ends: Ends, notes: list[str]) -> ShapeFit | None:

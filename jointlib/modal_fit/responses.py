@@ -73,6 +73,10 @@ class Responses:
         """Real numbers that were measured."""
         return 2 * self.value.size
 
+    def doubted(self, share: float) -> Responses:
+        """With no deviation below a share of the value."""
+        return replace(self, deviation=np.hypot(self.deviation, share * np.abs(self.value)))
+
     def within(self, low: float, high: float) -> Responses:
         """The lines between two frequencies in Hz."""
         kept = (self.frequency >= low) & (self.frequency <= high)

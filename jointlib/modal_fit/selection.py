@@ -26,6 +26,8 @@ _UNKNOWN = 0.5
 _SHARP = 1e-3
 """Half-power half-width over the distance of lines below which a mode is a single line."""
 _START = 24
+_MOST = 80
+"""Modes of one fit at most."""
 _DAMPINGS = (0.003, 0.01, 0.03)
 _ROUNDS = 12
 _WIDTHS = (5, 21)
@@ -45,18 +47,28 @@ def selected(responses: Responses, chart: Chart, ends: Ends, most: int | None = 
     """Modes from the gatherings of a chart, refined together, without what is not needed, and what the chart missed."""
     seeds = [g.pole for g in chart.gatherings[:_START]]
     omega, decay = np.array([abs(p) for p in seeds]), np.array([-p.real for p in seeds])
-    decay = np.maximum(decay - responses.shift, 1e-4 * omega)
-    fit = _without_needless(responses, fit_poles(responses, omega, decay, ends, _ROUNDS), ends)
-    while True:
-        more = _with_missing(responses, fit, ends)
-        if more is None:
-            break
-        fit = more
-    fit = _without_needless(responses, fit_poles(responses, fit.omega, fit.decay, ends), ends)
+    fit = fit_poles(responses, omega, np.maximum(decay, 1e-4 * omega), ends, _ROUNDS)
+    for _ in range(2):  # what is needless can be told only once nothing is missing
+        while len(fit.omega) < _MOST and (more := _with_missing(responses, fit, ends)) is not None:
+            fit = more
+        fit = _without_needless(responses, fit_poles(responses, fit.omega, fit.decay, ends), ends)
     if most is not None:
         while len(fit.omega) > most:
             fit = _dropped(responses, fit, int(np.argmin(fit.strength)), ends)
     return _in_order(fit)
+
+
+SHARE = 1e-3
+"""Of |H|, below which no error of a line is taken to be; see `jointlib.modal_fit.fit.fit_modes`."""
+DOUBT = 5.0
+"""Times that, where it is decided what a mode is: an error that a hundred lines share looks like one."""
+
+
+def chosen(responses: Responses, chart: Chart, ends: Ends, most: int | None = None) -> tuple[PoleFit, Ends]:
+    """`selected` modes, and residual modes where the lines tell that they are."""
+    poles = selected(responses, chart, ends, most)
+    placed, where = placed_ends(responses, poles, ends)
+    return (poles, ends) if placed is poles else (selected(responses, chart, where, most), where)
 
 
 def scale(responses: Responses, fit: PoleFit) -> float:
@@ -99,12 +111,13 @@ def _without_needless(responses: Responses, fit: PoleFit, ends: Ends) -> PoleFit
     return fit
 
 
-def _impossible(responses: Responses, fit: PoleFit) -> Index:
-    """Modes outside the band, with too much or unknown damping, or that yield energy at every driving point."""
+def _impossible(responses: Responses, fit: PoleFit, settled: bool = True) -> Index:
+    """Modes outside the band, with too much damping, or that yield energy at every driving point; and where all are
+    found (``settled``) those of whose damping nothing is known."""
     low, high = 2 * np.pi * responses.frequency[0], 2 * np.pi * responses.frequency[-1]
     margin = _OUTSIDE * (high - low)
     bad = (fit.decay > _HEAVY * fit.omega) | (fit.omega < low - margin) | (fit.omega > high + margin)
-    unknown = np.diag(fit.covariance)[len(fit.omega) :] * scale(responses, fit) > _UNKNOWN
+    unknown = np.diag(fit.covariance)[len(fit.omega) :] * (scale(responses, fit) if settled else 0.0) > _UNKNOWN
     step = 2 * np.pi * float(np.min(np.diff(responses.frequency)))
     bad |= unknown | (fit.decay < _SHARP * step)
     driving = [k for k, (o, i) in enumerate(responses.pairs) if o == i]
@@ -139,7 +152,7 @@ def _with_missing(responses: Responses, fit: PoleFit, ends: Ends) -> PoleFit | N
     if best is None:
         return None
     best = fit_poles(responses, best.omega, best.decay, ends, _ROUNDS)
-    sound = not len(_impossible(responses, best))
+    sound = not len(_impossible(responses, best, settled=False))
     return best if sound and fit.misfit - best.misfit > limit * scale(responses, best) else None
 
 
