@@ -135,8 +135,9 @@ def _measurement(file: Path) -> list[str]:
     if m.carriage is not None:
         lines.append(f"moving mass: {'to be identified' if m.carriage.value is None else f'{m.carriage.value:g} kg'}")
     lines += [
-        f"channel {c.name}: {c.quantity}{f' of {c.body}' if c.body else ''} in {c.unit}, "
-        f"times {c.factor:g} gives {c.si_unit}"
+        f"channel {c.name}{f' (column {c.column!r})' if c.column not in (None, c.name) else ''}: "
+        f"{c.quantity}{f' of {c.body}' if c.body else ''} in {c.unit}, times {c.factor:g} "
+        f"{f'and {c.offset:g} more ' if c.offset else ''}gives {c.si_unit}"
         for c in m.channels
     ]
     for c in m.corrections:

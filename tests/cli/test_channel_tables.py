@@ -120,6 +120,14 @@ def test_a_rig_knows_its_channels_by_role(tmp_path: Path) -> None:
     assert measurement.corrections[0].channel == "a2"
 
 
+def test_inspect_tells_the_column_of_a_channel_and_what_is_done_to_it(tmp_path: Path) -> None:
+    (tmp_path / "r.csv").write_text("t [s];acc front [g];acc back [g];T\n0,000;0,5;1;20,5\n0,001;0,25;2;21\n")
+    warm = '[[channel]]\nname = "T"\nquantity = "temperature"\nunit = "degC"\n'
+    done = jointlib(["inspect", str(written(tmp_path, RIG + warm + RECORD))])
+    assert "channel a2 (column 'acc back [g]'): acceleration of rail in g, times -9.80665 gives m/s^2" in done.out
+    assert "channel T: temperature in degC, times 1 and 273.15 more gives K" in done.out
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
