@@ -90,7 +90,7 @@ _OF = {
 _FREQUENCY = {"hz": "Hz", "khz": "kHz"}
 _OTHER = {"-", "1", "%", "rad", "deg", "°", "rpm", "1/min", "bar", "pa", "mpa", "kpa", "nm/rad", "a", "ma", "dim", "pc"}
 _BRACKETS = re.compile(r"\[([^\[\]]*)\]|\(([^()]*)\)")
-_IN = re.compile(r"(?:\s+in\s+|\s*/\s*|_)\(?([^\s()/]+(?:/[^\s()]+)?)\)?$")
+_IN = re.compile(r"(?:\s+in\s+|\s*/\s*)\(?([^\s()/]+(?:/[^\s()]+)?)\)?$")
 
 
 def unit_of(text: str) -> str | None:

@@ -178,6 +178,25 @@ def test_responses_of_a_universal_file_become_records(tmp_path: Path) -> None:
     ]
 
 
+def test_a_unit_at_the_end_of_a_heading_is_a_guess_where_the_heading_speaks_of_it(tmp_path: Path) -> None:
+    signals = {"t_s": TIME, "disp_in": NOISE[0], "force1_lb": NOISE[1], "vel_in_per_s": NOISE[2], "force_in": NOISE[3]}
+    np.savez(tmp_path / "r.npz", **signals)
+    told = imported(tmp_path, f"{tmp_path / 'r.npz'} --kind path --json").json
+    assert told["sample_rate"] == RATE
+    units = {c["column"]: (c["quantity"], c["unit"]) for c in told["channels"]}
+    assert units["disp_in"] == ("displacement", "in")
+    assert units["force1_lb"] == ("force", "lbf")
+    assert units["vel_in_per_s"] == ("velocity", "m/s")
+    assert units["force_in"] == ("force", "N")
+    assert (
+        "channel.disp_in.unit = 'in' is a guess: the heading ends in 'in'; --set channel.disp_in.unit=um"
+        in told["guesses"]
+    )
+    assert any(
+        said.startswith("channel.force_in.unit = 'N' is a guess: the file says no unit") for said in told["guesses"]
+    )
+
+
 def test_a_file_that_somebody_changed_is_not_replaced(tmp_path: Path) -> None:
     record = saved(tmp_path / "r.csv", "t [s];z [mm];F [N]", NOISE[0], NOISE[1])
     file = tmp_path / "m.measurement.toml"

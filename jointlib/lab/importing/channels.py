@@ -10,7 +10,7 @@ import numpy as np
 from jointlib.arrays import Array
 from jointlib.errors import InputError, nearest
 from jointlib.lab.importing.draft import Draft, Noted, Table
-from jointlib.lab.importing.signals import by_name, by_unit, identifier
+from jointlib.lab.importing.signals import by_name, by_unit, ending_unit, identifier
 from jointlib.lab.lab_file import Column, LabFile
 from jointlib.lab.unit_words import quantity_of, unit_of
 from jointlib.units import number_and_unit
@@ -110,6 +110,9 @@ def _channel(draft: Draft, name: str, column: Column, unit: str, said: Mapping[s
     if unit and known is None and not said:
         draft.guesses.append(f"column {column.name!r} is in {unit!r}, which no channel is read in, and is left out")
         return None
+    ending = "" if unit else ending_unit(column.name)
+    if ending and "quantity" not in said:
+        quantity = by_name(column.name.rpartition("_")[0])
     if quantity is None and "quantity" not in said:
         guessed = of_name if of_name in SI and of_name != "time" else "voltage"
         why = (
@@ -123,7 +126,12 @@ def _channel(draft: Draft, name: str, column: Column, unit: str, said: Mapping[s
         quantity = str(said.get("quantity", quantity))
         table["quantity"] = Noted(quantity)
     if sensitivity is None:
-        _unit(draft, table, at, unit, known, quantity, said)
+        if ending and "unit" not in said:
+            draft.guess(
+                table, "unit", _written(unit_of(ending) or ""), f"the heading ends in {ending!r}", f"{at}.unit=um"
+            )
+        else:
+            _unit(draft, table, at, unit, known, quantity, said)
     if quantity == "voltage" and of_name in ("acceleration", "force", "displacement", "velocity") and not said:
         like = {"acceleration": "100 mV/g", "force": "2.3 mV/N"}.get(of_name, "10 V/mm")
         draft.guesses.append(f"channel {name!r} is in volts: its sensor is said by --set {at}.sensitivity='{like}'")

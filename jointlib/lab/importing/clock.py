@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from jointlib.arrays import Array
 from jointlib.errors import InputError
 from jointlib.lab.importing.preamble import rates_above
-from jointlib.lab.importing.signals import by_name, by_unit
+from jointlib.lab.importing.signals import by_name, by_unit, ending_unit
 from jointlib.lab.lab_file import Column, LabFile
 from jointlib.lab.numerals import Numerals
 from jointlib.lab.sampling import rate_of_times, rounded_rate
@@ -38,7 +38,7 @@ def clock_of(file: LabFile, units: Mapping[str, str], said: float | None = None)
     told: list[tuple[float, str]] = []
     assumed = ""
     if column is not None:
-        unit = unit_of(units.get(name, "") or column.unit) or ""
+        unit = unit_of(units.get(name, "") or column.unit or ending_unit(name)) or ""
         is_clock = file.table is not None and name in file.table.clocks
         if unit not in _SECONDS and not is_clock:
             assumed = f"the times in column {name!r} are taken as seconds"
@@ -68,5 +68,6 @@ def _times(file: LabFile, units: Mapping[str, str]) -> Column | None:
     clocks = file.table.clocks if file.table is not None else ()
     timed = [c for c in file.columns if c.name in clocks]
     timed += [c for c in file.columns if by_unit(units.get(c.name, "") or c.unit) == "time"]
-    timed += [c for c in file.columns if by_name(c.name) == "time" and not (units.get(c.name, "") or c.unit)]
+    silent = [c for c in file.columns if not (units.get(c.name, "") or c.unit)]
+    timed += [c for c in silent if by_name(c.name) == "time" or by_unit(ending_unit(c.name)) == "time"]
     return next(iter(timed), None)

@@ -46,7 +46,8 @@ def likely_kind(seen: Sequence[Seen], sampled: bool, known: Sequence[str], where
     if sampled and 2 <= len(accelerations) <= 3:
         return _RIG
     found = ", ".join(f"{s.name} ({s.quantity})" for s in seen) or "no signal"
-    raise InputError(f"{where}: {found} make no measurement by themselves, expected --kind {', '.join(known)}")
+    kinds = f"expected --kind {', '.join(known)}, or --set channel.NAME.quantity=force"
+    raise InputError(f"{where}: {found} make no measurement by themselves, {kinds}")
 
 
 _RIG = ("rig", "two or three accelerations are those of a rig of bodies on a joint")

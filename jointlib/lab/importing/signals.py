@@ -28,6 +28,15 @@ def by_name(heading: str) -> str | None:
     return next((quantity for quantity, words in _WORDS if re.search(words, word)), None)
 
 
+def ending_unit(heading: str) -> str:
+    """The unit that a heading ends in, as ``disp_in`` and ``t_s``, if what stands before it speaks of its quantity."""
+    before, mark, ending = heading.rpartition("_")
+    known = unit_of(ending) if mark else None
+    quantity = by_name(before)
+    like = "displacement" if quantity == "position" else quantity
+    return ending if known is not None and quantity is not None and quantity_of(known) == like else ""
+
+
 def by_unit(unit: str) -> str | None:
     """The quantity that a unit measures."""
     known = unit_of(unit) if unit else None
