@@ -26,7 +26,7 @@ from .told.lobes_over_amplitude import (
 )
 
 BUDGET = 300.0
-"""Seconds for the chart at rest."""
+"""Seconds for the chart at rest, and for limits over amplitude."""
 
 
 @click.command("lobes", cls=Verb)
@@ -53,7 +53,8 @@ BUDGET = 300.0
     "--budget",
     type=Quantity("s", lower=0),
     default=BUDGET,
-    help=f"Time for the chart over the range, which then ends with what is known; default: {BUDGET:g} s.",
+    help=f"Time for the chart over the range, which then ends with what is known, and for limits over amplitude, which "
+    f"are left out where they take longer; default: {BUDGET:g} s.",
 )
 @click.option("-o", "output", type=Target(".npz", ".csv", ".svg"), help="Also write the charts: numbers or a picture.")
 @tool_option
@@ -152,7 +153,7 @@ def command(
         data |= further
         lines += said
         emit_so_far(as_json, lines)
-        further, said = over_amplitude(model, speed, depth, method, unstable, growth[0] if growth else None)
+        further, said = over_amplitude(model, speed, depth, method, unstable, growth[0] if growth else None, budget)
         data |= further
         lines += said
     if samples:

@@ -287,7 +287,8 @@ def denied(cut: Cut, chatter: np.ndarray, forced: np.ndarray, escaped: np.ndarra
             # It outgrew all bounds early: what it set out from counts.
             start = kicked[k] if escaped[k] else chatter[0, k]
         start = max(start, 1e-3 * gone)
-        sized = {True: kicked[k], False: start}
+        # Teeth that begin to shake the machine are a kick of their own.
+        sized = {True: chatter[0, k] if forced[-1, 0] > 0 else kicked[k], False: start}
         if start > reach / (1 + NEAR) or any(abs(np.log(sized[knock] / t)) < near for t, near, knock in edges):
             continue
         trend = -1.0 if died else float(np.log(end / chatter[-3, k])) / 2 if end > 0 else -1.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -19,6 +20,7 @@ from ..process.cutting import Cutting
 from ..process.zero_order import loop_stiffness
 
 LINES = 600
+_TRIED = 24
 _HALVINGS = 4
 _STRAIGHT = 1e-4
 _ROUNDS = 3
@@ -77,6 +79,17 @@ def operating_receptance(
         if not len(ends):
             break
     return point
+
+
+def seconds_of_chart(machine: Machine, cutting: Cutting, amplitude: float) -> float:
+    """About how long `wide_receptance` takes at an amplitude in m, from a few of its lines."""
+    band = chatter_band(machine)
+    lines = np.geomspace(band.low, band.high, _TRIED)
+    tool = OpenTool(machine, lines)
+    tool.vibrating(0.0)
+    begun = time.process_time()
+    chattering(tool, cutting, amplitude)
+    return (time.process_time() - begun) * max(LINES, len(band.lines)) / _TRIED * (1 + _HALVINGS / 2)
 
 
 def tip_at_rest(machine: Machine, lines: Array) -> ToolPoint:

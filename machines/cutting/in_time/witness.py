@@ -31,6 +31,7 @@ _NARROW = 2e-3
 _TINY = 1e-300
 _REACH = 100.0
 _HALF_WAVE = 0.01
+_WAVED = (1.0, 0.0)
 _WINDOW, _BEATING = 12, 60
 """Waves in which an amplitude is read; the lines of milling beat."""
 
@@ -136,15 +137,16 @@ def witness(
 def begun_in_every_way(
     machine: Machine, speed: float, depth: float, amplitude: Array, frequency: float | None = None, waves: int = _WAVES
 ) -> Witness:
-    """As `witness`, each size as a vibration that went on before and as a knock over a smooth surface, side by side.
+    """As `witness`, each size over the waves that it would have left and, as a knock, over a smooth surface.
 
-    Near a flip both begin in two phases. Which chatter a cut settles on, where several last, depends on that.
+    All side by side; near a flip each in two phases. Which chatter a cut settles on, where several last, depends on
+    how it begins.
     """
     cutting = Cutting(**dict(machine.cutting or {}))
     hertz = frequency or _chatter(machine, speed, float(np.sqrt(amplitude[0] * amplitude[-1])))
-    sizes, smooth = np.repeat(amplitude, 2), np.tile([False, True], len(amplitude))
+    sizes, waved = np.repeat(amplitude, len(_WAVED)), np.tile(_WAVED, len(amplitude))
     phases = (0.0, np.pi / 2) if _flips(cutting, speed, hertz) else (0.0,)
-    batches = [vibrate(machine, speed, depth, sizes, hertz, waves, phase=phase, smooth=smooth) for phase in phases]
+    batches = [vibrate(machine, speed, depth, sizes, hertz, waves, phase=phase, waved=waved) for phase in phases]
     start, end, rate, grows, lost = (
         np.concatenate([getattr(one, name) for one in batches]) for name in ("start", "end", "rate", "grows", "lost")
     )
@@ -182,20 +184,20 @@ def vibrate(
     steps: int = _STEPS,
     reach: float | None = None,
     phase: float = 0.0,
-    smooth: Mask | None = None,
+    waved: Array | None = None,
 ) -> Batch:
     """Simulate one batch: ``depth`` in m may differ from motion to motion, and ``start`` holds their amplitudes in m.
 
     ``hertz`` is the frequency of the starting vibrations and ``phase`` in rad their angle at time 0; motions that
-    exceed ``reach`` (m) are stopped, by default at a hundred times the largest start. Those that are ``smooth`` begin
-    as a knock does, over a surface without the waves of an earlier pass.
+    exceed ``reach`` (m) are stopped, by default at a hundred times the largest start. ``waved`` is the height of the
+    waves that they meet as a share of those that they would have left: 1, 0 for a knock over a smooth surface.
     """
     cutting = Cutting(**dict(machine.cutting or {}))
     axes = machine.tool_axes
     parts, state, joints, tool = vibrating(machine, cutting, hertz, start, phase)
     cut = stretches(cutting, axes, speed, hertz * steps)
-    waved = tool if smooth is None else np.where(smooth, 0.0, tool)
-    surfaces = [ploughed(s, at, waved, hertz) for s, at in zip(cut, begins(cut), strict=True)]
+    earlier = tool if waved is None else waved * tool
+    surfaces = [ploughed(s, at, earlier, hertz) for s, at in zip(cut, begins(cut), strict=True)]
     periods = max(8, int(np.ceil(waves * cutting.cuts_per_revolution * speed / 60 / hertz)))
     memories = parts.memories(joints, 2 * np.pi * hertz)
     chip = Chip(cutting.feed, cutting.exponent)

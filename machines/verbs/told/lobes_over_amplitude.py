@@ -51,18 +51,39 @@ def lenses(model: Any, chart: Any, depth: Sequence[float]) -> tuple[dict[str, An
 
 
 def over_amplitude(
-    model: Any, speed: Sequence[float], depth: Sequence[float], method: str | None, zones: Sequence[Any], growth: Any
+    model: Any,
+    speed: Sequence[float],
+    depth: Sequence[float],
+    method: str | None,
+    zones: Sequence[Any],
+    growth: Any,
+    budget: float,
 ) -> tuple[dict[str, Any], list[str]]:
     """Limits over amplitude at the chosen speeds, where something in the machine or its cut depends on it.
 
-    ``zones`` are the unstable depths at rest and ``growth`` the multipliers, [speed][depth], if known.
+    ``zones`` are the unstable depths at rest and ``growth`` the multipliers, [speed][depth], if known. With very many
+    joints that depend on amplitude they are left out, and that is said, where they would take more than the ``budget``
+    (s).
     """
-    from ...cutting.amplitude.amplitude_limits import amplitude_limits, depends_on_amplitude
+    from ... import Cutting
+    from ...cutting.amplitude.amplitude_limits import amplitude_limits, amplitude_range, depends_on_amplitude
+    from ...cutting.amplitude.chattering_tool import seconds_of_chart
     from ...cutting.amplitude.words import LOWER_EDGE
     from ...cutting.forced.beside_cut import told_cuts
+    from ...cutting.forced.forced_vibration import too_many
 
     if not depends_on_amplitude(model):
         return {}, []
+    if many := too_many(model):
+        cutting = Cutting(**(model.cutting or {}))
+        sizes = amplitude_range(cutting)
+        needed = len(sizes) * seconds_of_chart(model, cutting, float(np.median(sizes)))
+        if needed > budget:
+            left = (
+                f"Limits over amplitude were left out: with {many} joints that depend on it they take about "
+                f"{needed / 60:.0f} minutes, more than the {budget:g} s of --budget."
+            )
+            return {"told": [left]}, [left]
     with working("computing limits over amplitude"):
         limits = amplitude_limits(model, speed, method=method)
         said, cycles = told_cuts(model, limits, depth, zones or None, growth)
