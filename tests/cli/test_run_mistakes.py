@@ -48,7 +48,7 @@ def test_cutting_data_off_by_a_thousand_stand_beside_the_depth(lathe: str) -> No
 @pytest.mark.usefixtures("uncompiled")
 def test_a_load_of_the_wrong_sign_stands_beside_the_working_point(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     others = [step for step in machines.steps() if step.name != "fmu"]
-    monkeypatch.setattr("machines.road.run.steps", lambda: others)
+    monkeypatch.setattr("machines.road.piece.steps", lambda: others)
     shutil.copy(LIBRARY / "guide.joint.toml", here)
     text = (LIBRARY / "carriage.toml").read_text("utf-8")
     wrong = text.replace("gravity = true", "gravity = [0, 0, 9.81]").replace('"450 N/um"', '"450 N/mm"')

@@ -96,7 +96,7 @@ def test_damping_may_stand_beside_the_file(tmp_path: Path) -> None:
 
 BAD = [
     ("modes.npz", "lost.npz", "no such file"),
-    ("modes.npz", "m.toml", "no reader for modes"),
+    ("modes.npz", "m.xyz", "no reader for modes"),
     ("modes.npz", "undamped.npz", "tells no damping"),
     ("modes.npz", "complex.npz", "complex values"),
     ("modes.npz", "modes.uff", "expected at, node and direction"),
@@ -113,6 +113,7 @@ BAD = [
 @pytest.mark.parametrize(("old", "new", "words"), BAD)
 def test_what_is_wrong_is_said_in_one_sentence(tmp_path: Path, old: str, new: str, words: str) -> None:
     assert old in GOOD
+    (tmp_path / "m.xyz").write_text("")
     with pytest.raises(InputError, match=words) as caught:
         read(tmp_path, GOOD.replace(old, new, 1))
     assert str(caught.value).startswith(str(tmp_path / "m.toml"))

@@ -142,7 +142,7 @@ def test_file_is_read(tmp_path: Path, file: str) -> None:
     ("old", "new", "changed", "words"),
     [
         ('file = "table.npz"', 'file = "lost.npz"', {}, "no such file"),
-        ('file = "table.npz"', 'file = "m.toml"', {}, r"expected .npz or .mat"),
+        ('file = "table.npz"', 'file = "m.xyz"', {}, r"expected .npz or .mat"),
         ('file = "table.npz"', "", {}, "'file' is missing"),
         ('"x", "y"', '"x"', {}, r"B has shape \(4, 2\), expected \(4, 1\) for 4 states and 1 dofs"),
         ("[tool]", "inputs = [1, 3]\n[tool]", {}, "whole numbers from 1 to 2"),
@@ -157,6 +157,7 @@ def test_what_is_wrong_is_said_in_one_sentence(
     tmp_path: Path, old: str, new: str, changed: dict[str, Array], words: str
 ) -> None:
     path = write(tmp_path, GOOD.replace(old, new, 1) if old else GOOD, **changed)
+    (tmp_path / "m.xyz").write_text("")
     with pytest.raises(InputError, match=words) as caught:
         read_machine(path)
     assert str(caught.value).startswith(str(path))
