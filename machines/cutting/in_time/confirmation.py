@@ -89,7 +89,7 @@ class Seen:
         """The vibrations that last, and the thresholds between those that die out and those that do not."""
         found = list[Cycle]()
         for i, one in enumerate(self.ends):
-            if i and (one.least == 0) != (self.ends[i - 1].least == 0):
+            if i and (one.most == 0) != (self.ends[i - 1].most == 0):
                 edge = float(np.sqrt(self.ends[i - 1].high * one.low))
                 found.append(Cycle(edge, self.frequency, stable=False))
             if 0 < one.most < np.inf:
@@ -103,16 +103,21 @@ def denied(fate: Fate, found: Witness) -> bool:
     near = ABOUT if fate.milled else NEAR
     # What grows for a while may settle below: the largest that were begun must have grown, too.
     grown = bool(np.any(~(found.end <= found.start)[found.start == found.start[-1]]))
-    for start, end, rate in zip(found.start, found.end, found.rate, strict=True):
-        told, trend = fate.end(float(start)), float(rate) * found.duration
+
+    def bears_out(size: float, start: float, end: float, trend: float) -> bool:
+        told = fate.end(size)
         if told == 0:
-            fine = end < _GONE * start or trend < -_STANDS
-        elif np.isinf(told):
-            fine = end > (1 + near) * fate.reach or (trend > _STANDS and grown)
-        else:
-            there = np.isfinite(end) and end > 0 and abs(np.log(end / told)) < near
-            fine = there or (np.isfinite(end) and abs(trend) > _STANDS and (trend > 0) == (end < told))
-        if not fine:
+            return end < _GONE * start or trend < -_STANDS
+        if np.isinf(told):
+            return end > (1 + near) * fate.reach or (trend > _STANDS and grown)
+        there = np.isfinite(end) and end > 0 and abs(np.log(end / told)) < near
+        return bool(there or (np.isfinite(end) and abs(trend) > _STANDS and (trend > 0) == (end < told)))
+
+    knocks = np.zeros(len(found.start), dtype=bool) if found.knock is None else found.knock
+    for start, end, rate, knock in zip(found.start, found.end, found.rate, knocks, strict=True):
+        # Without the waves of an earlier pass it becomes a vibration of half its size at least.
+        sizes = (float(start), float(start) / 2) if knock else (float(start),)
+        if not any(bears_out(size, float(start), float(end), float(rate) * found.duration) for size in sizes):
             return True
     return False
 

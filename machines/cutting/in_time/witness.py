@@ -57,6 +57,8 @@ class Witness:
     """Vibrations found to persist: thresholds, and amplitudes on which chatter settles."""
     duration: float
     """Simulated time in s."""
+    knock: Mask | None = None
+    """Which began over a smooth surface; None where none did."""
 
     def __str__(self) -> str:
         left = " The edge then leaves the cut once in a while." if np.any(self.lost_contact & self.grows) else ""
@@ -153,8 +155,19 @@ def begun_in_every_way(
     order, first = np.argsort(start, kind="stable"), batches[0]
     lasting = int(np.argmax(np.where(np.isfinite(first.end), first.end, 0.0)))
     line = strongest_line(first.run, lasting, first.forced) if first.grows[lasting] else hertz
+    knock = np.tile(waved == 0, len(phases))[order]
     return Witness(
-        speed, depth, start[order], end[order], rate[order], grows[order], lost[order], line, (), first.run.duration
+        speed,
+        depth,
+        start[order],
+        end[order],
+        rate[order],
+        grows[order],
+        lost[order],
+        line,
+        (),
+        first.run.duration,
+        knock,
     )
 
 
