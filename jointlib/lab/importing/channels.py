@@ -13,19 +13,8 @@ from jointlib.lab.importing.draft import Draft, Noted, Table
 from jointlib.lab.importing.signals import by_name, by_unit, ending_unit, identifier
 from jointlib.lab.lab_file import Column, LabFile
 from jointlib.lab.unit_words import quantity_of, unit_of
+from jointlib.measurement import QUANTITIES
 from jointlib.units import number_and_unit
-
-SI = {
-    "acceleration": "m/s^2",
-    "velocity": "m/s",
-    "displacement": "m",
-    "position": "m",
-    "force": "N",
-    "voltage": "V",
-    "temperature": "K",
-    "time": "s",
-}
-
 
 _OTHER = {
     "acceleration": "g",
@@ -114,7 +103,7 @@ def _channel(draft: Draft, name: str, column: Column, unit: str, said: Mapping[s
     if ending and "quantity" not in said:
         quantity = by_name(column.name.rpartition("_")[0])
     if quantity is None and "quantity" not in said:
-        guessed = of_name if of_name in SI and of_name != "time" else "voltage"
+        guessed = of_name if of_name in QUANTITIES and of_name != "time" else "voltage"
         why = (
             f"the heading {column.name!r} reads like it" if of_name == guessed else "neither heading nor unit tells it"
         )
@@ -159,7 +148,11 @@ def _unit(
         )
     else:
         draft.guess(
-            table, "unit", SI.get(quantity, ""), "the file says no unit", f"{at}.unit={_OTHER.get(quantity, 'mV')}"
+            table,
+            "unit",
+            QUANTITIES.get(quantity, ""),
+            "the file says no unit",
+            f"{at}.unit={_OTHER.get(quantity, 'mV')}",
         )
 
 
