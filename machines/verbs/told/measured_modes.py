@@ -41,6 +41,8 @@ def told(
         written.append(plot)
     if output is not None:
         written = [*write_component(output, fitted, files), *written]
+    columns = (fitted.frequency, fitted.frequency_error, fitted.damping_ratio, fitted.damping_ratio_error)
+    modes = list(zip(*columns, strict=True))
     data = {
         "modes": [
             {
@@ -49,13 +51,7 @@ def told(
                 "frequency_error": float(error),
                 "damping_ratio_error": float(ratio_error),
             }
-            for f, ratio, error, ratio_error in zip(
-                fitted.frequency,
-                fitted.damping_ratio,
-                fitted.frequency_error,
-                fitted.damping_ratio_error,
-                strict=True,
-            )
+            for f, error, ratio, ratio_error in modes
         ],
         "fit_error": fitted.fit_error,
         "scatter": fitted.scatter,
@@ -66,16 +62,7 @@ def told(
         "file": None if output is None else str(output),
     }
     header = ("mode [Hz]", "± [Hz]", "damping [%]", "± [%]")
-    rows = [
-        (f"{f:.6g}", f"{e:.2g}", f"{100 * z:.4g}", f"{100 * ze:.2g}")
-        for f, e, z, ze in zip(
-            fitted.frequency,
-            fitted.frequency_error,
-            fitted.damping_ratio,
-            fitted.damping_ratio_error,
-            strict=True,
-        )
-    ]
+    rows = [(f"{f:.6g}", f"{e:.2g}", f"{100 * z:.4g}", f"{100 * ze:.2g}") for f, e, z, ze in modes]
     return data, [f"{fitted.finding()}.", *table(header, rows), *said, *(wrote(path) for path in written)]
 
 
