@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from jointlib.arrays import Array
+from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import Outcome
 
 from ..harmonic_balance.assembly import Assembly
@@ -37,9 +37,7 @@ def with_errors(assembly: Assembly, forces: Array, branches: Sequence[Sequence[B
         chosen = [branches[f][k] for f, k in some]
         omega = 2 * np.pi * np.concatenate([b.frequency for b in chosen])
         force = np.concatenate([np.full(len(branches[f][k].frequency), forces[f]) for f, k in some])
-        z = np.concatenate([motions(b)[:, :, list(assembly.nonlinear)] for b in chosen])
-        if assembly.biased is not None:
-            z[:, -1] -= assembly.biased.rest
+        z = np.concatenate([_from_rest(assembly, b) for b in chosen])
         error = truncation_error(assembly, omega, force, z, solved, wider)
         ends = np.cumsum([len(b.frequency) for b in chosen])[:-1]
         for (f, k), part in zip(some, np.split(error, ends), strict=True):
@@ -58,12 +56,18 @@ def _held(assembly: Assembly, force: float, b: Branch) -> Branch:
     n = len(b.frequency)
     largest = np.argmax(np.abs(b.joint), axis=0)
     some = np.unique(np.concatenate([np.linspace(0, n - 1, min(n, _SOME)).astype(int), largest]))
-    z = motions(b)[some][:, :, list(assembly.nonlinear)]
-    if assembly.biased is not None:
-        z[:, -1] -= assembly.biased.rest
+    z = _from_rest(assembly, b)[some]
     own = with_mean(b.harmonics, assembly.biased is not None)
     change = held_change(assembly, 2 * np.pi * b.frequency[some], np.full(len(some), force), z, own)
     return replace(b, held=np.interp(np.arange(n), some, change))
+
+
+def _from_rest(assembly: Assembly, b: Branch) -> ComplexArray:
+    """Motions of the nonlinear joints as they were solved for, a mean from where they stand, (n, nh, joints)."""
+    z: ComplexArray = motions(b)[:, :, list(assembly.nonlinear)]
+    if assembly.biased is not None:
+        z[:, -1] -= assembly.biased.rest
+    return z
 
 
 def _with_means(assembly: Assembly, branches: Sequence[Sequence[Branch]]) -> Branches:
