@@ -121,7 +121,6 @@ def witness(
             break
         batches.append(vibrate(machine, speed, depth, closer, hertz, waves, steps, reach, phase))
     first, last = batches[0], batches[-1]
-    lasting = int(np.argmax(np.where(np.isfinite(first.end), first.end, 0.0)))
     return Witness(
         speed,
         depth,
@@ -130,7 +129,7 @@ def witness(
         first.rate,
         first.grows,
         first.lost,
-        strongest_line(first.run, lasting, first.forced) if first.grows[lasting] else hertz,
+        _lasting(first, hertz),
         _cycles(last) + _beyond(first),
         first.run.duration,
     )
@@ -152,23 +151,10 @@ def begun_in_every_way(
     start, end, rate, grows, lost = (
         np.concatenate([getattr(one, name) for one in batches]) for name in ("start", "end", "rate", "grows", "lost")
     )
-    order, first = np.argsort(start, kind="stable"), batches[0]
-    lasting = int(np.argmax(np.where(np.isfinite(first.end), first.end, 0.0)))
-    line = strongest_line(first.run, lasting, first.forced) if first.grows[lasting] else hertz
-    knock = np.tile(waved == 0, len(phases))[order]
-    return Witness(
-        speed,
-        depth,
-        start[order],
-        end[order],
-        rate[order],
-        grows[order],
-        lost[order],
-        line,
-        (),
-        first.run.duration,
-        knock,
-    )
+    order, knock = np.argsort(start, kind="stable"), np.tile(waved == 0, len(phases))
+    start, end, rate, grows, lost, knock = (part[order] for part in (start, end, rate, grows, lost, knock))
+    line, duration = _lasting(batches[0], hertz), batches[0].run.duration
+    return Witness(speed, depth, start, end, rate, grows, lost, line, (), duration, knock)
 
 
 @dataclass(frozen=True, eq=False)
@@ -238,6 +224,12 @@ def vibrate(
     tail = np.asarray(np.any(run.lost[-max(1, len(run.lost) // 10) :], axis=0), dtype=np.bool_)
     rate = np.where(run.escaped, np.inf, sizes.rate)
     return Batch(start, end, rate, sizes.early, sizes.typical, grows, tail, run, milled, forced)
+
+
+def _lasting(batch: Batch, hertz: float) -> float:
+    """Frequency in Hz of the largest vibration that lasts; where none does, of the one that started."""
+    largest = int(np.argmax(np.where(np.isfinite(batch.end), batch.end, 0.0)))
+    return strongest_line(batch.run, largest, batch.forced) if batch.grows[largest] else hertz
 
 
 def _between(batch: Batch) -> Array:
