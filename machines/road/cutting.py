@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 BUDGET = 300.0
-"""Time for the chart at rest in s, that of `jointlib lobes --budget`."""
+"""Seconds for the chart at rest; of `jointlib lobes` also for limits over amplitude."""
 
 
 def cutting_pieces(machine: Machine, amplitudes: Sequence[float]) -> list[Piece]:

@@ -13,6 +13,7 @@ from jointlib.cli.arguments import Quantity, Target, Verb, input_file, json_opti
 from jointlib.cli.output import emit, emit_so_far, table, working, wrote
 from jointlib.errors import InputError
 
+from ..road.cutting import BUDGET
 from .told.lobes_forced import forced
 from .told.lobes_over_amplitude import (
     bands,
@@ -24,9 +25,6 @@ from .told.lobes_over_amplitude import (
     witnessed,
     zones_of,
 )
-
-BUDGET = 300.0
-"""Seconds for the chart at rest, and for limits over amplitude."""
 
 
 @click.command("lobes", cls=Verb)
