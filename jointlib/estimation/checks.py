@@ -30,8 +30,7 @@ def refuse_unrelated(source: str, frf: EstimatedFRF) -> None:
     if related < _RELATED:
         raise InputError(
             f"{source}: {frf.name}: coherence is {max(related, 0.0):.2g} in the median, so the motion does not follow "
-            "the "
-            "force; expected the sensor and the force on one structure, and enough force"
+            "the force; expected the sensor and the force on one structure, and enough force"
         )
 
 
@@ -43,8 +42,7 @@ def refuse_turned(source: str, frf: EstimatedFRF) -> None:
     if clear and wrong > _MOST * clear:
         raise InputError(
             f"{source}: {frf.name}: Im H > 0 at the driving point, so it would yield energy; one of the two channels "
-            "has "
-            "the wrong sign, then say gain = -1 on it"
+            "has the wrong sign, then say gain = -1 on it"
         )
 
 
@@ -76,8 +74,7 @@ def said_of(frfs: Sequence[EstimatedFRF]) -> list[str]:
         if apart > max(_UNEQUAL, 3 * noise):
             said.append(
                 f"{a.name} and back differ by {apart:.0%} of their norm, expected reciprocal responses; the hits may "
-                "be "
-                "beside the sensors, or a direction be turned."
+                "be beside the sensors, or a direction be turned."
             )
     return said + _levels(frfs)
 
@@ -89,8 +86,7 @@ def _driving_point(f: EstimatedFRF) -> list[str]:
         at = f.frequency[np.flatnonzero(f.receptance.imag > 0)]
         said.append(
             f"{f.name}: Im H > 0 on {wrong} of {clear} lines where its sign is clear, {at[0]:.5g} to {at[-1]:.5g} Hz; "
-            "a "
-            "driving point takes energy in, so force and sensor may not be at one point, or a delay is between them."
+            "a driving point takes energy in, so force and sensor may not be at one point, or a delay is between them."
         )
     low = slice(0, min(_LOW, len(f.frequency)))
     start, omega2 = f.receptance[low], (2 * np.pi * f.frequency[low]) ** 2

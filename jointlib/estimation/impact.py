@@ -72,8 +72,7 @@ def hits_of(m: Measurement, records: Sequence[Record]) -> Hits:
     if length < max(_SHORT, 2 * before):
         raise InputError(
             f"{m.source}: blocks of {length} samples between the hits, expected at least {max(_SHORT, 2 * before)}; "
-            "hit "
-            "less often, or say length in [estimate]"
+            "hit less often, or say length in [estimate]"
         )
     left_out: list[str] = []
     blocks = list(_clean(m, records, found, before, length, left_out))
@@ -189,7 +188,6 @@ def _unfinished(m: Measurement, blocks: Sequence[_Block], window: Array, notes: 
         if left > _LOUD:
             notes.append(
                 f"{sensor.name} is still at {left:.0%} of its peak where the blocks end; expected longer blocks, with "
-                "more "
-                "time between the hits."
+                "more time between the hits."
             )
     return tuple(out)

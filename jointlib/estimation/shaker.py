@@ -80,8 +80,7 @@ def random_lines(m: Measurement, records: Sequence[Record], notes: list[str]) ->
     if size > shortest or size < 16:
         raise InputError(
             f"{m.source}: blocks of {size / rate:.4g} s ({size} samples) in records of {shortest / rate:.4g} s, "
-            "expected "
-            "a length in [estimate] of at least 16 samples that fits into them"
+            "expected a length in [estimate] of at least 16 samples that fits into them"
         )
     if length is None:
         notes.append(f"blocks of {size / rate:.4g} s, lines {rate / size:.4g} Hz apart, so that there are {_BLOCKS}.")
@@ -128,8 +127,7 @@ def burst_lines(m: Measurement, records: Sequence[Record], notes: list[str]) -> 
             if np.max(np.abs(x[-tail:])) > 0.05 * np.max(np.abs(x)):
                 notes.append(
                     f"{record.name}: {channel.name} has not come to rest at the end of the record, which leaks into "
-                    "other "
-                    "lines; expected a chirp that ends earlier, or one that repeats, with its period."
+                    "other lines; expected a chirp that ends earlier, or one that repeats, with its period."
                 )
     spectra = spectra_of([b[0] for b in blocks], [b[1:] for b in blocks], records[0].sample_rate)
     return from_spectra(spectra, m.estimate.estimator)
@@ -187,8 +185,7 @@ def periodic_lines(m: Measurement, records: Sequence[Record], notes: list[str]) 
                 share = float(np.sqrt(np.mean(apart) / np.mean(np.abs(X) ** 2)))
                 notes.append(
                     f"{motions_of(m)[k].name}: records differ by more than their noise ({share:.1%} of the response): "
-                    "the "
-                    "structure is not linear at this level, or it changed."
+                    "the structure is not linear at this level, or it changed."
                 )
         elif inside is not None:
             residual = noise_power(inside, np.abs(H) ** 2)

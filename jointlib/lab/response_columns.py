@@ -124,8 +124,7 @@ def _phase(path: Path, values: Array, unit: str, heading: str) -> Array:
         return np.asarray(np.deg2rad(values))
     raise InputError(
         f"{path}: {heading!r} runs from {np.min(values):g} to {np.max(values):g}, which may be degrees or radians; "
-        "expected "
-        f"its unit in the heading: {heading.strip()} [deg] or {heading.strip()} [rad]"
+        f"expected its unit in the heading: {heading.strip()} [deg] or {heading.strip()} [rad]"
     )
 
 

@@ -47,8 +47,7 @@ class Responses:
         if self.value.shape != expected or self.deviation.shape != expected:
             raise InputError(
                 f"responses: values of shape {self.value.shape} and deviations of shape {self.deviation.shape}, "
-                "expected "
-                f"{expected}: a row per pair, a column per line"
+                f"expected {expected}: a row per pair, a column per line"
             )
         if not (np.all(np.isfinite(self.value)) and np.all(self.deviation > 0)):
             raise InputError("responses: expected finite values and deviations above 0")

@@ -44,8 +44,7 @@ def read_responses(
         if f.shape != first.shape or np.any(np.abs(f - first) > _SAME * first[-1]):
             raise FrequencyMismatch(
                 f"{files[0]}: {frf.name} stands on {len(f)} lines from {f[0]:.6g} to {f[-1]:.6g} Hz, {chosen[0].name} "
-                "on "
-                f"{len(first)} from {first[0]:.6g} to {first[-1]:.6g} Hz, expected the same lines"
+                f"on {len(first)} from {first[0]:.6g} to {first[-1]:.6g} Hz, expected the same lines"
             )
     dofs = tuple(dict.fromkeys(name for frf in chosen for name in (frf.drive, frf.response)))
     groups: dict[tuple[int, int], list[LevelFRF]] = {}
