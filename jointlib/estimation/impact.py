@@ -11,7 +11,7 @@ from jointlib.arrays import Array
 from jointlib.errors import InputError
 from jointlib.estimation.blocks import Spectra, motions_of, spectra_of
 from jointlib.estimation.hits import Hit, common_length, find_hits
-from jointlib.estimation.overload import clipped, full_scale_seen
+from jointlib.estimation.overload import full_scales, overloaded
 from jointlib.measurement import Measurement, Record
 
 _BEFORE = 0.05
@@ -116,7 +116,7 @@ def _clean(
     (hammer,), sensors = m.of("force"), motions_of(m)
     for record, hits in zip(records, found, strict=True):
         rate = record.sample_rate
-        ends = {c.name: c.full_scale or full_scale_seen(record.channels[c.name]) for c in (hammer, *sensors)}
+        ends = full_scales(record, (hammer, *sensors))
         for number, hit in enumerate(hits, 1):
             at = f"{record.name}: hit {number} at {hit.start / rate:.4g} s"
             first = hit.start - before
@@ -131,9 +131,8 @@ def _clean(
             if hit.second:
                 left_out.append(f"{at} is a double hit: a second lobe of {hit.second:.0%} of the first.")
                 continue
-            over = [name for name, size in ends.items() if clipped(record.channels[name][part], size)]
-            if over:
-                left_out.append(f"{at} is clipped in {', '.join(over)}: the sensor or its amplifier was overloaded.")
+            if over := overloaded(record, ends, part):
+                left_out.append(f"{at} is {over}")
                 continue
             motions, rest, silent = [], [], []
             for sensor in sensors:

@@ -2,13 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 
 from jointlib.arrays import Array
+from jointlib.measurement import Channel, Record
 
 _FULL = 0.999
 _OFTEN = 3
 _STEP = 3.0
+
+
+def full_scales(record: Record, channels: Sequence[Channel]) -> dict[str, float | None]:
+    """Of every channel the full scale that is told, else the one that the record shows."""
+    return {c.name: c.full_scale or full_scale_seen(record.channels[c.name]) for c in channels}
+
+
+def overloaded(record: Record, ends: Mapping[str, float | None], part: slice = slice(None)) -> str:
+    """That a part of a record lies at the full scale of channels, as words; empty where it does not."""
+    over = [name for name, size in ends.items() if clipped(record.channels[name][part], size)]
+    return f"clipped in {', '.join(over)}: the sensor or its amplifier was overloaded." if over else ""
 
 
 def clipped(x: Array, full_scale: float | None) -> bool:

@@ -12,7 +12,7 @@ from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
 from jointlib.estimation.blocks import Spectra, motions_of, spectra_of
 from jointlib.estimation.estimators import Averages, averages, noise_power, transfer, variance_of
-from jointlib.estimation.overload import clipped, full_scale_seen
+from jointlib.estimation.overload import full_scales, overloaded
 from jointlib.measurement import Measurement, Record
 
 _OVERLAP = 0.5
@@ -39,14 +39,8 @@ def unclipped(m: Measurement, records: Sequence[Record], left_out: list[str]) ->
     """The records without overloads."""
     kept = []
     for record in records:
-        ends = {
-            c.name: c.full_scale or full_scale_seen(record.channels[c.name]) for c in (*m.of("force"), *motions_of(m))
-        }
-        over = [name for name, size in ends.items() if clipped(record.channels[name], size)]
-        if over:
-            left_out.append(
-                f"{record.name} is clipped in {', '.join(over)}: the sensor or its amplifier was overloaded."
-            )
+        if over := overloaded(record, full_scales(record, (*m.of("force"), *motions_of(m)))):
+            left_out.append(f"{record.name} is {over}")
         else:
             kept.append(record)
     if not kept:
