@@ -14,22 +14,28 @@ from jointlib.errors import InputError
 from jointlib.units import quantity
 
 _VALUE = re.compile(r"[+-]?(\d|\.\d)")
+_UNIT = re.compile(r"[^\d.eE+\-\s]")
+_NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\D.*)?")
 _DECIMAL_COMMA = re.compile(r"(\d+),(\d+)\s*([^\d\s.,eE].*)")
 
 
 class Quantity(click.ParamType[float]):
-    """A number in SI (Hz, rpm) or with its unit: ``1e-6``, ``1um``, ``50N``; at least ``lower`` where that is given."""
+    """A number in SI (Hz, rpm) or with its unit: ``1e-6``, ``1um``, ``50N``; within what ``lower``, ``upper`` say."""
 
-    def __init__(self, unit: str, lower: float | None = None) -> None:
+    def __init__(self, unit: str, lower: float | None = None, upper: float | None = None) -> None:
         self.unit = unit
         self.name = unit
         self.lower = lower
+        self.upper = upper
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         where = param.opts[0] if param is not None else "value"
         found = quantity(value.strip() if isinstance(value, str) else value, self.unit, where)
         if self.lower is not None and found < self.lower:
             raise InputError(f"{where}: {value}, expected at least {self.lower:g} {self.unit}")
+        if self.upper is not None and found > self.upper:
+            bare = "" if _UNIT.search(str(value)) else f"; a number without a unit is in {self.unit}"
+            raise InputError(f"{where}: {value}, expected at most {self.upper:g} {self.unit}{bare}")
         return found
 
 
@@ -106,8 +112,12 @@ class Verb(click.Command):
             for item in taken:
                 if isinstance(listed[name], Quantity):
                     _one_reading(name, item)
-                for value in item.split(","):
-                    out += [name, value]
+            values = [value for item in taken for value in item.split(",")]
+            kind = listed[name]
+            if isinstance(kind, Quantity):
+                _one_unit(name, kind, values)
+            for value in values:
+                out += [name, value]
             if not taken:
                 out.append(name)
         return super().parse_args(ctx, out)
@@ -121,6 +131,19 @@ def _one_reading(name: str, text: str) -> None:
         one = first + ("" if len(second) == 3 and first != "0" else ".") + second + unit
         each = f"{first}{unit},{second}{unit}"
         raise InputError(f"{name}: {text!r}, a number with a comma or two with one unit, expected {one} or {each}")
+
+
+def _one_unit(name: str, kind: Quantity, values: list[str]) -> None:
+    """Refuse ``1 2 5um``, which may be 1, 2 and 5 µm, or 1 m, 2 m and 5 µm."""
+    found = [match for match in map(_NUMBER.fullmatch, map(str.strip, values)) if match is not None]
+    bare = [match[1] for match in found if not match[2] and float(match[1]) and "e" not in match[1].lower()]
+    units = [match[2] for match in found if match[2]]
+    if not bare or not units or all(quantity(f"1 {unit}", kind.unit, name) == 1 for unit in units):
+        return
+    raise InputError(
+        f"{name}: {' '.join(values)}, numbers with a unit and without, expected a unit at each, such as "
+        f"{bare[0]}{units[-1]}, or {bare[0]}{kind.unit} if that is meant"
+    )
 
 
 def _belongs(kind: click.ParamType[Any]) -> Callable[[str], bool]:

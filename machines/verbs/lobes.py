@@ -14,6 +14,7 @@ from jointlib.cli.output import emit, emit_so_far, table, working, wrote
 from jointlib.errors import InputError
 
 from ..road.cutting import BUDGET
+from .quantities import AMPLITUDE, DEPTH
 from .told.lobes_forced import forced
 from .told.lobes_over_amplitude import (
     bands,
@@ -33,13 +34,11 @@ from .told.lobes_over_amplitude import (
     "--method",
     help="turning; for milling multi-frequency, collocation or zero-order (a preview); default: what suits.",
 )
-@click.option(
-    "--amplitude", type=Quantity("m", lower=0), multiple=True, help="Tool-point amplitude; default: vanishing."
-)
+@click.option("--amplitude", type=AMPLITUDE, multiple=True, help="Tool-point amplitude; default: vanishing.")
 @click.option("--speed", type=Quantity("rpm"), multiple=True, help="Spindle speed; default: 200 over the file's range.")
 @click.option(
     "--depth",
-    type=Quantity("m", lower=0),
+    type=DEPTH,
     multiple=True,
     help="Depths of cut; with --speed: by what a vibration grows.",
 )

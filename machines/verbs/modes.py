@@ -9,7 +9,6 @@ import click
 
 from jointlib.cli.arguments import (
     FrequencyRange,
-    Quantity,
     Target,
     Verb,
     input_file,
@@ -19,6 +18,8 @@ from jointlib.cli.arguments import (
 )
 from jointlib.cli.output import emit, table, working
 from jointlib.errors import InputError
+
+from .quantities import AMPLITUDE
 
 if TYPE_CHECKING:
     from ..modes.depth_sensitivity import DepthSensitivity
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 @input_file("files", metavar="MACHINE | MEASUREMENT...", nargs=-1, required=True)
 @click.option(
     "--amplitude",
-    type=Quantity("m", lower=0),
+    type=AMPLITUDE,
     help="Of a machine: tool-point amplitude of the joints; default: at rest.",
 )
 @click.option("--all", "every", is_flag=True, help="Of a machine: every mode, not only the first and those it feels.")

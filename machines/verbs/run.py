@@ -7,15 +7,17 @@ from pathlib import Path
 
 import click
 
-from jointlib.cli.arguments import Quantity, Target, Verb, input_file, json_option, tool_option
+from jointlib.cli.arguments import Target, Verb, input_file, json_option, tool_option
 from jointlib.cli.output import Steps, emit, wrote
 from jointlib.errors import CheckFailed, InputError
+
+from .quantities import AMPLITUDE
 
 
 @click.command("run", cls=Verb)
 @input_file("machine")
 @click.option("-o", "output", type=Target(folder=True), required=True, help="Folder for everything written.")
-@click.option("--amplitude", type=Quantity("m", lower=0), multiple=True, help="Tool-point amplitudes of the lobes.")
+@click.option("--amplitude", type=AMPLITUDE, multiple=True, help="Tool-point amplitudes of the lobes.")
 @tool_option
 @json_option
 def command(machine: Path, output: Path, amplitude: tuple[float, ...], changes: dict[str, str], as_json: bool) -> None:
