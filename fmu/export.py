@@ -50,12 +50,13 @@ class Export:
 
 
 def export_fmu(
-    joint: Joint | Machine | System,
+    joint: Joint | Machine | System | Path | str,
     path: Path | str,
     *,
     fmi: int = 2,
     runtime: str | None = None,
     platforms: Sequence[str] = (),
+    tool: str | None = None,
 ) -> Export:
     """Write a joint as an FMU (displacement, velocity in, force out), a machine (forces in, motions out) or a system.
 
@@ -66,10 +67,13 @@ def export_fmu(
     force of a joint, or within 1e-6 of the largest values of a machine. Where ``"c"`` is asked for and no compiler is
     found, the FMU holds its sources, is validated, and says that it was not run. ``platforms`` (``"win64"`` as in FMI
     2.0, or ``"x86_64-windows"`` as in 3.0) are compiled for beside this computer's own; without them all that can be.
+    A joint or a machine may be a file, of a machine with its ``tool`` of several by name. ``jointlib fmu`` does this.
     """
+    from .members.machine_files import model_of
+
     path = Path(path)
     _check_path(path, fmi, runtime)
-    system = _system_of(joint)
+    system = _system_of(model_of(joint, tool))
     _check_system(system)
     obstacle = _obstacle(system)
     chosen = runtime or ("python" if obstacle and system.lone else "c")

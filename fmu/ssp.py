@@ -43,18 +43,22 @@ class SspExport:
     """Sentences for the user."""
 
 
-def export_ssp(machine: Machine, path: Path | str) -> SspExport:
+def export_ssp(machine: Machine | Path | str, path: Path | str, *, tool: str | None = None) -> SspExport:
     """Write a machine as an SSP whose FMUs exchange forces and motions once per communication step.
 
     Components that rigid connections tie together are one FMU. The identified parameters are the start values of the
     FMUs. Before the file appears every FMU has been verified, the structure has been compared with the FMUs and with
-    the schema of SSP 1.0, and a short run in FMPy agreed with the machine's own equations.
+    the schema of SSP 1.0, and a short run in FMPy agreed with the machine's own equations. The machine may be a file,
+    with its ``tool`` of several by name; what that leaves to be identified is. ``jointlib ssp`` does this.
     """
+    from .members.machine_files import whole_machine
+
     path = Path(path)
     if path.suffix != ".ssp":
         raise InputError(f"{path}: the file name of a system of FMUs, expected one that ends in .ssp")
     if path.is_dir():
         raise InputError(f"{path}: a folder, expected the name of a file to write")
+    machine, remarks = whole_machine(machine, tool)
     if machine.static is not None:
         raise InputError(
             f"{machine.where}: static: the parts of a system of FMUs begin without each other's forces, so it would "
@@ -92,7 +96,7 @@ def export_ssp(machine: Machine, path: Path | str) -> SspExport:
         {master.name.lower(): _finite(step) for master, step in steps.items()},
         tuple(platforms),
         (f"FMPy {version('fmpy')}",),
-        tuple(told),
+        (*told, *remarks),
     )
 
 

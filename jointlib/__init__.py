@@ -1,6 +1,7 @@
 """Nonlinear machine joints: laws, identification, describing functions, closing the loop.
 
-The names of the verbs are here; they are imported when first used, so that ``jointlib --help`` need not wait.
+The names of the verbs are here, as functions that do what a verb does. They are imported when first used, so that
+``jointlib --help`` need not wait.
 """
 
 from __future__ import annotations
@@ -9,17 +10,20 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from jointlib.answers.df import df
+    from jointlib.answers.estimate import estimate
+    from jointlib.answers.identify import identify
+    from jointlib.answers.import_records import import_
+    from jointlib.answers.trace import trace
     from jointlib.describing import DescribingFunction
     from jointlib.errors import CheckFailed, FrequencyMismatch, InputError, Outcome
-    from jointlib.estimation.estimate import estimate
     from jointlib.frf import FRF, ReceptanceKind
-    from jointlib.identification import Identification, identify, restoring_force
+    from jointlib.identification import Identification, restoring_force
     from jointlib.io.joint_file import read_joint, write_joint
     from jointlib.io.measurement_file import read_measurement, read_records
     from jointlib.joint import Joint
     from jointlib.law import JointLaw, Motion
     from jointlib.loop.answer.report import TraceReport, Verdict
-    from jointlib.loop.trace import trace
     from jointlib.measurement import Measurement
     from jointlib.modal_fit.fit import fit_modes
 
@@ -32,9 +36,11 @@ _HOME = {
     "FRF": "frf",
     "ReceptanceKind": "frf",
     "Identification": "identification",
-    "estimate": "estimation.estimate",
+    "df": "answers.df",
+    "estimate": "answers.estimate",
     "fit_modes": "modal_fit.fit",
-    "identify": "identification",
+    "identify": "answers.identify",
+    "import_": "answers.import_records",
     "restoring_force": "identification",
     "read_joint": "io.joint_file",
     "write_joint": "io.joint_file",
@@ -45,7 +51,7 @@ _HOME = {
     "Motion": "law",
     "TraceReport": "loop.answer.report",
     "Verdict": "loop.answer.report",
-    "trace": "loop.trace",
+    "trace": "answers.trace",
     "Measurement": "measurement",
 }
 
@@ -64,9 +70,11 @@ __all__ = [
     "ReceptanceKind",
     "TraceReport",
     "Verdict",
+    "df",
     "estimate",
     "fit_modes",
     "identify",
+    "import_",
     "read_joint",
     "read_measurement",
     "read_records",

@@ -118,16 +118,23 @@ class FRF(Shown):
         pairs = ((o, i) for o in self.outputs for i in self.inputs)
         return {f"{o} per force on {i}": self.between(o, i) for o, i in pairs}
 
+    @property
+    def largest(self) -> tuple[int, int, int]:
+        """Indices of the line, output and input where it is largest."""
+        size = np.where(np.isfinite(self.receptance), np.abs(self.receptance), -1.0)
+        line, o, i = (int(index) for index in np.unravel_index(int(np.argmax(size)), size.shape))
+        return line, o, i
+
     def finding(self) -> str:
         """What it relates to what, and where it is largest."""
-        size = np.where(np.isfinite(self.receptance), np.abs(self.receptance), -1.0)
-        line, o, i = np.unravel_index(int(np.argmax(size)), size.shape)
+        line, o, i = self.largest
+        size = float(np.abs(self.receptance[line, o, i]))
         low, high = self.frequency[0], self.frequency[-1]
         known = f"{self.kind.value} receptance, {low:.6g} to {high:.6g} Hz in {len(self.frequency)} lines"
-        if size[line, o, i] < 0:
+        if not np.isfinite(size):
             return f"{known}; no line has a value"
         return (
-            f"{known}; largest {size[line, o, i] * 1e6:.4g} µm/N at {self.frequency[line]:.5g} Hz "
+            f"{known}; largest {size * 1e6:.4g} µm/N at {self.frequency[line]:.5g} Hz "
             f"({self.outputs[o]} per force on {self.inputs[i]})"
         )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache, lru_cache
 from typing import Any
 
@@ -17,6 +17,7 @@ _BY_RULE = {
 }
 _HUGE = 1e75
 """Beyond this, products of a few quantities are no floats any more."""
+_UNIT = re.compile(r"[^\d.eE+\-\s]")
 _GRAM = re.compile(r"(?<![A-Za-z_])(m?)g(?![A-Za-z_0-9])")
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*$")
 
@@ -90,6 +91,29 @@ def quantity(value: Any, expected: str, where: str) -> float:
     if abs(out) > _HUGE or 0 < abs(out) < 1 / _HUGE:
         raise InputError(f"{where}: {value!r}, expected 0 or a size between {1 / _HUGE:g} and {_HUGE:g} {expected}")
     return out
+
+
+def within(value: float, lower: float | None, upper: float | None, unit: str, where: str, given: object) -> float:
+    """The value, refused below ``lower`` and above ``upper`` where there are such, in the words of ``given``."""
+    if lower is not None and value < lower:
+        raise InputError(f"{where}: {given}, expected at least {lower:g} {unit}")
+    if upper is not None and value > upper:
+        bare = "" if _UNIT.search(str(given)) else f"; a number without a unit is in {unit}"
+        raise InputError(f"{where}: {given}, expected at most {upper:g} {unit}{bare}")
+    return value
+
+
+def frequency_range(parts: Sequence[str], where: str, given: str) -> tuple[float, float, int | None]:
+    """Lowest and highest frequency in Hz, and the number of lines or None, of two or three words."""
+    if len(parts) not in (2, 3) or (len(parts) == 3 and not parts[2].isdigit()):
+        raise InputError(f"{where}: {given!r}, expected lo:hi or lo:hi:n")
+    low, high = (quantity(p, "Hz", where) for p in parts[:2])
+    if not 0 < low < high:
+        raise InputError(f"{where}: runs from {low:g} to {high:g} Hz, expected 0 < low < high")
+    count = int(parts[2]) if len(parts) == 3 else None
+    if count is not None and count < 2:
+        raise InputError(f"{where}: {count} lines, expected at least 2")
+    return low, high, count
 
 
 _SHOWN = {

@@ -7,6 +7,16 @@ from typing import TYPE_CHECKING, Any
 from .moved import Moved
 
 if TYPE_CHECKING:
+    from .answers.check import check
+    from .answers.compare import compare
+    from .answers.explore import explore
+    from .answers.frf import frf
+    from .answers.inspect import inspect
+    from .answers.lobes import lobes
+    from .answers.modes import modes
+    from .answers.new import new
+    from .answers.study import study
+    from .answers.trace import trace
     from .components.beam import Beam
     from .components.component import Component, FirstOrder, SecondOrder
     from .components.connection import Connection, Identify
@@ -75,14 +85,18 @@ _HOME = {
     "StaticLoad": "components.static_load",
     "StaticPoint": "statics.statics",
     "Step": "road.piece",
+    "check": "answers.check",
     "constant_amplitude": "operating.constant_amplitude",
     "couple": "coupling.coupling",
+    "frf": "answers.frf",
     "frozen_receptance": "operating.operating_point",
+    "inspect": "answers.inspect",
     "linear_check": "harmonic_balance.linear_check",
     "lobes_at_amplitude": "cutting.amplitude.frozen_lobes",
     "lobes_over_range": "cutting.amplitude.lobes_over_range",
     "mean_displacement": "harmonic_balance.assembly",
     "natural_modes": "modes.natural_modes",
+    "new": "answers.new",
     "operating_point": "operating.operating_point",
     "read_machine": "files.machine_file",
     "response": "forced_response.response",
@@ -90,13 +104,19 @@ _HOME = {
     "stability_lobes": "cutting.rest.solve",
     "static_point": "statics.statics",
     "steps": "road.piece",
+    "trace": "answers.trace",
     "trace_frfs": "loop.trace",
     "trace_machine": "loop.trace",
 }
 """Where each name lives: its module is imported when it is first asked for, so that `--help` is there at once."""
 
+_ROOMS = ("compare", "explore", "lobes", "modes", "study")
+"""Verbs whose function is the module of that name, see `machines.verb_room`."""
+
 
 def __getattr__(name: str) -> Any:
+    if name in _ROOMS:
+        return import_module(f".{name}", __name__)
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     value = getattr(import_module(f".{_HOME[name]}", __name__), name)
@@ -105,7 +125,7 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *_HOME})
+    return sorted({*globals(), *_HOME, *_ROOMS})
 
 
 __all__ = [
@@ -141,14 +161,22 @@ __all__ = [
     "StaticLoad",
     "StaticPoint",
     "Step",
+    "check",
+    "compare",
     "constant_amplitude",
     "couple",
+    "explore",
+    "frf",
     "frozen_receptance",
+    "inspect",
     "linear_check",
+    "lobes",
     "lobes_at_amplitude",
     "lobes_over_range",
     "mean_displacement",
+    "modes",
     "natural_modes",
+    "new",
     "operating_point",
     "read_machine",
     "response",
@@ -156,6 +184,8 @@ __all__ = [
     "stability_lobes",
     "static_point",
     "steps",
+    "study",
+    "trace",
     "trace_frfs",
     "trace_machine",
 ]

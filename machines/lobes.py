@@ -1,4 +1,4 @@
-"""Stability lobes: how deep a machine can cut before it chatters."""
+"""Stability lobes: how deep a machine can cut before it chatters. Called, it does what ``jointlib lobes`` does."""
 
 from .cutting.amplitude.amplitude_limits import AmplitudeLimits, Cycle, Turn, amplitude_limits
 from .cutting.amplitude.frozen_modes import multipliers
@@ -14,6 +14,7 @@ from .cutting.rest.solve import METHODS, stability_lobes
 from .tool.tool_model import ToolModel
 from .tool.tool_point import Receptance, ToolPoint, tool_point
 from .uncertainty.lobe_bands import Band, frf_band, lobe_band, measured_lobe_band
+from .verb_room import called_as_verb
 
 __path__: list[str] = []
 """Submodules that once stood here are found by `machines.moved`."""
@@ -48,3 +49,5 @@ __all__ = [
     "unstable_depths_of",
     "witness",
 ]
+
+called_as_verb(__name__)

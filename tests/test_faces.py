@@ -33,12 +33,16 @@ from machines import (
     Machine,
     Response,
     StabilityLobes,
+    constant_amplitude,
+    linear_check,
     natural_modes,
     read_machine,
     response,
     stability_lobes,
 )
+from machines.compare.comparison import compared
 from machines.cutting.process.cutting import Cutting
+from machines.harmonic_balance.linear_check import Excluded
 from machines.lobes import ToolModel
 from machines.road.run import Run, Silent
 from machines.study.findings.answer import answer
@@ -350,6 +354,55 @@ def test_a_trace_of_a_machine_says_its_verdict_and_draws_to_which_joint_it_point
     axes = found.plot()
     assert labels(axes) == ("share of the excess removed [%]", "connection")
     assert [text.get_text() for text in axes.get_yticklabels()] == ["guide, chosen", "foot"]
+
+
+def test_the_check_says_how_far_the_machines_differ_and_draws_both(machine: Machine) -> None:
+    found = linear_check(machine)
+    text = said(found)
+    assert "passed" in text
+    assert f"{found.max_relative_difference:.2g}" in text
+    assert "joints at rest" in text
+    assert "FAILED" in said(replace(found, passed=False, amplitude=2e-6))
+    assert "excluded: coulomb in guide" in said(replace(found, excluded=(Excluded("guide", "coulomb", "no tangent"),)))
+    frame = framed(found)
+    assert frame.attrs["units"] == {"frequency": "Hz", "coupled": "m/N", "control": "m/N", "difference": "m/N"}
+    np.testing.assert_allclose(frame["coupled"], frame["control"], rtol=1e-8)
+    axes = found.plot()
+    assert labels(axes) == ("frequency [Hz]", "|x/F| [µm/N]")
+    np.testing.assert_allclose(axes.get_lines()[0].get_ydata(), 1e6 * frame["coupled"])
+
+
+def test_a_held_motion_tells_where_the_least_force_holds_it(machine: Machine) -> None:
+    lines = np.linspace(1100.0, 1400.0, 61)
+    found = constant_amplitude(machine, lines, 1e-6, "slide.x")
+    least = int(np.argmin(found.force))
+    text = said(found)
+    assert f"the least is {found.force[least]:.4g} N at {lines[least]:.5g} Hz" in text
+    assert "slide.x held at 1 µm by a force on slide.x" in text
+    frame = framed(found)
+    assert frame.attrs["units"] == {"frequency": "Hz", "force": "N", "guide amplitude": "m"}
+    assert set(frame["outcome"]) == {"converged"}
+    axes = found.plot()
+    assert labels(axes) == ("frequency [Hz]", "force [N]")
+    np.testing.assert_array_equal(axes.get_lines()[0].get_ydata(), found.force)
+    lost = replace(found, force=np.full(61, np.nan), outcomes=(Outcome.STALLED,) * 61)
+    assert "of 61 lines 61 stalled" in said(lost)
+
+
+def test_a_comparison_lays_the_prediction_over_the_record() -> None:
+    machine = read_machine(LIBRARY / "three_joints.toml")
+    found = compared(machine, LIBRARY / "three_joints" / "tip.measurement.toml")[0]
+    assert "FRAC" in repr(found)
+    assert repr(found) == f"Comparison: {found.sentence()}"
+    frame = framed(found)
+    assert frame.attrs["units"]["measured compliance"] == "m/N"
+    assert len(frame) == len(found.pairs)
+    axes = found.plot()
+    assert labels(axes) == ("frequency [Hz]", "|x/F| [µm/N]")
+    assert [line.get_label().partition(",")[0] for line in axes.get_lines()] == ["measured", "predicted"]
+    np.testing.assert_allclose(axes.get_lines()[1].get_ydata(), 1e6 * np.abs(found.predicted))
+    pytest.importorskip("xarray", reason="xarray is not installed (extra tables)")
+    np.testing.assert_array_equal(found.to_xarray()[:, 0, 0], found.predicted)
 
 
 @pytest.mark.thorough

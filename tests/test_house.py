@@ -45,6 +45,7 @@ ROOMS = (
     "report",
     "explore",
     "road",
+    "answers",
     "verbs",
 )
 """Rooms of ``machines``; each imports those before it alone."""
@@ -242,5 +243,5 @@ def test_verbs_are_found_and_helped_without_numerics() -> None:
 def test_every_name_that_machines_offers_is_there() -> None:
     import machines
 
-    assert set(machines.__all__) == set(machines._HOME)
+    assert set(machines.__all__) == {*machines._HOME, *machines._ROOMS}
     assert all(getattr(machines, name) is not None for name in machines.__all__)

@@ -9,12 +9,12 @@ from jointlib.cli.output import emit
 
 _PACKAGES = ("numpy", "scipy", "control", "fmpy", "pythonfmu", "matplotlib", "pint", "pyuff")
 _EXTRAS = {
-    "native": "ziglang",
-    "cluster": "distributed",
-    "explore": "dash",
-    "lab": "h5py",
-    "optimise": "pymoo",
-    "tables": "pyarrow",
+    "native": ("ziglang",),
+    "cluster": ("distributed",),
+    "explore": ("dash",),
+    "lab": ("h5py", "npTDMS"),
+    "optimise": ("pymoo",),
+    "tables": ("pandas", "pyarrow", "xarray"),
 }
 """What `pip install 'jointlib[…]'` brings, by extra."""
 
@@ -43,7 +43,8 @@ def command(as_json: bool) -> None:
             return "missing"
 
     packages = {name: found(name) for name in ("jointlib", *_PACKAGES)}
-    extras = {extra: found(name) for extra, name in _EXTRAS.items()}
+    brought = {name: found(name) for names in _EXTRAS.values() for name in names}
+    extras = {extra: _together([brought[name] for name in names]) for extra, names in _EXTRAS.items()}
     reached = {one.platform.fmi3: " ".join(one.command) for one in compilers()}
     compiler = reached.get(here())
     browser = next(
@@ -55,6 +56,7 @@ def command(as_json: bool) -> None:
         "platform": platform.platform(),
         "packages": packages,
         "extras": extras,
+        "extra_packages": brought,
         "compiler": compiler,
         "browser": browser,
         "fmu_runtimes": ["c", "python"] if compiler else ["python"],
@@ -63,11 +65,12 @@ def command(as_json: bool) -> None:
     }
     lines = [f"Python {data['python']} on {data['platform']}"]
     lines += [f"  {name} {release}" for name, release in packages.items()]
-    lines += [
-        f"  extra {extra}: "
-        + (f"pip install 'jointlib[{extra}]'" if release == "missing" else f"{_EXTRAS[extra]} {release}")
-        for extra, release in extras.items()
-    ]
+    for extra, names in _EXTRAS.items():
+        told = ", ".join(f"{name} {brought[name]}" for name in names)
+        if extras[extra] == "missing":
+            lacks = f" ({told})" if any(brought[name] != "missing" for name in names) else ""
+            told = f"pip install 'jointlib[{extra}]'{lacks}"
+        lines.append(f"  extra {extra}: {told}")
     lines += [
         f"native FMUs: FMI 2.0 and 3.0 for {', '.join(reached)}, compiled by {compiler}"
         if compiler
@@ -77,3 +80,8 @@ def command(as_json: bool) -> None:
         *(f"plugin failed to load: {name} ({why})" for name, why in failed.items()),
     ]
     emit(as_json, data, lines)
+
+
+def _together(versions: list[str]) -> str:
+    """The version of what an extra brings, of several packages all of them; missing where one is."""
+    return "missing" if "missing" in versions else ", ".join(versions)

@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
-from jointlib.cli.arguments import Target, Verb, input_file, json_option, refuse_tool, tool_option
+from jointlib.cli.arguments import Target, Verb, input_file, json_option, tool_option
 from jointlib.cli.output import emit, working, wrote
 from jointlib.errors import InputError
-
-if TYPE_CHECKING:
-    from jointlib.joint import Joint
-    from machines import Machine
 
 
 @click.command("fmu", cls=Verb)
@@ -59,7 +53,9 @@ def command(
     from ..export import export_fmu
 
     with working("exporting and verifying"):
-        done = export_fmu(_read(model, changes), output, fmi=int(fmi), runtime=runtime, platforms=platforms)
+        done = export_fmu(
+            model, output, fmi=int(fmi), runtime=runtime, platforms=platforms, tool=changes.get("tool.use")
+        )
     data = {
         "file": str(done.file),
         "platforms": list(done.platforms),
@@ -71,22 +67,6 @@ def command(
     lines = [wrote(done.file), f"platforms: {', '.join(done.platforms) or 'none'}, {done.runtime} runtime"]
     lines += [f"verified with {', '.join(done.verified_with) or 'nothing'}", *done.messages]
     emit(as_json, data, lines)
-
-
-def _read(path: Path, changes: dict[str, str]) -> Joint | Machine:
-    """What the file's schema says it is; anything that is no machine is read as a joint, and refused as one."""
-    from jointlib.io.joint_file import read_joint
-
-    try:
-        schema = tomllib.loads(path.read_bytes().decode("utf-8-sig")).get("schema")
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
-        schema = None
-    if schema != "jointlib/machine/1":
-        refuse_tool(path, changes)
-        return read_joint(path)
-    from machines.files.machine_file import read_machine
-
-    return read_machine(path, changes)
 
 
 def _verify(path: Path, as_json: bool) -> None:

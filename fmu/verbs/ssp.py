@@ -25,15 +25,10 @@ def command(machine: Path, output: Path, changes: dict[str, str], as_json: bool)
     Example:
       jointlib ssp machines/library/two_mass.toml -o two_mass.ssp
     """
-    from machines import read_machine
-    from machines.road.open_joints import with_joints
-
     from ..ssp import export_ssp
 
     with working("exporting and verifying"):
-        model, remarks = with_joints(read_machine(machine, changes))
-        done = export_ssp(model, output)
-    messages = [*done.messages, *remarks]
+        done = export_ssp(machine, output, tool=changes.get("tool.use"))
     data = {
         "file": str(done.file),
         "max_step": done.max_step,
@@ -41,7 +36,7 @@ def command(machine: Path, output: Path, changes: dict[str, str], as_json: bool)
         "masters": done.masters,
         "platforms": list(done.platforms),
         "verified_with": list(done.verified_with),
-        "messages": messages,
+        "messages": done.messages,
     }
     lines = [wrote(done.file), f"platforms: {', '.join(done.platforms)}"]
-    emit(as_json, data, [*lines, f"verified with {', '.join(done.verified_with)}", *messages])
+    emit(as_json, data, [*lines, f"verified with {', '.join(done.verified_with)}", *done.messages])

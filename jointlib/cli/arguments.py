@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -11,10 +10,10 @@ from typing import Any
 import click
 
 from jointlib.errors import InputError
-from jointlib.units import quantity
+from jointlib.io.atomic import to_write
+from jointlib.units import frequency_range, quantity, within
 
 _VALUE = re.compile(r"[+-]?(\d|\.\d)")
-_UNIT = re.compile(r"[^\d.eE+\-\s]")
 _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\D.*)?")
 _DECIMAL_COMMA = re.compile(r"(\d+),(\d+)\s*([^\d\s.,eE].*)")
 
@@ -31,12 +30,7 @@ class Quantity(click.ParamType[float]):
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         where = param.opts[0] if param is not None else "value"
         found = quantity(value.strip() if isinstance(value, str) else value, self.unit, where)
-        if self.lower is not None and found < self.lower:
-            raise InputError(f"{where}: {value}, expected at least {self.lower:g} {self.unit}")
-        if self.upper is not None and found > self.upper:
-            bare = "" if _UNIT.search(str(value)) else f"; a number without a unit is in {self.unit}"
-            raise InputError(f"{where}: {value}, expected at most {self.upper:g} {self.unit}{bare}")
-        return found
+        return within(found, self.lower, self.upper, self.unit, where, value)
 
 
 class FrequencyRange(click.ParamType[tuple[float, float, int | None]]):
@@ -48,16 +42,7 @@ class FrequencyRange(click.ParamType[tuple[float, float, int | None]]):
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
     ) -> tuple[float, float, int | None]:
         where = param.opts[0] if param is not None else "frequency"
-        parts = str(value).split(":")
-        if len(parts) not in (2, 3) or (len(parts) == 3 and not parts[2].isdigit()):
-            raise InputError(f"{where}: {value!r}, expected lo:hi or lo:hi:n")
-        low, high = (quantity(p, "Hz", where) for p in parts[:2])
-        if not 0 < low < high:
-            raise InputError(f"{where}: runs from {low:g} to {high:g} Hz, expected 0 < low < high")
-        count = int(parts[2]) if len(parts) == 3 else None
-        if count is not None and count < 2:
-            raise InputError(f"{where}: {count} lines, expected at least 2")
-        return low, high, count
+        return frequency_range(str(value).split(":"), where, str(value))
 
 
 class Target(click.ParamType[Path]):
@@ -71,19 +56,7 @@ class Target(click.ParamType[Path]):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
         where = param.opts[0] if param is not None else "output"
-        path = Path(value)
-        if not self.folder and path.is_dir():
-            raise InputError(f"{where}: {path} is a folder, expected the name of a file to write")
-        if self.suffixes and path.suffix not in self.suffixes:
-            raise InputError(f"{where}: {path} ends in {path.suffix!r}, expected {', '.join(self.suffixes)}")
-        folder = path if self.folder else path.parent
-        while not folder.exists() and folder != folder.parent:
-            folder = folder.parent
-        if not folder.is_dir():
-            raise InputError(f"{where}: {folder} is a file, expected a folder")
-        if not os.access(folder, os.W_OK | os.X_OK):
-            raise InputError(f"{where}: no permission to write into {folder}")
-        return path
+        return to_write(value, where, *self.suffixes, folder=self.folder)
 
 
 class Verb(click.Command):
@@ -114,7 +87,7 @@ class Verb(click.Command):
                     _one_reading(name, item)
             values = [value for item in taken for value in item.split(",")]
             kind = listed[name]
-            if isinstance(kind, Quantity):
+            if isinstance(kind, Quantity) and kind.unit == "m":
                 _one_unit(name, kind, values)
             for value in values:
                 out += [name, value]

@@ -7,7 +7,7 @@ import re
 import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from typing import Any
 
 import click
@@ -24,11 +24,16 @@ def emit(as_json: bool, data: Mapping[str, Any], lines: Sequence[str]) -> None:
         click.echo("\n".join(lines))
 
 
-def emit_so_far(as_json: bool, lines: list[str]) -> None:
-    """Print the words that stand already and clear them, before something that may take long; with JSON nothing."""
-    if not as_json and lines:
-        click.echo("\n".join(lines))
-        lines.clear()
+class SoFar:
+    """Prints what is said as it comes; with JSON nothing."""
+
+    def __init__(self, as_json: bool) -> None:
+        self.as_json, self.printed = as_json, 0
+
+    def __call__(self, lines: Sequence[str]) -> None:
+        """Print those of the lines that came since."""
+        emit(False, {}, [] if self.as_json else lines[self.printed :])
+        self.printed = len(lines)
 
 
 _FAULT = re.compile(r"(?:(?P<file>(?!--)[^:]+\.\w+): )?(?P<fault>.*?)(?: \(line (?P<line>\d+): .*\))?", re.DOTALL)
@@ -42,12 +47,6 @@ def faults(error: InputError) -> str:
         file, fault, line = match.group("file", "fault", "line") if match else (None, said, None)
         told.append({"file": file, "line": int(line) if line else None, "fault": fault})
     return json.dumps({"faults": told}, indent=1)
-
-
-def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    """Columns padded to their width."""
-    widths = [max(len(str(r[i])) for r in (header, *rows)) for i in range(len(header))]
-    return ["  ".join(str(cell).ljust(w) for cell, w in zip(r, widths, strict=True)).rstrip() for r in (header, *rows)]
 
 
 def wrote(path: Any) -> str:
@@ -90,3 +89,11 @@ class Steps:
         spent = time.perf_counter() - begun
         if spent > _SHOW_AFTER:
             click.echo(f"  {spent:.0f} s", err=True)
+
+
+class Working:
+    """Each part of a computation by a spinner, as `working` has it."""
+
+    def step(self, what: str) -> AbstractContextManager[None]:
+        """The spinner of a part."""
+        return working(what)

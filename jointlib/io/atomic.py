@@ -53,3 +53,25 @@ def _umask() -> int:
     mask = os.umask(0)
     os.umask(mask)
     return mask
+
+
+def to_write(path: Path | str, where: str, *suffixes: str, folder: bool = False) -> Path:
+    """The path of a file that ends in one of these suffixes, or of a folder, if it can be written."""
+    path = Path(path)
+    if not folder and path.is_dir():
+        raise InputError(f"{where}: {path} is a folder, expected the name of a file to write")
+    if suffixes and path.suffix not in suffixes:
+        raise InputError(f"{where}: {path} ends in {path.suffix!r}, expected {', '.join(suffixes)}")
+    above = path if folder else path.parent
+    while not above.exists() and above != above.parent:
+        above = above.parent
+    if not above.is_dir():
+        raise InputError(f"{where}: {above} is a file, expected a folder")
+    if not os.access(above, os.W_OK | os.X_OK):
+        raise InputError(f"{where}: no permission to write into {above}")
+    return path
+
+
+def given_target(path: Path | str | None, *suffixes: str, where: str = "output", folder: bool = False) -> Path | None:
+    """The same of a function's argument; None where nothing is to be written."""
+    return None if path is None else to_write(path, where, *suffixes, folder=folder)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import click
-import numpy as np
 
 from jointlib.cli.arguments import Quantity, Verb, input_file, json_option
-from jointlib.cli.output import emit, table
+from jointlib.cli.output import emit
+from jointlib.shown.text import table
 
 
 @click.command("df", cls=Verb)
@@ -28,27 +28,19 @@ def command(
     Example:
       jointlib df machines/library/guide.joint.toml --amplitude 1um 3um 5um --frequency 500
     """
-    from jointlib.describing import DescribingFunction
-    from jointlib.io.joint_file import read_joint
+    from jointlib.answers.df import df
 
-    model = read_joint(joint)
-    A, f = np.array(amplitude), np.array(frequency)
-    harmonic = DescribingFunction(model, bias).harmonic(A[:, None], 2 * np.pi * f)
-    data = {"amplitude": A, "frequency": f, "gain_real": harmonic.gain.real, "gain_imag": harmonic.gain.imag}
-    messages = []
-    low, high = model.validity.get("amplitude", (0.0, np.inf))
-    outside = (low > A) | (high < A)
-    if np.any(outside):
-        listed = ", ".join(f"{a * 1e6:g} um" for a in A[outside])
-        messages.append(f"outside the amplitudes the joint was identified on (up to {high * 1e6:g} um): {listed}")
-    if np.max(harmonic.error) > 1e-6 * np.max(
-        np.abs(np.where(np.isfinite(harmonic.gain), harmonic.gain, 0)), initial=1
-    ):
-        messages.append(f"numerical, with an error of up to {np.max(harmonic.error):.2g} N/m")
+    found = df(joint, amplitude=amplitude, frequency=frequency, bias=bias)
+    data = {
+        "amplitude": found.amplitude,
+        "frequency": found.frequency,
+        "gain_real": found.gain.real,
+        "gain_imag": found.gain.imag,
+        "warnings": found.warnings,
+    }
     rows = [
-        (f"{a * 1e6:g}", f"{hz:g}", f"{g.real / 1e6:.6g}", f"{g.imag / (2 * np.pi * hz) if hz else np.nan:.6g}")
-        for a, row in zip(A, harmonic.gain, strict=True)
-        for hz, g in zip(f, row, strict=True)
+        (f"{a * 1e6:g}", f"{hz:g}", f"{k / 1e6:.6g}", f"{c:.6g}")
+        for a, hz, k, c in zip(*(values for values, _ in found.columns().values()), strict=True)
     ]
     lines = table(("amplitude [um]", "frequency [Hz]", "stiffness [N/um]", "damping [N s/m]"), rows)
-    emit(as_json, {**data, "warnings": messages}, [*lines, *messages])
+    emit(as_json, data, [*lines, *found.warnings])

@@ -7,8 +7,8 @@ from pathlib import Path
 import click
 
 from jointlib.cli.arguments import Target, Verb, input_file, json_option
-from jointlib.cli.output import emit, table, working, wrote
-from jointlib.errors import InputError
+from jointlib.cli.output import emit, working, wrote
+from jointlib.shown.text import table
 
 
 @click.command("estimate", cls=Verb)
@@ -25,19 +25,10 @@ def command(measurement: Path, output: Path, plot: Path | None, as_json: bool) -
     """
     import numpy as np
 
-    from jointlib.estimation.estimate import estimate
-    from jointlib.estimation.frf_measurement import write_frfs
-    from jointlib.io.measurement_file import read_measurement
-    from jointlib.shown.pictures import write_picture
+    from jointlib.answers.estimate import estimate_to
 
-    if output.exists() and output.samefile(measurement):
-        raise InputError(f"-o {output}: is the measurement itself, expected another name")
     with working("estimating"):
-        test = read_measurement(measurement)
-        found = estimate(test)
-    written = write_frfs(output, found, test)
-    if plot is not None:
-        write_picture(plot, found.plot())
+        found, written = estimate_to(measurement, output, plot)
     data = {
         "file": str(output),
         "frfs": [
@@ -55,7 +46,7 @@ def command(measurement: Path, output: Path, plot: Path | None, as_json: bool) -
         ],
         "left_out": list(found.left_out),
         "notes": list(found.notes),
-        "files": [str(path) for path in written],
+        "files": [str(path) for path in written if path != plot],
         "sentence": found.finding(),
     }
     rows = [
@@ -74,4 +65,4 @@ def command(measurement: Path, output: Path, plot: Path | None, as_json: bool) -
     lines = [found.finding() + ".", *table(header, rows)]
     lines += [f"left out: {said}" for said in found.left_out]
     lines += [f"note: {said}" for said in found.notes]
-    emit(as_json, data, [*lines, *(wrote(path) for path in [*written, *([plot] if plot else [])])])
+    emit(as_json, data, [*lines, *map(wrote, written)])

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 import click
 
 from jointlib.cli.arguments import Target, Verb, input_file, json_option
-from jointlib.cli.output import emit, table, working, wrote
+from jointlib.cli.output import emit, working, wrote
 from jointlib.errors import InputError
+from jointlib.shown.text import table
 from jointlib.units import shown
 
 if TYPE_CHECKING:
@@ -37,17 +38,13 @@ def command(
     Example:
       jointlib identify machines/library/guide_mill/static.measurement.toml machines/library/guide_mill/rig.measurement.toml --start machines/library/guide_mill/start.joint.toml -o guide.joint.toml
     """  # noqa: E501
-    from jointlib import identify, read_joint, read_measurement, write_joint
+    from jointlib.answers.identify import identify
     from jointlib.identification.summary import identified
 
     if bool(laws) == (start is not None):
         raise InputError("identify: expected either --law or --start")
-    orders = _orders(order)
-    tests = [read_measurement(path) for path in measurements]
-    first = None if start is None else read_joint(start)
     with working("fitting"):
-        found = identify(tests, laws=laws or None, start=first, order=orders)
-    write_joint(output, found.joint)
+        found = identify(measurements, laws=laws, start=start, order=order, output=output)
     emit(as_json, {**identified(found), "file": str(output)}, [*words(found), wrote(output)])
 
 
@@ -64,12 +61,3 @@ def words(found: Identification) -> list[str]:
         for e in found.errors
     ]
     return [*lines, *found.messages]
-
-
-def _orders(text: str | None) -> tuple[int, int] | None:
-    if text is None:
-        return None
-    parts = text.split(",")
-    if len(parts) != 2 or not all(p.strip().isdigit() for p in parts):
-        raise InputError(f"--order: {text!r}, expected two whole numbers i,j")
-    return int(parts[0]), int(parts[1])

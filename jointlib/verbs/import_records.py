@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from jointlib.cli.arguments import Target, input_file, json_option
-from jointlib.cli.output import emit, table, working, wrote
+from jointlib.cli.output import emit, working, wrote
+from jointlib.shown.text import table
 
 if TYPE_CHECKING:
     from jointlib.lab.importing.bring import Brought
@@ -37,10 +38,10 @@ def command(files: tuple[Path, ...], kind: str | None, settings: tuple[str, ...]
     Example:
       jointlib import machines/library/guide_mill/static.csv -o vise.measurement.toml
     """
-    from jointlib.lab.importing.write import import_records
+    from jointlib.answers.import_records import brought_to
 
     with working("reading"):
-        brought = import_records(files, output, kind, settings)
+        brought = brought_to(files, output, kind, settings)
     emit(as_json, {"file": str(output), **data(brought)}, [*words(brought), wrote(output)])
 
 

@@ -2,3 +2,7 @@
 
 Imports files, the loop and below.
 """
+
+from ..verb_room import called_as_verb
+
+called_as_verb(__name__)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -12,6 +13,8 @@ from jointlib import read_measurement
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
 from jointlib.frf import FRF
+from jointlib.shown.pictures import AFTER, MEASURED, axes_of, draw_magnitude, literal, name_curves
+from jointlib.shown.result import Columns, Shown
 
 from ..cutting.amplitude.chattering_tool import tip_at_rest
 from ..cutting.process.cutting import Cutting
@@ -49,8 +52,8 @@ class Pair:
         return found
 
 
-@dataclass(frozen=True, eq=False)
-class Comparison:
+@dataclass(frozen=True, eq=False, repr=False)
+class Comparison(Shown):
     """One record against the machine at its force, on the lines of the record."""
 
     record: LevelFRF
@@ -61,6 +64,41 @@ class Comparison:
     """Frequency response assurance criterion: 1 where the two curves are alike but for a factor."""
     pairs: tuple[Pair, ...]
     warnings: tuple[str, ...]
+
+    def finding(self) -> str:
+        """As `sentence`."""
+        return self.sentence()
+
+    def columns(self) -> Columns:
+        """A row per resonance: measured, its standard error, predicted; nan where one of the curves lacks it."""
+        table: dict[str, tuple[Sequence[float], str]] = {}
+        for name, error, unit in (
+            ("frequency", "frequency_error", "Hz"),
+            ("damping_ratio", "damping_error", ""),
+            ("compliance", "compliance_error", "m/N"),
+        ):
+            for side in ("measured", "predicted"):
+                both = [getattr(pair, side) for pair in self.pairs]
+                table[f"{side} {name}"] = [np.nan if one is None else getattr(one, name) for one in both], unit
+                if side == "measured":
+                    table[f"{name} error"] = [np.nan if one is None else getattr(one, error) for one in both], unit
+        return table
+
+    def to_xarray(self) -> Any:
+        """The predicted receptance on the lines of the record, as an xarray DataArray."""
+        H = self.predicted[:, None, None]
+        return FRF(self.frequency, H, (self.record.response,), (self.record.drive,)).to_xarray()
+
+    def plot(self, ax: Any = None) -> Any:
+        """Measured and predicted size of the receptance in µm/N over frequency in Hz."""
+        axes = axes_of(ax)
+        force = f"{self.record.force:g} N"
+        draw_magnitude(axes, self.record.frequency, self.record.receptance, color=MEASURED, label=f"measured, {force}")
+        draw_magnitude(axes, self.frequency, self.predicted, color=AFTER, label=f"predicted, {force}")
+        pair = f"{self.record.response} per force on {self.record.drive}"
+        axes.set(xlabel="frequency [Hz]", ylabel="|x/F| [µm/N]", title=literal(pair))
+        name_curves(axes)
+        return axes
 
     def sentence(self) -> str:
         """The differences at the largest measured resonance, and how alike the curves are as a whole."""

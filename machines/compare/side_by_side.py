@@ -95,8 +95,12 @@ class Difference:
         return f"{self.what}: {share(self.other / self.first - 1)}"
 
 
-def side(path: Path) -> Side:
-    """What to compare of a file, by its schema, or of the folder of a run."""
+def side(path: Path | Machine | Joint) -> Side:
+    """What to compare of a machine or a joint, of a file, by its schema, or of the folder of a run."""
+    if isinstance(path, Joint):
+        return _of_joint(f"joint {path.name!r}", path)
+    if isinstance(path, Machine):
+        return _of_machine(path.where, path)
     if (path / "run.json").is_file():
         return _of_run(path)
     if path.is_dir():
@@ -105,28 +109,28 @@ def side(path: Path) -> Side:
         raise InputError(f"{path}: no such file, expected a machine, a joint, a measurement or the folder of a run")
     kind = str(read(path).get("schema", "")).split("/")[1:2]
     if kind == ["joint"]:
-        return _of_joint(path, read_joint(path))
+        return _of_joint(str(path), read_joint(path))
     if kind == ["machine"]:
-        return _of_machine(path, read_machine(path))
+        return _of_machine(str(path), read_machine(path))
     if kind == ["measurement"]:
         return _of_measurement(path)
     raise InputError(f"{path}: cannot be compared, expected a machine, a joint, a measurement or the folder of a run")
 
 
-def _of_joint(path: Path, joint: Joint) -> Side:
+def _of_joint(called: str, joint: Joint) -> Side:
     facts = {}
     for name, value in joint.parameters.items():
         error = joint.covariance.standard_error(name) if joint.covariance else 0.0
         facts[name] = Fact(float(value), joint.units[name], float(error) if np.isfinite(error) else 0.0)
-    return Side(str(path), "joint", facts)
+    return Side(called, "joint", facts)
 
 
-def _of_machine(path: Path, machine: Machine) -> Side:
+def _of_machine(name: str, machine: Machine) -> Side:
     """Receptances of the tool at rest over the band of the file, and the lowest stable depth where it cuts."""
     open_joints = [c.name for c in machine.connections if c.identify is not None]
     if open_joints:
         raise InputError(
-            f"{path}: {open_joints[0]} is to be identified; `jointlib run` does that, and its folder can be compared"
+            f"{name}: {open_joints[0]} is to be identified; `jointlib run` does that, and its folder can be compared"
         )
     curves, facts, limits = receptances(machine), dict[str, Fact](), None
     if machine.cutting is not None and machine.cutting.get("speed") is not None:
@@ -134,11 +138,11 @@ def _of_machine(path: Path, machine: Machine) -> Side:
         try:
             chart = lobes_at_amplitude(machine, np.linspace(slowest, fastest, _SPEEDS), 0.0)
         except (CheckFailed, InputError) as refused:
-            return Side(str(path), "machine", {}, curves, (f"{path}: depths are not compared: {refused}",))
+            return Side(name, "machine", {}, curves, (f"{name}: depths are not compared: {refused}",))
         facts["lowest stable depth"] = Fact(chart.minimum_depth, "m")
         facts["chatter there"] = Fact(chart.minimum_frequency, "Hz")
         limits = Limits(chart.speed, chart.depth, chart.chatter_frequency)
-    return Side(str(path), "machine", facts, curves, limits=limits)
+    return Side(name, "machine", facts, curves, limits=limits)
 
 
 def receptances(machine: Machine) -> dict[str, tuple[Array, ComplexArray, Array | None]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -11,6 +12,8 @@ from jointlib.errors import InputError
 from jointlib.frf import FRF
 from jointlib.joint import Joint
 from jointlib.law import JointLaw, Motion
+from jointlib.shown.pictures import axes_of, draw_magnitude, literal, name_curves
+from jointlib.shown.result import Columns, Shown
 
 from ..coupling.control_model import by_control
 from ..coupling.second_order import MachineEquations, machine_equations
@@ -40,8 +43,8 @@ class Excluded:
         return f"{self.connection}: {self.law}: {self.reason}"
 
 
-@dataclass(frozen=True, eq=False)
-class LinearCheck:
+@dataclass(frozen=True, eq=False, repr=False)
+class LinearCheck(Shown):
     """Receptance coupling against a state space of the same linearised machine."""
 
     max_relative_difference: float
@@ -61,11 +64,44 @@ class LinearCheck:
     """By receptance coupling."""
     control: FRF
     """By python-control."""
+    remarks: tuple[str, ...] = ()
+    """What is to be said of the machine, where `machines.check` made it."""
 
     @property
     def frequency(self) -> Array:
         """Lines in Hz."""
         return self.coupled.frequency
+
+    def finding(self) -> str:
+        """How far the two machines differ, and what was left out of both."""
+        at = "at rest" if self.amplitude is None else f"at {self.amplitude * 1e6:g} µm"
+        left = f"; excluded: {', '.join(f'{e.law} in {e.connection}' for e in self.excluded)}" if self.excluded else ""
+        return (
+            f"{'passed' if self.passed else 'FAILED'}, largest relative difference {self.max_relative_difference:.2g} "
+            f"from python-control over {self.frequency[0]:.4g} to {self.frequency[-1]:.4g} Hz, joints {at}{left}"
+        )
+
+    def columns(self) -> Columns:
+        """A row per line: the size of the pair that responds most, by coupling and by control, and their difference."""
+        _, o, i = self.coupled.largest
+        a, b = self.coupled.receptance[:, o, i], self.control.receptance[:, o, i]
+        return {
+            "frequency": (self.frequency, "Hz"),
+            "coupled": (np.abs(a), "m/N"),
+            "control": (np.abs(b), "m/N"),
+            "difference": (np.abs(a - b), "m/N"),
+        }
+
+    def plot(self, ax: Any = None) -> Any:
+        """The pair that responds most, in µm/N over Hz: by receptance coupling, and by python-control over it."""
+        axes = axes_of(ax)
+        _, o, i = self.coupled.largest
+        pair = f"{self.coupled.outputs[o]} per force on {self.coupled.inputs[i]}"
+        draw_magnitude(axes, self.frequency, self.coupled.receptance[:, o, i], label="receptance coupling")
+        draw_magnitude(axes, self.frequency, self.control.receptance[:, o, i], linestyle="--", label="python-control")
+        axes.set(xlabel="frequency [Hz]", ylabel="|x/F| [µm/N]", title=literal(pair))
+        name_curves(axes)
+        return axes
 
 
 def linear_check(machine: Machine, amplitude: float | None = None, frequency: ArrayLike | None = None) -> LinearCheck:

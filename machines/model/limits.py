@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,6 +27,15 @@ class Limit:
 
     amplitude: float
     outcome: Outcome
+
+
+def past_limits(
+    limits: Sequence[Limit], z: ComplexArray, gain: ComplexArray, slack: float = 0.0
+) -> Iterator[tuple[Mask, Outcome]]:
+    """Where each joint passes its limit by more than a share of ``slack``, or feeds energy; (points, joints)."""
+    for j, limit in enumerate(limits):
+        yield np.abs(z[:, j]) > limit.amplitude * (1 + slack), limit.outcome
+        yield feeds_energy(gain[:, j]), Outcome.NEGATIVE_DAMPING
 
 
 def amplitude_limit(joint: Joint) -> Limit:

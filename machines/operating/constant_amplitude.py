@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,16 +12,19 @@ from numpy.typing import ArrayLike
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError, Outcome
 from jointlib.frf import FRF, ReceptanceKind
+from jointlib.shown.pictures import axes_of, literal, name_curves
+from jointlib.shown.result import Columns, Shown
 
 from ..harmonic_balance.assembly import Assembly, View
 from ..harmonic_balance.prescribed import Prescribed, solve_prescribed
-from ..model.limits import feeds_energy
+from ..model.limits import past_limits
 from ..model.machine import Machine
+from .held_lines import columns_of, said_of
 from .solutions import caps_of
 
 
-@dataclass(frozen=True, eq=False)
-class ConstantAmplitude:
+@dataclass(frozen=True, eq=False, repr=False)
+class ConstantAmplitude(Shown):
     """What is known at each line, (nf,) first; nan where no admissible state was found."""
 
     frf: FRF
@@ -30,6 +34,36 @@ class ConstantAmplitude:
     joint: ComplexArray
     """Relative displacement of every connection in m, phase relative to the force, (nf, connections)."""
     outcomes: tuple[Outcome, ...]
+    of: str
+    """What is held: a connection or a degree of freedom."""
+    amplitude: float
+    """m, peak."""
+    connections: tuple[str, ...]
+
+    def finding(self) -> str:
+        """Where the least force holds the amplitude."""
+        held = f"{self.of} held at {self.amplitude * 1e6:.4g} µm by a force on {self.frf.inputs[0]}"
+        if np.all(np.isnan(self.force)):
+            return f"{held}; {said_of(self.outcomes)}"
+        k = int(np.nanargmin(self.force))
+        least = f"the least is {self.force[k]:.4g} N at {self.frf.frequency[k]:.5g} Hz"
+        return f"{held}: {least}; {said_of(self.outcomes)}"
+
+    def columns(self) -> Columns:
+        """A row per line: the force, the amplitude of every joint, how it ended."""
+        return columns_of(self.frf, self.force, np.abs(self.joint), self.outcomes, self.connections)
+
+    def to_xarray(self) -> Any:
+        """The receptance over frequency, output and input."""
+        return self.frf.to_xarray()
+
+    def plot(self, ax: Any = None) -> Any:
+        """The force in N that holds the amplitude, over frequency in Hz."""
+        axes = axes_of(ax)
+        axes.semilogy(self.frf.frequency, self.force, label=literal(f"{self.of} at {self.amplitude * 1e6:.4g} µm"))
+        axes.set(xlabel="frequency [Hz]", ylabel="force [N]")
+        name_curves(axes)
+        return axes
 
 
 def constant_amplitude(
@@ -75,19 +109,15 @@ def constant_amplitude(
     motion = view.Hof[:, :, 0] * found.force[:, None] - (view.Hoz @ pull[:, :, None])[:, :, 0]
     motion[:, list(assembly.nonlinear)] = found.z
     outcomes = np.array([Outcome.CONVERGED if c else Outcome.STALLED for c in found.converged], dtype=object)
-    for j, limit in enumerate(assembly.limits):
-        for wrong, outcome in (
-            (np.abs(found.z[:, j]) > limit.amplitude * (1 + 1e-12), limit.outcome),
-            (feeds_energy(found.gain[:, j]), Outcome.NEGATIVE_DAMPING),
-        ):
-            outcomes[found.converged & wrong] = outcome
+    for wrong, outcome in past_limits(assembly.limits, found.z, found.gain, 1e-12):
+        outcomes[found.converged & wrong] = outcome
     first, lost = len(names), outcomes != Outcome.CONVERGED
     value = (motion[:, first : first + len(shown)] / found.force[:, None])[:, :, None]
     force = np.where(lost, np.nan, found.force)
     motion[lost], value[lost] = np.nan, np.nan
     kind = ReceptanceKind.OPERATING if assembly.nonlinear else ReceptanceKind.LINEAR
     frf = FRF(lines, value, shown, (driven,), kind)
-    return ConstantAmplitude(frf, force, motion[:, :first], tuple(outcomes))
+    return ConstantAmplitude(frf, force, motion[:, :first], tuple(outcomes), of, float(amplitude), tuple(names))
 
 
 def _state(assembly: Assembly, view: View, row: int, amplitude: float) -> Prescribed:

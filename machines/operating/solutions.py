@@ -14,7 +14,7 @@ from ..harmonic_balance import newton as nonlinear
 from ..harmonic_balance.assembly import Assembly, View
 from ..harmonic_balance.mean_motions import solve_with_means
 from ..indices import Index, Mask, Reasons
-from ..model.limits import feeds_energy
+from ..model.limits import past_limits
 from ..statics.bias import Together
 from . import amplitude_map
 
@@ -137,13 +137,9 @@ def balance(
     motion = view.Hof[:, :, 0] * force[:, None] - (view.Hoz @ found.force[:, :, None])[:, :, 0]
     motion[:, list(assembly.nonlinear)] = found.z
     fine = found.converged.copy()
-    for j, limit in enumerate(assembly.limits):
-        for wrong, outcome in (
-            (np.abs(found.z[:, j]) > limit.amplitude, limit.outcome),
-            (feeds_energy(found.gain[:, j]), Outcome.NEGATIVE_DAMPING),
-        ):
-            why[wrong & fine] = outcome
-            fine &= ~wrong
+    for wrong, outcome in past_limits(assembly.limits, found.z, found.gain):
+        why[wrong & fine] = outcome
+        fine &= ~wrong
     return motion, np.max(np.abs(found.z), axis=1), fine, ~found.turning, why
 
 

@@ -4,28 +4,29 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from jointlib import write_joint
+from jointlib.answers.given import Quantities, several
 from jointlib.identification import Identification
 from jointlib.io.atomic import sha256, write_text
 from jointlib.joint import Joint
 from jointlib.loop.answer.head import assumptions_of, inputs_of, trace_numbers
 from jointlib.loop.answer.report import TraceReport, plain
 from jointlib.measurement import Measurement
-from jointlib.shown.pictures import axes_of, name_curves
+from jointlib.shown.progress import Progress, Silent
 from jointlib.shown.result import Columns, Shown
 
-from ..cutting.process.chart import StabilityLobes, draw_limit
+from ..cutting.process.chart import StabilityLobes, draw_charts
 from ..cutting.rest.chart_file import default_speeds
-from ..files.machine_file import read_machine
+from ..files.opened import machine_of
 from ..forced_response.response import Response
 from ..harmonic_balance.linear_check import LinearCheck
 from ..model.machine import Machine
+from ..ranges import LARGEST_AMPLITUDE
 from ..report.page import Page, Section
 from .mistakes import beside
 from .open_joints import look_ahead
@@ -35,29 +36,15 @@ AMPLITUDES = (0.0, 2e-6, 5e-6, 10e-6)
 """Tool-point amplitudes of the lobes in m where none are given; onset first."""
 
 
-class Progress(Protocol):
-    """What a run tells of where it is."""
-
-    def step(self, what: str) -> AbstractContextManager[None]:
-        """Entered when something that takes long begins, left when it has ended."""
-
-
-class Silent:
-    """Tells nothing."""
-
-    def step(self, what: str) -> AbstractContextManager[None]:
-        """Nothing."""
-        return nullcontext()
-
-
 def run(
     machine: Machine | Path | str,
     folder: Path | str,
     progress: Progress | None = None,
     steps: Sequence[Step | str] | None = None,
     *,
-    amplitudes: Sequence[float] = AMPLITUDES,
+    amplitudes: Quantities = AMPLITUDES,
     command: str = "",
+    tool: str | None = None,
 ) -> Run:
     """The whole road for a machine: identify, trace, mend, couple, check, cut, export, and one report in ``folder``.
 
@@ -73,12 +60,17 @@ def run(
         The steps to take, in this order: those that `machines.steps` lists or steps of one's own, an installed one also
         by its name. All that are installed where none are given.
     amplitudes
-        Of the tool point in m, at which lobes are computed.
+        Of the tool point, m or with units, at which lobes are computed.
     command
         What the report says made it.
+    tool
+        Which of several named tools is in the machine.
     """
     taken = chosen_steps(steps)
-    model = machine if isinstance(machine, Machine) else read_machine(machine)
+    model, sizes = (
+        machine_of(machine, tool),
+        tuple(sorted(several(amplitudes, "m", "amplitudes", 0, LARGEST_AMPLITUDE))),
+    )
     look_ahead(model)
     if model.cutting is not None and any(step.name == "cutting" for step in taken):
         default_speeds(model)
@@ -88,7 +80,6 @@ def run(
     made.warnings += model.remarks()
     if bare := ", ".join(model.without_equations):
         made.warnings.append(f"Only FRFs are known of {bare}: not checked against python-control.")
-    sizes = tuple(sorted(amplitudes))
     walk([piece for step in taken for piece in step.pieces(model, sizes)], made)
     made.data = made.close()
     return made
@@ -156,13 +147,7 @@ class Run(Shown):
         """The stability lobes by amplitude of the tool; the response where there are none, else the machine."""
         if not self.charts:
             return self.responses[0].plot(ax) if self.responses else self.machine.plot(ax)
-        axes = axes_of(ax)
-        for amplitude, chart in self.charts.items():
-            label = f"limit at {amplitude * 1e6:g} µm" if amplitude else "onset of chatter"
-            draw_limit(axes, chart.speed, chart.depth, label=label)
-        axes.set(xlabel="spindle speed [rpm]", ylabel="depth of cut [mm]", ylim=(0.0, None))
-        name_curves(axes)
-        return axes
+        return draw_charts(self.charts.items(), ax)
 
     def joint(self, name: str) -> Joint:
         """The joint of a connection as it is used by now."""

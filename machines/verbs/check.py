@@ -23,12 +23,10 @@ def command(machine: Path, amplitude: float | None, changes: dict[str, str], as_
     Example:
       jointlib check machines/library/two_mass.toml
     """
-    from .. import linear_check, read_machine
-    from ..road.open_joints import with_joints
+    from ..answers.check import check
 
     with working("comparing with python-control"):
-        model, remarks = with_joints(read_machine(machine, changes))
-        result = linear_check(model, amplitude)
+        result = check(machine, amplitude=amplitude, tool=changes.get("tool.use"))
     excluded = [{"connection": e.connection, "law": e.law, "reason": e.reason} for e in result.excluded]
     lines = [
         f"largest relative difference in norm {result.max_relative_difference:.2g} over "
@@ -40,8 +38,8 @@ def command(machine: Path, amplitude: float | None, changes: dict[str, str], as_
         "max_relative_difference": result.max_relative_difference,
         "passed": result.passed,
         "excluded": excluded,
-        "warnings": remarks,
+        "warnings": result.remarks,
     }
-    emit(as_json, data, [*lines, *remarks])
+    emit(as_json, data, [*lines, *result.remarks])
     if not result.passed:
         raise CheckFailed(f"{machine}: receptance coupling and python-control differ, see above")

@@ -1,10 +1,12 @@
-"""What several verbs take with a unit, within what machine tools do: a bare ``5`` is 5 m, which no tool moves."""
+"""What several verbs take with a unit, within what machine tools do."""
 
 from __future__ import annotations
 
 from jointlib.cli.arguments import Quantity
 
-AMPLITUDE = Quantity("m", lower=0, upper=0.01)
+from ..ranges import DEEPEST, LARGEST_AMPLITUDE
+
+AMPLITUDE = Quantity("m", lower=0, upper=LARGEST_AMPLITUDE)
 """Peak vibration of the tool."""
-DEPTH = Quantity("m", lower=0, upper=0.5)
+DEPTH = Quantity("m", lower=0, upper=DEEPEST)
 """Depth of cut."""

@@ -2,27 +2,18 @@
 
 from __future__ import annotations
 
-import os
-import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
 from jointlib.cli.arguments import Target, Verb, input_file, json_option
-from jointlib.cli.output import working, wrote
-from jointlib.errors import InputError
-
-from .told.study_told import tell
+from jointlib.cli.output import Working, emit, wrote
 
 if TYPE_CHECKING:
-    from jointlib.joint import Joint
-
-    from ..study.study import Study
+    from ..answers.study import StudyResults
 
 
-_PER_PROCESSOR = 4
-_SHARD = re.compile(r"([0-9]{1,6})/([0-9]{1,6})")
 tools_option = click.option(
     "--tool",
     "tools",
@@ -30,7 +21,6 @@ tools_option = click.option(
     metavar="NAME",
     help="Named tools of the machine; of several the worst counts. Default: those that the study says.",
 )
-_ADDRESS = re.compile(r"((tcp|tls|ucx|ws|wss)://)?[^\s/]+:[0-9]{1,5}")
 
 
 class _Parts(click.Group):
@@ -80,7 +70,7 @@ def run(study: Path, output: Path, as_json: bool, tools: tuple[str, ...], **how:
     Example:
       jointlib study run machines/library/guide_mill.study.toml -o study
     """
-    _compute(study, tools, output, as_json, new=True, **how)
+    _compute(study, tools, output, as_json, "run", **how)
 
 
 @command.command("resume", cls=Verb)
@@ -92,7 +82,7 @@ def resume(study: Path, output: Path, as_json: bool, tools: tuple[str, ...], **h
     Example:
       jointlib study resume machines/library/guide_mill.study.toml -o study
     """
-    _compute(study, tools, output, as_json, new=False, **how)
+    _compute(study, tools, output, as_json, "resume", **how)
 
 
 @command.command("report", cls=Verb)
@@ -108,80 +98,23 @@ def report(study: Path, output: Path, tools: tuple[str, ...], target: Path | Non
     Example:
       jointlib study report machines/library/guide_mill.study.toml -o study
     """
-    from ..study.run import begin, planned
-    from ..study.study_file import read_study
-    from ..study.tables import write_table
+    from ..answers.study import study as studied
 
-    opened = read_study(study, tuple(dict.fromkeys(tools)))
-    if not (output / "study.json").is_file():
-        raise InputError(f"-o {output}: holds no study, expected the folder of 'jointlib study run'")
-    store = begin(opened, output)
-    if target is not None:
-        write_table(planned(opened, output), store, target)
-    tell(planned(opened, output), store, identified(opened), output, as_json)
-    if target is not None and not as_json:
-        click.echo(wrote(target))
+    _tell(studied(study, output, part="report", tool=tools, table=target, progress=Working()), as_json)
 
 
 def _compute(
-    study: Path,
-    tools: tuple[str, ...],
-    output: Path,
-    as_json: bool,
-    new: bool,
-    workers: int | None = None,
-    shard: str | None = None,
-    scheduler: str | None = None,
+    study: Path, tools: tuple[str, ...], output: Path, as_json: bool, part: Literal["run", "resume"], **how: Any
 ) -> None:
-    from ..study.run import begin, evaluate_all, planned
-    from ..study.study_file import read_study
-    from ..study.values import check_values
+    from ..answers.study import study as studied
 
-    part = _part(shard)
-    most = _PER_PROCESSOR * (os.cpu_count() or 1)
-    if workers is not None and workers > most:
-        raise InputError(f"--workers: {workers}, expected at most {most}, {_PER_PROCESSOR} for each processor")
-    if scheduler is not None and not _ADDRESS.fullmatch(scheduler):
-        raise InputError(f"--scheduler: {scheduler!r}, expected an address such as tcp://10.0.0.5:8786")
-    opened = read_study(study, tuple(dict.fromkeys(tools)))
-    if not new and not (output / "study.json").is_file():
-        raise InputError(f"-o {output}: holds no study to resume, expected the folder of 'jointlib study run'")
-    store = begin(opened, output)
-    joints = identified(opened)
-    missing = len(store.missing())
-    if missing:
-        check_values(opened, joints)
     try:
-        with working(f"computing {missing} of {store.blocks} blocks"):
-            evaluate_all(opened, store, joints, workers, part, scheduler)
+        found = studied(study, output, part=part, tool=tools, progress=Working(), **how)
     except KeyboardInterrupt:
         click.echo("\njointlib: what is computed is kept; 'jointlib study resume' goes on with it", err=True)
         raise
-    tell(planned(opened, output), store, joints, output, as_json)
+    _tell(found, as_json)
 
 
-def _part(shard: str | None) -> tuple[int, int]:
-    if shard is None:
-        return 1, 1
-    found = _SHARD.fullmatch(shard)
-    if found is None or not 1 <= int(found[1]) <= int(found[2]):
-        raise InputError(f"--shard: {shard!r}, expected k/n such as 2/8")
-    return int(found[1]), int(found[2])
-
-
-def identified(study: Study) -> dict[str, Joint]:
-    """Joints that the base machine leaves to be identified, once for all configurations."""
-    from .. import read_machine
-    from ..road.open_joints import with_joints
-
-    joints: dict[str, Joint] = {}
-    for tool in study.with_tools:
-        machine = read_machine(study.base, dict(tool))
-        for name, joint in joints.items():
-            if name in [c.name for c in machine.connections]:
-                machine = machine.with_joint(name, joint)
-        names = [c.name for c in machine.connections if c.identify is not None and c.name not in joints]
-        if names:
-            found, _ = with_joints(machine)
-            joints |= {c.name: c.joint for c in found.connections if c.name in names and c.joint is not None}
-    return joints
+def _tell(found: StudyResults, as_json: bool) -> None:
+    emit(as_json, found.as_json(), [*found.words(), *map(wrote, found.files)])

@@ -16,8 +16,8 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "cli"))
 from browser import Tab, running
 from explorer_site import curve, page, part, serving, until_drawn
 
+from machines.answers.explore import identified
 from machines.explore import Explorer
-from machines.verbs.explore import identified
 
 MILL = Path(__file__).parents[2] / "machines" / "library" / "guide_mill.toml"
 AMPLITUDE, PRELOAD, PRESSES = 0, 1, 16

@@ -468,7 +468,7 @@ def test_a_key_known_elsewhere_is_unknown_here(own: Path) -> None:
 
 def test_a_folder_without_permission_is_named_before_any_work(own: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     # The superuser may write anywhere, so the answer of the system is put in place of a folder's mode.
-    monkeypatch.setattr("jointlib.cli.arguments.os.access", lambda path, mode: not mode & os.W_OK)
+    monkeypatch.setattr("jointlib.io.atomic.os.access", lambda path, mode: not mode & os.W_OK)
     for command in (TRACE, FIT, FRF, f"fmu {GUIDE} -o guide.fmu", f"lobes {TOOL} -o lobes.npz"):
         refused(command, "no permission to write into .")
 

@@ -18,7 +18,7 @@ from command_line import LIBRARY, jointlib
 from explorer_site import DRAWN, Opened, Site, curve, page, part, press, serving, until_drawn, until_status, value
 from tools import package
 
-from machines.verbs.explore import identified
+from machines.answers.explore import identified
 
 AMPLITUDE, PRELOAD, CONTACT, DAMPING, TEETH = 0, 1, 3, 4, 5
 
@@ -325,8 +325,8 @@ def test_exact_lobes_pass_through_every_reading(tab: Tab) -> None:
 
 @pytest.mark.slow
 def test_the_fmu_of_a_setting_is_verified(site: Site, tmp_path: Path) -> None:
+    from machines.answers.explore import exported
     from machines.explore import Explorer
-    from machines.verbs.explore import exported
 
     machine = LIBRARY / "guide_mill.toml"
     explorer = Explorer(machine, joints=identified(machine)[0])

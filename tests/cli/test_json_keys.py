@@ -251,6 +251,12 @@ def test_doctor_tells_what_each_extra_brings_and_how_to_get_it(here: Path, monke
     said = jointlib("doctor").out.splitlines()
     assert "  extra explore: dash 4.4.1" in said
     assert "  extra tables: pip install 'jointlib[tables]'" in said
+    releases |= {"pandas": "3.1.1", "pyarrow": "26.0"}
+    lacking = "  extra tables: pip install 'jointlib[tables]' (pandas 3.1.1, pyarrow 26.0, xarray missing)"
+    assert lacking in jointlib("doctor").out.splitlines()
+    releases["xarray"] = "2026.9"
+    assert "  extra tables: pandas 3.1.1, pyarrow 26.0, xarray 2026.9" in jointlib("doctor").out.splitlines()
+    assert jointlib("doctor --json").json["extra_packages"]["xarray"] == "2026.9"
 
 
 def test_doctor_says_what_to_install_where_no_native_fmu_can_be_made(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from jointlib.arrays import Array, ArrayLike
 from jointlib.errors import Outcome
-from jointlib.shown.pictures import axes_of
+from jointlib.shown.pictures import axes_of, name_curves
 from jointlib.shown.result import Columns, Shown
 
 Words: TypeAlias = NDArray[np.str_]
@@ -154,6 +155,17 @@ class StabilityLobes(Shown):
 def draw_limit(axes: Any, speed: Array, depth: Array, **look: Any) -> None:
     """A limit in m as a curve in mm over speed in rpm, with gaps where it is stable at any depth."""
     axes.plot(speed, np.where(np.isfinite(depth), depth * 1e3, np.nan), **look)
+
+
+def draw_charts(charts: Iterable[tuple[float, StabilityLobes]], ax: Any = None) -> Any:
+    """The limits of charts by tool-point amplitude (m), over each other."""
+    axes = axes_of(ax)
+    for amplitude, chart in charts:
+        label = f"limit at {amplitude * 1e6:g} µm" if amplitude else "onset of chatter"
+        draw_limit(axes, chart.speed, chart.depth, label=label)
+    axes.set(xlabel="spindle speed [rpm]", ylabel="depth of cut [mm]", ylim=(0.0, None))
+    name_curves(axes)
+    return axes
 
 
 def _speeds(speed: Array) -> str:

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from jointlib.cli.output import working
 from jointlib.errors import CheckFailed, InputError
+from jointlib.shown.progress import Progress
 
 _KNOCKS = 10
 """Tool amplitudes behind the depth that is safe from knocks at every speed."""
@@ -32,7 +32,9 @@ def grown(
         return [], [f"No multiplier: {refused}"]
 
 
-def lenses(model: Any, chart: Any, depth: Sequence[float]) -> tuple[dict[str, Any], list[Any], list[str]]:
+def lenses(
+    model: Any, chart: Any, depth: Sequence[float], progress: Progress
+) -> tuple[dict[str, Any], list[Any], list[str]]:
     """Every unstable interval of depth at the chosen speeds, at rest: as JSON, as they are, and told.
 
     They are looked for as deep as the deepest ``depth`` (m) at least.
@@ -40,7 +42,7 @@ def lenses(model: Any, chart: Any, depth: Sequence[float]) -> tuple[dict[str, An
     from ...cutting.amplitude.unstable_depths import DEEPER, REACH, unstable_depths
     from ...cutting.amplitude.words import told_lenses
 
-    with working("looking for stable cuts above the limits"):
+    with progress.step("looking for stable cuts above the limits"):
         try:
             found = unstable_depths(model, chart, np.fmax(REACH * chart.depth, DEEPER * max(depth, default=0.0)))
         except (CheckFailed, InputError) as refused:
@@ -58,6 +60,7 @@ def over_amplitude(
     zones: Sequence[Any],
     growth: Any,
     budget: float,
+    progress: Progress,
 ) -> tuple[dict[str, Any], list[str]]:
     """Limits over amplitude at the chosen speeds, where something in the machine or its cut depends on it.
 
@@ -65,12 +68,12 @@ def over_amplitude(
     joints that depend on amplitude they are left out, and that is said, where they would take more than the ``budget``
     (s).
     """
-    from ... import Cutting
     from ...cutting.amplitude.amplitude_limits import amplitude_limits, amplitude_range, depends_on_amplitude
     from ...cutting.amplitude.chattering_tool import seconds_of_chart
     from ...cutting.amplitude.words import LOWER_EDGE
     from ...cutting.forced.beside_cut import told_cuts
     from ...cutting.forced.forced_vibration import too_many
+    from ...cutting.process.cutting import Cutting
 
     if not depends_on_amplitude(model):
         return {}, []
@@ -84,7 +87,7 @@ def over_amplitude(
                 f"{needed / 60:.0f} minutes, more than the {budget:g} s of --budget."
             )
             return {"told": [left]}, [left]
-    with working("computing limits over amplitude"):
+    with progress.step("computing limits over amplitude"):
         limits = amplitude_limits(model, speed, method=method)
         said, cycles = told_cuts(model, limits, depth, zones or None, growth)
         said += [LOWER_EDGE] if any(one.lenses for one in zones) else []
@@ -99,16 +102,16 @@ def over_amplitude(
     return {"over_amplitude": rows, "told": said}, said
 
 
-def safe_from_knocks(model: Any, chart: Any) -> tuple[dict[str, Any], list[str]]:
+def safe_from_knocks(model: Any, chart: Any, progress: Progress) -> tuple[dict[str, Any], list[str]]:
     """In turning, where something depends on amplitude: the depth below which knocks die out at every speed."""
-    from ... import Cutting
     from ...cutting.amplitude.amplitude_limits import amplitude_range, depends_on_amplitude
     from ...cutting.amplitude.lobes_over_range import least_depth
+    from ...cutting.process.cutting import Cutting
 
     cutting = Cutting(**(model.cutting or {}))
     if chart.method != "turning" or not depends_on_amplitude(model):
         return {}, []
-    with working("computing the least depth over amplitude"):
+    with progress.step("computing the least depth over amplitude"):
         depth, amplitude = least_depth(model, chart, amplitude_range(cutting, _KNOCKS))
     if not np.isfinite(depth):
         return {}, []
@@ -120,7 +123,7 @@ def safe_from_knocks(model: Any, chart: Any) -> tuple[dict[str, Any], list[str]]
 
 
 def bands(
-    model: Any, charts: Sequence[Any], amplitude: Sequence[float], samples: int
+    model: Any, charts: Sequence[Any], amplitude: Sequence[float], samples: int, progress: Progress
 ) -> tuple[dict[str, Any], list[str]]:
     """Depths at 2.5, 50 and 97.5 % of the samples, [share][speed], or [amplitude][share][speed]."""
     from ...uncertainty.lobe_bands import SHARES, lobe_band
@@ -132,7 +135,7 @@ def bands(
         lobe_band(model, speeds, amplitude[0] if amplitude else 0.0, 1, method=method)
         cost = (time.perf_counter() - begun) * samples * len(charts)
         about = f" by {method}, about {cost:.0f} s (zero-order is a fast preview)"
-    with working(f"computing {samples} samples{about}"):
+    with progress.step(f"computing {samples} samples{about}"):
         found = [lobe_band(model, speeds, A, samples, method=method) for A in amplitude or (0.0,)]
     depth = [band.quantiles for band in found]
     said = []
@@ -153,11 +156,11 @@ def bands(
     return data | {"method": method, "clipped": clipped, "failed": failed}, said
 
 
-def zones_of(model: Any, charts: Sequence[Any], amplitude: Sequence[float]) -> Any:
+def zones_of(model: Any, charts: Sequence[Any], amplitude: Sequence[float], progress: Progress) -> Any:
     """Safe, bistable and finite chatter over amplitude for a picture: of the charts, else of a few amplitudes more."""
-    from ... import Cutting
     from ...cutting.amplitude.amplitude_limits import amplitude_limits, amplitude_range, depends_on_amplitude
     from ...cutting.amplitude.zones import Zones
+    from ...cutting.process.cutting import Cutting
 
     if amplitude:
         return Zones.between(list(zip(amplitude, charts, strict=True)))
@@ -167,15 +170,15 @@ def zones_of(model: Any, charts: Sequence[Any], amplitude: Sequence[float]) -> A
     largest = amplitude_range(cutting)[-1]
     sizes = largest * np.array(_FEW if cutting.process == "milling" else _MANY)
     cost = ", in milling some minutes" if cutting.process == "milling" else ""
-    with working(f"computing limits at {len(sizes)} amplitudes{cost}"):
+    with progress.step(f"computing limits at {len(sizes)} amplitudes{cost}"):
         return Zones.of(amplitude_limits(model, charts[0].speed, sizes, charts[0].method))
 
 
-def lenses_to(model: Any, chart: Any, deepest: float) -> tuple[Any, ...]:
+def lenses_to(model: Any, chart: Any, deepest: float, progress: Progress) -> tuple[Any, ...]:
     """The unstable depths of a chart at rest for a picture up to ``deepest`` in m; none where they cannot be had."""
     from ...cutting.amplitude.unstable_depths import closer_at_lenses
 
-    with working("looking for stable cuts above the limits"):
+    with progress.step("looking for stable cuts above the limits"):
         try:
             return closer_at_lenses(model, chart, deepest)
         except (CheckFailed, InputError):
@@ -183,7 +186,7 @@ def lenses_to(model: Any, chart: Any, deepest: float) -> tuple[Any, ...]:
 
 
 def witnessed(
-    model: Any, speed: Sequence[float], depth: Sequence[float], amplitude: Sequence[float]
+    model: Any, speed: Sequence[float], depth: Sequence[float], amplitude: Sequence[float], progress: Progress
 ) -> tuple[list[list[dict[str, Any]]], list[str]]:
     """The cut simulated at every speed and depth, [speed][depth], and told."""
     from ...cutting.in_time.witness import witness
@@ -192,7 +195,7 @@ def witnessed(
     for n in speed:
         row = []
         for b in depth:
-            with working(f"simulating {n:g} rpm and {b * 1e3:g} mm"):
+            with progress.step(f"simulating {n:g} rpm and {b * 1e3:g} mm"):
                 found = witness(model, n, b, sorted(amplitude) or None)
             said.append(str(found))
             names = ("start", "end", "rate", "grows", "lost_contact", "frequency", "duration")

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from jointlib.cli.output import emit, table, working, wrote
+from jointlib.shown.text import table
 
 if TYPE_CHECKING:
     from jointlib.arrays import Array
@@ -16,44 +16,12 @@ if TYPE_CHECKING:
     from ...study.evaluation import Evaluation
     from ...study.findings.contrast import Contrast
     from ...study.findings.verdict import Design, Verdict
-    from ...study.store import Store
     from ...study.study import Study
 
 REPORT, BEST = "report.html", "best.toml"
 
 
-def tell(study: Study, store: Store, joints: Mapping[str, Joint], output: Path, as_json: bool) -> None:
-    """Print what is done; once all is, judge it and write ``results.npz``, ``report.html`` and ``best.toml``."""
-    import numpy as np
-
-    from jointlib.io.atomic import write_npz
-
-    from ...study.evaluation import Evaluation
-    from ...study.findings.verdict import judge
-
-    done = store.total - sum(store.rows(i, i).stop - store.rows(i, i).start for i in store.missing())
-    data: dict[str, Any] = {"done": done, "total": store.total, "best": None}
-    lines = [f"{done} of {store.total} configurations are computed"]
-    if done < store.total:
-        emit(as_json, data, [*lines, "the others are still to do, by the other parts or by 'jointlib study resume'"])
-        return
-    results = store.results()
-    write_npz(output / "results.npz", {"factors": study.numbers(), **results})
-    verdict = judge(study, results)
-    evaluate = Evaluation(study.source.resolve(), tuple(sorted(joints.items())), tools=study.asked_tools)
-    without = np.flatnonzero(np.all([np.isnan(values) for values in results.values()], axis=0))
-    refused = evaluate.refused(study.numbers()[without[0]], study.case(int(without[0]))) if len(without) else ""
-    if refused:
-        lines.append(f"{len(without)} of them have no results; the first: {refused}")
-    with working("writing the report"):
-        written = _write(study, results, verdict, joints, evaluate, lines[1:], output)
-    data |= _as_json(verdict) | {"report": str(output / REPORT), "machine": None}
-    if verdict.best is not None:
-        data["machine"] = str(output / BEST)
-    emit(as_json, data, [*lines, *_words(study, verdict), *map(wrote, (output / "results.npz", *written))])
-
-
-def _write(
+def write_findings(
     study: Study,
     results: Mapping[str, Array],
     verdict: Verdict,
@@ -62,7 +30,7 @@ def _write(
     warnings: Sequence[str],
     output: Path,
 ) -> list[Path]:
-    """The best machine, where there is one, and the report."""
+    """The best machine, where there is one, and the report; what was written."""
     from ...report.study_report import study_page
     from ...study.findings.best import write_best
     from ...study.findings.contrast import contrast
@@ -83,7 +51,7 @@ def _write(
     return [output / REPORT, *([] if best is None else [best.files[0]])]
 
 
-def _words(study: Study, verdict: Verdict) -> list[str]:
+def words_of(study: Study, verdict: Verdict) -> list[str]:
     from ...study import words
     from ...study.findings.answer import answer
 
@@ -99,7 +67,7 @@ def _words(study: Study, verdict: Verdict) -> list[str]:
     return lines
 
 
-def _as_json(verdict: Verdict) -> dict[str, Any]:
+def as_json(verdict: Verdict) -> dict[str, Any]:
     data: dict[str, Any] = {"best": None if verdict.best is None else _design(verdict.best)}
     if verdict.surer is not None:
         data["probability"] = verdict.surer

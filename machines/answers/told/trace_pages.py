@@ -1,39 +1,20 @@
-"""``jointlib trace --machine``: measured frequency responses against a machine."""
+"""What is told of a trace: a machine's in words, and the pages of both."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from jointlib.cli.output import working, wrote
-from jointlib.loop.answer.head import assumptions_of, inputs_of
+from jointlib.loop.answer.head import assumptions_of, inputs_of, trace_numbers
 
 if TYPE_CHECKING:
+    from jointlib.loop.answer.report import TraceReport
     from jointlib.measurement import Measurement
 
     from ...loop.report import MachineTrace
 
 
-def traced(test: Measurement, machine: Path, output: Path, seed: int, command: str) -> tuple[dict[str, Any], list[str]]:
-    """Trace, write everything into a folder; the JSON and the lines to print."""
-    from dataclasses import replace
-
-    from ...files.machine_file import read_machine
-    from ...loop.close import check_target, write_trace
-    from ...loop.records import said_of
-    from ...loop.trace import trace_machine
-
-    model = read_machine(machine)
-    check_target(machine, output)
-    with working("tracing the residual of the machine"):
-        report = trace_machine(test, model, seed=seed)
-        told = dict.fromkeys([*report.warnings, *said_of(report.records)])
-        written, report = write_trace(replace(report, warnings=tuple(told)), output)
-        _write_page(report, test, machine, command, output / "report.html")
-    return report.as_json(), [*words(report), *map(wrote, (*written, output / "report.html"))]
-
-
-def words(report: MachineTrace) -> list[str]:
+def machine_words(report: MachineTrace) -> list[str]:
     """The finding and the errors as lines of text."""
     before, after = report.error_before, report.error_after
     lines = [f"{report.verdict.value}: {report.sentence}"]
@@ -48,7 +29,7 @@ def words(report: MachineTrace) -> list[str]:
     return [*lines, *(f"warning: {w}" for w in report.warnings)]
 
 
-def _write_page(report: MachineTrace, test: Measurement, machine: Path, command: str, path: Path) -> None:
+def write_machine_page(report: MachineTrace, test: Measurement, machine: Path, command: str, path: Path) -> None:
     from importlib.metadata import version
 
     from jointlib.io.atomic import sha256
@@ -71,5 +52,24 @@ def _write_page(report: MachineTrace, test: Measurement, machine: Path, command:
         assumptions=assumptions_of([test]),
         warnings=report.warnings,
         command=command,
+        version=version("jointlib"),
+    ).write(path)
+
+
+def write_joint_page(report: TraceReport, test: Measurement, command_line: str, path: Path) -> None:
+    from importlib.metadata import version
+
+    from ...report import Page
+    from ...report.sections import trace_section
+
+    Page(
+        title=f"Trace of {test.source.name}",
+        finding=report.sentence,
+        numbers=trace_numbers(report),
+        sections=[trace_section(report)],
+        inputs=inputs_of([test]),
+        assumptions=assumptions_of([test]),
+        warnings=report.warnings,
+        command=command_line,
         version=version("jointlib"),
     ).write(path)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from jointlib.cli.output import table
+from jointlib.shown.text import table
 
 if TYPE_CHECKING:
     from ...compare.comparison import Comparison

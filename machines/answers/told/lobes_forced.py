@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from jointlib.cli.output import working
+from jointlib.shown.progress import Progress
 
 
 def forced(
-    model: Any, chart: Any, depth: Sequence[float], pocket: Any, safe: Any
+    model: Any, chart: Any, depth: Sequence[float], pocket: Any, safe: Any, progress: Progress
 ) -> tuple[dict[str, Any], list[str], Any]:
     """As JSON, told, and for a picture: over the speeds of a chart at rest and depths, and in the recommended pocket.
 
@@ -23,7 +23,7 @@ def forced(
 
     if bent := too_many(model):
         return {}, [f"The vibration that the teeth force is not computed: {bent} joints depend on amplitude."], None
-    with working("computing the vibration that the teeth force"):
+    with progress.step("computing the vibration that the teeth force"):
         field = forced_field(model, chart, np.array(sorted(depth)) if depth else None)
         if field is None:
             return {}, [], None

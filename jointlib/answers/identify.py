@@ -1,0 +1,60 @@
+"""Fit a joint to measurements and write it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from jointlib.answers.given import File, joint_of, measurement_of
+from jointlib.errors import InputError
+from jointlib.identification import Identification
+from jointlib.identification import identify as fitted
+from jointlib.io.atomic import given_target
+from jointlib.io.joint_file import write_joint
+from jointlib.joint import Joint
+from jointlib.measurement import Measurement
+
+
+def identify(
+    measurements: Measurement | File | Sequence[Measurement | File],
+    *,
+    laws: Sequence[str] | None = None,
+    start: Joint | File | None = None,
+    order: tuple[int, int] | str | None = None,
+    output: File | None = None,
+) -> Identification:
+    """Fit a joint to the fit records of one or several tests, what ``jointlib identify`` does.
+
+    A ball guide takes preload and kappa from static records if there are any; all else is fitted to rig or path
+    records with those held. Sealed and quiet records stay closed.
+
+    Parameters
+    ----------
+    measurements
+        Static, rig and path tests or their files; rig and path not together. Errors are reported in the same order.
+    laws
+        Kinds of the laws; first values are guessed from the data.
+    start
+        A joint, or its file, that gives the laws, first values and what is ``fixed``; instead of ``laws``.
+    order
+        Orders in displacement and velocity of a chebyshev or polynomial surface; chosen on held-out data if None.
+    output
+        The joint file to write.
+    """
+    path = given_target(output)
+    given = [measurements] if isinstance(measurements, Measurement | File) else measurements
+    kinds = [laws] if isinstance(laws, str) else laws
+    tests = [measurement_of(one) for one in given]
+    first = None if start is None else joint_of(start)
+    found = fitted(tests, laws=kinds or None, start=first, order=_orders(order))
+    if path is not None:
+        write_joint(path, found.joint)
+    return found
+
+
+def _orders(order: tuple[int, int] | str | None) -> tuple[int, int] | None:
+    if not isinstance(order, str):
+        return order
+    parts = order.split(",")
+    if len(parts) != 2 or not all(p.strip().isdigit() for p in parts):
+        raise InputError(f"--order: {order!r}, expected two whole numbers i,j")
+    return int(parts[0]), int(parts[1])

@@ -1,0 +1,156 @@
+"""What a file holds, in plain words, with units, and as what it is to programs."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from jointlib.answers.given import File
+from jointlib.errors import InputError
+from jointlib.io.atomic import given_target
+from jointlib.io.joint_file import read_joint
+from jointlib.io.measurement_file import read_measurement
+from jointlib.io.readers import read_columns
+from jointlib.io.toml_file import not_valid
+from jointlib.shown.pictures import axes_of, literal, name_curves
+from jointlib.shown.result import Columns, Shown
+
+from ..files.component_file import read_component
+from ..files.machine_file import read_machine
+from ..files.opened import with_tool
+from .told.file_lines import component_lines, fmu_lines, joint_lines, measurement_lines, record_lines
+from .told.machine_told import told
+from .told.picture import draw
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Contents(Shown):
+    """What a file holds."""
+
+    file: Path
+    holds: Any
+    """A joint, measurement, component or machine; of a record its columns by name; of an FMU FMPy's description."""
+    lines: tuple[str, ...]
+    """What ``jointlib inspect`` prints."""
+    warnings: tuple[str, ...]
+    """Of a machine: what looks wrong in it."""
+    picture: Path | None
+
+    def finding(self) -> str:
+        """The first line, and how much looks wrong."""
+        wrong = f"; {len(self.warnings)} looks wrong: {self.warnings[0]}" if self.warnings else ""
+        return f"{self.lines[0]}{wrong}"
+
+    def columns(self) -> Columns:
+        """The table of what it holds, a row per column of a record, else the lines that are told."""
+        if isinstance(self.holds, Shown):
+            return self.holds.columns()
+        if isinstance(self.holds, dict):
+            columns = self.holds
+            return {
+                "column": (list(columns), ""),
+                "samples": ([len(values) for values in columns.values()], ""),
+                "lowest": ([np.min(values) for values in columns.values()], ""),
+                "highest": ([np.max(values) for values in columns.values()], ""),
+            }
+        return {"line": (self.lines, "")}
+
+    def plot(self, ax: Any = None) -> Any:
+        """What it holds, as that draws itself; the columns of a record over their samples."""
+        if isinstance(self.holds, Shown):
+            return self.holds.plot(ax)
+        if not isinstance(self.holds, dict):
+            raise InputError(f"{self.file}: has no picture, expected a machine, a joint, a measurement or a record")
+        axes = axes_of(ax)
+        for name, values in self.holds.items():
+            axes.plot(values, label=literal(name))
+        axes.set(xlabel="sample", ylabel="value as it stands in the file")
+        name_curves(axes)
+        return axes
+
+    def as_json(self) -> dict[str, Any]:
+        """What ``jointlib inspect --json`` prints."""
+        drawn = {} if self.picture is None else {"picture": str(self.picture)}
+        return {"file": str(self.file), **drawn, "lines": self.lines, "warnings": self.warnings}
+
+
+def inspect(
+    file: File, *, output: File | None = None, mode: int | None = None, contacts: bool = False, tool: str | None = None
+) -> Contents:
+    """Say what a file holds: ``jointlib inspect``.
+
+    Parameters
+    ----------
+    file
+        A measurement, joint, component, machine, a record (text, npz, uff, tdms …), or an FMU.
+    output
+        Of a machine: the drawing to write, .svg, or .html in which it turns and its modes move.
+    mode
+        Of a machine: draw this mode, from 1 on in ascending frequency.
+    contacts
+        Of a machine: tell every connection on a line of its own.
+    tool
+        Of a machine: which of several named tools is in it.
+    """
+    file, target = Path(file), given_target(output, ".svg", ".html")
+    if not file.is_file():
+        raise InputError(f"{file}: a folder, expected a file" if file.is_dir() else f"{file}: no such file")
+    if mode is not None and target is None:
+        raise InputError("--mode: expected -o FILE.svg or FILE.html as well, the picture that shows it")
+    holds, lines, warnings = _opened(file, contacts, tool)
+    if target is not None:
+        lines = [*lines, *draw(file, target, mode, with_tool(tool))]
+    return Contents(file, holds, tuple(lines), tuple(warnings), target)
+
+
+def _opened(file: Path, contacts: bool, tool: str | None) -> tuple[Any, list[str], Sequence[str]]:
+    """What a file holds, in words, and of a machine the sentences on what looks wrong in it."""
+    schema = _schema(file) if file.suffix == ".toml" else file.suffix
+    if schema == "jointlib/machine/1":
+        machine = read_machine(file, with_tool(tool))
+        return machine, *told(machine, contacts)
+    if tool is not None:
+        raise InputError(f"--tool: {file} is no machine, expected a machine with several tools")
+    if schema == "jointlib/joint/1":
+        joint = read_joint(file)
+        return joint, joint_lines(joint), ()
+    if schema == "jointlib/measurement/1":
+        measurement = read_measurement(file)
+        return measurement, measurement_lines(measurement), ()
+    if schema == "jointlib/component/1":
+        component = read_component(file, "component")
+        return component, component_lines(component), ()
+    if schema == ".fmu":
+        description = _description(file)
+        return description, fmu_lines(file, description), ()
+    columns = read_columns(file)
+    return columns, record_lines(columns), ()
+
+
+def _schema(file: Path) -> str:
+    text = ""
+    try:
+        text = file.read_text("utf-8-sig")
+        schema = tomllib.loads(text).get("schema")
+    except UnicodeDecodeError as error:
+        raise InputError(f"{file}: not valid TOML: {error}") from None
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{file}: {not_valid(text, error)}") from None
+    known = [f"jointlib/{kind}/1" for kind in ("joint", "measurement", "component", "machine")]
+    if not isinstance(schema, str) or schema not in known:
+        raise InputError(f"{file}: schema is {schema!r}, expected one of {', '.join(known)}")
+    return schema
+
+
+def _description(file: Path) -> Any:
+    from fmpy import read_model_description
+
+    try:
+        return read_model_description(str(file))
+    except Exception as error:  # FMPy raises plain exceptions of many kinds on broken archives
+        raise InputError(f"{file}: not a readable FMU ({str(error).splitlines()[0]})") from None

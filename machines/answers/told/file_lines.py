@@ -1,0 +1,116 @@
+"""What is told of a joint, a component, a measurement, a record and an FMU."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from jointlib.arrays import Array
+from jointlib.io.measurement_file import read_records
+from jointlib.joint import Joint
+from jointlib.measurement import Measurement
+from jointlib.modulation import CONDITIONS
+from jointlib.shown.text import table
+from jointlib.units import shown
+
+from ...components.component import Component
+from ...loop.records import open_frfs, said_of
+
+
+def joint_lines(joint: Joint) -> list[str]:
+    """Laws with their parameters, what they depend on, where the joint holds."""
+    rows = []
+    units = joint.units
+    for name, value in joint.parameters.items():
+        error = joint.covariance.standard_error(name) if joint.covariance else float("nan")
+        factor, unit = shown(units[name])
+        spread = f"± {error * factor:.2g}" if error == error else ""
+        rows.append((name, f"{value * factor:.6g}", spread, unit, "fixed" if name in joint.fixed else ""))
+    lines = [f"joint {joint.name!r}: {' + '.join(law.kind for law in joint.laws)}"]
+    lines += table(("parameter", "value", "std. error", "unit", ""), rows)
+    for m in joint.modulations:
+        low, high = min(f for _, f in m.table), max(f for _, f in m.table)
+        again = f", again after {m.period:g} {CONDITIONS[m.condition]}" if m.period else ""
+        lines.append(
+            f"{m.role.value} depends on {m.condition}: factor {low:g} to {high:g}, "
+            f"1 at {m.reference:g} {CONDITIONS[m.condition]}{again}"
+        )
+    lines += [f"valid for {key} from {low:g} to {high:g}" for key, (low, high) in joint.validity.items()]
+    lines += [f"provenance: {key} = {value}" for key, value in joint.provenance.items()]
+    return lines
+
+
+def component_lines(component: Component) -> list[str]:
+    """Kind, degrees of freedom, modes."""
+    lines = [f"{component.kind} component, dofs {', '.join(component.dofs)}"]
+    if component.kind == "modal":
+        frequency, ratio = component.frequency, component.damping_ratio  # type: ignore[attr-defined]
+        rows = [(f"{f:.6g}", f"{100 * z:.4g}") for f, z in zip(frequency, ratio, strict=True)]
+        lines += table(("mode [Hz]", "damping [%]"), rows)
+    return [*lines, *component.remarks()]
+
+
+def measurement_lines(m: Measurement) -> list[str]:
+    """Bodies, channels, records that are not sealed."""
+    rate = f", {m.sample_rate:g} Hz" if m.sample_rate else ""
+    lines = [f"{'simulated ' * m.simulated}{m.kind} measurement{rate}, {len(m.records)} records"]
+    lines += [
+        f"body {name}: {'unknown' if mass.value is None else f'{mass.value:g} kg ± {mass.uncertainty:g} kg'}"
+        for name, mass in m.bodies.items()
+    ]
+    if m.carriage is not None:
+        lines.append(f"moving mass: {'to be identified' if m.carriage.value is None else f'{m.carriage.value:g} kg'}")
+    lines += [
+        f"channel {c.name}{f' (column {c.column!r})' if c.column not in (None, c.name) else ''}: "
+        f"{c.quantity}{f' of {c.body}' if c.body else ''} in {c.unit}, times {c.factor:g} "
+        f"{f'and {c.offset:g} more ' if c.offset else ''}gives {c.si_unit}"
+        for c in m.channels
+    ]
+    for c in m.corrections:
+        values = ", ".join(f"{name} = {value:g}" for name, value in c.parameters.items())
+        where = " ".join(filter(None, (c.site and f"of {c.site}", c.record and f"in {c.record}")))
+        lines.append(f"corrected on reading: {' '.join(filter(None, (c.family, where)))}, {values} in SI")
+    if m.kind == "frf":
+        return lines + _sweeps(m)
+    opened = [r for r in m.records if r.role != "sealed"]
+    rows = []
+    for source, record in zip(opened, read_records(m, opened), strict=True):
+        spans = ", ".join(f"{name} rms {float((x**2).mean() ** 0.5):.4g}" for name, x in record.channels.items())
+        rows.append((source.name, source.role, str(len(record)), spans))
+    rows += [(r.name, "sealed", "", "not opened") for r in m.records if r.role == "sealed"]
+    return lines + table(("record", "role", "samples", "SI values"), rows)
+
+
+def _sweeps(m: Measurement) -> list[str]:
+    rows, opened = [], open_frfs(m, m.with_role("fit"))
+    for f in opened:
+        size = abs(f.receptance)
+        noise = f"{100 * float((f.deviation**2).mean() ** 0.5 / (size**2).mean() ** 0.5):.2g} % from {f.deviation_from}"
+        span = f"{f.frequency[0]:.5g} to {f.frequency[-1]:.5g}"
+        lines = str(len(size))
+        rows.append((f.name, "fit", f.response, f.drive, f"{f.force:g}", lines, span, f"{size.max() * 1e6:.4g}", noise))
+    for r in m.with_role("sealed"):
+        if r.sweep is not None:
+            rows.append(
+                (r.name, "sealed", r.sweep.response, r.sweep.drive, f"{r.sweep.force:g}", "", "", "", "not opened")
+            )
+    header = ("record", "role", "response", "drive", "force [N]", "lines", "span [Hz]", "max |H| [um/N]", "noise")
+    return [*table(header, rows), *said_of(opened)]
+
+
+def record_lines(columns: Mapping[str, Array]) -> list[str]:
+    """Columns with their range."""
+    rows = [(n, str(len(c)), f"{c.min():.6g}", f"{c.max():.6g}", f"{c.std():.4g}") for n, c in columns.items()]
+    header = ("column", "samples", "lowest", "highest", "std. deviation")
+    return [f"{len(columns)} columns, units as the measurement file declares", *table(header, rows)]
+
+
+def fmu_lines(file: Path, model: Any) -> list[str]:
+    """Version, platforms, variables."""
+    with zipfile.ZipFile(file) as archive:
+        platforms = sorted({name.split("/")[1] for name in archive.namelist() if name.startswith("binaries/")})
+    rows = [(v.name, v.causality, v.variability or "", v.unit or "", v.start or "") for v in model.modelVariables]
+    head = f"FMU {model.modelName!r}, FMI {model.fmiVersion}, platforms {', '.join(p for p in platforms if p)}"
+    return [head, *table(("variable", "causality", "variability", "unit", "start"), rows)]

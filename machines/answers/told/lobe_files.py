@@ -1,0 +1,70 @@
+"""Stability lobes as files: numbers or a picture."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from jointlib.io.atomic import write_text
+from jointlib.shown.progress import Progress
+
+from .lobes_over_amplitude import lenses_to
+
+if TYPE_CHECKING:
+    from ..lobes import Lobes
+
+
+def write_charts(path: Path, found: Lobes, zones: Any, band: Any, field: Any, safe: Any, progress: Progress) -> None:
+    """The charts by the suffix of the file; with the safe depth and the band (m) where they are known."""
+    if path.suffix == ".svg":
+        _draw(path, found, zones, band, field, progress)
+        return
+    over = found.data.get("over_amplitude")
+    if zones is None and over is not None:
+        safe = np.fmin(safe, over["safe_depth"])
+    bounded = band is not None or zones is not None or over is not None
+    _write(path, found.charts, found.charts[-1].speed, found.amplitude, safe if bounded else None, band)
+
+
+def _draw(path: Path, found: Lobes, zones: Any, band: Any, field: Any, progress: Progress) -> None:
+    """The charts as a picture, with what is unstable up to the end of its axis."""
+    from ...cutting.process.cutting import Cutting
+    from ...report.figures.lobes_figure import axis_top, lobes_figure
+
+    charts = list(zip(found.amplitude, found.charts, strict=True))
+    amplitude, first = charts[0]
+    top = 1e-3 * axis_top([chart for _, chart in charts])
+    unstable = () if amplitude else lenses_to(found.machine, first, top, progress)
+    cutting = Cutting(**(found.machine.cutting or {}))
+    figure = lobes_figure(charts, cutting, zones, None if band is None else band[0], unstable, field)
+    write_text(path, figure.svg)
+
+
+def _write(
+    path: Path, charts: Sequence[Any], speeds: Any, amplitude: Sequence[float], safe: Any = None, band: Any = None
+) -> None:
+    """The charts as numbers, by the suffix of the file; the safe depth (m) and the band (m) where they are known."""
+    if path.suffix == ".npz":
+        from ...cutting.rest.chart_file import write_lobes
+
+        more = {} if safe is None else {"safe_depth": safe}
+        write_lobes(path, charts, speeds, amplitude, more | ({} if band is None else {"band": band}))
+        return
+    names = ["amplitude", "speed", "depth", "chatter_frequency", "kind", "lobe"]
+    names += [] if safe is None else ["safe_depth"]
+    names += [] if band is None else ["low", "median", "high"]
+    rows = []
+    for i, (A, c) in enumerate(zip(amplitude, charts, strict=True)):
+        columns: list[Any] = [speeds, c.depth, c.chatter_frequency, c.kind, c.lobe]
+        columns += [] if safe is None else [safe]
+        columns += [] if band is None else list(band[i])
+        rows += [",".join([f"{A:g}", *map(_cell, row)]) for row in zip(*columns, strict=True)]
+    told = "# m, rpm, m, Hz; an infinite depth is stable at any depth"
+    write_text(path, "\n".join([told, ",".join(names), *rows]) + "\n")
+
+
+def _cell(value: Any) -> str:
+    return f"{value:.10g}" if isinstance(value, float) else str(value)
