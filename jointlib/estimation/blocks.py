@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
+from jointlib.estimation.noise import ALONE
 from jointlib.frf import Quantity
 from jointlib.measurement import Channel, Measurement, Record
 
@@ -29,8 +30,10 @@ class Spectra:
     """(blocks, lines)"""
     motions: tuple[ComplexArray, ...]
     """(blocks, lines) for every motion channel."""
-    even: float = 0.0
-    """Hz over which noise on the force is alike in the spectra, as where only a short piece of it is left."""
+    force_alike: Array = field(default_factory=lambda: ALONE)
+    """|ρ|² of noise on the force between lines so far apart, as where only a short piece of it is left."""
+    motion_alike: Array = field(default_factory=lambda: ALONE)
+    """The same of the motions."""
 
 
 def motions_of(m: Measurement) -> tuple[Channel, ...]:

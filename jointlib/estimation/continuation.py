@@ -19,6 +19,7 @@ from dataclasses import replace
 import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
+from jointlib.estimation.impact import Hits
 from jointlib.estimation.result import EstimatedFRF
 from jointlib.frf import Quantity
 from jointlib.modal_fit.basis import Cut, Ends, modal
@@ -33,17 +34,19 @@ _UNKNOWN = 1e-3
 """Deviation over the largest value where one average tells none."""
 
 
-def taken_off(frf: EstimatedFRF, shift: float, cut: float) -> tuple[EstimatedFRF, str]:
-    """The response on s = jω of one that was estimated on s = jω + ``shift`` (1/s) from blocks that end ``cut`` seconds
-    after the force, and what was done in a sentence.
+def taken_off(frf: EstimatedFRF, hits: Hits) -> tuple[EstimatedFRF, str]:
+    """The response on s = jω of one that was estimated on s = jω + σ from blocks of hits, and what was done in a
+    sentence.
 
     The variance holds the errors of the modes; as those move many lines at once, errors of lines near a resonance are
     no longer independent of each other. Under a window even the errors of the measured lines are not, so the variance
     is larger than that of a line by as many lines as err together: what is fitted to all of them has the right errors.
     """
-    s = np.asarray(2j * np.pi * frf.frequency)
+    s, shift = np.asarray(2j * np.pi * frf.frequency), hits.shift
     order = (Quantity.RECEPTANCE, Quantity.MOBILITY, Quantity.ACCELERANCE).index(frf.quantity)
-    H, ending = frf.value / (s + shift) ** order, Cut(cut, order)
+    H = frf.value / (s + shift) ** order
+    ending = Cut.after(hits.pulses, hits.at, hits.length, hits.step, np.asarray(s + shift), order)
+    after = hits.length - ending.middle
     if frf.variance is not None:
         deviation = np.sqrt(frf.variance) / np.abs(s + shift) ** order
     else:
@@ -53,7 +56,7 @@ def taken_off(frf: EstimatedFRF, shift: float, cut: float) -> tuple[EstimatedFRF
         responses = replace(responses, pairs=((0, 1),), dofs=(frf.response, frf.drive))
     ends = Ends.of(frf.frequency)
     # Under the window neighbouring lines err together, so that many of them tell no more than few.
-    alike = _lines_alike(shift * cut)
+    alike = _lines_alike(shift * after)
     responses = replace(responses, deviation=np.sqrt(alike) * responses.deviation)
     chart = chart_of(poles_by_order(responses, min(_ORDER, len(H) // 3)))
     fit, ends = chosen(responses.doubted(DOUBT * SHARE), chart, ends)
@@ -61,15 +64,17 @@ def taken_off(frf: EstimatedFRF, shift: float, cut: float) -> tuple[EstimatedFRF
     fit = fit_poles(responses, fit.omega, fit.decay, ends)
     back = fit.value(s, ends)[0] - fit.value(responses.s, ends, ending)[0]
     per = s**order
-    variance = frf.variance
-    if variance is not None:
+    variance, radius = frf.variance, frf.radius
+    if variance is not None and radius is not None:
+        line = deviation**2
+        radius = radius * np.sqrt(_variance(responses, fit, s, line, alike) * np.abs(per) ** 2 / variance)
         variance = _variance(responses, fit, s) * np.abs(per) ** 2
-    added = replace(frf, value=(H + back) * per, variance=variance)
+    added = replace(frf, value=(H + back) * per, variance=variance, radius=radius)
     if not len(fit.omega):
         where = f"s = jω + {shift:.4g}/s" if shift else "blocks that end too early"
         return added, f"{frf.name}: no mode found, so nothing could be taken off: the values are those of {where}."
     slow = int(np.argmin(fit.decay))
-    peak, left = fit.omega[slow] / (2 * np.pi), np.exp(-(fit.decay[slow] + shift) * cut)
+    peak, left = fit.omega[slow] / (2 * np.pi), np.exp(-(fit.decay[slow] + shift) * after)
     did = f"the motion was cut off before it had died out ({left:.1%} of it at {peak:.5g} Hz)"
     if shift:
         did = (
@@ -85,21 +90,28 @@ def _lines_alike(decades: float) -> float:
     return float(max(1.0, decades / 2 / np.tanh(decades / 2))) if decades > 0 else 1.0
 
 
-def _variance(responses: Responses, fit: PoleFit, s: ComplexArray) -> Array:
+def _variance(
+    responses: Responses, fit: PoleFit, s: ComplexArray, line: Array | None = None, alike: float = 1.0
+) -> Array:
     """E|error|² of Ĥ + M(jω) − M(jω + σ), where the parameters of M were fitted to Ĥ.
 
     With J and J' the derivatives of M on the shifted line and of the change, e the error of Ĥ with variance v and C the
     covariance of the parameters, the error is e + J'·C·Re(Jᴴ e·2/v), so its variance v + 2 Re(J'CJᴴ) + J'CJ'ᴴ.
+    That is so where v is right. With ``line``, the variance of a line by itself, of which so many are ``alike``, the
+    parameters err as q = line·alike/v of what C says, weighed by lines: line + 2q Re(J'CJᴴ) + J'C(JᴴqJ·2/v)CJ'ᴴ.
     """
     v = responses.deviation[0] ** 2 * scale(responses, fit)
+    line = v if line is None else line
+    q = line * alike / v
     J = _slopes(responses.s, fit, responses.cut)
     change = _slopes(s, fit, None) - J
     weighted = np.concatenate([J.real, J.imag]) * np.tile(np.sqrt(2 / v), 2)[:, None]
     size = np.maximum(np.linalg.norm(weighted, axis=0), 1e-300)
     C = np.linalg.pinv((weighted / size).T @ (weighted / size), rcond=1e-13, hermitian=True) / np.outer(size, size)
-    both = 2 * np.einsum("lp,pq,lq->l", change, C, J.conj()).real
-    own = np.einsum("lp,pq,lq->l", change, C, change.conj()).real
-    return np.asarray(np.maximum(v + both + own, 0.1 * v))
+    seen = C @ (weighted.T @ (np.tile(q, 2)[:, None] * weighted)) @ C
+    both = 2 * q * np.einsum("lp,pq,lq->l", change, C, J.conj()).real
+    own = np.einsum("lp,pq,lq->l", change, seen, change.conj()).real
+    return np.asarray(np.maximum(line + both + own, 0.1 * line))
 
 
 def _slopes(s: ComplexArray, fit: PoleFit, cut: Cut | None) -> ComplexArray:

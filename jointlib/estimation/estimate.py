@@ -87,15 +87,16 @@ def _at_one_place(
             lines.frequency[kept],
             lines.value[kept],
             QUANTITY[channel.quantity],
-            None if lines.variance is None else lines.variance[kept],
+            None if lines.spread is None else lines.spread.variance[kept],
             lines.coherence[kept],
             lines.count,
             1.0,
             condition,
             tuple(r.name for r in records),
+            None if lines.spread is None else lines.spread.radius[kept],
         )
         if hits is not None and (hits.shift or hits.unfinished[k]):
-            frf, said = taken_off(frf, hits.shift, hits.cut)
+            frf, said = taken_off(frf, hits)
             notes.append(said)
         out.append(_with_force(m, frf, lines, records))
     return out

@@ -1,19 +1,19 @@
-"""Frequency responses from averaged spectra: H1, H2, Hv, coherence and the variance of every line."""
+"""Frequency responses from averaged spectra: H1, H2, Hv, coherence and the error of every line."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import fdtri
 
 from jointlib.arrays import Array, ComplexArray
+from jointlib.estimation.noise import ALONE, noise_of
 
-_REACH = 16
-"""Lines on either side over which the noise of the sensors counts as even."""
-_ROUNDS = 4
-_FINEST = 64
-"""Bins to either side that a sum over many lines is made of."""
+COVERED = 0.95
+"""Probability of the bound of an error."""
 _TINY = 1e-300
+_MOSTLY_BIAS = 1e6
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,53 +54,47 @@ def transfer(of: Averages, estimator: str) -> ComplexArray:
     return np.asarray({"H1": H1, "H2": H1 / over**2, "Hv": H1 / over}[estimator])
 
 
-def variance_of(of: Averages, H: ComplexArray, even: int = 0) -> Array | None:
-    """E|error|² of every line, |H|²·(1 − γ²)/((n − 1)·γ²), of the part that chance plays; None of one average.
+@dataclass(frozen=True, eq=False)
+class Spread:
+    """What chance and noise do to a response, an entry per line."""
 
-    It is the residual power r = S_xx·(1 − γ²)·n/(n − 1) over n·S_ff (Bendat, Piersol, eq. 9.81 with n − 1 for the n
-    that one parameter, H, was taken from). Few averages tell r of one line badly, so it is r = N_x + |H|²·N_f with the
-    noise N_x of the response and N_f of the force each even over 33 lines, N_f over ``even`` lines on either side where
-    those are more.
+    variance: Array
+    """E|error|²: what chance does, and the square of the bias."""
+    radius: Array
+    """|error| lies below it with a probability of 95 %."""
+
+
+def spread_of(
+    of: Averages, H: ComplexArray, estimator: str, motion: Array = ALONE, force: Array = ALONE
+) -> Spread | None:
+    """E|error|² of every line and its bound at 95 %; None of one average.
+
+    Chance: the residual power r = S_xx·(1 − γ²)·n/(n − 1) over n·S_ff, that is |H|²·(1 − γ²)/((n − 1)·γ²) (Bendat,
+    Piersol, eq. 9.81 with n − 1 for the n that one parameter, H, was taken from). Few averages tell r of one line
+    badly, so it is r = N_x + |H|²·N_f with both found from the lines around; see `jointlib.estimation.noise.noise_of`.
+    Bias: −N_f/S_ff of H by H1, N_x/(S_xx − N_x) by H2, the mean of both by Hv.
     """
     if of.count <= 1:
         return None
     residual = of.response * np.maximum(1 - of.coherence, 0.0) * of.count / (of.count - 1)
     H1 = np.abs(of.cross) / np.maximum(of.force, _TINY)
-    smooth = noise_power(residual, H1**2, even)
+    noise = noise_of(residual, H1**2, of.count - 1, motion, force)
     with np.errstate(all="ignore"):
         factor = np.where(H1 > 0, np.abs(H) / np.maximum(H1, _TINY), 1.0)
-    return np.asarray(factor**2 * smooth / (of.count * np.maximum(of.force, _TINY)))
+    chance = factor**2 * noise.power / (of.count * np.maximum(of.force, _TINY))
+    down = noise.force / np.maximum(of.force, _TINY)
+    up = noise.motion / np.maximum(of.response - noise.motion, 0.1 * of.response + _TINY)
+    bias = np.abs(H) * np.abs({"H1": -down, "H2": up, "Hv": (up - down) / 2}[estimator])
+    return spread(chance, noise.freedom, bias)
 
 
-def noise_power(residual: Array, gain: Array, even: int = 0) -> Array:
-    """a + b·gain, fitted to the residual powers of the lines around, neither below zero; see `variance_of`.
+def spread(chance: Array, freedom: Array, bias: Array | float = 0.0) -> Spread:
+    """Of an error whose mean is ``bias`` and whose variance ``chance`` was found from ``freedom`` complex residuals.
 
-    A residual power scatters in proportion to its mean, so the weights are 1/mean²; they are found in a few rounds.
+    Without bias |error|²/chance has the distribution F(2, 2·freedom). With bias the χ² above the line is not central;
+    it is taken as a multiple of a central one with the same mean and variance (Patnaik, Biometrika 36, 1949).
     """
-    if not np.any(residual > 0):
-        return np.full(len(residual), np.finfo(float).tiny)
-    size = np.max(gain, initial=0.0) or 1.0
-    g, floor = gain / size, 1e-12 * float(np.mean(residual))
-    wide = max(even, _REACH)
-    mean = np.maximum(_around(residual, _REACH) / _around(np.ones(len(residual)), _REACH), floor)
-    for _ in range(_ROUNDS):
-        w = 1 / mean**2
-        s0, s1, s2 = (_around(w * g**k, wide) for k in range(3))
-        t0, t1 = (_around(w * residual * g**k, wide) for k in range(2))
-        det = s0 * s2 - s1**2
-        sound = det > 1e-9 * s0 * s2
-        b = np.where(sound, (s0 * t1 - s1 * t0) / np.where(sound, det, 1.0), 0.0)
-        a = np.where(sound, (s2 * t0 - s1 * t1) / np.where(sound, det, 1.0), 1.0)
-        b = np.maximum(np.where(a < 0, t1 / np.maximum(s2, _TINY), b), 0.0)
-        a = np.maximum(_around(w * (residual - b * g), _REACH) / _around(w, _REACH), 0.0)
-        mean = np.maximum(a + b * g, floor)
-    return mean
-
-
-def _around(values: Array, reach: int) -> Array:
-    """Sums over so many lines on either side; of many lines in bins, so that the work grows with their number alone."""
-    bins = max(1, reach // _FINEST)
-    padded = np.concatenate([values, np.zeros(-len(values) % bins)]).reshape(-1, bins).sum(axis=1)
-    width = min(2 * (reach // bins) + 1, 2 * len(padded) - 1)
-    summed = np.convolve(padded, np.ones(width), mode="full")[width // 2 : width // 2 + len(padded)]
-    return np.repeat(summed, bins)[: len(values)]
+    off = np.minimum(2 * np.asarray(bias) ** 2 / np.maximum(chance, _TINY), _MOSTLY_BIAS)
+    degrees = (2 + off) ** 2 / (2 + 2 * off)
+    bound = chance / 2 * (2 + off) * fdtri(degrees, 2 * freedom, COVERED)
+    return Spread(np.asarray(chance + np.asarray(bias) ** 2), np.asarray(np.sqrt(bound)))

@@ -14,7 +14,7 @@ from jointlib.measurement import Measurement
 
 
 def write_frfs(path: Path, estimate: Estimate, measurement: Measurement) -> tuple[Path, ...]:
-    """The measurement file and its CSV files (f in Hz, Re, Im, variance), which lie beside it; it appears last.
+    """The measurement file and its CSV files (f in Hz, Re, Im, variance, bound of |error| at 95 %); it appears last.
 
     ``tip.measurement.toml`` gets ``tip_x_from_y.csv`` and so on. Read back, values and variances are the same.
     """
@@ -62,5 +62,8 @@ def _write_csv(path: Path, frf: EstimatedFRF) -> None:
     if frf.variance is not None:
         head += ",variance"
         columns.append(frf.variance)
+    if frf.radius is not None:
+        head += ",bound95"
+        columns.append(frf.radius)
     rows = zip(*(c.tolist() for c in columns), strict=True)
     write_text(path, head + "\n" + "".join(",".join(map(repr, row)) + "\n" for row in rows))

@@ -11,6 +11,7 @@ from jointlib.arrays import Array
 from jointlib.errors import InputError
 from jointlib.estimation.blocks import Spectra, motions_of, spectra_of
 from jointlib.estimation.hits import Hit, common_length, find_hits
+from jointlib.estimation.noise import shared
 from jointlib.estimation.overload import full_scales, overloaded
 from jointlib.measurement import Measurement, Record
 
@@ -24,8 +25,8 @@ _RESTLESS = 5.0
 _TAIL = 0.05
 _DIED = 0.01
 _LOUD = 0.2
-_PIECES = 3.0
-"""Widths of the spectrum of a force window over which its noise is taken as even."""
+_UNLIKE = 1e-4
+"""|ρ|² below which lines count as erring each for itself."""
 _SHORT = 64
 """Samples that a block has at least."""
 
@@ -39,8 +40,14 @@ class Hits:
     notes: tuple[str, ...]
     shift: float = 0.0
     """σ in 1/s: the spectra are Laplace transforms on s = jω + σ, as an exponential window of 1/σ makes them."""
-    cut: float = np.inf
-    """s from the force to the end of the blocks."""
+    pulses: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    """The force of every block in N, from the first sample of any pulse to the last."""
+    at: Array = field(default_factory=lambda: np.zeros(0))
+    """s, times of those samples in the blocks."""
+    length: float = np.inf
+    """s, of the blocks."""
+    step: float = 0.0
+    """s between samples."""
     unfinished: tuple[bool, ...] = ()
     """Of every motion channel whether it is cut off before it has died out."""
 
@@ -86,13 +93,15 @@ def hits_of(m: Measurement, records: Sequence[Record]) -> Hits:
     notes = [] if settings.length else [f"blocks of {length / rate:.4g} s, as the hits leave room for."]
     force = [_pulse(b) if settings.force_window else b.force for b in blocks]
     spectra = spectra_of(force, [b.motions for b in blocks], rate, window)
-    middle = np.mean([np.sum(np.arange(length) * abs(f)) / np.sum(abs(f)) for f in map(_pulse, blocks)])
-    cut = (length - middle) / rate
     unfinished = _unfinished(m, blocks, window, notes)
-    if settings.force_window:
-        widest = max(b.hit.end - b.hit.start for b in blocks)
-        spectra = replace(spectra, even=_PIECES * rate / (3 * widest))
-    return Hits(spectra, tuple(left_out), tuple(notes), shift, float(cut), unfinished)
+    left = [window * _left(b) if settings.force_window else window for b in blocks]
+    alike = np.mean([shared(one) for one in left], axis=0)
+    spectra = replace(spectra, force_alike=_cropped(alike), motion_alike=_cropped(shared(window)))
+    pulses = np.array([_pulse(b) for b in blocks])
+    some = np.flatnonzero(np.any(pulses, axis=0))
+    part = slice(some[0], some[-1] + 1)
+    at = np.arange(length)[part] / rate
+    return Hits(spectra, tuple(left_out), tuple(notes), shift, pulses[:, part], at, length / rate, 1 / rate, unfinished)
 
 
 def _before(m: Measurement, found: Sequence[Sequence[Hit]], records: Sequence[Record]) -> int:
@@ -165,14 +174,22 @@ def _after_rest(blocks: list[_Block], left_out: list[str]) -> list[_Block]:
     return out
 
 
-def _pulse(block: _Block) -> Array:
-    """The force with everything but the pulse at zero: a width of it on either side stays, and a cosine of a width."""
+def _left(block: _Block) -> Array:
+    """The force window: 1 over the pulse and a width of it on either side, then a cosine of a width, and 0 beyond."""
     start, width = block.before, max(block.hit.end - block.hit.start, 4)
     t = np.arange(len(block.force), dtype=float)
     beyond = np.maximum(start - width - t, t - (start + 2 * width)) / width
-    return np.asarray(
-        block.force * np.where(beyond <= 0, 1.0, np.where(beyond < 1, 0.5 + 0.5 * np.cos(np.pi * beyond), 0))
-    )
+    return np.asarray(np.where(beyond <= 0, 1.0, np.where(beyond < 1, 0.5 + 0.5 * np.cos(np.pi * beyond), 0)))
+
+
+def _pulse(block: _Block) -> Array:
+    """The force with everything but the pulse at zero."""
+    return block.force * _left(block)
+
+
+def _cropped(alike: Array) -> Array:
+    """Without the distances beyond the last at which lines err together."""
+    return alike[: int(np.flatnonzero(alike > _UNLIKE)[-1]) + 1]
 
 
 def _unfinished(m: Measurement, blocks: Sequence[_Block], window: Array, notes: list[str]) -> tuple[bool, ...]:

@@ -34,6 +34,8 @@ class EstimatedFRF:
     """N: peak of the harmonic force that would move the response as far at its highest resonance."""
     condition: str | None = None
     records: tuple[str, ...] = ()
+    radius: Array | None = None
+    """|error| of ``value`` lies below it with a probability of 95 %, few averages being a part of the doubt."""
 
     @property
     def name(self) -> str:
@@ -88,7 +90,7 @@ class Estimate(Shown):
         }
 
     def plot(self, ax: Any = None) -> Any:
-        """Receptances in µm/N over Hz with a band of two deviations; below them, without ``ax``, the coherence."""
+        """Receptances in µm/N over Hz with the band of 95 % of each line; below, without ``ax``, the coherence."""
         if ax is not None:
             return self._receptances(ax)
         from matplotlib.figure import Figure
@@ -106,9 +108,10 @@ class Estimate(Shown):
         axes = axes_of(ax)
         for f in self.frfs:
             draw_magnitude(axes, f.frequency, f.receptance, linewidth=0.9, label=literal(f.name))
-            if f.deviation is not None:
+            if f.radius is not None:
                 size = np.abs(f.receptance)
-                low, high = np.maximum(size - 2 * f.deviation, size / 100), size + 2 * f.deviation
+                off = f.radius / np.abs(f.quantity.per_receptance(f.frequency))
+                low, high = np.maximum(size - off, size / 100), size + off
                 axes.fill_between(f.frequency, low * 1e6, high * 1e6, alpha=0.25, linewidth=0)
         axes.set(xlabel="frequency [Hz]", ylabel="|x/F| [µm/N]")
         name_curves(axes)

@@ -11,13 +11,16 @@ from scipy.signal import csd, get_window
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
 from jointlib.estimation.blocks import Spectra, motions_of, spectra_of
-from jointlib.estimation.estimators import Averages, averages, noise_power, transfer, variance_of
+from jointlib.estimation.estimators import Averages, Spread, averages, spread, spread_of, transfer
+from jointlib.estimation.noise import ALONE, noise_of, shared
 from jointlib.estimation.overload import full_scales, overloaded
 from jointlib.measurement import Measurement, Record
 
 _OVERLAP = 0.5
 _BLOCKS = 20
 """Blocks that a random record is cut into where nothing is said."""
+_BLURRED = 3
+"""Lines that a Hann window makes err together, on a side and with the line itself."""
 _EXCITED = 1e-4
 """Share of the strongest line's power below which a line of a periodic force is none."""
 _ABOVE = 20.0
@@ -30,7 +33,7 @@ class Lines:
 
     frequency: Array
     value: ComplexArray
-    variance: Array | None
+    spread: Spread | None
     coherence: Array
     count: float
 
@@ -48,17 +51,19 @@ def unclipped(m: Measurement, records: Sequence[Record], left_out: list[str]) ->
     return kept
 
 
-def from_averages(frequency: Array, of: Averages, estimator: str, even: float = 0.0) -> Lines:
-    """Value and variance of one pair by averages; ``even`` in Hz as `Spectra.even`."""
+def from_averages(
+    frequency: Array, of: Averages, estimator: str, motion_alike: Array = ALONE, force_alike: Array = ALONE
+) -> Lines:
+    """Value and error of one pair by averages; |ρ|² between lines as of `Spectra`."""
     H = transfer(of, estimator)
-    reach = int(even / (frequency[1] - frequency[0]))
-    return Lines(frequency, H, variance_of(of, H, reach), of.coherence, of.count)
+    return Lines(frequency, H, spread_of(of, H, estimator, motion_alike, force_alike), of.coherence, of.count)
 
 
 def from_spectra(spectra: Spectra, estimator: str) -> list[Lines]:
-    """Value and variance for every motion, blocks being independent averages."""
+    """Value and error for every motion, blocks being independent averages."""
+    s = spectra
     return [
-        from_averages(spectra.frequency, averages(spectra.force, X), estimator, spectra.even) for X in spectra.motions
+        from_averages(s.frequency, averages(s.force, X), estimator, s.motion_alike, s.force_alike) for X in s.motions
     ]
 
 
@@ -82,6 +87,7 @@ def random_lines(m: Measurement, records: Sequence[Record], notes: list[str]) ->
     counts = np.array([1 + (len(r) - size) // step for r in records], dtype=float)
     window = get_window("hann", size)
     rho = np.sum(window[:-step] * window[step:]) / np.sum(window**2)
+    hann = shared(window)[:_BLURRED]
     count = float(np.sum(counts / (1 + 2 * (1 - 1 / counts) * rho**2)))
     (source,) = m.of("force")
 
@@ -99,6 +105,8 @@ def random_lines(m: Measurement, records: Sequence[Record], notes: list[str]) ->
             lines,
             Averages(force, mean(c.name, c.name).real, mean(source.name, c.name), count),
             m.estimate.estimator,
+            hann,
+            hann,
         )
         for c in motions_of(m)
     ]
@@ -174,7 +182,7 @@ def periodic_lines(m: Measurement, records: Sequence[Record], notes: list[str]) 
         inside = _within(each)
         if len(records) > 1:
             apart = np.sum(np.abs(X - H * F) ** 2, axis=0) / (len(records) - 1)
-            residual = noise_power(apart, np.abs(H) ** 2)
+            left = noise_of(apart, np.abs(H) ** 2, len(records) - 1)
             if inside is not None and np.mean(apart) > 4 * np.mean(inside):
                 share = float(np.sqrt(np.mean(apart) / np.mean(np.abs(X) ** 2)))
                 notes.append(
@@ -182,15 +190,16 @@ def periodic_lines(m: Measurement, records: Sequence[Record], notes: list[str]) 
                     "the structure is not linear at this level, or it changed."
                 )
         elif inside is not None:
-            residual = noise_power(inside, np.abs(H) ** 2)
+            left = noise_of(inside, np.abs(H) ** 2, sum(len(x) - 1 for x in each))
         else:
-            residual = None
-        variance = None if residual is None else residual / np.maximum(np.sum(np.abs(F) ** 2, axis=0), 1e-300)
+            left = None
+        power_of_all = np.maximum(np.sum(np.abs(F) ** 2, axis=0), 1e-300)
+        known = None if left is None else spread(left.power / power_of_all, left.freedom)
         every = averages(
             np.concatenate([s.force[:, excited] for s in spectra]),
             np.concatenate([s.motions[k][:, excited] for s in spectra]),
         )
-        out.append(Lines(lines, H, variance, every.coherence, every.count))
+        out.append(Lines(lines, H, known, every.coherence, every.count))
     return out
 
 

@@ -10,6 +10,7 @@ from scipy.signal import hilbert
 from jointlib.arrays import Array
 from jointlib.errors import InputError
 from jointlib.estimation.blocks import motions_of
+from jointlib.estimation.estimators import spread
 from jointlib.estimation.shaker import Lines
 from jointlib.measurement import Measurement, Record
 
@@ -51,16 +52,18 @@ def stepped_lines(m: Measurement, records: Sequence[Record], notes: list[str]) -
     lines = np.array([np.mean(t[:, 0].real) for t in tables])
     out = []
     for k in range(len(sensors)):
-        values, variances, coherences = [], [], []
+        values, chance, free, coherences = [], [], [], []
         for table in tables:
             F, X = table[:, 1], table[:, 2 + k]
             power = np.sum(np.abs(F) ** 2)
             H = np.sum(X * F.conj()) / power
             n = len(F)
-            variances.append(np.sum(np.abs(X - H * F) ** 2) / (n - 1) / power)
+            chance.append(np.sum(np.abs(X - H * F) ** 2) / (n - 1) / power)
+            free.append(n - 1.0)
             coherences.append(np.abs(np.sum(X * F.conj())) ** 2 / (power * np.sum(np.abs(X) ** 2)))
             values.append(H)
-        out.append(Lines(lines, np.array(values), np.array(variances), np.array(coherences), float(_PARTS)))
+        known = spread(np.array(chance), np.array(free))
+        out.append(Lines(lines, np.array(values), known, np.array(coherences), float(_PARTS)))
     return out
 
 

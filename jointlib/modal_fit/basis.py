@@ -51,27 +51,66 @@ class Ends:
                 yield replace(self, below=(low / factor, e / factor))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Cut:
-    """Where a motion ends before it has died out."""
+    """Where a motion ends before it has died out.
+
+    Parameters
+    ----------
+    time
+        s, end of the motion.
+    step
+        s between samples.
+    order
+        0, 1 or 2 where a displacement, its velocity or its acceleration was measured.
+    at
+        s, times of the samples of the pulses.
+    pulses
+        The forces that made it, (pulses, samples).
+    line
+        Their transforms at every line, (pulses, lines).
+    """
 
     time: float
-    """s after the force."""
-    order: int = 0
-    """0, 1 or 2 where a displacement, its velocity or its acceleration was measured."""
+    step: float
+    order: int
+    at: Array
+    pulses: Array
+    line: ComplexArray
+
+    @classmethod
+    def after(cls, pulses: Array, at: Array, time: float, step: float, s: ComplexArray, order: int = 0) -> Cut:
+        """Of the lines s in 1/s."""
+        return cls(time, step, order, at, pulses, np.asarray(pulses @ np.exp(-np.outer(at, s))))
+
+    @property
+    def middle(self) -> float:
+        """s: the middle of the pulses."""
+        size = np.sum(np.abs(self.pulses), axis=0)
+        return float(np.sum(size * self.at) / np.sum(size))
+
+    def lost(self, pole: ComplexArray, s: ComplexArray) -> ComplexArray:
+        """What 1/(s − λ) lacks, (lines, poles): (λ/s)^k·e^((λ − s)t)·Δ/(1 − e^((λ − s)Δ))·Σ P(λ)P(s)*/Σ |P(s)|².
+
+        After a pulse P a mode moves as P(λ)·e^(λt); what is lacking is its samples from t on, Δ apart, as a
+        least-squares quotient of the transforms over several pulses weighs them.
+        """
+        driven = self.pulses @ np.exp(-np.outer(self.at, pole))
+        share = self.line.conj().T @ driven / np.sum(np.abs(self.line) ** 2, axis=0)[:, None]
+        away = pole - s[:, None]
+        tail = np.exp(away * self.time) * self.step / -np.expm1(away * self.step)
+        return np.asarray((pole / s[:, None]) ** self.order * tail * share)
 
 
 def modal(s: ComplexArray, omega: Array, decay: Array, cut: Cut | None = None) -> ComplexArray:
     """1/(s² + 2δs + ω²) of modes with natural angular frequency ω and decay δ = ζω, (lines, modes).
 
-    With ``cut`` the transform of the motion after a short force lacks what comes after a time t: of its k-th derivative
-    over s^k, 1/(s − λ) lacks (λ/s)^k·e^((λ − s)t)/(s − λ) at the poles λ = −δ ± jω_d.
+    With ``cut``, of whose lines s are, the transform of the motion lacks what comes after its end, see `Cut.lost`, at
+    the poles λ = −δ ± jω_d.
     """
     whole = 1 / (s[:, None] ** 2 + 2 * decay * s[:, None] + omega**2)
     if cut is None:
         return np.asarray(whole)
     turn = np.sqrt(np.maximum(omega**2 - decay**2, 1e-12 * np.maximum(omega**2, 1.0)))
     pole = -decay + 1j * turn
-    at = s[:, None]
-    rest = ((p / at) ** cut.order * np.exp((p - at) * cut.time) / (at - p) for p in (pole, pole.conj()))
-    return np.asarray(whole - (next(rest) - next(rest)) / (2j * turn))
+    return np.asarray(whole - (cut.lost(pole, s) - cut.lost(pole.conj(), s)) / (2j * turn))

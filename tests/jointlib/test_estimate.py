@@ -10,7 +10,7 @@ from struck import Structure, declared, pulses, sampled, write_record
 
 from jointlib import InputError, read_measurement
 from jointlib.estimation.estimate import estimate
-from jointlib.estimation.estimators import averages, transfer, variance_of
+from jointlib.estimation.estimators import averages, spread_of, transfer
 from jointlib.estimation.result import Estimate, EstimatedFRF
 
 RATE = 2048.0
@@ -62,24 +62,11 @@ def squared(frf: EstimatedFRF, part: Structure = PART) -> np.ndarray:
     return np.abs(frf.value - truth(frf, part)) ** 2 / frf.variance
 
 
-def bound(averages: float) -> float:
-    """|error|² over its estimated mean lies below it on 95 % of the lines: F(2, 2(n − 1)) for n averages."""
-    return float((averages - 1) * (0.05 ** (-1 / (averages - 1)) - 1))
-
-
 @pytest.mark.parametrize("kind", [0, 1, 2])
 def test_hits_give_the_response_within_its_predicted_variance(tmp_path: Path, kind: int) -> None:
+    """Of F(2, 10) and above, as of six hits, the mean is between 1 and 10/8; how often bounds hold: test_coverage."""
     found = [squared(f) for s in range(5) for f in estimate(read_measurement(struck(tmp_path, s, kind=kind))).frfs]
-    assert np.mean(np.concatenate(found) < bound(6)) > 0.9
-
-
-@pytest.mark.slow
-def test_over_many_seeds_the_variance_holds_on_95_percent_of_the_lines(tmp_path: Path) -> None:
-    """Noise of a windowed force is one number for a hundred lines: 60 records of 6 hits have few of them apart."""
-    ratio = [squared(f) for s in range(60) for f in estimate(read_measurement(struck(tmp_path, s))).frfs]
-    every = np.concatenate(ratio)
-    assert np.mean(every < bound(6)) > 0.93
-    assert np.mean(every) == pytest.approx(1.25, abs=0.25)  # of F(2, 10) it is 10/8, of a variance that is known 1
+    assert 0.7 < np.mean(np.concatenate(found)) < 1.6
 
 
 def test_bad_hits_are_named_and_left_out(tmp_path: Path) -> None:
@@ -162,7 +149,9 @@ def test_the_variance_is_that_of_repeated_estimates() -> None:
         X = 3j * F + 0.2 * (rng.normal(size=F.shape) + 1j * rng.normal(size=F.shape))
         of = averages(F, X)
         H.append(transfer(of, "H1"))
-        stated.append(variance_of(of, H[-1]))
+        known = spread_of(of, H[-1], "H1")
+        assert known is not None
+        stated.append(known.variance)
     seen = np.mean(np.abs(np.array(H) - 3j) ** 2)
     assert np.mean(stated) == pytest.approx(seen, rel=0.08)
 
