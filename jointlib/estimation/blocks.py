@@ -34,6 +34,8 @@ class Spectra:
     """|ρ|² of noise on the force between lines so far apart, as where only a short piece of it is left."""
     motion_alike: Array = field(default_factory=lambda: ALONE)
     """The same of the motions."""
+    raised: Array | float = 1.0
+    """Noise power of the motions over that of white noise, by line: what the zero of the sensors, badly known, adds."""
 
 
 def motions_of(m: Measurement) -> tuple[Channel, ...]:

@@ -65,25 +65,31 @@ class Spread:
 
 
 def spread_of(
-    of: Averages, H: ComplexArray, estimator: str, motion: Array = ALONE, force: Array = ALONE
+    of: Averages,
+    H: ComplexArray,
+    estimator: str,
+    motion: Array = ALONE,
+    force: Array = ALONE,
+    raised: Array | float = 1.0,
 ) -> Spread | None:
     """E|error|² of every line and its bound at 95 %; None of one average.
 
     Chance: the residual power r = S_xx·(1 − γ²)·n/(n − 1) over n·S_ff, that is |H|²·(1 − γ²)/((n − 1)·γ²) (Bendat,
     Piersol, eq. 9.81 with n − 1 for the n that one parameter, H, was taken from). Few averages tell r of one line
     badly, so it is r = N_x + |H|²·N_f with both found from the lines around; see `jointlib.estimation.noise.noise_of`.
+    ``raised`` is how much more noise than elsewhere a line has, as far as it is known.
     Bias: −N_f/S_ff of H by H1, N_x/(S_xx − N_x) by H2, the mean of both by Hv.
     """
     if of.count <= 1:
         return None
     residual = of.response * np.maximum(1 - of.coherence, 0.0) * of.count / (of.count - 1)
     H1 = np.abs(of.cross) / np.maximum(of.force, _TINY)
-    noise = noise_of(residual, H1**2, of.count - 1, motion, force)
+    noise = noise_of(residual / raised, H1**2 / raised, of.count - 1, motion, force)
     with np.errstate(all="ignore"):
         factor = np.where(H1 > 0, np.abs(H) / np.maximum(H1, _TINY), 1.0)
-    chance = factor**2 * noise.power / (of.count * np.maximum(of.force, _TINY))
+    chance = factor**2 * noise.power * raised / (of.count * np.maximum(of.force, _TINY))
     down = noise.force / np.maximum(of.force, _TINY)
-    up = noise.motion / np.maximum(of.response - noise.motion, 0.1 * of.response + _TINY)
+    up = noise.motion * raised / np.maximum(of.response - noise.motion * raised, 0.1 * of.response + _TINY)
     bias = np.abs(H) * np.abs({"H1": -down, "H2": up, "Hv": (up - down) / 2}[estimator])
     return spread(chance, noise.freedom, bias)
 

@@ -96,7 +96,12 @@ def hits_of(m: Measurement, records: Sequence[Record]) -> Hits:
     unfinished = _unfinished(m, blocks, window, notes)
     left = [window * _left(b) if settings.force_window else window for b in blocks]
     alike = np.mean([shared(one) for one in left], axis=0)
-    spectra = replace(spectra, force_alike=_cropped(alike), motion_alike=_cropped(shared(window)))
+    spectra = replace(
+        spectra,
+        force_alike=_cropped(alike),
+        motion_alike=_cropped(shared(window)),
+        raised=_raised(window, blocks[0].before)[1 : len(spectra.frequency) + 1],
+    )
     pulses = np.array([_pulse(b) for b in blocks])
     some = np.flatnonzero(np.any(pulses, axis=0))
     part = slice(some[0], some[-1] + 1)
@@ -185,6 +190,14 @@ def _left(block: _Block) -> Array:
 def _pulse(block: _Block) -> Array:
     """The force with everything but the pulse at zero."""
     return block.force * _left(block)
+
+
+def _raised(window: Array, before: int) -> Array:
+    """1 + |W(ω)|²/(b·Σ w²) at the lines from 0 on: white noise under a window w, less its mean over b samples before.
+
+    Without a window an offset stands at 0 Hz alone; under an exponential one it reaches into the first lines.
+    """
+    return np.asarray(1 + np.abs(np.fft.rfft(window)) ** 2 / (before * np.sum(window**2)))
 
 
 def _cropped(alike: Array) -> Array:

@@ -52,18 +52,24 @@ def unclipped(m: Measurement, records: Sequence[Record], left_out: list[str]) ->
 
 
 def from_averages(
-    frequency: Array, of: Averages, estimator: str, motion_alike: Array = ALONE, force_alike: Array = ALONE
+    frequency: Array,
+    of: Averages,
+    estimator: str,
+    motion_alike: Array = ALONE,
+    force_alike: Array = ALONE,
+    raised: Array | float = 1.0,
 ) -> Lines:
-    """Value and error of one pair by averages; |ρ|² between lines as of `Spectra`."""
+    """Value and error of one pair by averages; |ρ|² between lines and how much noise is raised as of `Spectra`."""
     H = transfer(of, estimator)
-    return Lines(frequency, H, spread_of(of, H, estimator, motion_alike, force_alike), of.coherence, of.count)
+    return Lines(frequency, H, spread_of(of, H, estimator, motion_alike, force_alike, raised), of.coherence, of.count)
 
 
 def from_spectra(spectra: Spectra, estimator: str) -> list[Lines]:
     """Value and error for every motion, blocks being independent averages."""
     s = spectra
     return [
-        from_averages(s.frequency, averages(s.force, X), estimator, s.motion_alike, s.force_alike) for X in s.motions
+        from_averages(s.frequency, averages(s.force, X), estimator, s.motion_alike, s.force_alike, s.raised)
+        for X in s.motions
     ]
 
 

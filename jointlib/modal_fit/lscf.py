@@ -78,6 +78,10 @@ def _poles(alpha: ComplexArray, T: float, first: float, span: float) -> ComplexA
     companion[:ports] = -np.concatenate([alpha[j].T for j in range(order)], axis=1)
     w = np.linalg.eigvals(companion)
     w = w[np.abs(w) > _TIGHT]
-    poles = -np.log(w) / T + 1j * first
+    turned = -np.log(w)
+    gap = 2 * np.pi - _TURN  # angles beyond the band, half of them before it
+    turned = np.where(turned.imag < -gap / 2, turned + 2j * np.pi, turned)
+    turned = np.where(turned.imag > 2 * np.pi - gap / 2, turned - 2j * np.pi, turned)
+    poles = turned / T + 1j * first
     near = (poles.imag > max(first - 0.05 * span, 0.0)) & (poles.imag < first + 1.05 * span)
     return np.asarray(poles[(poles.real < 0) & near])

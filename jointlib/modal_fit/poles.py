@@ -30,6 +30,8 @@ class PoleFit:
     """Σ |error|²·2/σ²: one per real number where the deviations are right."""
     strength: Array
     """By how much the misfit grows without a mode while the poles of the others stay, (modes,)."""
+    residue_error: Array
+    """Of the residues of the modes while all poles stay, where the deviations are right, (responses, modes)."""
     covariance: Array
     """Of (ln ω, ln δ) where the deviations are right."""
 
@@ -84,7 +86,7 @@ def _projected(
     stacked = _real(B / size)
     slope = _real(turned)
     residues = np.zeros((len(responses.pairs), m + 2))
-    strength = np.zeros(m)
+    strength, errors = np.zeros(m), np.zeros((len(responses.pairs), m))
     normal, gradient, misfit = np.zeros((2 * m, 2 * m)), np.zeros(2 * m), 0.0
     for k, (value, deviation) in enumerate(zip(responses.value, responses.deviation, strict=True)):
         weight = np.tile(np.sqrt(2) / deviation, 2)
@@ -95,13 +97,15 @@ def _projected(
         residues[k] = c / size
         misfit += float(error @ error)
         inverse = np.linalg.pinv(R, rcond=1e-13)
-        strength += c[:m] ** 2 / np.maximum(np.sum(inverse[:m] ** 2, axis=1), 1e-300)
+        spread = np.maximum(np.sum(inverse[:m] ** 2, axis=1), 1e-300)
+        strength += c[:m] ** 2 / spread
+        errors[k] = np.sqrt(spread) / size[:m]
         if slopes:
             J = slope * (weight[:, None] * np.tile(residues[k, :m], 2))
             J -= Q @ (Q.T @ J)
             normal += J.T @ J
             gradient -= J.T @ error
-    return PoleFit(omega, decay, residues, misfit, strength, _inverse(normal)), normal, gradient
+    return PoleFit(omega, decay, residues, misfit, strength, errors, _inverse(normal)), normal, gradient
 
 
 def _inverse(normal: Array) -> Array:

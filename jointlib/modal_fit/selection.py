@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 from scipy.stats import chi2
 
-from jointlib.arrays import Array, Index
+from jointlib.arrays import Array, ComplexArray, Index
 from jointlib.modal_fit.basis import Ends
 from jointlib.modal_fit.poles import PoleFit, fit_poles
 from jointlib.modal_fit.responses import Responses
@@ -21,6 +19,8 @@ _CLEAR = 30.0
 _HEAVY = 0.5
 """Damping ratio above which a pole is no mode."""
 _OUTSIDE = 0.03
+_CERTAIN = 3.0
+"""Standard errors by which a residue at a driving point is below zero for certain."""
 _UNKNOWN = 0.5
 """Variance of the logarithm of a decay above which nothing is known of it."""
 _SHARP = 1e-3
@@ -29,6 +29,8 @@ _START = 24
 _MOST = 80
 """Modes of one fit at most."""
 _DAMPINGS = (0.003, 0.01, 0.03)
+_NEAR = 8.0
+"""Half-power half-widths of a mode within which it is looked for."""
 _ROUNDS = 12
 _WIDTHS = (5, 21)
 
@@ -122,7 +124,8 @@ def _impossible(responses: Responses, fit: PoleFit, settled: bool = True) -> Ind
     bad |= unknown | (fit.decay < _SHARP * step)
     driving = [k for k, (o, i) in enumerate(responses.pairs) if o == i]
     if driving:
-        bad |= np.all(fit.residues[driving, : len(fit.omega)] < 0, axis=0)
+        size = np.sqrt(scale(responses, fit) if settled else 1.0)
+        bad |= np.all(fit.residues[driving, : len(fit.omega)] < -_CERTAIN * size * fit.residue_error[driving], axis=0)
     return np.flatnonzero(bad)
 
 
@@ -137,36 +140,50 @@ def _with_missing(responses: Responses, fit: PoleFit, ends: Ends) -> PoleFit | N
     limit = threshold(responses)
     error = (responses.value - fit.value(responses.s, ends, responses.cut)) / responses.deviation
     power = np.mean(np.abs(error) ** 2, axis=0)
-    tried: set[int] = set()
-    best: PoleFit | None = None
-    for width in _WIDTHS:
-        smooth = np.convolve(power, np.ones(width) / width, mode="same")
-        at = int(np.argmax(smooth))
-        if at in tried:
-            continue
-        tried.add(at)
-        for omega, decay in _first_values(fit, 2 * np.pi * float(responses.frequency[at])):
-            first = fit_poles(responses, omega, decay, ends, 4)
-            if best is None or first.misfit < best.misfit:
-                best = first
-    if best is None:
-        return None
+    firsts = [_one_more(fit, responses, error, ratio) for ratio in _DAMPINGS]
+    at = {int(np.argmax(np.convolve(power, np.ones(width) / width, mode="same"))) for width in _WIDTHS}
+    for line in sorted(at):
+        firsts += _in_two(fit, 2 * np.pi * float(responses.frequency[line]))
+    tried = [fit_poles(responses, omega, decay, ends, 4) for omega, decay in firsts]
+    best = min(tried, key=lambda one: one.misfit)
     best = fit_poles(responses, best.omega, best.decay, ends, _ROUNDS)
     sound = not len(_impossible(responses, best, settled=False))
     return best if sound and fit.misfit - best.misfit > limit * scale(responses, best) else None
 
 
-def _first_values(fit: PoleFit, omega: float) -> Iterator[tuple[Array, Array]]:
-    """One mode more at an angular frequency, of several dampings, and the mode beside it in two."""
-    for ratio in _DAMPINGS:
-        yield np.append(fit.omega, omega), np.append(fit.decay, ratio * omega)
-    if len(fit.omega):
-        near = int(np.argmin(np.abs(fit.omega - omega)))
-        for apart in (0.5, 1.5):
-            both = fit.omega.copy()
-            both[near] -= apart * fit.decay[near]
-            added = fit.omega[near] + apart * fit.decay[near]
-            yield np.append(both, added), np.append(fit.decay, fit.decay[near])
+def _one_more(fit: PoleFit, responses: Responses, error: ComplexArray, ratio: float) -> tuple[Array, Array]:
+    """One mode more, of this damping ratio, where it would take most out of the errors while all others stay.
+
+    What b takes out of the errors e, both over the deviation, is Σ (Re Σ b*·e)²/Σ|b|², the first sum over responses,
+    the others over lines within some half-power widths.
+    """
+    f = responses.frequency
+    places = np.geomspace(f[0], f[-1], max(2, int(np.log(f[-1] / f[0]) / ratio)))
+    first = np.searchsorted(f, places * (1 - _NEAR * ratio))
+    last = np.searchsorted(f, places * (1 + _NEAR * ratio), side="right")
+    taken = np.zeros(len(places))
+    for k, (place, low, high) in enumerate(zip(places.tolist(), first.tolist(), last.tolist(), strict=True)):
+        omega = 2 * np.pi * place
+        s = responses.s[low:high]
+        b = omega**2 / (s**2 + 2 * ratio * omega * s + omega**2) / responses.deviation[:, low:high]
+        size = np.sum(np.abs(b) ** 2, axis=1)
+        taken[k] = np.sum(np.sum((b.conj() * error[:, low:high]).real, axis=1) ** 2 / np.maximum(size, 1e-300))
+    omega = 2 * np.pi * places[int(np.argmax(taken))]
+    return np.append(fit.omega, omega), np.append(fit.decay, ratio * omega)
+
+
+def _in_two(fit: PoleFit, omega: float) -> list[tuple[Array, Array]]:
+    """The mode beside an angular frequency as two of them, less and more apart; a mode there where there is none."""
+    if not len(fit.omega):
+        return [(np.array([omega]), np.array([_DAMPINGS[1] * omega]))]
+    near = int(np.argmin(np.abs(fit.omega - omega)))
+    found = []
+    for apart in (0.5, 1.5):
+        both = fit.omega.copy()
+        both[near] -= apart * fit.decay[near]
+        added = fit.omega[near] + apart * fit.decay[near]
+        found.append((np.append(both, added), np.append(fit.decay, fit.decay[near])))
+    return found
 
 
 def _in_order(fit: PoleFit) -> PoleFit:
@@ -174,7 +191,15 @@ def _in_order(fit: PoleFit) -> PoleFit:
     residues = np.concatenate([fit.residues[:, :-2][:, order], fit.residues[:, -2:]], axis=1)
     both = np.concatenate([order, len(order) + order])
     covariance = fit.covariance[np.ix_(both, both)]
-    return PoleFit(fit.omega[order], fit.decay[order], residues, fit.misfit, fit.strength[order], covariance)
+    return PoleFit(
+        fit.omega[order],
+        fit.decay[order],
+        residues,
+        fit.misfit,
+        fit.strength[order],
+        fit.residue_error[:, order],
+        covariance,
+    )
 
 
 def placed_ends(responses: Responses, fit: PoleFit, ends: Ends) -> tuple[PoleFit, Ends]:

@@ -14,6 +14,8 @@ from jointlib.modal_fit.responses import Responses
 _ROUNDS = 60
 _DONE = 1e-7
 _STEP = 0.5
+_DOUBT = 5.0
+"""Standard errors up to which a residue at a driving point that is below zero may be above it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,6 +90,9 @@ def first_shapes(responses: Responses, fit: PoleFit) -> tuple[Array, Array] | No
     out = np.zeros((len(responses.dofs), fit.residues.shape[1]))
     for r in range(out.shape[1]):
         own = {d: table[d, d][r] for d in responses.driving}
+        if r < len(fit.omega):  # where noise made one negative, it is as large as its error
+            least = {d: fit.residue_error[responses.pairs.index((d, d)), r] for d in own}
+            own = {d: value if value > 0 or -value > _DOUBT * least[d] else least[d] for d, value in own.items()}
         start = max(own, key=lambda d: own[d])
         if own[start] <= 0:
             continue

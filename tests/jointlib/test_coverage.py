@@ -102,7 +102,7 @@ def test_it_holds_for_every_estimator_and_without_a_window(tmp_path: Path, setti
     holds([within(frfs, PART) for frfs in hits(tmp_path, 6, 150, f"length = 0.9\n{settings}")])
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("settings", "part", "spacing"),
     [
@@ -140,7 +140,7 @@ def random_force(samples: int, seed: int) -> np.ndarray:
     return 10 * x / np.std(x)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.parametrize("length", [1.0, 2.0])
 def test_it_holds_for_random_forces(tmp_path: Path, length: float) -> None:
     """Leakage is a part of the error that a record repeats, so every record has a force of its own."""
@@ -175,7 +175,7 @@ def test_it_holds_for_chirps(tmp_path: Path, records: int) -> None:
     holds([within(frfs, PART) for frfs in runs], high=0.015)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_it_holds_for_stepped_sines(tmp_path: Path) -> None:
     t = np.arange(int(RATE) * 16) / (RATE * 8)
     force = np.concatenate([10 * np.sin(2 * np.pi * f * t) for f in (60, 85, 92, 95, 98, 120, 150, 208, 212, 300, 420)])

@@ -101,10 +101,12 @@ def depths(frequency: np.ndarray, zeta: np.ndarray, shape: np.ndarray) -> np.nda
 
 
 @pytest.mark.slow
-def test_modes_and_depths_of_forty_random_machines() -> None:
+@pytest.mark.parametrize("machines", [MACHINES, range(100, 180)])
+def test_modes_and_depths_of_many_random_machines(machines: range) -> None:
+    """Depths where they are least: between lobes they rise so steeply that a thousandth of a frequency moves them."""
     total = np.zeros(4, dtype=int)
     true, off = 0, []
-    for seed in MACHINES:
+    for seed in machines:
         modes, responses = random_machine(seed)
         found = fit_modes(responses)
         total += judged(modes, found)
@@ -112,10 +114,13 @@ def test_modes_and_depths_of_forty_random_machines() -> None:
         part = component_of(found, "part")
         assert isinstance(part, Modal)
         ours = depths(part.frequency, part.damping_ratio, part.shapes[0])
-        off.append(np.max(np.abs(ours / depths(modes.frequency, modes.damping_ratio, modes.shapes[0]) - 1)))
-    assert np.max(off) < 0.03
+        truth = depths(modes.frequency, modes.damping_ratio, modes.shapes[0])
+        off.append((np.max(np.abs(ours / truth - 1)), abs(np.min(ours) / np.min(truth) - 1)))
+    every, least = np.transpose(off)
+    assert np.mean(every < 0.03) >= 0.98
+    assert np.max(least) < 0.03
     count, good_f, good_z, none = total
-    assert none == 0
+    assert none <= 1  # of two modes a third of their half-power widths apart one remains, between them
     assert count >= 0.98 * true  # what noise hides cannot be found
     assert good_f >= 0.95 * count
     assert good_z >= 0.9 * count
@@ -200,6 +205,25 @@ def test_poles_on_a_shifted_line_are_those_of_the_structure() -> None:
     np.testing.assert_allclose(np.abs(near), w, rtol=1e-4)
     fit = fit_poles(responses, 1.01 * w, 0.02 * w, Ends.of(f))
     np.testing.assert_allclose(fit.decay, modes.damping_ratio * w, rtol=1e-6)
+
+
+@pytest.mark.parametrize("frequency", [60.0, 250.0, 1000.0, 1700.0, 1900.0, 1980.0])
+def test_matrix_fractions_see_a_pole_anywhere_in_the_band(frequency: float) -> None:
+    modes = Modes(np.array([frequency]), np.array([0.02]), np.array([[1.0]]))
+    responses = measured(modes, np.arange(40.0, 2000.0), ((0, 0),), 60, np.random.default_rng(0))
+    w = 2 * np.pi * frequency
+    poles = poles_by_order(responses, 8)[-1]
+    assert np.min(np.abs(np.abs(poles) - w)) < 2e-3 * w
+
+
+def test_a_mode_that_hardly_moves_the_driven_place_is_found_by_the_others() -> None:
+    """Its residue at the driving point is noise, of either sign."""
+    shapes = np.array([[1.0, 1e-3, 0.8], [0.7, 1.5, -0.6], [-0.4, 1.2, 0.9]])
+    modes = Modes(np.array([300.0, 520.0, 800.0]), np.full(3, 0.02), shapes)
+    pairs = ((0, 0), (1, 0), (2, 0), (1, 1))
+    for seed in range(4):
+        responses = measured(modes, np.arange(100.0, 1000.0, 2.0), pairs, 30, np.random.default_rng(seed))
+        assert judged(modes, fit_modes(responses))[::3] == (3, 0)
 
 
 def test_the_chart_marks_what_stays() -> None:
