@@ -8,11 +8,11 @@ import pytest
 from browser import Browser, Tab
 from command_line import LIBRARY
 from explorer_site import Opened, Site, curve, page, part, press, serving, until_drawn, until_status, value
+from lathe_file import lathe_file
 from tools import package
 
 from jointlib.errors import InputError
 
-CUT = '\n[cutting]\nprocess = "turning"\nspecific = 1e9\nfeed = "0.2 mm"\ndiameter = "80 mm"\nspeed = [2000, 9000]\n'
 STUDY = """
 schema = "jointlib/study/1"
 base = "lathe.toml"
@@ -46,8 +46,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
     from machines.study.study_file import read_study
 
     folder = tmp_path_factory.mktemp("designs")
-    text = (LIBRARY / "two_mass.toml").read_text().replace("two_mass.joint.toml", f"{LIBRARY}/two_mass.joint.toml")
-    (folder / "lathe.toml").write_text(text + CUT)
+    lathe_file(folder)
     (folder / "s.study.toml").write_text(STUDY)
     study = read_study(folder / "s.study.toml")
     evaluate_all(study, begin(study, folder / "results"), {}, workers=1)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from lathe_file import lathe_file
 
 from jointlib.errors import CheckFailed, InputError
 from machines import frozen_receptance, lobes_at_amplitude, read_machine
@@ -20,12 +21,7 @@ STIFFNESS = "connection.guide.joint.linear.stiffness"
 
 @pytest.fixture
 def lathe(tmp_path: Path) -> Explorer:
-    text = (LIBRARY / "two_mass.toml").read_text().replace("two_mass.joint.toml", f"{LIBRARY}/two_mass.joint.toml")
-    cut = (
-        '\n[cutting]\nprocess = "turning"\nspecific = 1e9\nfeed = "0.2 mm"\ndiameter = "80 mm"\nspeed = [2000, 9000]\n'
-    )
-    (tmp_path / "lathe.toml").write_text(text + cut)
-    return Explorer(tmp_path / "lathe.toml")
+    return Explorer(lathe_file(tmp_path))
 
 
 @pytest.mark.parametrize(

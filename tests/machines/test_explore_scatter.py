@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from lathe_file import lathe_file
 
 from jointlib.errors import InputError
 from machines.explore import Explorer, Scatter
@@ -14,7 +15,6 @@ from machines.study.study_file import read_study
 
 LIBRARY = Path(__file__).parents[2] / "machines" / "library"
 STIFFNESS, SPECIFIC = "connection.guide.joint.linear.stiffness", "cutting.specific"
-CUT = '\n[cutting]\nprocess = "turning"\nspecific = 1e9\nfeed = "0.2 mm"\ndiameter = "80 mm"\nspeed = [2000, 9000]\n'
 STUDY = f"""
 schema = "jointlib/study/1"
 base = "lathe.toml"
@@ -47,8 +47,7 @@ at_least = "1.2 mm"
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("study")
-    text = (LIBRARY / "two_mass.toml").read_text().replace("two_mass.joint.toml", f"{LIBRARY}/two_mass.joint.toml")
-    (folder / "lathe.toml").write_text(text + CUT)
+    lathe_file(folder)
     (folder / "s.study.toml").write_text(STUDY)
     study = read_study(folder / "s.study.toml")
     evaluate_all(study, begin(study, folder / "out"), {}, workers=1)

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from lathe_file import lathe_file
 from tools import package
 
 from jointlib import Joint
@@ -37,12 +38,7 @@ def mill() -> Explorer:
 
 @pytest.fixture
 def lathe(tmp_path: Path) -> Explorer:
-    text = (LIBRARY / "two_mass.toml").read_text().replace("two_mass.joint.toml", f"{LIBRARY}/two_mass.joint.toml")
-    cut = (
-        '\n[cutting]\nprocess = "turning"\nspecific = 1e9\nfeed = "0.2 mm"\ndiameter = "80 mm"\nspeed = [2000, 9000]\n'
-    )
-    (tmp_path / "lathe.toml").write_text(text + cut)
-    return Explorer(tmp_path / "lathe.toml")
+    return Explorer(lathe_file(tmp_path))
 
 
 def command(*words: str) -> Any:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from turning_lathe import CUBIC, DAMPING, MASS, SPEED, STIFFNESS, lathe
 
 from jointlib.errors import InputError
 from jointlib.joint import Joint
@@ -16,30 +17,13 @@ from jointlib.laws.cubic import Cubic
 from jointlib.laws.jenkins import Jenkins
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
-from machines import Connection, Lumped, Machine, lobes_at_amplitude, operating_point, read_machine, stability_lobes
+from machines import Machine, lobes_at_amplitude, operating_point, read_machine, stability_lobes
 from machines.cutting.amplitude.chattering_tool import operating_receptance
 from machines.cutting.amplitude.frozen_modes import multipliers
 from machines.cutting.forced.advice import advice
 from machines.lobes import Cutting
 
 LIBRARY = Path(__file__).parents[2] / "machines" / "library"
-MASS, FREQUENCY, RATIO = 25.33, 100.0, 0.03
-STIFFNESS = MASS * (2 * np.pi * FREQUENCY) ** 2
-DAMPING = 2 * RATIO * np.sqrt(STIFFNESS * MASS)
-CUBIC = 0.1 * STIFFNESS / (0.75 * (100e-6) ** 2)
-TURNING = {"process": "turning", "specific": 1e9}
-SPEED = 2350.0
-
-
-def lathe(*more: JointLaw) -> Machine:
-    joint = Joint((Linear(STIFFNESS), Viscous(DAMPING), *more))
-    return Machine(
-        components=(Lumped("slide", ("x",), np.array([[MASS]])),),
-        connections=(Connection("guide", ("slide.x", "ground"), joint),),
-        tool={"x": "slide.x"},
-        frequency=(60.0, 200.0),
-        cutting=TURNING,
-    )
 
 
 @pytest.mark.parametrize(

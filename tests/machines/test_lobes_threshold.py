@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from turning_lathe import CUBIC, DAMPING, MASS, SPEED, STIFFNESS, lathe
 
 from jointlib.arrays import Array
 from jointlib.errors import CheckFailed, InputError
 from jointlib.joint import Joint
-from jointlib.law import JointLaw
 from jointlib.laws.coulomb import Coulomb
 from jointlib.laws.cubic import Cubic
 from jointlib.laws.linear import Linear
@@ -23,26 +23,11 @@ from machines.cutting.amplitude.words import of_fate, reach_words, told
 from machines.cutting.process.lost_contact import milling_contact
 from machines.lobes import AmplitudeLimits, Cutting, amplitude_limits, depth_ratio
 
-MASS, FREQUENCY, RATIO, SPEED = 25.33, 100.0, 0.03, 2350.0
-STIFFNESS = MASS * (2 * np.pi * FREQUENCY) ** 2
-DAMPING = 2 * RATIO * np.sqrt(STIFFNESS * MASS)
-CUBIC = 0.1 * STIFFNESS / (0.75 * (100e-6) ** 2)
 SIZES = np.geomspace(1e-6, 2e-4, 31)
 
 
 def told_at(limits: AmplitudeLimits, depth: float, multiplier: float | None = None, forced: float = 0.0) -> str:
     return of_fate(fate_at(limits, depth, multiplier=multiplier), reach_words(limits), forced)
-
-
-def lathe(*more: JointLaw, **cut: float) -> Machine:
-    joint = Joint((Linear(STIFFNESS), Viscous(DAMPING), *more))
-    return Machine(
-        components=(Lumped("slide", ("x",), np.array([[MASS]])),),
-        connections=(Connection("guide", ("slide.x", "ground"), joint),),
-        tool={"x": "slide.x"},
-        frequency=(60.0, 200.0),
-        cutting={"process": "turning", "specific": 1e9, **cut},
-    )
 
 
 @pytest.mark.thorough

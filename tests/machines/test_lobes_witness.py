@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from turning_lathe import CUBIC, DAMPING, MASS, SPEED, STIFFNESS, lathe
 
 from jointlib.arrays import Array
 from jointlib.errors import InputError
@@ -22,22 +23,7 @@ from machines import Connection, Lumped, Machine, Modal, lobes_at_amplitude
 from machines.cutting.in_time.witness import vibrate
 from machines.lobes import amplitude_limits, witness
 
-MASS, FREQUENCY, RATIO, SPEED = 25.33, 100.0, 0.03, 2350.0
-STIFFNESS = MASS * (2 * np.pi * FREQUENCY) ** 2
-DAMPING = 2 * RATIO * np.sqrt(STIFFNESS * MASS)
-CUBIC = 0.1 * STIFFNESS / (0.75 * (100e-6) ** 2)
 CHATTER = 104.9
-
-
-def lathe(*more: JointLaw, **cut: Any) -> Machine:
-    joint = Joint((Linear(STIFFNESS), Viscous(DAMPING), *more))
-    return Machine(
-        components=(Lumped("slide", ("x",), np.array([[MASS]])),),
-        connections=(Connection("guide", ("slide.x", "ground"), joint),),
-        tool={"x": "slide.x"},
-        frequency=(60.0, 200.0),
-        cutting={"process": "turning", "specific": 1e9, **cut},
-    )
 
 
 def mill(axes: tuple[str, ...], **cut: Any) -> Machine:
