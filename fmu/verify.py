@@ -3,11 +3,7 @@
 from __future__ import annotations
 
 import csv
-import json
-import os
 import re
-import subprocess
-import sys
 import tempfile
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -23,6 +19,7 @@ from jointlib.errors import CheckFailed, InputError
 from .members.archive import read_archive, unpack
 from .members.description import ANNOTATION, TOKEN, TOOL, fingerprint
 from .members.native_members import BUILD, SOURCES
+from .playback.fresh_process import answer_of
 from .playback.reference import CSV, FOLDER, MANIFEST, ReferenceRun, read_csv
 
 TOLERANCE = 1e-12
@@ -32,7 +29,6 @@ _LOOSEST = 1e-6
 _SMALL = 1e-6
 """An output that stays below this share of the largest of its unit is held against that share."""
 _TIME_LIMIT = 120.0
-_LONGEST = 300
 
 
 @dataclass(frozen=True)
@@ -254,32 +250,5 @@ def _sizes(expected: Array, units: list[str]) -> Array:
 def _run(path: Path, request: dict[str, object]) -> Array:
     """Outputs of two runs in a fresh process, shape (2, samples, outputs)."""
     with tempfile.TemporaryDirectory(prefix="jointlib-") as scratch:
-        answer = Path(scratch) / "answer.json"
-        command = [sys.executable, "-P", str(Path(__file__).parent / "playback" / "replay.py")]
-        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
-        try:
-            done = subprocess.run(
-                command,
-                input=json.dumps({**request, "answer": str(answer)}),
-                capture_output=True,
-                text=True,
-                errors="replace",
-                timeout=_TIME_LIMIT,
-                cwd=scratch,
-                env=environment,
-            )
-        except subprocess.TimeoutExpired:
-            raise CheckFailed(f"{path}: the FMU did not finish its reference run in {_TIME_LIMIT:g} s") from None
-        said = [_last_line(text) for text in (done.stdout, done.stderr) if text.strip()]
-        if done.returncode < 0:
-            ended = "; ".join([f"signal {-done.returncode}", *said])
-            raise CheckFailed(f"{path}: the FMU ended the process that ran it ({ended})")
-        if done.returncode or not answer.is_file():
-            raise CheckFailed(f"{path}: the FMU does not run in FMPy ({'; '.join(said) or 'no message'})")
-        return np.array(json.loads(answer.read_text(encoding="utf-8")))
-
-
-def _last_line(text: str) -> str:
-    """What a terminal may show of what an FMU printed."""
-    line = text.strip().splitlines()[-1]
-    return "".join(c if c.isprintable() else "?" for c in line[:_LONGEST]) + ("…" if len(line) > _LONGEST else "")
+        where = f"{path}: the FMU"
+        return np.array(answer_of("replay.py", request, Path(scratch), where, _TIME_LIMIT, "reference run"))

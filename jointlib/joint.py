@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -122,6 +122,12 @@ class Joint(Shown):
                 else:
                     flat[f"{part}.{p.name}"] = float(value), p
         return flat
+
+    def parted(self, holds: Callable[[JointLaw], bool]) -> tuple[Joint, Joint]:
+        """The laws for which something holds, and the others, as joints without name, range or errors."""
+        return Joint(tuple(law for law in self.laws if holds(law))), Joint(
+            tuple(law for law in self.laws if not holds(law))
+        )
 
     def with_parameters(self, values: Mapping[str, float]) -> Joint:
         """The joint with some parameters replaced; what was estimated of the old values is dropped."""

@@ -67,6 +67,10 @@ class Channel:
     dof: str | None = None
     """Impact and shaker: degree of freedom that it measures, along its positive direction."""
 
+    def at_full_scale(self, x: Array) -> int:
+        """How many samples stand at the end of its range, within a thousandth; none where no range is told."""
+        return int(np.count_nonzero(np.abs(x) >= 0.999 * self.full_scale)) if self.full_scale else 0
+
 
 @dataclass(frozen=True)
 class Correction:

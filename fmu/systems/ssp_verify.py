@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import os
-import subprocess
-import sys
 import tempfile
 from pathlib import Path
 
@@ -16,6 +12,7 @@ from jointlib.errors import CheckFailed
 
 from ..loop_step import Loop, natural_frequencies
 from ..members.machine_parts import Parts
+from ..playback.fresh_process import answer_of
 from ..playback.loop_run import LoopRun, jacobi_run
 from ..system.step_limit import operating_range
 
@@ -93,27 +90,10 @@ def _columns(parts: Parts, run: LoopRun) -> dict[str, dict[str, Array]]:
 def _run(path: Path, data: bytes, request: dict[str, object]) -> dict[str, list[float]]:
     """The connectors of the archive, step by step, from a fresh process."""
     with tempfile.TemporaryDirectory(prefix="jointlib-") as scratch:
-        file, answer = Path(scratch) / "system.ssp", Path(scratch) / "answer.json"
+        file = Path(scratch) / "system.ssp"
         file.write_bytes(data)
-        command = [sys.executable, "-P", str(Path(__file__).parents[1] / "playback" / "ssp_replay.py")]
-        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
-        try:
-            done = subprocess.run(
-                command,
-                input=json.dumps({**request, "file": str(file), "answer": str(answer)}),
-                capture_output=True,
-                text=True,
-                errors="replace",
-                timeout=_TIME_LIMIT,
-                cwd=scratch,
-                env=environment,
-            )
-        except subprocess.TimeoutExpired:
-            raise CheckFailed(f"{path}: the system did not finish its run in {_TIME_LIMIT:g} s") from None
-        if done.returncode < 0:
-            raise CheckFailed(f"{path}: the system ended the process that ran it (signal {-done.returncode})")
-        if done.returncode or not answer.is_file():
-            said = [text.strip().splitlines()[-1] for text in (done.stdout, done.stderr) if text.strip()]
-            raise CheckFailed(f"{path}: the system does not run in FMPy ({'; '.join(said) or 'no message'})")
-        found: dict[str, list[float]] = json.loads(answer.read_text(encoding="utf-8"))
+        named = {**request, "file": str(file)}
+        found: dict[str, list[float]] = answer_of(
+            "ssp_replay.py", named, Path(scratch), f"{path}: the system", _TIME_LIMIT
+        )
         return found

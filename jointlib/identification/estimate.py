@@ -12,7 +12,7 @@ from jointlib.arrays import Array
 from jointlib.errors import InputError, Outcome
 from jointlib.identification.force_balance import ForceBalance, Groups, stacked_extra, stacked_groups
 from jointlib.joint import Covariance, Joint
-from jointlib.loop.answer.refit import bounds_of
+from jointlib.loop.answer.refit import Scaled
 
 
 @dataclass(frozen=True)
@@ -69,47 +69,42 @@ def _solve(
     joint: Joint, balances: tuple[ForceBalance, ...], residual: Callable[[Joint], Array], names: tuple[str, ...]
 ) -> tuple[Joint, Outcome]:
     """Least squares within the bounds that the laws declare; forces with memory bend in steps and end sooner."""
-    lower, upper = bounds_of(joint, names)
     steps = _steps(joint, balances, names)
     scale = np.array([max(abs(joint.parameters[n]), 1e3 * steps[n]) for n in names])
+    scaled = Scaled(joint, names, scale)
     basis_free = residual(joint)
-
-    def at(x: Array) -> Joint:
-        values = np.clip(x * scale, lower, upper)
-        return joint.with_parameters(dict(zip(names, values.tolist(), strict=True)))
 
     def rows(x: Array) -> Array:
         try:
-            return residual(at(x))
+            return residual(scaled.at(x))
         except InputError:
             return np.full_like(basis_free, 1e3 * max(float(np.max(np.abs(basis_free))), 1.0))
 
     def slopes(x: Array) -> Array:
-        here = at(x)
+        here = scaled.at(x)
         moved = [sensitivity(here, balances, n, 1e-5 * s) for n, s in zip(names, scale, strict=True)]
         columns = np.column_stack(moved) * scale
         return -_without_extra(columns, balances)
 
-    start = np.clip(np.array([joint.parameters[n] for n in names]) / scale, lower / scale, upper / scale)
     tolerance = 1e-5 if joint.states else 1e-13
     solved = least_squares(
         rows,
-        start,
+        scaled.start,
         jac=slopes,
-        bounds=(lower / scale, upper / scale),
+        bounds=scaled.bounds,
         x_scale="jac",
         xtol=tolerance,
         ftol=tolerance,
         gtol=1e-15,
         max_nfev=60,
     )
-    return at(solved.x), Outcome.CONVERGED if solved.status > 0 else Outcome.STALLED
+    return scaled.at(solved.x), Outcome.CONVERGED if solved.status > 0 else Outcome.STALLED
 
 
 def forces_of(joint: Joint, balances: tuple[ForceBalance, ...]) -> Array:
     """Forces of a joint in the rows of all balances; those with memory walk records of one shape side by side."""
-    total = [b.of(Joint(tuple(law for law in joint.laws if not law.states))) for b in balances]
-    remembering = Joint(tuple(law for law in joint.laws if law.states))
+    remembering, memoryless = joint.parted(lambda law: bool(law.states))
+    total = [b.of(memoryless) for b in balances]
     if remembering.laws:
         shapes = {(len(b.z), b.time_step, b.run_in) for b in balances}
         for shape in sorted(shapes):

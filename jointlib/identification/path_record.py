@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
@@ -20,6 +22,17 @@ def path_unknowns(measurement: Measurement) -> tuple[str, ...]:
     return ("carriage", "offset") if unknown else ("offset",)
 
 
+@lru_cache(maxsize=16)
+def _sections(cutoff: float) -> Array:
+    """Second-order sections of the low pass, cutoff in halves of the sample rate; a trace asks thousands of times."""
+    return np.asarray(butter(4, cutoff, output="sos"))
+
+
+def low_pass(x: Array, cutoff: float, sample_rate: float) -> Array:
+    """The part of x below a frequency, along the last axis: Butterworth of order 4, forward and backward, no phase."""
+    return np.asarray(sosfiltfilt(_sections(cutoff / (sample_rate / 2)), x, axis=-1))
+
+
 def path_balance(measurement: Measurement, record: Record) -> ForceBalance:
     """F = m·a + f(z, ż) + F0 on filtered samples.
 
@@ -34,10 +47,9 @@ def path_balance(measurement: Measurement, record: Record) -> ForceBalance:
     if n < _FEWEST:
         raise InputError(f"{record.source.file}: {n} samples, expected at least {_FEWEST} along a path")
     cutoff = min(measurement.band[1] if measurement.band else rate / 20, 0.45 * rate)
-    low_pass = butter(4, cutoff, fs=rate, output="sos")
 
     def smooth(x: Array) -> Array:
-        return np.asarray(sosfiltfilt(low_pass, x))
+        return low_pass(x, cutoff, rate)
 
     position = (measurement.of("displacement") or measurement.of("position"))[0]
     force_channel = measurement.of("force")[0]

@@ -161,10 +161,6 @@ class Beam(Component):
         """Ψᵀ M r g with the static shapes Ψ of the stations: exact forces and moments of the weight spread over it."""
         return np.asarray(self._reduced[2] @ gravity)
 
-    def receptance(self, omega: Array, ports: Array | None = None) -> ComplexArray:
-        P = np.eye(len(self.dofs)) if ports is None else ports
-        return self.between(omega, P, P)
-
     def between(self, omega: Array, rows: Array, columns: Array) -> ComplexArray:
         return receptance_of(self.second_order(), omega, rows, columns)
 

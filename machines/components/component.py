@@ -66,19 +66,24 @@ class Component(ABC):
     def from_section(cls, section: Section) -> Component:
         """Build from a ``[[component]]`` table whose ``kind`` has been read."""
 
-    @abstractmethod
     def receptance(self, omega: Array, ports: Array | None = None) -> ComplexArray:
         """P H Pᵀ in m/N at angular frequencies (rad/s, above 0), shape (nf, p, p).
 
         ``ports`` P has shape (p, number of dofs), one row per force or motion that is of interest; without it
-        P is the unit matrix.
+        P is the unit matrix. A component gives this or `between`.
         """
+        P = np.eye(len(self.dofs)) if ports is None else ports
+        return self.between(omega, P, P)
 
     def between(self, omega: Array, rows: Array, columns: Array) -> ComplexArray:
         """R H Cᵀ in m/N, (nf, rows, columns): motions along ``rows`` for forces along ``columns``, each over the dofs.
 
         A component that can do without the rest of the matrix overrides this.
         """
+        if type(self).receptance is Component.receptance:
+            raise NotImplementedError(
+                f"{type(self).__name__}: has neither receptance nor between, expected one of them"
+            )
         both = self.receptance(omega, np.concatenate([rows, columns]))
         return both[:, : len(rows), len(rows) :]
 

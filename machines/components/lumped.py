@@ -57,10 +57,6 @@ class Lumped(Component):
         )
         return cls(name, dofs, mass, damping, stiffness)
 
-    def receptance(self, omega: Array, ports: Array | None = None) -> ComplexArray:
-        P = np.eye(len(self.dofs)) if ports is None else ports
-        return self.between(omega, P, P)
-
     def between(self, omega: Array, rows: Array, columns: Array) -> ComplexArray:
         return receptance_of(self._equations, omega, rows, columns)
 

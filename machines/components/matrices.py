@@ -164,10 +164,6 @@ class Matrices(Component):
         shapes = np.where(turns, factor, 1 / factor)[:, None] * shapes
         return found, in_modes(SecondOrder(M, C, K, shapes), 2 * self.damping_ratio * K)
 
-    def receptance(self, omega: Array, ports: Array | None = None) -> ComplexArray:
-        P = np.eye(len(self.dofs)) if ports is None else ports
-        return self.between(omega, P, P)
-
     def between(self, omega: Array, rows: Array, columns: Array) -> ComplexArray:
         return receptance_of(self.second_order(), omega, rows, columns)
 

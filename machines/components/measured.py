@@ -153,10 +153,6 @@ class Measured(Component):
         """It is smooth where a free body's receptance is steep, at low frequencies."""
         return self.frf.receptance * Quantity.ACCELERANCE.per_receptance(self.frequency)[:, None, None]
 
-    def receptance(self, omega: Array, ports: Array | None = None) -> ComplexArray:
-        P = np.eye(len(self.dofs)) if ports is None else ports
-        return self.between(omega, P, P)
-
     def between(self, omega: Array, rows: Array, columns: Array) -> ComplexArray:
         """Of the record only the entries that the rows and columns touch are taken up."""
         i, k = (np.flatnonzero(np.any(part, axis=0)) for part in (rows, columns))

@@ -116,10 +116,6 @@ class Modal(Component):
         weight = section.number("mass", "kg", None), section.words("carries", None)
         return cls(name, dofs, modes.frequency, ratio, modes.shapes, modes.modal_mass, *weight, modes.notes)
 
-    def receptance(self, omega: Array, ports: Array | None = None) -> ComplexArray:
-        P = np.eye(len(self.dofs)) if ports is None else ports
-        return self.between(omega, P, P)
-
     def between(self, omega: Array, rows: Array, columns: Array) -> ComplexArray:
         natural = 2 * np.pi * self.frequency
         w = omega[:, None]

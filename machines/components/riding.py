@@ -151,10 +151,6 @@ class Riding(Component):
             row[:6] = [*np.zeros(3), *n] if word.startswith("r") else [*n, *np.cross(self.points[point] - self.base, n)]
         return SecondOrder(mass, damping, stiffness, shapes)
 
-    def receptance(self, omega: Array, ports: Array | None = None) -> ComplexArray:
-        P = np.eye(len(self.dofs)) if ports is None else ports
-        return self.between(omega, P, P)
-
     def between(self, omega: Array, rows: Array, columns: Array) -> ComplexArray:
         return receptance_of(self.second_order(), omega, rows, columns)
 

@@ -77,10 +77,6 @@ class Rigid(Component):
         points = read_points(section)
         return cls(name, mass, inertia, None if centre is None else np.array(centre), dofs, points)
 
-    def receptance(self, omega: Array, ports: Array | None = None) -> ComplexArray:
-        P = np.eye(len(self.dofs)) if ports is None else ports
-        return self.between(omega, P, P)
-
     def between(self, omega: Array, rows: Array, columns: Array) -> ComplexArray:
         model = self.second_order()
         accelerance = rows @ model.shapes @ np.linalg.solve(model.mass, (columns @ model.shapes).T)

@@ -99,10 +99,6 @@ class StateSpace(Component):
         balanced, scale = matrix_balance(self.A)
         return np.asarray(balanced, dtype=float), np.linalg.inv(scale) @ self.B, self.C @ np.asarray(scale, dtype=float)
 
-    def receptance(self, omega: Array, ports: Array | None = None) -> ComplexArray:
-        P = np.eye(len(self.dofs)) if ports is None else ports
-        return self.between(omega, P, P)
-
     def between(self, omega: Array, rows: Array, columns: Array) -> ComplexArray:
         A, B, C = self._balanced
         assert self.D is not None

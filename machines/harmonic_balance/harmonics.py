@@ -135,16 +135,15 @@ def _one(
     joint: Joint, z: ComplexArray, omega: Array, harmonics: Harmonics, most: int, rest: Array, slopes: bool = True
 ) -> tuple[ComplexArray, ComplexArray, ComplexArray, Array]:
     """Force, its two derivatives and the travel of one joint over cases z (cases, nh)."""
-    linear = [law for law in joint.laws if law.linear]
-    memoryless = Joint(tuple(law for law in joint.laws if not law.linear and not law.states))
-    remembering = Joint(tuple(law for law in joint.laws if not law.linear and law.states))
+    linear, bent = joint.parted(lambda law: law.linear)
+    remembering, memoryless = bent.parted(lambda law: bool(law.states))
     h, share = np.array(harmonics), _shares(harmonics)
     nh, every = len(h), np.arange(len(h))
     cycle = _cycle(joint, harmonics, most)
     force = np.zeros(z.shape, dtype=complex)
     by_z = np.zeros((len(z), nh, nh), dtype=complex)
     by_conjugate = np.zeros_like(by_z)
-    for law in linear:
+    for law in linear.laws:
         gain = law.first_harmonic(0.0, omega[:, None] * h).gain
         force += gain * z
         by_z[:, every, every] += gain * share

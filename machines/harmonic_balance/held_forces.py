@@ -128,8 +128,7 @@ class _Parts:
 
     @classmethod
     def of(cls, joint: Joint) -> _Parts:
-        remembering = Joint(tuple(law for law in joint.laws if law.states and not law.linear))
-        rest = Joint(tuple(law for law in joint.laws if not law.states or law.linear))
+        remembering, rest = joint.parted(lambda law: bool(law.states) and not law.linear)
         return cls(remembering, rest, bool(rest.laws) and not is_linear(rest))
 
     def mean(self, amplitude: Array, omega: Array, bias: Array) -> Array:

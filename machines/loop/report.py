@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from jointlib.arrays import Array, ComplexArray
-from jointlib.loop.answer.report import Estimate, Status, Verdict, found_words, plain
+from jointlib.loop.answer.report import Estimate, Status, Verdict, found_words, plain, ranked_columns
 from jointlib.shown.pictures import axes_of
 from jointlib.shown.result import Columns, Shown
 
@@ -113,16 +113,7 @@ class MachineTrace(Shown):
 
     def columns(self) -> Columns:
         """A row per candidate; ``share`` of the unexplained excess that it removes on what was left out of the fit."""
-        ranked = sorted(self.candidates, key=lambda c: c.rank)
-        return {
-            "rank": ([c.rank for c in ranked], ""),
-            "place": ([c.place for c in ranked], ""),
-            "family": ([c.family for c in ranked], ""),
-            "member": ([c.member for c in ranked], ""),
-            "share": ([c.share_of_current for c in ranked], ""),
-            "status": ([c.status.value for c in ranked], ""),
-            "reason": ([c.reason for c in ranked], ""),
-        }
+        return ranked_columns(self.candidates, ("place", "family", "member"))
 
     def plot(self, ax: Any = None) -> Any:
         """To which joint the residual points: the share of the excess in % that a change there alone would remove."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -36,20 +37,19 @@ def refit(joint: Joint, residual_of: Residual, free: Sequence[str]) -> tuple[Joi
     start = np.asarray(residual_of(joint), dtype=float)
     if not names:
         return replace(joint, covariance=None), float(start @ start / max(1, len(start)))
-    problem = _Problem(joint, residual_of, names, bounds_of(joint, names), _scales(joint, residual_of, names, start))
-    lower, upper = problem.scaled_bounds()
-    x0 = np.clip(np.array([known[n] for n in names]) / problem.scales, lower, upper)
+    scaled = Scaled(joint, names, _scales(joint, residual_of, names, start))
+    problem = _Problem(scaled, residual_of)
     solved = least_squares(
         problem.residual,
-        x0,
+        scaled.start,
         jac=problem.jacobian,
-        bounds=(lower, upper),
+        bounds=scaled.bounds,
         xtol=1e-7,
         ftol=1e-9,
         gtol=1e-9,
         max_nfev=_MOST_STEPS,
     )
-    fitted = problem.at(solved.x)
+    fitted = scaled.at(solved.x)
     chi2 = float(2 * solved.cost / max(1, len(start) - len(names)))
     return replace(fitted, covariance=_covariance(problem, solved.x, max(1.0, chi2))), chi2
 
@@ -71,27 +71,47 @@ def bounds_of(joint: Joint, names: Sequence[str]) -> tuple[Array, Array]:
 
 
 @dataclass(frozen=True)
-class _Problem:
-    """Least squares in parameters divided by their scales; an inadmissible combination has infinite residual."""
+class Scaled:
+    """Parameters of a joint divided by their scales, within the bounds that the laws declare."""
 
     joint: Joint
-    residual_of: Residual
     names: tuple[str, ...]
-    bounds: tuple[Array, Array]
     scales: Array
 
-    def scaled_bounds(self) -> tuple[Array, Array]:
-        return self.bounds[0] / self.scales, self.bounds[1] / self.scales
+    @cached_property
+    def _bounds(self) -> tuple[Array, Array]:
+        return bounds_of(self.joint, self.names)
+
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        """Lowest and highest, scaled."""
+        lower, upper = self._bounds
+        return lower / self.scales, upper / self.scales
+
+    @property
+    def start(self) -> Array:
+        """Those of the joint, scaled."""
+        known = self.joint.parameters
+        return np.clip(np.array([known[n] for n in self.names]) / self.scales, *self.bounds)
 
     def at(self, x: Array) -> Joint:
-        values = np.clip(x * self.scales, *self.bounds)
+        """The joint with scaled parameters."""
+        values = np.clip(x * self.scales, *self._bounds)
         return self.joint.with_parameters(dict(zip(self.names, values.tolist(), strict=True)))
+
+
+@dataclass(frozen=True)
+class _Problem:
+    """Least squares; an inadmissible combination has infinite residual."""
+
+    scaled: Scaled
+    residual_of: Residual
 
     def residual(self, x: Array) -> Array:
         try:
-            return np.asarray(self.residual_of(self.at(x)), dtype=float)
+            return np.asarray(self.residual_of(self.scaled.at(x)), dtype=float)
         except InputError:
-            return np.full(len(self.residual_of(self.joint)), np.inf)
+            return np.full(len(self.residual_of(self.scaled.joint)), np.inf)
 
     def jacobian(self, x: Array) -> Array:
         """Forward differences, backward where the forward step is inadmissible."""
@@ -133,15 +153,15 @@ def _scales(joint: Joint, residual_of: Residual, names: Sequence[str], start: Ar
 
 def _covariance(problem: _Problem, x: Array, variance: float) -> Covariance | None:
     """Covariance of the parameters that are free at the solution."""
-    lower, upper = problem.scaled_bounds()
+    lower, upper = problem.scaled.bounds
     J = problem.jacobian(x)
     size = np.linalg.norm(J, axis=0)
     gap = 1e-8 * np.maximum(1.0, np.abs(x))
     inside = (x - lower > gap) & (upper - x > gap) & (size > 1e-12 * max(float(size.max()), 1e-300))
     if not inside.any():
         return None
-    J, size, scales = J[:, inside], size[inside], problem.scales[inside]
+    J, size, scales = J[:, inside], size[inside], problem.scaled.scales[inside]
     unit = np.linalg.pinv((J / size).T @ (J / size), rcond=1e-14, hermitian=True)
     rescale = scales / size
-    names = tuple(n for n, keep in zip(problem.names, inside, strict=True) if keep)
+    names = tuple(n for n, keep in zip(problem.scaled.names, inside, strict=True) if keep)
     return Covariance(names, variance * unit * np.outer(rescale, rescale))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
@@ -192,16 +192,7 @@ class TraceReport(Shown):
 
     def columns(self) -> Columns:
         """A row per candidate; ``share`` of the unexplained excess that it removes on what was left out of the fit."""
-        ranked = sorted(self.candidates, key=lambda c: c.rank)
-        return {
-            "rank": ([c.rank for c in ranked], ""),
-            "family": ([c.family for c in ranked], ""),
-            "member": ([c.member for c in ranked], ""),
-            "where": ([c.where for c in ranked], ""),
-            "share": ([c.share_of_current for c in ranked], ""),
-            "status": ([c.status.value for c in ranked], ""),
-            "reason": ([c.reason for c in ranked], ""),
-        }
+        return ranked_columns(self.candidates, ("family", "member", "where"))
 
     def plot(self, ax: Any = None) -> Any:
         """The share of the excess in % that each of the leading candidates removes."""
@@ -209,6 +200,19 @@ class TraceReport(Shown):
         draw_candidates(axes, shown_candidates(self.candidates)[::-1])
         axes.set(ylabel="effect")
         return axes
+
+
+def ranked_columns(candidates: Sequence[Any], named: Sequence[str]) -> Columns:
+    """Candidates by rank: what names them, their share of the excess, what became of them and why."""
+    ranked = sorted(candidates, key=lambda c: c.rank)
+    columns: dict[str, tuple[Sequence[Any], str]] = {
+        name: ([getattr(c, name) for c in ranked], "") for name in ("rank", *named)
+    }
+    return columns | {
+        "share": ([c.share_of_current for c in ranked], ""),
+        "status": ([c.status.value for c in ranked], ""),
+        "reason": ([c.reason for c in ranked], ""),
+    }
 
 
 def plain(value: Any) -> Any:

@@ -89,15 +89,16 @@ def spectra_of(record: Record, measurement: Measurement) -> tuple[Spectra, tuple
     quiet = record.source.role == "quiet"
     for name, x in steady.items():
         channels[name] = np.fft.rfft(x)
-        limit = measurement.channel(name).full_scale
-        flat = int(np.sum(np.abs(x) >= 0.999 * limit)) if limit else 0
+        channel = measurement.channel(name)
+        flat = channel.at_full_scale(x)
         cut = None if flat or quiet else flat_tops(x)
         if flat:
             warnings.append(
-                f"{record.name}: {flat} samples of {name} stand at full scale {limit:g}; they may be clipped."
+                f"{record.name}: {flat} samples of {name} stand at full scale {channel.full_scale:g}; "
+                "they may be clipped."
             )
         elif cut:
-            unit = measurement.channel(name).si_unit
+            unit = channel.si_unit
             warnings.append(
                 f"{record.name}: {cut[0]} samples of {name} stand at its largest value {cut[1]:.4g} {unit}; its tops "
                 "are flat, they may be clipped."

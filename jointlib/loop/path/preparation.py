@@ -4,25 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
 import numpy as np
-from scipy.signal import butter, detrend, medfilt, sosfiltfilt, welch
+from scipy.signal import detrend, medfilt, welch
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.effect import Path
+from jointlib.identification.path_record import low_pass
 from jointlib.measurement import Measurement, Record
 from jointlib.path_fault import PathFault, PathRecord
 
-ORDER = 4
 _CLOSE = 1e-3
 _STEPS = 5
-
-
-@lru_cache(maxsize=16)
-def _sections(cutoff: float) -> Array:
-    """Second-order sections of the low pass, cutoff in halves of the sample rate; a trace asks thousands of times."""
-    return np.asarray(butter(ORDER, cutoff, output="sos"))
 
 
 @dataclass(frozen=True)
@@ -55,7 +48,7 @@ class Preparation:
     def filtered(self, x: Array) -> Array:
         """𝓕x along the last axis, without phase shift."""
         if self.derivative == "central":
-            return np.asarray(sosfiltfilt(_sections(self.cutoff / (self.sample_rate / 2)), x, axis=-1))
+            return low_pass(x, self.cutoff, self.sample_rate)
         spectrum, line = _odd_spectrum(x)
         frequency = np.fft.rfftfreq(2 * (x.shape[-1] - 1), 1 / self.sample_rate)
         spectrum[..., frequency > self.cutoff] = 0

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
 from jointlib.loop.answer.naming import NAMED_FROM, NEAREST_FROM
 from jointlib.loop.answer.report import Candidate, Rival, Verdict, figures
 from jointlib.loop.path.evidence import Evidence
@@ -144,9 +142,7 @@ def warnings_of(
         out.append("Channels are in volts: displacement, force and parameters are in units of the circuit.")
     for r in records:
         for c in measurement.channels:
-            top = np.abs(r.channels[c.name])
-            count = int(np.count_nonzero(top >= 0.999 * c.full_scale)) if c.full_scale else 0
-            if count:
+            if count := c.at_full_scale(r.channels[c.name]):
                 out.append(f"{r.name}: {count} samples of {c.name} are at the end of its range; they may be clipped.")
     if ignored:
         out.append(f"Columns not used: {', '.join(ignored)}.")
