@@ -130,13 +130,16 @@ class RecordSource:
     """Kind ``frf`` only."""
     drive: str | None = None
     """Impact and shaker: where the force acts in this record; None: at the degree of freedom of its channel."""
+    group: str | None = None
+    """The group of the file that holds the record, where a file has several; its columns are named without it."""
 
     @property
     def name(self) -> str:
-        """File name, with its rows where only a part is used, or its places in a universal file with several."""
+        """File name, with its group or rows where only a part is used, or its places in a universal file of several."""
         if self.sweep is not None and self.sweep.response_at is not None:
             return f"{self.file.name}[{self.sweep.response_at} from {self.sweep.drive_at}]"
-        return self.file.name + (f"[{self.rows[0]}:{self.rows[1]}]" if self.rows else "")
+        of_file = self.file.name + (f"[{self.group}]" if self.group else "")
+        return of_file + (f"[{self.rows[0]}:{self.rows[1]}]" if self.rows else "")
 
 
 @dataclass(frozen=True)

@@ -132,6 +132,7 @@ def _record(section: Section, kind: str) -> RecordSource:
         period=section.integer("period", None, lower=2),
         sample_rate=section.number("sample_rate", "Hz", None),
         drive=section.text("drive", None),
+        group=section.text("group", None),
     )
     section.done()
     return record
@@ -215,8 +216,19 @@ def read_records(m: Measurement, sources: Iterable[RecordSource]) -> tuple[Recor
     return tuple(out)
 
 
+def _of_group(source: RecordSource, columns: dict[str, Array]) -> dict[str, Array]:
+    """The columns of the group of a record, without its name."""
+    if source.group is None:
+        return columns
+    inside = {name.partition("/")[2]: x for name, x in columns.items() if name.startswith(f"{source.group}/")}
+    if not inside:
+        groups = {name.partition("/")[0] for name in columns if "/" in name}
+        raise InputError(f"{source.file}: no group {source.group!r}, {nearest(source.group, groups)}")
+    return inside
+
+
 def _read(m: Measurement, source: RecordSource, columns: dict[str, Array], digest: str) -> Record:
-    data: dict[str, Array] = {}
+    columns, data = _of_group(source, columns), {}
     for channel in m.channels:
         heading = channel.column or channel.name
         if heading not in columns:

@@ -10,10 +10,13 @@ import numpy as np
 
 from jointlib.arrays import Array
 
-_TIME = r"(?P<h>\d{1,2}):(?P<m>\d{2})(?::(?P<s>\d{2}(?:[.,]\d+)?))?\s*(?P<half>[AaPp][Mm])?"
+_TIME = (
+    r"(?:(?P<minutes>\d{1,3}):(?P<after>\d{2}[.,]\d+)|"
+    r"(?P<h>\d{1,2}):(?P<m>\d{2})(?::(?P<s>\d{2}(?:[.,]\d+)?))?\s*(?P<half>[AaPp][Mm])?)"
+)
 _DATE = r"(?P<iso>\d{4}-\d{2}-\d{2})|(?P<dots>\d{1,2}\.\d{1,2}\.\d{4})|(?P<slashes>\d{1,4}/\d{1,2}/\d{1,4})"
 CLOCK = re.compile(rf"(?:(?:{_DATE})[T ]\s*)?{_TIME}(?:Z|[+-]\d{{2}}:?\d{{2}})?")
-"""A time of day, with or without its date."""
+"""A time of day, with or without its date; minutes and seconds where these have decimals."""
 DATE = re.compile(_DATE)
 _DAY = 86400.0
 
@@ -27,8 +30,7 @@ def seconds(cells: Sequence[str]) -> Array | None:
         match = CLOCK.fullmatch(cell.strip())
         if match is None:
             return None
-        hour = int(match["h"]) % 12 + 12 * (match["half"].lower() == "pm") if match["half"] else int(match["h"])
-        of_day = 3600.0 * hour + 60.0 * int(match["m"]) + float((match["s"] or "0").replace(",", "."))
+        of_day = _of_day(match)
         date = match["iso"] or match["dots"] or match["slashes"] or ""
         first_day = date if first_day is None else first_day
         if date not in days:
@@ -38,6 +40,14 @@ def seconds(cells: Sequence[str]) -> Array | None:
             return None
         out[i] = day * _DAY + of_day
     return np.asarray(np.round(out - out[0], 9))
+
+
+def _of_day(match: re.Match[str]) -> float:
+    """Seconds since midnight, or since whenever minutes were counted from."""
+    if match["minutes"]:
+        return 60.0 * int(match["minutes"]) + float(match["after"].replace(",", "."))
+    hour = int(match["h"]) % 12 + 12 * (match["half"].lower() == "pm") if match["half"] else int(match["h"])
+    return 3600.0 * hour + 60.0 * int(match["m"]) + float((match["s"] or "0").replace(",", "."))
 
 
 def _days_between(first: str, then: str) -> float | None:

@@ -43,7 +43,7 @@ def text_of(path: Path, encoding: str | None = None) -> tuple[str, str]:
         text = data[len(mark) :].decode(found)
     except (UnicodeDecodeError, LookupError):
         raise InputError(f"{path}: cannot be read as text in {found}") from None
-    return text.replace("\r\n", "\n").replace("\r", "\n"), found
+    return text.rstrip("\x1a").replace("\r\n", "\n").replace("\r", "\n"), found
 
 
 def _unmarked(path: Path, data: bytes) -> str:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from jointlib.lab.numerals import LOOSE
 from jointlib.lab.separator import Separator
-from jointlib.lab.unit_words import bracketed, is_unit
+from jointlib.lab.unit_words import bracketed, is_unit, unit_of
 
 _ABOVE = 8
 _COMMENT = "#%/!;* "
@@ -71,6 +71,8 @@ def _names(block: list[tuple[int, list[str]]]) -> Header | None:
         if all(not c or is_unit(c) for c in cells) and any(cells):
             units, chosen = cells, textual[k + 1]
             break
+    if units is None and len(textual) > 1 and all(unit_of(c) for c in textual[1][1]):
+        units = textual[1][1]  # above the names
     line, names = chosen
     inside = [bracketed(name) for name in names]
     said = [bracketed(f"[{u.strip('[]() ')}]") if u else "" for u in units] if units else inside

@@ -49,6 +49,25 @@ class LabFile:
     """Of a text file: the table with its dialect and the lines above."""
     responses: tuple[tuple[str, str], ...] = ()
     """Frequency responses: motion at, force at, as ``12+X``."""
+    grouped: bool = False
+    """Whether columns are named ``group/column``."""
+    group: str = ""
+    """The one group of a file of several whose columns these are."""
+
+    def groups(self) -> tuple[LabFile, ...]:
+        """A file for each group, where the groups hold the same columns, two or more; else itself."""
+        if not self.grouped:
+            return (self,)
+        held: dict[str, list[Column]] = {}
+        for column in self.columns:
+            group, _, name = column.name.partition("/")
+            held.setdefault(group, []).append(replace(column, name=name))
+        names = [{c.name for c in columns} for columns in held.values()]
+        if len(names[0]) < 2 or any(one != names[0] for one in names):
+            return (self,)
+        shown = ", ".join(list(held)[:4]) + " …" * (len(held) > 4)
+        notes = (*self.notes, f"its {len(held)} groups {shown} hold the same channels and are taken as records")
+        return tuple(replace(self, columns=tuple(c), notes=notes, group=group) for group, c in held.items())
 
     def arrays(self) -> dict[str, Array]:
         """Columns by name."""

@@ -105,6 +105,47 @@ def test_a_folder_with_a_record_in_each_file_is_one_measurement(tmp_path: Path) 
     assert [round(float(np.mean(r.channels["weg"])) * 1e3) for r in records] == [1, 9, 10]
 
 
+def test_groups_of_a_tdms_file_that_hold_the_same_channels_are_records(tmp_path: Path) -> None:
+    with TdmsWriter(tmp_path / "hits.tdms") as writer:
+        for k, size in enumerate((300, 400)):
+            for name, row, unit in (("Hammer", 0, "N"), ("Acc", 1, "m/s^2")):
+                held = {"wf_increment": 1 / RATE, "unit_string": unit}
+                writer.write_segment([ChannelObject(f"Hit {k}", name, NOISE[row][:size] + k, held)])
+    words = f"{tmp_path / 'hits.tdms'} --kind shaker"
+    told = imported(tmp_path, f"{words} --set 'record.Hit 1.condition=hard' --json").json
+    assert "hits.tdms: its 2 groups Hit 0, Hit 1 hold the same channels and are taken as records" in told["guesses"]
+    measurement = read_measurement(tmp_path / "m.measurement.toml")
+    assert [r.condition for r in measurement.records] == [None, "hard"]
+    first, second = read_records(measurement, measurement.records)
+    assert (first.name, second.name) == ("hits.tdms[Hit 0]", "hits.tdms[Hit 1]")
+    np.testing.assert_array_equal(first.channels["hammer"], NOISE[0][:300])
+    np.testing.assert_array_equal(second.channels["acc"], NOISE[1] + 1)
+
+
+def test_groups_of_a_tdms_file_with_different_channels_are_one_record(tmp_path: Path) -> None:
+    with TdmsWriter(tmp_path / "r.tdms") as writer:
+        for group, name, row, unit in (("left", "F", 0, "N"), ("left", "z", 1, "um"), ("right", "z", 2, "um")):
+            held = {"wf_increment": 1 / RATE, "unit_string": unit}
+            writer.write_segment([ChannelObject(group, name, NOISE[row], held)])
+    told = imported(tmp_path, f"{tmp_path / 'r.tdms'} --json").json
+    assert len(told["records"]) == 1
+    assert [c["column"] for c in told["channels"]] == ["left/F", "left/z", "right/z"]
+
+
+def test_a_column_that_counts_rows_is_no_channel(tmp_path: Path) -> None:
+    names = "no;t [s];z [mm];F [N]"
+    told = imported(tmp_path, f"{saved(tmp_path / 'r.csv', names, TIME, *NOISE[:2], time=np.arange(1.0, 401))} --json")
+    assert [c["name"] for c in told.json["channels"]] == ["z", "f"]
+    assert "column 'no' counts the rows and is left out" in told.json["guesses"]
+
+
+def test_units_may_stand_above_the_names(tmp_path: Path) -> None:
+    record = saved(tmp_path / "r.csv", "ms;kN;g\ntime;force;acc", NOISE[0], NOISE[1], time=1000 * TIME)
+    told = imported(tmp_path, f"{record} --json").json
+    assert told["sample_rate"] == RATE
+    assert [c["unit"] for c in told["channels"]] == ["kN", "g"]
+
+
 @pytest.mark.parametrize(
     ("names", "columns", "timed", "kind"),
     [
@@ -262,6 +303,15 @@ def no_kind(folder: Path) -> str:
     return str(saved(folder / "r.csv", "t [s];T [°C]", NOISE[0]))
 
 
+def a_gap(folder: Path) -> str:
+    force = np.where(np.arange(400) == 7, np.nan, NOISE[0])
+    return str(saved(folder / "r.csv", "t [s];F [N];a [m/s²]", force, NOISE[1]))
+
+
+def no_unit_of_a_channel(folder: Path) -> str:
+    return str(saved(folder / "r.csv", "t [s];strain [µm/m];a [m/s²]", NOISE[0], NOISE[1]))
+
+
 def cut_off(folder: Path) -> str:
     two_rates_in_a_file(folder)
     path = folder / "r.tdms"
@@ -300,7 +350,9 @@ BAD: list[tuple[Callable[[Path], str], tuple[str, ...]]] = [
     (two_rates_above_and_in_the_times, ("two sample rates, 2000 Hz by column 't [s]' and 5000 Hz by line",)),
     (other_columns, ("r2.csv: no column 'F [N]', which r1.csv has",)),
     (no_rate, ("no column of times, no rate in the file, expected --set sample_rate=",)),
-    (no_kind, ("make no measurement by themselves, expected --kind",)),
+    (no_kind, ("t_2 (temperature) makes no measurement alone, expected --kind",)),
+    (a_gap, ("a (acceleration) makes no measurement alone, as column 'F [N]' has no number at sample 7 of r.csv",)),
+    (no_unit_of_a_channel, ("as column 'strain [µm/m]' is in 'µm/m', which no channel is read in",)),
     (cut_off, ("r.tdms: ends in the middle of its data",)),
     (another_format, ("r.csv: is a TDMS file by its first bytes, expected text",)),
     (fewer_names, ("line 1 has 2 names and the rows below it 3 cells",)),

@@ -185,6 +185,12 @@ def test_clock_times_are_seconds_since_the_first_row(tmp_path: Path) -> None:
     np.testing.assert_array_equal(stamps.columns[0], [0.0, 0.75])
 
 
+def test_minutes_and_seconds_with_decimals_are_a_clock(tmp_path: Path) -> None:
+    table = read_table(saved(tmp_path, "t,a\n09:59.998,1\n09:59.999,2\n10:00.000,3\n"))
+    np.testing.assert_allclose(table.columns[0], [0, 1e-3, 2e-3], atol=1e-9)
+    assert table.clocks == ("t",)
+
+
 def test_a_measurement_reads_semicolons_with_decimal_commas(tmp_path: Path) -> None:
     saved(tmp_path, "Weg;Kraft\n0,5;10,25\n-1,5;20,75\n", "latin-1")
     file = tmp_path / "m.measurement.toml"

@@ -34,7 +34,8 @@ def read_tdms(path: Path) -> LabFile:
     )
     refuse_twice(path, (c.name for c in columns))
     others = [name for _, name, values, _ in found if np.asarray(values).dtype.kind not in "fiu"]
-    return LabFile(path, columns, tuple(f"channel {name!r} holds no numbers and is left out" for name in others))
+    notes = tuple(f"channel {name!r} holds no numbers and is left out" for name in others)
+    return LabFile(path, columns, notes, grouped=len(groups) > 1)
 
 
 def _column(name: str, values: Any, properties: dict[str, Any]) -> Column:

@@ -44,7 +44,7 @@ def bring(paths: Sequence[Path], output: Path, kind: str | None, settings: Setti
     draft = Draft()
     found = _expanded(paths, draft)
     told = _told(settings.text)
-    files = tuple(_opened(path, told) for path in found)
+    files = tuple(file for path in found for file in _opened(path, told).groups())
     draft.guesses += dict.fromkeys(f"{f.path.name}: {note}" for f in files for note in f.notes)
     kind = kind or settings.top.get("kind")
     if kind is not None and kind not in KINDS:
@@ -55,7 +55,10 @@ def bring(paths: Sequence[Path], output: Path, kind: str | None, settings: Setti
         response_records(draft, list(zip(written, files, strict=True)))
     else:
         _in_time(draft, files, kind, settings)
-        draft.records = [{"file": Noted(name)} for name in written]
+        draft.records = [
+            {"file": Noted(name)} | ({"group": Noted(f.group)} if f.group else {})
+            for name, f in zip(written, files, strict=True)
+        ]
         if draft.top["kind"].value in ("impact", "shaker"):
             struck_places(draft, draft.records)
     _dialect(draft, files, settings)
@@ -88,7 +91,9 @@ def _in_time(draft: Draft, files: Sequence[LabFile], kind: str | None, settings:
     if kind is None:
         quantities = {str(t["name"].value): str(t["quantity"].value) for t in draft.channels}
         seen = [Seen(name, quantities[name], x) for name, x in values.items()]
-        kind, why = likely_kind(seen, clock.rate is not None, KINDS, str(first.path))
+        left = [said for said in draft.guesses if said.endswith("is left out")]
+        left += [f"column {name!r} holds text and is left out" for name in first.table.left_out] if first.table else []
+        kind, why = likely_kind(seen, clock.rate is not None, KINDS, str(first.path), list(dict.fromkeys(left)))
         draft.guess(draft.top, "kind", kind, why, f"kind={'static' if kind == 'path' else 'path'}")
     if kind == "static":
         draft.top.pop("sample_rate", None)
@@ -233,16 +238,20 @@ def _settled(draft: Draft, settings: Settings, found: Sequence[Path]) -> None:
     for name, values in settings.channel.items():
         draft.forget(*(f"channel.{name}.{key}" for key in values))
     for name, values in settings.record.items():
-        tables = [
-            t
-            for t in draft.records
-            if name in (str(t["file"].value), Path(str(t["file"].value)).name, Path(str(t["file"].value)).stem)
-        ]
+        tables = [t for t in draft.records if name in _words_of(t)]
         if not tables:
-            raise InputError(f"--set record.{name}: no such record, {nearest(name, {p.stem for p in found})}")
+            known = {p.stem for p in found} | {str(t["group"].value) for t in draft.records if "group" in t}
+            raise InputError(f"--set record.{name}: no such record, {nearest(name, known)}")
         for table in tables:
             draft.override(table, values)
         draft.forget(*(f"record.{name}.{key}" for key in values))
+
+
+def _words_of(record: Table) -> tuple[str, ...]:
+    """What a record may be called: its file in full, by its name or its stem, or its group."""
+    file = str(record["file"].value)
+    group = (str(record["group"].value),) if "group" in record else ()
+    return file, Path(file).name, Path(file).stem, *group
 
 
 def names_of(table: Table) -> dict[str, Any]:

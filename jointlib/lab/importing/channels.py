@@ -44,6 +44,9 @@ def channels_of(
         if why_not and name not in settings:
             draft.guesses.append(f"column {column.name!r} {why_not} and is left out")
             continue
+        if _counts(column, units.get(column.name, "")) and name not in settings:
+            draft.guesses.append(f"column {column.name!r} counts the rows and is left out")
+            continue
         table = _channel(draft, name, column, units.get(column.name, "") or column.unit, settings.get(name, {}))
         if table is not None:
             draft.channels.append(table)
@@ -70,6 +73,12 @@ def _by_column(said: Mapping[str, Mapping[str, Any]], called: Mapping[str, Colum
             raise InputError(f"--set channel.{name}: no such channel, {nearest(name, called)}")
         found.setdefault(key, {}).update(values)
     return found
+
+
+def _counts(column: Column, unit: str) -> bool:
+    """Whether a column without a unit, whose name speaks of no quantity, rises by one from row to row."""
+    silent = not (unit or column.unit or column.quantity or by_name(column.name))
+    return silent and len(column.values) > 2 and bool(np.all(np.diff(column.values) == 1))
 
 
 def _unusable(column: Column, files: Sequence[LabFile]) -> str:

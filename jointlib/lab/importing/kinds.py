@@ -11,6 +11,7 @@ from jointlib.arrays import Array
 from jointlib.errors import InputError
 
 _MOTIONS = ("acceleration", "velocity", "displacement")
+_SHOWN = 3
 _STRUCK = 0.1
 """Of a hammer, the force is above a tenth of its peak for less than this share of the time."""
 
@@ -24,8 +25,10 @@ class Seen:
     values: Array
 
 
-def likely_kind(seen: Sequence[Seen], sampled: bool, known: Sequence[str], where: str) -> tuple[str, str]:
-    """The kind and why; refused where the signals make none."""
+def likely_kind(
+    seen: Sequence[Seen], sampled: bool, known: Sequence[str], where: str, left_out: Sequence[str] = ()
+) -> tuple[str, str]:
+    """The kind and why; refused where the signals make none, with what was left out of them."""
     forces = [s for s in seen if s.quantity == "force"]
     travels = [s for s in seen if s.quantity in ("displacement", "position")]
     accelerations = [s for s in seen if s.quantity == "acceleration"]
@@ -47,7 +50,10 @@ def likely_kind(seen: Sequence[Seen], sampled: bool, known: Sequence[str], where
         return _RIG
     found = ", ".join(f"{s.name} ({s.quantity})" for s in seen) or "no signal"
     kinds = f"expected --kind {', '.join(known)}, or --set channel.NAME.quantity=force"
-    raise InputError(f"{where}: {found} make no measurement by themselves, {kinds}")
+    if left_out:
+        more = f" (and {len(left_out) - _SHOWN} more)" if len(left_out) > _SHOWN else ""
+        kinds = f"as {'; '.join(left_out[:_SHOWN])}{more}; {kinds}"
+    raise InputError(f"{where}: {found} make{'s' * (len(seen) == 1)} no measurement alone, {kinds}")
 
 
 _RIG = ("rig", "two or three accelerations are those of a rig of bodies on a joint")

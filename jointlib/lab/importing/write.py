@@ -48,10 +48,11 @@ def import_records(
 
 
 def _text(brought: Brought, output: Path) -> str:
-    names = [file.path.name for file in brought.files]
+    names = list(dict.fromkeys(file.path.name for file in brought.files))
     shown = ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
     above = page(brought.draft, shown)
-    hashes = [{"file": file.path.name, "sha256": sha256(file.path)} for file in brought.files]
+    paths = dict.fromkeys(file.path for file in brought.files)
+    hashes = [{"file": path.name, "sha256": sha256(path)} for path in paths]
     lines = [f"program = {toml('jointlib import ' + version('jointlib'))}", f"above = {toml(_hash(above))}"]
     lines += ["files = [", *(f"    {toml(one)}," for one in hashes), "]"]
     return above + _MARK + "\n".join(lines) + "\n"
