@@ -47,13 +47,6 @@ fmi2Component JL_2(Instantiate)(fmi2String instanceName, fmi2Type fmuType, fmi2S
     return NULL;
 }
 
-void JL_2(FreeInstance)(fmi2Component c) { jl_free(c); }
-
-fmi2Status JL_2(SetDebugLogging)(fmi2Component c, fmi2Boolean loggingOn, size_t n, const fmi2String categories[])
-{
-    JL_STATUS_2(jl_logging(c, call_fmi2SetDebugLogging, loggingOn, n, categories));
-}
-
 fmi2Status JL_2(SetupExperiment)(fmi2Component c, fmi2Boolean toleranceDefined, fmi2Real tolerance, fmi2Real startTime,
                                  fmi2Boolean stopTimeDefined, fmi2Real stopTime)
 {
@@ -65,15 +58,6 @@ fmi2Status JL_2(EnterInitializationMode)(fmi2Component c)
 {
     JL_STATUS_2(jl_move(c, call_fmi2EnterInitializationMode, JL_INITIALIZATION));
 }
-
-fmi2Status JL_2(ExitInitializationMode)(fmi2Component c)
-{
-    JL_STATUS_2(jl_exit_initialization(c, call_fmi2ExitInitializationMode));
-}
-
-fmi2Status JL_2(Terminate)(fmi2Component c) { JL_STATUS_2(jl_move(c, call_fmi2Terminate, JL_TERMINATED)); }
-
-fmi2Status JL_2(Reset)(fmi2Component c) { JL_STATUS_2(jl_reset(c, call_fmi2Reset)); }
 
 fmi2Status JL_2(GetReal)(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Real value[])
 {
@@ -144,9 +128,14 @@ fmi2Status JL_2(GetDirectionalDerivative)(fmi2Component c, const fmi2ValueRefere
     JL_STATUS_2(jl_derivative(c, call_fmi2GetDirectionalDerivative, &asked));
 }
 
-/* Model exchange */
+#define JL_FMI(name) JL_2(name)
+#define JL_CALLED(name) call_fmi2##name
+#define JL_T(name) fmi2##name
+#define JL_HANDLE fmi2Component
+#define JL_REAL fmi2Real
+#include "same_calls.h"
 
-fmi2Status JL_2(EnterEventMode)(fmi2Component c) { JL_STATUS_2(jl_move(c, call_fmi2EnterEventMode, JL_EVENT)); }
+/* Model exchange */
 
 fmi2Status JL_2(NewDiscreteStates)(fmi2Component c, fmi2EventInfo *info)
 {
@@ -157,45 +146,9 @@ fmi2Status JL_2(NewDiscreteStates)(fmi2Component c, fmi2EventInfo *info)
     return fmi2OK;
 }
 
-fmi2Status JL_2(EnterContinuousTimeMode)(fmi2Component c)
-{
-    JL_STATUS_2(jl_continuous_time(c, call_fmi2EnterContinuousTimeMode));
-}
-
-fmi2Status JL_2(CompletedIntegratorStep)(fmi2Component c, fmi2Boolean noSetFMUStatePriorToCurrentPoint,
-                                         fmi2Boolean *enterEventMode, fmi2Boolean *terminateSimulation)
-{
-    (void)noSetFMUStatePriorToCurrentPoint;
-    if (jl_completed_step(c, call_fmi2CompletedIntegratorStep, enterEventMode && terminateSimulation)) return fmi2Error;
-    *enterEventMode = *terminateSimulation = fmi2False;
-    return fmi2OK;
-}
-
-fmi2Status JL_2(SetTime)(fmi2Component c, fmi2Real time) { JL_STATUS_2(jl_set_time(c, call_fmi2SetTime, time)); }
-
-fmi2Status JL_2(SetContinuousStates)(fmi2Component c, const fmi2Real x[], size_t n)
-{
-    JL_STATUS_2(jl_set_continuous_states(c, call_fmi2SetContinuousStates, x, n));
-}
-
 fmi2Status JL_2(GetDerivatives)(fmi2Component c, fmi2Real x[], size_t n)
 {
     JL_STATUS_2(jl_get_rates(c, call_fmi2GetDerivatives, x, n));
-}
-
-fmi2Status JL_2(GetEventIndicators)(fmi2Component c, fmi2Real x[], size_t n)
-{
-    JL_STATUS_2(jl_get_indicators(c, call_fmi2GetEventIndicators, x, n));
-}
-
-fmi2Status JL_2(GetContinuousStates)(fmi2Component c, fmi2Real x[], size_t n)
-{
-    JL_STATUS_2(jl_get_continuous_states(c, call_fmi2GetContinuousStates, x, n));
-}
-
-fmi2Status JL_2(GetNominalsOfContinuousStates)(fmi2Component c, fmi2Real x[], size_t n)
-{
-    JL_STATUS_2(jl_get_nominals(c, call_fmi2GetNominalsOfContinuousStates, x, n));
 }
 
 /* Co-simulation */

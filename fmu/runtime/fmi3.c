@@ -60,13 +60,6 @@ fmi3Instance JL_3(InstantiateScheduledExecution)(fmi3String instanceName, fmi3St
     return NULL;
 }
 
-void JL_3(FreeInstance)(fmi3Instance c) { jl_free(c); }
-
-fmi3Status JL_3(SetDebugLogging)(fmi3Instance c, fmi3Boolean loggingOn, size_t n, const fmi3String categories[])
-{
-    JL_STATUS_3(jl_logging(c, call_fmi3SetDebugLogging, loggingOn, n, categories));
-}
-
 fmi3Status JL_3(EnterInitializationMode)(fmi3Instance c, fmi3Boolean toleranceDefined, fmi3Float64 tolerance,
                                          fmi3Float64 startTime, fmi3Boolean stopTimeDefined, fmi3Float64 stopTime)
 {
@@ -74,17 +67,6 @@ fmi3Status JL_3(EnterInitializationMode)(fmi3Instance c, fmi3Boolean toleranceDe
     if (jl_experiment(c, call_fmi3EnterInitializationMode, startTime, stopTimeDefined, stopTime)) return fmi3Error;
     JL_STATUS_3(jl_move(c, call_fmi3EnterInitializationMode, JL_INITIALIZATION));
 }
-
-fmi3Status JL_3(ExitInitializationMode)(fmi3Instance c)
-{
-    JL_STATUS_3(jl_exit_initialization(c, call_fmi3ExitInitializationMode));
-}
-
-fmi3Status JL_3(EnterEventMode)(fmi3Instance c) { JL_STATUS_3(jl_move(c, call_fmi3EnterEventMode, JL_EVENT)); }
-
-fmi3Status JL_3(Terminate)(fmi3Instance c) { JL_STATUS_3(jl_move(c, call_fmi3Terminate, JL_TERMINATED)); }
-
-fmi3Status JL_3(Reset)(fmi3Instance c) { JL_STATUS_3(jl_reset(c, call_fmi3Reset)); }
 
 fmi3Status JL_3(GetFloat64)(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3Float64 x[], size_t places)
 {
@@ -143,6 +125,13 @@ fmi3Status JL_3(DeserializeFMUState)(fmi3Instance c, const fmi3Byte bytes[], siz
 JL_DERIVATIVE_3(GetDirectionalDerivative, 0)
 JL_DERIVATIVE_3(GetAdjointDerivative, 1)
 
+#define JL_FMI(name) JL_3(name)
+#define JL_CALLED(name) call_fmi3##name
+#define JL_T(name) fmi3##name
+#define JL_HANDLE fmi3Instance
+#define JL_REAL fmi3Float64
+#include "same_calls.h"
+
 /* Model exchange */
 
 /* There is nothing to evaluate before fmi3UpdateDiscreteStates. */
@@ -163,45 +152,9 @@ fmi3Status JL_3(UpdateDiscreteStates)(fmi3Instance c, fmi3Boolean *again, fmi3Bo
     return fmi3OK;
 }
 
-fmi3Status JL_3(EnterContinuousTimeMode)(fmi3Instance c)
-{
-    JL_STATUS_3(jl_continuous_time(c, call_fmi3EnterContinuousTimeMode));
-}
-
-fmi3Status JL_3(CompletedIntegratorStep)(fmi3Instance c, fmi3Boolean noSetFMUStatePriorToCurrentPoint,
-                                         fmi3Boolean *enterEventMode, fmi3Boolean *terminateSimulation)
-{
-    (void)noSetFMUStatePriorToCurrentPoint;
-    if (jl_completed_step(c, call_fmi3CompletedIntegratorStep, enterEventMode && terminateSimulation)) return fmi3Error;
-    *enterEventMode = *terminateSimulation = fmi3False;
-    return fmi3OK;
-}
-
-fmi3Status JL_3(SetTime)(fmi3Instance c, fmi3Float64 time) { JL_STATUS_3(jl_set_time(c, call_fmi3SetTime, time)); }
-
-fmi3Status JL_3(SetContinuousStates)(fmi3Instance c, const fmi3Float64 x[], size_t n)
-{
-    JL_STATUS_3(jl_set_continuous_states(c, call_fmi3SetContinuousStates, x, n));
-}
-
 fmi3Status JL_3(GetContinuousStateDerivatives)(fmi3Instance c, fmi3Float64 x[], size_t n)
 {
     JL_STATUS_3(jl_get_rates(c, call_fmi3GetContinuousStateDerivatives, x, n));
-}
-
-fmi3Status JL_3(GetEventIndicators)(fmi3Instance c, fmi3Float64 x[], size_t n)
-{
-    JL_STATUS_3(jl_get_indicators(c, call_fmi3GetEventIndicators, x, n));
-}
-
-fmi3Status JL_3(GetContinuousStates)(fmi3Instance c, fmi3Float64 x[], size_t n)
-{
-    JL_STATUS_3(jl_get_continuous_states(c, call_fmi3GetContinuousStates, x, n));
-}
-
-fmi3Status JL_3(GetNominalsOfContinuousStates)(fmi3Instance c, fmi3Float64 x[], size_t n)
-{
-    JL_STATUS_3(jl_get_nominals(c, call_fmi3GetNominalsOfContinuousStates, x, n));
 }
 
 fmi3Status JL_3(GetNumberOfEventIndicators)(fmi3Instance c, size_t *n)
