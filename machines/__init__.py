@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from .answers.lobes import lobes
     from .answers.modes import modes
     from .answers.new import new
+    from .answers.plan import plan
     from .answers.study import study
     from .answers.trace import trace
     from .components.beam import Beam
@@ -98,6 +99,7 @@ _HOME = {
     "natural_modes": "modes.natural_modes",
     "new": "answers.new",
     "operating_point": "operating.operating_point",
+    "plan": "answers.plan",
     "read_machine": "files.machine_file",
     "response": "forced_response.response",
     "run": "road.run",
@@ -178,6 +180,7 @@ __all__ = [
     "natural_modes",
     "new",
     "operating_point",
+    "plan",
     "read_machine",
     "response",
     "run",

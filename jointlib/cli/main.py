@@ -21,6 +21,7 @@ FIRST = [
     "inspect",
     "estimate",
     "identify",
+    "plan",
     "trace",
     "df",
     "frf",

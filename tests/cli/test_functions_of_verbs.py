@@ -40,6 +40,7 @@ HITS = LIBRARY / "tap_test" / "hits.measurement.toml"
 FUNCTIONS: Mapping[str, Any] = {
     "run": machines.run,
     "new": machines.new,
+    "plan": machines.plan,
     "import": jointlib.import_,
     "inspect": machines.inspect,
     "estimate": jointlib.estimate,

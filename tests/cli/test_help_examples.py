@@ -9,7 +9,7 @@ from command_line import examples, jointlib, wrote
 
 from jointlib.cli.main import verbs
 
-LONG = {"run", "trace", "explore"}
+LONG = {"run", "trace", "explore", "plan"}
 """Their examples are run once, by the tests that look at what they leave."""
 
 

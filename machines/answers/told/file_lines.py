@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from jointlib.arrays import Array
+from jointlib.errors import InputError
 from jointlib.io.measurement_file import read_records
 from jointlib.joint import Joint
 from jointlib.measurement import Measurement
@@ -72,6 +73,12 @@ def measurement_lines(m: Measurement) -> list[str]:
         values = ", ".join(f"{name} = {value:g}" for name, value in c.parameters.items())
         where = " ".join(filter(None, (c.site and f"of {c.site}", c.record and f"in {c.record}")))
         lines.append(f"corrected on reading: {' '.join(filter(None, (c.family, where)))}, {values} in SI")
+    missing = dict.fromkeys(r.file.name for r in m.records if not r.file.is_file())
+    if missing:
+        raise InputError(
+            f"{m.source}: {len(missing)} of {len({r.file for r in m.records})} record files are missing, expected "
+            f"{', '.join(missing)} beside it"
+        )
     if m.kind == "frf":
         return lines + _sweeps(m)
     opened = [r for r in m.records if r.role != "sealed"]

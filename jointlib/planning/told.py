@@ -1,0 +1,140 @@
+"""A plan in sentences and as JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from jointlib.effect import JointEffect
+from jointlib.fault import Fault
+from jointlib.loop.answer.catalogue import catalogue
+from jointlib.planning.outcome import NOTHING, UNNAMED
+from jointlib.planning.plan import Confusion, Plan, Tried
+
+
+def open_pairs(plan: Plan) -> dict[tuple[str, str], list[Confusion]]:
+    """Confusions by pair, either way round."""
+    out: dict[tuple[str, str], list[Confusion]] = {}
+    for c in plan.confusions:
+        pair = (c.effect, c.beside)
+        out.setdefault(pair if pair[::-1] not in out else pair[::-1], []).append(c)
+    return out
+
+
+def resolution(confusions: Sequence[Confusion]) -> tuple[Tried | None, list[Tried]]:
+    """What told the pair apart whichever of the two was hidden, and everything that was tried."""
+    tried = {t.word: t for c in confusions for t in c.tried}
+    for word, t in tried.items():
+        answers = [x.resolves for c in confusions for x in c.tried if x.word == word]
+        if len(answers) == len(confusions) and all(answers):
+            return t, [*tried.values()]
+    return None, [*tried.values()]
+
+
+def sentences(plan: Plan) -> list[str]:
+    """The test, what it decides and what stays open; everything simulated."""
+    b = plan.bench
+    c, s = b.campaign, b.setup
+    lines = [
+        f"The rig moves on its joint at {s.resonance:.4g} Hz. Multisine from {c.band[0]:.5g} to {c.band[1]:.5g} Hz, a "
+        f"line every {c.spacing:.4g} Hz: {c.period} samples a period at {c.sample_rate:.6g} Hz.",
+        f"{len(c.levels)} records to fit at {_listed([f'{x * b.drive:.3g}' for x in c.levels])} N rms, one sealed at "
+        f"{c.drives[-1] * b.drive:.3g} N, one quiet: each {c.settle} periods to settle and {c.periods} to use, "
+        f"{c.seconds_a_record:.3g} s. The top level moves the joint by {1e6 * c.reach:.3g} µm.",
+        "Noise of a sample, rms: "
+        + ", ".join(f"{n} {x:.3g} {'N' if n == 'P' else 'm/s²'}" for n, x in b.sigma.items())
+        + ".",
+        *(f"Assumed: {said}." for said in s.assumed),
+        f"An effect counts from {100 * plan.size:.3g} % of the joint force (rms at the top level, beside what stiffness"
+        " and damping take up), a wrong channel or mass from that share of itself.",
+    ]
+    told = plan.decides
+    whole = [e for e, ends in plan.ends.items() if e and ends == {e}]
+    if whole:
+        lines.append(f"Decides, simulated: {_listed(whole)} {'is' if len(whole) == 1 else 'are each'} named alone.")
+    lines += [f"{e} is told from {_listed(list(told[e]))}." for e in plan.ends if e and e not in whole and told[e]]
+    small = {e: x for e, x in plan.sizes.items() if x < 0.8 * plan.size}
+    lines += [f"{e} was simulated at {100 * x:.2g} %, more it cannot reach here." for e, x in small.items()]
+    if plan.ends.get("", frozenset()) - {NOTHING}:
+        lines.append("Where nothing is hidden something may be named.")
+    for (e, r), confusions in open_pairs(plan).items():
+        lines.append(_open(e, r, confusions))
+    return [*lines, *plan.left_out]
+
+
+def _open(e: str, r: str, confusions: Sequence[Confusion]) -> str:
+    found, tried = resolution(confusions)
+    what = {
+        UNNAMED: f"Undecided: {e} may end without a name, as its form is not that of a single law",
+        NOTHING: f"Undecided: {e} may stay unseen",
+    }.get(r, f"Undecided: {e} and {r}")
+    if found is not None:
+        return f"{what}. Resolved, as simulated, by {found.words}."
+    advice = advised(e, r)
+    more = f" The catalogue advises, not tried: {advice}" if advice else ""
+    if tried:
+        return f"{what}. Tried in vain: {'; '.join(t.words for t in tried)}.{more}"
+    return f"{what}. Nothing further was tried.{more}"
+
+
+def advised(e: str, r: str) -> str:
+    """What the catalogue says of two look-alikes; empty where it says nothing."""
+    known = catalogue()
+    for one, other in ((e, r), (r, e)):
+        family, rival = one.split("@")[0], other.split("@")[0]
+        effects: tuple[JointEffect | Fault, ...] = (*known.joint, *known.rig)
+        for effect in effects:
+            if effect.family == family and rival in effect.look_alikes:
+                return effect.look_alikes[rival]
+    return ""
+
+
+def as_json(plan: Plan) -> dict[str, Any]:
+    """The promised keys ``decides`` and ``undecided``, and the test in SI."""
+    b = plan.bench
+    c, s = b.campaign, b.setup
+    undecided = []
+    for pair, confusions in open_pairs(plan).items():
+        found, tried = resolution(confusions)
+        undecided.append(
+            {
+                "effects": list(pair),
+                "resolved_by": None if found is None else {"what": found.word, "words": found.words},
+                "advised": advised(*pair) or None,
+                "tried": [{"what": t.word, "words": t.words, "resolves": t is found} for t in tried],
+            }
+        )
+    told = plan.decides
+    return {
+        "decides": [
+            {"effect": e, "told_from": list(told[e]), "alone": ends == {e}, "size": plan.sizes[e]}
+            for e, ends in plan.ends.items()
+            if e and told[e]
+        ],
+        "undecided": undecided,
+        "ends": [{"hidden": e or None, "named": sorted(ends)} for e, ends in plan.ends.items()],
+        "campaign": {
+            "kind": "rig",
+            "band": list(c.band),
+            "sample_rate": c.sample_rate,
+            "period": c.period,
+            "settle": c.settle,
+            "periods": c.periods,
+            "levels": list(c.levels),
+            "sealed_level": c.drives[-1],
+            "force_rms": b.drive,
+            "amplitude": c.reach,
+            "seconds": c.cost,
+        },
+        "noise": dict(b.sigma),
+        "resonance": s.resonance,
+        "size": plan.size,
+        "assumed": list(s.assumed),
+        "left_out": list(plan.left_out),
+        "simulated": True,
+        "seed": b.seed,
+    }
+
+
+def _listed(words: Sequence[str]) -> str:
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"

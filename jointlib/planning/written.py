@@ -1,0 +1,47 @@
+"""The folder of a plan: what to play, the measurement file to fill, and the plan as numbers."""
+
+from __future__ import annotations
+
+import json
+from functools import partial
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from jointlib.io.atomic import write, write_text
+from jointlib.loop.answer.report import plain
+from jointlib.planning.measurement_text import record_names, text_to_fill
+from jointlib.planning.multisine import phases, unit_force
+from jointlib.planning.plan import Plan
+from jointlib.planning.told import as_json, sentences
+
+
+def write_plan(plan: Plan, folder: Path, joint: str) -> tuple[Path, ...]:
+    """``measurement.toml``, ``excitation.csv`` (one period of every record in N), ``play_*.wav`` (whole records, 32 bit
+    floats that are 1 at the largest force of all) and ``plan.json``; ``joint`` is the file that is to be traced."""
+    bench = plan.bench
+    c, names = bench.campaign, record_names(bench.campaign)
+    once = [level * bench.drive * unit_force(phases(c, i, bench.seed), c.period, 1) for i, level in enumerate(c.drives)]
+    scale = max(float(np.abs(x).max()) for x in once)
+    files = [folder / "measurement.toml", folder / "excitation.csv"]
+    said = [*sentences(plan), f"In play_*.wav a sample of 1 stands for {scale:.6g} N."]
+    write_text(files[0], text_to_fill(bench.setup, c, bench.drive, said, joint))
+    time = np.arange(c.period) / c.sample_rate
+    rows = [",".join(f"{x:.9g}" for x in row) for row in zip(time, *once, strict=True)]
+    write_text(files[1], "\n".join([",".join(["time [s]", *(f"{n} [N]" for n in names)]), *rows, ""]))
+    for name, x in zip(names, once, strict=True):
+        files.append(folder / f"play_{name}.wav")
+        played = np.tile(x / scale, c.settle + c.periods).astype(np.float32)
+        write(files[-1], partial(_wav, samples=played, rate=round(c.sample_rate)))
+    files.append(folder / "plan.json")
+    told: dict[str, Any] = {**as_json(plan), "wav_full_scale_N": scale, "files": [str(p) for p in files]}
+    write_text(files[-1], json.dumps(plain(told), indent=1, allow_nan=False) + "\n")
+    return tuple(files)
+
+
+def _wav(file: IO[bytes], samples: NDArray[np.float32], rate: int) -> None:
+    from scipy.io import wavfile
+
+    wavfile.write(file, rate, samples)
