@@ -15,10 +15,11 @@ from jointlib.estimation.continuation import taken_off
 from jointlib.estimation.impact import hits_of
 from jointlib.estimation.result import Estimate, EstimatedFRF
 from jointlib.estimation.settings import EXCITED
+from jointlib.estimation.several import several_lines
 from jointlib.estimation.shaker import Lines, burst_lines, from_spectra, periodic_lines, random_lines, unclipped
 from jointlib.estimation.stepped import stepped_lines
 from jointlib.io.measurement_file import read_records
-from jointlib.measurement import Measurement, Record
+from jointlib.measurement import Channel, Measurement, Record
 
 _FALLEN = 100.0
 """Power ratio, 20 dB, that the force of a hit may have fallen by at the last line."""
@@ -61,6 +62,7 @@ def _at_one_place(
     m: Measurement, records: Sequence[Record], left_out: list[str], notes: list[str]
 ) -> list[EstimatedFRF]:
     band, hits = m.band, None
+    drive = drive_of(m, records[0])
     if m.kind == "impact":
         hits = hits_of(m, records)
         left_out += hits.left_out
@@ -69,37 +71,55 @@ def _at_one_place(
         band = band or _struck(hits.spectra.frequency, hits.spectra.force, records[0].sample_rate, notes)
     else:
         records = unclipped(m, records, left_out)
+        if len(m.of("force")) > 1:
+            each = several_lines(m, records, notes)
+            out = []
+            for one in each:
+                frf = _of_band(m, str(one.force.dof), one.motion, one.lines, band, records)
+                out.append(_with_force(m, frf, one.lines, records, one.share))
+            return out
         method = {"stepped-sine": stepped_lines, "random": random_lines}.get(m.estimate.signal, burst_lines)
         if method is not stepped_lines and records[0].period is not None:
             method = periodic_lines
         found = method(m, records, notes)
-    drive, condition = drive_of(m, records[0]), records[0].source.condition
-    low, high = band or (0.0, _TOP * records[0].sample_rate)
     out = []
     for k, (channel, lines) in enumerate(zip(motions_of(m), found, strict=True)):
-        kept = (lines.frequency >= low) & (lines.frequency <= high)
-        if np.sum(kept) < 4:
-            raise InputError(f"{m.source}: {np.sum(kept)} lines between {low:g} and {high:g} Hz, expected at least 4")
-        assert channel.dof is not None
-        frf = EstimatedFRF(
-            drive,
-            channel.dof,
-            lines.frequency[kept],
-            lines.value[kept],
-            QUANTITY[channel.quantity],
-            None if lines.spread is None else lines.spread.variance[kept],
-            lines.coherence[kept],
-            lines.count,
-            1.0,
-            condition,
-            tuple(r.name for r in records),
-            None if lines.spread is None else lines.spread.radius[kept],
-        )
+        frf = _of_band(m, drive, channel, lines, band, records)
         if hits is not None and (hits.shift or hits.unfinished[k]):
             frf, said = taken_off(frf, hits)
             notes.append(said)
         out.append(_with_force(m, frf, lines, records))
     return out
+
+
+def _of_band(
+    m: Measurement,
+    drive: str,
+    channel: Channel,
+    lines: Lines,
+    band: tuple[float, float] | None,
+    records: Sequence[Record],
+) -> EstimatedFRF:
+    """The lines of a band as a response whose level is yet to be found."""
+    low, high = band or (0.0, _TOP * records[0].sample_rate)
+    kept = (lines.frequency >= low) & (lines.frequency <= high)
+    if np.sum(kept) < 4:
+        raise InputError(f"{m.source}: {np.sum(kept)} lines between {low:g} and {high:g} Hz, expected at least 4")
+    assert channel.dof is not None
+    return EstimatedFRF(
+        drive,
+        channel.dof,
+        lines.frequency[kept],
+        lines.value[kept],
+        QUANTITY[channel.quantity],
+        None if lines.spread is None else lines.spread.variance[kept],
+        lines.coherence[kept],
+        lines.count,
+        1.0,
+        records[0].source.condition,
+        tuple(r.name for r in records),
+        None if lines.spread is None else lines.spread.radius[kept],
+    )
 
 
 def _struck(frequency: Array, force: ComplexArray, rate: float, notes: list[str]) -> tuple[float, float]:
@@ -115,8 +135,11 @@ def _struck(frequency: Array, force: ComplexArray, rate: float, notes: list[str]
     return 0.0, high
 
 
-def _with_force(m: Measurement, frf: EstimatedFRF, lines: Lines, records: Sequence[Record]) -> EstimatedFRF:
-    """The level, as the harmonic force that would move the response as far at its highest resonance."""
+def _with_force(
+    m: Measurement, frf: EstimatedFRF, lines: Lines, records: Sequence[Record], share: float = 1.0
+) -> EstimatedFRF:
+    """The level, as the harmonic force that would move the response as far at its highest resonance; of several forces
+    this one causes a ``share`` of the power of the motion."""
     channel = next(c for c in motions_of(m) if c.dof == frf.response)
     jw = 1 / frf.quantity.per_receptance(frf.frequency)
     farthest = 0.0
@@ -128,4 +151,4 @@ def _with_force(m: Measurement, frf: EstimatedFRF, lines: Lines, records: Sequen
         spectrum[inside] = (np.fft.rfft(x)[inside]) / frf.quantity.per_receptance(f[inside])
         farthest = max(farthest, float(np.max(np.abs(np.fft.irfft(spectrum, len(x))))))
     peak = float(np.max(np.abs(frf.value * jw)))
-    return replace(frf, force=farthest / max(peak, 1e-300) or 1.0)
+    return replace(frf, force=float(np.sqrt(share)) * farthest / max(peak, 1e-300) or 1.0)

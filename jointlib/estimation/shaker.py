@@ -73,49 +73,70 @@ def from_spectra(spectra: Spectra, estimator: str) -> list[Lines]:
     ]
 
 
-def random_lines(m: Measurement, records: Sequence[Record], notes: list[str]) -> list[Lines]:
-    """Welch's averages: Hann windows that overlap by half; n counts what is independent among them.
+@dataclass(frozen=True, eq=False)
+class Welch:
+    """Mean spectra of overlapping blocks: Hann windows that overlap by half; n counts what is independent among them.
 
     Overlapping windows w share ρ = Σ w(t)·w(t + R)/Σ w² of their values, and n blocks weigh as much as
     n/(1 + 2·Σ (1 − k/n)·ρ_k²) independent ones (Welch, IEEE Trans. AU-15, 1967).
     """
-    rate, length = records[0].sample_rate, m.estimate.length
-    shortest = min(len(r) for r in records)
-    size = round(length * rate) if length is not None else 2 * shortest // (_BLOCKS + 1)
-    if size > shortest or size < 16:
-        raise InputError(
-            f"{m.source}: blocks of {size / rate:.4g} s ({size} samples) in records of {shortest / rate:.4g} s, "
-            "expected a length in [estimate] of at least 16 samples that fits into them"
-        )
-    if length is None:
-        notes.append(f"blocks of {size / rate:.4g} s, lines {rate / size:.4g} Hz apart, so that there are {_BLOCKS}.")
-    step = size - int(_OVERLAP * size)
-    counts = np.array([1 + (len(r) - size) // step for r in records], dtype=float)
-    window = get_window("hann", size)
-    rho = np.sum(window[:-step] * window[step:]) / np.sum(window**2)
-    hann = shared(window)[:_BLURRED]
-    count = float(np.sum(counts / (1 + 2 * (1 - 1 / counts) * rho**2)))
-    (source,) = m.of("force")
 
-    def mean(a: str, b: str) -> ComplexArray:
+    records: Sequence[Record]
+    size: int
+    counts: Array
+    """Blocks of each record."""
+    count: float
+    """Independent averages n."""
+    alike: Array
+    """|ρ|² of noise between lines so far apart."""
+
+    @classmethod
+    def of(cls, m: Measurement, records: Sequence[Record], notes: list[str]) -> Welch:
+        """Blocks of the length that [estimate] says, else of one that gives 20."""
+        rate, length = records[0].sample_rate, m.estimate.length
+        shortest = min(len(r) for r in records)
+        size = round(length * rate) if length is not None else 2 * shortest // (_BLOCKS + 1)
+        if size > shortest or size < 16:
+            raise InputError(
+                f"{m.source}: blocks of {size / rate:.4g} s ({size} samples) in records of {shortest / rate:.4g} s, "
+                "expected a length in [estimate] of at least 16 samples that fits into them"
+            )
+        if length is None:
+            notes.append(
+                f"blocks of {size / rate:.4g} s, lines {rate / size:.4g} Hz apart, so that there are {_BLOCKS}."
+            )
+        step = size - int(_OVERLAP * size)
+        counts = np.array([1 + (len(r) - size) // step for r in records], dtype=float)
+        window = get_window("hann", size)
+        rho = np.sum(window[:-step] * window[step:]) / np.sum(window**2)
+        count = float(np.sum(counts / (1 + 2 * (1 - 1 / counts) * rho**2)))
+        return cls(records, size, counts, count, shared(window)[:_BLURRED])
+
+    @property
+    def lines(self) -> Array:
+        """Hz, above 0."""
+        return np.asarray(np.arange(1, (self.size + 1) // 2) * self.records[0].sample_rate / self.size)
+
+    def mean(self, a: str, b: str) -> ComplexArray:
+        """Mean of B·A* of two channels."""
+        rate, size = self.records[0].sample_rate, self.size
         parts = [
             csd(r.channels[a], r.channels[b], rate, "hann", size, int(_OVERLAP * size), detrend="constant")[1]
-            for r in records
+            for r in self.records
         ]
-        return np.asarray(np.tensordot(counts / counts.sum(), np.array(parts), 1)[1 : (size + 1) // 2])
+        return np.asarray(np.tensordot(self.counts / self.counts.sum(), np.array(parts), 1)[1 : (size + 1) // 2])
 
-    lines = np.arange(1, (size + 1) // 2) * rate / size
-    force = mean(source.name, source.name).real
-    return [
-        from_averages(
-            lines,
-            Averages(force, mean(c.name, c.name).real, mean(source.name, c.name), count),
-            m.estimate.estimator,
-            hann,
-            hann,
-        )
-        for c in motions_of(m)
-    ]
+
+def random_lines(m: Measurement, records: Sequence[Record], notes: list[str]) -> list[Lines]:
+    """A random force by overlapping blocks."""
+    blocks = Welch.of(m, records, notes)
+    (source,) = m.of("force")
+    force = blocks.mean(source.name, source.name).real
+    out = []
+    for c in motions_of(m):
+        of = Averages(force, blocks.mean(c.name, c.name).real, blocks.mean(source.name, c.name), blocks.count)
+        out.append(from_averages(blocks.lines, of, m.estimate.estimator, blocks.alike, blocks.alike))
+    return out
 
 
 def burst_lines(m: Measurement, records: Sequence[Record], notes: list[str]) -> list[Lines]:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from functools import partial
 
 from jointlib.corrections import faults
 from jointlib.errors import InputError, nearest, together
 from jointlib.estimation.settings import EXCITED
-from jointlib.measurement import MOTIONS, Correction, Measurement
+from jointlib.measurement import MOTIONS, Channel, Correction, Measurement
 
 
 def check(m: Measurement, channels: bool = True, records: bool = True) -> None:
@@ -45,9 +46,11 @@ def _excited(m: Measurement) -> None:
         return
     forces, motions = m.of("force"), [c for c in m.channels if c.quantity in MOTIONS and not c.is_input]
     said = []
-    if len(forces) != 1:
+    if len(forces) != 1 and (m.kind == "impact" or not forces):
         found = ", ".join(c.name for c in forces) or "no force channel"
         said.append(f"{m.source}: {found}, expected one channel of quantity 'force' in a measurement of {m.kind}")
+    elif len(forces) > 1:
+        said += _several(m, forces)
     if not motions:
         said.append(f"{m.source}: no channel of {', '.join(MOTIONS)}, expected the motion that the force causes")
     for c in motions:
@@ -60,6 +63,22 @@ def _excited(m: Measurement) -> None:
             )
     if said:
         raise InputError(*said)
+
+
+def _several(m: Measurement, forces: Sequence[Channel]) -> list[str]:
+    """What does not go with several forces at once."""
+    said = []
+    many = f"{len(forces)} forces at once"
+    places = [c.dof for c in forces if c.dof is not None]
+    if len(set(places)) < len(places):
+        said.append(f"{m.source}: {many}, two of them at {max(places, key=places.count)!r}, expected a place for each")
+    if m.estimate.signal != "random" or m.period is not None or any(r.period is not None for r in m.records):
+        said.append(f'{m.source}: {many}, expected signal = "random" in [estimate] and no period')
+    if m.estimate.estimator != "H1":
+        said.append(f"{m.source}: {many} and estimator {m.estimate.estimator!r}, expected 'H1'")
+    if any(r.drive is not None for r in m.records):
+        said.append(f"{m.source}: {many} and drive in a record, expected dof of each force channel alone")
+    return said
 
 
 def _accelerations(m: Measurement) -> None:

@@ -42,6 +42,8 @@ def likely_kind(
         if not travels:
             some = 2 <= len(accelerations) <= 3
             return _RIG if some else ("shaker", "a force that lasts and the motion that it causes")
+    if "shaker" in known and sampled and len(forces) > 1 and motions and not _is_slow(travels, accelerations):
+        return "shaker", "several forces and the motions that they cause"
     if forces and travels:
         if sampled:
             return "path", "a force over a displacement in time"

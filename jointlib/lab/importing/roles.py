@@ -48,9 +48,13 @@ def _role(table: Table) -> str:
 
 def struck_places(draft: Draft, records: Sequence[Table]) -> None:
     """Where each channel of an impact or shaker test acts: as a place of the machine, which the files do not know."""
+    forces = [t for t in draft.channels if t["quantity"].value == "force"]
     for table in draft.channels:
         name = str(table["name"].value)
-        if "dof" not in table and (table["quantity"].value == "force" or _moves(table)):
+        if "dof" not in table and table in forces[1:]:  # several at once stand at different places
+            place = f"place_{forces.index(table) + 1}.x"
+            draft.guess(table, "dof", place, "no file says the place", f"channel.{name}.dof=table.x")
+        elif "dof" not in table and (table["quantity"].value == "force" or _moves(table)):
             if table["quantity"].value == "force" and all("drive" in r for r in records):
                 continue
             axis = str(table["direction"].value).lstrip("+-") if "direction" in table else _axis(name)
