@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -21,16 +22,7 @@ from jointlib.cli.output import Working
 @tool_option
 @click.option("--port", type=click.IntRange(0, 65535), help="Default: 8050, or any that is free; 0: any that is free.")
 @click.option("--host", default="127.0.0.1", help="Address to listen at; default: 127.0.0.1, this computer alone.")
-def command(
-    machine: Path,
-    study: Path | None,
-    results: Path | None,
-    output: Path,
-    measured: tuple[Path, ...],
-    changes: dict[str, str],
-    port: int | None,
-    host: str,
-) -> None:
+def command(machine: Path, changes: dict[str, str], output: Path, host: str, **asked: Any) -> None:
     """Show MACHINE on a page that answers to sliders: responses, describing functions, stability lobes.
 
     The page asks nothing of the internet and is shown to this computer alone. Ctrl-C ends it.
@@ -41,18 +33,8 @@ def command(
     """
     from ..answers.explore import explore
 
-    page = explore(
-        machine,
-        study=study,
-        results=results,
-        output=output,
-        measured=measured,
-        tool=changes.get("tool.use"),
-        port=port,
-        host=host,
-        wait=True,
-        progress=Working(),
-    )
+    tool = changes.get("tool.use")
+    page = explore(machine, output=output, tool=tool, host=host, wait=True, progress=Working(), **asked)
     for remark in page.remarks:
         click.echo(remark)
     if not page.alone:

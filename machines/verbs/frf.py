@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -37,20 +38,7 @@ PLOTS = ("mag-phase", "re-im", "nyquist")
 @click.option("--plot", type=click.Choice(PLOTS), default=PLOTS[0], help="What a picture shows.")
 @tool_option
 @json_option
-def command(
-    machine: Path,
-    force: tuple[float, ...],
-    frequency: tuple[float, float, int | None] | None,
-    drive: str | None,
-    harmonics: str | None,
-    samples: int | None,
-    output: Path,
-    measured: tuple[Path, ...],
-    contacts: bool,
-    plot: str,
-    changes: dict[str, str],
-    as_json: bool,
-) -> None:
+def command(machine: Path, changes: dict[str, str], as_json: bool, **asked: Any) -> None:
     """Forced response of MACHINE at each force: every branch, with the peaks of the tool and of each joint.
 
     \b
@@ -59,18 +47,5 @@ def command(
     """
     from ..answers.frf import frf
 
-    found = frf(
-        machine,
-        force=force,
-        frequency=frequency,
-        drive=drive,
-        harmonics=harmonics,
-        samples=samples,
-        output=output,
-        measured=measured,
-        contacts=contacts,
-        plot=plot,
-        tool=changes.get("tool.use"),
-        progress=Working(),
-    )
+    found = frf(machine, tool=changes.get("tool.use"), progress=Working(), **asked)
     emit(as_json, found.data, [*found.lines, *map(wrote, found.files)])

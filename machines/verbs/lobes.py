@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -41,19 +42,7 @@ from .quantities import AMPLITUDE, DEPTH
 @click.option("-o", "output", type=Target(".npz", ".csv", ".svg"), help="Also write the charts: numbers or a picture.")
 @tool_option
 @json_option
-def command(
-    machine: Path,
-    method: str | None,
-    amplitude: tuple[float, ...],
-    speed: tuple[float, ...],
-    depth: tuple[float, ...],
-    witness: bool,
-    samples: int | None,
-    budget: float,
-    output: Path | None,
-    changes: dict[str, str],
-    as_json: bool,
-) -> None:
+def command(machine: Path, changes: dict[str, str], as_json: bool, **asked: Any) -> None:
     """Depth of cut at which MACHINE starts to chatter, over spindle speed, with chatter frequency and lobe.
 
     With depths too, also the largest multiplier |μ| of a vibration from one tooth to the next: below 1 it dies out.
@@ -65,20 +54,7 @@ def command(
     from ..answers.lobes import lobes
 
     so_far = SoFar(as_json)
-    found = lobes(
-        machine,
-        method=method,
-        amplitude=amplitude,
-        speed=speed,
-        depth=depth,
-        witness=witness,
-        samples=samples,
-        budget=budget,
-        output=output,
-        tool=changes.get("tool.use"),
-        progress=Working(),
-        said=so_far,
-    )
+    found = lobes(machine, tool=changes.get("tool.use"), progress=Working(), said=so_far, **asked)
     found.lines.extend(map(wrote, found.files))
     so_far(found.lines)
     if as_json:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -19,7 +20,7 @@ from .quantities import AMPLITUDE
     type=AMPLITUDE,
     help="Of a machine: tool-point amplitude of the joints; default: at rest.",
 )
-@click.option("--all", "every", is_flag=True, help="Of a machine: every mode, not only the first and those it feels.")
+@click.option("--all", is_flag=True, help="Of a machine: every mode, not only the first and those it feels.")
 @click.option("-o", "output", type=Target(".toml"), help="Of measurements: the component file to write.")
 @click.option("--plot", type=Target(".svg", ".png"), help="Of measurements: stabilisation chart, fit over measured.")
 @click.option("--band", type=FrequencyRange(), help="Of measurements: lo:hi, the lines that are fitted.")
@@ -28,19 +29,7 @@ from .quantities import AMPLITUDE
 @click.option("--free", is_flag=True, help="Of measurements: of a body that nothing holds.")
 @tool_option
 @json_option
-def command(
-    files: tuple[Path, ...],
-    amplitude: float | None,
-    every: bool,
-    output: Path | None,
-    plot: Path | None,
-    band: tuple[float, float, int | None] | None,
-    condition: str | None,
-    most: int | None,
-    free: bool,
-    changes: dict[str, str],
-    as_json: bool,
-) -> None:
+def command(files: tuple[Path, ...], changes: dict[str, str], as_json: bool, **asked: Any) -> None:
     """Modes of a MACHINE: frequency, damping, which part moves, which joint holds the energy; or of measured FRFs.
 
     Of MEASUREMENTs of kind "frf" frequency, damping and shapes with their errors, as a component file for machines.
@@ -52,18 +41,6 @@ def command(
     """
     from ..answers.modes import MeasuredModes, modes
 
-    found = modes(
-        files,
-        amplitude=amplitude,
-        all=every,
-        output=output,
-        plot=plot,
-        band=band,
-        condition=condition,
-        most=most,
-        free=free,
-        tool=changes.get("tool.use"),
-        progress=Working(),
-    )
-    files_written = found.files if isinstance(found, MeasuredModes) else ()
-    emit(as_json, found.as_json(), [*found.words(), *map(wrote, files_written)])
+    found = modes(files, tool=changes.get("tool.use"), progress=Working(), **asked)
+    written = found.files if isinstance(found, MeasuredModes) else ()
+    emit(as_json, found.as_json(), [*found.words(), *map(wrote, written)])

@@ -57,7 +57,7 @@ FUNCTIONS: Mapping[str, Any] = {
     "study": machines.study,
     "explore": machines.explore,
 }
-NAMED_ELSE = {"amplitude": "amplitudes", "changes": "tool", "every": "all", "settings": "set", "tools": "tool"}
+NAMED_ELSE = {"amplitude": "amplitudes", "changes": "tool", "settings": "set", "tools": "tool"}
 """Words of an option inside the verb, and of the argument that it is."""
 
 
