@@ -12,6 +12,7 @@ from jointlib.errors import Outcome
 from jointlib.joint import Joint
 
 from ..coupling.coordinates import Coordinates
+from ..deadline import in_time
 from ..indices import Index, Mask
 from ..model.limits import Limit
 from ..statics.bias import Biased
@@ -142,6 +143,7 @@ class Balance:
         for _ in range(_ITERATIONS):
             if not len(left):
                 break
+            in_time()
             delta = part.step(z[left])
             size = np.max(np.abs(z[left]), axis=(1, 2))
             moved = np.abs(delta)

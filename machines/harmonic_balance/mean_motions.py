@@ -1,4 +1,4 @@
-"""Newton's method on the motions of several joints and their means at once, one harmonic."""
+"""The motions of several joints and their means at once, one harmonic: by secants, else by Newton's method."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from jointlib.arrays import Array, ComplexArray
 
 from .assembly import Assembly, View
 from .balance import Balance
-from .newton import Solution
+from .newton import Problem, Solution
+from .secants import by_secants
 
 _RAMP = 12
 
@@ -25,11 +26,26 @@ def solve_with_means(assembly: Assembly, view: View, force: Array, start: Comple
     start
         Motions of the joints in m, (points, nj), their means at rest.
     """
+    biased, c, joints = assembly.biased, view.coordinates, assembly.moving
+    assert biased is not None
+    problem = Problem.of(view, joints, np.ones(len(force)), np.full(len(joints), np.inf))
+    begun = problem.driven * force[:, None] if start is None else c.of_motions(start)
+    held = by_secants(problem, begun, force, lambda lines, _q, _gain: force[lines])
+    left = np.flatnonzero(~held.settled)
+    Z, gain, done = c.motions(held.q), held.gain, held.settled
+    turning = np.zeros(len(force), dtype=bool)
+    if len(left):
+        found = _newton(assembly, view.at(left), force[left], None if start is None else begun[left], ramp)
+        Z[left], gain[left], done[left], turning[left] = found.z, found.gain, found.converged, found.turning
+    return Solution(Z, gain, done, turning, c)
+
+
+def _newton(assembly: Assembly, view: View, force: Array, start: ComplexArray | None, ramp: bool) -> Solution:
     biased, c = assembly.biased, view.coordinates
     assert biased is not None
     held = view if np.all(np.diff(view.omega) >= 0) else None
     balance = Balance.of(assembly, view.omega, force, (1, 0), held)
-    first = balance.driven * force[:, None] if start is None else c.of_motions(start)
+    first = balance.driven * force[:, None] if start is None else start
     z, done = balance.settle(np.stack([first, np.zeros_like(first)], axis=1))
     left = np.flatnonzero(~done) if ramp else np.arange(0)
     share = np.array([1.0, 1.0])[:, None]

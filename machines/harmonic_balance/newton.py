@@ -11,6 +11,7 @@ from jointlib.arrays import Array, ComplexArray
 from jointlib.joint import Joint
 
 from ..coupling.coordinates import Coordinates
+from ..deadline import in_time
 from ..indices import Index, Mask
 from ..statics.bias import Together, force_slopes
 from .assembly import View
@@ -102,9 +103,7 @@ class Problem:
     @classmethod
     def of(cls, view: View, joints: Sequence[Joint], force: Array, cap: Array) -> Problem:
         nj = len(joints)
-        base = gains(joints, np.zeros((len(view.omega), nj)), view.omega)[0]
-        tiny = gains(joints, np.full((len(view.omega), nj), _BARELY_MOVING), view.omega)[0]
-        base = np.where(np.isfinite(base), base, tiny)
+        base = at_rest(joints, nj, view.omega)
         r = len(view.coordinates.rows)
         system = np.eye(r) + view.coordinates.through(view.Hzz, base)
         both = np.concatenate([view.Hzz, view.Hzf[:, :, :1] * force[:, None, None]], axis=2)
@@ -144,6 +143,7 @@ class Problem:
         part, target, x = self, driven, z
         r, G, slope = part.residual(x, target)
         for _ in range(effort.iterations):
+            in_time()
             J = part.jacobian(x, G, slope)
             size = np.max(np.abs(x), axis=1)
             try:
@@ -195,6 +195,14 @@ def own_slopes(z: ComplexArray, slope: ComplexArray) -> tuple[ComplexArray, Comp
     A = np.abs(z)
     half = slope * A / 2
     return half, np.where(A > 0, z / np.where(A > 0, A, 1.0), 0.0) ** 2 * half
+
+
+def at_rest(joints: Sequence[Joint], count: int, omega: Array) -> ComplexArray:
+    """G of every joint for vanishing motion, (points, nj)."""
+    base = gains(joints, np.zeros((len(omega), count)), omega)[0]
+    if np.all(np.isfinite(base)):
+        return base
+    return np.where(np.isfinite(base), base, gains(joints, np.full((len(omega), count), _BARELY_MOVING), omega)[0])
 
 
 def gains(joints: Sequence[Joint], amplitude: Array, omega: Array) -> tuple[ComplexArray, ComplexArray]:

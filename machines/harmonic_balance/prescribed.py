@@ -10,10 +10,12 @@ import numpy as np
 from jointlib.arrays import Array, ComplexArray
 from jointlib.joint import Joint
 
+from ..deadline import in_time
 from ..indices import Index, Mask
 from ..statics.bias import force_slopes
 from .assembly import View
 from .newton import Problem, own_slopes
+from .secants import by_secants
 
 _ITERATIONS = 60
 _SETTLED = 1e-11
@@ -43,16 +45,22 @@ def solve_prescribed(
     """
     tool = _Tool(Problem.of(view, joints, np.ones(len(view.omega)), cap), direct, through)
     z, force = tool.start(amplitude)
-    z, gain, force, converged = tool.newton(z, force, amplitude)
+    held = by_secants(tool.problem, z, force, lambda lines, q, gain: tool.at(lines).held_force(q, gain, amplitude))
+    z, gain, force, converged = held.q, held.gain, held.force, held.settled
+    left = np.flatnonzero(~converged)
+    if len(left):
+        part = tool.at(left)
+        z[left], gain[left], force[left], converged[left] = part.newton(*part.start(amplitude), amplitude)
     lost = np.flatnonzero(~converged)
-    if len(lost):
-        part = tool.at(lost)
-        s, F = part.start(amplitude / _RAMP)
-        for k in range(1, _RAMP + 1):
-            s, G, F, done = part.newton(s, F, amplitude * k / _RAMP)
-            if k < _RAMP:
-                s, F = s * (k + 1) / k, F * (k + 1) / k
-        z[lost], gain[lost], force[lost], converged[lost] = s, G, F, done
+    s, F = tool.at(lost).start(amplitude / _RAMP)
+    for k in range(1, _RAMP + 1):
+        if not len(lost):
+            break
+        s, G, F, done = tool.at(lost).newton(s, F, amplitude * k / _RAMP)
+        if k == _RAMP:
+            z[lost], gain[lost], force[lost], converged[lost] = s, G, F, done
+        else:
+            lost, s, F = lost[done], s[done] * (k + 1) / k, F[done] * (k + 1) / k
     return Prescribed(view.coordinates.motions(z), gain, force, converged)
 
 
@@ -73,9 +81,12 @@ class _Tool:
 
     def start(self, amplitude: float) -> tuple[ComplexArray, Array]:
         """Joint motions and force of the machine with its gains at rest."""
-        unit = self.motion(self.problem.driven, self.problem.base, np.ones(len(self.direct)))
-        force = amplitude / np.max(np.abs(unit), axis=1)
+        force = self.held_force(self.problem.driven, self.problem.base, amplitude)
         return self.problem.driven * force[:, None], force
+
+    def held_force(self, unit: ComplexArray, gain: ComplexArray, amplitude: float) -> Array:
+        """The force in N that makes the amplitude where the joints are held, from their motions at a unit force."""
+        return np.asarray(amplitude / np.max(np.abs(self.motion(unit, gain, np.ones(len(unit)))), axis=1))
 
     def residual(
         self, z: ComplexArray, force: Array, amplitude: float
@@ -96,6 +107,7 @@ class _Tool:
         converged = np.zeros(lines, dtype=bool)
         left, part, x, F = np.arange(lines), self, z, force
         for _ in range(_ITERATIONS):
+            in_time()
             r, G, slope, tip, axis = part.residual(x, F, amplitude)
             J = part.jacobian(x, F, G, slope, tip, axis, amplitude)
             try:

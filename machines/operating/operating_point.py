@@ -154,11 +154,7 @@ class OpenTool:
             state = _joints(self.assembly, view, axes, amplitude)
         gains[:, moving] = state.gain
         joint_amplitude = np.abs(_motions(view, state.gain, state.force))[:, : len(joints)]
-        if moving and view.coordinates.complete:
-            shown = slice(len(joints), None)
-            H = joined(whole.Hzz, whole.Hzf, whole.Hoz[:, shown], whole.Hof[:, shown], state.gain)
-        else:
-            H = self.assembly.coupled(omega, gains)
+        H = _coupled(whole, state.gain, len(joints)) if moving else self.assembly.coupled(omega, gains)
         kind = ReceptanceKind.FROZEN if moving else ReceptanceKind.LINEAR
         return OperatingPoint(self._frf(lines, H, kind), gains, joint_amplitude, state.force, state.outcomes)
 
@@ -201,6 +197,15 @@ def _direction(direction: ArrayLike | None, lines: int, axes: int) -> ComplexArr
     if np.any(np.all(full == 0, axis=1)):
         raise InputError("frozen receptance: direction is zero, expected a force along x or y")
     return full
+
+
+def _coupled(view: View, gain: ComplexArray, joints: int) -> ComplexArray:
+    """Receptance of what is shown, (nf, outputs, inputs), with the nonlinear joints at these gains."""
+    c, shown = view.coordinates, slice(joints, None)
+    if c.complete:
+        return joined(view.Hzz, view.Hzf, view.Hoz[:, shown], view.Hof[:, shown], gain)
+    q = np.linalg.solve(np.eye(len(c.rows)) + c.through(view.Hzz, gain), view.Hzf)
+    return np.asarray(view.Hof[:, shown] - c.through(view.Hoz[:, shown], gain) @ q)
 
 
 def _motions(view: View, gain: ComplexArray, force: Array) -> ComplexArray:

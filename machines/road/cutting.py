@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from jointlib.errors import CheckFailed
+
 from .piece import Piece, Step, open_joints
 
 if TYPE_CHECKING:
@@ -46,13 +48,21 @@ def _size(amplitude: float) -> str:
 
 def _chart(road: Run, amplitude: float) -> None:
 
+    from ..cutting.amplitude.amplitude_limits import depends_on_amplitude
+    from ..cutting.amplitude.chattering_tool import seconds_of_chart
     from ..cutting.amplitude.frozen_lobes import lobes_at_amplitude
     from ..cutting.amplitude.lobes_over_range import lobes_over_range
+    from ..cutting.forced.forced_vibration import too_many
+    from ..cutting.process.cutting import Cutting
     from ..cutting.rest.chart_file import default_speeds
 
     onset = road.charts.get(0.0)
     speeds = default_speeds(road.machine, 100) if onset is None else onset.speed
     with road.progress.step(f"stability lobes at {_size(amplitude)}"):
+        if amplitude and depends_on_amplitude(road.machine) and too_many(road.machine):
+            needed = seconds_of_chart(road.machine, Cutting(**(road.machine.cutting or {})), amplitude)
+            if needed > BUDGET:
+                raise CheckFailed(f"it would take about {needed / 60:.0f} minutes, more than {BUDGET / 60:g}")
         road.charts[amplitude] = (
             lobes_at_amplitude(road.machine, speeds, amplitude)
             if amplitude

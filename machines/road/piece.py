@@ -12,10 +12,14 @@ from typing import TYPE_CHECKING
 from jointlib.errors import CheckFailed, InputError, nearest
 from jointlib.registry import installed
 
+from ..deadline import within
+
 if TYPE_CHECKING:
     from ..model.machine import Machine
     from .run import Run
 
+BUDGET = 600.0
+"""Seconds for a piece of a run, so that a run ends with a report; a verb that repeats the piece alone has no end."""
 _OURS = Path(__file__).parents[2]
 _PACKAGES = ("jointlib", "machines", "fmu")
 
@@ -88,7 +92,8 @@ def walk(pieces: Iterable[Piece], road: Run) -> None:
             road.lost(piece, f"it needs what is missing: {failed[missing]}")
             continue
         try:
-            piece.take(road)
+            with within(BUDGET):
+                piece.take(road)
         except Exception as error:
             failed[piece.name] = f"{piece.title[0].lower()}{piece.title[1:]}"
             road.lost(piece, reason(error), unexpected=not isinstance(error, InputError | CheckFailed))

@@ -130,6 +130,26 @@ class Biased:
             slope = np.where(moved, (mean - known) / np.where(moved, went, 1.0), slope)
         return c.motions(out), settled
 
+    def drifting(self, amplitude: Array, omega: Array, shift: Array) -> tuple[ComplexArray, Array]:
+        """G of every joint about means that are shifted by so much, in the coordinates, and where these go next.
+
+        One chord step, with the slopes at rest, towards the balance of `shift`; (points, members) and (points, r).
+        """
+        gain = np.empty(amplitude.shape, dtype=complex)
+        mean, moved = np.empty(amplitude.shape), self.coordinates.motions(shift)
+        for joint, columns in self._alike:
+            z0 = self.rest[columns] + moved[:, columns]
+            found = joint.harmonic(amplitude[:, columns], omega[:, None], z0)
+            gain[:, columns], mean[:, columns] = found.gain, found.mean
+        return gain, shift - self._residual(shift, mean) @ self._chord.T
+
+    @cached_property
+    def _chord(self) -> Array:
+        """The inverse Jacobian of the residual at rest, (r, r)."""
+        still, nothing = np.zeros((1, len(self.members))), np.ones(1)
+        slope = self._slope(still, still, nothing, self._mean(still, still, nothing))
+        return np.asarray(np.linalg.inv(self._matrix(slope)[0]))
+
     def everywhere(self, amplitude: Array, omega: Array) -> Array:
         """Shift of every connection in m, (points, connections)."""
         shift, settled = self.shift(amplitude, omega)

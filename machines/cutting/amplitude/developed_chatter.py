@@ -20,6 +20,7 @@ import numpy as np
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import CheckFailed, InputError, Outcome
 
+from ...deadline import in_time
 from ...operating.operating_point import OperatingPoint
 from ...tool.bounded_band import Shape
 from ..loops.critical_depth import first_crossings, near
@@ -182,6 +183,7 @@ class DevelopedChatter:
     def _agreeing(self, found: Persistent, speed: float, level: int) -> Persistent | None:
         tooth = self.cutting.cuts_per_revolution * speed / 60
         for _ in range(_ROUNDS):
+            in_time()
             loop = self.method.loop(speed, level, self._following(found, tooth))
             try:
                 crossing = near(loop, found.crossing)

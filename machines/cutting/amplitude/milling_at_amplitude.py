@@ -51,7 +51,9 @@ def developed_lobes(
         model = None
     point = tool_point(table.frf, machine.tool_axes)
     name = default_method(model or point, cutting, speeds) if method is None else known_method(method, cutting)
-    chatter = developed_chatter(machine, cutting, amplitude, table, name, model is not None)
+    # Where so many oscillations are in a cut that harmonics are chosen, the search in modes would not end either.
+    few = model is not None and "collocation" in (name, default_method(model, cutting, speeds))
+    chatter = developed_chatter(machine, cutting, amplitude, table, name, few)
     vibrations = [chatter.persistent(rpm) for rpm in speeds.ravel().tolist()]
     found = [Found(one.crossing, one.line) for one in vibrations]
     said = (

@@ -1,0 +1,33 @@
+"""Work that ends when its time is up: long loops ask `in_time`, who began them decides how long."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+
+from jointlib.errors import CheckFailed
+
+_END: ContextVar[tuple[float, float]] = ContextVar("deadline", default=(float("inf"), float("inf")))
+
+
+class OutOfTime(CheckFailed):
+    """A computation took longer than it was given."""
+
+
+@contextmanager
+def within(seconds: float) -> Iterator[None]:
+    """Give what is done inside so many seconds; an earlier end that holds already stays."""
+    token = _END.set(min(_END.get(), (time.monotonic() + seconds, seconds)))
+    try:
+        yield
+    finally:
+        _END.reset(token)
+
+
+def in_time() -> None:
+    """Raise `OutOfTime` once the time is up."""
+    end, seconds = _END.get()
+    if time.monotonic() > end:
+        raise OutOfTime(f"not done after {seconds / 60:.3g} minutes")
