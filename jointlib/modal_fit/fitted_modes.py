@@ -78,21 +78,30 @@ class FittedModes(Shown):
         }
 
     def plot(self, ax: Any = None) -> Any:
-        """The stabilisation chart over the fit and the measured responses with their deviation, in µm/N over Hz."""
+        """The stabilisation chart; below it, without ``ax``, the fit over the measured lines in µm/N over Hz, and what it
+        misses line by line beside the deviation that the measurement states."""
         if ax is not None:
             return self._chart(axes_of(ax))
         from matplotlib.figure import Figure
 
-        upper, lower = Figure(figsize=(8.0, 7.0), layout="constrained").subplots(2, 1, sharex=True)
+        figure = Figure(figsize=(8.0, 9.0), layout="constrained")
+        upper, middle, lower = figure.subplots(3, 1, sharex=True, height_ratios=[1.2, 1.2, 1.0])
         self._chart(upper).set(xlabel="")
-        r = self.responses
+        r, f = self.responses, self.responses.frequency
         for k, (o, i) in enumerate(r.pairs):
-            (line,) = lower.semilogy(r.frequency, np.abs(r.value[k]) * 1e6, ".", markersize=2, alpha=0.6)
-            lower.semilogy(r.frequency, r.deviation[k] * 1e6, ":", color=line.get_color(), linewidth=0.7)
             label = literal(f"{r.dofs[o]} from {r.dofs[i]}")
-            lower.semilogy(r.frequency, np.abs(self.fitted[k]) * 1e6, color=line.get_color(), linewidth=1, label=label)
-        lower.set(xlabel="frequency [Hz]", ylabel="|x/F| [µm/N], dots measured, dotted their deviation")
-        name_curves(lower)
+            (line,) = middle.semilogy(f, np.abs(self.fitted[k]) * 1e6, linewidth=1, label=label)
+            look = {"color": line.get_color()}
+            middle.semilogy(f, np.abs(r.value[k]) * 1e6, ".", markersize=2.5, alpha=0.6, **look)
+            lower.semilogy(f, np.abs(r.value[k] - self.fitted[k]) * 1e6, ".", markersize=2, alpha=0.5, **look)
+            lower.semilogy(f, r.deviation[k] * 1e6, linewidth=1, **look)
+        middle.set(ylabel="|x/F| [µm/N]", title="measured (dots) and fitted (line)")
+        lower.set(
+            xlabel="frequency [Hz]",
+            ylabel="|error| [µm/N]",
+            title="measured less fitted (dots), and its standard deviation as measured (line)",
+        )
+        name_curves(middle)
         return upper
 
     def _chart(self, axes: Any) -> Any:
@@ -105,5 +114,5 @@ class FittedModes(Shown):
         for k, f in enumerate(self.frequency):
             axes.axvline(f, color="#c2410c", linewidth=0.8, label="taken as a mode" if k == 0 else None)
         axes.set(xlabel="frequency [Hz]", ylabel="model order", xlim=(low, high))
-        axes.legend(loc="lower right", fontsize=8)
+        axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3, fontsize=9, frameon=False)
         return axes

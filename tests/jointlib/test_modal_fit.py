@@ -231,8 +231,11 @@ def test_the_chart_marks_what_stays() -> None:
     chart = chart_of(poles_by_order(responses, 20))
     for f in modes.frequency:
         assert np.sum(chart.stable & (np.abs(chart.frequency / f - 1) < 2e-3)) >= 5
-    axes = fit_modes(responses).plot()
-    assert len(axes.figure.axes) == 2
+    found = fit_modes(responses)
+    _, fit, error = found.plot().figure.axes
+    assert "[Hz]" in error.get_xlabel()
+    assert all("[µm/N]" in axes.get_ylabel() for axes in (fit, error))
+    np.testing.assert_allclose(error.lines[0].get_ydata(), 1e6 * np.abs(responses.value[0] - found.fitted[0]))
 
 
 def test_the_residual_basis_is_quiet_in_the_band() -> None:
