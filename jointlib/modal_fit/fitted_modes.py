@@ -78,8 +78,8 @@ class FittedModes(Shown):
         }
 
     def plot(self, ax: Any = None) -> Any:
-        """The stabilisation chart; below it, without ``ax``, the fit over the measured lines in µm/N over Hz, and what it
-        misses line by line beside the deviation that the measurement states."""
+        """The stabilisation chart; below it, without ``ax``, the fit over the measured lines in µm/N over Hz, and what
+        it misses line by line beside the deviation that the measurement states."""
         if ax is not None:
             return self._chart(axes_of(ax))
         from matplotlib.figure import Figure
