@@ -42,9 +42,10 @@ class Contents(Shown):
     picture: Path | None
 
     def finding(self) -> str:
-        """The first line, and how much looks wrong."""
-        wrong = f"; {len(self.warnings)} looks wrong: {self.warnings[0]}" if self.warnings else ""
-        return f"{self.lines[0]}{wrong}"
+        """The first line that is no warning, and what looks wrong."""
+        first = next(line for line in self.lines if not line.startswith("looks wrong: "))
+        more = f" (and {len(self.warnings) - 1} more)" if len(self.warnings) > 1 else ""
+        return f"{first}; looks wrong: {self.warnings[0]}{more}" if self.warnings else first
 
     def columns(self) -> Columns:
         """The table of what it holds, a row per column of a record, else the lines that are told."""

@@ -87,3 +87,10 @@ def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
     package("websocket")
     with running(require("chromium"), tmp_path_factory.mktemp("profile")) as browser:
         yield browser
+
+
+@pytest.fixture
+def at_bench(bench: Path) -> Iterator[Path]:
+    """In the folder that a module has as its ``bench``."""
+    with contextlib.chdir(bench):
+        yield bench

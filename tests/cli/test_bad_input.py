@@ -63,12 +63,6 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.fixture
-def at_bench(bench: Path) -> Iterator[Path]:
-    with contextlib.chdir(bench):
-        yield bench
-
-
 @pytest.mark.parametrize(
     ("command", "said"),
     [

@@ -228,6 +228,10 @@ def test_inspect_gives_what_a_file_holds(here: Path) -> None:
         assert isinstance(found.holds, kind)
         assert found.columns().keys() == found.holds.columns().keys()
         assert found.plot().get_xlabel()
+    Path("two_mass.joint.toml").write_text((LIBRARY / "two_mass.joint.toml").read_text())
+    Path("heavy.toml").write_text(TWO_MASS.read_text().replace("mass = [[0.942]]", "mass = [[942e6]]"))
+    assert "looks wrong: " in repr(machines.inspect("heavy.toml"))
+    assert "looks wrong" not in repr(machines.inspect(TWO_MASS))
     record = machines.inspect(LIBRARY / "guide_mill" / "static.csv")
     assert set(record.holds) == set(record.columns()["column"][0])
     assert record.plot().get_xlabel() == "sample"

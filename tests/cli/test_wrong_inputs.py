@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
 import shutil
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -114,12 +112,6 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Path:
     shutil.copytree(LIBRARY, folder / "library")
     (folder / "notes.docx").write_bytes(b"PK\x03\x04 a letter")
     return folder
-
-
-@pytest.fixture
-def at_bench(bench: Path) -> Iterator[Path]:
-    with contextlib.chdir(bench):
-        yield bench
 
 
 @pytest.mark.parametrize(
