@@ -36,6 +36,7 @@ from machines import (
     constant_amplitude,
     linear_check,
     natural_modes,
+    operating_point,
     read_machine,
     response,
     stability_lobes,
@@ -370,6 +371,25 @@ def test_the_check_says_how_far_the_machines_differ_and_draws_both(machine: Mach
     axes = found.plot()
     assert labels(axes) == ("frequency [Hz]", "|x/F| [µm/N]")
     np.testing.assert_allclose(axes.get_lines()[0].get_ydata(), 1e6 * frame["coupled"])
+
+
+def test_an_operating_point_tells_force_gains_and_lines_that_ended_at_a_limit(machine: Machine) -> None:
+    lines = np.linspace(1100.0, 1300.0, 21)
+    found = operating_point(machine, lines, 1e-6)
+    assert "frozen receptance, 1100 to 1300 Hz in 21 lines" in said(found)
+    assert "all of 21 lines converged" in said(found)
+    frame = framed(found)
+    assert frame.attrs["units"] == {"frequency": "Hz", "force": "N", "guide amplitude": "m", "guide gain": "N/m"}
+    np.testing.assert_array_equal(frame["guide gain"], found.gain[:, 0])
+    moved = np.abs(found.frf.between("slide.x", "slide.x")) * frame["force"]
+    np.testing.assert_allclose(moved, 1e-6, rtol=1e-9)
+    assert labels(found.plot()) == ("frequency [Hz]", "|x/F| [µm/N]")
+    assert "vanishing vibration" in said(operating_point(machine, lines, 0.0))
+    ended = replace(found, outcomes=(Outcome.OUT_OF_RANGE,) * 3 + found.outcomes[3:], connections=())
+    assert "of 21 lines 3 out_of_range" in said(ended)
+    assert "joint 1 amplitude" in framed(ended).columns
+    pytest.importorskip("xarray", reason="xarray is not installed (extra tables)")
+    assert found.to_xarray().attrs["units"] == "m/N"
 
 
 def test_a_held_motion_tells_where_the_least_force_holds_it(machine: Machine) -> None:

@@ -8,10 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
+from jointlib.errors import Outcome
 from jointlib.joint import Joint
 
 from ..deadline import in_time
-from ..indices import Index, Mask
+from ..indices import Index, Mask, Reasons
+from ..model.limits import Limit, past_limits
 from ..statics.bias import force_slopes
 from .assembly import View
 from .newton import Problem, own_slopes
@@ -32,6 +34,13 @@ class Prescribed:
     gain: ComplexArray
     force: Array
     converged: Mask
+
+    def outcomes(self, limits: Sequence[Limit], slack: float = 0.0) -> Reasons:
+        """Per line: converged, stalled, or the limit of a joint that is passed by more than a share of ``slack``."""
+        out = np.array([Outcome.CONVERGED if c else Outcome.STALLED for c in self.converged], dtype=object)
+        for wrong, outcome in past_limits(limits, self.z, self.gain, slack):
+            out[self.converged & wrong] = outcome
+        return out
 
 
 def solve_prescribed(

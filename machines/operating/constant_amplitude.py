@@ -17,7 +17,6 @@ from jointlib.shown.result import Columns, Shown
 
 from ..harmonic_balance.assembly import Assembly, View
 from ..harmonic_balance.prescribed import Prescribed, solve_prescribed
-from ..model.limits import past_limits
 from ..model.machine import Machine
 from .held_lines import columns_of, said_of
 from .solutions import caps_of
@@ -108,9 +107,7 @@ def constant_amplitude(
     pull = view.coordinates.together(found.gain * found.z)
     motion = view.Hof[:, :, 0] * found.force[:, None] - (view.Hoz @ pull[:, :, None])[:, :, 0]
     motion[:, list(assembly.nonlinear)] = found.z
-    outcomes = np.array([Outcome.CONVERGED if c else Outcome.STALLED for c in found.converged], dtype=object)
-    for wrong, outcome in past_limits(assembly.limits, found.z, found.gain, 1e-12):
-        outcomes[found.converged & wrong] = outcome
+    outcomes = found.outcomes(assembly.limits, 1e-12)
     first, lost = len(names), outcomes != Outcome.CONVERGED
     value = (motion[:, first : first + len(shown)] / found.force[:, None])[:, :, None]
     force = np.where(lost, np.nan, found.force)

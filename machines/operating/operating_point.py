@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,18 +13,20 @@ from numpy.typing import ArrayLike
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError, Outcome
 from jointlib.frf import FRF, ReceptanceKind
+from jointlib.shown.result import Columns, Shown
 
 from ..coupling.coupling import joined
 from ..harmonic_balance.assembly import Assembly, View
 from ..harmonic_balance.prescribed import Prescribed, solve_prescribed
 from ..indices import Index, Reasons
-from ..model.limits import feeds_energy
 from ..model.machine import Machine
+from .held_lines import columns_of, said_of
 from .one_joint import BARELY_MOVING, OneJoint
+from .solutions import caps_of
 
 
-@dataclass(frozen=True, eq=False)
-class OperatingPoint:
+@dataclass(frozen=True, eq=False, repr=False)
+class OperatingPoint(Shown):
     """Receptance at a tool-point amplitude, with what every joint does there; first axis: lines."""
 
     frf: FRF
@@ -35,6 +38,26 @@ class OperatingPoint:
     """Magnitude of the force in N that makes the amplitude, for the direction as it was given, (nf,)."""
     outcomes: tuple[Outcome, ...]
     """Per line; where it is not CONVERGED the joints are held at the limit that it names."""
+    connections: tuple[str, ...] = ()
+    """Names of the joints."""
+
+    def finding(self) -> str:
+        """The receptance, the force behind it, and the lines on which a joint ended at a limit."""
+        low, high = np.min(self.force), np.max(self.force)
+        force = f"force {low:.3g} to {high:.3g} N" if high > 0 else "vanishing vibration"
+        return f"{self.frf.finding()}; {force}; {said_of(self.outcomes)}"
+
+    def columns(self) -> Columns:
+        """A row per line: the force, amplitude and gain of every joint, how it ended."""
+        return columns_of(self.frf, self.force, self.joint_amplitude, self.outcomes, self.connections, self.gain)
+
+    def to_xarray(self) -> Any:
+        """The frozen receptance over frequency, output and input."""
+        return self.frf.to_xarray()
+
+    def plot(self, ax: Any = None) -> Any:
+        """The size of the frozen receptance in µm/N over frequency in Hz."""
+        return self.frf.plot(ax)
 
 
 def frozen_receptance(
@@ -140,7 +163,8 @@ class OpenTool:
             kind = ReceptanceKind.TANGENT if moving else ReceptanceKind.LINEAR
             none = np.zeros((len(lines), len(joints)))
             frf = self._frf(lines, self.assembly.coupled(omega, gains), kind)
-            return OperatingPoint(frf, gains, none, np.zeros(len(lines)), (Outcome.CONVERGED,) * len(lines))
+            fine = (Outcome.CONVERGED,) * len(lines)
+            return OperatingPoint(frf, gains, none, np.zeros(len(lines)), fine, self._names)
         whole = self._view if chosen is None else self._view.at(chosen)
         view = whole.directed(towards)
         if not np.all(np.any(view.Hof[:, len(joints) : len(joints) + axes, 0], axis=1)):
@@ -156,7 +180,12 @@ class OpenTool:
         joint_amplitude = np.abs(_motions(view, state.gain, state.force))[:, : len(joints)]
         H = _coupled(whole, state.gain, len(joints)) if moving else self.assembly.coupled(omega, gains)
         kind = ReceptanceKind.FROZEN if moving else ReceptanceKind.LINEAR
-        return OperatingPoint(self._frf(lines, H, kind), gains, joint_amplitude, state.force, state.outcomes)
+        frf = self._frf(lines, H, kind)
+        return OperatingPoint(frf, gains, joint_amplitude, state.force, state.outcomes, self._names)
+
+    @property
+    def _names(self) -> tuple[str, ...]:
+        return tuple(c.name for c in self.machine.flexible)
 
     def _frf(self, lines: Array, H: ComplexArray, kind: ReceptanceKind) -> FRF:
         H = H[:, [self.assembly.outputs.index(name) for name in self.rows], :]
@@ -228,15 +257,8 @@ def _joints(assembly: Assembly, view: View, axes: int, amplitude: float) -> _Sta
     if not joints:
         none = np.zeros((lines, 0), dtype=complex)
         return _State(none, amplitude / np.max(np.abs(direct), axis=1), (Outcome.CONVERGED,) * lines)
-    caps = np.array([limit.amplitude / 4 for limit in assembly.limits])
-    found = solve_prescribed(view, joints, caps, direct, through, amplitude)
-    outcomes = np.array([Outcome.CONVERGED if c else Outcome.STALLED for c in found.converged], dtype=object)
-    for j, limit in enumerate(assembly.limits):
-        for wrong, outcome in (
-            (np.abs(found.z[:, j]) > limit.amplitude, limit.outcome),
-            (feeds_energy(found.gain[:, j]), Outcome.NEGATIVE_DAMPING),
-        ):
-            outcomes[found.converged & wrong] = outcome
+    found = solve_prescribed(view, joints, caps_of(assembly), direct, through, amplitude)
+    outcomes = found.outcomes(assembly.limits)
     return _State(_held(assembly, found, outcomes, view.omega), found.force, tuple(outcomes))
 
 
