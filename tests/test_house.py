@@ -37,6 +37,7 @@ ROOMS = (
     "uncertainty",
     "files",
     "loop",
+    "planning",
     "measured_modes",
     "compare",
     "view",

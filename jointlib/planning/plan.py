@@ -10,7 +10,7 @@ import numpy as np
 from jointlib.errors import InputError
 from jointlib.joint import Joint
 from jointlib.planning.campaign import Campaign, candidates
-from jointlib.planning.outcome import NOTHING, End, end_of
+from jointlib.planning.outcome import NOTHING, UNNAMED, End, end_of
 from jointlib.planning.questions import questions, rivals
 from jointlib.planning.remedies import Remedy, remedies
 from jointlib.planning.separable import Apart, apart
@@ -23,7 +23,7 @@ SIZE = 0.02
 _DRAWS = 2
 _REDRAWN = 4
 _TRIED = 2
-_MOST_TRACES = 8
+_MOST_TRACES = 10
 """Spent on remedies."""
 
 
@@ -82,7 +82,7 @@ def plan_rig(setup: Setup, joint: Joint, asked: Sequence[str], size: float, seed
     with progress.step("choosing the excitation"):
         bench = _cheapest(setup, joint, wanted, size, seed)
     work = _Work(wanted, size, progress)
-    ends = _both_ways(work.ends(bench))
+    ends = both_ways(work.ends(bench))
     if len(ends) < 2:
         raise InputError("--effects: none of these can be simulated on this joint; " + " ".join(work.said))
     confusions = _confusions(work, bench, ends)
@@ -106,7 +106,7 @@ class _Work:
         out: dict[str, frozenset[str]] = {}
         for name in ("", *self.wanted) if names is None else sorted(names):
             with self.progress.step(f"simulating {name or 'no effect'}{word}"):
-                found = [e for draw in range(draws) if (e := self._end(bench, name, draw)) is not None]
+                found = [e for draw in range(_DRAWS) if (e := self._end(bench, name, draw)) is not None]
             if found:
                 out[name] = frozenset().union(*(e.possible for e in found))
         return out
@@ -162,11 +162,15 @@ def _cheapest(setup: Setup, joint: Joint, wanted: Sequence[Truth], size: float, 
     return Bench(setup, joint, next((c for c in every if apart_on(c) >= most), richest), seed)
 
 
-def _both_ways(ends: Mapping[str, frozenset[str]]) -> dict[str, frozenset[str]]:
-    """Where one of two is hidden and the other may be named, the same is taken to hold the other way round."""
-    return {
-        e: named | {o for o, theirs in ends.items() if o and e in theirs} if e else named for e, named in ends.items()
-    }
+def both_ways(ends: Mapping[str, frozenset[str]]) -> dict[str, frozenset[str]]:
+    """Where one of two is hidden and the other may be named, the same is taken to hold the other way round; and what is
+    taken for another may be named itself."""
+    out = {}
+    for e, named in ends.items():
+        others = {o for o, theirs in ends.items() if o and e and e in theirs}
+        own = {e} if e and named - {UNNAMED, NOTHING} else set()
+        out[e] = named | others | own
+    return out
 
 
 def _random(seed: int, draw: int, name: str) -> np.random.Generator:
@@ -196,7 +200,7 @@ def _confusions(work: _Work, bench: Bench, ends: Mapping[str, frozenset[str]]) -
             if (e, remedy.word) not in answers:
                 if work.traces - begun >= _MOST_TRACES:
                     break
-                answers[e, remedy.word] = work.ends(remedy.bench, {e}, f" with {_first(remedy)}", 1).get(e, frozenset())
+                answers[e, remedy.word] = work.ends(remedy.bench, {e}, f" with {_first(remedy)}").get(e, frozenset())
             named = answers[e, remedy.word]
             tried.append(Tried(remedy.word, remedy.words, bool(named) and e in named and r not in named))
         out.append(Confusion(e, r, tuple(tried)))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Any
 
 from jointlib.effect import JointEffect
@@ -11,11 +11,13 @@ from jointlib.loop.answer.catalogue import catalogue
 from jointlib.planning.outcome import NOTHING, UNNAMED
 from jointlib.planning.plan import Confusion, Plan, Tried
 
+_MANY = 4
 
-def open_pairs(plan: Plan) -> dict[tuple[str, str], list[Confusion]]:
+
+def pairs_of(confusions: Sequence[Confusion]) -> dict[tuple[str, str], list[Confusion]]:
     """Confusions by pair, either way round."""
     out: dict[tuple[str, str], list[Confusion]] = {}
-    for c in plan.confusions:
+    for c in confusions:
         pair = (c.effect, c.beside)
         out.setdefault(pair if pair[::-1] not in out else pair[::-1], []).append(c)
     return out
@@ -38,7 +40,7 @@ def sentences(plan: Plan) -> list[str]:
     lines = [
         f"The rig moves on its joint at {s.resonance:.4g} Hz. Multisine from {c.band[0]:.5g} to {c.band[1]:.5g} Hz, a "
         f"line every {c.spacing:.4g} Hz: {c.period} samples a period at {c.sample_rate:.6g} Hz.",
-        f"{len(c.levels)} records to fit at {_listed([f'{x * b.drive:.3g}' for x in c.levels])} N rms, one sealed at "
+        f"{len(c.levels)} records to fit at {listed([f'{x * b.drive:.3g}' for x in c.levels])} N rms, one sealed at "
         f"{c.drives[-1] * b.drive:.3g} N, one quiet: each {c.settle} periods to settle and {c.periods} to use, "
         f"{c.seconds_a_record:.3g} s. The top level moves the joint by {1e6 * c.reach:.3g} µm.",
         "Noise of a sample, rms: "
@@ -51,13 +53,13 @@ def sentences(plan: Plan) -> list[str]:
     told = plan.decides
     whole = [e for e, ends in plan.ends.items() if e and ends == {e}]
     if whole:
-        lines.append(f"Decides, simulated: {_listed(whole)} {'is' if len(whole) == 1 else 'are each'} named alone.")
-    lines += [f"{e} is told from {_listed(list(told[e]))}." for e in plan.ends if e and e not in whole and told[e]]
+        lines.append(f"Decides, simulated: {listed(whole)} {'is' if len(whole) == 1 else 'are each'} named alone.")
+    lines += [said for e in plan.ends if e and e not in whole and (said := told_from(e, told[e], plan.ends[e]))]
     small = {e: x for e, x in plan.sizes.items() if x < 0.8 * plan.size}
     lines += [f"{e} was simulated at {100 * x:.2g} %, more it cannot reach here." for e, x in small.items()]
     if plan.ends.get("", frozenset()) - {NOTHING}:
         lines.append("Where nothing is hidden something may be named.")
-    for (e, r), confusions in open_pairs(plan).items():
+    for (e, r), confusions in pairs_of(plan.confusions).items():
         lines.append(_open(e, r, confusions))
     return [*lines, *plan.left_out]
 
@@ -94,7 +96,7 @@ def as_json(plan: Plan) -> dict[str, Any]:
     b = plan.bench
     c, s = b.campaign, b.setup
     undecided = []
-    for pair, confusions in open_pairs(plan).items():
+    for pair, confusions in pairs_of(plan.confusions).items():
         found, tried = resolution(confusions)
         undecided.append(
             {
@@ -136,5 +138,16 @@ def as_json(plan: Plan) -> dict[str, Any]:
     }
 
 
-def _listed(words: Sequence[str]) -> str:
+def told_from(e: str, told: Sequence[str], named: Collection[str]) -> str:
+    """From which of the others an effect is told; empty where from none."""
+    if not told:
+        return ""
+    but = [n for n in sorted(named) if n != e]
+    if len(told) > _MANY and but:
+        return f"{e} is told from everything else in question but {listed(but)}."
+    return f"{e} is told from {listed(told)}."
+
+
+def listed(words: Sequence[str]) -> str:
+    """A list in a sentence."""
     return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from jointlib.cli.arguments import Quantity, Target, Verb, input_file, json_option
+from jointlib.cli.arguments import Quantity, Target, Verb, input_file, json_option, tool_option
 from jointlib.cli.output import Working, emit, wrote
 
 
@@ -14,12 +14,16 @@ from jointlib.cli.output import Working, emit, wrote
 @input_file("file")
 @click.option("--rig", type=click.Path(path_type=Path), help="Measurement file of a rig like yours: bodies, channels.")
 @click.option("--effects", multiple=True, help="Effects in question, or faults; default: what a joint may lack.")
-@click.option("--noise", multiple=True, help="Of a sample, rms: 0.02m/s^2, a1=0.05m/s^2, P=0.1N or 60dB.")
+@click.option(
+    "--noise", multiple=True, help="Rms: of a sample 0.02m/s^2, a1=0.05m/s^2, P=0.1N; of a line 1e-9m/N; 60dB."
+)
 @click.option("--amplitude", type=Quantity("m", 0.0), help="How far the joint may be moved; default: its validity.")
-@click.option("--size", default="2%", show_default=True, help="Share of the joint force from which an effect counts.")
+@click.option("--force", type=Quantity("N", 0.0), help="Of a machine: the largest that is safe; default: its file's.")
+@click.option("--size", help="Share of the joint force from which an effect counts, 2%; of a response, 5%.")
 @click.option("--rate", type=Quantity("Hz", 0.0), help="Sample rate; default: that of --rig, or as the joint asks.")
 @click.option("--seed", type=click.IntRange(min=0), default=0, help="Seed of phases, noise and what is hidden.")
 @click.option("-o", "output", type=Target(folder=True), required=True, help="A new folder for what is written.")
+@tool_option
 @json_option
 def command(
     file: Path,
@@ -27,20 +31,25 @@ def command(
     effects: tuple[str, ...],
     noise: tuple[str, ...],
     amplitude: float | None,
-    size: str,
+    force: float | None,
+    size: str | None,
     rate: float | None,
     seed: int,
     output: Path,
+    changes: dict[str, str],
     as_json: bool,
 ) -> None:
-    """Say which test of a joint (FILE) decides between the effects in question, and write what to play and to fill.
+    """Say which test decides between the effects in question of FILE, a joint or a machine, and write what to play and
+    the measurement file to fill.
 
-    The cheapest test is chosen by how far effects lie apart in it; what it decides is what `jointlib trace` answers
-    on simulated records of it, every effect hidden in turn. What stays confused is tried under other tests.
+    For a joint that is a rig shaken by multisines, for a machine frequency responses at several forces. The cheapest
+    test is chosen by how far effects lie apart in it; what it decides is what `jointlib trace` answers on simulated
+    records of it, every effect hidden in turn. What stays confused is tried under other tests.
 
     \b
-    Example:
+    Examples:
       jointlib plan machines/library/guide.joint.toml --rig machines/library/guide_mill/rig.measurement.toml --effects quadratic-damping -o plan
+      jointlib plan machines/library/three_joints.toml --effects guide:coulomb bearing:refit -o tip_plan
     """  # noqa: E501
     from jointlib.shown.progress import Silent
 
@@ -52,10 +61,12 @@ def command(
         effects=effects,
         noise=noise,
         amplitude=amplitude,
+        force=force,
         size=size,
         rate=rate,
         seed=seed,
         folder=output,
+        tool=changes.get("tool.use"),
         progress=Silent() if as_json else Working(),
     )
     emit(as_json, found.as_json(), [*found.words(), *map(wrote, found.files)])

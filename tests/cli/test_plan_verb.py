@@ -15,13 +15,14 @@ from jointlib.laws.hertz_guide import HertzGuide
 
 RIG = LIBRARY / "guide_mill" / "rig.measurement.toml"
 GUIDE = LIBRARY / "guide.joint.toml"
+THREE = LIBRARY / "three_joints.toml"
 
 
 @pytest.fixture(scope="module")
 def planned(tmp_path_factory: pytest.TempPathFactory) -> tuple[Done, Path]:
     """The example of the help, run once."""
     folder = with_library(tmp_path_factory.mktemp("planned") / "here")
-    (command,) = examples("plan")
+    command = examples("plan")[0]
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         done = jointlib(command)
@@ -78,7 +79,7 @@ def test_the_file_to_fill_is_a_measurement_of_this_rig(planned: tuple[Done, Path
 @pytest.mark.thorough
 def test_the_same_words_give_the_same_bytes(planned: tuple[Done, Path], tmp_path: Path) -> None:
     _, folder = planned
-    (command,) = examples("plan")
+    command = examples("plan")[0]
     other = with_library(tmp_path / "here")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(other)
@@ -87,6 +88,54 @@ def test_the_same_words_give_the_same_bytes(planned: tuple[Done, Path], tmp_path
     assert {"decides", "undecided", "files"} <= done.json.keys()
     for path in folder.iterdir():
         assert path.read_bytes() == (other / "plan" / path.name).read_bytes(), path.name
+
+
+@pytest.fixture(scope="module")
+def of_machine(tmp_path_factory: pytest.TempPathFactory) -> tuple[Done, Path]:
+    """The example for a machine, run once."""
+    folder = with_library(tmp_path_factory.mktemp("of_machine") / "here")
+    command = examples("plan")[1]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        done = jointlib(command)
+    assert done.status == 0, done.err
+    return done, folder / "tip_plan"
+
+
+@pytest.mark.thorough
+def test_a_machine_is_told_where_to_push_and_how_hard(of_machine: tuple[Done, Path]) -> None:
+    done, folder = of_machine
+    assert {folder.parent / p for p in wrote(done)} == set(folder.iterdir())
+    assert "guide:coulomb and bearing:refit are each named alone." in done.out
+    test = json.loads((folder / "plan.json").read_text())["campaign"]
+    assert test["drive"] == "spindle.x"
+    assert max(test["forces"]) == 20.0
+    m = read_measurement(folder / "measurement.toml")
+    assert sorted({r.sweep.force for r in m.records if r.sweep}) == pytest.approx(
+        sorted([*test["forces"], test["sealed_force"]]), rel=1e-5
+    )
+    assert [r.role for r in m.records].count("sealed") == len(test["responses"])
+    missing = jointlib(["inspect", str(folder / "measurement.toml")])
+    assert missing.status == 2
+    assert "4 of 4 record files are missing" in missing.err
+
+
+@pytest.mark.thorough
+def test_the_stepped_sine_plays_every_line_when_the_schedule_says(of_machine: tuple[Done, Path]) -> None:
+    _, folder = of_machine
+    test = json.loads((folder / "plan.json").read_text())["campaign"]
+    plays = np.loadtxt(folder / "schedule.csv", delimiter=",", skiprows=1)
+    np.testing.assert_allclose(plays[:, 0], test["frequency"], rtol=1e-8)
+    rate, top = wavfile.read(folder / "play_20N.wav")
+    assert np.abs(top).max() == pytest.approx(1.0, abs=1e-3)
+    assert len(top) / rate == pytest.approx(plays[-1, 1] + plays[-1, 2], abs=1e-6)
+    for f, begin, lasts in plays[::30]:
+        first = round(begin * rate)
+        t = np.arange(round(lasts * rate)) / rate
+        wave = np.stack([np.cos(2 * np.pi * f * t), np.sin(2 * np.pi * f * t)])
+        piece = top[first : first + len(t)]
+        left = piece - np.linalg.lstsq(wave.T, piece)[0] @ wave
+        assert np.std(left) < 1e-4
 
 
 @pytest.mark.parametrize(
@@ -107,6 +156,11 @@ def test_the_same_words_give_the_same_bytes(planned: tuple[Done, Path], tmp_path
         (f"plan {RIG} -o out", "a measurement, expected a joint or a machine"),
         (f"plan {LIBRARY}/mount.joint.toml -o out", "neither a validity nor a preload says how far it may be moved"),
         ("plan nothing.toml -o out", "nothing.toml: no such file"),
+        (f"plan {GUIDE} --force 5N -o out", "--force: given with a joint, expected with a machine alone"),
+        (f"plan {THREE} --rig {RIG} -o out", "--rig: given with a machine, expected with a joint alone"),
+        (f"plan {THREE} --effects quadratic -o out", "unknown effect 'quadratic' of a machine's joint"),
+        (f"plan {THREE} --effects giude:coulomb -o out", "no joint 'giude', did you mean 'guide'?"),
+        (f"plan {THREE} --noise 1N -o out", "--noise: '1N', expected a unit like m/N, or dB"),
     ],
 )
 def test_what_cannot_be_planned_is_refused_in_a_sentence(words: str, said: str, here: Path) -> None:
