@@ -67,9 +67,9 @@ def main() -> None:
         lower.set(xlabel="frequency [Hz]", ylim=(2e-3, 5))
         lower.set_title(f"coherence {np.median(frf.coherence):.4f} in the median", fontsize=10)
         if not what:
-            assert frf.deviation is not None
+            assert frf.deviation_together is not None
             modes = fit_modes(
-                Responses(frf.frequency, frf.receptance[None], frf.deviation[None], ((0, 0),), ("tool.x",))
+                Responses(frf.frequency, frf.receptance[None], frf.deviation_together[None], ((0, 0),), ("tool.x",))
             )
             write_picture(DOCS / "modes.png", modes.plot())
     axes[0, 0].set(ylabel="motion [m/s²]")

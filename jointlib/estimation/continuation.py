@@ -39,8 +39,8 @@ def taken_off(frf: EstimatedFRF, hits: Hits) -> tuple[EstimatedFRF, str]:
     sentence.
 
     The variance holds the errors of the modes; as those move many lines at once, errors of lines near a resonance are
-    no longer independent of each other. Under a window even the errors of the measured lines are not, so the variance
-    is larger than that of a line by as many lines as err together: what is fitted to all of them has the right errors.
+    no longer independent of each other. Under a window even the errors of the measured lines are not: as many as err
+    together stand in ``alike``.
     """
     s, shift = np.asarray(2j * np.pi * frf.frequency), hits.shift
     order = (Quantity.RECEPTANCE, Quantity.MOBILITY, Quantity.ACCELERANCE).index(frf.quantity)
@@ -56,7 +56,7 @@ def taken_off(frf: EstimatedFRF, hits: Hits) -> tuple[EstimatedFRF, str]:
         responses = replace(responses, pairs=((0, 1),), dofs=(frf.response, frf.drive))
     ends = Ends.of(frf.frequency)
     # Under the window neighbouring lines err together, so that many of them tell no more than few.
-    alike = _lines_alike(shift * after)
+    alike = _lines_alike(shift * after) if frf.alike is None else frf.alike
     responses = replace(responses, deviation=np.sqrt(alike) * responses.deviation)
     chart = chart_of(poles_by_order(responses, min(_ORDER, len(H) // 3)))
     fit, ends = chosen(responses.doubted(DOUBT * SHARE), chart, ends)
@@ -67,9 +67,11 @@ def taken_off(frf: EstimatedFRF, hits: Hits) -> tuple[EstimatedFRF, str]:
     variance, radius = frf.variance, frf.radius
     if variance is not None and radius is not None:
         line = deviation**2
-        radius = radius * np.sqrt(_variance(responses, fit, s, line, alike) * np.abs(per) ** 2 / variance)
-        variance = _variance(responses, fit, s) * np.abs(per) ** 2
-    added = replace(frf, value=(H + back) * per, variance=variance, radius=radius)
+        own = _variance(responses, fit, s, line, alike) * np.abs(per) ** 2
+        alike = np.maximum(_variance(responses, fit, s) * np.abs(per) ** 2 / own, 1.0)
+        radius, variance = radius * np.sqrt(own / variance), own
+    known = None if variance is None else np.broadcast_to(alike, len(H))
+    added = replace(frf, value=(H + back) * per, variance=variance, radius=radius, alike=known)
     if not len(fit.omega):
         where = f"s = jω + {shift:.4g}/s" if shift else "blocks that end too early"
         return added, f"{frf.name}: no mode found, so nothing could be taken off: the values are those of {where}."
@@ -91,7 +93,7 @@ def _lines_alike(decades: float) -> float:
 
 
 def _variance(
-    responses: Responses, fit: PoleFit, s: ComplexArray, line: Array | None = None, alike: float = 1.0
+    responses: Responses, fit: PoleFit, s: ComplexArray, line: Array | None = None, alike: Array | float = 1.0
 ) -> Array:
     """E|error|² of Ĥ + M(jω) − M(jω + σ), where the parameters of M were fitted to Ĥ.
 

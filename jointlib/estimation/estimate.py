@@ -119,6 +119,7 @@ def _of_band(
         records[0].source.condition,
         tuple(r.name for r in records),
         None if lines.spread is None else lines.spread.radius[kept],
+        None if lines.spread is None else lines.spread.alike[kept],
     )
 
 

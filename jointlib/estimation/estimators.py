@@ -8,7 +8,7 @@ import numpy as np
 from scipy.special import fdtri
 
 from jointlib.arrays import Array, ComplexArray
-from jointlib.estimation.noise import ALONE, noise_of
+from jointlib.estimation.noise import ALONE, lines_alike, noise_of
 
 COVERED = 0.95
 """Probability of the bound of an error."""
@@ -62,6 +62,8 @@ class Spread:
     """E|error|²: what chance does, and the square of the bias."""
     radius: Array
     """|error| lies below it with a probability of 95 %."""
+    alike: Array
+    """Lines that err together with this one, weighed by what they share: the sum of |ρ|² over all lines."""
 
 
 def spread_of(
@@ -91,10 +93,12 @@ def spread_of(
     down = noise.force / np.maximum(of.force, _TINY)
     up = noise.motion * raised / np.maximum(of.response - noise.motion * raised, 0.1 * of.response + _TINY)
     bias = np.abs(H) * np.abs({"H1": -down, "H2": up, "Hv": (up - down) / 2}[estimator])
-    return spread(chance, noise.freedom, bias)
+    by_motion = noise.motion / np.maximum(noise.power, _TINY)
+    alike = by_motion * lines_alike(motion) + (1 - by_motion) * lines_alike(force)
+    return spread(chance, noise.freedom, bias, alike)
 
 
-def spread(chance: Array, freedom: Array, bias: Array | float = 0.0) -> Spread:
+def spread(chance: Array, freedom: Array, bias: Array | float = 0.0, alike: Array | float = 1.0) -> Spread:
     """Of an error whose mean is ``bias`` and whose variance ``chance`` was found from ``freedom`` complex residuals.
 
     Without bias |error|²/chance has the distribution F(2, 2·freedom). With bias the χ² above the line is not central;
@@ -103,4 +107,6 @@ def spread(chance: Array, freedom: Array, bias: Array | float = 0.0) -> Spread:
     off = np.minimum(2 * np.asarray(bias) ** 2 / np.maximum(chance, _TINY), _MOSTLY_BIAS)
     degrees = (2 + off) ** 2 / (2 + 2 * off)
     bound = chance / 2 * (2 + off) * fdtri(degrees, 2 * freedom, COVERED)
-    return Spread(np.asarray(chance + np.asarray(bias) ** 2), np.asarray(np.sqrt(bound)))
+    return Spread(
+        np.asarray(chance + np.asarray(bias) ** 2), np.asarray(np.sqrt(bound)), np.broadcast_to(alike, chance.shape)
+    )

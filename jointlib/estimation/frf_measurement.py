@@ -14,7 +14,9 @@ from jointlib.measurement import Measurement
 
 
 def write_frfs(path: Path, estimate: Estimate, measurement: Measurement) -> tuple[Path, ...]:
-    """The measurement file and its CSV files (f in Hz, Re, Im, variance, bound of |error| at 95 %); it appears last.
+    """The measurement file, which appears last, and its CSV files.
+
+    Those hold f in Hz, Re, Im, the variance, the bound of the error at 95 % and how many lines err together.
 
     ``tip.measurement.toml`` gets ``tip_x_from_y.csv`` and so on. Read back, values and variances are the same.
     """
@@ -65,5 +67,8 @@ def _write_csv(path: Path, frf: EstimatedFRF) -> None:
     if frf.radius is not None:
         head += ",bound95"
         columns.append(frf.radius)
+    if frf.alike is not None:
+        head += ",alike"
+        columns.append(frf.alike)
     rows = zip(*(c.tolist() for c in columns), strict=True)
     write_text(path, head + "\n" + "".join(",".join(map(repr, row)) + "\n" for row in rows))

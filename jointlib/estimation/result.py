@@ -36,6 +36,8 @@ class EstimatedFRF:
     records: tuple[str, ...] = ()
     radius: Array | None = None
     """|error| of ``value`` lies below it with a probability of 95 %, few averages being a part of the doubt."""
+    alike: Array | None = None
+    """Lines that err together with each: so many tell no more than one does; None where each errs for itself."""
 
     @property
     def name(self) -> str:
@@ -53,6 +55,12 @@ class EstimatedFRF:
         if self.variance is None:
             return None
         return np.asarray(np.sqrt(self.variance) / np.abs(self.quantity.per_receptance(self.frequency)))
+
+    @property
+    def deviation_together(self) -> Array | None:
+        """The same for what is fitted to many lines: larger by √n where n lines err together."""
+        own = self.deviation
+        return own if own is None or self.alike is None else np.asarray(own * np.sqrt(self.alike))
 
 
 @dataclass(frozen=True, repr=False, eq=False)

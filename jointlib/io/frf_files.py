@@ -44,6 +44,8 @@ class FrfRecord:
     """What the file says of its units."""
     unit: str = ""
     """Unit of the values in a heading, from which they were converted; empty where there was none."""
+    alike: Array | None = None
+    """Lines that err together with each, where the file says so; so many tell no more than one does."""
 
 
 def read_frfs(path: Path, told: Told | None = None) -> list[FrfRecord]:
@@ -135,7 +137,9 @@ def _csv(path: Path, told: Told | None) -> FrfRecord:
     named = named_columns(path, table, told)
     found = response_of(path, named, table.units)
     if found is not None:
-        record = FrfRecord(found.frequency, found.value, found.variance, found.quantity, unit=found.unit)
+        record = FrfRecord(
+            found.frequency, found.value, found.variance, found.quantity, unit=found.unit, alike=found.alike
+        )
         return _checked(path, record)
     columns = list(named.values())
     if len(columns) not in (3, 4):

@@ -22,6 +22,7 @@ _ROLES = {
     "phase": r"^(ph\w*|arg\w*|angle|winkel)$",
     "variance": r"^variance$",
     "deviation": r"^deviation$",
+    "alike": r"^alike$",
     "coherence": r"^(coh\w*|koh\w*|gamma2?|γ²?)$",
 }
 _BRACKETS = re.compile(r"[\[(]([^\[\]]*)[\])]\s*$")
@@ -39,6 +40,8 @@ class Response:
     quantity: Quantity | None
     unit: str
     """As the headings say it; empty where they say none."""
+    alike: Array | None = None
+    """Lines that err together with each."""
 
 
 def response_of(path: Path, columns: Mapping[str, Array], units: Sequence[str]) -> Response | None:
@@ -76,7 +79,10 @@ def response_of(path: Path, columns: Mapping[str, Array], units: Sequence[str]) 
         value = np.asarray(factor * size * np.exp(1j * _phase(path, *found["phase"])))
     else:
         return None
-    return Response(_frequency(path, *found["frequency"]), value, _variance(path, found, factor), quantity, unit)
+    alike = found["alike"][0] if "alike" in found else None
+    if alike is not None and not np.all((alike >= 1) & np.isfinite(alike)):
+        raise InputError(f"{path}: 'alike' is {np.min(alike):g}, expected how many lines err together, 1 or more")
+    return Response(_frequency(path, *found["frequency"]), value, _variance(path, found, factor), quantity, unit, alike)
 
 
 def _role(heading: str) -> str | None:

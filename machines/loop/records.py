@@ -42,7 +42,7 @@ class LevelFRF:
     receptance: ComplexArray
     """m/N: first harmonic of the motion over the force, time factor e^(+jωt)."""
     deviation: Array
-    """m/N: √(E|error|²) of the complex value."""
+    """m/N: √(E|error|²) of the complex value, and larger by √n where n lines err together."""
     deviation_from: str
     """"file", "repeats" (records of the same drive, response and force) or "neighbours" (the lines around)."""
     sealed: bool
@@ -151,6 +151,8 @@ def _opened(measurement: Measurement, source: RecordSource, name: str) -> _Opene
     variance = None if found.variance is None else found.variance[kept] / np.abs(per) ** 2
     if variance is not None and not np.all(variance > 0):
         raise InputError(f"{where}: the deviation at {f[np.argmin(variance)]:g} Hz is 0, expected more than 0")
+    if variance is not None and found.alike is not None:
+        variance = variance * found.alike[kept]  # so that what is fitted to all lines has the right errors
     said += _gaps(f)
     return _Opened(source, name, f, H, variance, tuple(f"{name}: {sentence}" for sentence in said))
 
