@@ -23,9 +23,11 @@ from jointlib.shown.result import Columns, Shown
 from ..files.component_file import read_component
 from ..files.machine_file import read_machine
 from ..files.opened import with_tool
+from ..study.study_file import read_study
 from .told.file_lines import component_lines, fmu_lines, joint_lines, measurement_lines, record_lines
 from .told.machine_told import told
 from .told.picture import draw
+from .told.study_told import asked_lines
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -34,7 +36,7 @@ class Contents(Shown):
 
     file: Path
     holds: Any
-    """A joint, measurement, component or machine; of a record its columns by name; of an FMU FMPy's description."""
+    """A joint, measurement, component, machine or study; of a record its columns by name; of an FMU what FMPy reads."""
     lines: tuple[str, ...]
     """What ``jointlib inspect`` prints."""
     warnings: tuple[str, ...]
@@ -88,7 +90,7 @@ def inspect(
     Parameters
     ----------
     file
-        A measurement, joint, component, machine, a record (text, npz, uff, tdms …), or an FMU.
+        A measurement, joint, component, machine, study, a record (text, npz, uff, tdms …), or an FMU.
     output
         Of a machine: the drawing to write, .svg, or .html in which it turns and its modes move.
     mode
@@ -126,6 +128,9 @@ def _opened(file: Path, contacts: bool, tool: str | None) -> tuple[Any, list[str
     if schema == "jointlib/component/1":
         component = read_component(file, "component")
         return component, component_lines(component), ()
+    if schema == "jointlib/study/1":
+        study = read_study(file)
+        return study, asked_lines(study), ()
     if schema == ".fmu":
         description = _description(file)
         return description, fmu_lines(file, description), ()
@@ -142,7 +147,7 @@ def _schema(file: Path) -> str:
         raise InputError(f"{file}: not valid TOML: {error}") from None
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"{file}: {not_valid(text, error)}") from None
-    known = [f"jointlib/{kind}/1" for kind in ("joint", "measurement", "component", "machine")]
+    known = [f"jointlib/{kind}/1" for kind in ("joint", "measurement", "component", "machine", "study")]
     if not isinstance(schema, str) or schema not in known:
         raise InputError(f"{file}: schema is {schema!r}, expected one of {', '.join(known)}")
     return schema

@@ -58,3 +58,14 @@ def test_a_beam_of_kilometres_is_said_and_not_computed(here: Path) -> None:
     done = jointlib("inspect m.toml")
     assert done.status == 0
     assert "spindle: it is 420.3 m long" in done.out
+
+
+def test_of_a_study_it_tells_what_is_varied_and_what_counts(here: Path) -> None:
+    said = jointlib(f"inspect {LIBRARY / 'guide_mill.study.toml'}").out.splitlines()
+    assert said[0] == "study 'preload and cutter' of guide_mill.toml: 168 configurations, factorial"
+    assert any(line.split()[:2] == ["preload", "connection.guide.joint.hertz_guide.preload"] for line in said)
+    assert any("short, medium, long" in line for line in said)
+    assert said[-2:] == [
+        "wanted: removal rate large and static compliance small",
+        "needed: minimum depth of at least 0.5 mm",
+    ]

@@ -9,11 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 from jointlib.shown.text import table
 
+from ...study.words import conditions, limit, wanted
+
 if TYPE_CHECKING:
     from jointlib.arrays import Array
     from jointlib.joint import Joint
 
     from ...study.evaluation import Evaluation
+    from ...study.factors import Factor
     from ...study.findings.contrast import Contrast
     from ...study.findings.verdict import Design, Verdict
     from ...study.study import Study
@@ -85,3 +88,25 @@ def as_json(verdict: Verdict) -> dict[str, Any]:
 
 def _design(design: Design) -> dict[str, Any]:
     return {"configuration": design.number, "factors": dict(design.factors), "results": dict(design.results)}
+
+
+def asked_lines(study: Study) -> list[str]:
+    """What a study file asks for: its machine, what is varied, what counts, how many configurations that makes."""
+    lines = [f"study {study.name!r} of {study.base.name}: {study.total} configurations, {study.method}"]
+    rows = []
+    for factor in study.factors:
+        given = ", ".join(map(factor.words, range(len(factor.choices)))) if factor.choices else _range(factor)
+        rows.append((factor.name, factor.path, given, "uncertain" if factor.uncertain else ""))
+    lines += table(("factor", "key of the machine file", "values", ""), rows)
+    lines += [f"wanted: {wanted(study.objectives)}"] if study.objectives else []
+    lines += [f"needed: {', '.join(map(limit, study.constraints))}"] if study.constraints else []
+    return [*lines, *conditions(study)]
+
+
+def _range(factor: Factor) -> str:
+    low, high = factor.words(factor.low), factor.words(factor.high)
+    if factor.distribution == "normal":
+        return f"about {low}, standard deviation {high}"
+    if factor.distribution == "log-normal":
+        return f"about {low}, standard deviation of the logarithm {factor.high:.3g}"
+    return f"{low} to {high}" if factor.high > factor.low else "as in the machine file"
