@@ -33,6 +33,15 @@ class Quantity(click.ParamType[float]):
         return within(found, self.lower, self.upper, self.unit, where, value)
 
 
+class Words(click.ParamType[str]):
+    """A word of its own kind, of which several may follow in a row; files and options are none."""
+
+    name = "words"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        return str(value)
+
+
 class FrequencyRange(click.ParamType[tuple[float, float, int | None]]):
     """``lo:hi`` or ``lo:hi:n`` in Hz or with units."""
 
@@ -127,6 +136,8 @@ def _belongs(kind: click.ParamType[Any]) -> Callable[[str], bool]:
         return lambda word: word in kind.choices
     if isinstance(kind, click.IntRange):
         return str.isdigit
+    if isinstance(kind, Words):
+        return lambda word: not word.startswith("-") and Path(word).suffix != ".toml" and not Path(word).exists()
     from jointlib.registry import laws
 
     return lambda word: word in laws()

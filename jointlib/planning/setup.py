@@ -84,7 +84,7 @@ def setup_of(
     if not (np.isfinite(k) and np.isfinite(c)):
         k, c = _secant(joint, _reach_of(joint, amplitude, []))
     if k <= 0:
-        raise InputError(f"joint {joint.name!r}: it has no stiffness at rest, expected a path (kind of --rig) for it")
+        raise InputError(f"joint {joint.name!r}: it has no stiffness at rest, expected one that holds a rig together")
     reach = _reach_of(joint, amplitude, assumed)
     if declared is None:
         m1, carried, channels = _DRIVEN, (_CARRIED / 2, _CARRIED / 2), tuple(RIG_CHANNELS)

@@ -20,6 +20,7 @@ REFIT = "refit"
 """The joint's own parameters."""
 DEFAULT = (REFIT, "coulomb", "cubic", "gap", "hysteresis")
 _SIZINGS, _SIZED, _REACHED = 9, 0.05, 0.5
+_MOST = 40
 _FEW, _INNER = 3, (-2.5, -0.5)
 """Logarithms of lengths over the motion, so that what slips slips and what has play comes out of it."""
 _LOWEST, _HIGHEST = -12.0, 1.2
@@ -64,6 +65,11 @@ def questions(bench: Bench, asked: Sequence[str]) -> tuple[Question, ...]:
             raise InputError(f"--effects: no joint {place!r}, {nearest(place, places)}")
         for p in [places[place]] if place else places.values():
             out[f"{p.name}:{family}"] = Question(p, family)
+    if len(out) > _MOST:
+        raise InputError(
+            f"--effects: {len(out)} effects in {len(places)} joints are in question, expected at most {_MOST}: ask for "
+            f"those of some joints, as {next(iter(out))}"
+        )
     return tuple(out.values())
 
 
@@ -83,27 +89,29 @@ def altered(bench: Bench, question: Question, rng: np.random.Generator, size: fl
         x = float(u[lead[0]])
     believed = bench.believed[0]
     begun = u.copy()
-    best: tuple[float, ComplexArray, float] | None = None
+    best: tuple[float, tuple[Joint, ...], float] | None = None
     for _ in range(_SIZINGS):
         for i in lead:
             shift = x - begun[lead[0]] if hypothesis.coordinates[i].log else 0.0
             u[i] = begun[i] + shift if hypothesis.coordinates[i].log else x
-        H = _responses(bench, hypothesis, hypothesis.bounded(u))
+        joints = _joints(hypothesis, hypothesis.bounded(u))
+        H = None if joints is None else bench.at_drive(joints)
         log = hypothesis.coordinates[lead[0]].log and question.family != REFIT
-        if H is None:
+        if H is None or joints is None:
             x = x - 0.7 if log else 0.5 * x
             continue
-        found = float(np.linalg.norm(H[0] - believed) / np.linalg.norm(believed))
+        found = float(np.linalg.norm(H - believed) / np.linalg.norm(believed))
         off = abs(np.log(max(found, 1e-12) / size))
         if best is None or off < best[0]:
-            best = off, H, found
+            best = off, joints, found
         if off < _SIZED:
             break
         step = float(np.clip(np.log(size / max(found, 1e-12)), -2.0, 2.0))
         x = float(np.clip(x + step, _LOWEST, _HIGHEST)) if log else x * float(np.exp(step))
     if best is None or best[0] > _REACHED:
         return None
-    return Altered(question.name, best[1], best[2])
+    whole = bench.responses(best[1])
+    return None if whole is None else Altered(question.name, whole, best[2])
 
 
 def _drawn(bench: Bench, question: Question, rng: np.random.Generator) -> tuple[Hypothesis | None, tuple[float, ...]]:
@@ -137,12 +145,9 @@ def _motion(bench: Bench, place: Place) -> Motion:
     return Motion(float(z[top]), float(np.sqrt(np.mean(z**2)) + z[top]) / 2, float(omega[top]), place.stiffness)
 
 
-def _responses(
-    bench: Bench, hypothesis: Hypothesis, u: np.ndarray[tuple[int], np.dtype[np.float64]]
-) -> ComplexArray | None:
-    joints: tuple[Joint, ...]
+def _joints(hypothesis: Hypothesis, u: np.ndarray[tuple[int], np.dtype[np.float64]]) -> tuple[Joint, ...] | None:
+    """All joints of the machine; None where the numbers make no law."""
     try:
-        joints = hypothesis.joints(u, exact=True)
+        return hypothesis.joints(u, exact=True)
     except InputError:
         return None
-    return bench.responses(joints)

@@ -61,6 +61,15 @@ class Bench:
         """m/N, (places, levels, lines), of the machine with these joints; None where many lines have no motion."""
         return _answered(self._forward, joints, (len(self.places), len(LEVELS), len(self.lines)))
 
+    def at_drive(self, joints: Sequence[Joint]) -> ComplexArray | None:
+        """m/N, (levels, lines), of the driven place alone, which takes a fraction of the time."""
+        found = _answered(self._driven, joints, (1, len(LEVELS), len(self.lines)))
+        return None if found is None else found[0]
+
+    @cached_property
+    def _driven(self) -> Forward:
+        return _forward(self.machine, self.lines, self.forces, self.drive, (self.drive,))
+
     def motion(self, joint: int) -> tuple[Array, Array]:
         """Amplitude in m of a joint at the top force, and rad/s, line by line."""
         z = self._top.z[:, joint]

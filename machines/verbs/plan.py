@@ -6,16 +6,21 @@ from pathlib import Path
 
 import click
 
-from jointlib.cli.arguments import Quantity, Target, Verb, input_file, json_option, tool_option
+from jointlib.cli.arguments import Quantity, Target, Verb, Words, input_file, json_option, tool_option
 from jointlib.cli.output import Working, emit, wrote
 
 
 @click.command("plan", cls=Verb)
 @input_file("file")
 @click.option("--rig", type=click.Path(path_type=Path), help="Measurement file of a rig like yours: bodies, channels.")
-@click.option("--effects", multiple=True, help="Effects in question, or faults; default: what a joint may lack.")
 @click.option(
-    "--noise", multiple=True, help="Rms: of a sample 0.02m/s^2, a1=0.05m/s^2, P=0.1N; of a line 1e-9m/N; 60dB."
+    "--effects", multiple=True, type=Words(), help="Effects in question, or faults; default: what a joint may lack."
+)
+@click.option(
+    "--noise",
+    multiple=True,
+    type=Words(),
+    help="Rms: of a sample 0.02m/s^2, a1=0.05m/s^2, P=0.1N; of a line 1e-9m/N; 60dB.",
 )
 @click.option("--amplitude", type=Quantity("m", 0.0), help="How far the joint may be moved; default: its validity.")
 @click.option("--force", type=Quantity("N", 0.0), help="Of a machine: the largest that is safe; default: its file's.")

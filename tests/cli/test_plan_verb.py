@@ -149,12 +149,19 @@ def test_the_stepped_sine_plays_every_line_when_the_schedule_says(of_machine: tu
         (f"plan {GUIDE} --noise a9=1N -o out", "--noise: no channel 'a9', expected one of a1, a2, a3, P"),
         (f"plan {GUIDE} --noise a1=1N -o out", "--noise: 'a1=1N', expected a unit like m/s^2"),
         (f"plan {GUIDE} --noise 0dB -o out", "expected decibels below the signal above 0"),
+        (f"plan {GUIDE} --effects gain delay frictoin -o out", "--effects: unknown effect 'frictoin'"),
+        (f"plan --noise a1=0.1m/s^2 P=5m -o out {GUIDE}", "--noise: 'P=5m', expected a unit like N"),
         (f"plan {GUIDE} --size 200% -o out", "--size: '200%', expected 0.01% to 30%"),
         (f"plan {GUIDE} --rate 8kHz -o out", "expected six times as many samples"),
         (f"plan {GUIDE} --rig {GUIDE} -o out", 'expected "jointlib/measurement/1"'),
         (f"plan {GUIDE} --rig {LIBRARY}/guide_mill/static.measurement.toml -o out", "kind is 'static', expected a rig"),
         (f"plan {RIG} -o out", "a measurement, expected a joint or a machine"),
         (f"plan {LIBRARY}/mount.joint.toml -o out", "neither a validity nor a preload says how far it may be moved"),
+        (
+            f"plan {LIBRARY}/lathe.toml -o out",
+            "joints are in question, expected at most 40: ask for those of some joints",
+        ),
+        ("plan drive.joint.toml -o out", "it has no stiffness at rest, expected one that holds a rig together"),
         ("plan nothing.toml -o out", "nothing.toml: no such file"),
         (f"plan {GUIDE} --force 5N -o out", "--force: given with a joint, expected with a machine alone"),
         (f"plan {THREE} --rig {RIG} -o out", "--rig: given with a machine, expected with a joint alone"),
@@ -164,6 +171,8 @@ def test_the_stepped_sine_plays_every_line_when_the_schedule_says(of_machine: tu
     ],
 )
 def test_what_cannot_be_planned_is_refused_in_a_sentence(words: str, said: str, here: Path) -> None:
+    drive = 'schema = "jointlib/joint/1"\nname = "drive"\n[[law]]\nkind = "viscous"\ndamping = 100\n'
+    (here / "drive.joint.toml").write_text(drive)
     done = jointlib(words)
     assert (done.status, done.out) == (2, "")
     assert said in done.err
