@@ -17,6 +17,8 @@ _CLOSE, _DEVIATIONS = 0.03, 50.0
 """Of the chosen one's gain, and absolutely: a candidate that comes so near may be a rival with other noise."""
 _BARELY = 0.975
 """Explained; a name needs 0.97."""
+_SITS = {"driven": "a1", "behind": "a2", "behind_too": "a3"}
+"""Bodies of simulated records, see `measurement_text`."""
 
 
 @dataclass(frozen=True)
@@ -63,8 +65,8 @@ def ended(report: TraceReport, hidden: str) -> End:
 
 
 def label(family: str, where: str) -> str:
-    """A family, with its channel or body where it has one."""
-    return f"{family}@{where}" if where else family
+    """A family, with its channel where it has one; a body by the accelerometer that sits on it."""
+    return f"{family}@{_SITS.get(where, where)}" if where else family
 
 
 def _comes_near(c: Candidate, report: TraceReport) -> bool:

@@ -63,7 +63,9 @@ def test_its_one_mode_is_where_the_phase_turns(halves: tuple[Estimate, Estimate]
         assert frf.deviation_together is not None
         low = frf.frequency < 160
         fit = fit_modes(
-            Responses(frf.frequency[low], frf.receptance[None, low], frf.deviation_together[None, low], ((0, 0),), ("x",))
+            Responses(
+                frf.frequency[low], frf.receptance[None, low], frf.deviation_together[None, low], ((0, 0),), ("x",)
+            )
         )
         strongest = int(np.argmax(np.abs(fit.residues[0]) / fit.damping_ratio))
         turned = np.interp(-90.0, np.degrees(np.angle(frf.receptance[low]))[::-1], frf.frequency[low][::-1])
