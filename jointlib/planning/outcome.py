@@ -71,7 +71,12 @@ def label(family: str, where: str) -> str:
 
 def _comes_near(c: Candidate, report: TraceReport) -> bool:
     best = max(x.gain_heldout for x in report.candidates)
-    return c.status is not Status.UNPHYSICAL and best - c.gain_heldout < max(_CLOSE * best, _DEVIATIONS)
+    return c.status is not Status.UNPHYSICAL and close(c.gain_heldout, best)
+
+
+def close(gain: float, best: float) -> bool:
+    """Whether a gain is so near to the best that other noise may turn them round."""
+    return best - gain < max(_CLOSE * best, _DEVIATIONS)
 
 
 def _number(hidden: Hidden) -> int:

@@ -25,6 +25,8 @@ _RIVAL = 3.0
 _MODEL = 0.3
 """Share of what the best explanation leaves over that the shape of a law may be blamed for."""
 NAMED_FROM = 0.95
+OUTDONE = "another explains more"
+"""Why a candidate without a fault is not the one that is named."""
 NEAREST_FROM = 0.5
 
 
@@ -182,7 +184,7 @@ def judge(found: Sequence[Judged], families: int) -> Judgement:
         elif j in rivals:
             ordered.append((j, Status.TIED, "these records cannot tell it from the chosen one"))
         else:
-            why = faults[id(j)] or "another explains more"
+            why = faults[id(j)] or OUTDONE
             ordered.append((j, Status.REJECTED, why))
     return Judgement(verdict, chosen, tuple(rivals), tuple(ordered), explained)
 

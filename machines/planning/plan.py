@@ -11,10 +11,11 @@ import numpy as np
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
 from jointlib.loop.answer.report import Status, Verdict
-from jointlib.planning.outcome import NOTHING, UNNAMED
+from jointlib.planning.outcome import NOTHING, UNNAMED, close
 from jointlib.planning.plan import Confusion, Tried, both_ways
 from jointlib.shown.progress import Progress
 
+from ..loop.judge import OUTDONE
 from ..loop.report import MachineTrace
 from ..loop.trace import trace_frfs
 from .altered import Altered, Question, altered, questions
@@ -24,7 +25,6 @@ SIZE = 0.05
 _CLEAR = 150.0
 """Squared distance in deviations of the noise, beside what a rival can take up."""
 
-_NEAR = 0.97
 _DRAWS = 2
 _TRIED, _MOST_TRACES = 2, 12
 _ALIKE = {"gap", "contact-loss"}
@@ -119,11 +119,8 @@ def ended(report: MachineTrace) -> frozenset[str]:
     if report.chosen is None or report.verdict in (Verdict.PARTIAL, Verdict.UNEXPLAINED):
         return frozenset({UNNAMED})
     chosen = report.chosen
-    near = {
-        f"{c.place}:{c.family}"
-        for c in report.candidates
-        if c.status is not Status.UNPHYSICAL and not c.reason and c.gain_heldout >= _NEAR * chosen.gain_heldout
-    }
+    best = max(c.gain_heldout for c in report.candidates if c.reason == OUTDONE or c.status is not Status.REJECTED)
+    near = {f"{c.place}:{c.family}" for c in report.candidates if c.reason == OUTDONE and close(c.gain_heldout, best)}
     named = {f"{chosen.place}:{chosen.family}", *(f"{r.place}:{r.family}" for r in report.rivals)}
     return frozenset(named | near)
 

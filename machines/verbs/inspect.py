@@ -20,7 +20,7 @@ from jointlib.cli.output import emit
 def command(
     file: Path, output: Path | None, mode: int | None, contacts: bool, changes: dict[str, str], as_json: bool
 ) -> None:
-    """Say what FILE holds: a measurement, joint, component, machine, study, a record (text, npz, uff, tdms …), or an FMU.
+    """Say what FILE holds: a measurement, joint, component, machine or study, a record (text, npz, tdms …), an FMU.
 
     Of a machine also masses, stiffnesses and first modes, and what looks like a mistake in it.
     With -o a machine is drawn as well: an SVG with four views, or an HTML page in which it turns and its modes move.
