@@ -10,6 +10,7 @@ import numpy as np
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import Outcome
 
+from ..deadline import in_time
 from ..harmonic_balance.assembly import Assembly, View
 from ..harmonic_balance.balance import Balance, excess, reason, solve_each
 from ..harmonic_balance.frequency_reach import held
@@ -159,6 +160,7 @@ def march(path: Path, start: Points) -> list[Trace]:
     active, here = np.arange(n), start
     ds, bend = np.full(n, _FIRST), np.zeros_like(start.tangent)
     for _ in range(_STEPS):
+        in_time()
         if not len(active):
             break
         guess = here.moved(ds[:, None] * here.tangent + 0.5 * ds[:, None] ** 2 * bend)

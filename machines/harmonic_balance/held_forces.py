@@ -15,6 +15,7 @@ from jointlib.arrays import Array, ComplexArray
 from jointlib.joint import Joint
 from jointlib.law import Motion
 
+from ..deadline import in_time
 from ..statics.mean_force import SLOW
 from .assembly import Assembly, is_linear
 from .balance import Balance, solve_complex, solve_each
@@ -72,6 +73,7 @@ def held_change(assembly: Assembly, omega: Array, force: Array, z: ComplexArray,
 
     def moved(to: ComplexArray, g: ComplexArray, j: int, sign: float) -> ComplexArray:
         """The chord step from motions to which joint j holds what it may."""
+        in_time()
         Z = coordinates.motions(to)[:, first]
         A, pull = np.abs(Z), np.zeros(Z.shape)
         pull[:, j] = sign * held_force(laws[j].remembering, A[:, j], float(np.median(omega)))
