@@ -19,6 +19,7 @@ from .probe import Bench
 REFIT = "refit"
 """The joint's own parameters."""
 DEFAULT = (REFIT, "coulomb", "cubic", "gap", "hysteresis")
+_DRAWS = 3
 _SIZINGS, _SIZED, _REACHED = 9, 0.05, 0.5
 _MOST = 40
 _FEW, _INNER = 3, (-2.5, -0.5)
@@ -73,15 +74,20 @@ def questions(bench: Bench, asked: Sequence[str]) -> tuple[Question, ...]:
     return tuple(out.values())
 
 
-def altered(bench: Bench, question: Question, rng: np.random.Generator, size: float) -> Altered | None:
+def draws(question: Question) -> int:
+    """How often an effect is drawn, so that every law that goes by its name, and either sign, is among them."""
+    return max(_DRAWS, sum(f.name == question.family for f in EFFECTS))
+
+
+def altered(bench: Bench, question: Question, draw: int, rng: np.random.Generator, size: float) -> Altered | None:
     """One that changes the responses by ``size``; None where the effect cannot, or the machine finds no motion."""
-    hypothesis, shape = _drawn(bench, question, rng)
+    hypothesis, shape = _drawn(bench, question, draw, rng)
     if hypothesis is None:
         return None
     u, way = hypothesis.centre.copy(), float(rng.choice([-1.0, 1.0]))
     n = len(hypothesis.own)
     if question.family == REFIT:
-        moved = int(rng.integers(n))
+        moved = draw % n
         lead, x = [moved], 0.1 * way
     else:
         u[n:] = shape
@@ -114,13 +120,15 @@ def altered(bench: Bench, question: Question, rng: np.random.Generator, size: fl
     return None if whole is None else Altered(question.name, whole, best[2])
 
 
-def _drawn(bench: Bench, question: Question, rng: np.random.Generator) -> tuple[Hypothesis | None, tuple[float, ...]]:
-    """What is changed, and shapes from the middle of those that the loop begins at."""
+def _drawn(
+    bench: Bench, question: Question, draw: int, rng: np.random.Generator
+) -> tuple[Hypothesis | None, tuple[float, ...]]:
+    """What is changed, and shapes from the middle of those that the loop begins at; law and sign by the draw."""
     if question.family == REFIT:
         found = refit(bench.machine, question.place)
         return (found, ()) if found.own else (None, ())
     members = [f for f in EFFECTS if f.name == question.family]
-    family: Family = members[int(rng.integers(len(members)))]
+    family: Family = members[draw % len(members)]
     hypothesis = family.at(bench.machine, question.place, _motion(bench, question.place))
     inner = []
     for start in hypothesis.starts:
@@ -129,6 +137,8 @@ def _drawn(bench: Bench, question: Question, rng: np.random.Generator) -> tuple[
         if all(_INNER[0] <= start[i] <= _INNER[1] if len(tried[i]) > _FEW else start[i] <= 0 for i in shapes):
             inner.append(start)
     starts = inner or list(hypothesis.starts)
+    if not hypothesis.added[0].log:
+        starts = [s for s in starts if (s[0] > 0) == (draw % 2 == 0)] or starts
     return hypothesis, starts[int(rng.integers(len(starts)))]
 
 

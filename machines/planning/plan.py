@@ -18,14 +18,15 @@ from jointlib.shown.progress import Progress
 from ..loop.judge import OUTDONE
 from ..loop.report import MachineTrace
 from ..loop.trace import trace_frfs
-from .altered import Altered, Question, altered, questions
+from .altered import Altered, Question, altered, draws, questions
 from .probe import LEVELS, Bench, Test, measured, tests
 
 SIZE = 0.05
 _CLEAR = 150.0
 """Squared distance in deviations of the noise, beside what a rival can take up."""
 
-_DRAWS = 2
+_QUIET = 2
+"""How often the responses of the machine as it is believed are traced."""
 _TRIED, _MOST_TRACES = 2, 12
 _ALIKE = {"gap", "contact-loss"}
 BEYOND = (
@@ -70,7 +71,7 @@ def plan_machine(bench: Bench, asked: Sequence[str], size: float, seed: int, pro
     drawn: dict[str, list[Altered]] = {}
     with progress.step("choosing places and forces"):
         for q in wanted:
-            found = [altered(bench, q, _random(seed, draw, q.name), size) for draw in range(_DRAWS)]
+            found = [altered(bench, q, draw, _random(seed, draw, q.name), size) for draw in range(draws(q))]
             if not (usable := [a for a in found if a is not None]):
                 said[f"{q.name} cannot change the responses by {100 * size:g} % here, or lets no motion be found."] = (
                     None
@@ -81,7 +82,7 @@ def plan_machine(bench: Bench, asked: Sequence[str], size: float, seed: int, pro
             raise InputError("--effects: none of these can be simulated on this machine; " + " ".join(said))
         test = _fewest(bench, drawn)
     work = _Work(seed)
-    ends = {"": frozenset[str]().union(*(work.end(bench, None, test, d) for d in range(_DRAWS)))}
+    ends = {"": frozenset[str]().union(*(work.end(bench, None, test, d) for d in range(_QUIET)))}
     for name, cases in drawn.items():
         with progress.step(f"simulating {name}"):
             ends[name] = frozenset[str]().union(*(work.end(bench, a, test, d) for d, a in enumerate(cases)))
@@ -202,7 +203,8 @@ def _confusions(
                     break
                 with progress.step(f"simulating {e} with {remedy.words.split(',')[0]}"):
                     try:
-                        cases = [altered(remedy.bench, asked[e], _random(work.seed, d, e), size) for d in range(_DRAWS)]
+                        every = range(draws(asked[e]))
+                        cases = [altered(remedy.bench, asked[e], d, _random(work.seed, d, e), size) for d in every]
                     except InputError:
                         continue
                     found = [work.end(remedy.bench, a, remedy.test, d) for d, a in enumerate(cases) if a is not None]
