@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any
 
 from jointlib.effect import JointEffect
@@ -91,30 +91,42 @@ def advised(e: str, r: str) -> str:
     return ""
 
 
-def as_json(plan: Plan) -> dict[str, Any]:
-    """The promised keys ``decides`` and ``undecided``, and the test in SI."""
-    b = plan.bench
-    c, s = b.campaign, b.setup
+def verdicts(
+    ends: Mapping[str, frozenset[str]],
+    told: Mapping[str, tuple[str, ...]],
+    sizes: Mapping[str, float],
+    confusions: Sequence[Confusion],
+    advice: Callable[[str, str], str | None],
+) -> dict[str, Any]:
+    """``decides``, ``undecided`` and ``ends`` of any plan; ``advice`` on a pair that no test tells apart."""
     undecided = []
-    for pair, confusions in pairs_of(plan.confusions).items():
-        found, tried = resolution(confusions)
+    for pair, of_pair in pairs_of(confusions).items():
+        found, tried = resolution(of_pair)
         undecided.append(
             {
                 "effects": list(pair),
                 "resolved_by": None if found is None else {"what": found.word, "words": found.words},
-                "advised": advised(*pair) or None,
+                "advised": advice(*pair),
                 "tried": [{"what": t.word, "words": t.words, "resolves": t is found} for t in tried],
             }
         )
-    told = plan.decides
     return {
         "decides": [
-            {"effect": e, "told_from": list(told[e]), "alone": ends == {e}, "size": plan.sizes[e]}
-            for e, ends in plan.ends.items()
+            {"effect": e, "told_from": list(told[e]), "alone": named == {e}, "size": sizes[e]}
+            for e, named in ends.items()
             if e and told[e]
         ],
         "undecided": undecided,
-        "ends": [{"hidden": e or None, "named": sorted(ends)} for e, ends in plan.ends.items()],
+        "ends": [{"hidden": e or None, "named": sorted(named)} for e, named in ends.items()],
+    }
+
+
+def as_json(plan: Plan) -> dict[str, Any]:
+    """The promised keys ``decides`` and ``undecided``, and the test in SI."""
+    b = plan.bench
+    c, s = b.campaign, b.setup
+    return {
+        **verdicts(plan.ends, plan.decides, plan.sizes, plan.confusions, lambda e, r: advised(e, r) or None),
         "campaign": {
             "kind": "rig",
             "band": list(c.band),

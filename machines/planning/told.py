@@ -6,7 +6,7 @@ from typing import Any
 
 from jointlib.planning.outcome import NOTHING, UNNAMED
 from jointlib.planning.plan import Confusion
-from jointlib.planning.told import listed, pairs_of, resolution, told_from
+from jointlib.planning.told import listed, pairs_of, resolution, told_from, verdicts
 
 from .plan import BEYOND, MachinePlan, alike
 from .probe import SEALED
@@ -52,26 +52,9 @@ def _open(e: str, r: str, confusions: list[Confusion]) -> str:
 
 def as_json(plan: MachinePlan) -> dict[str, Any]:
     """The promised keys ``decides`` and ``undecided``, and the test in SI."""
-    b, t, told = plan.bench, plan.test, plan.decides
-    undecided = []
-    for pair, confusions in pairs_of(plan.confusions).items():
-        found, tried = resolution(confusions)
-        undecided.append(
-            {
-                "effects": list(pair),
-                "resolved_by": None if found is None else {"what": found.word, "words": found.words},
-                "advised": BEYOND if alike(*pair) else None,
-                "tried": [{"what": x.word, "words": x.words, "resolves": x is found} for x in tried],
-            }
-        )
+    b, t = plan.bench, plan.test
     return {
-        "decides": [
-            {"effect": e, "told_from": list(told[e]), "alone": ends == {e}, "size": plan.sizes[e]}
-            for e, ends in plan.ends.items()
-            if e and told[e]
-        ],
-        "undecided": undecided,
-        "ends": [{"hidden": e or None, "named": sorted(ends)} for e, ends in plan.ends.items()],
+        **verdicts(plan.ends, plan.decides, plan.sizes, plan.confusions, lambda e, r: BEYOND if alike(e, r) else None),
         "campaign": {
             "kind": "frf",
             "drive": b.drive,
