@@ -57,6 +57,12 @@ class View:
         weight = direction[:, :, None]
         return View(self.omega, self.Hzz, self.Hzf @ weight, self.Hoz, self.Hof @ weight, self.coordinates)
 
+    def coupled(self, gain: ComplexArray, first: int) -> ComplexArray:
+        """Receptance from the inputs to the motions from ``first`` on, with the nonlinear joints at these gains."""
+        c = self.coordinates
+        q = np.linalg.solve(np.eye(len(c.rows)) + c.through(self.Hzz, gain), self.Hzf)
+        return np.asarray(self.Hof[:, first:] - c.through(self.Hoz[:, first:], gain) @ q)
+
 
 @dataclass(frozen=True, eq=False)
 class Assembly:

@@ -230,11 +230,10 @@ def _direction(direction: ArrayLike | None, lines: int, axes: int) -> ComplexArr
 
 def _coupled(view: View, gain: ComplexArray, joints: int) -> ComplexArray:
     """Receptance of what is shown, (nf, outputs, inputs), with the nonlinear joints at these gains."""
-    c, shown = view.coordinates, slice(joints, None)
-    if c.complete:
+    shown = slice(joints, None)
+    if view.coordinates.complete:
         return joined(view.Hzz, view.Hzf, view.Hoz[:, shown], view.Hof[:, shown], gain)
-    q = np.linalg.solve(np.eye(len(c.rows)) + c.through(view.Hzz, gain), view.Hzf)
-    return np.asarray(view.Hof[:, shown] - c.through(view.Hoz[:, shown], gain) @ q)
+    return view.coupled(gain, joints)
 
 
 def _motions(view: View, gain: ComplexArray, force: Array) -> ComplexArray:

@@ -238,12 +238,10 @@ class HeldInHarmonics(HeldJoints):
 
 def _coupled(view: View, gain: ComplexArray, joints: int) -> ComplexArray:
     """Receptance from the forces to the outputs with the nonlinear joints at these gains, (lines, outputs, inputs)."""
-    direct, through, c = view.Hof[:, joints:], view.Hoz[:, joints:], view.coordinates
     if gain.shape[1] == 1:
         g = gain[:, :, None]
-        return np.asarray(direct - through * (g / (1 + view.Hzz * g)) * view.Hzf)
-    q = np.linalg.solve(np.eye(len(c.rows)) + c.through(view.Hzz, gain), view.Hzf)
-    return np.asarray(direct - c.through(through, gain) @ q)
+        return np.asarray(view.Hof[:, joints:] - view.Hoz[:, joints:] * (g / (1 + view.Hzz * g)) * view.Hzf)
+    return view.coupled(gain, joints)
 
 
 def _strongest(
