@@ -19,6 +19,7 @@ from jointlib.lab.encoding import text_of
 from jointlib.lab.header import Header, header_above
 from jointlib.lab.numerals import LOOSE
 from jointlib.lab.two_readings import in_two_ways
+from jointlib.lab.two_tables import in_several
 
 _SHOWN = 60
 
@@ -100,7 +101,7 @@ class _Rows:
             line = self._lines[two.line].strip()
             raise InputError(f"{self._path}: {in_two_ways(two.readings, line, self._number(two.line))}") from None
         except InputError as error:
-            said = "has a header but no samples" if len(self._lines) == 1 else error
+            said = "has a header but no samples" if len(self._lines) == 1 else in_several(self._all) or error
             raise InputError(f"{self._path}: {said}") from None
 
     def _at_once(self, reading: Reading) -> list[Array] | None:
@@ -155,6 +156,8 @@ class _Rows:
         return [found[k] for k in sorted(found)]
 
     def _refuse(self, reading: Reading, row: int) -> NoReturn:
+        if (several := in_several(self._all)) is not None:
+            raise InputError(f"{self._path}: {several}")
         at = reading.start + row
         line = self._lines[at].strip()
         shown = line if len(line) < _SHOWN else f"{line[: _SHOWN - 3].strip()}..."
@@ -167,6 +170,8 @@ class _Rows:
     def _made(self, reading: Reading, columns: list[Array]) -> TextTable:
         self._refuse_row_above(reading)
         header, first = self._header(reading)
+        if not self._told.header and (several := in_several(self._all, first)) is not None:
+            raise InputError(f"{self._path}: {several}")
         every = header.names if header else tuple(f"column {k}" for k in range(1, reading.count + 1))
         units = header.units if header else ("",) * reading.count
         used = [k for k, kind in enumerate(reading.kinds) if kind not in ("text", "empty")]

@@ -167,6 +167,12 @@ def test_groups_that_begin_late_are_read(tmp_path: Path) -> None:
         ("t;a\n0,1;1;7\n0,2;2\n0,3;3\n", "line 2 is '0,1;1;7', expected 2 numbers a row"),
         ("t;a\n0,1;OVLD\n0,2;2\n0,3;3\n", "line 2 is '0,1;OVLD', expected 2 numbers a row"),
         ("some words\nand more\n", "no row of numbers"),
+        ("t;a\n" + "0,1;1,5\n" * 5 + "\nt;a\n" + "0,1;1,5\n" * 7, "lines 2 to 6 and 9 to 15 are tables of their own"),
+        (
+            "t;a\n" + "0,1;1\n" * 5 + "again\nt;x;b\n" + "0,1;1;A\n" * 7,
+            "lines 2 to 6 and 8 to 15 are tables of their own",
+        ),
+        ("t a\n" + "1 2\n" * 3 + "t a\n" + "1 2\n" * 9, "lines 2 to 4 and 6 to 14 are tables of their own"),
         ("t;a\n" + "0,1;1,5\n" * 2000 + "0,1;1.5\n", "line 2002 is '0,1;1.5', expected 2 numbers a row"),
     ],
 )

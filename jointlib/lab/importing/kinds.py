@@ -51,7 +51,9 @@ def likely_kind(
     if sampled and 2 <= len(accelerations) <= 3:
         return _RIG
     found = ", ".join(f"{s.name} ({s.quantity})" for s in seen) or "no signal"
-    kinds = f"expected --kind {', '.join(known)}, or --set channel.NAME.quantity=force"
+    volts = next((s.name for s in seen if s.quantity == "voltage"), None)
+    which = f"{volts or 'NAME'}.quantity=force{f' and channel.{volts}.sensitivity=2.2mV/N' if volts else ''}"
+    kinds = f"expected --kind {', '.join(known)}, or --set channel.{which}"
     if left_out:
         more = f" (and {len(left_out) - _SHOWN} more)" if len(left_out) > _SHOWN else ""
         kinds = f"as {'; '.join(left_out[:_SHOWN])}{more}; {kinds}"
