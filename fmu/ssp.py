@@ -1,10 +1,10 @@
-"""Export of a machine as a system of FMUs (SSP 1.0): one FMU for each body and one for each flexible connection."""
+"""Export of a machine as a system of FMUs (SSP): one FMU for each body and one for each flexible connection."""
 
 from __future__ import annotations
 
 import math
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
@@ -43,13 +43,22 @@ class SspExport:
     """Sentences for the user."""
 
 
-def export_ssp(machine: Machine | Path | str, path: Path | str, *, tool: str | None = None) -> SspExport:
+def export_ssp(
+    machine: Machine | Path | str,
+    path: Path | str,
+    *,
+    fmi: int = 2,
+    platforms: Sequence[str] = (),
+    tool: str | None = None,
+) -> SspExport:
     """Write a machine as an SSP whose FMUs exchange forces and motions once per communication step.
 
     Components that rigid connections tie together are one FMU. The identified parameters are the start values of the
-    FMUs. Before the file appears every FMU has been verified, the structure has been compared with the FMUs and with
-    the schema of SSP 1.0, and a short run in FMPy agreed with the machine's own equations. The machine may be a file,
-    with its ``tool`` of several by name; what that leaves to be identified is. ``jointlib ssp`` does this.
+    FMUs. With ``fmi`` 2 it is SSP 1.0 with FMUs of FMI 2.0, with 3 SSP 2.0 with FMUs of FMI 3.0; ``platforms`` as in
+    :func:`.export_fmu`. Before the file appears every FMU has been verified, the structure has been compared with the
+    FMUs and, in SSP 1.0, with the schema, and a short run in FMPy agreed with the machine's own equations. The machine
+    may be a file, with its ``tool`` of several by name; what that leaves to be identified is. ``jointlib ssp`` does
+    this.
     """
     from .members.machine_files import whole_machine
 
@@ -58,6 +67,8 @@ def export_ssp(machine: Machine | Path | str, path: Path | str, *, tool: str | N
         raise InputError(f"{path}: the file name of a system of FMUs, expected one that ends in .ssp")
     if path.is_dir():
         raise InputError(f"{path}: a folder, expected the name of a file to write")
+    if fmi not in {2, 3}:
+        raise InputError(f"fmi is {fmi!r}, expected 2 or 3")
     machine, remarks = whole_machine(machine, tool)
     if machine.static is not None:
         raise InputError(
@@ -73,7 +84,7 @@ def export_ssp(machine: Machine | Path | str, path: Path | str, *, tool: str | N
     with tempfile.TemporaryDirectory(prefix="jointlib-") as folder:
         for name, system in systems.items():
             file = Path(folder) / f"{name}.fmu"
-            exports.append(export_fmu(system, file))
+            exports.append(export_fmu(system, file, fmi=fmi, platforms=platforms))
             members[f"resources/{file.name}"] = file.read_bytes()
     structure = _structure(parts, systems)
     coupling = {f"{_word(master)}MaxStep": repr(step) for master, step in steps.items() if _finite(step)}
@@ -82,13 +93,16 @@ def export_ssp(machine: Machine | Path | str, path: Path | str, *, tool: str | N
     coupling |= {"recommendedStep": repr(recommended)} if recommended else {}
     slowest = float(min((f for f in natural_frequencies(loop) if f > 0), default=1.0))
     for name, shown in ((SSD, structure), (INNER_SSD, inner(structure))):
-        members[name] = ssd_text(shown, coupling, recommended, 10 / slowest).encode("utf-8")
+        members[name] = ssd_text(shown, coupling, recommended, 10 / slowest, fmi).encode("utf-8")
     check_structure(path, members)
     data = archive_bytes(members)
-    verify_ssp(path, data, parts, loop, jacobi)
+    verify_ssp(path, data, parts, loop, jacobi, fmi)
     atomic.write(path, lambda file: file.write(data))
     platforms = sorted(set.intersection(*(set(done.platforms) for done in exports)))
-    told = [*step_notes(parts, loop, steps, tangents), *runtime_notes(platforms, {done.runtime for done in exports})]
+    told = [
+        *step_notes(parts, loop, steps, tangents),
+        *runtime_notes(platforms, {done.runtime for done in exports}, fmi),
+    ]
     return SspExport(
         path,
         jacobi,

@@ -57,7 +57,8 @@ def description_text(system: System, card: Card) -> str:
     native = card.runtime == "c"
     lone = system.lone
     every = variables_of(lone) if lone and not native else native_variables(system)
-    references = {v.name: i for i, v in enumerate(every)}
+    # From 1, as some importers take 0 for none; pythonfmu numbers the variables of its FMUs itself, from 0.
+    references = {v.name: i for i, v in enumerate(every, start=1 if native else 0)}
     # FMI 2.0 knows neither time nor event indicators as variables.
     variables = [v for v in every if card.fmi == 3 or v.kind not in {"time", "indicator"}]
     structure = python_structure(lone) if lone and not native else native_structure(system)
@@ -91,7 +92,7 @@ def description_text(system: System, card: Card) -> str:
         annotations = ElementTree.SubElement(root, "VendorAnnotations")
         ElementTree.SubElement(annotations, "Tool", name=TOOL).append(_annotation(system, card))
     listed = ElementTree.SubElement(root, "ModelVariables")
-    # FMI 2.0 counts variables from 1 in `derivative` and in the structure; value references count from 0.
+    # FMI 2.0 counts variables from 1 in `derivative` and in the structure; value references are not always these.
     index = {v.name: str(references[v.name] if card.fmi == 3 else i) for i, v in enumerate(variables, start=1)}
     for variable in variables:
         listed.append((_scalar if card.fmi == 2 else _float64)(str(references[variable.name]), variable, index))

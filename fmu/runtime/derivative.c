@@ -70,9 +70,10 @@ static void jl_respond(const jl_tangent *at, int known, double *column)
 /* Place of an unknown in a column, -1 if it is none. */
 static int jl_unknown(const jl_values *v, unsigned int reference)
 {
-    if (reference >= JL_FIRST_OUTPUT && reference < JL_FIRST_PARAMETER) return (int)reference - JL_FIRST_OUTPUT;
-    if (v->exchange && reference >= JL_FIRST_RATE && reference < JL_FIRST_INDICATOR)
-        return JL_OUTPUTS + jl_continuous[reference - JL_FIRST_RATE];
+    const unsigned int at = JL_PLACE(reference);
+    if (at >= JL_FIRST_OUTPUT && at < JL_FIRST_PARAMETER) return (int)at - JL_FIRST_OUTPUT;
+    if (v->exchange && at >= JL_FIRST_RATE && at < JL_FIRST_INDICATOR)
+        return JL_OUTPUTS + jl_continuous[at - JL_FIRST_RATE];
     return -1;
 }
 
@@ -89,13 +90,14 @@ static int jl_displaces(int input)
 /* Number of a known, -1 if it is none. */
 static int jl_known(const jl_values *v, unsigned int reference)
 {
-    const int input = reference < JL_INPUTS ? (int)reference : -1;
+    const unsigned int at = JL_PLACE(reference);
+    const int input = at < JL_INPUTS ? (int)at : -1;
     int i;
     /* How the forces hang on the states, which virgin ones follow, is only known where there is model exchange. */
     if (input >= 0) return !v->initialized && JL_MEMORY && !JL_EXCHANGE && jl_displaces(input) ? -1 : input;
     for (i = 0; i < JL_CONTINUOUS; i++)
         if (v->exchange && (v->initialized || jl_continuous[i] < JL_STRUCTURE)
-            && (int)reference == JL_FIRST_STATE + jl_continuous[i])
+            && (int)at == JL_FIRST_STATE + jl_continuous[i])
             return JL_INPUTS + jl_continuous[i];
     return -1;
 }

@@ -109,12 +109,9 @@ int jl_logging(void *c, jl_call call, int on, size_t count, const char *const *c
         return jl_fail(instance, call, "the categories are NULL, expected %lu", (unsigned long)count);
     for (i = 0; i < count; i++) {
         const char *category = categories[i] ? categories[i] : "NULL";
-        int error = strcmp(category, "logStatusError") == 0;
-        if (!error && strcmp(category, "logStatusWarning") != 0)
-            return jl_fail(instance, call, "unknown log category %s, expected logStatusError or logStatusWarning",
-                           category);
-        if (on && error) errors = 1;
-        if (on && !error) warnings = 1;
+        /* Hosts name categories of other FMUs, too. */
+        if (on && strcmp(category, "logStatusError") == 0) errors = 1;
+        if (on && strcmp(category, "logStatusWarning") == 0) warnings = 1;
     }
     instance->errors = errors;
     instance->warnings = warnings;
@@ -129,6 +126,7 @@ int jl_experiment(void *c, jl_call call, double start, int stop_defined, double 
     if (stop_defined && !(isfinite(stop) && stop >= start))
         return jl_fail(instance, call, "the stop time is %.17g, expected %.17g s or later", stop, start);
     instance->values.time = start;
+    instance->values.timed = 1;
     instance->values.stop = stop_defined ? stop : (double)INFINITY;
     return JL_OK;
 }

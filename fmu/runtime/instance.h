@@ -209,6 +209,7 @@ typedef struct {
     int exchange;    /* model exchange */
     int initialized; /* before, the joints are virgin at the displacements that are set */
     int sound;       /* the parameters were checked since they were set */
+    int timed;       /* the time is the host's, by an experiment that was set up or a step */
     int fresh;       /* the outputs were computed since anything was set */
 } jl_values;
 

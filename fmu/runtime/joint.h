@@ -50,8 +50,8 @@
 #define JL_NAME(name) name
 #endif
 
-/* Variables in the order of their value references: inputs, outputs, the parameters, the states, the rates of the
- * continuous states, the event indicators, and time. FMI 2 has no variables of the last two kinds. */
+/* Variables in the order of their value references, which count from 1: inputs, outputs, the parameters, the states, the
+ * rates of the continuous states, the event indicators, and time. FMI 2 has no variables of the last two kinds. */
 enum { JL_INPUT, JL_OUTPUT, JL_PARAMETER, JL_STATE, JL_RATE, JL_INDICATOR, JL_TIME };
 
 enum {
@@ -66,6 +66,9 @@ enum {
     JL_ROWS = JL_STRUCTURE + JL_MOTIONS + JL_OUTPUTS,
     JL_COLUMNS = JL_STRUCTURE + JL_INPUTS + JL_JOINTS
 };
+
+/* Place of a variable by its value reference; 0 is none, and comes out as the largest number. */
+#define JL_PLACE(reference) ((reference) - 1u)
 
 /* Length of an array that C does not allow to be empty. */
 #define JL_ROOM(count) ((count) > 0 ? (count) : 1)

@@ -127,8 +127,8 @@ static int jl_listed(jl_instance *instance, jl_call call, const unsigned int *re
         return jl_fail(instance, call, "%lu numbers for %lu variables", (unsigned long)places, (unsigned long)count);
     if (count && (!references || !x)) return jl_fail(instance, call, "the references or the numbers are NULL");
     for (i = 0; i < count; i++)
-        if (references[i] >= end)
-            return jl_fail(instance, call, "value reference %u, expected one below %u", references[i], end);
+        if (JL_PLACE(references[i]) >= end)
+            return jl_fail(instance, call, "value reference %u, expected one from 1 to %u", references[i], end);
     return JL_OK;
 }
 
@@ -146,7 +146,7 @@ int jl_get(void *c, jl_call call, const unsigned int *references, size_t count, 
     size_t i;
     if (jl_enter(instance, call) || jl_listed(instance, call, references, count, x, places)) return JL_ERROR;
     for (i = 0; i < count; i++) {
-        const int at = (int)references[i], kind = jl_variables[at].kind;
+        const int at = (int)JL_PLACE(references[i]), kind = jl_variables[at].kind;
         const jl_values *v = &instance->values;
         if (kind == JL_INPUT) x[i] = v->u[at];
         else if (kind == JL_PARAMETER) x[i] = v->p[at - JL_FIRST_PARAMETER];
@@ -194,13 +194,14 @@ int jl_set(void *c, jl_call call, const unsigned int *references, size_t count, 
     size_t i;
     if (jl_enter(instance, call) || jl_listed(instance, call, references, count, x, places)) return JL_ERROR;
     for (i = 0; i < count; i++) {
-        const char *name = jl_variables[references[i]].name;
-        if (!jl_settable(instance, (int)references[i])) return jl_fail(instance, call, "%s cannot be set here", name);
+        const int at = (int)JL_PLACE(references[i]);
+        const char *name = jl_variables[at].name;
+        if (!jl_settable(instance, at)) return jl_fail(instance, call, "%s cannot be set here", name);
         if (!isfinite(x[i])) return jl_fail(instance, call, "%s is %g, expected a finite number", name, x[i]);
     }
     for (i = 0; i < count; i++) {
         jl_values *v = &instance->values;
-        const int at = (int)references[i], kind = jl_variables[at].kind;
+        const int at = (int)JL_PLACE(references[i]), kind = jl_variables[at].kind;
         if (kind == JL_INPUT) v->u[at] = x[i];
         else if (kind == JL_STATE) v->s[at - JL_FIRST_STATE] = x[i];
         else {
@@ -235,6 +236,9 @@ int jl_do_step(void *c, jl_call call, double time, double h)
     if (!isfinite(time) || !isfinite(h) || !(h > 0.0))
         return jl_fail(instance, call, "a step of %.17g s from %.17g s, expected one above 0 from a finite time", h,
                        time);
+    if (v->timed && fabs(time - v->time) > 1e-3 * h + 1e-12 * fabs(time))
+        return jl_fail(instance, call, "a step from %.17g s, expected one from %.17g s, where the last one ended", time,
+                       v->time);
     /* Sums of steps round off: a thousandth of a step beyond the end is not past it. */
     if (time + h > v->stop + 1e-3 * h)
         return jl_fail(instance, call, "a step to %.17g s, the stop time is %.17g s", time + h, v->stop);
@@ -250,6 +254,7 @@ int jl_do_step(void *c, jl_call call, double time, double h)
         v->fresh = 1;
     }
     v->time = time + h;
+    v->timed = 1;
     jl_watch(instance, call);
     return JL_OK;
 }

@@ -1,4 +1,4 @@
-"""SystemStructure.ssd of SSP 1.0: written from a list of elements and wires, and checked against the FMUs it names."""
+"""SystemStructure.ssd of SSP 1.0, or 2.0 for FMI 3.0: written from elements and wires, checked against the FMUs."""
 
 from __future__ import annotations
 
@@ -22,6 +22,11 @@ NAMESPACES = {
     "ssd": "http://ssp-standard.org/SSP1/SystemStructureDescription",
     "oms": "https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd",
 }
+VERSIONS = {2: "1.0", 3: "2.0"}
+"""Of SSP, by the version of FMI."""
+TYPES = {2: "ssc:Real", 3: "ssc:Float64"}
+MASTER = "master"
+"""Name of the solver that steps the FMUs."""
 End = tuple[str | None, str]
 """Element and connector; the element is None on the system itself."""
 
@@ -63,24 +68,31 @@ class Structure:
 def inner(structure: Structure) -> Structure:
     """The structure without connectors of the system: what came from outside stays at its start value, 0."""
     wires = tuple((start, end) for start, end in structure.wires if start[0] is not None and end[0] is not None)
-    return replace(structure, connectors=(), wires=wires)
+    return replace(structure, name=f"{structure.name}_without_connectors", connectors=(), wires=wires)
 
 
-def ssd_text(structure: Structure, coupling: Mapping[str, str], step: float | None, stop_time: float) -> str:
+def ssd_text(
+    structure: Structure, coupling: Mapping[str, str], step: float | None, stop_time: float, fmi: int = 2
+) -> str:
     """The XML document; ``coupling`` becomes the attributes of an annotation of type jointlib.
 
-    SSP 1.0 has no place for a communication step, its default experiment states times only. OMSimulator looks for
-    one in an annotation of its own, without which it does not know how to run the system; that gets ``step`` (s).
+    SSP has no place for a communication step, its default experiment states times only. OMSimulator looks for one in
+    annotations of its own, the Python interface of its version 3 in the attributes of what its version 2 reads as
+    child; that gets ``step`` (s). Signals are Real in SSP 1.0; those of FMI 3.0 are Float64, which SSP 2.0 brought.
     """
     root = ElementTree.Element("ssd:SystemStructureDescription", {f"xmlns:{k}": v for k, v in NAMESPACES.items()})
-    root.attrib |= {"version": "1.0", "name": structure.name, "generationTool": TOOL}
+    root.attrib |= {"version": VERSIONS[fmi], "name": structure.name, "generationTool": TOOL}
     system = ElementTree.SubElement(root, "ssd:System", name=structure.name)
-    _connectors(system, structure.connectors)
+    _connectors(system, structure.connectors, fmi)
     elements = ElementTree.SubElement(system, "ssd:Elements")
     for element in structure.elements:
         attributes = {"name": element.name, "type": "application/x-fmu-sharedlibrary", "source": element.source}
+        attributes |= {"implementation": "CoSimulation"}
         attributes |= {"description": element.description} if element.description else {}
-        _connectors(ElementTree.SubElement(elements, "ssd:Component", attributes), element.connectors)
+        component = ElementTree.SubElement(elements, "ssd:Component", attributes)
+        _connectors(component, element.connectors, fmi)
+        if step is not None:
+            _master(component, {"name": MASTER})
     wires = ElementTree.SubElement(system, "ssd:Connections")
     for start, end in structure.wires:
         attributes = {}
@@ -88,16 +100,10 @@ def ssd_text(structure: Structure, coupling: Mapping[str, str], step: float | No
             attributes |= ({f"{side}Element": name} if name is not None else {}) | {f"{side}Connector": connector}
         ElementTree.SubElement(wires, "ssd:Connection", attributes)
     if step is not None:
-        master = {
-            "description": "oms-ma",
-            "stepSize": repr(step),
-            "absoluteTolerance": "1e-4",
-            "relativeTolerance": "1e-4",
-        }
-        noted = ElementTree.SubElement(_annotation(system, "org.openmodelica"), "oms:Annotations")
-        ElementTree.SubElement(
-            ElementTree.SubElement(noted, "oms:SimulationInformation"), "oms:FixedStepMaster", master
-        )
+        told = {"name": MASTER, "method": "oms_ma", "fixedStepSize": repr(step), "stepSize": repr(step)}
+        master = {"description": "oms-ma", "stepSize": repr(step)}
+        tolerance = {"absoluteTolerance": "1e-4", "relativeTolerance": "1e-4"}
+        ElementTree.SubElement(_master(system, told | tolerance), "oms:FixedStepMaster", master | tolerance)
     units = ElementTree.SubElement(root, "ssd:Units")
     every = [*structure.connectors, *(c for e in structure.elements for c in e.connectors)]
     for name in sorted({connector.unit for connector in every}):
@@ -109,11 +115,17 @@ def ssd_text(structure: Structure, coupling: Mapping[str, str], step: float | No
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
 
 
+def _master(parent: ElementTree.Element, told: Mapping[str, str]) -> ElementTree.Element:
+    """What OMSimulator reads of a solver: its settings at the system, its name at each element that it steps."""
+    noted = ElementTree.SubElement(_annotation(parent, "org.openmodelica"), "oms:Annotations")
+    return ElementTree.SubElement(noted, "oms:SimulationInformation", dict(told))
+
+
 def _annotation(parent: ElementTree.Element, kind: str) -> ElementTree.Element:
     return ElementTree.SubElement(ElementTree.SubElement(parent, "ssd:Annotations"), "ssc:Annotation", type=kind)
 
 
-def _connectors(parent: ElementTree.Element, connectors: tuple[Connector, ...]) -> None:
+def _connectors(parent: ElementTree.Element, connectors: tuple[Connector, ...], fmi: int) -> None:
     if not connectors:
         return
     listed = ElementTree.SubElement(parent, "ssd:Connectors")
@@ -122,7 +134,7 @@ def _connectors(parent: ElementTree.Element, connectors: tuple[Connector, ...]) 
         entry = ElementTree.SubElement(
             listed, "ssd:Connector", {"name": connector.name, "kind": connector.kind, **told}
         )
-        ElementTree.SubElement(entry, "ssc:Real", unit=connector.unit)
+        ElementTree.SubElement(entry, TYPES[fmi], unit=connector.unit)
 
 
 def check_structure(path: Path, members: Mapping[str, bytes]) -> None:
@@ -173,7 +185,7 @@ def _read(element: ElementTree.Element) -> dict[End, tuple[str, str]]:
     """Kind and unit of the connectors of an element."""
     found: dict[End, tuple[str, str]] = {}
     for connector in element.iterfind("ssd:Connectors/ssd:Connector", NAMESPACES):
-        real = connector.find("ssc:Real", NAMESPACES)
+        real = next((x for x in (connector.find(kind, NAMESPACES) for kind in TYPES.values()) if x is not None), None)
         unit = real.get("unit", "") if real is not None else ""
         found[None, connector.get("name", "")] = connector.get("kind", ""), unit
     return found
@@ -185,8 +197,8 @@ def _variables(path: Path, source: str, members: Mapping[str, bytes]) -> dict[st
         raise CheckFailed(f"{path}: {source} is not in the archive")
     description = ElementTree.fromstring(read_archive(Path(source), members[source])["modelDescription.xml"])
     found = {}
-    for variable in description.iterfind("ModelVariables/ScalarVariable"):
-        real = variable.find("Real")
+    for variable in description.iterfind("ModelVariables/*"):
+        real = variable if variable.tag == "Float64" else variable.find("Real")
         if variable.get("causality") in {"input", "output"} and real is not None:
             found[variable.get("name", "")] = variable.get("causality", ""), real.get("unit", "")
     return found

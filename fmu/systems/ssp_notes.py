@@ -48,10 +48,10 @@ def step_notes(
     return said
 
 
-def runtime_notes(platforms: Iterable[str], runtimes: Collection[str]) -> list[str]:
-    """Where the FMUs (FMI 2.0) run."""
+def runtime_notes(platforms: Iterable[str], runtimes: Collection[str], fmi: int = 2) -> list[str]:
+    """Where the FMUs run."""
     said = []
-    if missing := absent(2, platforms):
+    if missing := absent(fmi, platforms):
         said.append(
             f"The FMUs have no library for {', '.join(missing)}: pip install 'jointlib[native]' brings a compiler for "
             "every platform."

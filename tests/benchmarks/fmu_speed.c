@@ -1,7 +1,7 @@
 /* Time of one step of an FMI 2.0 co-simulation in a C client: set displacement and velocity, step, get the force.
  *
- * usage: fmu_speed LIBRARY TOKEN RESOURCES STEPS REPEATS
- * RESOURCES: URI of the folder "resources". Value references 0, 1 and 2 are displacement, velocity and force.
+ * usage: fmu_speed LIBRARY TOKEN RESOURCES STEPS REPEATS FIRST
+ * RESOURCES: URI of the folder "resources"; FIRST: value reference of displacement, which velocity and force follow.
  * Prints the shortest time of a step in ns and the time to instantiate and initialize in ns. */
 #define _POSIX_C_SOURCE 200809L
 #include <dlfcn.h>
@@ -43,17 +43,18 @@ static void *find(void *library, const char *name)
 
 int main(int count, char **arguments)
 {
-    static const fmi2ValueReference inputs[] = { 0, 1 }, output = 2;
     const double h = 1e-6, omega = 2e3, size = 4e-6;
     const fmi2CallbackFunctions callbacks = { tell, calloc, free, NULL, NULL };
     fmi2DoStepTYPE *step;
     fmi2SetRealTYPE *set;
     fmi2GetRealTYPE *get;
     double best = INFINITY, born, sum = 0.0;
+    fmi2ValueReference inputs[2], output;
     int bad = 0;
     long i, k, steps, repeats;
     void *library, *fmu;
-    if (count != 6) return 2;
+    if (count != 7) return 2;
+    inputs[0] = (fmi2ValueReference)atol(arguments[6]), inputs[1] = inputs[0] + 1, output = inputs[0] + 2;
     steps = atol(arguments[4]), repeats = atol(arguments[5]);
     library = dlopen(arguments[1], RTLD_NOW | RTLD_LOCAL);
     if (!library) {

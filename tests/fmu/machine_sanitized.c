@@ -30,7 +30,7 @@ static fmi2Component start(int exchange)
 static void outputs(fmi2Component c, double *y)
 {
     unsigned int reference[JL_OUTPUTS], i;
-    for (i = 0; i < JL_OUTPUTS; i++) reference[i] = JL_FIRST_OUTPUT + i;
+    for (i = 0; i < JL_OUTPUTS; i++) reference[i] = JL_FIRST_OUTPUT + i + 1;
     CHECK(fmi2GetReal(c, reference, JL_OUTPUTS, y) == fmi2OK);
 }
 
@@ -38,7 +38,7 @@ static void steps(void)
 {
     fmi2Component c = start(0);
     fmi2FMUstate saved = NULL;
-    const unsigned int force = 0;
+    const unsigned int force = 1;
     double y[2][JL_OUTPUTS];
     int run, i;
     CHECK(fmi2GetFMUstate(c, &saved) == fmi2OK);
@@ -66,7 +66,7 @@ static void exchange(void)
     CHECK(fmi2SetContinuousStates(c, x, JL_CONTINUOUS) == fmi2OK);
     CHECK(fmi2GetDerivatives(c, x, JL_CONTINUOUS) == fmi2OK && fmi2GetEventIndicators(c, g, JL_INDICATORS) == fmi2OK);
     for (i = 0; i < JL_CONTINUOUS; i++) {
-        const unsigned int known = JL_FIRST_STATE + (unsigned int)jl_continuous[i], unknown = JL_FIRST_OUTPUT;
+        const unsigned int known = 1 + JL_FIRST_STATE + (unsigned int)jl_continuous[i], unknown = 1 + JL_FIRST_OUTPUT;
         const double one = 1.0;
         CHECK(fmi2GetDirectionalDerivative(c, &unknown, 1, &known, 1, &one, result) == fmi2OK);
     }

@@ -12,7 +12,7 @@
 
 #define TOKEN "{runtime-joint-1}"
 
-enum { Z, V, FORCE, STIFFNESS, DAMPING, SLIDER, SLIP, STOP, GAP, CUBIC, STATE, RATE, SLIPPING, CONTACT, TIME };
+enum { Z = 1, V, FORCE, STIFFNESS, DAMPING, SLIDER, SLIP, STOP, GAP, CUBIC, STATE, RATE, SLIPPING, CONTACT, TIME };
 
 /* What the FMU logged. */
 static struct {
@@ -61,7 +61,9 @@ typedef struct {
     int version, exchange;
     void *c;
     double time;
-    int jumped; /* the last event changed a continuous state */
+    int jumped;  /* the last event changed a continuous state */
+    double kept; /* time when the state was saved */
+    double ahead; /* how far its motion is ahead of the time */
 } Fmu;
 
 static void *find(void *library, const char *name)
@@ -78,7 +80,7 @@ static void *find(void *library, const char *name)
 
 static Fmu fmu_with(void *library, int version, int exchange, const char *name, const char *token, int log)
 {
-    Fmu f = { library, version, exchange, NULL, 0.0, 0 };
+    Fmu f = { library, version, exchange, NULL, 0.0, 0, 0.0, 0.0 };
     if (version == 2) {
         fmi2CallbackFunctions callbacks = { tell2, NULL, NULL, NULL, NULL };
         if (!log) callbacks.logger = NULL;
@@ -174,9 +176,17 @@ static int step(Fmu *f, double h)
     return status;
 }
 
-static int save(Fmu *f, void **s) { return BOTH(fmi2GetFMUstate, (f->c, s), fmi3GetFMUState, (f->c, s)); }
+static int save(Fmu *f, void **s)
+{
+    f->kept = f->time;
+    return BOTH(fmi2GetFMUstate, (f->c, s), fmi3GetFMUState, (f->c, s));
+}
 
-static int restore(Fmu *f, void *s) { return BOTH(fmi2SetFMUstate, (f->c, s), fmi3SetFMUState, (f->c, s)); }
+static int restore(Fmu *f, void *s)
+{
+    f->time = f->kept;
+    return BOTH(fmi2SetFMUstate, (f->c, s), fmi3SetFMUState, (f->c, s));
+}
 
 static int drop(Fmu *f, void **s) { return BOTH(fmi2FreeFMUstate, (f->c, s), fmi3FreeFMUState, (f->c, s)); }
 

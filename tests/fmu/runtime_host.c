@@ -63,7 +63,10 @@ static double advance(Fmu *f, double z, double v, int *events)
 static void run(Fmu *f, double *force, int count)
 {
     int i, events = 0;
-    for (i = 0; i < count; i++) force[i] = advance(f, travel(f->time + h), speed(f->time + h), &events);
+    for (i = 0; i < count; i++) {
+        const double t = f->time + f->ahead + h;
+        force[i] = advance(f, travel(t), speed(t), &events);
+    }
     CHECK(!f->exchange || count < STEPS || events >= 6);
 }
 
@@ -118,15 +121,16 @@ static void two(void)
     CHECK(enter(&other) == 0 && set(&other, Z, 1e-3) == 0 && leave(&other) == 0);
     for (k = 0; k < 2; k++) {
         Fmu one = running(library, version, exchange, 0.0, speed(0.0));
-        one.time = 1e-3 * k;
+        one.ahead = 1e-3 * k;
         run(&one, alone[k], STEPS);
         fmu_free(&one);
         f[k] = running(library, version, exchange, 0.0, speed(0.0));
-        f[k].time = 1e-3 * k;
+        f[k].ahead = 1e-3 * k;
     }
     for (i = 0; i < STEPS; i++)
         for (k = 0; k < 2; k++) {
-            together[k][i] = advance(&f[k], travel(f[k].time + h), speed(f[k].time + h), &events[k]);
+            const double t = f[k].time + f[k].ahead + h;
+            together[k][i] = advance(&f[k], travel(t), speed(t), &events[k]);
             CHECK(value(&other, FORCE) == 1000.0);
         }
     CHECK(memcmp(alone, together, sizeof alone) == 0);

@@ -72,8 +72,8 @@ def test_law_with_a_c_kernel_alone_exports_natively(fmi: int, mount: Callable[..
         "guid": read.guid,
         "identifier": read.coSimulation.modelIdentifier,
         "folder": str(tmp_path / "a"),
-        "inputs": [0, 1],
-        "outputs": [2],
+        "inputs": [1, 2],
+        "outputs": [3],
         "time": [1e-5 * i for i in range(len(z))],
         "values": np.column_stack([z, v]).tolist(),
     }

@@ -79,8 +79,8 @@ def forces(file: Path, fmi: int, z: Array, v: Array, h: float, folder: Path) -> 
         "guid": read.guid,
         "identifier": read.coSimulation.modelIdentifier,
         "folder": str(folder),
-        "inputs": [0, 1],
-        "outputs": [2],
+        "inputs": [1, 2],
+        "outputs": [3],
         "time": [i * h for i in range(len(z))],
         "values": np.column_stack([z, v]).tolist(),
     }
@@ -205,7 +205,7 @@ class Exchange:
     def at(self, t: float, z: float, v: float, x: Array) -> None:
         """Put time, inputs and continuous states."""
         self.fmu.setTime(t)
-        self.write([0, 1], [z, v])
+        self.write([1, 2], [z, v])
         self.fmu.setContinuousStates((ctypes.c_double * self.size)(*x), self.size)
 
     def moved(self) -> Array:
@@ -215,7 +215,7 @@ class Exchange:
         return np.array(rates)
 
     def force(self) -> float:
-        return float(self.read_values([2])[0])
+        return float(self.read_values([3])[0])
 
 
 def unpacked(joint: Joint, fmi: int, folder: Path) -> Path:

@@ -12,6 +12,7 @@ import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -26,8 +27,9 @@ import fmu.ssp
 from fmu.loop_step import Loop, Master, largest_step
 from fmu.members.archive import archive_bytes, read_archive
 from fmu.members.machine_parts import parts_of_machine
+from fmu.playback.ssp_replay import replay
 from fmu.ssp import SspExport, export_ssp
-from fmu.systems.ssd import INNER_SSD, SSD, check_structure
+from fmu.systems.ssd import INNER_SSD, NAMESPACES, SSD, check_structure
 from fmu.systems.ssp_notes import step_notes
 from fmu.systems.ssp_verify import verify_ssp
 from jointlib import read_joint
@@ -265,6 +267,61 @@ def test_fmpy_moves_the_two_masses_of_the_library_as_one_solver_does(two_mass: M
     assert errors[-1] < 1e-3
     assert errors[0] / errors[1] == pytest.approx(2.0, rel=0.05)
     assert np.max(np.abs(without - exact)) / np.max(np.abs(exact)) > 5 * errors[-1], "the cubic spring matters here"
+
+
+def test_each_structure_has_a_name_of_its_own_and_names_the_master_that_steps_it(two_mass: Made) -> None:
+    """What OMSimulator 3 reads: variants by their names, the settings of a solver, its name at each element."""
+    members = read_archive(two_mass.file)
+    roots = [ElementTree.fromstring(members[name]) for name in (SSD, INNER_SSD)]
+    assert [root.get("name") for root in roots] == ["two_mass", "two_mass_without_connectors"]
+    for root in roots:
+        system = root.find("ssd:System", NAMESPACES)
+        assert system is not None
+        assert system.get("name") == root.get("name")
+        noted = "ssd:Annotations/ssc:Annotation[@type='org.openmodelica']/oms:Annotations/oms:SimulationInformation"
+        (told,) = system.findall(noted, NAMESPACES)
+        assert told.get("method") == "oms_ma"
+        assert float(told.get("fixedStepSize", "nan")) == two_mass.done.recommended_step
+        elements = system.findall("ssd:Elements/ssd:Component", NAMESPACES)
+        assert len(elements) == 3
+        for element in elements:
+            assert element.get("implementation") == "CoSimulation"
+            assert [x.get("name") for x in element.findall(noted, NAMESPACES)] == [told.get("name")]
+
+
+def test_omsimulator_3_takes_the_system_and_its_step(soft: Made, tmp_path: Path) -> None:
+    package("OMSimulator")
+    force, end = 40.0, 0.02
+    script = f"""
+from OMSimulator import SSP, CRef
+model = SSP({str(soft.file)!r}).instantiate()
+model.setValue(CRef("soft", "force_x"), {force})
+model.setStopTime({end})
+model.setResultFile("soft.csv")
+model.initialize()
+model.simulate()
+print("displacement", model.getValue(CRef("soft", "table", "displacement_x")))
+model.terminate()
+"""
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, cwd=tmp_path)
+    assert done.returncode == 0, done.stdout + done.stderr
+    found = float(next(line.split()[1] for line in done.stdout.splitlines() if line.startswith("displacement")))
+    assert found == pytest.approx(soft_solved(lambda _: force, np.array([0.0, end]))[-1], rel=0.02)
+
+
+def test_joints_and_bodies_in_fmi_3_move_as_those_in_fmi_2(soft: Made, tmp_path: Path) -> None:
+    file = tmp_path / "soft3.ssp"
+    assert export_ssp(soft_machine(), file, fmi=3).masters == soft.done.masters
+    root = ElementTree.fromstring(read_archive(file)[SSD])
+    assert root.get("version") == "2.0"
+    assert root.findall(".//ssc:Real", NAMESPACES) == []
+    push, step, steps = pulse(0.02, 60.0), 2e-5, 400
+    request = {"fmi": 3, "file": str(file), "step": step, "steps": steps}
+    found = replay({**request, "inputs": {"force_x": [push(i * step) for i in range(steps)]}})
+    _, expected = in_fmpy(soft.file, step, steps, push)
+    assert found["displacement_x"] == pytest.approx(expected, rel=1e-12, abs=1e-18)
+    with pytest.raises(InputError, match="fmi is 4, expected 2 or 3"):
+        export_ssp(soft_machine(), file, fmi=4)
 
 
 @pytest.mark.thorough
