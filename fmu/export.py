@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,10 +16,12 @@ from jointlib.joint import Joint
 from .members.archive import archive_bytes
 from .members.build import can_compile, compilers_for
 from .members.description import NAMELESS, Card, description_text, fingerprint
-from .members.documentation import documentation_text, licence_of, machine_notes, native_notes, python_notes, step_notes
+from .members.documentation import licence_of, machine_notes, native_notes, python_notes, step_notes
 from .members.native import joints_of, without_kernel
 from .members.native_members import native_members, native_sources
+from .members.page import documentation_text
 from .members.source import TRANSLATION_UNIT
+from .members.terminals import ICON, TERMINALS, icon, terminals_text
 from .playback.python_slave import NAMELESS as NAMELESS_SLAVE
 from .playback.python_slave import built_members, slave_source
 from .playback.reference import CSV, FOLDER, INTEGRATED, MANIFEST, MANIFEST_TEXT, csv_text, reference_run
@@ -67,13 +70,15 @@ def export_fmu(
     force of a joint, or within 1e-6 of the largest values of a machine. Where ``"c"`` is asked for and no compiler is
     found, the FMU holds its sources, is validated, and says that it was not run. ``platforms`` (``"win64"`` as in FMI
     2.0, or ``"x86_64-windows"`` as in 3.0) are compiled for beside this computer's own; without them all that can be.
-    A joint or a machine may be a file, of a machine with its ``tool`` of several by name. ``jointlib fmu`` does this.
+    A joint or a machine may be a file, of a machine with its ``tool`` of several by name; what a machine's file leaves
+    to be identified is. ``jointlib fmu`` does this.
     """
     from .members.machine_files import model_of
 
     path = Path(path)
     _check_path(path, fmi, runtime)
-    system = _system_of(model_of(joint, tool))
+    model, remarks = model_of(joint, tool)
+    system = _system_of(model)
     _check_system(system)
     obstacle = _obstacle(system)
     chosen = runtime or ("python" if obstacle and system.lone else "c")
@@ -99,12 +104,14 @@ def export_fmu(
     if not runs_here:
         told = [f"The FMU was not run, as there is {obstacle}; fmpy compile builds it where there is one.", *told]
     steps = step_notes(coupled, chosen, over, limit) if coupled and over and limit else machine_notes(system)
-    messages = (*told, *steps)
+    messages = (*told, *steps, *remarks)
     members |= {
         "modelDescription.xml": description_text(system, card).encode("utf-8"),
         f"{FOLDER}/{CSV}": reference.encode("utf-8"),
         MANIFEST: MANIFEST_TEXT.encode("utf-8"),
-        "documentation/index.html": documentation_text(system, messages).encode("utf-8"),
+        "documentation/index.html": documentation_text(system, messages, _figures(card)).encode("utf-8"),
+        TERMINALS: terminals_text(system).encode("utf-8"),
+        ICON[fmi]: icon(system),
     }
     data = archive_bytes(members)
     if runs_here:
@@ -133,6 +140,16 @@ def _proposed(limit: StepLimit | None, step: float | None) -> float | None:
     if limit is None:
         return step
     return None if limit.max_step is None else limit.max_step / 20
+
+
+def _figures(card: Card) -> list[tuple[str, str]]:
+    """Step and accuracy for the page inside."""
+    rows = [("made with", f"jointlib {version('jointlib')}"), ("runtime", card.runtime)]
+    rows.append(("largest co-simulation step", "none is safe" if card.max_step is None else f"{card.max_step:.3g} s"))
+    if card.step is not None:
+        rows.append(("step it proposes", f"{card.step:.3g} s"))
+    repeats = "to rounding" if card.tolerance is None else f"within {card.tolerance:g} of the largest value"
+    return [*rows, ("repeats its reference run, made by the Python laws,", repeats)]
 
 
 def _check_path(path: Path, fmi: int, runtime: str | None) -> None:

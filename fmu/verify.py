@@ -96,7 +96,7 @@ def _content(path: Path, members: dict[str, bytes]) -> _Content:
     identifier = _identifier(path, description)
     token = description.get(TOKEN[fmi], "")
     run = _reference(path, members)
-    if description.get("generationTool") == TOOL:
+    if description.get("generationTool", "").split(" ")[0] == TOOL:
         _check_fingerprint(path, members, identifier, fmi, token)
     if BUILD in members:  # FMPy reads it too
         _xml(path, members, BUILD)

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import hashlib
+import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib.metadata import metadata
 from xml.etree import ElementTree
 
 import numpy as np
 
+from jointlib.errors import InputError
 from jointlib.joint import Joint
 
 from ..system.si_unit import exponents
@@ -29,6 +33,11 @@ LOG_CATEGORIES = {
     "logStatusWarning": "the joint left the range on which it was identified",
     "logStatusError": "a call out of order, or a value that voids the joint",
 }
+_TOLERANCE = 1e-6
+"""Of the default experiment, relative; what an importer's solver is told where its user says nothing."""
+_MOST_STEPS = 5000
+DISPLAYED = {"m": ("um", 1e6), "m/s": ("mm/s", 1e3), "N/m": ("N/um", 1e-6), "rad": ("deg", 180 / np.pi)}
+"""Unit in which a value is shown, and how many of it one of SI is."""
 _VALIDITY_UNITS = {"amplitude": "m", "velocity": "m/s", "frequency": "Hz", "preload": "N"}
 Element = ElementTree.Element
 
@@ -71,7 +80,7 @@ def description_text(system: System, card: Card) -> str:
             "modelName": system.name,
             TOKEN[card.fmi]: card.token,
             "description": system.title,
-            "generationTool": TOOL,
+            **_made_by(system),
             "variableNamingConvention": "structured" if structured else "flat",
         },
     )
@@ -85,9 +94,9 @@ def description_text(system: System, card: Card) -> str:
         categories = ElementTree.SubElement(root, "LogCategories")
         for name, told in LOG_CATEGORIES.items():
             ElementTree.SubElement(categories, "Category", name=name, description=told)
-    if card.step is not None:
-        experiment = {"startTime": "0", "stopTime": repr(card.stop_time), "stepSize": repr(card.step)}
-        ElementTree.SubElement(root, "DefaultExperiment", experiment)
+    experiment = {"startTime": "0", "stopTime": repr(_stop(card)), "tolerance": repr(_TOLERANCE)}
+    experiment |= {"stepSize": repr(card.step)} if card.step is not None else {}
+    ElementTree.SubElement(root, "DefaultExperiment", experiment)
     if card.fmi == 2:
         annotations = ElementTree.SubElement(root, "VendorAnnotations")
         ElementTree.SubElement(annotations, "Tool", name=TOOL).append(_annotation(system, card))
@@ -101,6 +110,25 @@ def description_text(system: System, card: Card) -> str:
         annotations = ElementTree.SubElement(root, "Annotations")
         ElementTree.SubElement(annotations, "Annotation", type=TOOL).append(_annotation(system, card))
     return _document(root)
+
+
+def _made_by(system: System) -> dict[str, str]:
+    """Who made it and under which licence; a date only where the user sets one, so that bytes repeat."""
+    about = metadata(TOOL)
+    told = {"version": about["Version"], "license": "BSD-3-Clause, texts in documentation/licenses"}
+    told["generationTool"] = f"{TOOL} {about['Version']}"
+    told["author"] = str(system.lone.provenance.get("author", "")) if system.lone else ""
+    if date := os.environ.get("SOURCE_DATE_EPOCH", ""):
+        try:
+            told["generationDateAndTime"] = datetime.fromtimestamp(int(date), UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+        except (ValueError, OverflowError, OSError):
+            raise InputError(f"SOURCE_DATE_EPOCH is {date!r}, expected seconds since 1970") from None
+    return {key: value for key, value in told.items() if value}
+
+
+def _stop(card: Card) -> float:
+    """End of the default experiment in s: the reference run, but no more steps than a table of results should hold."""
+    return card.stop_time if card.step is None else min(card.stop_time, _MOST_STEPS * card.step)
 
 
 def _document(root: Element) -> str:
@@ -173,6 +201,9 @@ def _units(root: Element, variables: Sequence[Variable]) -> None:
         # A unit with a broken power has a name but, in FMI, no base units.
         if powers is not None:
             ElementTree.SubElement(unit, "BaseUnit", {base: str(power) for base, power in powers.items()})
+        if name in DISPLAYED:
+            shown, factor = DISPLAYED[name]
+            ElementTree.SubElement(unit, "DisplayUnit", name=shown, factor=repr(factor))
 
 
 def _numbers(variable: Variable, index: Mapping[str, str]) -> dict[str, str]:
@@ -183,6 +214,7 @@ def _numbers(variable: Variable, index: Mapping[str, str]) -> dict[str, str]:
         "start": variable.start,
     }
     attributes = {"unit": variable.unit} if variable.unit else {}
+    attributes |= {"displayUnit": DISPLAYED[variable.unit][0]} if variable.unit in DISPLAYED else {}
     attributes |= {key: repr(float(x)) for key, x in numbers.items() if x is not None}
     return attributes | ({"derivative": index[variable.derivative_of]} if variable.derivative_of else {})
 

@@ -1,8 +1,7 @@
-"""What the user of an FMU must know, as sentences, as a page inside the FMU, and the licences that travel with it."""
+"""What the user of an FMU must know, as sentences, and the licences that travel with it."""
 
 from __future__ import annotations
 
-import html
 from collections.abc import Iterable
 from importlib.metadata import PackageNotFoundError, distribution
 
@@ -75,15 +74,6 @@ def machine_notes(system: System) -> list[str]:
         f"{system.step:.3g} s, the default in the FMU, resolves forces up to {0.05 / system.step:.4g} Hz by 20 steps a "
         "period.",
     ]
-
-
-def documentation_text(system: System, messages: tuple[str, ...]) -> str:
-    """The page that an importer shows."""
-    lines = [f"<p>{html.escape(text)}</p>" for text in messages]
-    lone = system.lone
-    title = html.escape(f"Joint {lone.name}: {', '.join(law.kind for law in lone.laws)}" if lone else system.title)
-    head = f'<!DOCTYPE html>\n<html lang="en">\n<head><meta charset="utf-8"><title>{title}</title></head>\n<body>\n'
-    return head + "\n".join([f"<h1>{title}</h1>", *lines]) + "\n</body>\n</html>\n"
 
 
 def licence_of(package: str) -> str:

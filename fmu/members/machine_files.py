@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import tomllib
 from pathlib import Path
-from typing import TypeVar
 
 from jointlib.errors import InputError
 from jointlib.io.joint_file import read_joint
@@ -14,16 +13,21 @@ from machines.files.opened import machine_of
 from machines.model.machine import Machine
 from machines.road.open_joints import with_joints
 
-Model = TypeVar("Model")
+from ..system.system import System
 
 
-def model_of(model: Model | Path | str, tool: str | None) -> Model | Joint | Machine:
-    """What the schema of a file says it is; anything that is no machine is read as a joint, and refused as one."""
+def model_of(
+    model: Joint | Machine | System | Path | str, tool: str | None
+) -> tuple[Joint | Machine | System, tuple[str, ...]]:
+    """What the schema of a file says it is, and what is to be said of it.
+
+    A machine has its joints identified; anything that is no machine is read as a joint, and refused as one.
+    """
     if isinstance(model, Machine) or (isinstance(model, str | os.PathLike) and _schema(Path(model)) == _MACHINE):
-        return machine_of(model if isinstance(model, Machine) else Path(model), tool)
+        return whole_machine(model if isinstance(model, Machine) else Path(model), tool)
     if tool is not None:
         raise InputError(f"--tool: {model} is no machine, expected a machine with several tools")
-    return read_joint(Path(model)) if isinstance(model, str | os.PathLike) else model
+    return (read_joint(Path(model)) if isinstance(model, str | os.PathLike) else model), ()
 
 
 def whole_machine(machine: Machine | Path | str, tool: str | None) -> tuple[Machine, tuple[str, ...]]:

@@ -128,11 +128,12 @@ def _system(
     E = np.concatenate([E, told])
     load, rest = (None, None) if point is None else _balanced(point, equations, T, A, G, C, E, H)
     size = force or 0.1 * travel / _compliance(equations, rows, stiffness, low)
+    pulls = [float(k) * travel or size for k in stiffness]
     return System(
         name,
         title,
         tuple(Signal(_port("force", p), "N", f"force {what}", size) for p, what in ports.items()),
-        _outputs(ports, [prefix for prefix, _ in joints]),
+        _outputs(ports, [prefix for prefix, _ in joints], {"m": travel, "m/s": travel * (low or 2 * np.pi)}, pulls),
         joints,
         C=C,
         D=np.zeros((2 * nj, nu)),
@@ -171,13 +172,15 @@ def _balanced(
     return np.concatenate([pushed, offset, shown]), rest
 
 
-def _outputs(ports: Mapping[str, str], prefixes: Sequence[str]) -> tuple[Signal, ...]:
-    """Motion of each port, then motion and force of each joint."""
+def _outputs(
+    ports: Mapping[str, str], prefixes: Sequence[str], sizes: Mapping[str, float], pulls: Sequence[float]
+) -> tuple[Signal, ...]:
+    """Motion of each port, then motion and force of each joint, all with their usual sizes."""
     motion = (("displacement", "m"), ("velocity", "m/s"))
-    out = [Signal(_port(q, port), unit, f"{q} {what}") for port, what in ports.items() for q, unit in motion]
-    for prefix in prefixes:
-        out += [Signal(prefixed(prefix, q), unit, f"relative {q} of the joint") for q, unit in motion]
-        out.append(Signal(prefixed(prefix, "force"), "N", "restoring force of the joint"))
+    out = [Signal(_port(q, p), unit, f"{q} {what}", sizes[unit]) for p, what in ports.items() for q, unit in motion]
+    for prefix, pull in zip(prefixes, pulls, strict=True):
+        out += [Signal(prefixed(prefix, q), unit, f"relative {q} of the joint", sizes[unit]) for q, unit in motion]
+        out.append(Signal(prefixed(prefix, "force"), "N", "restoring force of the joint", pull))
     return tuple(out)
 
 

@@ -137,8 +137,8 @@ def native_variables(system: System) -> tuple[Variable, ...]:
     FMI 3.0 alone knows as variables: event indicators and time.
     """
     parts = native_parts(system)
-    out = [Variable(s.name, "input", s.unit, s.description, 0.0) for s in system.inputs]
-    out += [Variable(s.name, "output", s.unit, s.description) for s in system.outputs]
+    out = [Variable(s.name, "input", s.unit, s.description, 0.0, nominal=s.size) for s in system.inputs]
+    out += [Variable(s.name, "output", s.unit, s.description, nominal=s.size) for s in system.outputs]
     for prefix, joint in system.joints:
         out += [v.renamed(prefixed(prefix, v.name)) for v in variables_of(joint) if v.kind == "parameter"]
     states = [

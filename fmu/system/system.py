@@ -11,7 +11,9 @@ import numpy as np
 from jointlib.arrays import Array
 from jointlib.errors import InputError
 from jointlib.joint import Joint
+from jointlib.law import Motion
 
+from .step_limit import operating_range
 from .variables import variables_of
 
 SLOW = 1e6
@@ -101,8 +103,10 @@ def prefixed(prefix: str, name: str) -> str:
 def system_of_joint(joint: Joint) -> System:
     """A joint alone: displacement and velocity in, force out."""
     every = variables_of(joint)
+    sizes = _sizes(joint)
     inputs, outputs = (
-        tuple(Signal(v.name, v.unit, v.description) for v in every if v.kind == kind) for kind in ("input", "output")
+        tuple(Signal(v.name, v.unit, v.description, sizes[v.unit]) for v in every if v.kind == kind)
+        for kind in ("input", "output")
     )
     title = f"Restoring force of the joint {joint.name}: " + " + ".join(law.kind for law in joint.laws)
     return _of_joint(joint.name, title, inputs, outputs, joint, np.eye(2), np.ones((1, 1)), joint)
@@ -116,15 +120,27 @@ def system_of_connection(name: str, joint: Joint, sides: int) -> System:
     if sides not in {1, 2}:
         raise InputError(f"connection {name!r}: {sides} sides, expected 1 (the other is the ground) or 2")
     numbers = range(1, sides + 1)
+    sizes = _sizes(joint)
     inputs = [
-        Signal(f"{quantity}_{i}", unit, f"{quantity} of side {i} along the connection")
+        Signal(f"{quantity}_{i}", unit, f"{quantity} of side {i} along the connection", sizes[unit])
         for i in numbers
         for quantity, unit in (("displacement", "m"), ("velocity", "m/s"))
     ]
-    outputs = [Signal(f"force_{i}", "N", f"force of the joint on side {i}") for i in numbers]
+    outputs = [Signal(f"force_{i}", "N", f"force of the joint on side {i}", sizes["N"]) for i in numbers]
     sign = np.array([1.0, -1.0])[:sides]
     title = f"Connection {name}: " + " + ".join(law.kind for law in joint.laws)
     return _of_joint(name, title, inputs, outputs, joint, np.kron(sign, np.eye(2)), -sign[:, None], None)
+
+
+def _sizes(joint: Joint) -> dict[str, float]:
+    """Usual size by unit: the range of the joint, and the largest force at its ends."""
+    over = operating_range(joint)
+    ends = [(side * over.amplitude, 0.0) for side in (-1, 1)] + [(0.0, side * over.velocity) for side in (-1, 1)]
+    rest = joint.initial_state(0.0)
+    with np.errstate(over="ignore"):
+        forces = [abs(float(joint.step(Motion(np.asarray(z), np.asarray(v)), rest)[0])) for z, v in ends]
+    force = max((f for f in forces if np.isfinite(f)), default=0.0)
+    return {"m": over.amplitude, "m/s": over.velocity, "N": force or 1.0}
 
 
 def _of_joint(

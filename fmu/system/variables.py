@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -29,7 +30,7 @@ class Variable:
     declared: Parameter | None = None
     """Bounds of a parameter."""
     nominal: float | None = None
-    """The usual size of a continuous state."""
+    """The usual size of a continuous state, an input or an output."""
     derivative_of: str | None = None
     """The state whose rate this is."""
 
@@ -58,10 +59,13 @@ class Variable:
 
     @property
     def minimum(self) -> float | None:
-        """Lower bound, None if there is none; a bound that must be exceeded is given as it is."""
+        """The least value that is allowed, None if there is none."""
         if self.declared is None:
             return None
-        bound = max(self.declared.lower, self.declared.above)
+        bound = self.declared.lower
+        if self.declared.above >= bound:
+            # Not the smallest of all numbers above 0, which readers may take for 0.
+            bound = float(np.nextafter(self.declared.above, np.inf)) if self.declared.above else sys.float_info.min
         return bound if np.isfinite(bound) else None
 
     @property

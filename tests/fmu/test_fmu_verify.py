@@ -82,7 +82,7 @@ def wrong_physics_of_a_foreign_tool(members: Members) -> None:
 
 
 def foreign(members: Members) -> None:
-    replaced("modelDescription.xml", 'generationTool="jointlib"', 'generationTool="someone"')(members)
+    replaced("modelDescription.xml", 'generationTool="jointlib', 'generationTool="someone')(members)
 
 
 def foreign_column(members: Members) -> None:
@@ -170,10 +170,10 @@ def test_fmu_that_contradicts_itself_fails_the_check(
 
 def test_invalid_description_fails_the_check(tmp_path: Path) -> None:
     def change(members: Members) -> None:
-        replaced("modelDescription.xml", '<Unit name="rad">', '<Unit name="radian">')(members)
+        replaced("modelDescription.xml", '<Unit name="N s/m">', '<Unit name="N s/metre">')(members)
         foreign(members)
 
-    with pytest.raises(CheckFailed, match=r'FMPy finds the description invalid: The unit "rad"'):
+    with pytest.raises(CheckFailed, match=r'FMPy finds the description invalid: The unit "N s/m"'):
         verify_fmu(spoiled(tmp_path, change))
 
 

@@ -1,0 +1,170 @@
+"""What importers read beside the variables' names: sizes, units to show, bounds, terminals, the picture, the page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from machine_host import LIBRARY, library_machine
+from PIL import Image
+from samples import LAWS
+from tools import require
+
+from fmu.export import export_fmu
+from fmu.members.archive import read_archive
+from fmu.members.description import Card, description_text
+from fmu.members.machine_system import system_of_machine
+from fmu.members.page import documentation_text
+from fmu.members.terminals import ICON, TERMINALS, icon, terminals_text
+from fmu.system.system import System, system_of_connection, system_of_joint
+from jointlib.errors import InputError
+from jointlib.io.joint_file import read_joint
+from jointlib.joint import Covariance, Joint
+from jointlib.law import JointLaw
+from jointlib.laws.linear import Linear
+from jointlib.laws.viscous import Viscous
+
+GUIDE = read_joint(LIBRARY / "guide.joint.toml")
+both_versions = pytest.mark.parametrize("fmi", [2, 3])
+
+
+def described(system: System, fmi: int, step: float | None = 1e-5) -> ElementTree.Element:
+    return ElementTree.fromstring(description_text(system, Card("m", "t", "c", fmi, step, 1.0, ("all.c",), step)))
+
+
+def reals(root: ElementTree.Element) -> dict[str, ElementTree.Element]:
+    """The numbers of each variable by its name."""
+    found = {}
+    for variable in root.iterfind("ModelVariables/*"):
+        real = variable.find("Real")
+        found[variable.get("name", "")] = variable if real is None else real
+    return found
+
+
+@both_versions
+@pytest.mark.parametrize("law", [law for law in LAWS if law.in_time], ids=lambda law: law.kind)
+def test_every_least_value_of_a_parameter_is_allowed(law: JointLaw, fmi: int) -> None:
+    joint = Joint((law,))
+    for name, real in reals(described(system_of_joint(joint), fmi)).items():
+        if name in joint.parameters and real.get("min") is not None:
+            declared = joint._flat()[name][1]
+            least = float(real.get("min", "nan"))
+            assert least >= declared.lower
+            assert least > declared.above
+
+
+@both_versions
+def test_motions_are_micrometres_and_forces_what_the_joint_gives_at_its_ends(fmi: int) -> None:
+    joint = Joint((Linear(2e8), Viscous(300.0)), validity={"amplitude": (0.0, 5e-6), "velocity": (0.0, 0.02)})
+    real = reals(described(system_of_joint(joint), fmi))
+    sizes = {name: float(real[name].get("nominal", "nan")) for name in ("displacement", "velocity", "force")}
+    assert sizes == pytest.approx({"displacement": 5e-6, "velocity": 0.02, "force": 1000.0}, rel=1e-12)
+    assert (real["displacement"].get("displayUnit"), real["velocity"].get("displayUnit")) == ("um", "mm/s")
+    machine = reals(described(system_of_machine(library_machine("two_mass")), fmi))
+    sizes = {name: float(machine[name].get("nominal", "nan")) for name in ("displacement_x", "guide.force", "force_x")}
+    assert 1e-9 < sizes["displacement_x"] < 1e-3
+    assert sizes["guide.force"] == pytest.approx(654.164e6 * sizes["displacement_x"], rel=1e-6)
+
+
+@both_versions
+def test_unit_to_show_is_a_factor_of_the_unit_in_si(fmi: int) -> None:
+    root = described(system_of_joint(GUIDE), fmi)
+    shown = {u.get("name"): u.find("DisplayUnit") for u in root.iterfind("UnitDefinitions/Unit")}
+    for unit, name, value in (("m", "um", 3e-6 * 1e6), ("rad", "deg", 3e-6 * 180 / np.pi)):
+        told = shown[unit]
+        assert told is not None
+        assert told.get("name") == name
+        assert 3e-6 * float(told.get("factor", "nan")) == pytest.approx(value, rel=1e-15)
+    names = {d.get("name") for d in shown.values() if d is not None}
+    assert {real.get("displayUnit") for real in reals(root).values()} - {None} <= names
+
+
+@both_versions
+@pytest.mark.parametrize("step", [None, 1e-9, 1e-3])
+def test_default_experiment_always_has_a_tolerance_and_no_endless_table(step: float | None, fmi: int) -> None:
+    told = described(system_of_joint(GUIDE), fmi, step).find("DefaultExperiment")
+    assert told is not None
+    assert 0 < float(told.get("tolerance", "nan")) < 1e-3
+    assert told.get("stepSize") == (None if step is None else repr(step))
+    if step is not None:
+        assert float(told.get("stopTime", "nan")) <= 5000 * step
+
+
+def terminals(system: System) -> dict[str, dict[str, str]]:
+    root = ElementTree.fromstring(terminals_text(system))
+    return {
+        str(t.get("name")): {
+            str(m.get("memberName")): str(m.get("variableName")) for m in t.iterfind("TerminalMemberVariable")
+        }
+        for t in root.iterfind("Terminals/Terminal")
+    }
+
+
+def test_a_terminal_holds_displacement_velocity_and_force_of_one_place() -> None:
+    plain = {q: q for q in ("displacement", "velocity", "force")}
+    assert terminals(system_of_joint(GUIDE)) == {"joint": plain}
+    sides = terminals(system_of_connection("guide", GUIDE, 2))
+    assert sides == {i: {q: f"{q}_{i}" for q in plain} for i in ("1", "2")}
+    mill = system_of_machine(library_machine("guide_mill"))
+    found = terminals(mill)
+    assert list(found) == ["x", "y", "guide"]
+    assert found["guide"] == {q: f"guide.{q}" for q in plain}
+    known = {s.name for s in (*mill.inputs, *mill.outputs)}
+    assert {name for members in found.values() for name in members.values()} == known
+
+
+def test_terminals_keep_to_the_schema_of_fmi_3(tmp_path: Path) -> None:
+    import fmpy
+    from lxml import etree
+
+    schema = Path(fmpy.__file__).with_name("schema") / "fmi3" / "fmi3TerminalsAndIcons.xsd"
+    for system in (system_of_joint(GUIDE), system_of_machine(library_machine("guide_mill"))):
+        etree.XMLSchema(file=str(schema)).assertValid(etree.fromstring(terminals_text(system).encode()))
+
+
+def test_the_picture_shows_a_curve_and_is_the_same_bytes_every_time(tmp_path: Path) -> None:
+    drawn = icon(system_of_joint(GUIDE))
+    (tmp_path / "a.png").write_bytes(drawn)
+    pixels = np.asarray(Image.open(tmp_path / "a.png").convert("RGB"), dtype=int)
+    blue = (pixels[..., 2] - pixels[..., 0]) > 60
+    rows = [float(np.mean(np.flatnonzero(blue[:, j]))) for j in (14, 30, 66, 80)]
+    assert rows == sorted(rows, reverse=True), "the force grows with the displacement"
+    assert icon(system_of_joint(GUIDE)) == drawn
+    assert icon(system_of_machine(library_machine("guide_mill"))) != drawn
+
+
+def test_the_page_gives_each_parameter_with_its_error_and_where_the_joint_holds() -> None:
+    names = ("linear.stiffness", "viscous.damping")
+    joint = Joint(
+        (Linear(2e8), Viscous(300.0)),
+        "mount",
+        validity={"amplitude": (0.0, 5e-6)},
+        covariance=Covariance(names, np.diag([4e10, 25.0])),
+        provenance={"files": "r1.csv <sha>"},
+    )
+    page = documentation_text(system_of_joint(joint), ("One sentence.",), [("made with", "jointlib")])
+    for said in ("One sentence.", "made with", "linear.stiffness", "± 2e+05", "± 5", "5e-06 m", "r1.csv &lt;sha&gt;"):
+        assert said in page
+    assert page.count("<svg") == 2
+    assert "<script" not in page
+
+
+@pytest.mark.thorough
+def test_what_importers_need_is_in_the_archive_and_a_date_only_where_it_is_set(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    require("cc")
+    for fmi in (2, 3):
+        members = read_archive(export_fmu(GUIDE, tmp_path / "a.fmu", fmi=fmi, runtime="c").file)
+        assert {TERMINALS, ICON[fmi], "documentation/index.html"} <= set(members)
+        root = ElementTree.fromstring(members["modelDescription.xml"])
+        assert root.get("version")
+        assert "BSD-3-Clause" in root.get("license", "")
+        assert root.get("generationDateAndTime") is None
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "86400")
+    assert described(system_of_joint(GUIDE), 2).get("generationDateAndTime") == "1970-01-02T00:00:00Z"
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "tomorrow")
+    with pytest.raises(InputError, match="SOURCE_DATE_EPOCH is 'tomorrow', expected seconds since 1970"):
+        described(system_of_joint(GUIDE), 2)
