@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Callable, Iterable
 from enum import Enum
 
@@ -10,6 +11,12 @@ from jointlib.meanings import meant
 
 MOST = 20
 """Faults that are told at once in words."""
+LONGEST = 300
+"""Letters of a sentence."""
+_QUOTED = 60
+_UNBROKEN = re.compile(rf"\S{{{_QUOTED + 1},}}|'[^']{{{_QUOTED + 1},}}'")
+_NEAREST = 5
+"""Words of a list that are told where it holds more."""
 
 
 class InputError(ValueError):
@@ -25,7 +32,7 @@ class InputError(ValueError):
         return tuple(str(said) for said in self.args)
 
     def __str__(self) -> str:
-        said = self.sentences
+        said = tuple(told(one) for one in self.sentences)
         more = (f"and {len(said) - MOST} more",) if len(said) > MOST else ()
         return "\n".join(said if len(said) < 2 else (f"{len(said)} faults", *said[:MOST], *more))
 
@@ -73,7 +80,26 @@ def nearest(word: str, valid: Iterable[str]) -> str:
     words = sorted(valid)
     if not words:
         return "there is none"
+    word = word[:_QUOTED]
     same = [valid for valid in words if valid.casefold() == word.casefold()]
     other = meant(word, words)
     close = same or ([other] if other else difflib.get_close_matches(word, words, n=1, cutoff=0.5))
-    return f"did you mean {close[0]!r}?" if close else "expected one of " + ", ".join(words)
+    return f"did you mean {close[0]!r}?" if close else "expected one of " + few(words, word)
+
+
+def few(words: Iterable[str], near: str = "") -> str:
+    """Words as a list; of more than six the five nearest to one in letters, and how many others there are."""
+    every = list(words)
+    if len(every) <= _NEAREST + 1:
+        return ", ".join(every)
+    close = difflib.get_close_matches(near[:_QUOTED], every, n=_NEAREST, cutoff=0.0) if near else every[:_NEAREST]
+    return f"{', '.join(sorted(close, key=every.index))} or {len(every) - len(close)} others"
+
+
+def told(text: str, most: int = LONGEST) -> str:
+    """A sentence as it is printed: one line, what cannot be printed escaped, long quotations and then the rest cut."""
+    line = "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
+    if len(line) > most:
+        line = _UNBROKEN.sub(lambda match: f"{match[0][: _QUOTED - 20]}…{match[0][-16:]}", line)
+    tail = most // 3
+    return line if len(line) <= most else f"{line[: most - tail - 3]} … {line[-tail:]}"

@@ -95,7 +95,8 @@ def check(law: Any, kind: str) -> None:
             raise InputError(f"{kind}: {p.name} is {getattr(law, p.name)!r}, expected a list of numbers in {p.unit}")
         if not np.all(np.isfinite(value)):
             raise InputError(f"{kind}: {p.name} is {getattr(law, p.name)!r}, expected a finite number in {p.unit}")
+        unit = "" if p.unit == "1" else f" {p.unit}"
         if np.any(value < p.lower) or np.any(value > p.upper) or np.any(value <= p.above):
             words = (("above", p.above), ("at least", p.lower), ("at most", p.upper))
             bounds = [f"{word} {limit:g}" for word, limit in words if np.isfinite(limit)]
-            raise InputError(f"{kind}: {p.name} is {value} {p.unit}, expected {' and '.join(bounds)} {p.unit}")
+            raise InputError(f"{kind}: {p.name} is {value}{unit}, expected {' and '.join(bounds)}{unit}")

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import os
-import tomllib
 from pathlib import Path
 
 from jointlib.errors import InputError
 from jointlib.io.joint_file import read_joint
+from jointlib.io.toml_file import schema_of
 from jointlib.joint import Joint
 from machines.files.opened import machine_of
 from machines.model.machine import Machine
@@ -41,7 +41,4 @@ _MACHINE = "jointlib/machine/1"
 
 
 def _schema(path: Path) -> object:
-    try:
-        return tomllib.loads(path.read_bytes().decode("utf-8-sig")).get("schema")
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
-        return None
+    return schema_of(path)

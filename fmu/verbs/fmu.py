@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from jointlib.cli.arguments import Target, Verb, input_file, json_option, tool_option
+from jointlib.cli.arguments import Given, Target, Verb, input_file, json_option, tool_option
 from jointlib.cli.output import emit, working, wrote
 from jointlib.errors import InputError
 
@@ -21,7 +21,7 @@ from jointlib.errors import InputError
 @click.option(
     "--platform", "platforms", multiple=True, help="Compile for this platform, win64 for example; repeatable."
 )
-@click.option("--verify", type=click.Path(path_type=Path), help="Verify this FMU instead.")
+@click.option("--verify", type=Given(), help="Verify this FMU instead.")
 @tool_option
 @json_option
 def command(

@@ -55,6 +55,6 @@ def _orders(order: tuple[int, int] | str | None) -> tuple[int, int] | None:
     if not isinstance(order, str):
         return order
     parts = order.split(",")
-    if len(parts) != 2 or not all(p.strip().isdigit() for p in parts):
+    if len(parts) != 2 or not all(p.strip().isascii() and p.strip().isdigit() for p in parts):
         raise InputError(f"--order: {order!r}, expected two whole numbers i,j")
     return int(parts[0]), int(parts[1])

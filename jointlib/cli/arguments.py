@@ -10,11 +10,11 @@ from typing import Any
 import click
 
 from jointlib.errors import InputError
-from jointlib.io.atomic import to_write
+from jointlib.io.atomic import no_name, to_write
 from jointlib.units import frequency_range, quantity, within
 
-_VALUE = re.compile(r"[+-]?(\d|\.\d)")
-_NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\D.*)?")
+_VALUE = re.compile(r"[+-]?(\d|\.\d)", re.ASCII)
+_NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\D.*)?", re.ASCII)
 _DECIMAL_COMMA = re.compile(r"(\d+),(\d+)\s*([^\d\s.,eE].*)")
 
 
@@ -105,6 +105,10 @@ class Verb(click.Command):
         return super().parse_args(ctx, out)
 
 
+def _is_there(word: str) -> bool:
+    return no_name(word) is None and Path(word).exists()
+
+
 def _one_reading(name: str, text: str) -> None:
     """Refuse ``1,5um``, which may be 1.5 µm, or 1 m and 5 µm."""
     found = _DECIMAL_COMMA.fullmatch(text.strip())
@@ -131,13 +135,13 @@ def _one_unit(name: str, kind: Quantity, values: list[str]) -> None:
 def _belongs(kind: click.ParamType[Any]) -> Callable[[str], bool]:
     """Whether a further word is one more value of the option before it."""
     if isinstance(kind, Quantity):
-        return lambda word: bool(_VALUE.match(word)) and not Path(word).exists()
+        return lambda word: bool(_VALUE.match(word)) and not _is_there(word)
     if isinstance(kind, click.Choice):
         return lambda word: word in kind.choices
     if isinstance(kind, click.IntRange):
-        return str.isdigit
+        return lambda word: word.isascii() and word.isdigit()
     if isinstance(kind, Words):
-        return lambda word: not word.startswith("-") and Path(word).suffix != ".toml" and not Path(word).exists()
+        return lambda word: not word.startswith("-") and Path(word).suffix != ".toml" and not _is_there(word)
     from jointlib.registry import laws
 
     return lambda word: word in laws()
@@ -162,6 +166,19 @@ def refuse_tool(file: Path, changes: dict[str, str]) -> None:
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON and nothing else.")
 
 
+class Given(click.ParamType[Path]):
+    """A file to read; the door that reads it says what is wrong with it, but for a name that no file can have."""
+
+    name = "path"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
+        wrong = no_name(str(value))
+        if wrong is not None:
+            where = (param.opts[0] if param.opts[0].startswith("-") else param.opts[0].upper()) if param else "file"
+            raise InputError(f"{where}: is {wrong}, expected the name of a file")
+        return Path(value)
+
+
 def input_file(name: str, **keywords: Any) -> Callable[[Any], Any]:
-    """A positional file name; the door that reads it says what is wrong with it."""
-    return click.argument(name, type=click.Path(path_type=Path), **keywords)
+    """A positional file name."""
+    return click.argument(name, type=Given(), **keywords)

@@ -62,6 +62,19 @@ def summary(point: EntryPoint) -> str:
     return ""
 
 
+def _limit() -> click.Option:
+    """What every verb takes: how much memory it may need."""
+
+    def ask(_context: click.Context, _option: click.Parameter, size: str | None) -> None:
+        if size is not None:
+            from jointlib.foreign import memory
+
+            memory.ask(memory.bytes_in(size, "--limit"))
+
+    said = "Memory it may take, such as 4GB; default: 80 % of what is free."
+    return click.Option(["--limit"], expose_value=False, callback=ask, is_eager=True, metavar="SIZE", help=said)
+
+
 class _Verbs(click.Group):
     """Verbs are imported when they are called, so that ``--help`` answers at once."""
 
@@ -72,6 +85,8 @@ class _Verbs(click.Group):
         if cmd_name not in verbs():
             return None
         command: click.Command = verbs()[cmd_name].load()
+        if not any("--limit" in option.opts for option in command.params):
+            command.params.append(_limit())
         return command
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
@@ -134,13 +149,36 @@ def main() -> None:
 
 def _status() -> int:
     """Run the verb; the exit status, after one sentence on standard error where it is not 0."""
+    from jointlib.foreign.memory import limited
+
+    with limited():
+        return _called()
+
+
+def _called() -> int:
     try:
         status = cli.main(prog_name="jointlib", standalone_mode=False)
         return status if isinstance(status, int) else 0
     except click.exceptions.Exit as stop:
         return stop.exit_code
     except click.ClickException as error:
-        click.echo(f"jointlib: {error.format_message()}", err=True)
+        from jointlib.errors import told
+
+        click.echo(f"jointlib: {told(error.format_message())}", err=True)
+        return 2
+    except MemoryError:
+        from jointlib.foreign.memory import in_words, limit
+
+        most = in_words(limit())
+        click.echo(
+            f"jointlib: it takes more than the {most} of memory it may, expected less to compute (--limit)", err=True
+        )
+        return 2
+    except OSError as error:
+        from jointlib.errors import told
+
+        named = f"{error.filename}: " if error.filename else ""
+        click.echo(f"jointlib: {told(f'{named}cannot be used ({error.strerror or error})')}", err=True)
         return 2
     except Exception as error:
         from jointlib.errors import CheckFailed, InputError

@@ -12,7 +12,7 @@ from typing import Any
 
 import click
 
-from jointlib.errors import InputError
+from jointlib.errors import InputError, told
 from jointlib.loop.answer.report import plain
 
 
@@ -41,12 +41,12 @@ _FAULT = re.compile(r"(?:(?P<file>(?!--)[^:]+\.\w+): )?(?P<fault>.*?)(?: \(line 
 
 def faults(error: InputError) -> str:
     """What is wrong with the input, as JSON: the sentences with their file and line, null where they are of none."""
-    told = []
+    found = []
     for said in error.sentences:
         match = _FAULT.fullmatch(said)
         file, fault, line = match.group("file", "fault", "line") if match else (None, said, None)
-        told.append({"file": file, "line": int(line) if line else None, "fault": fault})
-    return json.dumps({"faults": told}, indent=1)
+        found.append({"file": file, "line": int(line) if line else None, "fault": told(fault)})
+    return json.dumps({"faults": found}, indent=1)
 
 
 def wrote(path: Any) -> str:

@@ -11,6 +11,9 @@ from typing import IO, Any
 
 from jointlib.errors import InputError
 
+_LONGEST_NAME, _LONGEST_PATH = 255, 4095
+"""Bytes, on the systems that this runs on."""
+
 
 def write(path: Path, fill: Callable[[IO[bytes]], object]) -> None:
     """Let ``fill`` write a temporary neighbour of ``path``, then replace ``path`` by it."""
@@ -55,8 +58,23 @@ def _umask() -> int:
     return mask
 
 
+def no_name(name: str) -> str | None:
+    """Why no file can bear a name, as half a sentence; None where one can."""
+    if not name.strip():
+        return "empty"
+    if "\0" in name or any(0xD800 <= ord(c) < 0xE000 for c in name):
+        return f"{name!r}, with a letter that names cannot have"
+    longest = max((len(os.fsencode(part)) for part in name.split("/")), default=0)
+    if longest > _LONGEST_NAME or len(os.fsencode(name)) > _LONGEST_PATH:
+        return f"a name of {len(name)} letters"
+    return None
+
+
 def to_write(path: Path | str, where: str, *suffixes: str, folder: bool = False) -> Path:
     """The path of a file that ends in one of these suffixes, or of a folder, if it can be written."""
+    wrong = no_name(str(path))
+    if wrong is not None:
+        raise InputError(f"{where}: is {wrong}, expected the name of a {'folder' if folder else 'file to write'}")
     path = Path(path)
     if not folder and path.is_dir():
         raise InputError(f"{where}: {path} is a folder, expected the name of a file to write")

@@ -13,6 +13,7 @@ import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
+from jointlib.foreign.door import bytes_of
 from jointlib.io.atomic import write_text
 
 SUFFIX = ".frf"
@@ -22,10 +23,7 @@ _UNIFORM = 1e-6
 
 def read_cutpro(path: Path) -> tuple[Array, ComplexArray]:
     """Lines in Hz and receptance in m/N of a ``.frf`` file."""
-    try:
-        text = path.read_bytes().decode("latin-1")
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+    text = bytes_of(path, "a receptance").decode("latin-1")
     rows: list[list[float]] = []
     for number, line in enumerate(text.splitlines(), 1):
         cells = line.split()

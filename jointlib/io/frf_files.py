@@ -11,6 +11,7 @@ import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
+from jointlib.foreign.door import LARGEST, usable
 from jointlib.frf import Quantity
 from jointlib.io import cutpro
 from jointlib.io.finite_elements.matrix_files import read_arrays
@@ -50,6 +51,11 @@ class FrfRecord:
 
 def read_frfs(path: Path, told: Told | None = None) -> list[FrfRecord]:
     """Every frequency response of a file, values in SI where the file says its units."""
+    with np.errstate(over="ignore", invalid="ignore"):  # what comes of it is looked at below
+        return _read(path, told)
+
+
+def _read(path: Path, told: Told | None) -> list[FrfRecord]:
     if not path.is_file():
         found = "a folder" if path.is_dir() else "no such file"
         raise InputError(f"{path}: {found}, expected frequency responses")
@@ -102,8 +108,11 @@ def read_frf(
             f"{where}: unit is {unit!r}, but the headings of {path} say {found.unit!r}, expected one of them"
         )
     factor = sign * (1.0 if unit is None else scale(unit, held.value, f"{where}: unit"))
-    variance = None if found.variance is None else found.variance * factor**2
-    return replace(found, value=found.value * factor, variance=variance, quantity=held)
+    with np.errstate(over="ignore", invalid="ignore"):
+        value = found.value * factor
+        variance = None if found.variance is None else found.variance * factor**2
+    usable(path, "a value in SI", value)
+    return replace(found, value=value, variance=variance, quantity=held)
 
 
 def _chosen(path: Path, records: Sequence[FrfRecord], at: Sequence[str | None]) -> tuple[FrfRecord, int]:
@@ -221,9 +230,11 @@ def _checked(path: Path, record: FrfRecord) -> FrfRecord:
         )
     if not np.all(np.isfinite(f)) or np.any(np.diff(f) <= 0) or f[0] < 0:
         raise InputError(f"{path}: frequencies must be finite, not negative and ascending")
-    if not np.all(np.isfinite(record.value)):
-        bad = f[~np.all(np.isfinite(record.value.reshape(len(f), -1)), axis=1)][0]
-        raise InputError(f"{path}: the value at {bad:g} Hz is not finite")
+    with np.errstate(over="ignore", invalid="ignore"):
+        good = np.all(np.abs(record.value.reshape(len(f), -1)) <= LARGEST, axis=1)
+    if not np.all(good):
+        raise InputError(f"{path}: the value at {f[~good][0]:g} Hz is not finite, or above {LARGEST:g}")
+    usable(path, "frequency", f)
     v = record.variance
     if v is not None and (v.shape != shape or not np.all(np.isfinite(v)) or np.any(v < 0)):
         raise InputError(f"{path}: the variance must be finite, not negative and of the shape of the values {shape}")

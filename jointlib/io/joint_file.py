@@ -42,7 +42,7 @@ def joint_from(section: Section, name: str) -> Joint:
     laws, lost = section.each("law", _law, needed=True)
     validity = section.section("validity").read(_validity)
     modulations, _ = section.each("modulation", _modulation)
-    provenance = section.take("provenance", {})
+    provenance = section.section("provenance").raw()
     matrix = section.section("covariance")
     section.done()
     if lost:

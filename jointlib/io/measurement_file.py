@@ -93,7 +93,7 @@ def _measurement(path: Path, section: Section) -> Measurement:
         estimate=estimate or Settings(),
     )
     refuse_elsewhere(section, kind, OF_FILE)
-    section.take("provenance", None)
+    section.section("provenance")
     section.done()
     check(found, channels=not faulty, records=not lost)
     return found

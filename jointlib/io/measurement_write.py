@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tomllib
 from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
@@ -12,7 +11,7 @@ from typing import Any
 from jointlib.corrections import joined
 from jointlib.errors import InputError
 from jointlib.io.atomic import sha256
-from jointlib.io.toml_file import write_toml
+from jointlib.io.toml_file import parsed, write_toml
 from jointlib.measurement import Correction, Measurement
 
 _PROGRAM = "jointlib"
@@ -27,7 +26,7 @@ def write_measurement(path: Path, measurement: Measurement, corrections: Sequenc
     source = measurement.source
     if not source.is_file():
         raise InputError(f"{source}: no such file, expected the measurement file that corrections are added to")
-    table = tomllib.loads(source.read_bytes().decode("utf-8-sig"))
+    table = parsed(source)[1]
     table.pop("schema")
     files = {"file": source.name, "sha256": sha256(source)}, *_hashes(measurement)
     noted = {**table.pop("provenance", {}), "program": f"{_PROGRAM} {version(_PROGRAM)}", "files": list(files)}
@@ -42,7 +41,7 @@ def write_measurement(path: Path, measurement: Measurement, corrections: Sequenc
 
 def is_written_by_a_program(path: Path) -> bool:
     """True for a measurement file that a trace wrote: it may be replaced by the next one."""
-    noted = tomllib.loads(path.read_bytes().decode("utf-8-sig")).get("provenance", {})
+    noted = parsed(path)[1].get("provenance", {})
     return str(noted.get("program", "")).startswith(_PROGRAM)
 
 

@@ -104,7 +104,7 @@ def _shape(path: Path, s: dict[str, Any], label: str) -> float:
     except ValueError as error:
         raise InputError(f"{path}: at is {error}") from None
     for axis in range(1, len(AXES)):
-        if key.endswith(AXES[axis]) and key.removesuffix(AXES[axis]).isdigit():
+        if key.endswith(AXES[axis]) and key.removesuffix(AXES[axis]).isdecimal():
             node, nodes = int(key.removesuffix(AXES[axis])), np.asarray(s["node_nums"], dtype=int)
             values = s.get(f"r{axis}")
             if node in nodes and values is not None:

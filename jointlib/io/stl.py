@@ -9,6 +9,7 @@ import numpy as np
 
 from jointlib.arrays import Array
 from jointlib.errors import InputError
+from jointlib.foreign.door import bytes_of, usable
 
 _HEAD, _EACH = 84, 50
 """Bytes before the triangles, and of each."""
@@ -24,10 +25,7 @@ def read_stl(path: Path) -> Array:
     InputError
         Where the file cannot be read or is no whole STL file.
     """
-    try:
-        data = Path(path).read_bytes()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+    data = bytes_of(path, "an STL file")
     count = int.from_bytes(data[80:_HEAD], "little") if len(data) >= _HEAD else -1
     if len(data) == _HEAD + _EACH * count:
         found = np.frombuffer(data, _RECORD, offset=_HEAD)["corners"].astype(float)
@@ -36,10 +34,9 @@ def read_stl(path: Path) -> Array:
     else:
         promised = f"its head promises {count} triangles, {_HEAD + _EACH * count} bytes" if count >= 0 else "too few"
         raise InputError(f"{path}: {len(data)} bytes, {promised}; expected a whole STL file, binary or text")
-    if not len(found) or not np.all(np.isfinite(found)):
-        what = "no triangle" if not len(found) else "corners that are not finite"
-        raise InputError(f"{path}: holds {what}, expected the triangles of a surface")
-    return np.asarray(found)
+    if not len(found):
+        raise InputError(f"{path}: holds no triangle, expected the triangles of a surface")
+    return np.asarray(usable(path, "triangle, corner and axis", found))
 
 
 def _text(path: Path, data: bytes) -> Array:

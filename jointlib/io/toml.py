@@ -8,15 +8,16 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from jointlib.errors import InputError, nearest
+from jointlib.io.atomic import no_name
 from jointlib.io.likeness import Doubtful, likeness
 from jointlib.io.mistakes import Absent, Lost, Mistakes, shortened
 from jointlib.meanings import meant, not_covered
 from jointlib.units import quantity, scale
 
 T = TypeVar("T")
-_NUMBER = (0.5, 0.25)
-"""What stands in for a number that cannot be read."""
+_NUMBER = (0.5, 0.25)  # stands in for a number that cannot be read
 _WORD = ("unknown", "unknown_too", "unknown_three")
+MOST = 10**9  # what is counted is no more than that
 
 
 class Section:
@@ -34,7 +35,7 @@ class Section:
         self._left = dict(table)
         self.counted: dict[str, list[int]] = {}  # numbers of the tables [[key]] where some were taken out
         self._known: set[str] = set()
-        self.lost, self._finished = False, False
+        self.lost = self._finished = False
         self._guessed_kind = False  # its kind is misspelt: that other keys are missing or unknown is not sure
 
     def read(self, build: Callable[[Section], T]) -> T | None:
@@ -65,9 +66,9 @@ class Section:
                 lost.append(Doubtful(section.table, built))
         return found, lost
 
-    def within(self, table: dict[str, Any], where: str = "") -> Section:
+    def within(self, table: dict[str, Any], at: str = "") -> Section:
         """Another table that is read as a part of this one."""
-        return Section(table, f"{self.where}: {where}" if where else self.where, self.folder, self.mistakes)
+        return Section(table, f"{self.where}: {at}" if at else self.where, self.folder, self.mistakes)
 
     def fault(self, said: str, sure: bool = False) -> None:
         """Something wrong with the table, told in half a sentence; ``sure`` where no stand-in can be the reason."""
@@ -120,10 +121,9 @@ class Section:
 
     def text(self, key: str, default: Any = ..., choices: tuple[str, ...] = ()) -> str:
         """A string, one of ``choices`` if given."""
-        value = self.take(key, default)
+        value, instead = self.take(key, default), (choices[0], choices[-1]) if choices else _WORD[:2]
         if value is default:
             return value  # type: ignore[no-any-return]
-        instead = (choices[0], choices[-1]) if choices else _WORD[:2]
         if not isinstance(value, str):
             self._wrong(value, f"{key} is {value!r}, expected a string", instead)
             return str(self._guessed(instead))
@@ -159,17 +159,17 @@ class Section:
     def flag(self, key: str, default: bool = False) -> bool:
         """true or false."""
         value = self.take(key, default)
-        if not isinstance(value, bool):
-            return bool(self._wrong(value, f"{key} is {value!r}, expected true or false", (default, not default)))
-        return value
+        said = f"{key} is {value!r}, expected true or false"
+        return value if isinstance(value, bool) else bool(self._wrong(value, said, (default, not default)))
 
-    def integer(self, key: str, default: Any = ..., lower: int = 0) -> int:
-        """A whole number of at least ``lower``."""
+    def integer(self, key: str, default: Any = ..., lower: int = 0, upper: int = MOST) -> int:
+        """A whole number from ``lower`` to ``upper``."""
         value = self.take(key, default)
         if value is default:
             return value  # type: ignore[no-any-return]
-        if not isinstance(value, int) or isinstance(value, bool) or value < lower:
-            said = f"{key} is {value!r}, expected a whole number of at least {lower}"
+        if not isinstance(value, int) or isinstance(value, bool) or not lower <= value <= upper:
+            most = f" and at most {upper}" if type(value) is int and value > upper else ""
+            said = f"{key} is {value!r}, expected a whole number of at least {lower}{most}"
             return int(self._wrong(value, said, (lower, lower + 1)))
         return value
 
@@ -222,11 +222,9 @@ class Section:
     def words(self, key: str, default: Any = ...) -> tuple[str, ...]:
         """A list of strings."""
         value = self.take(key, default)
-        if value is default:
-            return value  # type: ignore[no-any-return]
-        if not isinstance(value, list) or not all(isinstance(v, str) for v in value):
-            return tuple(self._wrong(value, f"{key} is {value!r}, expected a list of strings", (_WORD[:1], _WORD[1:])))
-        return tuple(value)
+        if value is not default and not (isinstance(value, list) and all(isinstance(v, str) for v in value)):
+            value = self._wrong(value, f"{key} is {value!r}, expected a list of strings", (_WORD[:1], _WORD[1:]))
+        return value if value is default else tuple(value)
 
     def section(self, key: str) -> Section:
         """A sub-table; empty if it is not there."""
@@ -259,6 +257,8 @@ class Section:
     def path(self, key: str, default: Any = ...) -> Path:
         """A file name relative to the document."""
         value = self.text(key, default)
+        if value is not default and (wrong := no_name(value)):
+            value = self._wrong(value, f"{key} is {wrong}, expected the name of a file", _WORD[:2])
         return value if value is default else self.folder / value
 
     def done(self) -> None:

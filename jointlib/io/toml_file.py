@@ -11,6 +11,7 @@ from typing import Any
 import tomli_w
 
 from jointlib.errors import InputError
+from jointlib.foreign.door import bytes_of
 from jointlib.io.atomic import write_text
 from jointlib.io.mistakes import Mistakes
 from jointlib.io.toml import Section
@@ -19,22 +20,7 @@ from jointlib.io.toml_lines import shown
 
 def read_toml(path: Path, kind: str, mistakes: Mistakes | None = None) -> Section:
     """Open ``schema = "jointlib/<kind>/1"``."""
-    text = ""
-    try:
-        text = Path(path).read_bytes().decode("utf-8-sig")
-        table = tomllib.loads(text)
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file, expected a {kind} file") from None
-    except IsADirectoryError:
-        raise InputError(f"{path}: cannot be read, it is a folder, expected a {kind} file") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{path}: cannot be read as text, expected a {kind} file in TOML") from None
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error})") from None
-    except tomllib.TOMLDecodeError as error:
-        if Path(path).suffix.lower() != ".toml" and "schema" not in text:
-            raise InputError(f"{path}: cannot be read as TOML, expected a {kind} file") from None
-        raise InputError(f"{path}: {not_valid(text, error)}") from None
+    text, table = parsed(path, f"a {kind} file")
     if mistakes is not None:
         mistakes.texts[str(path)] = text
     schema = table.pop("schema", None)
@@ -50,8 +36,33 @@ def read_toml(path: Path, kind: str, mistakes: Mistakes | None = None) -> Sectio
     return section
 
 
-def not_valid(text: str, error: tomllib.TOMLDecodeError) -> str:
+def parsed(path: Path, what: str = "a TOML file") -> tuple[str, dict[str, Any]]:
+    """The text of a TOML file and its tables, unchecked; ``what`` it is expected to be."""
+    data = bytes_of(path, what)
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: cannot be read as text, expected {what} in TOML") from None
+    try:
+        return text, tomllib.loads(text)
+    except (ValueError, RecursionError) as error:  # a plain ValueError: a number of more digits than Python reads
+        if Path(path).suffix.lower() != ".toml" and "schema" not in text:
+            raise InputError(f"{path}: cannot be read as TOML, expected {what}") from None
+        raise InputError(f"{path}: {_not_valid(text, error)}") from None
+
+
+def schema_of(path: Path) -> str:
+    """The schema that a file names; empty where it cannot be read, which is said where it is."""
+    try:
+        return str(parsed(path)[1].get("schema", ""))
+    except InputError:
+        return ""
+
+
+def _not_valid(text: str, error: Exception) -> str:
     """What is wrong with the TOML, and the line of it."""
+    if isinstance(error, RecursionError):
+        return "not valid TOML: lists or tables are nested too deeply"
     line = re.search(r"at line (\d+)", str(error))
     number = int(line[1]) if line else len(text.splitlines())
     return f"not valid TOML: {error} {shown(text, number)}" if number else f"not valid TOML: {error}"

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from jointlib.errors import InputError
+from jointlib.foreign.door import bytes_of, foreign
 
 _END = 256
 AXES = ("", "X", "Y", "Z", "RX", "RY", "RZ")
@@ -18,16 +19,10 @@ def read_sets(path: Path) -> list[dict[str, Any]]:
     """Every data set that is understood."""
     import pyuff
 
-    try:
-        end = path.read_bytes()[-_END:]
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+    end = bytes_of(path, "a universal file")[-_END:]
     if end.split()[-1:] != [b"-1"]:
         raise InputError(f"{path}: does not end with the line '-1', expected a whole universal file")
-    try:
-        sets = pyuff.UFF(str(path)).read_sets()
-    except Exception as error:  # pyuff raises bare exceptions of many kinds on broken files
-        raise InputError(f"{path}: cannot be read as a universal file ({error})") from None
+    sets = foreign(path, "a universal file", lambda: pyuff.UFF(str(path)).read_sets())
     sets = sets if isinstance(sets, list) else [sets]
     for s in sets:
         if s.get("type") == 58:

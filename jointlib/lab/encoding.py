@@ -6,6 +6,7 @@ import codecs
 from pathlib import Path
 
 from jointlib.errors import InputError
+from jointlib.foreign.door import bytes_of
 
 _MARKS = (
     (codecs.BOM_UTF8, "utf-8"),
@@ -30,10 +31,7 @@ _OTHERS = {
 
 def text_of(path: Path, encoding: str | None = None) -> tuple[str, str]:
     """The text of a file with line ends as \\n, and the encoding it was read in."""
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+    data = bytes_of(path, "text")
     for first, what in _OTHERS.items():
         if data.startswith(first):
             raise InputError(f"{path}: is {what} by its first bytes, expected text")

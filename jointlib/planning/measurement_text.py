@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import tomli_w
 
+from jointlib.io.toml_file import parsed
 from jointlib.planning.campaign import Campaign
 from jointlib.planning.setup import RIG_CHANNELS, Setup
 
@@ -29,7 +29,7 @@ def text_to_fill(setup: Setup, campaign: Campaign, drive: float, said: Sequence[
     """What the reader completes: their channels where they gave them, SI columns where not."""
     declared: dict[str, Any] = {}
     if setup.declared is not None:
-        declared = tomllib.loads(setup.declared.source.read_bytes().decode("utf-8-sig"))
+        declared = parsed(setup.declared.source)[1]
     bodies: dict[str, Any] = {k: declared[k] for k in ("driven", "bodies") if k in declared} or _bodies(setup)
     channels = declared.get("channel") or _channels(setup)
     corrections = [c for c in declared.get("correction", []) if "record" not in c]

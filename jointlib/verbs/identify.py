@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from jointlib.cli.arguments import Target, Verb, input_file, json_option
+from jointlib.cli.arguments import Given, Target, Verb, input_file, json_option
 from jointlib.cli.output import emit, working, wrote
 from jointlib.errors import InputError
 from jointlib.shown.text import table
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 @click.command("identify", cls=Verb)
 @input_file("measurements", nargs=-1, required=True)
 @click.option("--law", "laws", multiple=True, help="Kinds of the laws to fit, for example hertz-guide viscous.")
-@click.option("--start", type=click.Path(path_type=Path), help="Joint file with laws, first values and what is fixed.")
+@click.option("--start", type=Given(), help="Joint file with laws, first values and what is fixed.")
 @click.option("--order", help="Orders i,j of a chebyshev surface; default: chosen on held-out data.")
 @click.option("-o", "output", type=Target(), required=True, help="The joint file to write.")
 @json_option

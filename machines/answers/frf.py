@@ -12,6 +12,7 @@ import numpy as np
 
 from jointlib.answers.given import File, Quantities, Span, files_of, several, span
 from jointlib.errors import InputError
+from jointlib.foreign.memory import refuse_beyond
 from jointlib.io.atomic import given_target
 from jointlib.shown.pictures import axes_of
 from jointlib.shown.progress import Progress, Silent
@@ -32,6 +33,8 @@ from .told.frf_files import draw, write_bands, write_receptances
 from .told.frf_told import contact_lines, measured_lines, tool_lines
 
 Harmonics: TypeAlias = int | str | tuple[int, ...]
+_EACH = 1500.0
+"""Bytes of a line for every pair of places, measured over the whole of the computation."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -133,6 +136,8 @@ def frf(
         model, remarks = with_joints(machine_of(machine, tool))
         band = None if lines_of is None else lines_of[:2]
         points = 600 if lines_of is None or lines_of[2] is None else lines_of[2]
+        places = len(model.joints()) + len(model.tool) + 1
+        refuse_beyond(_EACH * points * places**2, f"--frequency: {points} lines of {places - 1} joints and tool axes")
         if samples:
             refuse_certain(model)
         drive = model.driven_dof(drive) if samples else drive
@@ -192,6 +197,6 @@ def _harmonics(given: str | int | Sequence[int]) -> Harmonics:
     if given == "auto" or isinstance(given, int):
         return given
     parts = [str(part).strip() for part in (given.split(",") if isinstance(given, str) else given)]
-    if not all(part.isdigit() for part in parts):
+    if not all(part.isascii() and part.isdigit() and len(part) < 10 for part in parts):
         raise InputError(f"--harmonics: {given!r}, expected 1, auto or multiples such as 1,3,5")
     return tuple(int(part) for part in parts)

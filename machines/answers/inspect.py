@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,11 +11,12 @@ import numpy as np
 
 from jointlib.answers.given import File
 from jointlib.errors import InputError
+from jointlib.foreign.door import foreign
 from jointlib.io.atomic import given_target
 from jointlib.io.joint_file import read_joint
 from jointlib.io.measurement_file import read_measurement
 from jointlib.io.readers import read_columns
-from jointlib.io.toml_file import not_valid
+from jointlib.io.toml_file import parsed
 from jointlib.shown.pictures import axes_of, literal, name_curves
 from jointlib.shown.result import Columns, Shown
 
@@ -24,7 +24,7 @@ from ..files.component_file import read_component
 from ..files.machine_file import read_machine
 from ..files.opened import with_tool
 from ..study.study_file import read_study
-from .told.file_lines import component_lines, fmu_lines, joint_lines, measurement_lines, record_lines
+from .told.file_lines import component_lines, finite, fmu_lines, joint_lines, measurement_lines, record_lines
 from .told.machine_told import told
 from .told.picture import draw
 from .told.study_told import asked_lines
@@ -58,8 +58,8 @@ class Contents(Shown):
             return {
                 "column": (list(columns), ""),
                 "samples": ([len(values) for values in columns.values()], ""),
-                "lowest": ([np.min(values) for values in columns.values()], ""),
-                "highest": ([np.max(values) for values in columns.values()], ""),
+                "lowest": ([np.min(finite(values), initial=np.inf) for values in columns.values()], ""),
+                "highest": ([np.max(finite(values), initial=-np.inf) for values in columns.values()], ""),
             }
         return {"line": (self.lines, "")}
 
@@ -139,14 +139,7 @@ def _opened(file: Path, contacts: bool, tool: str | None) -> tuple[Any, list[str
 
 
 def _schema(file: Path) -> str:
-    text = ""
-    try:
-        text = file.read_text("utf-8-sig")
-        schema = tomllib.loads(text).get("schema")
-    except UnicodeDecodeError as error:
-        raise InputError(f"{file}: not valid TOML: {error}") from None
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{file}: {not_valid(text, error)}") from None
+    schema = parsed(file, "a file of this program")[1].get("schema")
     known = [f"jointlib/{kind}/1" for kind in ("joint", "measurement", "component", "machine", "study")]
     if not isinstance(schema, str) or schema not in known:
         raise InputError(f"{file}: schema is {schema!r}, expected one of {', '.join(known)}")
@@ -156,7 +149,4 @@ def _schema(file: Path) -> str:
 def _description(file: Path) -> Any:
     from fmpy import read_model_description
 
-    try:
-        return read_model_description(str(file))
-    except Exception as error:  # FMPy raises plain exceptions of many kinds on broken archives
-        raise InputError(f"{file}: not a readable FMU ({str(error).splitlines()[0]})") from None
+    return foreign(file, "an FMU", lambda: read_model_description(str(file)))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +12,7 @@ import numpy as np
 from jointlib.answers.given import File, Quantity, Span, files_of, one, span
 from jointlib.errors import InputError
 from jointlib.io.atomic import given_target
+from jointlib.io.toml_file import schema_of
 from jointlib.modal_fit.fit import fit_modes
 from jointlib.modal_fit.fitted_modes import FittedModes
 from jointlib.shown.pictures import write_picture
@@ -204,7 +204,4 @@ def _of_measurements(
 
 def _measured(file: Path) -> bool:
     """Whether a file is a measurement; what is wrong with it is said where it is read."""
-    try:
-        return tomllib.loads(file.read_text("utf-8-sig")).get("schema") == "jointlib/measurement/1"
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
-        return False
+    return schema_of(file) == "jointlib/measurement/1"

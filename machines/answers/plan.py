@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +12,7 @@ import numpy as np
 from jointlib.answers.given import File, Quantity, joint_of, measurement_of, one
 from jointlib.errors import InputError
 from jointlib.io.atomic import given_target
+from jointlib.io.toml_file import schema_of
 from jointlib.measurement import Measurement
 from jointlib.planning.noise import noise_of
 from jointlib.planning.plan import SIZE, Plan, plan_rig
@@ -207,11 +207,7 @@ def _kind(file: Path) -> str:
     """The kind that a file declares."""
     if not file.is_file():
         raise InputError(f"{file}: a folder, expected a file" if file.is_dir() else f"{file}: no such file")
-    try:
-        table: dict[str, Any] = tomllib.loads(file.read_bytes().decode("utf-8-sig"))
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError):
-        return "joint"
-    parts = str(table.get("schema", "")).split("/")
+    parts = schema_of(file).split("/")
     kind = parts[1] if len(parts) == 3 else "joint"
     if kind not in ("joint", "machine"):
         raise InputError(f"{file}: a {kind}, expected a joint or a machine")

@@ -81,13 +81,13 @@ class BearingPair(Bundle):
         if section.has("joint"):
             return cls._as_measured(section, read_joint(section.path("joint")))
         said = ["rings and balls of steel (208 GPa)"]
-        balls = section.integer("balls", lower=3)
+        balls = section.integer("balls", lower=3, upper=1000)
         ball, pitch = section.number("ball_diameter", "m"), section.number("pitch_diameter", "m")
         angle, preload = section.number("contact_angle", "rad"), section.number("preload", "N")
         spacing = section.number("spacing", "m")
         arrangement = section.text("arrangement", choices=("O", "X", "tandem"))
         conformity = assumed_value(section, said, "conformity", "1", 0.52, "0.52")
-        points = section.integer("points", min(balls, _POINTS), lower=3)
+        points = section.integer("points", min(balls, _POINTS), lower=3, upper=1000)
         return cls(balls, ball, pitch, angle, preload, spacing, arrangement, conformity, points, None, tuple(said))
 
     @classmethod
@@ -95,7 +95,7 @@ class BearingPair(Bundle):
         law = guide_of(joint, cls.kind)
         pitch, spacing = section.number("pitch_diameter", "m"), section.number("spacing", "m")
         arrangement = section.text("arrangement", choices=("O", "X", "tandem"))
-        points = section.integer("points", _POINTS, lower=3)
+        points = section.integer("points", _POINTS, lower=3, upper=1000)
         axial = 2 * law.preload * np.sin(law.contact_angle)
         return cls(points, pitch / 4, pitch, law.contact_angle, axial, spacing, arrangement, 0.52, points, joint)
 

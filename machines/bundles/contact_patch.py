@@ -24,6 +24,8 @@ Assumed of faces; 0.1 to 0.2 was measured on some (Kono et al., Key Eng. Mat. 52
 """
 _STICTION = 0.15
 """Assumed. Lightly oiled bare steel, threads and bolt heads: 0.14 to 0.24 (VDI 2230)."""
+_STEEPEST = 3.0
+"""Exponent that no face reaches; 1 would be that of a surface of exponentially few asperities."""
 _EXPONENT = 0.5
 """Assumed."""
 
@@ -66,7 +68,10 @@ class Face:
                 reference = section.number("reference_pressure", "N/m^2")
                 positive("face", reference_pressure=reference)
                 exponent = assumed_value(section, said, "pressure_exponent", "1", _EXPONENT, f"{_EXPONENT:g}")
+                if not 0 <= exponent <= _STEEPEST:
+                    raise InputError(f"face: pressure_exponent is {exponent:g}, expected 0 to {_STEEPEST:g}")
                 normal *= (pressure / reference) ** exponent
+                positive("face", normal_stiffness=normal)
         if across:
             if normally and not section.has("tangential_stiffness"):
                 said.append(f"tangential_stiffness = {MINDLIN:g} of the normal one")
@@ -74,7 +79,7 @@ class Face:
             else:
                 tangential = section.number("tangential_stiffness", "N/m^3")
                 positive("face", tangential_stiffness=tangential)
-            sliders = section.integer("sliders", 1, lower=1)
+            sliders = section.integer("sliders", 1, lower=1, upper=1000)
         return cls(normal, tangential, friction, sliders)
 
     def pressed(self, area: float, pressure: float) -> Joint:

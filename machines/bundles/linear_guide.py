@@ -67,7 +67,7 @@ class LinearGuide(Bundle):
     def from_section(cls, section: Section) -> LinearGuide:
         said: list[str] = []
         width, length = section.number("width", "m"), section.number("length", "m")
-        points = section.integer("points", 2, lower=1)
+        points = section.integer("points", 2, lower=1, upper=1000)
         height = assumed_value(section, said, "height", "m", 0.0, "0 m")
         arrangement = "O"
         if section.has("arrangement"):

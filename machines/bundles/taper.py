@@ -56,7 +56,10 @@ class Taper(Bundle):
         positive(cls.kind, diameter=diameter, length=length, ratio=ratio, drawbar=drawbar)
         positive(cls.kind, **{"diameter at the inner end": diameter - ratio * length})
         face = Face.from_section(section, said, lambda mu: drawbar / cls._resisted(diameter, length, ratio, mu))
-        rings, points = section.integer("rings", 2, lower=1), section.integer("points", 4, lower=3)
+        rings, points = (
+            section.integer("rings", 2, lower=1, upper=100),
+            section.integer("points", 4, lower=3, upper=100),
+        )
         return cls(diameter, length, ratio, drawbar, face, rings, points, tuple(said))
 
     @staticmethod

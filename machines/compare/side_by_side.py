@@ -13,6 +13,7 @@ import numpy as np
 from jointlib import read_joint, read_measurement
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import CheckFailed, InputError
+from jointlib.foreign.door import bytes_of, reason
 from jointlib.joint import Joint
 
 from ..cutting.amplitude.chattering_tool import tip_at_rest
@@ -193,10 +194,10 @@ def _json(path: Path) -> dict[str, Any]:
     if not path.is_file():
         return {}
     try:
-        loaded: dict[str, Any] = json.loads(path.read_text("utf-8"))
-    except ValueError as error:
-        raise InputError(f"{path}: no JSON: {error}") from None
-    return loaded
+        loaded = json.loads(bytes_of(path, "the results of a run"))
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: no JSON ({reason(error)})") from None
+    return loaded if isinstance(loaded, dict) else {}
 
 
 def differences(first: Side, other: Side) -> tuple[Difference, ...]:

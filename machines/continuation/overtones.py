@@ -20,6 +20,8 @@ from .all_curves import from_branches
 from .curve_results import Followed, by_arc_length
 
 _FAR = 0.2
+_HIGHEST = 1000
+"""Multiples of the driving frequency that are solved for at most."""
 _REMEDY = "measure further, give modal data of the part, or keep the range lower"
 
 
@@ -41,6 +43,8 @@ class Overtones:
             if moves and values[:1] == (0,):
                 values = values[1:]
             whole = all(isinstance(h, (int, np.integer)) for h in values)
+            if whole and max(values, default=0) > _HIGHEST:
+                raise InputError(f"response: harmonics has {max(values)}, expected multiples up to {_HIGHEST}")
             if whole and values[:1] == (1,) and all(a < b for a, b in pairwise(values)):
                 return cls(tuple(int(h) for h in values))
         raise InputError(

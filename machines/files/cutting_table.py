@@ -59,7 +59,7 @@ def cutting_of(section: Section) -> dict[str, Any]:
     """Fields of `Cutting`, in SI."""
     fields: dict[str, Any] = {"process": section.text("process")}
     if section.has("teeth"):
-        fields["teeth"] = section.integer("teeth", lower=1)
+        fields["teeth"] = section.integer("teeth", lower=1, upper=1000)
     if section.has("mode"):
         fields["mode"] = section.text("mode")
     for key, unit in CUTTING_UNITS.items():

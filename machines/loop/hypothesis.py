@@ -12,6 +12,7 @@ import numpy as np
 from jointlib.arrays import Array
 from jointlib.joint import Joint
 from jointlib.law import JointLaw
+from jointlib.loop.answer.refit import bounds_of
 from jointlib.parameter import Role, parameters_of
 
 from ..model.machine import Machine
@@ -20,6 +21,8 @@ from .quick import quick
 
 WEAK = float(np.log(2.0))
 """Prior deviation of the logarithm of a parameter that no covariance speaks of: a factor of two."""
+_FAR = 4.0
+"""Logarithm of the largest factor that is tried."""
 _GEOMETRY = ("contact_angle", "side", "displacement_scale", "velocity_scale")
 """What no wear, preload or wrong assumption changes by itself."""
 _ENTRY = re.compile(r"\[\d+\](?:\[(\d+)\])?$")
@@ -116,7 +119,9 @@ class Hypothesis:
             for name in names
             if name in known
         }
-        out = joint.with_parameters(moved) if moved else joint
+        lower, upper = bounds_of(joint, tuple(moved))
+        kept = np.clip(np.array(list(moved.values())), lower, upper).tolist()
+        out = joint.with_parameters(dict(zip(moved, kept, strict=True))) if moved else joint
         if self.laws is not None:
             for law in self.laws(values[n:]):
                 out = out + shared(law, share)
@@ -155,7 +160,19 @@ def own_coordinates(
         error = joint.covariance.standard_error(name) if within and joint.covariance is not None else 0.0
         if error > 0:
             prior = min(WEAK, error / abs(value))
-        return Coordinate(key, value, prior=prior, low=-4.0, high=4.0)
+        low, high = ends(groups[key])
+        return Coordinate(key, value, prior=prior, low=low, high=high)
+
+    def ends(names: list[str]) -> tuple[float, float]:
+        """Logarithms of the factors between which every entry stays in the range of its parameter."""
+        factors = [(np.exp(-_FAR), np.exp(_FAR))]
+        for held in (machine.joints()[row] for row in place.rows):
+            known = [name for name in names if name in held.parameters]
+            for name, *bounds in zip(known, *bounds_of(held, known), strict=True):
+                least, most = sorted(float(bound) / held.parameters[name] for bound in bounds)
+                factors.append((least, most))
+        low, high = max(low for low, _ in factors), min(high for _, high in factors)
+        return min(0.0, float(np.log(low))), max(0.0, float(np.log(high)))
 
     return tuple((coordinate(key, names[0]), tuple(names)) for key, names in groups.items())
 

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import os
-import tomllib
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from jointlib.errors import InputError
+from jointlib.io.toml_file import parsed
 
 
 def documents_and_data(path: Path) -> set[Path]:
@@ -47,10 +46,7 @@ def renamed(value: Any, folder: Path, name: Callable[[Path], str]) -> Any:
 
 def read(path: Path) -> dict[str, Any]:
     """The tables of a TOML file, unchecked."""
-    try:
-        return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: not valid TOML: {error}") from None
+    return parsed(path)[1]
 
 
 def _absolute(path: Path) -> Path:

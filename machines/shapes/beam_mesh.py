@@ -9,6 +9,7 @@ import numpy as np
 from numpy.polynomial.legendre import Legendre, leggauss
 
 from jointlib.arrays import Array
+from jointlib.errors import InputError
 
 from .profile import Material, Profile
 
@@ -16,6 +17,9 @@ FIELDS = 6
 """Translations u1, u2, u3 and rotations ϑ1, ϑ2, ϑ3 in the axes of the beam."""
 DEGREE = 6
 """Polynomial degree: an element half a wavelength long has a relative frequency error of about 1e-7."""
+
+MOST_ELEMENTS = 200
+"""Of one beam; they are put together in full matrices."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +50,13 @@ def beam_mesh(
     for left, right in itertools.pairwise(corners):
         segment = int(np.searchsorted(ends, (left + right) / 2))
         k = shortest_wave(profiles[segment], materials[segment], 2 * np.pi * up_to)
-        pieces = max(1, int(np.ceil(k * (right - left) / np.pi)))
+        count = k * (right - left) / np.pi
+        if not len(vertices) + count <= MOST_ELEMENTS:
+            raise InputError(
+                f"a piece of {right - left:g} m is {count:.3g} half waves long at {up_to:g} Hz, expected at most "
+                f"{MOST_ELEMENTS} elements in a beam (lower up_to, or look at the units of its section)"
+            )
+        pieces = max(1, int(np.ceil(count)))
         vertices += list(np.linspace(left, right, pieces + 1)[1:])
         owner += [segment] * pieces
     used = list(dict.fromkeys(materials[s] for s in owner))

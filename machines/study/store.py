@@ -22,6 +22,7 @@ import numpy as np
 
 from jointlib.arrays import Array
 from jointlib.errors import InputError
+from jointlib.foreign.door import bytes_of, reason
 from jointlib.io.atomic import write_npz, write_text
 
 _SHARD = re.compile(r"(\d{6,})-(\d{6,})\.npz")
@@ -186,9 +187,9 @@ class Store:
 
 def _read(path: Path) -> dict[str, object]:
     try:
-        head = json.loads(path.read_text("utf-8"))
-    except (ValueError, OSError) as error:
-        raise InputError(f"{path}: cannot be read ({error})") from None
+        head = json.loads(bytes_of(path, "the head of a study"))
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: cannot be read ({reason(error)})") from None
     if not isinstance(head, dict):
         raise InputError(f"{path}: holds no table, expected the head of a study")
     return head

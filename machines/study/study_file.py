@@ -24,6 +24,7 @@ from .sampling import METHODS, SEARCH, checked_search, refuse_many
 from .study import BASE, QUANTITIES, Constraint, Objective, Study
 
 _MOST_SPEEDS = 10_000
+_MOST = 1_000_000
 _TAKEN = ("design", "case", "sample")
 """Names of columns of a table beside those of the factors."""
 
@@ -92,7 +93,7 @@ def _conditions(
     speed = table.numbers("speed", "rpm", None, length=2)
     if speed is not None and not 0 < speed[0] <= speed[1]:
         table.fault("speed is not ascending, expected [low, high] in rpm")
-    count = table.integer("speeds", 100, lower=1)
+    count = table.integer("speeds", 100, lower=1, upper=_MOST)
     if count > _MOST_SPEEDS:
         table.fault(f"speeds is {count:,}, expected at most {_MOST_SPEEDS:,}")
     amplitudes = table.numbers("amplitude", "m", (0.0,))
@@ -107,8 +108,8 @@ def _conditions(
 
 def _sampling(table: Section, factors: Sequence[Factor]) -> tuple[str, int, int, int, float, int]:
     """Plan, designs, seed, samples, confidence, and designs in a generation of a search (0 for other plans)."""
-    samples = table.integer("samples", 50 if any(f.uncertain for f in factors) else 1, lower=1)
-    method, designs = table.text("method", "factorial", METHODS), table.integer("count", 128, lower=1)
+    samples = table.integer("samples", 50 if any(f.uncertain for f in factors) else 1, lower=1, upper=_MOST)
+    method, designs = table.text("method", "factorial", METHODS), table.integer("count", 128, lower=1, upper=_MOST)
     seed, confidence = table.integer("seed", 0), table.number("confidence", "1", 0.95)
     if not 0 < confidence <= 1:
         table.fault(f"confidence is {confidence:g}, expected a share above 0, at most 1")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from jointlib.cli.arguments import Target, Verb, input_file, json_option
+from jointlib.cli.arguments import Given, Target, Verb, input_file, json_option
 from jointlib.cli.output import emit, working, wrote
 from jointlib.shown.text import table
 
@@ -14,7 +14,7 @@ from jointlib.shown.text import table
 @click.command("compare", cls=Verb)
 @input_file("first")
 @input_file("others", nargs=-1)
-@click.option("--results", type=click.Path(path_type=Path), help="Of a study: the folder of 'jointlib study run'.")
+@click.option("--results", type=Given(), help="Of a study: the folder of 'jointlib study run'.")
 @click.option(
     "--designs", type=click.IntRange(min=0), multiple=True, help="Of a study: which designs, default: best and second."
 )

@@ -7,18 +7,18 @@ from typing import Any
 
 import click
 
-from jointlib.cli.arguments import Target, Verb, input_file, tool_option
+from jointlib.cli.arguments import Given, Target, Verb, input_file, tool_option
 from jointlib.cli.output import Working
 
 
 @click.command("explore", cls=Verb)
 @input_file("machine")
-@click.option("--study", type=click.Path(path_type=Path), help="Study file whose designs are shown; with --results.")
-@click.option("--results", type=click.Path(path_type=Path), help="Folder of 'jointlib study run'.")
+@click.option("--study", type=Given(), help="Study file whose designs are shown; with --results.")
+@click.option("--results", type=Given(), help="Folder of 'jointlib study run'.")
 @click.option(
     "-o", "output", type=Target(folder=True), default=Path("explore"), help="Folder for files; default: explore."
 )
-@click.option("--measured", type=click.Path(path_type=Path), multiple=True, help="Measured FRFs to lay over it.")
+@click.option("--measured", type=Given(), multiple=True, help="Measured FRFs to lay over it.")
 @tool_option
 @click.option("--port", type=click.IntRange(0, 65535), help="Default: 8050, or any that is free; 0: any that is free.")
 @click.option("--host", default="127.0.0.1", help="Address to listen at; default: 127.0.0.1, this computer alone.")

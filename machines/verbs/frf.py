@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from jointlib.cli.arguments import FrequencyRange, Quantity, Target, Verb, input_file, json_option, tool_option
+from jointlib.cli.arguments import FrequencyRange, Given, Quantity, Target, Verb, input_file, json_option, tool_option
 from jointlib.cli.output import Working, emit, wrote
 
 PLOTS = ("mag-phase", "re-im", "nyquist")
@@ -33,7 +33,7 @@ PLOTS = ("mag-phase", "re-im", "nyquist")
     required=True,
     help=".npz: every branch; .csv, .frf (CutPro): receptances, one file per force and output; .svg, .png: a picture.",
 )
-@click.option("--measured", type=click.Path(path_type=Path), multiple=True, help="Measured FRFs to lay over it.")
+@click.option("--measured", type=Given(), multiple=True, help="Measured FRFs to lay over it.")
 @click.option("--contacts", is_flag=True, help="Also list the peaks of every contact.")
 @click.option("--plot", type=click.Choice(PLOTS), default=PLOTS[0], help="What a picture shows.")
 @tool_option

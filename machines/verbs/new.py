@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from jointlib.cli.arguments import Target, Verb, json_option
+from jointlib.cli.arguments import Given, Target, Verb, json_option
 from jointlib.cli.output import emit, wrote
 
 KINDS = ("machine", "joint", "measurement", "study")
@@ -15,7 +15,7 @@ KINDS = ("machine", "joint", "measurement", "study")
 @click.command("new", cls=Verb)
 @click.argument("kind", type=click.Choice(KINDS))
 @click.option("-o", "output", type=Target(".toml"), required=True, help="The .toml file to write; it must not exist.")
-@click.option("--machine", type=click.Path(path_type=Path), help="Of a study: a milling machine that is there already.")
+@click.option("--machine", type=Given(), help="Of a study: a milling machine that is there already.")
 @json_option
 def command(kind: str, output: Path, machine: Path | None, as_json: bool) -> None:
     """Write a machine, joint, measurement or study to begin with: commented, and it runs as it is.

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import click
 
-from jointlib.cli.arguments import Quantity, Target, Verb, Words, input_file, json_option, tool_option
+from jointlib.cli.arguments import Given, Quantity, Target, Verb, Words, input_file, json_option, tool_option
 from jointlib.cli.output import Working, emit, wrote
 
 
 @click.command("plan", cls=Verb)
 @input_file("file")
-@click.option("--rig", type=click.Path(path_type=Path), help="Measurement file of a rig like yours: bodies, channels.")
+@click.option("--rig", type=Given(), help="Measurement file of a rig like yours: bodies, channels.")
 @click.option(
     "--effects", multiple=True, type=Words(), help="Effects in question, or faults; default: what a joint may lack."
 )

@@ -6,14 +6,14 @@ from pathlib import Path
 
 import click
 
-from jointlib.cli.arguments import Target, Verb, input_file, json_option
+from jointlib.cli.arguments import Given, Target, Verb, input_file, json_option
 from jointlib.cli.output import Working, emit, wrote
 
 
 @click.command("trace", cls=Verb)
 @input_file("measurement")
-@click.option("--joint", type=click.Path(path_type=Path), help="The joint model to doubt.")
-@click.option("--machine", type=click.Path(path_type=Path), help="The machine to doubt, for measured FRFs.")
+@click.option("--joint", type=Given(), help="The joint model to doubt.")
+@click.option("--machine", type=Given(), help="The machine to doubt, for measured FRFs.")
 @click.option("--seed", type=click.IntRange(min=0), default=0, help="Seed of whatever is drawn, noted in the report.")
 @click.option("-o", "output", type=Target(folder=True), required=True, help="Folder for what is written.")
 @json_option

@@ -67,7 +67,7 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ("command", "said"),
     [
         # words that are no command
-        ("frobnicate", "no verb 'frobnicate', expected one of check, compare, df"),
+        ("frobnicate", "no verb 'frobnicate', expected one of "),
         ("lobe machine.toml", "did you mean 'lobes'?"),
         ("--bogus", "--bogus"),
         (f"df {GUIDE} {AT} --bogus", "--bogus"),
@@ -145,7 +145,7 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (f"{FRF} --frequency 5:1:10", "--frequency: runs from 5 to 1 Hz, expected 0 < low < high"),
         (f"{FRF} --frequency 100", "'100', expected lo:hi or lo:hi:n"),
         (f"{FRF} --frequency -5:10:4", "expected 0 < low < high"),
-        (f"{FRF} --frequency 5:10:1", "1 lines, expected at least 2"),
+        (f"{FRF} --frequency 5:10:1", "1 lines, expected 2 to"),
         (f"{FRF} --frequency 5N:10", "unit 'N', expected Hz or kHz"),
         (f"{FRF} --force 0", "force is 0 N, expected more than 0"),
         (f"{FRF} --force -5", "force is -5 N, expected more than 0"),
@@ -369,7 +369,7 @@ def test_a_wrong_table_gets_one_sentence(text: str, said: str, own: Path) -> Non
         ("damping =", "mass = 1\ndamping =", "unknown key 'mass', expected one of damping"),
         ("damping =", "dampin = 1\ndamping =", "unknown key 'dampin', did you mean 'damping'?"),
         ('"hertz-guide"', '"herz-guide"', "unknown law 'herz-guide', did you mean 'hertz-guide'?"),
-        ('"hertz-guide"', '"magic"', "unknown law 'magic', expected one of bouc-wen, chebyshev"),
+        ('"hertz-guide"', '"magic"', "or 16 others"),
         ('["contact_angle"]', '["angle"]', "fixed names 'angle', did you mean 'contact_angle'?"),
         ("joint/1", "joint/9", "schema is 'jointlib/joint/9'"),
         ("schema =", "shema =", "schema is None"),

@@ -59,7 +59,7 @@ def test_binary_and_text_are_the_same_surface(tmp_path: Path) -> None:
         (lambda data: data[:50], "50 bytes, too few"),
         (lambda data: b"", "0 bytes, too few"),
         (lambda data: data[:80] + struct.pack("<I", 0), "holds no triangle"),
-        (lambda data: data[:96] + struct.pack("<f", np.nan) + data[100:], "corners that are not finite"),
+        (lambda data: data[:96] + struct.pack("<f", np.nan) + data[100:], "is nan, expected finite numbers"),
         (lambda data: b"solid x\nvertex 1 2 3\nendsolid x\n", "1 corners in 0 whole facets"),
         (lambda data: b"solid x\nvertex 1 2 x\nvertex 1 2 3\nvertex 1 2 3\nendfacet\nendsolid x\n", "no three numbers"),
     ],

@@ -175,7 +175,7 @@ def test_export_is_the_model_that_was_exported(source: str, tmp_path: Path) -> N
         ("job.sti", "1 1 2.0\n2 x 3.0\n", "expected row, column and value on every line"),
         ("job.sti", "0 1 2.0\n", "names row or column 0"),
         ("job.sti", "1 1 2.0\n2 1 1.0\n1 3 4.0\n", "both sides of the diagonal, expected one triangle"),
-        ("job.sti", "9 9 nan\n", "not real and finite"),
+        ("job.sti", "9 9 nan\n", "expected finite numbers"),
         ("job.dof", "7.1\n7.2\n", "job.dof: names 2 rows and the matrix has 9"),
         ("job.dof", DOF.replace("12.2", "12;2"), "job.dof: line 5 is '12;2', expected node.direction, as 12.3"),
         ("job.dof", DOF.replace("12.2", "12.4"), "line 5 is '12.4'"),

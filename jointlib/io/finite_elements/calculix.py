@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from scipy.sparse import coo_matrix, csc_matrix
 
+from jointlib.foreign.door import bytes_of
 from jointlib.io.finite_elements.dmig import Label
 
 _NUMBERS = {"1": 1, "2": 2, "3": 3}
@@ -24,7 +25,7 @@ def read_calculix(path: Path) -> tuple[csc_matrix, tuple[Label, ...] | None]:
     ValueError
         What is wrong with the file, without its name.
     """
-    text = path.read_text("latin-1")
+    text = bytes_of(path, "a matrix").decode("latin-1")
     if not text.strip():
         raise ValueError("holds no entries")
     try:
@@ -45,11 +46,11 @@ def read_calculix(path: Path) -> tuple[csc_matrix, tuple[Label, ...] | None]:
 def _labels(path: Path, size: int) -> tuple[Label, ...] | None:
     if not path.is_file():
         return None
-    lines = [line.strip() for line in path.read_text("latin-1").splitlines() if line.strip()]
+    lines = [line.strip() for line in bytes_of(path, "a matrix").decode("latin-1").splitlines() if line.strip()]
     found = []
     for number, line in enumerate(lines, 1):
         node, _, direction = line.partition(".")
-        if not node.isdigit() or direction not in _NUMBERS:
+        if not node.isascii() or not node.isdigit() or direction not in _NUMBERS:
             raise ValueError(f"{path.name}: line {number} is {line[:40]!r}, expected node.direction, as 12.3")
         found.append((int(node), _NUMBERS[direction]))
     if len(found) != size:

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from scipy.sparse import coo_matrix, csc_matrix
 
+from jointlib.foreign.door import bytes_of
 from jointlib.io.finite_elements.fortran import real
 
 Label = tuple[int, int]
@@ -24,7 +25,7 @@ def read_dmig(path: Path) -> dict[str, tuple[csc_matrix, tuple[Label, ...]]]:
     """
     forms: dict[str, int] = {}
     entries: dict[str, list[tuple[Label, Label, float]]] = {}
-    for number, fields in _entries(path.read_text("latin-1").splitlines()):
+    for number, fields in _entries(bytes_of(path, "a matrix").decode("latin-1").splitlines()):
         try:
             name = fields[0].upper()
             if fields[1] == "0":

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from scipy.sparse import csc_matrix
 
+from jointlib.foreign.door import bytes_of
 from jointlib.io.finite_elements.fortran import columns, fixed
 
 LARGEST = 2**31 - 1
@@ -22,7 +23,7 @@ def read_harwell_boeing(path: Path) -> csc_matrix:
     ValueError
         What is wrong with the file, without its name.
     """
-    lines = path.read_text("latin-1").splitlines()
+    lines = bytes_of(path, "a matrix").decode("latin-1").splitlines()
     if len(lines) < 5:
         raise ValueError("ends within the header")
     try:

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import io
-import zipfile
-import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +10,12 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csc_matrix, issparse
 
-from jointlib.errors import InputError, nearest
+from jointlib.errors import InputError, few, nearest
+from jointlib.foreign.archive import arrays_of, is_sparse, sparse_of
+from jointlib.foreign.door import LARGEST, bytes_of, foreign, usable
+from jointlib.foreign.matlab import variables_of
+from jointlib.foreign.matrix_market import read_matrix_market
+from jointlib.foreign.memory import refuse_beyond
 from jointlib.io.finite_elements.calculix import read_calculix
 from jointlib.io.finite_elements.dmig import Label, read_dmig
 from jointlib.io.finite_elements.harwell_boeing import read_harwell_boeing
@@ -22,7 +24,6 @@ from jointlib.io.finite_elements.op4 import read_op4
 MATRIX_MARKET = (".mtx", ".mm")
 HARWELL_BOEING = (".hb", ".rsa", ".rua", ".rb", ".matrix")
 DMIG = (".pch", ".bdf", ".dat", ".nas", ".dmig")
-_UNREADABLE = (ValueError, OSError, EOFError, KeyError, TypeError, RuntimeError, zipfile.BadZipFile, zlib.error)
 CALCULIX = (".sti", ".mas")
 SUFFIXES = (*MATRIX_MARKET, *HARWELL_BOEING, *DMIG, *CALCULIX, ".op4", ".npz", ".mat")
 
@@ -43,25 +44,26 @@ def read_matrix(path: Path, name: str | None = None) -> MatrixFile:
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         raise InputError(f"{path}: no reader for {path.suffix!r} matrices, {nearest(suffix, SUFFIXES)}")
-    try:
-        found = _read(path, suffix, name)
-    except InputError:
-        raise
-    except _UNREADABLE as error:
-        raise InputError(f"{path}: cannot be read as a matrix ({_reason(error)})") from None
+    found = foreign(path, "a matrix", lambda: _read(path, suffix, name))
     matrix = found.matrix
     if matrix.shape[0] != matrix.shape[1] or matrix.shape[0] == 0:
         raise InputError(f"{path}: the matrix has shape {matrix.shape}, expected a square one")
-    if matrix.dtype.kind == "c" or not np.all(np.isfinite(matrix.data)):
-        raise InputError(f"{path}: the matrix holds values that are not real and finite")
+    if matrix.dtype.kind == "c":
+        raise InputError(f"{path}: the matrix holds complex values, expected a real matrix")
+    bad = ~(np.abs(matrix.data) <= LARGEST)
+    if np.any(bad):
+        entries = matrix.tocoo()
+        first = int(np.argmax(bad))
+        row, column = (int(at[first]) + 1 for at in entries.coords)
+        spot = f"the matrix in row {row}, column {column}"
+        raise InputError(f"{path}: {spot} is {entries.data[first]:g}, expected finite numbers up to {LARGEST:g}")
     return found
 
 
 def _read(path: Path, suffix: str, name: str | None) -> MatrixFile:
     if suffix in MATRIX_MARKET:
-        from scipy.io import mmread
-
-        return MatrixFile(_sparse(mmread(path)))
+        text = bytes_of(path, "a matrix").decode("latin-1")
+        return MatrixFile(read_matrix_market(path, text))
     if suffix in HARWELL_BOEING:
         return MatrixFile(read_harwell_boeing(path))
     if suffix in DMIG:
@@ -72,11 +74,9 @@ def _read(path: Path, suffix: str, name: str | None) -> MatrixFile:
     if suffix == ".op4":
         return MatrixFile(_named(path, read_op4(path), name))
     if suffix == ".npz":
-        arrays = _npz(path)
-        if {"data", "indices", "indptr", "shape", "format"} <= set(arrays):
-            from scipy.sparse import load_npz
-
-            return MatrixFile(_sparse(load_npz(path)))
+        arrays = arrays_of(path)
+        if is_sparse(arrays):
+            return MatrixFile(_sparse(sparse_of(arrays)))
         return MatrixFile(_sparse(_named(path, arrays, name)))
     return MatrixFile(_sparse(_named(path, _mat(path), name)))
 
@@ -89,35 +89,25 @@ def read_arrays(path: Path) -> dict[str, np.ndarray]:
     suffix = path.suffix.lower()
     if suffix not in (".npz", ".mat"):
         raise InputError(f"{path}: no arrays in {path.suffix!r} files, expected .npz or .mat")
-    try:
-        held = _npz(path) if suffix == ".npz" else _mat(path)
-    except _UNREADABLE as error:
-        raise InputError(f"{path}: cannot be read as arrays ({_reason(error)})") from None
+    held: dict[str, Any] = foreign(path, "arrays", lambda: arrays_of(path) if suffix == ".npz" else _mat(path))
     for name in held:
-        held[name] = np.asarray(held[name].toarray() if issparse(held[name]) else held[name])
-    return {name: value for name, value in held.items() if value.dtype.kind in "fiuc"}
+        if issparse(held[name]):
+            refuse_beyond(16.0 * np.prod(held[name].shape), f"{path}: {name!r} of {held[name].shape} entries")
+            held[name] = held[name].toarray()
+    return {name: _numbers(path, name, np.asarray(value)) for name, value in held.items() if _counts(value)}
+
+
+def _counts(value: Any) -> bool:
+    return isinstance(value, np.ndarray) and value.dtype.kind in "fiuc"
+
+
+def _numbers(path: Path, name: str, value: np.ndarray) -> np.ndarray:
+    return value if value.dtype.kind in "iu" else usable(path, name, value)
 
 
 def _mat(path: Path) -> dict[str, Any]:
-    from scipy.io import loadmat
-    from scipy.io.matlab import MatReadError
-
-    try:
-        return {k: v for k, v in loadmat(path).items() if not k.startswith("__")}
-    except NotImplementedError:
-        raise ValueError("a MATLAB 7.3 file, expected version 7 or older; save with '-v7'") from None
-    except MatReadError as error:
-        raise ValueError(_reason(error)) from None
-
-
-def _reason(error: Exception) -> str:
-    return next(iter(str(error).splitlines()), type(error).__name__)
-
-
-def _npz(path: Path) -> dict[str, Any]:
-    with path.open("rb") as file, zipfile.ZipFile(file) as archive:
-        names = [n.removesuffix(".npy") for n in archive.namelist() if n.endswith(".npy")]
-        return {n: np.lib.format.read_array(io.BytesIO(archive.read(f"{n}.npy")), allow_pickle=False) for n in names}
+    found = variables_of(bytes_of(path, "arrays"))
+    return {k: v for k, v in found.items() if isinstance(v, np.ndarray) or issparse(v)}
 
 
 def _named(path: Path, found: Mapping[str, Any], name: str | None) -> Any:
@@ -125,7 +115,7 @@ def _named(path: Path, found: Mapping[str, Any], name: str | None) -> Any:
         raise InputError(f"{path}: holds no matrix")
     if name is None:
         if len(found) > 1:
-            raise InputError(f"{path}: holds {', '.join(sorted(found))}, expected a name that says which")
+            raise InputError(f"{path}: holds {few(sorted(found))}, expected a name that says which")
         return next(iter(found.values()))
     known = {key.upper(): key for key in found}
     if name.upper() not in known:

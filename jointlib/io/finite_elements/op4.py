@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_matrix, csc_matrix
 
 from jointlib.arrays import Array, ComplexArray
+from jointlib.foreign.door import bytes_of
 from jointlib.io.finite_elements.fortran import columns, fixed
 
 _NEW_STRING = 65536
@@ -61,7 +62,7 @@ def read_op4(path: Path) -> dict[str, csc_matrix]:
     means strings: a header word 65536·(words + 1) + row, or for BIGMAT the two words (words + 1) and row, and the
     values.
     """
-    data = path.read_bytes()
+    data = bytes_of(path, "a matrix")
     for order in "<>":
         if len(data) >= 4 and struct.unpack(order + "i", data[:4])[0] in (24, 48):
             return {m.name: m.matrix() for m in _binary(data, order)}

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from jointlib.errors import InputError
+from jointlib.foreign.door import foreign
+from jointlib.foreign.memory import refuse_beyond
 from jointlib.lab.lab_file import LabFile, columns_of, needed
 
 _UNITS = ("unit", "units", "Unit", "Units", "unit_string", "EngineeringUnit")
@@ -24,6 +25,7 @@ def read_hdf5(path: Path) -> LabFile:
         arrays.update({key: value for key, value in rated.items() if np.asarray(value).size == 1})
         if not isinstance(item, h5py.Dataset) or name.startswith("#"):
             return
+        refuse_beyond(2.0 * item.size * item.dtype.itemsize, f"{path}: {name!r} of {item.size} values")
         if item.dtype.names:
             arrays.update({f"{name}/{field}": item[field] for field in item.dtype.names})
         elif item.dtype.kind in "fiu" and item.size and "MATLAB_empty" not in item.attrs:
@@ -31,10 +33,10 @@ def read_hdf5(path: Path) -> LabFile:
         said = next((item.attrs[key] for key in _UNITS if key in item.attrs), "")
         units[name] = said.decode("utf-8", "replace") if isinstance(said, bytes) else str(said)
 
-    try:
+    def read() -> None:
         with h5py.File(path, "r") as file:
             visit("", file)
             file.visititems(visit)
-    except (OSError, RuntimeError, ValueError, KeyError, TypeError) as error:
-        raise InputError(f"{path}: cannot be read as an HDF5 file ({str(error).splitlines()[0]})") from None
+
+    foreign(path, "an HDF5 file", read)
     return LabFile(path, columns_of(arrays, units))

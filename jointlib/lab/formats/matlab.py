@@ -1,4 +1,4 @@
-"""MATLAB files: up to version 7 by scipy, 7.3 as the HDF5 file that it is."""
+"""MATLAB files: up to version 7 as such, 7.3 as the HDF5 file that it is."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from jointlib.errors import InputError
+from jointlib.foreign.door import bytes_of, foreign
+from jointlib.foreign.matlab import is_hdf5, variables_of
 from jointlib.lab.formats.hdf5 import read_hdf5
 from jointlib.lab.lab_file import LabFile, columns_of
 
@@ -17,15 +18,10 @@ _DEEPEST = 6
 
 def read_matlab(path: Path) -> LabFile:
     """Variables by name, fields of structures as ``name.field``."""
-    from scipy.io import loadmat
-
-    try:
-        held = loadmat(path, simplify_cells=True)
-    except NotImplementedError:
+    data = bytes_of(path, "a MATLAB file")
+    if is_hdf5(data):
         return read_hdf5(path)
-    except Exception as error:  # scipy raises plain exceptions of many kinds on broken files
-        said = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise InputError(f"{path}: cannot be read as a MATLAB file ({said})") from None
+    held = foreign(path, "a MATLAB file", lambda: variables_of(data))
     arrays = {name: value for key, item in held.items() if not key.startswith("__") for name, value in _flat(key, item)}
     units = {name.rpartition(".")[0]: value for name, value in arrays.items() if isinstance(value, str)}
     by_field = {name: units.get(name.rpartition(".")[0], "") if "." in name else "" for name in arrays}
@@ -38,12 +34,11 @@ def _told(arrays: dict[str, Any]) -> bool:
 
 
 def _flat(name: str, value: Any, depth: int = 0) -> Iterator[tuple[str, Any]]:
-    listed = isinstance(value, list) or (isinstance(value, np.ndarray) and value.dtype == object)
     if isinstance(value, dict) and depth < _DEEPEST:
         for key, inner in value.items():
             yield from _flat(f"{name}.{key}", inner, depth + 1)
-    elif listed and depth < _DEEPEST:
-        for k, inner in enumerate(np.ravel(value), 1):
+    elif isinstance(value, list) and depth < _DEEPEST:
+        for k, inner in enumerate(value, 1):
             yield from _flat(f"{name} {k}", inner, depth + 1)
     elif isinstance(value, str | np.ndarray | int | float):
         yield name, value

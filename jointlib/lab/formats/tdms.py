@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import logging
 from pathlib import Path
 from typing import Any
@@ -9,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from jointlib.errors import InputError
+from jointlib.foreign.door import bytes_of, foreign
 from jointlib.lab.lab_file import Column, LabFile, needed, refuse_twice
 from jointlib.lab.sampling import rounded_rate
 
@@ -19,12 +21,14 @@ def read_tdms(path: Path) -> LabFile:
     """Channels by name, with their group before them where there are several groups."""
     nptdms = needed("nptdms", path)
     needed("nptdms.log", path).log_manager.set_level(logging.CRITICAL)  # what is wrong is said in our words
-    try:
-        file = nptdms.TdmsFile.read(path)
+    data = bytes_of(path, "a TDMS file")
+
+    def read() -> tuple[Any, list[Any], list[tuple[str, str, Any, dict[str, Any]]]]:
+        file = nptdms.TdmsFile.read(io.BytesIO(data))
         groups = [group for group in file.groups() if group.channels()]
-        found = [(group.name, c.name, c[:], c.properties) for group in groups for c in group.channels()]
-    except Exception as error:  # npTDMS raises plain exceptions of many kinds on broken files
-        raise InputError(f"{path}: cannot be read as a TDMS file ({error or type(error).__name__})") from None
+        return file, groups, [(group.name, c.name, c[:], c.properties) for group in groups for c in group.channels()]
+
+    file, groups, found = foreign(path, "a TDMS file", read)
     if file.file_status.incomplete_final_segment:
         raise InputError(f"{path}: ends in the middle of its data, expected a whole TDMS file")
     columns = tuple(

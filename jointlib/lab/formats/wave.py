@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-import warnings
+import io
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from jointlib.errors import InputError
+from jointlib.foreign.door import bytes_of, foreign
 from jointlib.lab.lab_file import Column, LabFile
 
 _FULL = {"i2": 2.0**15, "i4": 2.0**31, "i8": 2.0**63}
@@ -17,16 +19,17 @@ def read_wave(path: Path) -> LabFile:
     """Channels ``channel 1``, ``channel 2`` …, integers divided by their full scale."""
     from scipy.io import wavfile
 
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error", wavfile.WavFileWarning)
-            rate, samples = wavfile.read(path)
-    except wavfile.WavFileWarning as error:
-        cut = "EOF" in str(error)
-        said = "ends in the middle of its samples" if cut else f"has a part that is not understood ({error})"
-        raise InputError(f"{path}: {said}, expected a whole WAV file") from None
-    except Exception as error:  # scipy raises plain exceptions of many kinds on broken files
-        raise InputError(f"{path}: cannot be read as a WAV file ({error})") from None
+    data = bytes_of(path, "a WAV file")
+
+    def read() -> tuple[int, Any]:
+        try:
+            return wavfile.read(io.BytesIO(data))
+        except wavfile.WavFileWarning as error:
+            cut = "EOF" in str(error)
+            said = "ends in the middle of its samples" if cut else f"has a part that is not understood ({error})"
+            raise InputError(f"{path}: {said}, expected a whole WAV file") from None
+
+    rate, samples = foreign(path, "a WAV file", read)
     values = np.atleast_2d(samples.T)
     if samples.dtype.kind == "u":
         values = (values.astype(float) - 128.0) / 128.0

@@ -140,7 +140,8 @@ def _expanded(paths: Sequence[Path], draft: Draft) -> list[Path]:
 def _by_number(path: Path) -> list[Any]:
     import re
 
-    return [(0, int(part), "") if part.isdigit() else (1, 0, part) for part in re.split(r"(\d+)", path.name.casefold())]
+    parts = re.split(r"(\d+)", path.name.casefold())
+    return [(0, int(part), "") if part.isdecimal() else (1, 0, part) for part in parts]
 
 
 def _told(text: Mapping[str, Any]) -> Told:

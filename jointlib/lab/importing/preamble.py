@@ -41,7 +41,7 @@ def _number(rest: str, numerals: Numerals, scales: dict[str, float]) -> float | 
     """The first number of a text in the unit before or behind it; None where it has none, or another unit."""
     for match in re.finditer(r"[^\s;:=|\[\]()]+", rest):
         word = match[0].rstrip(",")
-        if not (LOOSE.fullmatch(word) and word[0].isdigit()):
+        if not (LOOSE.fullmatch(word) and word[0] in "0123456789"):
             continue
         ways = (numerals, Numerals(numerals.decimal, "." if numerals.decimal == "," else ","), Numerals("."))
         way = next((way for way in ways if way.pattern.fullmatch(word)), None)

@@ -74,5 +74,5 @@ def _value(key: str, text: str) -> Any:
         return text if not text.startswith('"') else text.strip('"')
     try:
         return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
+    except (ValueError, RecursionError):
         return text.strip()

@@ -7,8 +7,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from jointlib.arrays import Array
-from jointlib.errors import InputError
+from jointlib.errors import InputError, told
 from jointlib.io.measurement_file import read_records
 from jointlib.joint import Joint
 from jointlib.measurement import Measurement
@@ -108,10 +110,25 @@ def _sweeps(m: Measurement) -> list[str]:
 
 
 def record_lines(columns: Mapping[str, Array]) -> list[str]:
-    """Columns with their range."""
-    rows = [(n, str(len(c)), f"{c.min():.6g}", f"{c.max():.6g}", f"{c.std():.4g}") for n, c in columns.items()]
+    """Columns with the range of their numbers, and where there are none."""
+    rows, gaps = [], []
+    for name, values in columns.items():
+        held = finite(values)
+        size = float(np.max(np.abs(held), initial=0.0))
+        spread = size * float(np.std(held / size)) if size else 0.0
+        told_of = (f"{np.min(held):.6g}", f"{np.max(held):.6g}", f"{spread:.4g}") if len(held) else ("", "", "")
+        rows.append((told(name, 60), str(len(values)), *told_of))
+        if len(held) < len(values):
+            first = int(np.argmin(np.isfinite(values))) + 1
+            lost = f"{len(values) - len(held)} of {len(values)} samples are no finite numbers"
+            gaps.append(told(f"{name}: {lost}, the first in row {first}"))
     header = ("column", "samples", "lowest", "highest", "std. deviation")
-    return [f"{len(columns)} columns, units as the measurement file declares", *table(header, rows)]
+    return [f"{len(columns)} columns, units as the measurement file declares", *table(header, rows), *gaps]
+
+
+def finite(values: Array) -> Array:
+    """Those of the samples that are numbers."""
+    return np.asarray(values[np.isfinite(values)], dtype=float)
 
 
 def fmu_lines(file: Path, model: Any) -> list[str]:

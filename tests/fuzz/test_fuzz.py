@@ -1,0 +1,56 @@
+"""Damaged inputs of every kind end in an answer or in a sentence: no traceback, no death, nothing half written."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import shutil
+import signal
+import sys
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from keep import CORPUS
+from runs import GOOD, ended, run_here
+from seeds import KINDS
+
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="the runs are timed by signals and limited as on POSIX")
+SEEDS = (31, 59, 97)
+"""Those that nothing was looked at with while the program was repaired."""
+
+
+@pytest.mark.parametrize("case", sorted(CORPUS.iterdir()), ids=lambda case: case.name)
+def test_what_was_ever_found_stays_repaired(case: Path, tmp_path: Path) -> None:
+    shutil.copytree(case, tmp_path / "case")
+    line = json.loads((tmp_path / "case" / "line.json").read_text("utf-8"))
+    (tmp_path / "case" / "line.json").unlink()
+    before = signal.getsignal(signal.SIGALRM)
+    try:
+        with contextlib.chdir(tmp_path / "case"):
+            outcome, said = run_here(tuple(line))
+    finally:
+        signal.signal(signal.SIGALRM, before)
+    assert outcome in GOOD, said
+
+
+def _bad(kind: str, seed: int, count: int) -> list[str]:
+    found = [one for one in ended(kind, seed, count)]
+    assert len(found) == count
+    return [f"{one.number}: {one.outcome}: {one.said}" for one in found if one.outcome not in GOOD]
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("kind", KINDS)
+def test_damaged_inputs_are_answered(kind: str) -> None:
+    assert _bad(kind, 2, 100) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", KINDS)
+def test_twenty_thousand_damaged_inputs_are_answered(kind: str) -> None:
+    for seed in SEEDS:
+        assert _bad(kind, seed, 220) == []
