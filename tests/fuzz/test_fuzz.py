@@ -38,7 +38,7 @@ def test_what_was_ever_found_stays_repaired(case: Path, tmp_path: Path) -> None:
 
 
 def _bad(kind: str, seed: int, count: int) -> list[str]:
-    found = [one for one in ended(kind, seed, count)]
+    found = list(ended(kind, seed, count))
     assert len(found) == count
     return [f"{one.number}: {one.outcome}: {one.said}" for one in found if one.outcome not in GOOD]
 
