@@ -52,6 +52,8 @@ class Beam(Component):
         Highest frequency in Hz that the model is made for.
     tolerance
         m; how far a connection's point may lie from a station.
+    held
+        Stations at which the machine holds the beam: loss factors are those of its modes with these held (`in_modes`).
     """
 
     name: str
@@ -63,6 +65,7 @@ class Beam(Component):
     up_to: float = 10e3
     tolerance: float = TOLERANCE
     dofs: tuple[str, ...] = ()
+    held: tuple[str, ...] = ()
 
     kind: ClassVar[str] = "beam"
 
@@ -79,6 +82,10 @@ class Beam(Component):
             twin = [n for n, other in self.stations.items() if abs(other - at) < 1e-6 * length and n != name]
             if twin:
                 raise InputError(f"{where}: stations {name!r} and {twin[0]!r} lie at one place, expected one of them")
+        unknown = [name for name in self.held if name not in self.stations]
+        if unknown:
+            known = ", ".join(self.stations) or "none"
+            raise InputError(f"{where}: held has {unknown[0]!r}, expected stations of the beam ({known})")
         for key, default in (("start", (0, 0, 0)), ("axis", (1, 0, 0))):
             given = getattr(self, key)
             value = np.array(default if given is None else given, dtype=float)
@@ -124,20 +131,23 @@ class Beam(Component):
         )
         up_to = section.number("up_to", "Hz", 10e3)
         tolerance = section.number("tolerance", "m", TOLERANCE)
+        held = section.words("held", ())
         across = None if up is None else np.array(up)
         if lost or not found:
             section.done()
             raise Lost
-        return cls(name, tuple(segments), stations, np.array(start), np.array(axis), across, up_to, tolerance)
+        return cls(
+            name, tuple(segments), stations, np.array(start), np.array(axis), across, up_to, tolerance, held=held
+        )
 
     @cached_property
     def _reduced(self) -> tuple[Reduction, SecondOrder, Array]:
         ends = np.cumsum([s.length for s in self.segments])
-        held = np.clip(np.array(list(self.stations.values())), 0.0, ends[-1])
+        places = np.clip(np.array(list(self.stations.values())), 0.0, ends[-1])
         mesh = beam_mesh(
-            ends, [s.profile for s in self.segments], [s.material for s in self.segments], held, self.up_to
+            ends, [s.profile for s in self.segments], [s.material for s in self.segments], places, self.up_to
         )
-        at = [int(np.argmin(np.abs(mesh.vertices - x))) for x in held]
+        at = [int(np.argmin(np.abs(mesh.vertices - x))) for x in places]
         interface = np.concatenate([FIELDS * v + np.arange(FIELDS) for v in at])
         where = f"component {self.name!r}"
         found = craig_bampton(
@@ -155,7 +165,8 @@ class Beam(Component):
         for v in range(len(mesh.vertices)):
             moved[FIELDS * v : FIELDS * v + 3] = self.frame
         carried = shapes[:, : len(interface)] @ (found.basis[:, : len(interface)].T @ (mesh.mass @ moved))
-        return found, in_modes(model, lossy), carried
+        held = [FIELDS * i + k for i, name in enumerate(self.stations) if name in self.held for k in range(FIELDS)]
+        return found, in_modes(model, lossy, np.array(held) if held else None), carried
 
     def weight(self, gravity: Array) -> Array:
         """Ψᵀ M r g with the static shapes Ψ of the stations: exact forces and moments of the weight spread over it."""

@@ -118,6 +118,11 @@ class _Tool:
         for _ in range(_ITERATIONS):
             in_time()
             r, G, slope, tip, axis = part.residual(x, F, amplitude)
+            if not np.all(sound := np.all(np.isfinite(r), axis=1)):
+                if not np.any(sound):
+                    break
+                left, part, x, F = left[sound], part.at(sound), x[sound], F[sound]
+                r, G, slope, tip, axis = r[sound], G[sound], slope[sound], tip[sound], axis[sound]
             J = part.jacobian(x, F, G, slope, tip, axis, amplitude)
             try:
                 step = -np.linalg.solve(J, r[:, :, None])[:, :, 0]

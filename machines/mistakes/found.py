@@ -17,6 +17,7 @@ from .contacts import wrong_contacts
 from .doubled import doubled
 from .elements import elements
 from .loose import loose, undamped
+from .loss_factors import short_losses
 from .materials import oversized, wrong_beams, wrong_modes
 from .operation import wrong_operation
 
@@ -39,7 +40,7 @@ def mistakes(machine: Machine, modes: NaturalModes | None = None) -> tuple[str, 
                     "its modes cannot be computed: stiffnesses, masses or dampings lie too far apart for floats"
                 )
         if modes is not None:
-            said += [*loose(modes), *undamped(modes)]
+            said += [*loose(modes), *undamped(modes), *short_losses(modes)]
     return tuple(dict.fromkeys(said))
 
 
