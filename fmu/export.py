@@ -24,7 +24,8 @@ from .members.source import TRANSLATION_UNIT
 from .members.terminals import ICON, TERMINALS, icon, terminals_text
 from .playback.python_slave import NAMELESS as NAMELESS_SLAVE
 from .playback.python_slave import built_members, slave_source
-from .playback.reference import CSV, FOLDER, INTEGRATED, MANIFEST, MANIFEST_TEXT, csv_text, reference_run
+from .playback.reference import CSV, FOLDER, INTEGRATED, MANIFEST, MANIFEST_TEXT, STIFF, csv_text, reference_run
+from .system.closed import stiff_closed
 from .system.step_limit import StepLimit, operating_range, step_limit
 from .system.system import System, system_of_joint
 from .system.variables import parts_of
@@ -93,7 +94,7 @@ def export_fmu(
     max_step = limit.max_step if limit else system.step
     card = Card("", "", chosen, fmi, max_step, float(run.rows[-1, 0]), step=_proposed(limit, system.step))
     if system.states:
-        card = replace(card, tolerance=INTEGRATED)
+        card = replace(card, tolerance=INTEGRATED, replayed=STIFF if stiff_closed(system) else None)
     if chosen == "c":
         card = replace(card, sources=(TRANSLATION_UNIT,))
     reference = csv_text(run)

@@ -10,18 +10,24 @@
 
 #include <math.h>
 
+static double hertz_contact_slope(const double *p)
+{
+    const double root = cbrt(p[0]);
+    return 1.0 / (p[1] * root * root);
+}
+
 static double hertz_contact_force(const double *p, const int *n, const double *s, const int *m,
     double z, double v)
 {
-    const double u = z / (p[1] * pow(p[0], 2.0 / 3.0));
+    const double u = fmax(1.0 + z * hertz_contact_slope(p), 0.0);
     (void)n; (void)s; (void)m; (void)v;
-    return p[0] * (pow(fmax(1.0 + u, 0.0), 1.5) - 1.0);
+    return p[0] * (u * sqrt(u) - 1.0);
 }
 
 static void hertz_contact_partials(const double *p, const int *n, const double *s, const int *m,
     double z, double v, double *dF, double *dR)
 {
-    const double slope = 1.0 / (p[1] * pow(p[0], 2.0 / 3.0));
+    const double slope = hertz_contact_slope(p);
     (void)n; (void)s; (void)m; (void)v; (void)dR;
     dF[0] = 1.5 * p[0] * slope * sqrt(fmax(1.0 + z * slope, 0.0));
     dF[1] = 0.0;

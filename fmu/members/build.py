@@ -19,7 +19,7 @@ from pathlib import Path
 from jointlib.errors import InputError, nearest
 from jointlib.io import atomic
 
-FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fvisibility=hidden", "-shared", "-s")
+FLAGS = ("-std=c99", "-O3", "-ffp-contract=off", "-fvisibility=hidden", "-shared", "-s")
 """No contraction into fused operations and no fast math: the same numbers from every compiler."""
 _TIME_LIMIT = 600.0
 

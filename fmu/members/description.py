@@ -59,6 +59,8 @@ class Card:
     """Step in s that the FMU proposes."""
     tolerance: float | None = None
     """How well the reference run repeats, relative to the largest value; None where that is to rounding."""
+    replayed: float | None = None
+    """Tolerance with which it is repeated; None where the FMU's own is asked for."""
 
 
 def description_text(system: System, card: Card) -> str:
@@ -168,7 +170,7 @@ def _interface(root: Element, kind: str, card: Card) -> None:
 
 def _annotation(system: System, card: Card) -> Element:
     """What FMI has no place for: largest step, how well the reference run repeats, range and errors of each joint."""
-    known = {"maxStep": card.max_step, "referenceTolerance": card.tolerance}
+    known = {"maxStep": card.max_step, "referenceTolerance": card.tolerance, "replayTolerance": card.replayed}
     attributes = {"runtime": card.runtime, **{key: repr(value) for key, value in known.items() if value is not None}}
     if system.lone:
         return _identified(Element("Joint", attributes), system.lone)

@@ -12,6 +12,7 @@ import numpy as np
 from jointlib.joint import Joint
 
 from ..system.system import System, prefixed
+from .closed_source import ClosedTables, closed_sizes, closed_tables, closed_text
 from .joint_source import joint_functions, listed, text
 from .native import continuous_states, exchangeable, joints_of, native_parts, native_variables
 
@@ -36,8 +37,8 @@ def source_files(system: System, identifier: str, token: str) -> dict[str, str]:
     everything = "".join(f'#include "{name}"\n' for name in units)
     return files | {
         TRANSLATION_UNIT: f"/* The whole FMU in one translation unit: generated, do not edit. */\n{everything}",
-        "joint_sizes.h": _sizes(system),
-        "joint.c": _model(system, identifier, token),
+        "joint_sizes.h": _sizes(system, tables := closed_tables(system)),
+        "joint.c": _model(system, identifier, token, tables),
     }
 
 
@@ -48,7 +49,7 @@ def number(value: float) -> str:
     return repr(float(value))
 
 
-def _sizes(system: System) -> str:
+def _sizes(system: System, tables: ClosedTables | None) -> str:
     parts, memory = native_parts(system), sum(len(part.states) for part in native_parts(system))
     sizes = {
         "JL_VARIABLES": len(native_variables(system)),
@@ -63,6 +64,7 @@ def _sizes(system: System) -> str:
         "JL_INDICATORS": parts[-1].indicators[1] if parts else 0,
         "JL_EXCHANGE": int(exchangeable(system)),
         "JL_LOADED": int(system.load is not None),
+        **closed_sizes(tables),
     }
     lines = "".join(f"    {name} = {size},\n" for name, size in sizes.items())[:-2]
     return (
@@ -71,7 +73,7 @@ def _sizes(system: System) -> str:
     )
 
 
-def _model(system: System, identifier: str, token: str) -> str:
+def _model(system: System, identifier: str, token: str, tables: ClosedTables | None) -> str:
     parts = native_parts(system)
     kernels = {part.kernel.word: part.kernel.text.strip() for part in parts}
     what = "Restoring force of a machine joint" if system.lone else "Machine structure with joints"
@@ -83,6 +85,7 @@ def _model(system: System, identifier: str, token: str) -> str:
         _places(system),
         _matrix(system.matrix()),
         _load(system),
+        closed_text(tables, lambda values: _lines(map(number, values)), lambda values: _lines(map(str, values))),
         *kernels.values(),
         *(f"static const int jl_n{i}[] = {{ {listed(part.lengths)} }};" for i, part in enumerate(parts)),
         *joint_functions(parts, exchangeable(system)),

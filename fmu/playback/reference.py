@@ -13,8 +13,10 @@ from jointlib.errors import InputError
 from jointlib.joint import Joint
 from jointlib.law import Motion
 
+from ..system.closed import stiff_closed
 from ..system.step_limit import Range, kinks
 from ..system.system import System
+from .closed_simulation import simulate_closed
 from .simulation import simulate
 
 FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
@@ -25,6 +27,11 @@ INTEGRATED = 1e-6
 """How far apart, relative to the largest value, two integrations of one structure may be.
 
 Both keep 1e-10 a step; what remains is the hysteresis of the events, 1e-6 of the play or the slip of a joint."""
+
+STIFF = 1e-8
+"""Tolerance with which a stiff structure repeats its run."""
+_STIFF_STEPS = 2
+"""Communication steps in one of its samples."""
 
 MANIFEST_TEXT = f"""<?xml version="1.0" encoding="UTF-8"?>
 <fmiReferences
@@ -90,13 +97,20 @@ def _along_motion(system: System, over: Range) -> ReferenceRun:
 
 
 def _under_forces(system: System) -> ReferenceRun:
-    """Rest, forces that jump from step to step, decay: six periods of the slowest motion, at most 60 of the fastest."""
+    """Rest, forces that jump from step to step, decay: six periods of the slowest motion, at most 60 of the fastest.
+
+    What is stiff runs by communication steps instead, as periods of its fastest motion are no time.
+    """
     low, high = system.band
-    step = (min(6 / low, 60 / high) if low else 1.0) / 120
+    stiff = stiff_closed(system)
+    if stiff is not None and system.step is not None:
+        step = _STIFF_STEPS * system.step
+    else:
+        step = (min(6 / low, 60 / high) if low else 1.0) / 120
     rng = np.random.default_rng(_SEED)
     u = np.zeros((121, len(system.inputs)))
     u[3:80] = rng.uniform(-1, 1, (77, len(system.inputs))) * [s.size for s in system.inputs]
-    return _run(system, step, u, simulate(system, u, step))
+    return _run(system, step, u, simulate(system, u, step) if stiff is None else simulate_closed(stiff, u, step))
 
 
 def _run(system: System, step: float, u: Array, y: Array) -> ReferenceRun:

@@ -19,10 +19,10 @@ def replay(request: dict[str, Any]) -> list[list[list[float]]]:
     runs = []
     for _ in range(2):
         if request["fmi"] == 2:
-            fmu.setupExperiment(startTime=request["time"][0])
+            fmu.setupExperiment(tolerance=request.get("tolerance"), startTime=request["time"][0])
             fmu.enterInitializationMode()
         else:
-            fmu.enterInitializationMode(startTime=request["time"][0])
+            fmu.enterInitializationMode(tolerance=request.get("tolerance"), startTime=request["time"][0])
         write(request["inputs"], request["values"][0])
         fmu.exitInitializationMode()
         rows = [list(read(request["outputs"]))]

@@ -12,6 +12,7 @@ from jointlib.arrays import Array
 from jointlib.errors import InputError
 from jointlib.law import JointLaw, Motion
 
+from ..system.closed import is_integrated
 from ..system.system import SLOW, System
 
 _RELATIVE, _ABSOLUTE = 1e-11, 1e-13
@@ -78,7 +79,7 @@ class _Run:
                 if law.states and system.load is not None:
                     virgin = law.initial_state(np.zeros(()))
                     state = law.step(Motion(z[j], np.zeros(()), SLOW), virgin)[1]
-                if _is_integrated(law):
+                if is_integrated(law):
                     place = slice(end, end + len(law.states))
                     pieces.append(state)
                     sizes += [_TRAVEL] * len(law.states)
@@ -174,24 +175,6 @@ class _Run:
             if entry.law.states and entry.place is None:
                 z, v = motion[2 * entry.joint : 2 * entry.joint + 2]
                 entry.state = entry.law.step(Motion(z, v, 0.0), entry.state)[1]
-
-
-def _is_integrated(law: JointLaw) -> bool:
-    """True if a law's step is not exact along a path: it depends on its duration, or two parts make another whole."""
-    if not law.states:
-        return False
-    v = np.asarray(0.1)
-    for travel in np.geomspace(1e-9, 1e-4, 21):
-        back = law.step(Motion(-travel, -v, 1e-6), law.initial_state(np.zeros(())))[1]
-        once, slowly = (law.step(Motion(travel, v, h), back)[1] for h in (1e-6, 1e-2))
-        if not np.array_equal(once, slowly):
-            return True
-        for part in (-0.8, -0.4, 0.1, 0.6):
-            half = law.step(Motion(part * travel, v, 5e-7), back)[1]
-            twice = law.step(Motion(travel, v, 5e-7), half)[1]
-            if not np.allclose(once, twice, rtol=0.0, atol=1e-12 * travel):
-                return True
-    return False
 
 
 def _rates(law: JointLaw, z: Array, v: Array, state: Array) -> Array:

@@ -8,7 +8,7 @@ enum { JL_UNKNOWNS = JL_OUTPUTS + JL_STATES, JL_KNOWNS = JL_INPUTS + JL_STATES }
 typedef struct {
     double dF[JL_ROOM(JL_JOINTS * JL_WIDTH)], dR[JL_ROOM(JL_MEMORY * JL_WIDTH)];
     double follow[JL_ROOM(JL_MEMORY)]; /* slope of each state by the displacement of its joint */
-} jl_tangent;
+} jl_partial;
 
 /* A virgin state follows the displacement, which laws let it do linearly: its slope is exact over any distance. One that
  * was loaded does so piece by piece, and takes a small one. */
@@ -24,7 +24,7 @@ static void jl_virgin(const jl_values *v, const double *motion, double *follow)
 
 /* Where co-simulation takes the joints' own steps the states are held; only before initialization ends do they follow
  * the displacement. */
-static void jl_linearize(const jl_values *v, jl_tangent *at)
+static void jl_linearize(const jl_values *v, jl_partial *at)
 {
     double motion[JL_ROOM(JL_MOTIONS)], held[JL_ROOM(JL_MOTIONS)];
     const int steps = !v->exchange && !JL_STRUCTURE;
@@ -52,7 +52,7 @@ static double jl_along(const double *row, const double *motion, const double *ds
 }
 
 /* What every output and every rate does when one known moves by 1: inputs, then states. */
-static void jl_respond(const jl_tangent *at, int known, double *column)
+static void jl_respond(const jl_partial *at, int known, double *column)
 {
     double all[JL_KNOWNS] = { 0.0 }, motion[JL_ROOM(JL_MOTIONS)], ds[JL_ROOM(JL_MEMORY)], df[JL_ROOM(JL_JOINTS)];
     const double *du = all, *dx = all + JL_INPUTS;
@@ -108,7 +108,8 @@ int jl_derivative(void *c, jl_call call, const jl_directions *asked)
     const jl_values *v;
     const size_t rows = asked->unknown_count, columns = asked->known_count;
     const size_t seeds = asked->adjoint ? rows : columns, results = asked->adjoint ? columns : rows;
-    jl_tangent at;
+    jl_partial at;
+    jl_values open;
     size_t i, j;
     if (jl_enter(instance, call)) return JL_ERROR;
     if (asked->seed_count != seeds || asked->result_count != results)
@@ -119,6 +120,15 @@ int jl_derivative(void *c, jl_call call, const jl_directions *asked)
         || (results && !asked->result))
         return jl_fail(instance, call, "the references, the seed or the result are NULL");
     v = &instance->values;
+    if (v->closed) {
+        /* What is asked about: the open structure, with the modes that its joints are in. */
+        double motion[JL_ROOM(JL_MOTIONS)];
+        open = *v;
+        jl_open(&open);
+        jl_motion(open.s, open.u, motion);
+        (void)jl_event(open.p, open.s + JL_STRUCTURE, open.m, motion);
+        v = &open;
+    }
     for (i = 0; i < rows; i++)
         if (jl_unknown(v, asked->unknowns[i]) < 0)
             return jl_fail(instance, call, "value reference %u is no unknown here", asked->unknowns[i]);

@@ -50,8 +50,8 @@ fmi2Component JL_2(Instantiate)(fmi2String instanceName, fmi2Type fmuType, fmi2S
 fmi2Status JL_2(SetupExperiment)(fmi2Component c, fmi2Boolean toleranceDefined, fmi2Real tolerance, fmi2Real startTime,
                                  fmi2Boolean stopTimeDefined, fmi2Real stopTime)
 {
-    (void)toleranceDefined, (void)tolerance;
-    JL_STATUS_2(jl_experiment(c, call_fmi2SetupExperiment, startTime, stopTimeDefined, stopTime));
+    JL_STATUS_2(jl_experiment(c, call_fmi2SetupExperiment, toleranceDefined ? tolerance : 0.0, startTime, stopTimeDefined,
+                              stopTime));
 }
 
 fmi2Status JL_2(EnterInitializationMode)(fmi2Component c)

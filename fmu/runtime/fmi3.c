@@ -63,8 +63,8 @@ fmi3Instance JL_3(InstantiateScheduledExecution)(fmi3String instanceName, fmi3St
 fmi3Status JL_3(EnterInitializationMode)(fmi3Instance c, fmi3Boolean toleranceDefined, fmi3Float64 tolerance,
                                          fmi3Float64 startTime, fmi3Boolean stopTimeDefined, fmi3Float64 stopTime)
 {
-    (void)toleranceDefined, (void)tolerance;
-    if (jl_experiment(c, call_fmi3EnterInitializationMode, startTime, stopTimeDefined, stopTime)) return fmi3Error;
+    if (jl_experiment(c, call_fmi3EnterInitializationMode, toleranceDefined ? tolerance : 0.0, startTime, stopTimeDefined,
+                              stopTime)) return fmi3Error;
     JL_STATUS_3(jl_move(c, call_fmi3EnterInitializationMode, JL_INITIALIZATION));
 }
 

@@ -86,6 +86,8 @@ jl_instance *jl_new(const jl_instance *host, int exchange, const char *name, con
     *instance = *host;
     memcpy(copy, name, length);
     instance->name = copy;
+    instance->flows = NULL;
+    instance->next_flow = 0;
     memset(&instance->values, 0, sizeof instance->values);
     instance->values.exchange = exchange;
     jl_start(&instance->values);
@@ -96,6 +98,7 @@ void jl_free(void *instance)
 {
     if (!instance) return;
     free((void *)((jl_instance *)instance)->name);
+    free(((jl_instance *)instance)->flows);
     free(instance);
 }
 
@@ -118,13 +121,14 @@ int jl_logging(void *c, jl_call call, int on, size_t count, const char *const *c
     return JL_OK;
 }
 
-int jl_experiment(void *c, jl_call call, double start, int stop_defined, double stop)
+int jl_experiment(void *c, jl_call call, double tolerance, double start, int stop_defined, double stop)
 {
     jl_instance *instance = (jl_instance *)c;
     if (jl_enter(instance, call)) return JL_ERROR;
     if (!isfinite(start)) return jl_fail(instance, call, "the start time is %.17g, expected a finite number", start);
     if (stop_defined && !(isfinite(stop) && stop >= start))
         return jl_fail(instance, call, "the stop time is %.17g, expected %.17g s or later", stop, start);
+    instance->values.tolerance = tolerance > 0.0 ? fmin(fmax(tolerance, 1e-9), 1e-3) : 0.0;
     instance->values.time = start;
     instance->values.timed = 1;
     instance->values.stop = stop_defined ? stop : (double)INFINITY;

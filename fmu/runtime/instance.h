@@ -35,6 +35,11 @@
 #define jl_all_rates JL_NAME(jl_all_rates)
 #define jl_integrate JL_NAME(jl_integrate)
 #define jl_watch JL_NAME(jl_watch)
+#define jl_watch_at JL_NAME(jl_watch_at)
+#define jl_is_closed JL_NAME(jl_is_closed)
+#define jl_exponential JL_NAME(jl_exponential)
+#define jl_open JL_NAME(jl_open)
+#define jl_port_motions JL_NAME(jl_port_motions)
 #define jl_get JL_NAME(jl_get)
 #define jl_set JL_NAME(jl_set)
 #define jl_derivative JL_NAME(jl_derivative)
@@ -199,18 +204,25 @@ enum { JL_OK, JL_WARNING, JL_DISCARD, JL_ERROR };
 /* All that a saved state holds: plain values, zero-filled, copied as one block. */
 typedef struct {
     double time, stop; /* s */
+    double tolerance;  /* the host's, 0 where it has none */
     double stride;     /* s, what the integrator would step next; 0 before it stepped */
     double u[JL_ROOM(JL_INPUTS)];
     double y[JL_ROOM(JL_OUTPUTS)]; /* valid while `fresh` */
     double p[JL_ROOM(JL_PARAMETERS)];
     double s[JL_ROOM(JL_STATES)];
     int m[JL_ROOM(JL_MODES)];
+    double q[JL_ROOM(JL_POLES)];                              /* the closed structure, the truth while `closed` */
+    double push[JL_ROOM(JL_POLES)], pushed[JL_ROOM(JL_POLES)]; /* what bent joints do to it, now and a step before */
+    double d[JL_ROOM(JL_BENT)], was[JL_ROOM(JL_BENT)];        /* their forces beyond the tangents, in N */
+    double before;   /* s, that step; 0 where there was none */
+    int closed;      /* the structure is in q, and s is behind */
+    int bent;        /* d and push are of the present parameters */
     int state;       /* what may be called */
     int exchange;    /* model exchange */
     int initialized; /* before, the joints are virgin at the displacements that are set */
     int sound;       /* the parameters were checked since they were set */
     int timed;       /* the time is the host's, by an experiment that was set up or a step */
-    int fresh;       /* the outputs were computed since anything was set */
+    int fresh;       /* the outputs were computed since anything was set: 1 those of ports, 2 all */
 } jl_values;
 
 typedef struct jl_instance jl_instance;
@@ -221,6 +233,8 @@ struct jl_instance {
     int warnings;
     int outside;     /* leaving the identified range was logged */
     const char *name; /* owned */
+    void *flows;      /* owned: what steps of some lengths do to the closed structure */
+    unsigned next_flow;
     void *environment;
     void (*logger)(void); /* the host's, of the type of its version */
     void (*log)(const jl_instance *, int status, const char *category, const char *message);
@@ -233,7 +247,7 @@ int jl_enter(jl_instance *instance, jl_call call);
 int jl_fail(jl_instance *instance, jl_call call, const char *format, ...);
 void jl_report(const jl_instance *instance, jl_call call, int status, const char *message);
 int jl_logging(void *instance, jl_call call, int on, size_t count, const char *const *categories);
-int jl_experiment(void *instance, jl_call call, double start, int stop_defined, double stop);
+int jl_experiment(void *instance, jl_call call, double tolerance, double start, int stop_defined, double stop);
 int jl_move(void *instance, jl_call call, int state);
 int jl_reset(void *instance, jl_call call);
 int jl_refuse(void *instance, jl_call call, size_t count, const char *reason); /* sound only where nothing is asked */
@@ -253,6 +267,7 @@ int jl_no_number(jl_instance *instance, jl_call call, const char *what);
 int jl_prepare(jl_instance *instance, jl_call call);
 void jl_look(const jl_values *values, double *rate, double *g);
 void jl_watch(jl_instance *instance, jl_call call);
+void jl_watch_at(jl_instance *instance, jl_call call, const double *motion);
 int jl_exit_initialization(void *instance, jl_call call);
 int jl_get(void *instance, jl_call call, const unsigned int *references, size_t count, double *x, size_t places);
 int jl_set(void *instance, jl_call call, const unsigned int *references, size_t count, const double *x, size_t places);
@@ -269,6 +284,15 @@ void jl_all_rates(const double *p, const double *s, const int *m, const double *
 
 /* Co-simulation with a structure (integrate.c): h seconds at held inputs; NULL or a sentence on why not. */
 const char *jl_integrate(jl_values *values, double h);
+
+/* Co-simulation with the joints closed at their tangents (exponential.c): from JL_LOOSE on, or where the structure is
+ * stiff, and while the parameters in the modes are as exported. jl_open puts the structure into s. */
+#define JL_LOOSE 1e-7
+#define JL_USUAL 1e-4 /* tolerance of a stiff structure where the host has none */
+int jl_is_closed(const jl_values *values);
+const char *jl_exponential(jl_instance *instance, jl_call call, double h);
+void jl_open(jl_values *values);
+void jl_port_motions(const jl_values *values, double *out);
 
 /* Model exchange (exchange.c). */
 int jl_new_discrete_states(void *instance, jl_call call, int *jumped); /* NULL: the host has no place for it */

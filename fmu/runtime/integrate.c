@@ -6,7 +6,8 @@
 #include <string.h>
 #include "instance.h"
 
-/* Error of a step against the size of each state, and the part of its usual size that always counts as size. */
+/* Error of a step against the size of each state, a tenth of what the host allows but not less; and the part of its
+ * usual size that always counts as size. */
 #define JL_TOLERANCE 1e-10
 #define JL_FLOOR 1e-3
 enum { JL_STAGES = 7, JL_MOST = 4000000, JL_BISECTIONS = 44 };
@@ -47,7 +48,7 @@ static double jl_try(const jl_values *v, const double *rate, double h, jl_end *e
         const double size = fmax(fabs(v->s[i]), fabs(end->s[i])) + JL_FLOOR * (usual > 0.0 ? usual : 1.0);
         double sum = 0.0;
         for (j = 0; j < JL_STAGES; j++) sum += jl_error[j] * k[j][i];
-        sum = fabs(h * sum) / (JL_TOLERANCE * size);
+        sum = fabs(h * sum) / (fmax(JL_TOLERANCE, fmin(v->tolerance / 10.0, 1e-5)) * size);
         if (!(sum <= worst)) worst = sum; /* takes what is no number, too */
         if (!isfinite(end->rate[i])) return (double)INFINITY;
     }

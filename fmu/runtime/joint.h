@@ -37,6 +37,22 @@
 #define jl_entry JL_NAME(jl_entry)
 #define jl_load JL_NAME(jl_load)
 #define jl_rest JL_NAME(jl_rest)
+#define jl_pole JL_NAME(jl_pole)
+#define jl_pole_kind JL_NAME(jl_pole_kind)
+#define jl_read JL_NAME(jl_read)
+#define jl_push JL_NAME(jl_push)
+#define jl_drive JL_NAME(jl_drive)
+#define jl_constant JL_NAME(jl_constant)
+#define jl_port JL_NAME(jl_port)
+#define jl_opened JL_NAME(jl_opened)
+#define jl_at_rest JL_NAME(jl_at_rest)
+#define jl_tangent JL_NAME(jl_tangent)
+#define jl_share JL_NAME(jl_share)
+#define jl_share_first JL_NAME(jl_share_first)
+#define jl_share_column JL_NAME(jl_share_column)
+#define jl_bent JL_NAME(jl_bent)
+#define jl_by_velocity JL_NAME(jl_by_velocity)
+#define jl_kept JL_NAME(jl_kept)
 #define jl_check JL_NAME(jl_check)
 #define jl_initial JL_NAME(jl_initial)
 #define jl_step JL_NAME(jl_step)
@@ -95,6 +111,25 @@ extern const int jl_column[];
 extern const double jl_entry[];
 extern const double jl_load[]; /* added to each row; all 0 unless JL_LOADED */
 extern const double jl_rest[]; /* x at the start, in balance with that */
+
+/* The structure with its joints closed at their tangents, where JL_POLES is not 0: y with x = W y, in pairs. A pair is a
+ * complex mode (kind 0: pole s + iw), two real ones (1) or a free motion and its speed (2). Joints that are more than
+ * their tangents are bent; their displacements are combinations of those of a basis. */
+extern const double jl_pole[];       /* for each pair s, w, or two real poles */
+extern const int jl_pole_kind[];
+extern const double jl_read[];       /* [y][JL_READS]: motions of the basis */
+extern const double jl_push[];       /* [JL_BASIS][y]: forces of the basis into y' */
+extern const double jl_drive[];      /* [JL_INPUTS][y] */
+extern const double jl_constant[];   /* added to y' */
+extern const double jl_port[];       /* [y][JL_PORTS]: the first outputs */
+extern const double jl_opened[];     /* W, row by row */
+extern const double jl_at_rest[];    /* y at the start */
+extern const double jl_tangent[];    /* of each bent joint stiffness and damping in the modes, and offset of z */
+extern const int jl_bent[];          /* of each bent joint its number */
+extern const int jl_by_velocity[];   /* its laws are asked with their velocity */
+extern const int jl_share_first[], jl_share_column[];
+extern const double jl_share[];      /* its displacement over those of the basis, without zeros */
+extern const int jl_kept[];          /* parameters that are in the modes */
 
 /* 0 if the parameters are sound, else a sentence: which one, what was found, what was expected. */
 int jl_check(const double *p, char *message, size_t size);

@@ -55,21 +55,29 @@ int jl_prepare(jl_instance *instance, jl_call call)
     return JL_OK;
 }
 
-/* The outputs of the present inputs, parameters and states; no state moves. */
-static int jl_present(jl_instance *instance, jl_call call)
+/* The outputs of the present inputs, parameters and states; no state moves. Of a closed structure the motions of ports
+ * (`much` 1) take little, all outputs and with them the states in s much more. */
+static int jl_present(jl_instance *instance, jl_call call, int much)
 {
     jl_values *v = &instance->values;
     double motion[JL_ROOM(JL_MOTIONS)], after[JL_ROOM(JL_MEMORY)], f[JL_ROOM(JL_JOINTS)], y[JL_ROOM(JL_OUTPUTS)];
     if (jl_prepare(instance, call)) return JL_ERROR;
-    if (v->fresh) return JL_OK;
+    if (v->fresh >= much) return JL_OK;
+    if (v->closed && much == 1) {
+        jl_port_motions(v, v->y);
+        v->fresh = 1;
+        return JL_OK;
+    }
+    if (v->closed) jl_open(v);
     jl_motion(v->s, v->u, motion);
-    if (v->exchange || JL_STRUCTURE) jl_force(v->p, v->s + JL_STRUCTURE, v->m, motion, f);
+    if (v->closed) jl_step(v->p, v->s + JL_STRUCTURE, motion, 0.0, after, f);
+    else if (v->exchange || JL_STRUCTURE) jl_force(v->p, v->s + JL_STRUCTURE, v->m, motion, f);
     else jl_step(v->p, v->s, motion, 0.0, after, f);
     jl_outputs(v->s, v->u, f, y);
     if (!jl_all_finite(y, JL_OUTPUTS))
         return jl_no_number(instance, call, JL_OUTPUTS == 1 ? "the force" : "an output");
     memcpy(v->y, y, JL_OUTPUTS * sizeof *y);
-    v->fresh = 1;
+    v->fresh = 2;
     return JL_OK;
 }
 
@@ -82,7 +90,7 @@ void jl_look(const jl_values *v, double *rate, double *g)
     memcpy(s, v->s, sizeof s);
     memcpy(m, v->m, sizeof m);
     jl_motion(s, v->u, motion);
-    if (!v->exchange && !JL_STRUCTURE) (void)jl_event(v->p, s + JL_STRUCTURE, m, motion);
+    if (v->closed || (!v->exchange && !JL_STRUCTURE)) (void)jl_event(v->p, s + JL_STRUCTURE, m, motion);
     if (g) jl_indicators(v->p, s + JL_STRUCTURE, m, motion, g);
     if (!rate) return;
     jl_all_rates(v->p, s, m, v->u, every);
@@ -90,12 +98,9 @@ void jl_look(const jl_values *v, double *rate, double *g)
 }
 
 /* Says once that an accepted point lies outside the range in which a joint was identified. */
-void jl_watch(jl_instance *instance, jl_call call)
+void jl_watch_at(jl_instance *instance, jl_call call, const double *motion)
 {
-    double motion[JL_ROOM(JL_MOTIONS)];
     int i;
-    if (instance->outside) return;
-    jl_motion(instance->values.s, instance->values.u, motion);
     for (i = 0; i < JL_MOTIONS && !instance->outside; i++) {
         const double x = motion[i], low = jl_validity[2 * i], high = jl_validity[2 * i + 1];
         char message[512];
@@ -107,10 +112,18 @@ void jl_watch(jl_instance *instance, jl_call call)
     }
 }
 
+void jl_watch(jl_instance *instance, jl_call call)
+{
+    double motion[JL_ROOM(JL_MOTIONS)];
+    if (instance->outside) return;
+    jl_motion(instance->values.s, instance->values.u, motion);
+    jl_watch_at(instance, call, motion);
+}
+
 int jl_exit_initialization(void *c, jl_call call)
 {
     jl_instance *instance = (jl_instance *)c;
-    if (jl_enter(instance, call) || jl_present(instance, call)) return JL_ERROR;
+    if (jl_enter(instance, call) || jl_present(instance, call, 2)) return JL_ERROR;
     instance->values.initialized = 1;
     instance->values.state = instance->values.exchange ? JL_EVENT : JL_STEP;
     jl_watch(instance, call);
@@ -154,7 +167,8 @@ int jl_get(void *c, jl_call call, const unsigned int *references, size_t count, 
         else {
             if (v->state == JL_INSTANTIATED && !jl_is_structure(at))
                 return jl_fail(instance, call, "%s has no value before initialization", jl_variables[at].name);
-            status = jl_is_structure(at) ? JL_OK : jl_present(instance, call);
+            status = jl_is_structure(at) && !v->closed ? JL_OK
+                                                       : jl_present(instance, call, 1 + (at - JL_FIRST_OUTPUT >= JL_PORTS));
             if (status) return status;
             if (kind == JL_OUTPUT) x[i] = v->y[at - JL_FIRST_OUTPUT];
             else if (kind == JL_STATE) x[i] = v->s[at - JL_FIRST_STATE];
@@ -206,7 +220,7 @@ int jl_set(void *c, jl_call call, const unsigned int *references, size_t count, 
         else if (kind == JL_STATE) v->s[at - JL_FIRST_STATE] = x[i];
         else {
             v->p[at - JL_FIRST_PARAMETER] = x[i];
-            v->sound = 0;
+            v->sound = v->bent = 0;
         }
         v->fresh = 0;
     }
@@ -244,17 +258,19 @@ int jl_do_step(void *c, jl_call call, double time, double h)
         return jl_fail(instance, call, "a step to %.17g s, the stop time is %.17g s", time + h, v->stop);
     if (jl_prepare(instance, call)) return JL_ERROR;
     if (JL_STRUCTURE) {
-        fault = jl_integrate(v, h);
+        const int closed = jl_is_closed(v);
+        if (v->closed && !closed) jl_open(v), v->closed = 0, v->stride = 0.0;
+        fault = closed ? jl_exponential(instance, call, h) : jl_integrate(v, h);
         if (fault) return jl_fail(instance, call, "between %.9g s and %.9g s %s", time, time + h, fault);
         v->fresh = 0;
-        if (jl_present(instance, call)) return JL_ERROR;
+        if (!closed && jl_present(instance, call, 2)) return JL_ERROR;
     } else {
         fault = jl_advance(v, h);
         if (fault) return jl_no_number(instance, call, fault);
-        v->fresh = 1;
+        v->fresh = 2;
     }
     v->time = time + h;
     v->timed = 1;
-    jl_watch(instance, call);
+    if (!v->closed) jl_watch(instance, call);
     return JL_OK;
 }

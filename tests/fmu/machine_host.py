@@ -65,7 +65,9 @@ def unpacked(model: Joint | Machine | System, fmi: int) -> Path:
 class _Instance:
     """Variables by name."""
 
-    def __init__(self, folder: Path, fmi: int, exchange: bool, start: Mapping[str, float]) -> None:
+    def __init__(
+        self, folder: Path, fmi: int, exchange: bool, start: Mapping[str, float], tolerance: float | None = None
+    ) -> None:
         self.fmi, self.read = fmi, read_model_description(str(folder))
         self.place = {str(v.name): v.valueReference for v in self.read.modelVariables}
         interface = self.read.modelExchange if exchange else self.read.coSimulation
@@ -78,8 +80,10 @@ class _Instance:
         )
         self.fmu.instantiate()
         if fmi == 2:
-            self.fmu.setupExperiment()
-        self.fmu.enterInitializationMode()
+            self.fmu.setupExperiment(tolerance=tolerance)
+            self.fmu.enterInitializationMode()
+        else:
+            self.fmu.enterInitializationMode(tolerance=tolerance)
         self.put(start)
         self.fmu.exitInitializationMode()
 
@@ -95,8 +99,10 @@ class _Instance:
 class Stepping(_Instance):
     """Co-simulation."""
 
-    def __init__(self, folder: Path, fmi: int, start: Mapping[str, float] | None = None) -> None:
-        super().__init__(folder, fmi, False, start or {})
+    def __init__(
+        self, folder: Path, fmi: int, start: Mapping[str, float] | None = None, tolerance: float | None = None
+    ) -> None:
+        super().__init__(folder, fmi, False, start or {}, tolerance)
         self.time = 0.0
 
     def step(self, forces: Mapping[str, float], h: float) -> None:

@@ -14,7 +14,15 @@ enum {
     JL_MODES = 2,
     JL_INDICATORS = 2,
     JL_EXCHANGE = 1,
-    JL_LOADED = 0
+    JL_LOADED = 0,
+    JL_POLES = 0,
+    JL_BASIS = 0,
+    JL_READS = 0,
+    JL_BENT = 0,
+    JL_PORTS = 0,
+    JL_KEPT = 0,
+    JL_STIFF = 0,
+    JL_BENT_BY_VELOCITY = 0
 };
 
 #endif
