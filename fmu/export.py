@@ -12,11 +12,12 @@ from typing import TYPE_CHECKING
 from jointlib.errors import InputError
 from jointlib.io import atomic
 from jointlib.joint import Joint
+from jointlib.shown.progress import Progress, Silent
 
 from .members.archive import archive_bytes
 from .members.build import can_compile, compilers_for
 from .members.description import NAMELESS, Card, description_text, fingerprint
-from .members.documentation import licence_of, machine_notes, native_notes, python_notes, step_notes
+from .members.documentation import cost_notes, licence_of, machine_notes, native_notes, python_notes, step_notes
 from .members.native import joints_of, without_kernel
 from .members.native_members import native_members, native_sources
 from .members.page import documentation_text
@@ -61,6 +62,7 @@ def export_fmu(
     runtime: str | None = None,
     platforms: Sequence[str] = (),
     tool: str | None = None,
+    progress: Progress | None = None,
 ) -> Export:
     """Write a joint as an FMU (displacement, velocity in, force out), a machine (forces in, motions out) or a system.
 
@@ -71,6 +73,7 @@ def export_fmu(
     force of a joint, or within 1e-6 of the largest values of a machine. Where ``"c"`` is asked for and no compiler is
     found, the FMU holds its sources, is validated, and says that it was not run. ``platforms`` (``"win64"`` as in FMI
     2.0, or ``"x86_64-windows"`` as in 3.0) are compiled for beside this computer's own; without them all that can be.
+    ``progress`` is told of every part.
     A joint or a machine may be a file, of a machine with its ``tool`` of several by name; what a machine's file leaves
     to be identified is. ``jointlib fmu`` does this.
     """
@@ -78,8 +81,10 @@ def export_fmu(
 
     path = Path(path)
     _check_path(path, fmi, runtime)
-    model, remarks = model_of(joint, tool)
-    system = _system_of(model)
+    told_of = progress or Silent()
+    with told_of.step("reading, and identifying what is open"):
+        model, remarks = model_of(joint, tool)
+        system = _system_of(model)
     _check_system(system)
     obstacle = _obstacle(system)
     chosen = runtime or ("python" if obstacle and system.lone else "c")
@@ -90,7 +95,8 @@ def export_fmu(
     coupled = None if system.states else system.joints[0][1]
     over = operating_range(coupled) if coupled else None
     limit = step_limit(coupled, over) if coupled and over else None
-    run = reference_run(system, over)
+    with told_of.step("making the reference run from the Python laws"):
+        run = reference_run(system, over)
     max_step = limit.max_step if limit else system.step
     card = Card("", "", chosen, fmi, max_step, float(run.rows[-1, 0]), step=_proposed(limit, system.step))
     if system.states:
@@ -99,7 +105,8 @@ def export_fmu(
         card = replace(card, sources=(TRANSLATION_UNIT,))
     reference = csv_text(run)
     card = _named(system, card, reference)
-    members = _native(system, card, platforms) if chosen == "c" else _python(system, card)
+    with told_of.step("writing and compiling the sources" if chosen == "c" else "building"):
+        members = _native(system, card, platforms) if chosen == "c" else _python(system, card)
     present = {name.split("/")[1] for name in members if name.startswith("binaries/")}
     told = native_notes(system, fmi, present) if chosen == "c" else python_notes("" if runtime else obstacle)
     if not runs_here:
@@ -116,8 +123,10 @@ def export_fmu(
     }
     data = archive_bytes(members)
     if runs_here:
-        verified = verify_fmu(path, data)
+        with told_of.step("validating and repeating the reference run"):
+            verified = verify_fmu(path, data)
         made, clients = verified.platforms, verified.verified_with
+        messages = (*messages, *cost_notes(system, card.step, verified.step_time))
     else:
         made, clients = validate_fmu(path, data), ()
     atomic.write(path, lambda file: file.write(data))

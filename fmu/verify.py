@@ -50,6 +50,8 @@ class Verification:
     samples: int
     difference: float
     """Largest difference of an output from the reference, relative to its largest absolute value."""
+    step_time: float | None = None
+    """What a step of the default experiment takes here in s, through FMPy; None where there is no such step."""
 
 
 @dataclass(frozen=True)
@@ -88,9 +90,11 @@ def verify_fmu(path: Path | str, data: bytes | None = None) -> Verification:
         allowed = _stated(path, found, "referenceTolerance") or TOLERANCE
         if allowed > _LOOSEST:
             raise InputError(f"{path}: referenceTolerance is {allowed:g}, expected at most {_LOOSEST:g}")
-        difference = _replay(path, request, found.description, found.run, allowed)
+        difference, step_time = _replay(path, request, found.description, found.run, allowed)
     limit = _stated(path, found, "maxStep")
-    return Verification(path, found.platforms, limit, (f"FMPy {version('fmpy')}",), len(found.run.rows), difference)
+    return Verification(
+        path, found.platforms, limit, (f"FMPy {version('fmpy')}",), len(found.run.rows), difference, step_time
+    )
 
 
 def validate_fmu(path: Path | str, data: bytes | None = None) -> tuple[str, ...]:
@@ -230,8 +234,8 @@ def _check_description(path: Path, folder: Path) -> None:
 
 def _replay(
     path: Path, model: dict[str, object], description: ElementTree.Element, run: ReferenceRun, tolerance: float
-) -> float:
-    """Largest relative difference of the outputs; more than the tolerance fails the check."""
+) -> tuple[float, float | None]:
+    """Largest relative difference of the outputs, more than the tolerance fails the check; what a step takes in s."""
     scalars = {s.get("name"): s for s in description.iterfind("ModelVariables/*")}
     for name in run.names[1:]:
         if name not in scalars:
@@ -248,7 +252,13 @@ def _replay(
         "time": run.rows[:, 0].tolist(),
         "values": run.rows[:, [column[name] for name in inputs]].tolist(),
     }
-    first, second = _run(path, request)
+    experiment = description.find("DefaultExperiment")
+    if experiment is not None and experiment.get("stepSize"):
+        request["pace"] = {
+            "step": float(experiment.get("stepSize", "nan")),
+            "sizes": [_nominal(scalars[name]) for name in inputs],
+        }
+    (first, second), step_time = _run(path, request)
     if not np.array_equal(first, second):
         raise CheckFailed(f"{path}: after a reset the FMU does not repeat itself")
     expected = run.rows[:, [column[name] for name in outputs]]
@@ -260,12 +270,17 @@ def _replay(
             f"{path}: {outputs[place]} at t = {run.rows[row, 0]:g} s is {float(first[row, place])!r}, the reference "
             f"has {float(expected[row, place])!r}, a difference of {difference[row, place]:.1e} of its largest value"
         )
-    return float(np.max(difference))
+    return float(np.max(difference)), step_time
 
 
 def _unit(scalar: ElementTree.Element) -> str:
     real = scalar.find("Real")
     return (scalar if real is None else real).get("unit", "")
+
+
+def _nominal(scalar: ElementTree.Element) -> float:
+    real = scalar.find("Real")
+    return float((scalar if real is None else real).get("nominal", "1"))
 
 
 def _sizes(expected: Array, units: list[str], small: float) -> Array:
@@ -275,8 +290,9 @@ def _sizes(expected: Array, units: list[str], small: float) -> Array:
     return np.asarray(np.maximum(np.maximum(own, small * np.array(shared)), np.finfo(float).tiny))
 
 
-def _run(path: Path, request: dict[str, object]) -> Array:
-    """Outputs of two runs in a fresh process, shape (2, samples, outputs)."""
+def _run(path: Path, request: dict[str, object]) -> tuple[Array, float | None]:
+    """Outputs of two runs in a fresh process, shape (2, samples, outputs), and what a step takes in s."""
     with tempfile.TemporaryDirectory(prefix="jointlib-") as scratch:
         where = f"{path}: the FMU"
-        return np.array(answer_of("replay.py", request, Path(scratch), where, _TIME_LIMIT, "reference run"))
+        answer = answer_of("replay.py", request, Path(scratch), where, _TIME_LIMIT, "reference run")
+        return np.array(answer["runs"]), answer["pace"]

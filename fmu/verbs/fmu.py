@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from jointlib.cli.arguments import Given, Target, Verb, input_file, json_option, tool_option
-from jointlib.cli.output import emit, working, wrote
+from jointlib.cli.output import Workings, emit, working, wrote
 from jointlib.errors import InputError
 
 
@@ -52,10 +52,15 @@ def command(
         raise InputError("fmu: expected a joint file and -o X.fmu, a machine file and -o X.fmu, or --verify X.fmu")
     from ..export import export_fmu
 
-    with working("exporting and verifying"):
-        done = export_fmu(
-            model, output, fmi=int(fmi), runtime=runtime, platforms=platforms, tool=changes.get("tool.use")
-        )
+    done = export_fmu(
+        model,
+        output,
+        fmi=int(fmi),
+        runtime=runtime,
+        platforms=platforms,
+        tool=changes.get("tool.use"),
+        progress=Workings(),
+    )
     data = {
         "file": str(done.file),
         "platforms": list(done.platforms),

@@ -77,6 +77,14 @@ def working(what: str) -> Iterator[None]:
         timer.cancel()
 
 
+class Workings:
+    """Parts of a job that usually is short: each is said as :func:`working` says it."""
+
+    def step(self, what: str) -> AbstractContextManager[None]:
+        """Say it if it takes long."""
+        return working(what)
+
+
 class Steps:
     """Numbered steps of a long job; each is announced on standard error and timed."""
 

@@ -1,7 +1,8 @@
 /* A machine FMU (FMI 2.0, co-simulation) under held forces in a C client.
  *
- * usage: machine_speed LIBRARY TOKEN FORCE OUTPUT SIZE TOLERANCE STEP STEPS EVERY
+ * usage: machine_speed LIBRARY TOKEN FORCE OUTPUT SIZE TOLERANCE STEP STEPS EVERY NUDGED
  * FORCE, OUTPUT: value references; SIZE: of the force in N, a sum of sines below 1/(40 STEP); TOLERANCE: 0 tells none.
+ * NUDGED: value reference of a parameter that is moved by 1e-12 of itself, which opens a closed structure; 0 is none.
  * Prints the time of a step in s, then the output behind every EVERY-th step. */
 #define _POSIX_C_SOURCE 200809L
 #include <dlfcn.h>
@@ -42,12 +43,13 @@ static void *find(void *library, const char *name)
 int main(int count, char **arguments)
 {
     const fmi2CallbackFunctions callbacks = { tell, calloc, free, NULL, NULL };
-    fmi2ValueReference force, output;
+    fmi2ValueReference force, output, nudged;
     double size, tolerance, h, taken, *found;
     long i, steps, every;
     void *library, *fmu;
     int bad = 0;
-    if (count != 10) return 2;
+    if (count != 11) return 2;
+    nudged = (fmi2ValueReference)atol(arguments[10]);
     force = (fmi2ValueReference)atol(arguments[3]), output = (fmi2ValueReference)atol(arguments[4]);
     size = atof(arguments[5]), tolerance = atof(arguments[6]), h = atof(arguments[7]);
     steps = atol(arguments[8]), every = atol(arguments[9]);
@@ -57,7 +59,14 @@ int main(int count, char **arguments)
     fmu = CALL(fmi2Instantiate)("speed", fmi2CoSimulation, arguments[2], NULL, &callbacks, 0, 1);
     if (!fmu) return 1;
     bad |= CALL(fmi2SetupExperiment)(fmu, tolerance > 0.0, tolerance, 0.0, 0, 0.0) != fmi2OK;
-    bad |= CALL(fmi2EnterInitializationMode)(fmu) != fmi2OK || CALL(fmi2ExitInitializationMode)(fmu) != fmi2OK;
+    bad |= CALL(fmi2EnterInitializationMode)(fmu) != fmi2OK;
+    if (nudged) {
+        double value = 0.0;
+        bad |= CALL(fmi2GetReal)(fmu, &nudged, 1, &value) != fmi2OK;
+        value *= 1.0 + 1e-12;
+        bad |= CALL(fmi2SetReal)(fmu, &nudged, 1, &value) != fmi2OK;
+    }
+    bad |= CALL(fmi2ExitInitializationMode)(fmu) != fmi2OK;
     taken = now();
     for (i = 0; i < steps && !bad; i++) {
         const double t = h * (double)i, w = 2.0 * 3.14159265358979 / (40.0 * h);
