@@ -11,8 +11,8 @@ from jointlib.meanings import meant
 
 MOST = 20
 """Faults that are told at once in words."""
-LONGEST = 300
-"""Letters of a sentence."""
+LONGEST = 290
+"""Letters of a sentence, behind the name of the program 300."""
 _QUOTED = 60
 _UNBROKEN = re.compile(rf"\S{{{_QUOTED + 1},}}|'[^']{{{_QUOTED + 1},}}'")
 _NEAREST = 5

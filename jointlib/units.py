@@ -15,7 +15,7 @@ _BY_RULE = {
     "Hz": {"Hz": 1.0, "kHz": 1e3, "MHz": 1e6, "mHz": 1e-3, "1/s": 1.0},
     "rpm": {"rpm": 1.0, "krpm": 1e3, "Hz": 60.0},
 }
-_HUGE = 1e75
+HUGE = 1e75
 """Beyond this, products of a few quantities are no floats any more."""
 _UNIT = re.compile(r"[^\d.eE+\-\s]")
 _GRAM = re.compile(r"(?<![A-Za-z_])(m?)g(?![A-Za-z_0-9])")
@@ -99,8 +99,8 @@ def quantity(value: Any, expected: str, where: str) -> float:
     if not math.isfinite(out):
         shown = repr(value) if len(repr(value)) < 30 else "a number of many digits"
         raise InputError(f"{where}: {shown}, expected a finite value in {expected}")
-    if abs(out) > _HUGE or 0 < abs(out) < 1 / _HUGE:
-        raise InputError(f"{where}: {value!r}, expected 0 or a size between {1 / _HUGE:g} and {_HUGE:g} {expected}")
+    if abs(out) > HUGE or 0 < abs(out) < 1 / HUGE:
+        raise InputError(f"{where}: {value!r}, expected 0 or a size between {1 / HUGE:g} and {HUGE:g} {expected}")
     return out
 
 

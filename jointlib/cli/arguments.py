@@ -9,6 +9,7 @@ from typing import Any
 
 import click
 
+from jointlib.cli.alone import alone_in
 from jointlib.errors import InputError
 from jointlib.io.atomic import no_name, to_write
 from jointlib.units import frequency_range, quantity, within
@@ -59,13 +60,17 @@ class Target(click.ParamType[Path]):
 
     name = "path"
 
-    def __init__(self, *suffixes: str, folder: bool = False) -> None:
+    def __init__(self, *suffixes: str, folder: bool = False, shared: bool = False) -> None:
         self.suffixes = suffixes
         self.folder = folder
+        self.shared = shared  # several commands may write into the folder, which they see to themselves
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
         where = param.opts[0] if param is not None else "output"
-        return to_write(value, where, *self.suffixes, folder=self.folder)
+        found = to_write(value, where, *self.suffixes, folder=self.folder)
+        if self.folder and not self.shared and ctx is not None and not ctx.resilient_parsing:
+            ctx.with_resource(alone_in(found, where))
+        return found
 
 
 class Verb(click.Command):

@@ -183,6 +183,9 @@ def _called() -> int:
     except Exception as error:
         from jointlib.errors import CheckFailed, InputError
 
+        if type(error).__name__ == "LinAlgError":
+            # Sizes, each in its range, whose products are no numbers any more, or that hold nothing in place.
+            error = InputError(f"the equations cannot be solved ({error}), expected the sizes of a machine")
         if not isinstance(error, CheckFailed | InputError):
             raise
         click.echo(f"jointlib: {error}", err=True)

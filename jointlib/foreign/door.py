@@ -47,10 +47,11 @@ def bytes_of(path: Path, what: str) -> bytes:
 def foreign(path: Path, what: str, read: Callable[[], T]) -> T:
     """What ``read`` makes of a file; however it fails, the sentence is that ``path`` cannot be read as ``what``.
 
-    Warnings of a reader are failures: it met something that it did not understand.
+    Warnings of a reader are failures: it met something that it did not understand. What overflows is none here: it is
+    refused by `usable`, which says where.
     """
     try:
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("error")
             for kind in (DeprecationWarning, PendingDeprecationWarning, FutureWarning, ResourceWarning):
                 warnings.simplefilter("ignore", kind)

@@ -11,7 +11,7 @@ import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
-from jointlib.foreign.door import LARGEST, usable
+from jointlib.foreign.door import LARGEST, foreign, usable
 from jointlib.frf import Quantity
 from jointlib.io import cutpro
 from jointlib.io.finite_elements.matrix_files import read_arrays
@@ -51,8 +51,7 @@ class FrfRecord:
 
 def read_frfs(path: Path, told: Told | None = None) -> list[FrfRecord]:
     """Every frequency response of a file, values in SI where the file says its units."""
-    with np.errstate(over="ignore", invalid="ignore"):  # what comes of it is looked at below
-        return _read(path, told)
+    return foreign(path, "frequency responses", lambda: _read(path, told))
 
 
 def _read(path: Path, told: Told | None) -> list[FrfRecord]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from jointlib.arrays import Array
 from jointlib.errors import InputError, nearest
+from jointlib.foreign.door import foreign
 from jointlib.io.finite_elements.matrix_files import read_arrays
 from jointlib.io.readers import read_csv
 from jointlib.io.universal import AXES, NO_UNITS, place, read_sets, units
@@ -40,9 +41,13 @@ def read_modes(path: Path, dofs: Sequence[str], at: Sequence[str] | None) -> Mod
         raise InputError(f"{path}: no reader for modes in {path.suffix!r} files, expected {', '.join(SUFFIXES)}")
     if (at is not None) != (suffix in (".uff", ".unv")):
         raise InputError(f"{path}: expected at, node and direction of every dof, for a universal file and for no other")
+    return foreign(path, "modes", lambda: _read(path, dofs, at))
+
+
+def _read(path: Path, dofs: Sequence[str], at: Sequence[str] | None) -> Modes:
     if at is not None:
         return _universal(path, dofs, at)
-    if suffix == ".csv":
+    if path.suffix.lower() == ".csv":
         return _csv(path, dofs)
     arrays = read_arrays(path)
     for key in ("frequency", "shapes"):

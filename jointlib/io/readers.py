@@ -7,6 +7,7 @@ from pathlib import Path
 
 from jointlib.arrays import Array
 from jointlib.errors import InputError, nearest
+from jointlib.foreign.door import foreign
 from jointlib.lab.dialect import Told
 from jointlib.lab.open_file import open_lab_file
 from jointlib.lab.text_table import TextTable, read_table
@@ -29,7 +30,9 @@ def read_columns(path: Path, told: Told | None = None) -> dict[str, Array]:
     if suffix not in readers:
         raise InputError(f"{path}: no reader for {path.suffix!r} files, {nearest(suffix, readers)}")
     reader = readers[suffix]
-    columns: dict[str, Array] = reader(path, told) if reader in (read_csv, read_lab) else reader(path)
+    columns: dict[str, Array] = foreign(
+        path, "a record", lambda: reader(path, told) if reader in (read_csv, read_lab) else reader(path)
+    )
     if not columns or all(len(c) == 0 for c in columns.values()):
         raise InputError(f"{path}: holds no samples, expected columns of numbers")
     return columns

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from jointlib.errors import InputError
+from jointlib.foreign.door import foreign
 from jointlib.lab.dialect import Told
 from jointlib.lab.formats.archive import read_archive
 from jointlib.lab.formats.hdf5 import read_hdf5
@@ -41,6 +42,10 @@ _FIRST = {
 
 def open_lab_file(path: Path, told: Told | None = None) -> LabFile:
     """What a file holds; of a text table also its dialect, in which ``told`` says what is known."""
+    return foreign(path, "a record", lambda: _opened(path, told))
+
+
+def _opened(path: Path, told: Told | None) -> LabFile:
     suffix = path.suffix.lower().lstrip(".")
     if suffix in TEXT:
         return _text(path, told)

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 LOOPBACK = "127.0.0.1"
 PORT = 8050
 _MOST_BYTES = 4_000_000
+_OWN = ("same-origin", "none")
+"""What a browser says of a request that the page made itself, or the user; other programs say nothing."""
 _log = logging.getLogger(__name__)
 
 
@@ -92,6 +94,8 @@ def _guarded(app: Dash, alone: bool) -> None:
         host = urlsplit(f"//{request.host}").hostname or ""
         if alone and not is_this_computer(host):
             return refused(f"{host}: not the name of this page, open it at http://{LOOPBACK}")
+        if request.headers.get("Sec-Fetch-Site", "none") not in _OWN:
+            return refused("another page may not use this one")
         origin = request.headers.get("Origin")
         if origin is not None and urlsplit(origin).netloc != request.host:
             return refused(f"{origin}: another page may not use this one")

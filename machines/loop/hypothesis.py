@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
 from jointlib.arrays import Array
+from jointlib.errors import InputError
 from jointlib.joint import Joint
 from jointlib.law import JointLaw
 from jointlib.loop.answer.refit import bounds_of
@@ -21,6 +22,7 @@ from .quick import quick
 
 WEAK = float(np.log(2.0))
 """Prior deviation of the logarithm of a parameter that no covariance speaks of: a factor of two."""
+_HALVINGS = 40
 _FAR = 4.0
 """Logarithm of the largest factor that is tried."""
 _GEOMETRY = ("contact_angle", "side", "displacement_scale", "velocity_scale")
@@ -119,13 +121,35 @@ class Hypothesis:
             for name in names
             if name in known
         }
-        lower, upper = bounds_of(joint, tuple(moved))
-        kept = np.clip(np.array(list(moved.values())), lower, upper).tolist()
-        out = joint.with_parameters(dict(zip(moved, kept, strict=True))) if moved else joint
+        out = _admitted(joint, moved) if moved else joint
         if self.laws is not None:
             for law in self.laws(values[n:]):
                 out = out + shared(law, share)
         return out
+
+
+def _admitted(joint: Joint, moved: Mapping[str, float]) -> Joint:
+    """The joint with parameters moved as far as its laws admit: into the range of each, and where two of them exclude
+    each other so (a static friction below the sliding one), as far on the way there as they do not."""
+    known = joint.parameters
+    lower, upper = bounds_of(joint, tuple(moved))
+    there = dict(zip(moved, np.clip(np.array(list(moved.values())), lower, upper).tolist(), strict=True))
+    found = _tried(joint, there)
+    if found is not None:
+        return found
+    share, step = 0.0, 0.5
+    for _ in range(_HALVINGS):
+        further = {name: known[name] + (share + step) * (value - known[name]) for name, value in there.items()}
+        share += step if _tried(joint, further) is not None else 0.0
+        step /= 2
+    return joint.with_parameters({name: known[name] + share * (value - known[name]) for name, value in there.items()})
+
+
+def _tried(joint: Joint, values: Mapping[str, float]) -> Joint | None:
+    try:
+        return joint.with_parameters(values)
+    except InputError:
+        return None
 
 
 def own_coordinates(

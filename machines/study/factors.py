@@ -12,7 +12,7 @@ from scipy import stats
 from jointlib.arrays import Array
 from jointlib.errors import InputError
 from jointlib.io.toml import Section
-from jointlib.units import number_and_unit
+from jointlib.units import HUGE, number_and_unit
 
 IDENTIFICATION = "identification"
 """Path of the factor that stands for what the identification left open: joints and measured FRFs, drawn together."""
@@ -155,6 +155,8 @@ def _listed(section: Section) -> tuple[tuple[Any, ...], tuple[str, ...]]:
     choices = section.take("values")
     if not isinstance(choices, list) or not choices:
         raise InputError(f"{section.where}: values is {choices!r}, expected a list of at least one value")
+    if not all(_finite(choice) for choice in choices):
+        section.fault("values holds a number that is not finite, expected finite ones", sure=True)
     labels = section.words("words", ())
     if labels and len(labels) != len(choices):
         section.fault(f"{len(labels)} words for {len(choices)} values, expected as many")
@@ -167,6 +169,13 @@ def _listed(section: Section) -> tuple[tuple[Any, ...], tuple[str, ...]]:
     return tuple(choices), labels
 
 
+def _finite(value: Any) -> bool:
+    """Whether every number in nested lists and tables can be computed with."""
+    if isinstance(value, list | dict):
+        return all(_finite(part) for part in (value.values() if isinstance(value, dict) else value))
+    return not isinstance(value, int | float) or abs(value) <= HUGE
+
+
 def _told(value: Any) -> str:
     """A value of a list where no words were given for it: ``preload 1 kN, width 45 mm`` for a table."""
     return ", ".join(f"{key} {v}" for key, v in value.items()) if isinstance(value, dict) else str(value)
@@ -175,10 +184,10 @@ def _told(value: Any) -> str:
 def _number(value: Any, where: str) -> tuple[float, str]:
     """A number and its unit, as it stands in the file."""
     parts = number_and_unit(value) if isinstance(value, str) else None
-    if parts is not None:
+    if parts is None and isinstance(value, int | float) and not isinstance(value, bool):
+        parts = (float(value) if abs(value) <= HUGE else math.inf), ""
+    if parts is not None and abs(parts[0]) <= HUGE:
         return parts
-    if isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value):
-        return float(value), ""
     raise InputError(f"{where}: {value!r}, expected a finite number or a string with a unit")
 
 

@@ -153,7 +153,7 @@ def _felt(model: ToolModel) -> Mask:
     size = np.linalg.norm(model.inputs, axis=1) * np.linalg.norm(model.outputs, axis=1)
     found = np.zeros(len(size), dtype=bool)
     for reach in (size / np.abs(model.poles.real), size / np.abs(model.poles)):
-        found |= reach >= _FELT * np.max(reach)
+        found |= reach >= _FELT * np.max(reach, initial=0.0)
     return found & (np.abs(model.poles.imag) > _OSCILLATING * np.abs(model.poles))
 
 

@@ -49,7 +49,9 @@ def _options(function: Any) -> Any:
     for option in (
         json_option,
         tools_option,
-        click.option("-o", "output", type=Target(folder=True), required=True, help="Folder of the results."),
+        click.option(
+            "-o", "output", type=Target(folder=True, shared=True), required=True, help="Folder of the results."
+        ),
         click.option("--scheduler", help="Address of a Dask scheduler, whose workers compute instead."),
         click.option("--shard", help="k/n: only the k-th of n parts, for batch queues that share the folder."),
         click.option("--workers", type=click.IntRange(min=1), help="Processes; default: one per processor."),
@@ -87,7 +89,7 @@ def resume(study: Path, output: Path, as_json: bool, tools: tuple[str, ...], **h
 
 @command.command("report", cls=Verb)
 @input_file("study")
-@click.option("-o", "output", type=Target(folder=True), required=True, help="Folder of the results.")
+@click.option("-o", "output", type=Target(folder=True, shared=True), required=True, help="Folder of the results.")
 @tools_option
 @click.option("--table", "target", type=Target(".parquet", ".csv"), help="Write every configuration to this file.")
 @json_option

@@ -290,7 +290,15 @@ def test_only_the_loopback_listens(site: Site) -> None:
 
 
 @pytest.mark.parametrize(
-    "headers", [{"Host": "evil.example"}, {"Host": "127.0.0.1.evil.example"}, {"Origin": "http://evil.example"}]
+    "headers",
+    [
+        {"Host": "evil.example"},
+        {"Host": "127.0.0.1.evil.example"},
+        {"Origin": "http://evil.example"},
+        {"Origin": "null"},
+        {"Sec-Fetch-Site": "cross-site"},
+        {"Sec-Fetch-Site": "same-site"},
+    ],
 )
 def test_a_stranger_is_refused(site: Site, headers: dict[str, str]) -> None:
     request = urllib.request.Request(f"{site.address}_dash-layout", headers=headers)

@@ -234,7 +234,7 @@ def archive(rng: random.Random, data: bytes) -> bytes:
     with warnings.catch_warnings(), zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as made:
         warnings.simplefilter("ignore")
         for name, inside in members:
-            made.writestr(name or "_", inside)
+            made.writestr(name.split("\0")[0] or "_", inside)
     return out.getvalue()
 
 

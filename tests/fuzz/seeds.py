@@ -408,7 +408,11 @@ HOSTS = {
         '[[component.node]]\nname = "a"\nrows = { x = 1 }',
         "a.x",
     ),
-    "outline.toml": _machine('kind = "lumped"\ndofs = ["x"]\nmass = [[2.0]]\nstiffness = [[1e7]]\noutline = "FILE"'),
+    "outline.toml": _machine(
+        'kind = "rigid"\nmass = 2.0\ninertia = [1, 1, 1]\noutline = "FILE"\n'
+        '[[component.point]]\nname = "p"\nat = [0, 0, 0]',
+        "p.x",
+    ),
 }
 RECORD = ("inspect {file}", "import {file} -o out.measurement.toml")
 
