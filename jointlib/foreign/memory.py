@@ -16,6 +16,8 @@ SHARE = 0.8
 """Of the free memory, without a word on it."""
 _WORDS = ((1e12, "TB"), (1e9, "GB"), (1e6, "MB"), (1e3, "kB"))
 _SIZE = re.compile(r"(\d+(?:\.\d+)?(?:e\d{1,2})?)\s*(TB|GB|MB|kB|B|)", re.ASCII | re.IGNORECASE)
+_LIBRARIES = 512 << 20
+"""Bytes left beside for what libraries of linear algebra take themselves: where they cannot, they end the program."""
 _UNKNOWN = 4 << 30
 """Bytes where the system tells nothing."""
 _ASKED: ContextVar[int | None] = ContextVar("asked", default=None)
@@ -85,7 +87,7 @@ def _enforce() -> tuple[int, int] | None:
     before = resource.getrlimit(resource.RLIMIT_DATA)
     with suppress(OSError, ValueError, IndexError):
         held = int(Path("/proc/self/statm").read_text("ascii").split()[5]) * os.sysconf("SC_PAGE_SIZE")
-        most = held + limit()
+        most = held + limit() + _LIBRARIES
         resource.setrlimit(resource.RLIMIT_DATA, (most if before[1] < 0 else min(most, before[1]), before[1]))
     return before
 

@@ -52,6 +52,9 @@ def identify(
     moving = tuple(t for t in tests if t.measurement.kind != "static")
     if len({t.measurement.kind for t in moving}) > 1:
         raise InputError("identify: rig and path measurements together, expected one of the two")
+    sources = [t.measurement.source for t in tests]
+    if len(set(sources)) < len(sources):
+        raise InputError(f"identify: {max(sources, key=sources.count)} is given twice, expected each measurement once")
     if len({t.unknowns for t in moving}) > 1:
         raise InputError("identify: paths with and without an unknown carriage together, expected one of the two")
     kinds = tuple(laws) if laws else tuple(law.kind for law in start.laws) if start else ()
@@ -68,7 +71,7 @@ def identify(
     used = tuple(t for t in tests if t.measurement.source in fit.rms)
     messages = [remark for t in tests for remark in t.remarks()] + list(fit.messages)
     for test in tests:
-        if test not in used:
+        if test.measurement.source not in fit.rms:
             messages.append(f"{test.measurement.source.name}: not used, the other records tell these laws.")
     joint = replace(
         fit.joint,

@@ -18,6 +18,8 @@ _LONGEST_NAME, _LONGEST_PATH = 255, 4095
 def write(path: Path, fill: Callable[[IO[bytes]], object]) -> None:
     """Let ``fill`` write a temporary neighbour of ``path``, then replace ``path`` by it."""
     path = Path(path)
+    if _is_special(path):
+        raise InputError(f"{path}: is a device or pipe, expected the name of a file to write")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
@@ -52,6 +54,11 @@ def sha256(path: Path) -> str:
     return hashlib.sha256(Path(path).read_bytes()).hexdigest()
 
 
+def _is_special(path: Path) -> bool:
+    """Whether something stands there that a file must not take the place of: a device, a pipe, a socket."""
+    return path.exists() and not path.is_file() and not path.is_dir()
+
+
 def _umask() -> int:
     mask = os.umask(0)
     os.umask(mask)
@@ -78,6 +85,8 @@ def to_write(path: Path | str, where: str, *suffixes: str, folder: bool = False)
     path = Path(path)
     if not folder and path.is_dir():
         raise InputError(f"{where}: {path} is a folder, expected the name of a file to write")
+    if not folder and _is_special(path):
+        raise InputError(f"{where}: {path} is a device or pipe, expected the name of a file to write")
     if suffixes and path.suffix not in suffixes:
         raise InputError(f"{where}: {path} ends in {path.suffix!r}, expected {', '.join(suffixes)}")
     above = path if folder else path.parent

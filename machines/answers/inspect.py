@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import zipfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +13,7 @@ import numpy as np
 
 from jointlib.answers.given import File
 from jointlib.errors import InputError
-from jointlib.foreign.door import foreign
+from jointlib.foreign.door import bytes_of, foreign
 from jointlib.io.atomic import given_target
 from jointlib.io.joint_file import read_joint
 from jointlib.io.measurement_file import read_measurement
@@ -28,6 +30,9 @@ from .told.file_lines import component_lines, finite, fmu_lines, joint_lines, me
 from .told.machine_told import told
 from .told.picture import draw
 from .told.study_told import asked_lines
+
+_LONGEST = 50_000_000
+"""Bytes of a model description; that of an FMU with ten thousand variables has a tenth."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -149,4 +154,13 @@ def _schema(file: Path) -> str:
 def _description(file: Path) -> Any:
     from fmpy import read_model_description
 
-    return foreign(file, "an FMU", lambda: read_model_description(str(file)))
+    data = bytes_of(file, "an FMU")
+
+    def read() -> Any:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            about = archive.getinfo("modelDescription.xml")
+            if about.file_size > _LONGEST or b"<!DOCTYPE" in archive.read(about).replace(b"\0", b""):
+                raise ValueError("its description is too long, or defines a document type of its own")
+        return read_model_description(str(file))
+
+    return foreign(file, "an FMU", read)

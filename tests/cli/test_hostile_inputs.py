@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import os
+import re
 import shutil
+import zipfile
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -75,6 +79,7 @@ def bench(tmp_path: Path) -> Path:
         shutil.copy(LIBRARY / name, tmp_path / name)
     for name in ("static.measurement.toml", "static.csv", "rig.measurement.toml"):
         shutil.copy(LIBRARY / "guide_mill" / name, tmp_path / name)
+    os.mkfifo(tmp_path / "a_pipe.toml")
     return tmp_path
 
 
@@ -116,6 +121,8 @@ def refused(words: str | list[str], *said: str) -> None:
         (["trace", "rig.measurement.toml", "--joint", "a\nb", "-o", "out"], "a\\nb: no such file"),
         (["new", "machine\n" * 3000, "-o", "x.toml"], "is not one of 'machine'"),
         ("inspect /dev/zero", "/dev/zero"),
+        ("new machine -o a_pipe.toml", "-o: a_pipe.toml is a device or pipe, expected the name of a file to write"),
+        ("identify static.measurement.toml static.measurement.toml --law hertz-guide -o j.toml", "is given twice"),
         ("df /dev/zero --amplitude 1um --frequency 500", "/dev/zero: is a device or pipe"),
     ],
 )
@@ -186,6 +193,71 @@ def test_inspect_tells_which_samples_are_no_numbers(at_bench: Path) -> None:
     row = next(line for line in done.out.splitlines() if line.startswith("big"))
     assert float(row.split()[-1]) == pytest.approx(np.std([1.0, -1.0, 0.0, 1e-300]) * 1e300, rel=1e-3)
     assert not {"nan", "inf"} & set(done.out.split())
+
+
+def test_a_description_that_unfolds_without_end_is_refused(at_bench: Path) -> None:
+    lots = "".join(f'<!ENTITY a{i} "{f"&a{i - 1};" * 10}">' for i in range(1, 12))
+    bomb = f'<?xml version="1.0"?><!DOCTYPE x [<!ENTITY a0 "ha">{lots}]><x>&a11;</x>'
+    for data in (bomb.encode(), bomb.encode("utf-16"), b" " * 60_000_000):
+        with zipfile.ZipFile("a.fmu", "w", zipfile.ZIP_DEFLATED) as archive:
+            archive.writestr("modelDescription.xml", data)
+        refused("inspect a.fmu", "a.fmu: cannot be read as an FMU", "too long, or defines a document type")
+
+
+HOSTILE = (
+    "*/ #error in C",
+    '"; system("true"); //',
+    "</script><script>alert(1)</script>",
+    "<img src=x onerror=alert(1)>",
+    "${jndi:ldap}{{7*7}}{% raw %}",
+    "a\nb\t\\",
+    "../../../../tmp/x",
+    "\u202egnp.exe",
+    "]]>&lt;&#x0;",
+    "%s%n%x",
+)
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_no_name_becomes_markup_code_or_a_path(name: str, at_bench: Path) -> None:
+    """In the C source, the XML and the page of an FMU, in a drawing and in the page of a machine."""
+    joint = Path("guide.joint.toml").read_text("utf-8").replace('name = "guide"', f"name = {json.dumps(name)}")
+    Path("guide.joint.toml").write_text(joint, "utf-8")
+    machine = Path("two_mass.toml").read_text("utf-8").replace('name = "two-mass"', f"name = {json.dumps(name)}")
+    Path("two_mass.toml").write_text(machine, "utf-8")
+    before = files(Path().resolve().parent)
+    done = jointlib("fmu guide.joint.toml -o out.fmu")
+    if not json.loads(json.dumps(name)).isprintable():
+        assert (done.status, "expected printable characters" in done.err) == (2, True), done
+        return
+    assert done.status == 0, done
+    with zipfile.ZipFile("out.fmu") as archive:
+        for member in archive.namelist():
+            assert ".." not in Path(member).parts
+            data = archive.read(member)
+            if member.endswith(".xml"):
+                ElementTree.fromstring(data)
+            if member.endswith(".html"):
+                assert not re.search(rb"<(script|img)\b", data), member
+    assert files(Path().resolve().parent) - before == {Path(Path().resolve().name, "out.fmu")}
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_no_name_becomes_markup_in_pictures_and_pages(name: str, at_bench: Path) -> None:
+    text = (LIBRARY / "carriage.toml").read_text("utf-8")
+    assert 'name = "carriage"' in text
+    Path("m.toml").write_text(text.replace('name = "carriage"', f"name = {json.dumps(name)}", 1), "utf-8")
+    for out in ("m.svg", "m.html"):
+        done = jointlib(f"inspect m.toml -o {out}")
+        assert done.status == 0, done
+        page = Path(out).read_text("utf-8")
+        # Inside the one script that belongs to the page, names stand as data.
+        body = re.sub(r"<script\b[^>]*>.*?</script>", "", page, flags=re.DOTALL)
+        assert "<script" not in body
+        assert "<img" not in body
+        assert page.count("</script") == page.count("<script") - page.count("<script>alert")
+        if out == "m.svg":
+            ElementTree.fromstring(page)
 
 
 @pytest.mark.skipif(os.name != "posix", reason="memory is limited as on Linux")

@@ -133,12 +133,16 @@ def where(error: BaseException | None) -> str:
 
 def child(kind: str, seed: int, first: int, last: int) -> None:
     """Run inputs one after the other; a line before each, and one after it."""
+    from fence import fence
     from seeds import KINDS, damaged
 
     with contextlib.suppress(ValueError):
         resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
     pipe = os.fdopen(os.dup(1), "w", buffering=1)
     above = Path(tempfile.mkdtemp(prefix="fuzz"))
+    (above / "temporary").mkdir()
+    tempfile.tempdir = os.environ["TMPDIR"] = str(above / "temporary")
+    fence(above)
     try:
         for number in range(first, last):
             given = damaged(KINDS[kind], seed, number)
@@ -163,7 +167,8 @@ def ended(kind: str, seed: int, count: int, first: int = 0) -> Iterator[Ended]:
     last, at = first + count, first
     while at < last:
         command = [sys.executable, str(HERE / "runs.py"), kind, str(seed), str(at), str(last)]
-        environment = {**os.environ, "MPLBACKEND": "Agg", "OPENBLAS_NUM_THREADS": "1", "PYTHONPATH": f"{HERE}:{ROOT}"}
+        threads = {"MPLBACKEND": "Agg", "OPENBLAS_NUM_THREADS": "1", "PYTHONDONTWRITEBYTECODE": "1"}
+        environment = {**os.environ, **threads, "PYTHONPATH": f"{HERE}:{ROOT}"}
         with subprocess.Popen(
             command,
             stdout=subprocess.PIPE,

@@ -7,6 +7,7 @@ import json
 import os
 import shutil
 import signal
+import subprocess
 import sys
 from pathlib import Path
 
@@ -35,6 +36,37 @@ def test_what_was_ever_found_stays_repaired(case: Path, tmp_path: Path) -> None:
     finally:
         signal.signal(signal.SIGALRM, before)
     assert outcome in GOOD, said
+
+
+def test_the_runs_write_nothing_outside_their_folder(tmp_path: Path) -> None:
+    """Inputs name any path there is; what they make the program write must stay where the run can be thrown away."""
+    code = f"""
+import os, pathlib, shutil, sys
+sys.path.insert(0, {str(Path(__file__).parent)!r})
+from fence import fence
+inside, outside = pathlib.Path("inside"), pathlib.Path("outside")
+inside.mkdir(); outside.mkdir(); (outside / "kept").write_text("kept"); (inside / "link").symlink_to(outside.resolve())
+fence(inside)
+(inside / "a").write_text("a"); os.replace(inside / "a", inside / "b"); (inside / "c").mkdir()
+for wrong in (
+    lambda: (outside / "new").write_text("x"),
+    lambda: (inside / ".." / "outside" / "new").write_text("x"),
+    lambda: (inside / "link" / "new").write_text("x"),
+    lambda: os.replace(inside / "b", outside / "kept"),
+    lambda: (outside / "kept").unlink(),
+    lambda: (outside / "d").mkdir(),
+    lambda: os.open(outside / "kept", os.O_WRONLY),
+    lambda: shutil.copy(inside / "b", outside / "b"),
+):
+    try:
+        wrong()
+    except PermissionError:
+        continue
+    raise SystemExit("went through")
+"""
+    subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=True)
+    assert [path.name for path in (tmp_path / "outside").iterdir()] == ["kept"]
+    assert (tmp_path / "outside" / "kept").read_text() == "kept"
 
 
 def _bad(kind: str, seed: int, count: int) -> list[str]:
