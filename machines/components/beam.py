@@ -144,9 +144,11 @@ class Beam(Component):
     def _reduced(self) -> tuple[Reduction, SecondOrder, Array]:
         ends = np.cumsum([s.length for s in self.segments])
         places = np.clip(np.array(list(self.stations.values())), 0.0, ends[-1])
-        mesh = beam_mesh(
-            ends, [s.profile for s in self.segments], [s.material for s in self.segments], places, self.up_to
-        )
+        profiles, materials = [s.profile for s in self.segments], [s.material for s in self.segments]
+        try:
+            mesh = beam_mesh(ends, profiles, materials, places, self.up_to)
+        except InputError as error:
+            raise InputError(f"component {self.name!r}: {error}") from None
         at = [int(np.argmin(np.abs(mesh.vertices - x))) for x in places]
         interface = np.concatenate([FIELDS * v + np.arange(FIELDS) for v in at])
         where = f"component {self.name!r}"
