@@ -96,10 +96,15 @@ def few(words: Iterable[str], near: str = "") -> str:
     return f"{', '.join(sorted(close, key=every.index))} or {len(every) - len(close)} others"
 
 
+def _shortened(word: str) -> str:
+    """The end of a path, which names the file; of anything else the begin and the end."""
+    return f"…{word[-_QUOTED // 2 :]}" if "/" in word else f"{word[: _QUOTED - 20]}…{word[-16:]}"
+
+
 def told(text: str, most: int = LONGEST) -> str:
     """A sentence as it is printed: one line, what cannot be printed escaped, long quotations and then the rest cut."""
     line = "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
     if len(line) > most:
-        line = _UNBROKEN.sub(lambda match: f"{match[0][: _QUOTED - 20]}…{match[0][-16:]}", line)
+        line = _UNBROKEN.sub(lambda match: _shortened(match[0]), line)
     tail = most // 3
     return line if len(line) <= most else f"{line[: most - tail - 3]} … {line[-tail:]}"

@@ -17,7 +17,7 @@ from jointlib.units import quantity, scale
 T = TypeVar("T")
 _NUMBER = (0.5, 0.25)  # stands in for a number that cannot be read
 _WORD = ("unknown", "unknown_too", "unknown_three")
-MOST = 10**9  # what is counted is no more than that
+MOST = 10**12  # what is counted is no more than that
 
 
 class Section:

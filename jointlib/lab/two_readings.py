@@ -13,7 +13,7 @@ _CELLS = 6
 
 def in_two_ways(readings: Sequence[Reading], line: str, number: int) -> str:
     """Line, readings in words with their numbers, and the keys that decide between them."""
-    said = "; or ".join(f"as {_numbers(r, line)} ({_words(r)}: {_keys(r, readings)})" for r in readings[:3])
+    said = "; or ".join(f"as {_numbers(r, line)} ({_words(r, readings)}: {_keys(r, readings)})" for r in readings[:3])
     row = line if len(line) <= 60 else f"{line[:57]}..."
     return f"line {number}, {row!r}, can be read in {'two' if len(readings) == 2 else 'several'} ways: {said}"
 
@@ -25,10 +25,11 @@ def _numbers(reading: Reading, line: str) -> str:
     return " and ".join(filter(None, [", ".join(told[:_CELLS]), "more" if len(told) > _CELLS else ""]))
 
 
-def _words(reading: Reading) -> str:
-    if reading.count == 1:
-        return f"one column, {reading.numerals.words}"
-    return f"{reading.separator.words} between {reading.count} columns, {reading.numerals.words}"
+def _words(reading: Reading, others: Sequence[Reading]) -> str:
+    """What is unlike the other readings, in words."""
+    if len({(r.separator.mark, r.separator.joined, r.count) for r in others}) == 1:
+        return reading.numerals.words
+    return "one column" if reading.count == 1 else f"{reading.separator.words} between {reading.count} columns"
 
 
 def _keys(reading: Reading, others: Sequence[Reading]) -> str:

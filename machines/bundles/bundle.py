@@ -131,16 +131,28 @@ def placed(section: Section) -> Placed:
     return Placed(name, bundle, (between[0], between[1]), {} if scalar else places, axes, tuple(out))
 
 
+_FARTHEST = 1e4
+"""m from the origin."""
+
+
 def _places(section: Section) -> dict[str, Array]:
     """Centres by what is added to the name: nothing for one alone, ``_1``, ``_2``, … for a list of several."""
     raw = section.take("at", [0.0, 0.0, 0.0])
     again = section.within({"at": raw})
     if not (isinstance(raw, list) and raw and isinstance(raw[0], list)):
-        return {"": np.array(again.numbers("at", "m", length=3))}
+        return {"": _near(section, np.array(again.numbers("at", "m", length=3)))}
     rows = again.matrix("at", "m")
     if len(rows[0]) != 3:
         raise InputError(f"{section.where}: at has rows of {len(rows[0])} values, expected points x, y, z in m")
-    return {f"_{number}": np.array(row) for number, row in enumerate(rows, start=1)}
+    return {f"_{number}": _near(section, np.array(row)) for number, row in enumerate(rows, start=1)}
+
+
+def _near(section: Section, place: Array) -> Array:
+    """A place, refused where no machine reaches to: rotations there would be lost beside translations."""
+    if np.max(np.abs(place)) > _FARTHEST:
+        said = f"at is {place.tolist()} m, expected a place within {_FARTHEST / 1e3:g} km"
+        raise InputError(f"{section.where}: {said}")
+    return place
 
 
 def _triple(vector: Array) -> tuple[float, float, float]:

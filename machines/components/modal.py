@@ -120,7 +120,14 @@ class Modal(Component):
         natural = 2 * np.pi * self.frequency
         w = omega[:, None]
         assert self.modal_mass is not None
-        modal = 1 / (self.modal_mass * (natural**2 - w**2 + 2j * self.damping_ratio * natural * w))
+        denominator = self.modal_mass * (natural**2 - w**2 + 2j * self.damping_ratio * natural * w)
+        if not np.all(denominator):
+            _, r = np.argwhere(denominator == 0)[0]
+            raise InputError(
+                f"component {self.name!r}: its undamped mode at {self.frequency[r]:g} Hz lies on a line, where it has "
+                "no finite answer; expected a damping_ratio above 0"
+            )
+        modal = 1 / denominator
         left, right = rows @ self.shapes, columns @ self.shapes
         return np.asarray((left * modal[:, None, :]) @ right.T)
 

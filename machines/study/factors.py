@@ -112,7 +112,7 @@ class Factor:
             choices, labels = _listed(section)
             section.done()
             return cls(name, path, choices, labels, uncertain=uncertain)
-        levels = section.integer("levels", 0, upper=100_000)
+        levels = section.integer("levels", 0)
         if given == ["range"]:
             ends = section.take("range")
             scale = section.text("scale", "linear", ("linear", "log"))

@@ -124,7 +124,7 @@ class ToolModel:
         """G at frequencies in Hz of either sign, shape (…, n, n)."""
         jw = 2j * np.pi * np.asarray(frequency)[..., None]
         residue = (self.weight / 2)[:, None, None] * self.outputs[:, :, None] * self.inputs[:, None, :]
-        flat = residue.reshape(len(self.poles), -1)
+        flat = residue.reshape(len(self.poles), int(np.prod(residue.shape[1:])))
         value = (1 / (jw - self.poles)) @ flat + (1 / (jw - self.poles.conj())) @ flat.conj()
         return np.asarray(value.reshape(*jw.shape[:-1], *self.direct.shape) + self.direct)
 
@@ -146,10 +146,14 @@ class ToolModel:
     @property
     def lines(self) -> Array:
         """Lines in Hz on which every mode leaves its trace, from a tenth of the lowest to twice the highest."""
-        size = np.abs(self.poles)
+        size = np.abs(self.poles) if len(self.poles) else _SOMEWHERE
         grid = np.geomspace(0.1 * np.min(size), 2 * np.max(size), 60)
         lines = np.unique(np.concatenate([around(self.poles), grid])) / (2 * np.pi)
         return lines[lines > 0]
+
+
+_SOMEWHERE = 2 * np.pi * np.array([10.0, 5e3])
+"""rad/s, of a tool that no mode moves."""
 
 
 def around(poles: ComplexArray) -> Array:

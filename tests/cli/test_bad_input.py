@@ -178,7 +178,6 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (f"fmu {GUIDE} -o out/x.fmu --runtime java", "'java' is not one of"),
         (f"fmu {GUIDE} -o out/x.fmu --platform win46", "platform 'win46' is not known, did you mean 'win64'"),
         (f"fmu {GUIDE} -o out/x.fmu --platform win64 --runtime python", "the Python runtime brings its own"),
-        ("fmu library/guide_mill.toml -o out/x.fmu", "connection 'guide' has no joint yet"),
         (f"identify {STATIC} -o out/joint.toml", "expected either --law or --start"),
         (f"identify {STATIC} --law hertz-guide --start {START} -o out/j.toml", "expected either --law or --start"),
         (
