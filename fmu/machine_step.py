@@ -1,29 +1,81 @@
-"""The joints of a run as verified FMUs."""
+"""The joints of a run, and the machine, whole and in parts, as verified FMUs."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from jointlib.errors import InputError
 from machines.road.joints import first_like
-from machines.road.piece import Piece, Step
+from machines.road.piece import Piece, Step, open_joints
 
 if TYPE_CHECKING:
     from machines import Machine
     from machines.road.run import Run
 
+    from .export import Export
+    from .ssp import SspExport
+
 
 def exporting_pieces(machine: Machine, amplitudes: Sequence[float] = ()) -> list[Piece]:
-    """Every joint, once."""
+    """Every joint, once; then the machine as one FMU, and as a system of FMUs."""
     pieces = []
     for c in machine.connections:
         if c.identify is not None or (c.joint is not None and first_like(machine, c.name) == c.name):
             needs = () if c.identify is None else (f"identify {c.name}",)
             remedy = "`jointlib fmu JOINT -o X.fmu` repeats it alone; `jointlib doctor` says what this computer can do."
             pieces.append(Piece("fmu", f"{c.name} as an FMU", partial(_export, name=c.name), remedy, c.name, needs))
+    every = open_joints(machine)
+    for step, title, take in (
+        ("machine fmu", "The machine as an FMU", _whole),
+        ("ssp", "The machine as an SSP", _parts),
+    ):
+        verb = "fmu" if take is _whole else "ssp"
+        remedy = f"`jointlib {verb} MACHINE -o {_FILES[verb]}` repeats it alone, with the joints of this run put in."
+        pieces.append(Piece(step, title, take, remedy, "", every))
     return pieces
+
+
+_FILES = {"fmu": "machine.fmu", "ssp": "machine.ssp"}
+
+
+def _whole(road: Run) -> None:
+    from .export import export_fmu
+
+    _written(road, "machine fmu", "The machine as an FMU", _FILES["fmu"], export_fmu)
+
+
+def _parts(road: Run) -> None:
+    from .ssp import export_ssp
+
+    _written(road, "ssp", "The machine as a system of FMUs", _FILES["ssp"], export_ssp)
+
+
+def _written(
+    road: Run, step: str, title: str, name: str, export: Callable[[Machine, Path], Export | SspExport]
+) -> None:
+    """The machine with the joints of the run, in one of the two forms."""
+    from machines.report import Section, Table
+
+    try:
+        with road.progress.step(f"exporting {title[0].lower()}{title[1:]} and verifying it"):
+            done = export(road.machine, road.folder / name)
+    except InputError as error:
+        # What a machine is may forbid it: that is known beforehand, and no failure of the run.
+        road.said.append(f"{title} is not exported: {error}.")
+        return
+    path = road.path(name)
+    rows = [
+        ("file", path.name),
+        ("platforms", ", ".join(done.platforms)),
+        ("verified with", ", ".join(done.verified_with)),
+        ("largest co-simulation step", "none is safe" if done.max_step is None else f"{done.max_step * 1e6:.3g} µs"),
+    ]
+    road.steps.append({"step": step, "max_step": done.max_step, "file": path.name})
+    road.said.append(f"{path.name}: verified with {', '.join(done.verified_with)}")
+    road.sections.append(Section(title, list(done.messages), (), [Table(("", ""), rows)]))
 
 
 def _export(road: Run, name: str) -> None:

@@ -100,6 +100,8 @@ def test_the_verdict_is_one_of_five_and_the_error_falls(guide_mill_run: Left) ->
         "frf",
         "lobes",
         "fmu",
+        "machine fmu",
+        "ssp",
     ]
 
 

@@ -77,7 +77,17 @@ def test_a_joint_that_cannot_be_identified_leaves_the_others(lathe: str) -> None
     assert "Traceback" not in done.err
     assert "Identification of screw: " in done.err.splitlines()[-1]
     found = failures(Path("out"))
-    assert set(found) == {"identify screw", "trace screw", "df screw", "check", "frf", "fmu screw", "mistakes"}
+    assert set(found) == {
+        "identify screw",
+        "trace screw",
+        "df screw",
+        "check",
+        "frf",
+        "fmu screw",
+        "machine fmu",
+        "ssp",
+        "mistakes",
+    }
     assert "screw.csv" in found["identify screw"]
     assert found["frf"] == "it needs what is missing: identification of screw"
     left = {path.name for path in Path("out").iterdir()}

@@ -153,3 +153,19 @@ def test_four_lines_run_a_mill_and_draw_its_lobes(tmp_path: Path) -> None:
     assert made.identifications["guide"].joint.parameters
     assert made.traces["guide"].verdict.value
     assert any("Recommended" in said for said in made.advice)
+
+
+@pytest.mark.thorough
+def test_the_machine_is_exported_whole_and_in_parts_with_the_joints_of_the_run(tmp_path: Path) -> None:
+    made = run(LIBRARY / "two_mass.toml", tmp_path, steps=["fmu"])
+    assert made.failed == []
+    assert [step["step"] for step in made.steps] == ["fmu", "machine fmu", "ssp"]
+    assert {"machine.fmu", "machine.ssp"} <= {path.name for path in made.written}
+    loaded = LIBRARY / "two_mass.toml"
+    text = loaded.read_text().replace("two_mass.joint.toml", str(LIBRARY / "two_mass.joint.toml"))
+    (tmp_path / "loaded.toml").write_text(text + "\n[static]\ngravity = true\n")
+    again = run(tmp_path / "loaded.toml", tmp_path / "loaded", steps=["fmu"])
+    assert again.failed == []
+    assert (tmp_path / "loaded" / "machine.fmu").is_file()
+    assert not (tmp_path / "loaded" / "machine.ssp").exists()
+    assert any("is not exported" in said and "[static]" in said for said in again.said)
