@@ -32,9 +32,16 @@ class InputError(ValueError):
         return tuple(str(said) for said in self.args)
 
     def __str__(self) -> str:
-        said = tuple(told(one) for one in self.sentences)
+        return self._listed(escaped)
+
+    def shortened(self) -> str:
+        """The text as the command line prints it: no sentence longer than it can be taken in."""
+        return self._listed(told)
+
+    def _listed(self, form: Callable[[str], str]) -> str:
+        said = self.sentences
         more = (f"and {len(said) - MOST} more",) if len(said) > MOST else ()
-        return "\n".join(said if len(said) < 2 else (f"{len(said)} faults", *said[:MOST], *more))
+        return "\n".join(map(form, said) if len(said) < 2 else (f"{len(said)} faults", *map(form, said[:MOST]), *more))
 
 
 class FrequencyMismatch(InputError):
@@ -96,6 +103,13 @@ def few(words: Iterable[str], near: str = "") -> str:
     return f"{', '.join(sorted(close, key=every.index))} or {len(every) - len(close)} others"
 
 
+def escaped(text: str) -> str:
+    """A text on one line, what cannot be printed as an escape."""
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
+
+
 def _shortened(word: str) -> str:
     """The end of a path, which names the file; of anything else the begin and the end."""
     return f"…{word[-_QUOTED // 2 :]}" if "/" in word else f"{word[: _QUOTED - 20]}…{word[-16:]}"
@@ -103,7 +117,7 @@ def _shortened(word: str) -> str:
 
 def told(text: str, most: int = LONGEST) -> str:
     """A sentence as it is printed: one line, what cannot be printed escaped, long quotations and then the rest cut."""
-    line = "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
+    line = escaped(text)
     if len(line) > most:
         line = _UNBROKEN.sub(lambda match: _shortened(match[0]), line)
     tail = most // 3

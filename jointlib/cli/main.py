@@ -188,7 +188,7 @@ def _called() -> int:
             error = InputError(f"the equations cannot be solved ({error}), expected the sizes of a machine")
         if not isinstance(error, CheckFailed | InputError):
             raise
-        click.echo(f"jointlib: {error}", err=True)
+        click.echo(f"jointlib: {error.shortened() if isinstance(error, InputError) else error}", err=True)
         if isinstance(error, InputError) and "--json" in sys.argv:
             from jointlib.cli.output import faults
 

@@ -73,7 +73,7 @@ def test_a_function_has_the_options_of_its_verb(verb: str) -> None:
     command = verbs()[verb].load()
     command = command.commands["run"] if isinstance(command, click.Group) else command
     parameters = inspect.signature(FUNCTIONS[verb]).parameters
-    left = {"as_json", "verify"}
+    left = {"as_json", "verify", "limit"}
     given = [o.name for o in command.params if isinstance(o, click.Option) and o.name not in left]
     path = {"output": "path" if verb in ("fmu", "ssp") else "folder"}
     missing = [name for name in given if not {name, NAMED_ELSE.get(str(name)), path.get(str(name))} & parameters.keys()]

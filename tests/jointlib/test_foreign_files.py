@@ -226,7 +226,8 @@ def test_sentences_stay_on_a_line_and_short() -> None:
         assert len(told(text)) <= 300
     assert told("f: is '" + "x y" * 999 + "', expected a number").endswith("expected a number")
     many = InputError(*(f"{i} " + "x\n" * 400 for i in range(50)))
-    assert len(str(many).splitlines()) == 22
+    assert len(str(many).splitlines()) == len(many.shortened().splitlines()) == 22
+    assert all(len(line) <= 300 for line in many.shortened().splitlines())
     assert few([f"column {i}" for i in range(10_000)], "colum 77").endswith("or 9995 others")
     assert "column 77" in few([f"column {i}" for i in range(10_000)], "colum 77")
 

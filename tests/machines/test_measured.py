@@ -352,7 +352,7 @@ BAD = [
     ('file = "xx.csv"', 'file = "m.toml"', "no reader for '.toml'"),
     (XX, 'file = "all.npz"', "is there already"),
     ('file = "xx.csv"', 'file = "all.npz"', "holds a matrix for all dofs"),
-    (XX, 'file = "nan.npz"', "the value at 50 Hz is not finite"),
+    (XX, 'file = "nan.npz"', "accelerance at 1, 1, 1 is nan"),
     ('file = "xx.csv"', 'file = "all.uff"', r"holds 12\+X from 12\+X, 7-Z from 12\+X"),
     (XX, XX.replace("xx.csv", "all.uff") + '\nresponse_at = "8X"\ndrive_at = "12X"', "holds no responses at 8X"),
     (XX, XX.replace("xx.csv", "all.uff") + '\nresponse_at = "top"\ndrive_at = "12X"', "'top', expected a node"),
