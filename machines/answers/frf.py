@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -35,6 +36,12 @@ from .told.frf_told import contact_lines, measured_lines, tool_lines
 Harmonics: TypeAlias = int | str | tuple[int, ...]
 _EACH = 1500.0
 """Bytes of a line for every pair of places, measured over the whole of the computation."""
+
+
+def _independent(machine: Machine) -> int:
+    """Motions that the tool and the joints can have: of all contacts between two bodies, six."""
+    sides = Counter(c.between for c in machine.connections if c.joint is not None)
+    return len(machine.tool) + sum(min(count, 6) for count in sides.values())
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -136,8 +143,10 @@ def frf(
         model, remarks = with_joints(machine_of(machine, tool))
         band = None if lines_of is None else lines_of[:2]
         points = 600 if lines_of is None or lines_of[2] is None else lines_of[2]
-        places = len(model.joints()) + len(model.tool) + 1
-        refuse_beyond(_EACH * points * places**2, f"--frequency: {points} lines of {places - 1} joints and tool axes")
+        places = _independent(model)
+        refuse_beyond(
+            _EACH * points * (places + 1) ** 2, f"--frequency: {points} lines of {places} joints and tool axes"
+        )
         if samples:
             refuse_certain(model)
         drive = model.driven_dof(drive) if samples else drive

@@ -10,13 +10,16 @@ import numpy as np
 from jointlib.arrays import Array
 from jointlib.errors import InputError
 
+from ..components.mode_sum import modes
+from ..coupling.second_order import machine_equations
 from ..coupling.state_equations import machine_states
 from ..harmonic_balance.assembly import Assembly
 from ..indices import Mask
 from ..model.machine import Machine
 from ..statics.working_point import tangents
 from .machine_model import OpenJoints
-from .tool_model import ToolModel, around
+from .plausible import refuse_undamped
+from .tool_model import ToolModel, Undamped, around
 
 _FELT = 0.05
 """Share of the highest peak, or of the static compliance, from which on the tool feels a mode."""
@@ -63,6 +66,8 @@ class ChatterBand:
     model: ToolModel | None
     known: tuple[float, float]
     said: tuple[str, ...]
+    undamped: Undamped | None = None
+    """What is wrong where a mode that the tool feels never settles."""
 
     @property
     def whole(self) -> bool:
@@ -81,7 +86,12 @@ def chatter_band(machine: Machine) -> ChatterBand:
     if machine.without_equations:
         return _of_records(machine)
     typed = machine.frequency
-    model = _linearised(machine, _FIRST_GUESS if typed is None else float(np.mean(typed)))
+    try:
+        model, undamped = _linearised(machine, _FIRST_GUESS if typed is None else float(np.mean(typed))), None
+        if model is not None:
+            refuse_undamped(model)
+    except Undamped as error:
+        model, undamped = None, error
     if model is None:
         natural = _natural(machine)
         felt = np.asarray(2j * np.pi * natural[natural > 0])
@@ -111,7 +121,7 @@ def chatter_band(machine: Machine) -> ChatterBand:
     lines = np.union1d(np.linspace(low, high, _LINES), near[(near > low) & (near < high)])
     if model is not None and not _is_exact(machine, model, np.append(np.linspace(low, top, _COMPARED), near)):
         model = None
-    return ChatterBand(low, high, natural, lines, model, (0.0, np.inf), (said,) if said else ())
+    return ChatterBand(low, high, natural, lines, model, (0.0, np.inf), (said,) if said else (), undamped)
 
 
 def modes_at_rest(machine: Machine) -> ToolModel | None:
@@ -144,6 +154,8 @@ def _linearised(machine: Machine, frequency: float) -> ToolModel | None:
         return None
     try:
         return OpenJoints.of(machine).models(tangents(machine, frequency), frequency)[0]
+    except Undamped:
+        raise
     except InputError:
         return None
 
@@ -158,9 +170,19 @@ def _felt(model: ToolModel) -> Mask:
 
 
 def _natural(machine: Machine) -> Array:
-    """Every natural frequency in Hz of a machine whose modes at the tool cannot be told apart."""
+    """Every natural frequency in Hz of a machine whose modes at the tool cannot be told apart.
+
+    From the symmetric equations where all parts have them: a joint that is far too stiff leaves slow modes in their
+    rounding, and nothing else tells them from free motions.
+    """
     K = tangents(machine, _FIRST_GUESS)[0].real
-    return machine_states(machine).natural_frequencies(np.where(np.isfinite(K), K, _STIFF))
+    K = np.where(np.isfinite(K), K, _STIFF)
+    try:
+        e = machine_equations(machine)
+        squared, _, _ = modes(e.mass, e.stiffness + e.joints.T @ (K[:, None] * e.joints))
+    except InputError:
+        return machine_states(machine).natural_frequencies(K)
+    return np.asarray(np.sqrt(np.maximum(np.sort(squared), 0.0)) / (2 * np.pi))
 
 
 def _is_exact(machine: Machine, model: ToolModel, lines: Array) -> bool:

@@ -7,11 +7,16 @@ import numpy as np
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
 
+from .tool_model import ToolModel, Undamped
 from .tool_point import ToolPoint
 
 _NEARLY_ALL = 0.9
 _RISING = 1.0
 _LEVEL = -0.5
+_UNDAMPED = 1e-8
+"""Damping ratio of a mode that loses nothing but by rounding: its resonance lies between any two lines."""
+_SHARE = 1e-6
+"""Of the static compliance of the most compliant mode: what the tool feels of others."""
 
 
 def sign_warnings(point: ToolPoint) -> tuple[str, ...]:
@@ -28,6 +33,17 @@ def sign_warnings(point: ToolPoint) -> tuple[str, ...]:
     if count == 0:
         return ()
     return (f"Im G is positive on {count} of {len(direct)} lines, so there is noise or a wrong sign in it.",)
+
+
+def refuse_undamped(model: ToolModel) -> None:
+    """Raise where the tool feels a mode without any damping: no depth of cut is stable, or told by a search."""
+    swings = np.flatnonzero(model.poles.imag > 0)
+    poles = model.poles[swings]
+    size = np.linalg.norm(model.inputs, axis=1)[swings] * np.linalg.norm(model.outputs, axis=1)[swings] / np.abs(poles)
+    ratio = np.abs(poles.real) / np.abs(poles)
+    found = np.flatnonzero((ratio < _UNDAMPED) & (size > _SHARE * np.max(size, initial=0.0)))
+    if len(found):
+        raise Undamped(poles[found[np.argmax(size[found])]])
 
 
 def _refuse(where: str, lines: Array, G: ComplexArray) -> None:

@@ -26,6 +26,17 @@ _CACHED = 4096
 _COINCIDE = "collocation: the tool has modes that coincide, such as a free motion; hold it, or use multi-frequency"
 
 
+class Undamped(InputError):
+    """The tool feels a mode that never settles: no depth of cut is stable."""
+
+    def __init__(self, pole: complex) -> None:
+        super().__init__(
+            f"the mode at {abs(pole) / (2 * np.pi):.4g} Hz that the tool feels has a damping ratio of "
+            f"{0.0 - pole.real / abs(pole):.1g}, so no depth of cut can be told; expected 0.001 to 0.1: a damping, or a "
+            "loss_factor"
+        )
+
+
 @dataclass(frozen=True, eq=False)
 class ToolModel:
     """G(ω) = Σ_p κ_p·(c_p·b_pᵀ)/(jω − s_p) + conjugates + D, on the directions of the tool that move.
@@ -77,9 +88,7 @@ class ToolModel:
         share = peak / np.max(np.where(aside, 0.0, peak), axis=1, keepdims=True)
         kept = (poles.imag >= -_NOTHING * speed) & ~aside & (share > _NOTHING)
         if np.any(poles.real[kept] >= 0):
-            raise InputError(
-                "collocation: a mode of the tool is not damped, so it never settles; give it a damping ratio above 0"
-            )
+            raise Undamped(poles[kept][int(np.argmax(poles.real[kept]))])
         strong = np.max(np.where(kept & (share >= _STRONG), speed, 0.0), axis=1, keepdims=True)
         stiff = kept & (share < _FLEXIBLE) & (speed > _FAR * strong)
 

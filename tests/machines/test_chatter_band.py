@@ -15,7 +15,7 @@ from jointlib.laws.viscous import Viscous
 from machines import Connection, Lumped, Machine, Modal, lobes_at_amplitude, read_machine
 from machines.components.measured import Measured
 from machines.cutting.amplitude.chattering_tool import operating_receptance
-from machines.tool.chatter_band import chatter_band, frequency_range
+from machines.tool.chatter_band import _natural, chatter_band, frequency_range
 
 LIBRARY = Path(__file__).parents[2] / "machines" / "library"
 TURNING = {"process": "turning", "specific": 1e9}
@@ -85,3 +85,29 @@ def test_a_tool_that_feels_no_mode_needs_a_band() -> None:
     block = Modal("block", ("x",), np.array([0.0]), np.array([0.0]), np.array([[1.0]]), np.array([5.0]))
     with pytest.raises(InputError, match="feels no mode"):
         chatter_band(Machine((block,), tool={"x": "block.x"}))
+
+
+@pytest.mark.parametrize("rate", [0.0, 1e-9])
+@pytest.mark.parametrize("method", ["turning", "collocation", None])
+def test_of_a_tool_without_damping_no_depth_is_told(rate: float, method: str | None) -> None:
+    joint = Joint((Linear(1e7), Viscous(rate))) if rate else Joint((Linear(1e7),))
+    base = spring_mass(None)
+    machine = replace(base, connections=(Connection("guide", ("slide.x", "ground"), joint),))
+    with pytest.raises(InputError, match=r"the mode at 100 Hz that the tool feels has a damping ratio of .*no depth"):
+        lobes_at_amplitude(machine, [2350.0], 0.0, method)
+
+
+def test_slow_modes_beside_a_joint_that_is_far_too_stiff_are_found() -> None:
+    """A joint mistyped by a million makes a mode a hundred thousand times faster; the others stay where they are."""
+    M, stiff = np.diag([25.33, 1e-3]), Joint((Linear(1e12),))
+    machine = Machine(
+        (Lumped("slide", ("x", "u"), M),),
+        (
+            Connection("guide", ("slide.x", "ground"), Joint((Linear(1e5), Viscous(30.0)))),
+            Connection("head", ("slide.u", "slide.x"), Joint((*stiff.laws, Viscous(1.0)))),
+        ),
+        tool={"x": "slide.u"},
+        cutting=TURNING,
+    )
+    slow = np.sqrt(1e5 / 25.331) / (2 * np.pi)
+    assert _natural(machine)[0] == pytest.approx(slow, rel=1e-3)

@@ -373,5 +373,5 @@ def test_what_is_wrong_is_said_in_one_sentence(tmp_path: Path, old: str, new: st
     assert old in GOOD
     with pytest.raises(InputError, match=words) as caught:
         read(tmp_path, GOOD.replace(old, new, 1))
-    assert str(caught.value).startswith(str(tmp_path / "m.toml"))
+    assert str(caught.value).partition(":")[0].endswith("m.toml")
     assert "\n" not in str(caught.value)

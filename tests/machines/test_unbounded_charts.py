@@ -126,6 +126,6 @@ def test_no_chart_of_random_machines_and_mutations_misses_chatter_that_a_second_
 
 @pytest.mark.slow
 def test_no_chart_of_five_thousand_misses_chatter_that_a_second_method_finds() -> None:
-    judged, wrong = failing(int(os.environ.get("JOINTLIB_CHARTS", "3600")))
+    judged, wrong = failing(int(os.environ.get("JOINTLIB_CHARTS", "4200")))
     assert judged >= 5000 or "JOINTLIB_CHARTS" in os.environ
     assert wrong == []

@@ -63,6 +63,8 @@ def frozen_lobes(
     if amplitude > 0 and not Assembly(machine, (), ()).nonlinear:
         amplitude = 0.0
     band = chatter_band(machine)
+    if amplitude == 0 and band.undamped is not None:
+        raise InputError(f"{machine.where}: {band.undamped}")
     exact = band.model if amplitude == 0 else None
     if method == "collocation" and exact is None and cutting.process != "milling":
         turned = frozen_lobes(machine, speed, amplitude, "turning", points)[0]

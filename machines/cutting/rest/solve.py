@@ -11,7 +11,7 @@ from jointlib.arrays import Array, ArrayLike
 from jointlib.errors import CheckFailed, InputError, Outcome, nearest
 from jointlib.frf import FRF
 
-from ...tool.plausible import sign_warnings
+from ...tool.plausible import refuse_undamped, sign_warnings
 from ...tool.tool_model import ToolModel
 from ...tool.tool_point import Receptance, ToolPoint, tool_point
 from ..loops.crossing import Crossings, first_crossings
@@ -72,6 +72,7 @@ def stability_lobes(
     if model is not None and axes is not None:
         raise InputError("lobes: a ToolModel already has its axes, leave them out")
     if model is not None:
+        refuse_undamped(model)
         axes, frequency = model.axes, model.lines if frequency is None else frequency
     if not isinstance(receptance, ToolPoint):
         receptance = tool_point(receptance, _assumed_axes(receptance, cutting, axes), frequency)

@@ -11,7 +11,7 @@ import numpy as np
 from jointlib.arrays import Array
 
 from ...indices import Index
-from ...tool.plausible import sign_warnings
+from ...tool.plausible import refuse_undamped, sign_warnings
 from ...tool.tool_model import ToolModel, ToolModels
 from ...tool.tool_point import tool_point
 from ..loops.crossing import first_crossings
@@ -87,6 +87,7 @@ def _refuse_impossible(models: Sequence[ToolModel], several: ToolModels) -> None
     direct = np.einsum("fii->fi", several(several.lines, several.tool))
     ends = np.searchsorted(several.tool, np.arange(len(models) + 1))
     for i, model in enumerate(models):
+        refuse_undamped(model)
         G = direct[ends[i] : ends[i + 1]]
         first = G[: max(3, len(G) // 20)]
         if np.any(first.real < 0) or np.any(first.imag > 0) or np.any(np.sum(G.imag, axis=0) > 0):
