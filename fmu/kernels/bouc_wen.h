@@ -128,13 +128,20 @@ static double bouc_wen_force(const double *p, const int *n, const double *s, con
     return p[1] * bouc_wen_share(p, s, m);
 }
 
+/* |u|^exponent; beyond 1, where only a solver's trial gets, its tangent, which no exponent makes overflow. */
+static double bouc_wen_power(const double *p, double u)
+{
+    const double size = fabs(u);
+    return size <= 1.0 ? pow(size, p[2]) : 1.0 + p[2] * (size - 1.0);
+}
+
 static void bouc_wen_rates(const double *p, const int *n, const double *s, const int *m,
     double z, double v, double *rate)
 {
     const double u = bouc_wen_share(p, s, m), sign = (u > 0.0) - (u < 0.0);
     (void)n; (void)z;
     rate[0] = 0.0;
-    rate[1] = v - pow(fabs(u), p[2]) * (p[3] * v + (1.0 - p[3]) * sign * fabs(v));
+    rate[1] = v - bouc_wen_power(p, u) * (p[3] * v + (1.0 - p[3]) * sign * fabs(v));
 }
 
 static void bouc_wen_indicators(const double *p, const int *n, const double *s, const int *m,
@@ -161,6 +168,6 @@ static void bouc_wen_partials(const double *p, const int *n, const double *s, co
     for (i = 0; i < 4; i++)
         dF[i] = dR[i] = dR[4 + i] = 0.0;
     dF[3] = loaded ? p[0] : 0.0;
-    dR[5] = 1.0 - pow(fabs(u), p[2]) * (p[3] + (1.0 - p[3]) * sign * motion);
-    dR[7] = loaded ? -p[2] * pow(fabs(u), p[2] - 1.0) * (p[3] * v * sign + (1.0 - p[3]) * fabs(v)) * p[0] / p[1] : 0.0;
+    dR[5] = 1.0 - bouc_wen_power(p, u) * (p[3] + (1.0 - p[3]) * sign * motion);
+    dR[7] = loaded ? -p[2] * pow(fmin(fabs(u), 1.0), p[2] - 1.0) * (p[3] * v * sign + (1.0 - p[3]) * fabs(v)) * p[0] / p[1] : 0.0;
 }

@@ -37,6 +37,7 @@ from fmu.verify import verify_fmu
 from jointlib.arrays import Array
 from jointlib.errors import CheckFailed, InputError
 from jointlib.joint import Covariance, Joint
+from jointlib.laws.bouc_wen import BoucWen
 from jointlib.laws.gap import Gap
 from jointlib.laws.jenkins import Jenkins
 from jointlib.laws.lugre import LuGre
@@ -506,3 +507,30 @@ def test_kernel_without_its_declarations_is_refused() -> None:
     assert [name for name, _ in sound.state_names((2,))] == ["slider[0]", "slider[1]"]
     assert count(sound.modes, (3,)) == 7
     assert sound.indicators == "0"
+
+
+@pytest.mark.parametrize("exponent", [2.0, 120.0, 165.0])
+def test_rates_of_a_sharp_bouc_wen_loop_pull_a_trial_beyond_it_back(exponent: float, tmp_path: Path) -> None:
+    """A solver may try points that the law never reaches: 2 lengths are 2^165 in the power."""
+    law = BoucWen(4e7, 36.0, exponent)
+    fmu = Exchange(unpacked(Joint((law,)), 2, tmp_path), 2)
+    length = 36.0 / 4e7
+    for u, v in ((2.0, 0.1), (-2.0, -0.1), (1e3, 0.1)):
+        fmu.at(0.0, u * length, v, np.array([u * length]))
+        rate = float(fmu.moved()[0])
+        assert np.isfinite(rate)
+        assert rate * u < 0, "back into the loop"
+    omega, travel = 200.0, 4e-6
+
+    def rate_at(t: float, x: Array) -> Array:
+        fmu.at(t, travel * np.sin(omega * t), travel * omega * np.cos(omega * t), x)
+        return fmu.moved()
+
+    time = np.linspace(0.0, 1.5 * 2 * np.pi / omega, 61)
+    # While it slides nothing changes, and a step without bound passes over the next reversal.
+    bound = {"max_step": 2 * np.pi / omega / 200, "rtol": 1e-8, "atol": 1e-16}
+    solved = solve_ivp(rate_at, (0.0, time[-1]), [0.0], method="LSODA", t_eval=time, **bound)
+    fine = np.linspace(0.0, time[-1], 60 * 200 + 1)
+    expected = law.along(travel * np.sin(omega * fine), travel * omega * np.cos(omega * fine), fine[1])[::200]
+    assert solved.success
+    assert 4e7 * solved.y[0] == pytest.approx(expected, abs=2e-4 * 36.0)
