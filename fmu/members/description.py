@@ -90,7 +90,7 @@ def description_text(system: System, card: Card) -> str:
     if exchange and card.fmi == 2:
         root.set("numberOfEventIndicators", str(len(structure.indicators)))
     for kind in ("ModelExchange", "CoSimulation") if exchange else ("CoSimulation",):
-        _interface(root, kind, card)
+        _interface(root, kind, card, system)
     _units(root, variables)
     if native:
         categories = ElementTree.SubElement(root, "LogCategories")
@@ -138,7 +138,7 @@ def _document(root: Element) -> str:
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
 
 
-def _interface(root: Element, kind: str, card: Card) -> None:
+def _interface(root: Element, kind: str, card: Card, system: System) -> None:
     steps = kind == "CoSimulation"
     native = card.runtime == "c"
     state, plural = ("state", "") if card.fmi == 2 else ("State", "s")
@@ -158,7 +158,7 @@ def _interface(root: Element, kind: str, card: Card) -> None:
     if steps:
         attributes["canHandleVariableCommunicationStepSize"] = "true"
         if card.fmi == 2:
-            attributes["canInterpolateInputs"] = "false"
+            attributes["canInterpolateInputs"] = "true" if native and system.states else "false"
     elif card.fmi == 2:
         attributes["completedIntegratorStepNotNeeded"] = "true"
     interface = ElementTree.SubElement(root, kind, attributes)

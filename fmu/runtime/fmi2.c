@@ -156,8 +156,7 @@ fmi2Status JL_2(GetDerivatives)(fmi2Component c, fmi2Real x[], size_t n)
 fmi2Status JL_2(SetRealInputDerivatives)(fmi2Component c, const fmi2ValueReference vr[], size_t n,
                                          const fmi2Integer order[], const fmi2Real value[])
 {
-    (void)vr, (void)order, (void)value;
-    JL_STATUS_2(jl_refuse(c, call_fmi2SetRealInputDerivatives, n, "inputs are held over the step"));
+    JL_STATUS_2(jl_set_slopes(c, call_fmi2SetRealInputDerivatives, vr, n, order, value));
 }
 
 fmi2Status JL_2(GetRealOutputDerivatives)(fmi2Component c, const fmi2ValueReference vr[], size_t n,

@@ -44,6 +44,7 @@
 #define jl_set JL_NAME(jl_set)
 #define jl_derivative JL_NAME(jl_derivative)
 #define jl_do_step JL_NAME(jl_do_step)
+#define jl_set_slopes JL_NAME(jl_set_slopes)
 #define jl_new_discrete_states JL_NAME(jl_new_discrete_states)
 #define jl_continuous_time JL_NAME(jl_continuous_time)
 #define jl_completed_step JL_NAME(jl_completed_step)
@@ -207,6 +208,7 @@ typedef struct {
     double tolerance;  /* the host's, 0 where it has none */
     double stride;     /* s, what the integrator would step next; 0 before it stepped */
     double u[JL_ROOM(JL_INPUTS)];
+    double du[JL_ROOM(JL_INPUTS)]; /* 1/s, how the inputs go on in the next step */
     double y[JL_ROOM(JL_OUTPUTS)]; /* valid while `fresh` */
     double p[JL_ROOM(JL_PARAMETERS)];
     double s[JL_ROOM(JL_STATES)];
@@ -272,6 +274,8 @@ int jl_exit_initialization(void *instance, jl_call call);
 int jl_get(void *instance, jl_call call, const unsigned int *references, size_t count, double *x, size_t places);
 int jl_set(void *instance, jl_call call, const unsigned int *references, size_t count, const double *x, size_t places);
 int jl_do_step(void *instance, jl_call call, double time, double h);
+int jl_set_slopes(void *instance, jl_call call, const unsigned int *references, size_t count, const int *order,
+                  const double *slope);
 
 /* The structure (structure.c): products with its matrices. f may be NULL where no force enters. jl_moves is what small
  * changes of x, u and f do to rows from `first` on: the static load has no part in it. */

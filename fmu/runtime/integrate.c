@@ -1,7 +1,8 @@
 /* Co-simulation of a structure with its joints: the equations of model exchange, integrated inside.
  *
  * Dormand and Prince's method of order 5 with the error estimate of order 4 (J. Comp. Appl. Math. 6:19-26, 1980), and
- * events found by bisection on the step. Inputs are held. What it would step next stays among the saved values. */
+ * events found by bisection on the step. Inputs are straight lines. What it would step next stays among the saved
+ * values. */
 #include <math.h>
 #include <string.h>
 #include "instance.h"
@@ -20,6 +21,7 @@ static const double jl_stage[JL_STAGES - 1][JL_STAGES - 1] = {
     { 9017.0 / 3168.0, -355.0 / 33.0, 46732.0 / 5247.0, 49.0 / 176.0, -5103.0 / 18656.0 },
     { 35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0 },
 };
+static const double jl_when[JL_STAGES] = { 0.0, 1.0 / 5.0, 3.0 / 10.0, 4.0 / 5.0, 8.0 / 9.0, 1.0, 1.0 };
 static const double jl_error[JL_STAGES] = { 71.0 / 57600.0,      0.0,          -71.0 / 16695.0, 71.0 / 1920.0,
                                             -17253.0 / 339200.0, 22.0 / 525.0, -1.0 / 40.0 };
 
@@ -31,7 +33,7 @@ typedef struct {
 /* One step of h from the present states, where the rates are `rate`; the error in units of what is allowed. */
 static double jl_try(const jl_values *v, const double *rate, double h, jl_end *end)
 {
-    double k[JL_STAGES][JL_ROOM(JL_STATES)], worst = 0.0;
+    double k[JL_STAGES][JL_ROOM(JL_STATES)], u[JL_ROOM(JL_INPUTS)], worst = 0.0;
     int i, j, n;
     memcpy(k[0], rate, JL_STATES * sizeof *rate);
     for (n = 1; n < JL_STAGES; n++) {
@@ -40,7 +42,8 @@ static double jl_try(const jl_values *v, const double *rate, double h, jl_end *e
             for (j = 0; j < n; j++) sum += jl_stage[n - 1][j] * k[j][i];
             end->s[i] = v->s[i] + h * sum;
         }
-        jl_all_rates(v->p, end->s, v->m, v->u, k[n]);
+        for (i = 0; i < JL_INPUTS; i++) u[i] = v->u[i] + jl_when[n] * h * v->du[i];
+        jl_all_rates(v->p, end->s, v->m, u, k[n]);
     }
     memcpy(end->rate, k[JL_STAGES - 1], JL_STATES * sizeof *rate);
     for (i = 0; i < JL_STATES; i++) {
@@ -111,7 +114,14 @@ static double jl_locate(const jl_values *v, const double *before, const double *
     return high;
 }
 
-const char *jl_integrate(jl_values *v, double h)
+/* The inputs so many seconds after they were u. */
+static void jl_inputs(jl_values *v, const double *u, double since)
+{
+    int i;
+    for (i = 0; i < JL_INPUTS; i++) v->u[i] = u[i] + since * v->du[i];
+}
+
+static const char *jl_advanced(jl_values *v, const double *u, double h)
 {
     double rate[JL_ROOM(JL_STATES)], g[JL_ROOM(JL_INDICATORS)], done = 0.0;
     long work = 0;
@@ -137,6 +147,7 @@ const char *jl_integrate(jl_values *v, double h)
             step = jl_locate(v, g, rate, step, &end);
             work += JL_BISECTIONS;
             memcpy(v->s, end.s, JL_STATES * sizeof *end.s);
+            jl_inputs(v, u, done + step);
             jl_settle(v, rate, g);
             if (!jl_all_finite(v->s, JL_STATES) || !jl_all_finite(rate, JL_STATES))
                 return "a state or a rate after an event is no finite number";
@@ -151,9 +162,20 @@ const char *jl_integrate(jl_values *v, double h)
         memcpy(rate, end.rate, JL_STATES * sizeof *end.rate);
         if (JL_INDICATORS) jl_seen(v, v->s, g);
         done = last ? h : done + step;
+        jl_inputs(v, u, done);
         /* A step that was cut short says nothing against the longer one. */
         proposed = step * (error > 0.0 ? fmin(5.0, 0.9 * pow(error, -0.2)) : 5.0);
         v->stride = fmin(h, step < stride ? fmax(stride, proposed) : proposed);
     }
     return NULL;
+}
+
+const char *jl_integrate(jl_values *v, double h)
+{
+    double u[JL_ROOM(JL_INPUTS)];
+    const char *fault;
+    memcpy(u, v->u, sizeof u);
+    fault = jl_advanced(v, u, h);
+    memcpy(v->u, u, sizeof u);
+    return fault;
 }

@@ -227,6 +227,28 @@ int jl_set(void *c, jl_call call, const unsigned int *references, size_t count, 
     return JL_OK;
 }
 
+/* How inputs go on from here: a straight line over the next step of co-simulation, of what is integrated inside. */
+int jl_set_slopes(void *c, jl_call call, const unsigned int *references, size_t count, const int *order,
+                  const double *slope)
+{
+    jl_instance *instance = (jl_instance *)c;
+    size_t i;
+    if (jl_enter(instance, call)) return JL_ERROR;
+    if (count && !JL_STRUCTURE) return jl_fail(instance, call, "inputs are held over the step");
+    if (jl_listed(instance, call, references, count, slope, count)) return JL_ERROR;
+    if (count && !order) return jl_fail(instance, call, "the orders are NULL");
+    for (i = 0; i < count; i++) {
+        const char *name = jl_variables[JL_PLACE(references[i])].name;
+        if (JL_PLACE(references[i]) >= JL_INPUTS) return jl_fail(instance, call, "%s is no input", name);
+        if (order[i] != 1)
+            return jl_fail(instance, call, "derivative %d of %s, expected the first alone", order[i], name);
+        if (!isfinite(slope[i]))
+            return jl_fail(instance, call, "the slope of %s is %g, expected a finite number", name, slope[i]);
+    }
+    for (i = 0; i < count; i++) instance->values.du[JL_PLACE(references[i])] = slope[i];
+    return JL_OK;
+}
+
 /* The joints' own steps at the held motion; NULL or what is no number. */
 static const char *jl_advance(jl_values *v, double h)
 {
@@ -263,6 +285,7 @@ int jl_do_step(void *c, jl_call call, double time, double h)
         fault = closed ? jl_exponential(instance, call, h) : jl_integrate(v, h);
         if (fault) return jl_fail(instance, call, "between %.9g s and %.9g s %s", time, time + h, fault);
         v->fresh = 0;
+        memset(v->du, 0, sizeof v->du); /* told anew for every step */
         if (!closed && jl_present(instance, call, 2)) return JL_ERROR;
     } else {
         fault = jl_advance(v, h);

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 from functools import partial
 from pathlib import Path
 
@@ -217,3 +218,32 @@ def test_library_machines_keep_the_tolerance(name: str) -> None:
     outputs = [s.name for s in system.outputs]
     expected = run().run(given, system.step, outputs)
     assert shares(run(tolerance=1e-5).run(given, system.step, outputs), expected) < 1e-4
+
+
+@pytest.mark.parametrize("tolerance", [None, 1e-6], ids=["explicit", "closed"])
+def test_forces_that_go_on_between_steps_come_in_time(tolerance: float | None) -> None:
+    """A sine in 178 steps a period, each a straight line to the next sample, beside one in tiny steps; then held."""
+    folder, omega, h, steps = unpacked(BENT, 2), 2 * np.pi * 180.0, 3.125e-5, 400
+    fine = 64
+    t = h / fine * (np.arange(steps * fine) + 0.5)
+    expected = Stepping(folder, 2).run({"force_x": 100 * np.sin(omega * t)}, h / fine, OUTPUTS[:1])[fine - 1 :: fine]
+
+    def run(slopes: bool) -> Array:
+        fmu, rows = Stepping(folder, 2, tolerance=tolerance), []
+        for i in range(steps):
+            now, then = (100 * np.sin(omega * h * k) for k in (i, i + 1))
+            fmu.put({"force_x": now})
+            if slopes:
+                slope = (ctypes.c_double * 1)((then - now) / h)
+                place = (ctypes.c_uint * 1)(fmu.place["force_x"])
+                assert (
+                    fmu.fmu.fmi2SetRealInputDerivatives(fmu.fmu.component, place, 1, (ctypes.c_int * 1)(1), slope) == 0
+                )
+            fmu.fmu.doStep(fmu.time, h)
+            fmu.time += h
+            rows.append(fmu.get(OUTPUTS[:1]))
+        return np.array(rows)
+
+    # The chord of a sine lies (ω h)²/12 of its amplitude beside it, in the mean square over a step.
+    assert shares(run(True), expected) < 1.2 * (omega * h) ** 2 / 12
+    assert shares(run(False), expected) > 1e-2

@@ -168,3 +168,10 @@ def test_what_importers_need_is_in_the_archive_and_a_date_only_where_it_is_set(
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "tomorrow")
     with pytest.raises(InputError, match="SOURCE_DATE_EPOCH is 'tomorrow', expected seconds since 1970"):
         described(system_of_joint(GUIDE), 2)
+
+
+def test_forces_of_a_machine_may_go_on_in_straight_lines_and_motions_of_a_joint_are_held() -> None:
+    for system, told in ((system_of_machine(library_machine("two_mass")), "true"), (system_of_joint(GUIDE), "false")):
+        interface = described(system, 2).find("CoSimulation")
+        assert interface is not None
+        assert interface.get("canInterpolateInputs") == told
