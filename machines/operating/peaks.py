@@ -213,6 +213,8 @@ def maxima(
 def local_maxima(value: Array) -> Index:
     """Indices of interior maxima, of the middle of flat ones; values that are not known (nan) count as nothing."""
     filled = np.where(np.isfinite(value), value, -np.inf)
+    if not len(filled):
+        return np.zeros(0, dtype=int)
     change = np.flatnonzero(filled[1:] != filled[:-1])
     first, last = np.concatenate([[0], change + 1]), np.concatenate([change, [len(filled) - 1]])
     level = filled[first]
