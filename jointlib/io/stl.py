@@ -27,7 +27,7 @@ def read_stl(path: Path) -> Array:
     """
     data = bytes_of(path, "an STL file")
     count = int.from_bytes(data[80:_HEAD], "little") if len(data) >= _HEAD else -1
-    if len(data) == _HEAD + _EACH * count:
+    if count >= 0 and len(data) == _HEAD + _EACH * count:
         found = np.frombuffer(data, _RECORD, offset=_HEAD)["corners"].astype(float)
     elif data.lstrip()[:5].lower() == b"solid" and b"vertex" in data:
         found = _text(path, data)
