@@ -165,7 +165,8 @@ def _describe(road: Run, name: str) -> None:
         data |= {f"gain_real{word}": G.real, f"gain_imag{word}": G.imag}
     road.json(f"{name}.df.json", data)
     road.steps.append({"step": "df", "joint": name})
-    road.sections.append(gain_section(name, joints, float(frequency[1]), (low, high)))
+    section = gain_section(name, joints, float(frequency[1]), (low, high))
+    (road.sections if name in road.shown else road.behind).append(section)
 
 
 STEP = Step("joints", joint_pieces, after=())

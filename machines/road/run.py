@@ -108,6 +108,8 @@ class Run(Shown):
     front: list[Section] = field(default_factory=list)
     """Sections that a reader wants first: lobes, then responses."""
     sections: list[Section] = field(default_factory=list)
+    behind: list[Section] = field(default_factory=list)
+    """Sections on what the file gave: joints that nothing was identified of."""
     advice: list[str] = field(default_factory=list)
     """What the one who sets the machine wants to know, in the order of weight."""
     numbers: list[tuple[str, str]] = field(default_factory=list)
@@ -187,7 +189,7 @@ class Run(Shown):
             lost=self.failed,
             numbers=[*self.numbers, *(trace_numbers(main) if main else [])],
             doubts={self.numbers[0][0]: self.doubts} if self.numbers else {},
-            sections=beside([*self.front, *self.sections], self.mistakes),
+            sections=beside([*self.front, *self.sections, *self.behind], self.mistakes),
             inputs=[*inputs, *inputs_of(self.tests)],
             assumptions=[
                 *assumptions_of(self.tests),

@@ -78,7 +78,7 @@ def stability_lobes(
         receptance = tool_point(receptance, _assumed_axes(receptance, cutting, axes), frequency)
     elif axes is not None or frequency is not None:
         raise InputError("lobes: a ToolPoint already has its axes and frequencies, leave both out")
-    warnings = said_before(receptance, cutting)
+    warnings = said_before(receptance, cutting, measured=model is None)
 
     if name in ("multi-frequency", "collocation"):
         chart = None
@@ -162,9 +162,9 @@ def default_method(receptance: FRF | Receptance | ToolPoint | ToolModel, cutting
     return "multi-frequency"
 
 
-def said_before(point: ToolPoint, cutting: Cutting) -> tuple[str, ...]:
+def said_before(point: ToolPoint, cutting: Cutting, measured: bool = True) -> tuple[str, ...]:
     """What is doubtful whatever the method."""
-    return sign_warnings(point) + ((_POWER_LAW,) if cutting.exponent != 1 else ())
+    return sign_warnings(point, measured) + ((_POWER_LAW,) if cutting.exponent != 1 else ())
 
 
 def _assumed_axes(receptance: FRF | Receptance, cutting: Cutting, axes: Sequence[str] | None) -> Sequence[str] | None:
