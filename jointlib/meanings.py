@@ -104,6 +104,8 @@ _MEANT: dict[str, str] = {
     "backlash": "clearance",
     "alpha": "contact_angle",
     "pitch": "lead",
+    "pitches": "pitch",
+    "helix_angle": "helix",
     "connects": "between",
     "connect": "between",
     "from_to": "between",
@@ -169,10 +171,6 @@ _MEANT: dict[str, str] = {
 """What is meant, the first that the table at hand knows, by what people write."""
 
 _NOT_COVERED: dict[str, str] = {
-    "helix": "teeth are taken as straight",
-    "helix_angle": "teeth are taken as straight",
-    "pitch": "teeth are taken as evenly spaced",
-    "pitches": "teeth are taken as evenly spaced",
     "lead_angle": "the edge is taken as parallel to the tool axis",
     "approach_angle": "the edge is taken as parallel to the tool axis",
     "runout": "all teeth are taken to cut on one circle",
@@ -180,10 +178,9 @@ _NOT_COVERED: dict[str, str] = {
     "corner_radius": "the edge is taken as straight",
     "edge_radius": "the edge is taken as sharp",
     "rake_angle": "what it does is part of the cutting pressures",
-    "clearance_angle": "the flank is taken not to rub",
-    "wear_land": "the flank is taken not to rub",
-    "flank_wear": "the flank is taken not to rub",
-    "process_damping": "the flank is taken not to rub",
+    "clearance_angle": "what the flank rubs is process_damping",
+    "wear_land": "what the flank rubs is process_damping",
+    "flank_wear": "what the flank rubs is process_damping",
     "edge_tangential": "a constant edge force does not bear on chatter",
     "edge_normal": "a constant edge force does not bear on chatter",
     "axial": "forces along the tool axis are left out",

@@ -29,6 +29,7 @@ ROOMS = (
     "forced_response",
     "cutting/process",
     "cutting/loops",
+    "cutting/cutters",
     "cutting/rest",
     "cutting/amplitude",
     "cutting/in_time",

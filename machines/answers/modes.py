@@ -19,6 +19,7 @@ from jointlib.shown.pictures import write_picture
 from jointlib.shown.progress import Progress, Silent
 from jointlib.shown.result import Columns, Shown
 
+from ..cutting.process.cutting import Cutting
 from ..files.opened import machine_of
 from ..measured_modes.measured_responses import read_responses
 from ..measured_modes.modal_component import component_of, write_component
@@ -175,6 +176,8 @@ def modes(
         depth = depth_sensitivity(found) if model.cutting is not None and model.tool else None
     told = range(len(found.pole)) if all else shown_modes(found)
     said = (*warnings(found, compliance), *(depth.warnings if depth is not None else ()), *remarks)
+    if model.tool and model.cutting is not None and not (cut := Cutting(**model.cutting)).plain:
+        said = (*said, f"Which mode and joint limit the depth is not told with {cut.unlike}.")
     return MachineModes(found, energies, compliance, depth, tuple(int(i) for i in told), said)
 
 

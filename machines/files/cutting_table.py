@@ -22,9 +22,10 @@ CUTTING_UNITS = {
     "diameter": "m",
     "exponent": "1",
     "feed_direction": "rad",
+    "process_damping": "N/m",
 }
 """Keys of ``[cutting]`` that are numbers, and their units."""
-CUTTING_KEYS = ("process", "teeth", "mode", "speed", *CUTTING_UNITS)
+CUTTING_KEYS = ("process", "teeth", "mode", "speed", "pitch", "helix", *CUTTING_UNITS)
 """All keys of ``[cutting]``."""
 
 
@@ -65,6 +66,11 @@ def cutting_of(section: Section) -> dict[str, Any]:
     for key, unit in CUTTING_UNITS.items():
         if section.has(key):
             fields[key] = section.number(key, unit)
+    if section.has("pitch"):
+        fields["pitch"] = section.numbers("pitch", "deg")
+    if section.has("helix"):
+        several = isinstance(section.table.get("helix"), list)
+        fields["helix"] = section.numbers("helix", "deg") if several else section.number("helix", "deg")
     if section.has("speed"):
         fields["speed"] = section.numbers("speed", "rpm", length=2)
     section.done()

@@ -70,6 +70,8 @@ def depth_sensitivity(modes: NaturalModes) -> DepthSensitivity | None:
     if machine.cutting is None:
         raise InputError(f"{machine.where}: no [cutting], the depth needs a cutting operation")
     cutting, axes = Cutting(**machine.cutting), machine.tool_axes
+    if not cutting.plain:
+        return None
     milling = cutting.process == "milling"
     if milling:
         D = zero_order.loop_stiffness(cutting, axes)

@@ -94,6 +94,8 @@ def _together(road: Run, amplitudes: tuple[float, ...]) -> None:
     if missing:
         road.doubts.append(f"The limits at {' and at '.join(_size(A) for A in missing)} are not known.")
     forced = None
+    if cutting.process == "milling" and cutting.feed is not None and not cutting.plain:
+        road.doubts.append(f"The vibration that the teeth force is not computed with {cutting.unlike}.")
     if amplitudes[0] in road.charts:
         with road.progress.step("the vibration that the teeth force"):
             road.advice += advice(pairs, cutting, road.machine)

@@ -161,7 +161,7 @@ def lobe_band(
     machines, clipped = sampled_machines(machine, count, seed)
     if method is None and cutting.process != "milling":
         method = "turning"
-    if method not in ("turning", "zero-order"):
+    if method not in ("turning", "zero-order") or not cutting.plain:
         exact = method or frozen_lobes(machine, speeds[:1], amplitude)[0].method
         return _one_by_one(lambda m: frozen_lobes(m, speeds, amplitude, exact)[0].depth, machines, exact, clipped)
     band = chatter_band(machine)
@@ -186,7 +186,7 @@ def measured_lobe_band(
     values = [m.value for m in sampled_value(part, count, seed)]
     if method is None:
         method = "turning" if cutting.process != "milling" else "multi-frequency"
-    if method in ("turning", "zero-order"):
+    if method in ("turning", "zero-order") and cutting.plain:
         return Band(sampled_depths(np.array(values), frf.frequency, cutting, speed, axes), method=method)
     drawn = [replace(frf, receptance=value, variance=None) for value in values]
     speeds = np.atleast_1d(np.asarray(speed, dtype=float))

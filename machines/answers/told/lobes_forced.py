@@ -20,7 +20,11 @@ def forced(
     from ...cutting.forced.forced_field import forced_field
     from ...cutting.forced.forced_vibration import too_many
     from ...cutting.forced.quiet_pocket import pocket_in_cut
+    from ...cutting.process.cutting import Cutting
 
+    cutting = Cutting(**(model.cutting or {}))
+    if cutting.feed is not None and cutting.process == "milling" and not cutting.plain:
+        return {}, [f"The vibration that the teeth force is not computed with {cutting.unlike}."], None
     if bent := too_many(model):
         return {}, [f"The vibration that the teeth force is not computed: {bent} joints depend on amplitude."], None
     with progress.step("computing the vibration that the teeth force"):

@@ -77,6 +77,10 @@ def over_amplitude(
 
     if not depends_on_amplitude(model):
         return {}, []
+    unlike = Cutting(**(model.cutting or {})).unlike
+    if unlike:
+        left = f"Limits over amplitude are not followed with {unlike}; --amplitude gives the limit at one."
+        return {"told": [left]}, [left]
     if many := too_many(model):
         cutting = Cutting(**(model.cutting or {}))
         sizes = amplitude_range(cutting)
@@ -109,7 +113,7 @@ def safe_from_knocks(model: Any, chart: Any, progress: Progress) -> tuple[dict[s
     from ...cutting.process.cutting import Cutting
 
     cutting = Cutting(**(model.cutting or {}))
-    if chart.method != "turning" or not depends_on_amplitude(model):
+    if chart.method != "turning" or not cutting.plain or not depends_on_amplitude(model):
         return {}, []
     with progress.step("computing the least depth over amplitude"):
         depth, amplitude = least_depth(model, chart, amplitude_range(cutting, _KNOCKS))
@@ -164,9 +168,9 @@ def zones_of(model: Any, charts: Sequence[Any], amplitude: Sequence[float], prog
 
     if amplitude:
         return Zones.between(list(zip(amplitude, charts, strict=True)))
-    if not depends_on_amplitude(model):
-        return None
     cutting = Cutting(**(model.cutting or {}))
+    if not cutting.plain or not depends_on_amplitude(model):
+        return None
     largest = amplitude_range(cutting)[-1]
     sizes = largest * np.array(_FEW if cutting.process == "milling" else _MANY)
     cost = ", in milling some minutes" if cutting.process == "milling" else ""

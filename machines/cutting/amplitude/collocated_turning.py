@@ -28,6 +28,7 @@ def collocated_turning(
     machine: Machine, cutting: Cutting, chart: StabilityLobes, amplitude: float = 0.0
 ) -> StabilityLobes:
     """Turning chart by collocation with the joints held at each speed as a ``chart`` by the closed form leaves them."""
+    cutting.refuse_unlike("collocation with joints held speed by speed")
     depth, frequency = chart.depth.ravel().copy(), chart.chatter_frequency.ravel().copy()
     for i, (rpm, f) in enumerate(zip(chart.speed.ravel().tolist(), frequency.tolist(), strict=True)):
         if not np.isfinite(f):

@@ -23,6 +23,11 @@ from .chattering_tool import LINES, on_lines, operating_receptance, tip_at_rest,
 from .collocated_turning import collocated_turning
 from .milling_at_amplitude import developed_lobes
 
+_LINE_BY_LINE = (
+    "Joints are held, on every line, as they are if the tool vibrated on it alone with this amplitude; with equal "
+    "pitches and no helix they are held as the chatter line has them."
+)
+
 
 def lobes_at_amplitude(
     machine: Machine, speed: ArrayLike, amplitude: float = 0.0, method: str | None = None, points: int = LINES
@@ -72,6 +77,7 @@ def frozen_lobes(
         return chart, _held(machine, cutting, chart, amplitude)
     if (
         cutting.process == "milling"
+        and (cutting.plain or method == "collocation")
         and method != "zero-order"
         and (amplitude > 0 or (method == "collocation" and exact is None))
     ):
@@ -83,7 +89,8 @@ def frozen_lobes(
         return _within(chart, machine, band), np.zeros(chart.depth.shape, dtype=bool)
     point = operating_receptance(machine, amplitude, points)
     chart = stability_lobes(point.frf, cutting, speed, method, axes=axes)
-    chart = _within(replace(chart, warnings=chart.warnings + _limits(point, chart)), machine, band)
+    said = (*_limits(point, chart), *([] if cutting.plain or cutting.process != "milling" else [_LINE_BY_LINE]))
+    chart = _within(replace(chart, warnings=chart.warnings + said), machine, band)
     limited = np.array([outcome is not Outcome.CONVERGED for outcome in point.outcomes])
     return chart, _chattering_on(limited, point.frf.frequency, chart.chatter_frequency)
 

@@ -11,7 +11,7 @@ from ...model.machine import Machine
 from ...tool.chatter_band import chatter_band, modes_at_rest
 from ...tool.machine_model import OpenJoints, machine_model
 from ...tool.tool_model import ToolModel
-from ..loops.multipliers import largest_multipliers
+from ..cutters.pattern_multipliers import largest_multipliers
 from ..process.cutting import Cutting
 from .chattering_tool import wide_receptance
 from .collocated_turning import turned_tool

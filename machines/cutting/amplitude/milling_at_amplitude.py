@@ -80,6 +80,7 @@ def developed_chatter(
     modes: bool,
 ) -> DevelopedChatter:
     """What vibrates in a cut; ``modes`` says whether collocation is to be had."""
+    cutting.refuse_unlike("chatter of an amplitude by modes")
     point = tool_point(table.frf, machine.tool_axes)
     highest = shape(point).highest
     harmonics = HeldInHarmonics(machine, cutting, table.frf.frequency, highest)

@@ -30,6 +30,7 @@ from ..loops.regeneration import Loops, trace
 from ..process import turning, zero_order
 from ..process.chart import StabilityLobes
 from ..process.cutting import Cutting
+from ..rest.cutter_charts import cutter_edges
 from .chattering_tool import tip_at_rest
 from .frozen_lobes import lobes_at_amplitude
 
@@ -115,7 +116,12 @@ def unstable_depths_of(
         REACH * depth if deepest is None else np.array(np.broadcast_to(np.asarray(deepest, dtype=float), depth.shape))
     )
     chatters = np.isfinite(depth) & (depth < _WITHIN * reach)
-    if chart.method in ("turning", "zero-order"):
+    if not cutting.plain:
+        edges = [
+            cutter_edges(chart.method, point, model, cutting, rpm, deep) if looked else []
+            for looked, rpm, deep in zip(chatters, speed.tolist(), reach.tolist(), strict=True)
+        ]
+    elif chart.method in ("turning", "zero-order"):
         turned = chart.method == "turning"
         seen = point.along(cutting.rotation[0]) if turned else point
         stiffness = turning.loop_stiffness(cutting) if turned else zero_order.loop_stiffness(cutting, point.axes)

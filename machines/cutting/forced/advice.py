@@ -13,7 +13,7 @@ from ...statics.working_point import tangents
 from ...tool.machine_model import machine_model
 from ..amplitude.chattering_tool import chattering_point
 from ..amplitude.pocket import WANDER, pocket, safe_depth
-from ..loops.multipliers import largest_multipliers
+from ..cutters.pattern_multipliers import largest_multipliers
 from ..process.chart import StabilityLobes
 from ..process.cutting import Cutting
 from .quiet_pocket import pocket_in_cut

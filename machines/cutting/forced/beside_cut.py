@@ -16,8 +16,8 @@ from ..amplitude.amplitude_limits import AmplitudeLimits, Cycle
 from ..amplitude.fate import SMALLEST, fate_at
 from ..amplitude.unstable_depths import DEEPER, UnstableDepths, unstable_depths_of
 from ..amplitude.words import moved_by_teeth, of_fate, reach_words, told
+from ..cutters.pattern_multipliers import largest_multipliers
 from ..in_time.confirmation import in_time
-from ..loops.multipliers import largest_multipliers
 from ..process.cutting import Cutting
 from ..rest.solve import stability_lobes
 from .beside_forced import beside_forced

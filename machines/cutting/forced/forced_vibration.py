@@ -121,6 +121,7 @@ def forced_vibration(machine: Machine, speed: ArrayLike, depth: ArrayLike) -> Fo
     cutting = Cutting(**machine.cutting)
     if cutting.process != "milling" or cutting.feed is None:
         raise InputError(f"{machine.where}: forced vibration is that of milling with a feed per tooth")
+    cutting.refuse_unlike("forced vibration")
     n, b = (np.ravel(part) for part in np.broadcast_arrays(np.asarray(speed, float), np.asarray(depth, float)))
     if not (np.all(np.isfinite(n) & (n > 0)) and np.all(np.isfinite(b) & (b >= 0))):
         raise InputError("forced vibration: expected speeds above 0 and depths of at least 0, finite")

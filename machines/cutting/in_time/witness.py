@@ -103,6 +103,7 @@ def witness(
     """
     if machine.cutting is None:
         raise InputError(f"{machine.where}: no [cutting], a simulation of the cut needs a cutting operation")
+    Cutting(**dict(machine.cutting)).refuse_unlike("the simulated cut")
     if not (np.isfinite(speed) and speed > 0 and np.isfinite(depth) and depth > 0):
         raise InputError(f"witness: {speed!r} rpm and {depth!r} m, expected a speed and a depth above 0")
     cutting = Cutting(**dict(machine.cutting))
@@ -192,6 +193,7 @@ def vibrate(
     waves that they meet as a share of those that they would have left: 1, 0 for a knock over a smooth surface.
     """
     cutting = Cutting(**dict(machine.cutting or {}))
+    cutting.refuse_unlike("the simulated cut")
     axes = machine.tool_axes
     parts, state, joints, tool = vibrating(machine, cutting, hertz, start, phase)
     cut = stretches(cutting, axes, speed, hertz * steps)

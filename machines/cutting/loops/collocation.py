@@ -128,7 +128,7 @@ def arc_map(
             state, pushed = ring * state, [ring * part for part in pushed]
             continue
         pieces, count = _nodes(model, float(np.min(turning)), end - start, more, share)
-        x, derivative, rule = _chebyshev(count)
+        x, derivative, rule = chebyshev(count)
         rate = 2 * pieces / duration[..., None, None, None]
         inverse = np.linalg.inv(rate * derivative[1:, 1:] - model.poles[:, None, None] * np.eye(count))
         free = -rate[..., 0] * (inverse @ derivative[1:, 0])
@@ -222,7 +222,7 @@ def _directions(cutting: Cutting, axes: list[int], angle: Array) -> tuple[Array,
 
 
 @lru_cache(maxsize=64)
-def _chebyshev(count: int) -> tuple[Array, Array, Array]:
+def chebyshev(count: int) -> tuple[Array, Array, Array]:
     """Nodes x_0 = −1 … x_n = 1, the differentiation matrix and Clenshaw–Curtis weights of the nodes but the first."""
     j = np.arange(count + 1)
     x = -np.cos(np.pi * j / count)

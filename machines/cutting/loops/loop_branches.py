@@ -38,7 +38,7 @@ _TOLERANCE = 1e-12
 
 @dataclass(frozen=True)
 class Crossing:
-    """Depth in m (inf where there is none), ν = ω/ω_T in (0, 1/2], and the eigenvalue of the loop there in 1/m."""
+    """Depth in m (inf where there is none), ν = ω/ω_T in [0, 1/2], and the eigenvalue of the loop there in 1/m."""
 
     depth: float
     fraction: float
@@ -46,9 +46,15 @@ class Crossing:
 
     @property
     def kind(self) -> str:
-        """``"flip"`` at half the tooth frequency, ``"hopf"`` below it, empty where there is no crossing."""
+        """``"flip"`` at half the tooth frequency, ``"hopf"`` below it, empty where there is no crossing.
+
+        With unequal pitches ν counts in the frequency of the pattern, and ``"fold"`` is at 0: a vibration that repeats
+        with the pattern, which a cutter with one pitch cannot hold.
+        """
         if not np.isfinite(self.depth):
             return ""
+        if self.fraction == 0:
+            return "fold"
         return "flip" if self.fraction == 0.5 else "hopf"
 
 

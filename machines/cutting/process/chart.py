@@ -64,7 +64,8 @@ class StabilityLobes(Shown):
         Hz; nan where the depth is inf. Of the lines that chatter holds at once, a tooth frequency apart, the one at
         which the tool moves most.
     kind
-        ``"hopf"`` or ``"flip"``; empty where the depth is inf.
+        ``"hopf"`` or ``"flip"``, with unequal pitches also ``"fold"`` (it repeats with the flutes); empty where the
+        depth is inf.
     lobe
         Whole waves between two cuts; −1 where the depth is inf.
     minimum_depth
@@ -122,7 +123,7 @@ class StabilityLobes(Shown):
         """The speeds that the minimum depth is of, in words."""
         if self.minimum_at is not None:
             return f"every speed from {float(np.min(self.speed)):g} to {float(np.max(self.speed)):g} rpm"
-        return "every speed" if self.method in ("turning", "zero-order") else "these speeds"
+        return "every speed" if self.branches else "these speeds"
 
     def finding(self) -> str:
         """Below which depth the cut is stable, and the chatter above it."""

@@ -13,9 +13,11 @@ import numpy as np
 from jointlib.arrays import Array
 from jointlib.errors import InputError, nearest, together
 
+from .flutes import checked_damping, checked_helix, checked_pitch, uneven
+
 PROCESSES = ("milling", "turning", "boring")
 MODES = ("up", "down", "slot")
-_MILLING_ONLY = ("teeth", "tangential", "normal", "mode", "immersion")
+_MILLING_ONLY = ("teeth", "tangential", "normal", "mode", "immersion", "pitch", "helix")
 _SOFTEST, _IN_MM = 1e6, 10.0
 """N/m²: no material cuts with less, and a coefficient between the two was meant in N/mm²."""
 
@@ -32,7 +34,7 @@ class Cutting:
     process
         ``"milling"``, ``"turning"`` or ``"boring"`` (turning inside a bore, the same equations).
     teeth
-        Number of teeth, evenly spaced (milling).
+        Number of teeth, evenly spaced unless ``pitch`` says otherwise (milling).
     tangential, normal
         K_t and K_n in N/m², both as pressures; a ratio K_r stands for K_n = K_r·K_t (milling).
     mode, immersion
@@ -42,13 +44,21 @@ class Cutting:
     feed
         m per tooth (milling) or per revolution (turning); loss of contact and the removal rate need it.
     diameter
-        m, of the cutter (milling) or of the workpiece (turning); only the removal rate needs it.
+        m, of the cutter (milling) or of the workpiece (turning); the removal rate, ``helix`` and ``process_damping``
+        need it.
     speed
         Lowest and highest spindle speed of interest in rpm.
     exponent
         q of a force ∝ h^q; the pressures above are then the tangent values at the nominal feed.
     feed_direction
         Angle in rad from the tool's x axis to the feed (milling) or to the chip thickness (turning), towards y.
+    pitch
+        Degrees from each tooth to the next one that cuts, one a tooth, 360 together (milling); default: all alike.
+    helix
+        Helix angle in degrees, of all flutes or one a flute, from 0 to below 90 (milling); default: straight edges.
+    process_damping
+        C in N/m: an edge in the cut is damped along the chip thickness by C·b/v at cutting speed v = π·D·n, as where
+        its flank rubs on the waves that it cuts (Chiou & Liang 1998).
     """
 
     process: str = ""
@@ -63,6 +73,9 @@ class Cutting:
     speed: tuple[float, float] | None = None
     exponent: float = 1.0
     feed_direction: float = 0.0
+    pitch: tuple[float, ...] | None = None
+    helix: float | tuple[float, ...] | None = None
+    process_damping: float | None = None
 
     def __post_init__(self) -> None:
         if self.process == "":
@@ -74,10 +87,15 @@ class Cutting:
         ]
         if self.speed is not None:
             checks.append(partial(_speed_range, self.speed))
+        if self.process_damping is not None:
+            checks.append(partial(checked_damping, self.process_damping, self.diameter))
         process = self._check_milling if self.process == "milling" else self._check_turning
         together(process, *checks, partial(_positive, "exponent", self.exponent))
         if self.speed is not None:
             object.__setattr__(self, "speed", _speed_range(self.speed))
+        for key in ("pitch", "helix"):
+            if isinstance(getattr(self, key), list):
+                object.__setattr__(self, key, tuple(getattr(self, key)))
 
     def _check_milling(self) -> None:
         needed = ("teeth", "tangential", "normal", "mode") + (() if self.mode == "slot" else ("immersion",))
@@ -92,6 +110,10 @@ class Cutting:
             "mode": partial(_word, "mode", self.mode, MODES),
             "immersion": self._check_immersion,
         }
+        if self.pitch is not None:
+            checks["pitch"] = partial(checked_pitch, self.pitch, self.teeth)
+        if self.helix is not None:
+            checks["helix"] = partial(checked_helix, self.helix, self.teeth, self.diameter)
         together(partial(_refuse, said), *(check for key, check in checks.items() if key not in missing))
 
     def _check_teeth(self) -> None:
@@ -120,6 +142,33 @@ class Cutting:
     def cuts_per_revolution(self) -> int:
         """How often a cut surface is met again in one revolution: the teeth, or 1 in turning."""
         return 1 if self.teeth is None else int(self.teeth)
+
+    @property
+    def plain(self) -> bool:
+        """Whether the teeth are evenly spaced, straight and rub on nothing: one delay, a border linear in depth.
+
+        What is not plain is computed by `machines.cutting.cutters`.
+        """
+        return not self.unlike
+
+    @property
+    def unlike(self) -> str:
+        """What makes the cut not `plain`, in words; empty where nothing does."""
+        found = [
+            word
+            for word, there in (
+                ("unequal pitches", self.pitch is not None and uneven(self.pitch)),
+                ("helix", bool(np.any(0.0 if self.helix is None else self.helix))),
+                ("process damping", bool(self.process_damping)),
+            )
+            if there
+        ]
+        return " and ".join([", ".join(found[:-1]), found[-1]] if len(found) > 1 else found)
+
+    def refuse_unlike(self, what: str) -> None:
+        """Raise where ``what`` is known for a `plain` cut only."""
+        if not self.plain:
+            raise InputError(f"{what}: not computed with {self.unlike}; expected equal pitches, no helix, no damping")
 
     @property
     def entry_angle(self) -> float:

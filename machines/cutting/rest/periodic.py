@@ -56,7 +56,7 @@ def by_harmonics(point: ToolPoint, cutting: Cutting, speed: Array) -> StabilityL
     receptance = spectrum(point, highest)
     axes = tuple("xy".index(axis) for axis in point.axes)
     stiffest = stiffest_direction(cutting, axes)
-    _refuse_resonant_ends(receptance, resolved)
+    refuse_resonant_ends(receptance, resolved)
     found = [
         harmonic_crossing(HarmonicLoop(receptance, cutting, axes, cuts * rpm / 60, 0), resolved, stiffest)
         for rpm in speed.tolist()
@@ -171,7 +171,7 @@ def _collocated(model: ToolModel, cutting: Cutting, speed: float, fraction: Arra
     )
 
 
-def _refuse_resonant_ends(receptance: Spectrum, resolved: Shape) -> None:
+def refuse_resonant_ends(receptance: Spectrum, resolved: Shape) -> None:
     """Raise where the band ends on a resonance, so that nothing can be said of what follows."""
     if not np.isfinite(receptance.known[1]):
         return

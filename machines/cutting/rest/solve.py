@@ -20,6 +20,7 @@ from ..process import turning, zero_order
 from ..process.chart import StabilityLobes
 from ..process.cutting import Cutting
 from . import periodic
+from .cutter_charts import cutter_chart
 
 METHODS = {
     "turning": ("turning", "boring"),
@@ -31,6 +32,8 @@ METHODS = {
 
 _MOST_PHASE = 150.0
 """rad that the fastest mode turns in the cut of a tooth period, up to which collocation is the default."""
+_NEEDS_MODES = "collocation: needs a tool with modes, found a receptance on lines or a function; use multi-frequency"
+_SHAPED = ("depth", "chatter_frequency", "kind", "lobe")
 _POWER_LAW = (
     "The force grows with a power of the chip thickness other than 1: the depths hold for vanishing vibration at the "
     "nominal feed, and a knock can start chatter below them."
@@ -80,6 +83,12 @@ def stability_lobes(
         raise InputError("lobes: a ToolPoint already has its axes and frequencies, leave both out")
     warnings = said_before(receptance, cutting, measured=model is None)
 
+    if not cutting.plain:
+        if name == "collocation" and model is None:
+            raise InputError(_NEEDS_MODES)
+        found = cutter_chart(name, receptance, model, cutting, speeds.ravel())
+        shaped = {key: getattr(found, key).reshape(speeds.shape) for key in _SHAPED}
+        return replace(found, speed=speeds, warnings=warnings + found.warnings, **shaped)
     if name in ("multi-frequency", "collocation"):
         chart = None
         if name == "multi-frequency":
@@ -93,14 +102,10 @@ def stability_lobes(
                 traced = trace(Loops.of(receptance, zero_order.loop_stiffness(cutting, receptance.axes)))
                 warnings += tuple(_wide_lines(receptance, traced))
         elif model is None:
-            raise InputError(
-                "collocation: needs a tool with modes, found a receptance on lines or a function; use multi-frequency"
-            )
+            raise InputError(_NEEDS_MODES)
         else:
             chart = periodic.by_collocation(model, receptance, cutting, speeds.ravel())
-        shaped = {
-            key: getattr(chart, key).reshape(speeds.shape) for key in ("depth", "chatter_frequency", "kind", "lobe")
-        }
+        shaped = {key: getattr(chart, key).reshape(speeds.shape) for key in _SHAPED}
         return replace(chart, speed=speeds, warnings=warnings + chart.warnings, **shaped)
     if name == "turning":
         stiffness, point = turning.loop_stiffness(cutting), receptance.along(cutting.rotation[0])
@@ -112,16 +117,16 @@ def stability_lobes(
     period = 60 / (cuts * speeds.ravel())
     loops = Loops.of(point, stiffness)
     traced = trace(loops)
-    found = first_crossings(loops, traced, period[None])
+    crossed = first_crossings(loops, traced, period[None])
     lowest = lowest_depth(loops, traced)
-    outcome, doubts = _judged(point, traced, period, found, lowest)
+    outcome, doubts = _judged(point, traced, period, crossed, lowest)
     return StabilityLobes(
         method=name,
         speed=speeds,
-        depth=found.depth.reshape(speeds.shape),
-        chatter_frequency=found.frequency.reshape(speeds.shape),
-        kind=np.where(np.isfinite(found.depth), "hopf", "").reshape(speeds.shape),
-        lobe=found.lobe.reshape(speeds.shape),
+        depth=crossed.depth.reshape(speeds.shape),
+        chatter_frequency=crossed.frequency.reshape(speeds.shape),
+        kind=np.where(np.isfinite(crossed.depth), "hopf", "").reshape(speeds.shape),
+        lobe=crossed.lobe.reshape(speeds.shape),
         minimum_depth=float(lowest.depth[0]),
         minimum_frequency=float(lowest.frequency[0]),
         minimum_phase=float(lowest.phase[0]),

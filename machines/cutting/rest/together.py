@@ -18,8 +18,11 @@ from ..loops.crossing import first_crossings
 from ..loops.regeneration import Loops, highest_between, lowest_depth, trace
 from ..process import turning, zero_order
 from ..process.cutting import Cutting
+from .solve import stability_lobes
 
 METHODS = ("turning", "zero-order")
+_SPEEDS = 100
+"""Over the range of a file, for the minimum where it differs from speed to speed."""
 
 
 def preview(process: str) -> str:
@@ -44,6 +47,8 @@ def limits(models: Sequence[ToolModel], cuttings: Sequence[Cutting], method: str
     """
     several = ToolModels(models)
     _refuse_impossible(models, several)
+    if not all(cutting.plain for cutting in cuttings):
+        return _one_by_one(models, cuttings, method, speed)
     if method == "turning":
         stiffness = np.array([turning.loop_stiffness(cutting) for cutting in cuttings])
         several = ToolModels([m.along(cutting.rotation[0]) for m, cutting in zip(models, cuttings, strict=True)])
@@ -56,6 +61,18 @@ def limits(models: Sequence[ToolModel], cuttings: Sequence[Cutting], method: str
         cuts = np.array([cutting.cuts_per_revolution for cutting in cuttings])
         depth = first_crossings(loops, traced, 60 / (cuts[:, None] * speed)).depth
     return Limits(lowest_depth(loops, traced).depth, depth)
+
+
+def _one_by_one(models: Sequence[ToolModel], cuttings: Sequence[Cutting], method: str, speed: Array) -> Limits:
+    """Where a cut has several delays or rubs, the minimum is that at the speeds, or at those of the file."""
+    depth, lowest = np.full(speed.shape, np.inf), np.empty(len(models))
+    for i, (model, cutting) in enumerate(zip(models, cuttings, strict=True)):
+        some = speed[i] if speed.size else cutting.speeds(_SPEEDS)
+        chart = stability_lobes(model, cutting, some, method)
+        lowest[i] = chart.minimum_depth
+        if speed.size:
+            depth[i] = chart.depth
+    return Limits(lowest, depth)
 
 
 def static_compliance(models: Sequence[ToolModel]) -> Array:

@@ -1,0 +1,127 @@
+"""The border of stability of any cutter at one speed: depths at which the number of growing vibrations changes.
+
+Where the depth is inside the coefficients, as with helix, the border is no eigenvalue problem in depth: the depth is
+walked through in steps, what grows is counted at each (`growing`), and every change is closed in on until an eigenvalue
+of b·A(ν; b) is −1. So stable stretches above an unstable one, and islands, are found down to the step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from jointlib.arrays import Array, ComplexArray
+
+from ..loops.loop_branches import NONE, Crossing, nearest_of
+from .growing import growing
+
+STEP = 1.04
+"""Ratio of neighbouring depths that are looked at: an island narrower than this may be missed."""
+_CLOSED, _OUTSIDE = 1e-3, 0.02
+_NEWTON, _SETTLED = 30, 1e-11
+_APART = 1e-6
+_LOOSE = 1e-5
+
+Closed = Callable[[Array, float], ComplexArray]
+"""b·A at ν, (g,), and a depth b in m: (g, m, m)."""
+
+
+@dataclass(frozen=True)
+class Change:
+    """A depth in m at which ``below`` growing vibrations become ``above``, and the crossing there."""
+
+    crossing: Crossing
+    below: int
+    above: int
+
+
+def changes(closed: Closed, fraction: Array, low: float, high: float, first: bool = False) -> tuple[Change, ...]:
+    """Every change between two depths in m, or the ``first`` alone; nothing grows at ``low``.
+
+    ``fraction`` are the ν to begin with, from 0 to 1/2.
+    """
+    grid = np.geomspace(low, high, max(2, int(np.ceil(np.log(high / low) / np.log(STEP))) + 1))
+    found = list[Change]()
+    before, at = low, _count(closed, fraction, low)
+    for depth in grid[1:].tolist():
+        count = _count(closed, fraction, depth)
+        if count != at:
+            found += _between(closed, fraction, (before, at), (depth, count))
+            if first and any(one.below == 0 for one in found):
+                break
+        before, at = depth, count
+    return tuple(found)
+
+
+def stable_below(closed: Closed, fraction: Array, depth: float) -> float:
+    """A depth in m up to which nothing grows, by the size of the loop: halved from ``depth`` until it is below 1."""
+    for _ in range(60):
+        size = np.linalg.norm(closed(fraction, depth), ord=2, axis=(1, 2))
+        largest = float(np.max(size))
+        if largest < 1:
+            return depth
+        depth *= min(0.5, 0.9 / largest)
+    return depth
+
+
+def settled(closed: Closed, crossing: Crossing, within: float = _OUTSIDE) -> Crossing:
+    """The crossing of another loop near by: ν and b at which −1 is an eigenvalue of b·A; `NONE` where it has none."""
+    nu, b = crossing.fraction, crossing.depth
+    fixed = crossing.kind in ("flip", "fold")
+
+    def value(nu: float, b: float) -> complex:
+        return nearest_of(closed(np.array([nu]), b)[0], -1.0)[0] + 1
+
+    for _ in range(_NEWTON):
+        here = value(nu, b)
+        along_depth = (value(nu, b * (1 + _APART)) - here) / (_APART * b)
+        if fixed:
+            step = np.array([0.0, -here.real / along_depth.real if along_depth.real else np.nan])
+        else:
+            beside = nu + (_APART if nu < 0.25 else -_APART)
+            along = (value(beside, b) - here) / (beside - nu)
+            J = np.array([[along.real, along_depth.real], [along.imag, along_depth.imag]])
+            try:
+                step = -np.linalg.solve(J, [here.real, here.imag])
+            except np.linalg.LinAlgError:
+                return NONE
+        if not np.all(np.isfinite(step)) or abs(b + step[1] - crossing.depth) > within * crossing.depth:
+            return NONE
+        nu, b = nu + float(step[0]), b + float(step[1])
+        if not 0 <= nu <= 0.5:
+            return NONE
+        if abs(step[1]) <= _SETTLED * b and abs(step[0]) <= _SETTLED:
+            break
+    else:
+        if abs(step[1]) > _LOOSE * b:
+            return NONE
+    if fixed and abs(value(nu, b)) > _CLOSED:
+        return NONE
+    return Crossing(b, nu, complex(-1 / b))
+
+
+def _count(closed: Closed, fraction: Array, depth: float) -> int:
+    return growing(lambda nu: closed(nu, depth), fraction)[0]
+
+
+def _between(closed: Closed, fraction: Array, low: tuple[float, int], high: tuple[float, int]) -> list[Change]:
+    """The changes between two depths with different counts, by halving and then exactly."""
+    (a, below), (b, above) = low, high
+    if b / a - 1 > _CLOSED:
+        middle = float(np.sqrt(a * b))
+        count = _count(closed, fraction, middle)
+        found = _between(closed, fraction, low, (middle, count)) if count != below else []
+        return found + (_between(closed, fraction, (middle, count), high) if count != above else [])
+    middle = (a + b) / 2
+    _, nu, size = growing(lambda nu: closed(nu, middle), fraction)
+    ends = [Crossing(middle, nu[i], complex(-1 / middle)) for i in (0, -1)]
+    inner = Crossing(middle, float(nu[1 + int(np.argmin(size[1:-1]))]), complex(-1 / middle))
+    ends.sort(key=lambda one: size[0] if one.fraction == 0 else size[-1])
+    tried = [*ends, inner] if (above - below) % 2 else [inner, *ends]
+    for guess in tried:
+        exact = settled(closed, guess, 4 * _CLOSED)
+        if exact.kind:
+            return [Change(exact, below, above)]
+    return [Change(inner, below, above)]

@@ -1,0 +1,147 @@
+"""Charts of Floquet multipliers of any cutter over spindle speed and depth of cut.
+
+At one speed the coefficients a_k of det(1 − z·M(b)) = Σ a_k·z^k are smooth in the depth b, with helix too, though not
+entire there: computed at a few Chebyshev depths and interpolated they give every other depth, as in
+`loops.multipliers`. Depths computed by themselves, with more nodes, prove it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from jointlib.arrays import Array, ComplexArray
+from jointlib.errors import CheckFailed
+
+from ...indices import Index
+from ...tool.tool_model import ToolModel
+from ..loops import multipliers
+from ..loops.characteristic import coefficients, largest_multiplier
+from ..process.cutter import Cutter
+from ..process.cutting import Cutting
+from .pattern_map import FINER, MORE, Answers, PatternMap, pattern_map, pattern_nodes
+
+_GUARD, _RAISES = 2e-4, 5
+_FIRST, _MORE, _WORTH = 16, 8, 3
+_TOGETHER, _ALIKE = 60, 1.25
+"""Speeds at once, and how many times the slowest of them the fastest may be."""
+_COARSE, _KEPT, _ROUNDS = 3, 30, 3
+"""Nodes of the maps that are interpolated, beyond the phase; multipliers that take part, and rounds to find them."""
+
+
+def largest_multipliers(model: ToolModel, cutting: Cutting, speed: Array, depth: Array) -> Array:
+    """Largest |μ| from one tooth to the next at every speed (rpm) and depth (m), shape (speeds, depths).
+
+    For teeth that are alike see `loops.multipliers`. Else μ is that over one pattern of m flutes and |μ|^(1/m) is told,
+    the growth a tooth on average, proved to 2·10⁻⁴ at some depths of every speed. A speed at which that fails raises
+    `CheckFailed`.
+    """
+    if cutting.plain:
+        return multipliers.largest_multipliers(model, cutting, speed, depth)
+    cutter = Cutter.of(cutting)
+    if np.max(depth) >= cutter.deepest:
+        raise CheckFailed(
+            f"collocation: at a depth of {np.max(depth) * 1e3:.4g} mm two flutes of different helix meet, which they "
+            f"do from {cutter.deepest * 1e3:.4g} mm on; expected depths below that"
+        )
+    out = np.empty((len(speed), len(depth)))
+    for rows in _groups(speed):
+        left = rows
+        if len(depth) >= _WORTH * _FIRST:
+            left = _filled(out, model, cutter, speed, rows, depth)
+        if len(left):
+            left = _every_depth(out, model, cutter, speed, left, depth)
+        for i in left.tolist():
+            out[i] = _one_by_one(model, cutter, float(speed[i]), depth)
+    return np.asarray(out ** (1 / len(cutter.flutes)))
+
+
+def _groups(speed: Array) -> list[Index]:
+    """Speeds that share their nodes."""
+    groups: list[list[int]] = []
+    for i in np.argsort(speed, kind="stable").tolist():
+        if groups and len(groups[-1]) < _TOGETHER and speed[i] <= _ALIKE * speed[groups[-1][0]]:
+            groups[-1].append(i)
+        else:
+            groups.append([i])
+    return [np.array(group) for group in groups]
+
+
+def _filled(out: Array, model: ToolModel, cutter: Cutter, speed: Array, rows: Index, depth: Array) -> Index:
+    """Fill rows of a chart; those that could not be proved."""
+    order = np.argsort(depth)
+    deepest, early, middle = float(np.max(depth)), int(order[len(order) // 8]), int(order[len(order) // 2])
+    count, states = _FIRST, 2 * len(model.poles)
+    while count * _WORTH <= len(depth):
+        angle = np.pi * (np.arange(count) + 0.5) / count
+        share = (1 + np.cos(angle)) / 2
+        transform = 2 / count * np.cos(angle[:, None] * np.arange(count))
+        transform[:, 0] /= 2
+        more = _COARSE + (count - _FIRST) // 4
+        a = _coefficients(model, cutter, speed[rows], deepest * share, more)
+        beyond = np.maximum(0, np.arange(len(a)) - states)[:, None, None]
+        basis = np.cos(np.arange(count)[:, None] * np.arccos(np.clip(2 * depth / deepest - 1, -1, 1)))
+        found = largest_multiplier((a / share**beyond) @ transform @ basis * (depth / deepest) ** beyond)
+        near = np.argmin(np.abs(found - 1), axis=1)
+        at = np.unique([early, middle, int(np.argmax(depth)), int(np.median(near))])
+        proved = np.stack([_exact(model, cutter, speed[rows], float(depth[k]), MORE) for k in at], axis=1)
+        good = np.all(np.abs(found[:, at] - proved) <= _GUARD * np.maximum(proved, 1), axis=1)
+        out[rows[good]] = found[good]
+        rows = rows[~good]
+        if not len(rows):
+            break
+        count += _MORE
+    return rows
+
+
+def _every_depth(out: Array, model: ToolModel, cutter: Cutter, speed: Array, rows: Index, depth: Array) -> Index:
+    """Fill rows of a chart depth by depth, all speeds together; those that could not be proved."""
+    out[rows] = np.stack([_exact(model, cutter, speed[rows], b, MORE) for b in depth.tolist()], axis=1)
+    order = np.argsort(depth)
+    at = np.unique(order[[len(order) // 2, -1]])
+    proved = np.stack([_exact(model, cutter, speed[rows], float(depth[k]), MORE + FINER) for k in at], axis=1)
+    return rows[np.any(np.abs(out[rows][:, at] - proved) > _GUARD * np.maximum(proved, 1), axis=1)]
+
+
+def _coefficients(model: ToolModel, cutter: Cutter, speed: Array, depth: Array, more: int) -> Array:
+    """a_k at speeds and depths, (k, speeds, depths), as many as matter."""
+    axes = ["xy".index(axis) for axis in model.axes]
+    found, answers = list[Array](), None
+    for b in depth.tolist():
+        if answers is None or cutter.twisted:
+            answers = Answers.of(model, pattern_nodes(model, cutter, b, float(np.min(speed)), more), speed)
+        found.append(coefficients(_strongest(PatternMap.of(answers, b, axes).maps())))
+    most = max(len(a) for a in found)
+    return np.stack([np.pad(a, ((0, most - len(a)), (0, 0))) for a in found], axis=2)
+
+
+def _strongest(M: Array) -> ComplexArray:
+    """The multipliers that are largest, at least of `_KEPT` of them the first half to all digits that matter.
+
+    Those of a large map on the subspace that its powers turn any vectors into: they fall off so fast that few do.
+    """
+    size = M.shape[-1]
+    if size <= 2 * _KEPT:
+        return np.linalg.eigvals(M).astype(complex)
+    V = np.broadcast_to(np.cos(np.arange(size)[:, None] * np.arange(1, _KEPT + 1) ** 2), (len(M), size, _KEPT))
+    for _ in range(_ROUNDS):
+        V, _ = np.linalg.qr(M @ (M @ V))
+    return np.linalg.eigvals(V.swapaxes(1, 2) @ (M @ V)).astype(complex)
+
+
+def _exact(model: ToolModel, cutter: Cutter, speed: Array, depth: float, more: int) -> Array:
+    return np.asarray(np.max(np.abs(_strongest(pattern_map(model, cutter, speed, depth, more).maps())), axis=-1))
+
+
+def _one_by_one(model: ToolModel, cutter: Cutter, speed: float, depth: Array) -> Array:
+    """Largest |μ| over a pattern at one speed, every depth by itself."""
+    rpm, check = np.array([speed]), np.unique([np.max(depth), np.median(depth)])
+    more = MORE
+    before = np.array([_exact(model, cutter, rpm, b, more)[0] for b in check.tolist()])
+    for _ in range(_RAISES):
+        after = np.array([_exact(model, cutter, rpm, b, more + FINER)[0] for b in check.tolist()])
+        if np.all(np.abs(after - before) <= _GUARD * np.maximum(after, 1)):
+            return np.array([_exact(model, cutter, rpm, b, more)[0] for b in depth.tolist()])
+        more, before = more + FINER, after
+    raise CheckFailed(
+        f"collocation: at {speed:g} rpm the multipliers still change with the number of nodes; lower the depth"
+    )

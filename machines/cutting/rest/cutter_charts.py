@@ -1,0 +1,174 @@
+"""Charts of cutters with unequal pitches, helix or process damping, by every method."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from jointlib.arrays import Array
+from jointlib.errors import CheckFailed
+
+from ...tool.bounded_band import Shape, shape, spectrum
+from ...tool.tool_model import ToolModel
+from ...tool.tool_point import ToolPoint
+from ..cutters.border import STEP, Change, Closed, changes, settled, stable_below
+from ..cutters.mean_cut import mean_crossings
+from ..cutters.pattern_map import FINER, MORE, pattern_map
+from ..cutters.side_lines import SideLines
+from ..loops.edges import Edge
+from ..loops.harmonic_crossing import AGREE, PAST, Found, largest_line
+from ..loops.loop_branches import NONE, Crossing, nearest_of
+from ..process.chart import StabilityLobes
+from ..process.cutter import Cutter
+from ..process.cutting import Cutting
+from .periodic import AT_SPEEDS, charted, refuse_resonant_ends
+
+NOTES = ("Not covered: runout, axial and torsional motion, loss of contact.", AT_SPEEDS)
+_MEAN = "Zero-order approximation: tooth forces are replaced by their mean, in which a helix takes no part."
+_ISLANDS = f"Depths were looked at in steps of {100 * (STEP - 1):.0f} %: a narrower island may be missed."
+_RUBBING = (
+    "Process damping is linear in the vibration and in 1/v: it holds for waves that are short and low against the "
+    "wear land; far below the speeds at which it lifts the limit the flank bottoms out and the depths are too high."
+)
+_REACH, _ALONE = 2.5, 60.0
+"""Times the depth of the mean cut up to which a first crossing is looked for; times the surely stable one without."""
+_MOST, _RAISES = 256, 5
+_GUARD, _GUARD_BENT = 1e-6, 2e-5
+"""Of depths by collocation; where delays change along the depth what is looked back at has kinks inside elements."""
+
+
+@dataclass(frozen=True, eq=False)
+class CutterSearch:
+    """The border of one tool in one cut, speed by speed; ``model`` where collocation settles it."""
+
+    cutting: Cutting
+    cutter: Cutter
+    point: ToolPoint
+    resolved: Shape
+    model: ToolModel | None
+
+    @classmethod
+    def of(cls, point: ToolPoint, cutting: Cutting, model: ToolModel | None = None) -> CutterSearch:
+        """Of a tool point, with the modes that collocation needs."""
+        return cls(cutting, Cutter.of(cutting), point, shape(point), model)
+
+    def loop(self, speed: float) -> SideLines:
+        """The harmonics in which the border is looked for at a speed in rpm."""
+        frequency = self.cutter.frequency(speed)
+        P = int(np.ceil(self.resolved.highest / frequency)) + PAST
+        if P > _MOST:
+            raise CheckFailed(
+                f"multi-frequency: {P} harmonics of {frequency:g} Hz, at which the flutes repeat, would be needed at "
+                f"{speed:g} rpm, expected at most {_MOST}; take a faster spindle, or zero-order as a preview"
+            )
+        highest = max(float(self.point.lines[-1]), (P + PAST) * 2 * frequency)
+        axes = tuple("xy".index(axis) for axis in self.point.axes)
+        receptance = spectrum(self.point, highest)
+        refuse_resonant_ends(receptance, self.resolved)
+        return SideLines(receptance, self.cutter, axes, speed, P)
+
+    def found(self, speed: float, deepest: float | None = None) -> tuple[list[Change], float]:
+        """Settled changes, the first alone or all up to ``deepest`` (m), and the depth in m up to which was looked."""
+        loop = self.loop(speed)
+        nu = np.concatenate([[0.0], self.resolved.folded(loop.frequency)])
+        if deepest is not None:
+            low = min(stable_below(loop.closed, nu, deepest), 0.9 * deepest)
+            every = changes(loop.closed, nu, low, deepest)
+            return [replace(one, crossing=self.settle(loop, one.crossing)) for one in every], deepest
+        straight = replace(self.cutting, helix=None)
+        mean = mean_crossings(along_cut(self.point, self.cutting), Cutter.of(straight), speed)
+        low = stable_below(loop.closed, nu, mean[0][0] if mean else 1.0)
+        reach = max(_ALONE * low, _REACH * mean[0][0] if mean else 0.0)
+        reach = min(reach, 0.99 * self.cutter.deepest)
+        if reach <= low:
+            return [], reach
+        first = [one for one in changes(loop.closed, nu, low, reach, first=True) if one.below == 0][:1]
+        return [replace(one, crossing=self.settle(loop, one.crossing)) for one in first], reach
+
+    def settle(self, loop: SideLines, crossing: Crossing) -> Crossing:
+        """The crossing by the method, with a finer loop that proves it."""
+        speed, before = loop.speed, crossing
+        for raised in range(_RAISES):
+            if self.model is None:
+                finer = replace(loop, harmonics=loop.harmonics * 2 ** (raised + 1))
+                after, within = settled(finer.closed, before), AGREE
+            else:
+                after = settled(self._map(speed, MORE + FINER * raised), before)
+                within = _GUARD_BENT if any(flute.spread for flute in self.cutter.flutes) else _GUARD
+            if after.kind and abs(after.depth / before.depth - 1) <= within:
+                return after
+            before = after if after.kind else before
+        raise CheckFailed(
+            f"{'multi-frequency' if self.model is None else 'collocation'}: at {speed:g} rpm the depth, about "
+            f"{crossing.depth * 1e3:.3g} mm, still changes with the number of "
+            f"{'harmonics' if self.model is None else 'nodes'}"
+        )
+
+    def _map(self, speed: float, more: int) -> Closed:
+        assert self.model is not None
+        model = self.model
+        return lambda nu, depth: pattern_map(model, self.cutter, np.array([speed]), depth, more).closed(nu)
+
+    def line(self, loop: SideLines, crossing: Crossing) -> float:
+        """The line, in tooth frequencies, at which the tool moves most."""
+        if not crossing.kind:
+            return np.nan
+        _, vector = nearest_of(loop.closed(np.array([crossing.fraction]), crossing.depth)[0], -1.0)
+        line = largest_line(crossing.fraction + loop.orders, loop.motion(crossing.fraction, vector))
+        return line * self.cutter.patterns / self.cutting.cuts_per_revolution
+
+
+def along_cut(point: ToolPoint, cutting: Cutting) -> ToolPoint:
+    """The tool along the chip thickness in turning, as it is in milling."""
+    return point if cutting.process == "milling" else point.along(cutting.rotation[0])
+
+
+def cutter_edges(
+    method: str, point: ToolPoint, model: ToolModel | None, cutting: Cutting, speed: float, deepest: float
+) -> list[Edge]:
+    """Every crossing of the border of a cut that is not `Cutting.plain`, up to a depth in m, at a speed in rpm."""
+    if method in ("turning", "zero-order") or cutting.process != "milling":
+        every = mean_crossings(along_cut(point, cutting), Cutter.of(cutting), speed)
+        return [Edge(depth, f, "hopf", outwards) for depth, f, outwards in every if depth <= deepest]
+    found, _ = CutterSearch.of(point, cutting, model).found(speed, deepest)
+    return [Edge(one.crossing.depth, one.crossing.fraction, one.crossing.kind, one.above > one.below) for one in found]
+
+
+def cutter_chart(
+    name: str, point: ToolPoint, model: ToolModel | None, cutting: Cutting, speed: Array
+) -> StabilityLobes:
+    """The chart of a cutter that is not `Cutting.plain`, by a method of `stability_lobes`, at speeds in rpm."""
+    said = [_RUBBING] if cutting.process_damping else []
+    if name in ("turning", "zero-order") or cutting.process != "milling":
+        found = [_of_mean(point, cutting, rpm) for rpm in speed.tolist()]
+        notes = NOTES if name != "zero-order" else (_MEAN, *NOTES)
+    else:
+        search = CutterSearch.of(point, cutting, model if name == "collocation" else None)
+        found, none = list[Found](), list[float]()
+        for rpm in speed.tolist():
+            first, reach = search.found(rpm)
+            if not first:
+                none.append(reach)
+                found.append(Found(NONE))
+                continue
+            crossing = first[0].crossing
+            found.append(Found(crossing, search.line(search.loop(rpm), crossing)))
+        notes = (*NOTES, _ISLANDS)
+        if none:
+            said.append(
+                f"At {len(none)} of {len(found)} speeds nothing chatters up to the depths that were looked at, "
+                f"{min(none) * 1e3:.3g} mm at least."
+            )
+    return replace(charted(name, found, cutting, speed, tuple(said)), notes=notes)
+
+
+def _of_mean(point: ToolPoint, cutting: Cutting, speed: float) -> Found:
+    """The lowest depth of a cut that is taken as its mean."""
+    every = mean_crossings(along_cut(point, cutting), Cutter.of(cutting), speed)
+    if not every:
+        return Found(NONE)
+    depth, f, _ = every[0]
+    waves = f * 60 / (cutting.cuts_per_revolution * speed)
+    fraction = min(waves % 1, 1 - waves % 1)
+    return Found(Crossing(depth, max(fraction, 1e-12), complex(-1 / depth)), waves)
