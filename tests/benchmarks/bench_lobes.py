@@ -9,6 +9,7 @@ import sys
 import time
 import tracemalloc
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 from jointlib.arrays import Array, ComplexArray
+from machines.cutting.cutters.pattern_multipliers import largest_multipliers as cutter_multipliers
 from machines.cutting.loops.collocation import arc_map
 from machines.cutting.loops.multipliers import largest_multipliers
 from machines.lobes import Cutting, stability_lobes
@@ -130,6 +132,23 @@ def chart(directions: int) -> None:
     )
 
 
+def uneven_chart() -> None:
+    """200 × 100 points of cutters with unequal pitches and helix, beside the chart of even teeth."""
+    tool = ToolModel.from_modes([800.0] * 2, [0.02] * 2, [1.0] * 2, np.eye(2))
+    even = Cutting("milling", teeth=4, tangential=2e8, normal=6e7, mode="down", immersion=0.5, diameter=0.012)
+    speeds, depth = np.linspace(4000.0, 12000.0, 200), np.linspace(0.0, 20e-3, 101)[1:]
+    before, mu = timed(lambda: cutter_multipliers(tool, even, speeds, depth), 3)
+    print(f"{mu.size} points, four even teeth: {before:.2f} s")
+    for name, more in (
+        ("pitches 70, 110, 70, 110", {"pitch": (70, 110, 70, 110)}),
+        ("helix 40", {"helix": 40.0}),
+        ("both", {"pitch": (70, 110, 70, 110), "helix": 40.0}),
+    ):
+        cut = replace(even, **more)
+        seconds, _ = timed(lambda c=cut: cutter_multipliers(tool, c, speeds, depth), 2)
+        print(f"{mu.size} points, {name}: {seconds:.2f} s, {seconds / before:.1f} times the even ones")
+
+
 def memory() -> None:
     """Peak beside the result while computing charts of 400 to 400 000 points."""
     tool = two_modes()
@@ -160,6 +179,7 @@ def timed(work: Callable[[], Array], repeats: int) -> tuple[float, Array]:
 def main() -> None:
     for directions in (1, 2):
         chart(directions)
+    uneven_chart()
     memory()
     boundary()
     fast, depth = timed(vectorised, 9)

@@ -20,11 +20,11 @@ from ..process.cutter import Cutter
 from ..process.cutting import Cutting
 from .pattern_map import FINER, MORE, Answers, PatternMap, pattern_map, pattern_nodes
 
-_GUARD, _RAISES = 2e-4, 5
+_GUARD, _RAISES = 5e-4, 5
 _FIRST, _MORE, _WORTH = 16, 8, 3
 _TOGETHER, _ALIKE = 60, 1.25
 """Speeds at once, and how many times the slowest of them the fastest may be."""
-_COARSE, _KEPT, _ROUNDS = 3, 30, 3
+_COARSE, _KEPT, _ROUNDS = 3, 24, 3
 """Nodes of the maps that are interpolated, beyond the phase; multipliers that take part, and rounds to find them."""
 
 
@@ -32,7 +32,7 @@ def largest_multipliers(model: ToolModel, cutting: Cutting, speed: Array, depth:
     """Largest |μ| from one tooth to the next at every speed (rpm) and depth (m), shape (speeds, depths).
 
     For teeth that are alike see `loops.multipliers`. Else μ is that over one pattern of m flutes and |μ|^(1/m) is told,
-    the growth a tooth on average, proved to 2·10⁻⁴ at some depths of every speed. A speed at which that fails raises
+    the growth a tooth on average, proved to 5·10⁻⁴ at some depths of every speed. A speed at which that fails raises
     `CheckFailed`.
     """
     if cutting.plain:
@@ -69,7 +69,7 @@ def _groups(speed: Array) -> list[Index]:
 def _filled(out: Array, model: ToolModel, cutter: Cutter, speed: Array, rows: Index, depth: Array) -> Index:
     """Fill rows of a chart; those that could not be proved."""
     order = np.argsort(depth)
-    deepest, early, middle = float(np.max(depth)), int(order[len(order) // 8]), int(order[len(order) // 2])
+    deepest, early = float(np.max(depth)), int(order[len(order) // 8])
     count, states = _FIRST, 2 * len(model.poles)
     while count * _WORTH <= len(depth):
         angle = np.pi * (np.arange(count) + 0.5) / count
@@ -82,7 +82,7 @@ def _filled(out: Array, model: ToolModel, cutter: Cutter, speed: Array, rows: In
         basis = np.cos(np.arange(count)[:, None] * np.arccos(np.clip(2 * depth / deepest - 1, -1, 1)))
         found = largest_multiplier((a / share**beyond) @ transform @ basis * (depth / deepest) ** beyond)
         near = np.argmin(np.abs(found - 1), axis=1)
-        at = np.unique([early, middle, int(np.argmax(depth)), int(np.median(near))])
+        at = np.unique([early, int(np.argmax(depth)), int(np.median(near))])
         proved = np.stack([_exact(model, cutter, speed[rows], float(depth[k]), MORE) for k in at], axis=1)
         good = np.all(np.abs(found[:, at] - proved) <= _GUARD * np.maximum(proved, 1), axis=1)
         out[rows[good]] = found[good]

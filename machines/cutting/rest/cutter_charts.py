@@ -17,7 +17,7 @@ from ..cutters.mean_cut import mean_crossings
 from ..cutters.pattern_map import FINER, MORE, pattern_map
 from ..cutters.side_lines import SideLines
 from ..loops.edges import Edge
-from ..loops.harmonic_crossing import AGREE, PAST, Found, largest_line
+from ..loops.harmonic_crossing import AGREE, PAST, Found, largest_line, stiffest_direction
 from ..loops.loop_branches import NONE, Crossing, nearest_of
 from ..process.chart import StabilityLobes
 from ..process.cutter import Cutter
@@ -33,6 +33,7 @@ _RUBBING = (
 )
 _REACH, _ALONE = 2.5, 60.0
 """Times the depth of the mean cut up to which a first crossing is looked for; times the surely stable one without."""
+_GAIN = 0.5
 _MOST, _RAISES = 256, 5
 _GUARD, _GUARD_BENT = 1e-6, 2e-5
 """Of depths by collocation; where delays change along the depth what is looked back at has kinks inside elements."""
@@ -53,24 +54,32 @@ class CutterSearch:
         """Of a tool point, with the modes that collocation needs."""
         return cls(cutting, Cutter.of(cutting), point, shape(point), model)
 
-    def loop(self, speed: float) -> SideLines:
-        """The harmonics in which the border is looked for at a speed in rpm."""
+    def loop(self, speed: float, depth: float = 0.0) -> SideLines:
+        """The harmonics in which the border is looked for at a speed in rpm, up to a depth in m.
+
+        The gain round the loop of a line past them is below `_GAIN`; past the lines known the tool acts as a mass.
+        """
         frequency = self.cutter.frequency(speed)
-        P = int(np.ceil(self.resolved.highest / frequency)) + PAST
+        axes = tuple("xy".index(axis) for axis in self.point.axes)
+        strong = 2 * depth * stiffest_direction(self.cutting, axes) / _GAIN if self.cutting.process == "milling" else 0
+        last, size = float(self.resolved.lines[-1]), float(self.resolved.size[-1])
+        highest = self.resolved.reaching(1 / strong) if strong else 0.0
+        if strong * size > 1:
+            highest = last * np.sqrt(strong * size)
+        P = int(np.ceil(max(self.resolved.highest, highest) / frequency)) + PAST
         if P > _MOST:
             raise CheckFailed(
                 f"multi-frequency: {P} harmonics of {frequency:g} Hz, at which the flutes repeat, would be needed at "
                 f"{speed:g} rpm, expected at most {_MOST}; take a faster spindle, or zero-order as a preview"
             )
         highest = max(float(self.point.lines[-1]), (P + PAST) * 2 * frequency)
-        axes = tuple("xy".index(axis) for axis in self.point.axes)
         receptance = spectrum(self.point, highest)
         refuse_resonant_ends(receptance, self.resolved)
         return SideLines(receptance, self.cutter, axes, speed, P)
 
     def found(self, speed: float, deepest: float | None = None) -> tuple[list[Change], float]:
         """Settled changes, the first alone or all up to ``deepest`` (m), and the depth in m up to which was looked."""
-        loop = self.loop(speed)
+        loop = self.loop(speed, deepest or 0.0)
         nu = np.concatenate([[0.0], self.resolved.folded(loop.frequency)])
         if deepest is not None:
             low = min(stable_below(loop.closed, nu, deepest), 0.9 * deepest)
@@ -84,6 +93,10 @@ class CutterSearch:
         if reach <= low:
             return [], reach
         first = [one for one in changes(loop.closed, nu, low, reach, first=True) if one.below == 0][:1]
+        enough = self.loop(speed, first[0].crossing.depth if first else low)
+        if enough.harmonics > loop.harmonics:
+            loop = enough
+            first = [one for one in changes(loop.closed, nu, low, reach, first=True) if one.below == 0][:1]
         return [replace(one, crossing=self.settle(loop, one.crossing)) for one in first], reach
 
     def settle(self, loop: SideLines, crossing: Crossing) -> Crossing:
