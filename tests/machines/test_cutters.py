@@ -12,13 +12,15 @@ from scipy.optimize import fsolve
 from semi_discretization import extrapolated
 
 from jointlib.errors import CheckFailed, InputError
+from machines import Lumped, Machine, lobes_at_amplitude
+from machines.cutting.amplitude.frozen_modes import multipliers as multipliers_of
 from machines.cutting.cutters.growing import growing
 from machines.cutting.cutters.pattern_map import pattern_map
 from machines.cutting.cutters.pattern_multipliers import largest_multipliers
 from machines.cutting.loops import multipliers
 from machines.cutting.process.cutter import Cutter
 from machines.cutting.rest.cutter_charts import CutterSearch
-from machines.lobes import Cutting, stability_lobes, unstable_depths_of
+from machines.lobes import Cutting, stability_lobes, unstable_depths_of, witness
 from machines.tool.tool_model import ToolModel
 from machines.tool.tool_point import tool_point
 
@@ -195,6 +197,26 @@ def test_process_damping_in_milling_agrees_with_the_cut_stepped_in_time() -> Non
     cases = [_case(TOOL_OF, cutting, 6000.0, depth * share) for share in (0.995, 1.005)]
     grown = growth_in_time(cases, 600, 45)
     assert grown[0] < 1 < grown[1]
+
+
+@pytest.mark.parametrize("more", [{"helix": 40.0}, {"process_damping": 3e4}, {"helix": 40.0, "process_damping": 3e4}])
+def test_the_simulated_cut_grows_and_dies_as_the_multipliers_of_wound_and_rubbing_edges_say(
+    more: dict[str, float],
+) -> None:
+    cutting = {"process": "milling", "teeth": 4, "tangential": 2e8, "normal": 6e7, "mode": "down", "immersion": 0.5}
+    k = (2 * np.pi * 800) ** 2
+    tool = Lumped("tool", ("x", "y"), np.eye(2), 2 * 0.02 * np.sqrt(k) * np.eye(2), k * np.eye(2))
+    axes = {"x": "tool.x", "y": "tool.y"}
+    machine = Machine((tool,), (), tool=axes, frequency=(300.0, 2000.0), cutting=cutting | {"diameter": 0.012} | more)
+    depth = float(lobes_at_amplitude(machine, [9000.0]).depth[0])
+    for share in (0.97, 1.03):
+        mu = float(multipliers_of(machine, [9000.0], [share * depth])[0, 0])
+        found = witness(machine, 9000.0, share * depth, [1e-7, 2e-7], rounds=1, waves=120)
+        assert found.rate == pytest.approx(np.log(mu) * 600, rel=5e-3)
+        assert np.all(found.grows == (share > 1))
+    unequal = replace(machine, cutting=dict(machine.cutting or {}) | {"pitch": PAIRS})
+    with pytest.raises(InputError, match="the simulated cut: not computed with unequal pitches"):
+        witness(unequal, 9000.0, depth)
 
 
 def test_bad_cutters_are_refused_in_one_sentence() -> None:

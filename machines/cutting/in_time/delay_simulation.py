@@ -198,7 +198,9 @@ def _across(
     offset = bias[:, None] * cut.depth
     x, v = np.empty((stretch.steps + 1, tool, batch)), np.empty((stretch.steps + 1, tool, batch))
 
-    def forces(y: Array, duration: float, radial: Array, push: Array, height: Array) -> tuple[Array, list[Array]]:
+    def forces(
+        y: Array, duration: float, radial: Array, push: Array, height: Array, along: Array
+    ) -> tuple[Array, list[Array]]:
         f = np.empty((j + tool, batch))
         after = []
         if j:
@@ -210,17 +212,21 @@ def _across(
         if cutting:
             chip = radial @ y[2 * j : 2 * j + tool] - height
             f[j:] = push @ (cut.depth * cut.chip.force(chip)) - offset
+            if stretch.rubbing:
+                rubs = along @ y[2 * j + tool : 2 * j + 2 * tool]
+                rubs = rubs if cut.chip.feed is None else np.where(chip > 0, rubs, 0.0)
+                f[j:] -= stretch.rubbing * (along.T @ (cut.depth * rubs))
         else:
             f[j:] = -offset
         return f, after
 
     y = parts.P @ u
-    f, _ = forces(y, 0.0, stretch.radial[0], stretch.force[0], met.height[0])
+    f, _ = forces(y, 0.0, stretch.radial[0], stretch.force[0], met.height[0], stretch.along[0])
     x[0], v[0] = y[2 * j : 2 * j + tool], y[2 * j + tool :]
     for k in range(stretch.steps):
         ahead = step.propagate @ u
-        middle = stretch.radial_between[k], stretch.force_between[k], met.between[k]
-        end = stretch.radial[k + 1], stretch.force[k + 1], met.height[k + 1]
+        middle = stretch.radial_between[k], stretch.force_between[k], met.between[k], stretch.along_between[k]
+        end = stretch.radial[k + 1], stretch.force[k + 1], met.height[k + 1], stretch.along[k + 1]
         fa, _ = forces(ahead[:rows] + step.half @ f, h / 2, *middle)
         fb, _ = forces(ahead[:rows] + step.half @ fa, h / 2, *middle)
         fc, _ = forces(ahead[rows : 2 * rows] + step.end @ f + twice @ fb, h, *end)

@@ -103,7 +103,7 @@ def witness(
     """
     if machine.cutting is None:
         raise InputError(f"{machine.where}: no [cutting], a simulation of the cut needs a cutting operation")
-    Cutting(**dict(machine.cutting)).refuse_unlike("the simulated cut")
+    Cutting(**dict(machine.cutting)).refuse_uneven("the simulated cut")
     if not (np.isfinite(speed) and speed > 0 and np.isfinite(depth) and depth > 0):
         raise InputError(f"witness: {speed!r} rpm and {depth!r} m, expected a speed and a depth above 0")
     cutting = Cutting(**dict(machine.cutting))
@@ -193,16 +193,18 @@ def vibrate(
     waves that they meet as a share of those that they would have left: 1, 0 for a knock over a smooth surface.
     """
     cutting = Cutting(**dict(machine.cutting or {}))
-    cutting.refuse_unlike("the simulated cut")
+    cutting.refuse_uneven("the simulated cut")
     axes = machine.tool_axes
     parts, state, joints, tool = vibrating(machine, cutting, hertz, start, phase)
-    cut = stretches(cutting, axes, speed, hertz * steps)
+    depths = np.array(np.broadcast_to(np.asarray(depth, dtype=float), len(start)))
+    if np.any(cutting.helix or 0.0) and np.ptp(depths) > 0:
+        raise InputError("simulated cut: several depths at once, expected one with helix, which enters by the depth")
+    cut = stretches(cutting, axes, speed, hertz * steps, float(depths[0]))
     earlier = tool if waved is None else waved * tool
     surfaces = [ploughed(s, at, earlier, hertz) for s, at in zip(cut, begins(cut), strict=True)]
     periods = max(8, int(np.ceil(waves * cutting.cuts_per_revolution * speed / 60 / hertz)))
     memories = parts.memories(joints, 2 * np.pi * hertz)
     chip = Chip(cutting.feed, cutting.exponent)
-    depths = np.array(np.broadcast_to(np.asarray(depth, dtype=float), len(start)))
     milled = cutting.process == "milling"
     forced = milled and cutting.feed is not None
     if forced:

@@ -13,7 +13,7 @@ import numpy as np
 from jointlib.arrays import Array
 from jointlib.errors import InputError, nearest, together
 
-from .flutes import checked_damping, checked_helix, checked_pitch, uneven
+from .flutes import checked_damping, checked_helix, checked_pitch, uneven, unlike
 
 PROCESSES = ("milling", "turning", "boring")
 MODES = ("up", "down", "slot")
@@ -154,16 +154,12 @@ class Cutting:
     @property
     def unlike(self) -> str:
         """What makes the cut not `plain`, in words; empty where nothing does."""
-        found = [
-            word
-            for word, there in (
-                ("unequal pitches", self.pitch is not None and uneven(self.pitch)),
-                ("helix", bool(np.any(0.0 if self.helix is None else self.helix))),
-                ("process damping", bool(self.process_damping)),
-            )
-            if there
-        ]
-        return " and ".join([", ".join(found[:-1]), found[-1]] if len(found) > 1 else found)
+        return unlike(self.pitch, self.helix, self.process_damping)
+
+    def refuse_uneven(self, what: str) -> None:
+        """Raise where teeth do not follow one another alike: unequal pitches, or a helix a flute."""
+        if which := uneven(self.pitch, self.helix):
+            raise InputError(f"{what}: not computed with {which}; expected teeth that follow one another alike")
 
     def refuse_unlike(self, what: str) -> None:
         """Raise where ``what`` is known for a `plain` cut only."""

@@ -11,9 +11,21 @@ _ROUND, _EVEN = 0.01, 1e-7
 """Degrees by which pitches may miss a turn in all, and differ and still be the same."""
 
 
-def uneven(pitch: tuple[float, ...]) -> bool:
-    """Whether pitches in degrees differ."""
-    return max(pitch) - min(pitch) > _EVEN
+def uneven(pitch: tuple[float, ...] | None, helix: float | tuple[float, ...] | None) -> str:
+    """What, in words, keeps teeth from following one another alike; empty where nothing does."""
+    for several, words in ((pitch, "unequal pitches"), (helix, "a helix a flute")):
+        if isinstance(several, tuple) and max(several) - min(several) > _EVEN:
+            return words
+    return ""
+
+
+def unlike(pitch: tuple[float, ...] | None, helix: float | tuple[float, ...] | None, damping: float | None) -> str:
+    """What, in words, makes a cut another than that of straight and even teeth that rub on nothing."""
+    wound = any(helix) if isinstance(helix, tuple) else bool(helix)
+    there = (bool(uneven(pitch, None)), wound, bool(damping))
+    words = ("unequal pitches", "helix", "process damping")
+    found = [word for word, one in zip(words, there, strict=True) if one]
+    return " and ".join([", ".join(found[:-1]), found[-1]] if len(found) > 1 else found)
 
 
 def checked_pitch(pitch: object, teeth: object) -> None:
