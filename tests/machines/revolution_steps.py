@@ -129,10 +129,11 @@ def growth_by_steps(cases: list[Case], steps: int, vectors: int = 10, rounds: in
     return np.asarray(np.max(np.abs(mu), axis=1))
 
 
-def growth_in_time(cases: list[Case], steps: int, revolutions: int = 60, sections: int = 8) -> Array:
+def growth_in_time(cases: list[Case], steps: int, revolutions: int = 30, sections: int = 8) -> Array:
     """By what a vibration grows from one revolution to the next, (cases,), stepped by RK4 from a knock.
 
-    The delayed motion is the cubic through positions and velocities. The rate is that of the last third.
+    The delayed motion is the cubic through positions and velocities. The last third of the revolutions, each a motion
+    that follows from the one before it linearly, tell the largest multiplier (dynamic mode decomposition).
     """
     H, N, late = _plans(cases, steps, sections)
     A, B = _equations(cases)
@@ -145,7 +146,7 @@ def growth_in_time(cases: list[Case], steps: int, revolutions: int = 60, section
     kept = int(np.ceil(np.max(late))) + 3
     q, v = np.zeros((kept + steps, c, 2)), np.zeros((kept + steps, c, 2))
     y = np.random.default_rng(1).standard_normal((c, 4)) * np.array([1e-6, 1e-6, 0, 0])
-    rows, size, total = np.arange(c)[:, None], [], np.zeros(c)
+    rows, shapes, grown = np.arange(c)[:, None], list[Array](), list[Array]()
     spot = late[None] - np.array([0.0, 0.5, 1.0])[:, None, None]
     back = np.ceil(spot).astype(int)
     s = (back - spot)[..., None]
@@ -168,10 +169,17 @@ def growth_in_time(cases: list[Case], steps: int, revolutions: int = 60, section
             k3 = rate(y + h / 2 * k2, i, push[1])
             y = y + h / 6 * (k1 + 2 * k2 + 2 * k3 + rate(y + h * k3, i, push[2]))
         norm = np.sqrt(np.mean(q[kept:] ** 2, axis=(0, 2)))
-        total = total + np.log(norm)
-        size.append(total)
+        shapes.append(np.concatenate([q[kept:], v[kept:] * dt[:, None]], axis=2) / norm[:, None])
+        grown.append(norm)
         for held in (q, v):
             held[:kept] = held[steps : steps + kept] / norm[:, None]
         y = y / norm[:, None]
-    third = revolutions // 3
-    return np.asarray(np.exp((size[-1] - size[-1 - third]) / third))
+    found = np.empty(c)
+    last = range(revolutions - revolutions // 3, revolutions)
+    for i in range(c):
+        before = np.stack([shapes[k - 1][:, i].ravel() for k in last], axis=1)
+        after = np.stack([shapes[k][:, i].ravel() * grown[k][i] for k in last], axis=1)
+        U, sizes, W = np.linalg.svd(before, full_matrices=False)
+        kept = int(np.count_nonzero(sizes > 1e-6 * sizes[0]))
+        found[i] = np.max(np.abs(np.linalg.eigvals(U[:, :kept].T @ after @ W[:kept].T / sizes[:kept])))
+    return found

@@ -195,7 +195,7 @@ def test_process_damping_in_milling_agrees_with_the_cut_stepped_in_time() -> Non
     cutting = replace(STRAIGHT, process_damping=3e4, diameter=0.02)
     depth = float(stability_lobes(TOOL, cutting, [6000.0], "collocation").depth[0])
     cases = [_case(TOOL_OF, cutting, 6000.0, depth * share) for share in (0.995, 1.005)]
-    grown = growth_in_time(cases, 600, 45)
+    grown = growth_in_time(cases, 600)
     assert grown[0] < 1 < grown[1]
 
 
@@ -309,6 +309,7 @@ def test_a_hundred_random_cutters_are_classified_as_two_other_routes_do() -> Non
             told.append(mu > 1)
     coarse, fine = (growth_by_steps(cases, steps) for steps in (360, 720))
     by_steps = extrapolated(coarse, fine) > 1
-    in_time = growth_in_time(cases, 1080, 60) > 1
     assert np.flatnonzero(by_steps != told).tolist() == []
-    assert np.flatnonzero(in_time != told).tolist() == []
+    every = np.arange(100) * 3 + np.arange(100) % 3
+    in_time = growth_in_time([cases[i] for i in every], 720) > 1
+    assert every[in_time != np.array(told)[every]].tolist() == []
