@@ -164,7 +164,9 @@ class Cutting:
     def refuse_unlike(self, what: str) -> None:
         """Raise where ``what`` is known for a `plain` cut only."""
         if not self.plain:
-            raise InputError(f"{what}: not computed with {self.unlike}; expected equal pitches, no helix, no damping")
+            raise InputError(
+                f"{what}: not computed with {self.unlike}; expected equal pitches, straight edges, no rubbing"
+            )
 
     @property
     def entry_angle(self) -> float:
