@@ -173,7 +173,12 @@ def modes(
         model, remarks = with_joints(machine_of(machine if isinstance(machine, Machine) else files[0], tool))
         found = natural_modes(model, one(amplitude, "m", "--amplitude", 0, LARGEST_AMPLITUDE) or 0.0)
         energies, compliance = mode_energies(found), static_compliance(found)
-        depth = depth_sensitivity(found) if model.cutting is not None and model.tool else None
+        depth = None
+        try:
+            if model.cutting is not None and model.tool:
+                depth = depth_sensitivity(found)
+        except InputError as error:  # the modes are told all the same
+            remarks = (*remarks, f"{error}.")
     told = range(len(found.pole)) if all else shown_modes(found)
     said = (*warnings(found, compliance), *(depth.warnings if depth is not None else ()), *remarks)
     if model.tool and model.cutting is not None and not (cut := Cutting(**model.cutting)).plain:

@@ -72,7 +72,7 @@ class NaturalModes(Shown):
     @property
     def damping_ratio(self) -> Array:
         """ζ = −Re s/|s|, (modes,); below 0 a mode grows by itself."""
-        return np.asarray(-self.pole.real / np.abs(self.pole))
+        return np.asarray((0.0 - self.pole.real) / np.abs(self.pole))
 
     @property
     def stiffness(self) -> Array:

@@ -32,7 +32,7 @@ class Undamped(InputError):
     def __init__(self, pole: complex) -> None:
         super().__init__(
             f"the mode at {abs(pole) / (2 * np.pi):.4g} Hz that the tool feels has a damping ratio of "
-            f"{0.0 - pole.real / abs(pole):.1g}, so no depth of cut can be told; expected 0.001 to 0.1: "
+            f"{0.0 - pole.real / (abs(pole) or 1.0):.1g}, so no depth of cut can be told; expected 0.001 to 0.1: "
             "a damping, or a loss_factor"
         )
 
@@ -82,7 +82,8 @@ class ToolModel:
             reach = np.linalg.svd(vectors[:, ~left_out], compute_uv=False)
             if not reach[-1] * _HELD_APART > reach[0]:
                 raise InputError(_COINCIDE)
-        speed = np.abs(poles)
+        # A pole at zero, of a part that nothing holds, is counted as slow as numbers tell.
+        speed = np.maximum(np.abs(poles), 1e-15 * np.max(np.abs(poles), axis=1, keepdims=True, initial=1e-285))
         peak = np.linalg.norm(inputs, axis=2) * np.linalg.norm(outputs, axis=2)
         peak /= np.maximum(np.abs(poles.real), 1e-9 * speed)
         share = peak / np.max(np.where(aside, 0.0, peak), axis=1, keepdims=True)

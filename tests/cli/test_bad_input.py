@@ -440,7 +440,7 @@ def test_a_wrong_machine_file_gets_one_sentence(old: str, new: str, said: str, o
         ("speed = [4000, 25000]", "", "[cutting] has no speed, expected one or --speed"),
         ('"600 N/mm^2"', '"600 N/mm"', "tangential: unit 'N/mm' does not fit"),
         ('"600 N/mm^2"', "600", "if it is meant in N/mm², write 6e+08"),
-        ("teeth = 3", "teeth = 3\nhelix = '30 deg'", "helix is not covered, teeth are taken as straight"),
+        ("teeth = 3", "teeth = 3\nhelix = '95 deg'", "helix is 95 degrees, expected from 0 to below 90"),
         ("teeth = 3", "teeth = 0", "teeth"),
     ],
 )

@@ -53,7 +53,7 @@ MACHINE: dict[str, list[Fault]] = {
         ('x = "slide.uz"', 'x = "slide.zz"', "no degree of freedom 'slide.zz'"),
     ],
     "column_mill_a.toml": [
-        ('process = "milling"', 'process = "milling"\nhelix = 30', "helix is not covered"),
+        ('process = "milling"', 'process = "milling"\nhelix = 30', "helix needs 'diameter'"),
         ("teeth = ", "teeth = 0 #", "teeth is 0, expected a whole number"),
         ('name = "x"\ndirection', 'name = "x"\nspeed = 3\ndirection', "unknown key 'speed'"),
         ("[response]\n", "[response]\nfrequencies = 3\n", "unknown key 'frequencies', did you mean 'frequency'?"),

@@ -70,3 +70,13 @@ def test_what_is_no_machine_is_refused_in_a_sentence(here: Path, file: str, said
     assert done.status == 2
     assert said in done.err
     assert done.err.count("\n") == 1
+
+
+def test_modes_without_damping_are_told_with_the_reason_why_no_depth_is(here: Path) -> None:
+    text = (LIBRARY / "two_mode_tool.toml").read_text()
+    Path("undamped.toml").write_text(text.replace("damping_ratio = [0.039, 0.035]", "damping_ratio = [0, 0]"))
+    done = jointlib("modes undamped.toml --json")
+    assert done.status == 0
+    np.testing.assert_allclose([mode["frequency"] for mode in done.json["modes"]], [603, 666], rtol=1e-9)
+    assert "no depth of cut can be told" in " ".join(done.json["warnings"])
+    assert done.json.get("depth") is None
