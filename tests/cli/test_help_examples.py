@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -34,3 +36,8 @@ def test_the_example_of_a_verb_works_and_names_what_it_wrote(verb: str, here: Pa
         named = wrote(done)
         assert all(path.is_file() for path in named)
         assert bool(named) == (" -o " in command)
+
+
+def test_the_module_answers_as_the_command(here: Path) -> None:
+    said = subprocess.run([sys.executable, "-m", "jointlib", "--version"], capture_output=True, text=True)
+    assert (said.returncode, said.stdout) == (0, jointlib("--version").out)
