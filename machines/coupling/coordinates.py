@@ -19,6 +19,17 @@ _NOTHING = 1e-14
 
 
 @dataclass(frozen=True, eq=False)
+class _Bundle:
+    """Motions and the joints that feel them and no others."""
+
+    rows: Index
+    """(n,) of the motions q."""
+    joints: Index
+    outer: ComplexArray
+    """t_i t_iᵀ of its part of T, (joints, n²)."""
+
+
+@dataclass(frozen=True, eq=False)
 class Coordinates:
     """z = T q: the motions z of all joints follow from those q of as many as are independent.
 
@@ -58,9 +69,20 @@ class Coordinates:
         return len(self.rows) == len(self.T)
 
     @cached_property
-    def _outer(self) -> Array:
-        """t_i t_iᵀ, (nj, r²)."""
-        return (self.T[:, :, None] * self.T[:, None, :]).reshape(len(self.T), -1)
+    def _together(self) -> tuple[_Bundle, ...]:
+        """Motions that no joint of another bundle feels: the connected parts of T, so that TᵀKT has blocks."""
+        shared = self.T != 0
+        reach = shared.T @ shared
+        while np.any(further := reach @ reach & ~reach):
+            reach |= further
+        bundles = []
+        for first in np.flatnonzero(~np.any(np.tril(reach, -1), axis=1)):
+            rows = np.flatnonzero(reach[first])
+            joints = np.flatnonzero(np.any(shared[:, rows], axis=1))
+            t = self.T[np.ix_(joints, rows)]
+            outer = (t[:, :, None] * t[:, None, :]).reshape(len(joints), -1)
+            bundles.append(_Bundle(rows, joints, outer.astype(complex)))
+        return tuple(bundles)
 
     def motions(self, q: Numbers) -> Numbers:
         """z of all joints, (..., nj)."""
@@ -78,8 +100,13 @@ class Coordinates:
         """H Tᵀ diag(gain) T for H (..., m, r), gain (..., nj)."""
         if self.complete:
             return H * gain[..., None, :]
-        r = len(self.rows)
-        return np.asarray(H @ (gain @ self._outer).reshape(*gain.shape[:-1], r, r))
+        every = np.broadcast_shapes(H.shape[:-2], gain.shape[:-1])
+        out = np.empty((*every, *H.shape[-2:]), dtype=complex)
+        for bundle in self._together:
+            n = len(bundle.rows)
+            K = (np.take(gain, bundle.joints, axis=-1) @ bundle.outer).reshape(*gain.shape[:-1], n, n)
+            out[..., bundle.rows] = np.take(H, bundle.rows, axis=-1) @ K
+        return out
 
     def across(self, H: ComplexArray, slope: ComplexArray) -> ComplexArray:
         """H Tᵀ slope T for H (..., m, r), slope (..., nj, nj)."""
