@@ -9,9 +9,9 @@ from jointlib.arrays import Array, ComplexArray
 from ...model.machine import Machine
 from ..amplitude.chattering_tool import chattering_point
 from ..process.cutting import Cutting
-from ..process.passes import Stretch
-from .delay_simulation import Surface
+from ..process.stretch import Stretch
 from .moving_parts import MovingParts, moving_parts
+from .surface import Surface
 
 
 def vibrating(

@@ -10,8 +10,9 @@ from jointlib.arrays import Array
 from jointlib.law import Motion
 
 from ...indices import Mask
-from ..process.passes import Stretch
+from ..process.stretch import Stretch
 from .moving_parts import MovingParts, Step, step_of
+from .surface import Ground, Surface
 
 _REPEATS = 1e-6
 _GRAZING, _SHALLOW = 1e-9, 1e-2
@@ -36,32 +37,6 @@ class Chip:
         if self.exponent == 1:
             return cut
         return np.asarray(self.feed ** (1 - self.exponent) / self.exponent * cut**self.exponent)
-
-
-@dataclass(frozen=True, eq=False)
-class Surface:
-    """What the edges left in one stretch during the last period, along the chip thickness, in m.
-
-    With a feed that is the deepest of all earlier passes, so an edge that leaves the cut meets older surface
-    (multiple regeneration). Shapes (nodes or middles, edges, batch).
-    """
-
-    height: Array
-    between: Array
-
-    @classmethod
-    def ploughed(cls, stretch: Stretch, x: Array, v: Array) -> Surface:
-        """Surface of edges that cut all the time, by the motion and velocity of the tool at the nodes, (nodes, axes,
-        batch).
-        """
-        height, rate = stretch.radial @ x, stretch.radial @ v + stretch.radial_rate @ x
-        return cls(height, (height[:-1] + height[1:]) / 2 + stretch.step / 8 * (rate[:-1] - rate[1:]))
-
-    def fed(self, stretch: Stretch, feed: float) -> Surface:
-        """As the next edges meet it, which stand one feed (m) further on."""
-        return Surface(
-            self.height - feed * stretch.feed[:, :, None], self.between - feed * stretch.feed_between[:, :, None]
-        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,6 +69,40 @@ class Cut:
     depth: Array
 
 
+@dataclass(frozen=True, eq=False)
+class Period:
+    """One period of a cut, ready to be stepped."""
+
+    parts: MovingParts
+    cut: Cut
+    steps: dict[float, Step]
+    bias: Array
+
+    @classmethod
+    def of(cls, parts: MovingParts, cut: Cut) -> Period:
+        """With the matrices of its steps and the mean force that is left out."""
+        return cls(parts, cut, {s.step: step_of(parts, s.step) for s in cut.stretches}, _mean_force(cut))
+
+    def passed(
+        self, state: Array, memories: list[Array], ground: Ground, motion: Array
+    ) -> tuple[Array, list[Array], Mask]:
+        """State and memories after a period and whether an edge left the cut, (batch,).
+
+        The ``ground`` is left as the edges leave it; the ``motion`` of the tool (nodes, axes, batch) is filled.
+        """
+        lost, first, feed = np.zeros(state.shape[1], dtype=bool), 0, self.cut.chip.feed or 0.0
+        for i, stretch in enumerate(self.cut.stretches):
+            met = ground.met(i, feed)
+            step = self.steps[stretch.step]
+            x, v, state, memories = _across(self.parts, step, stretch, self.cut, self.bias, met, state, memories)
+            surface, off = _left(stretch, self.cut.chip, met, Surface.ploughed(stretch, x, v))
+            ground.leave(i, surface)
+            motion[first : first + stretch.steps] = x[:-1]
+            lost |= off
+            first += stretch.steps
+        return state, memories, lost
+
+
 def simulate(
     parts: MovingParts,
     cut: Cut,
@@ -103,7 +112,7 @@ def simulate(
     periods: int,
     reach: float,
 ) -> Run:
-    """Step a batch of motions through ``periods`` tooth periods (revolutions in turning).
+    """Step a batch of motions through ``periods`` tooth periods (of the pattern of flutes, of revolutions in turning).
 
     Fourth order in the step where forces are smooth: the linear part is exact, forces follow Cox & Matthews (2002), and
     what an edge leaves between two nodes is the cubic through heights and slopes. Edges enter and leave the cut on
@@ -119,22 +128,14 @@ def simulate(
     surfaces
         One per stretch, from the period before time 0.
     """
-    steps = {s.step: step_of(parts, s.step) for s in cut.stretches}
-    bias = _mean_force(cut)
-    batch, tool = state.shape[1], parts.tool
-    nodes = sum(s.steps for s in cut.stretches)
-    motion = np.zeros((periods, nodes, tool, batch))
+    period = Period.of(parts, cut)
+    batch = state.shape[1]
+    motion = np.zeros((periods, sum(s.steps for s in cut.stretches), parts.tool, batch))
     lost, escaped = np.zeros((periods, batch), dtype=bool), np.zeros(batch, dtype=bool)
+    ground = Ground(cut.stretches, surfaces)
     with np.errstate(over="ignore", invalid="ignore"):
         for p in range(periods):
-            first = 0
-            for i, stretch in enumerate(cut.stretches):
-                met = surfaces[i].fed(stretch, cut.chip.feed or 0.0)
-                x, v, state, memories = _across(parts, steps[stretch.step], stretch, cut, bias, met, state, memories)
-                surfaces[i], off = _left(stretch, cut.chip, met, Surface.ploughed(stretch, x, v))
-                motion[p, first : first + stretch.steps] = x[:-1]
-                lost[p] |= off
-                first += stretch.steps
+            state, memories, lost[p] = period.passed(state, memories, ground, motion[p])
             gone = ~(np.max(np.abs(motion[p]), axis=(0, 1)) < reach)
             if np.any(gone):
                 escaped |= gone
@@ -142,7 +143,7 @@ def simulate(
                 state[:, gone] = 0.0
                 for m, joint in zip(memories, parts.rest, strict=True):
                     m[gone] = joint.initial_state(np.zeros(()))
-                surfaces = [Surface(np.where(gone, 0.0, s.height), np.where(gone, 0.0, s.between)) for s in surfaces]
+                ground.flatten(gone)
                 if np.all(escaped):
                     break
     lengths = np.concatenate([np.full(s.steps, s.step) for s in cut.stretches])

@@ -12,15 +12,19 @@ from jointlib.errors import InputError
 from ...indices import Mask
 from ...model.machine import Machine
 from ..amplitude.amplitude_limits import Cycle, amplitude_range
-from ..amplitude.frozen_lobes import frozen_lobes
 from ..amplitude.words import mm, story, um
+from ..process.cutter import Cutter
 from ..process.cutting import Cutting
 from ..process.passes import stretches
 from .beginning import begins, ploughed, vibrating
-from .delay_simulation import Chip, Cut, Run, Surface, settled, simulate
+from .delay_simulation import Chip, Cut, Run, settled, simulate
 from .envelope import envelope, strongest_line
+from .first_line import chatter_of, refuse_fold, stands
+from .standing import repeated
 
 _WAVES = 250
+_FEWEST, _FEWEST_PATTERNS = 8, 48
+"""Periods of a simulation; of patterns, what the flutes force is told from chatter in 16 of them."""
 _STEPS = 60
 _STARTS = 16
 _REFINED = 6
@@ -30,7 +34,6 @@ _FAR = 1.5
 _NARROW = 2e-3
 _TINY = 1e-300
 _REACH = 100.0
-_HALF_WAVE = 0.01
 _WAVED = (1.0, 0.0)
 _WINDOW, _BEATING = 12, 60
 """Waves in which an amplitude is read; the lines of milling beat."""
@@ -103,15 +106,14 @@ def witness(
     """
     if machine.cutting is None:
         raise InputError(f"{machine.where}: no [cutting], a simulation of the cut needs a cutting operation")
-    Cutting(**dict(machine.cutting)).refuse_uneven("the simulated cut")
     if not (np.isfinite(speed) and speed > 0 and np.isfinite(depth) and depth > 0):
         raise InputError(f"witness: {speed!r} rpm and {depth!r} m, expected a speed and a depth above 0")
     cutting = Cutting(**dict(machine.cutting))
     given = amplitude_range(cutting, _STARTS) if amplitude is None else np.atleast_1d(np.asarray(amplitude, float))
     if given.ndim != 1 or not np.all(np.isfinite(given)) or np.any(np.diff(given, prepend=0) <= 0):
         raise InputError("witness: amplitudes must be above 0 and ascending, in m")
-    hertz = _chatter(machine, speed, float(np.sqrt(given[0] * given[-1]))) if frequency is None else frequency
-    phases = (0.0, np.pi / 2) if _flips(cutting, speed, hertz) else (0.0,)
+    hertz = chatter_of(machine, speed, float(np.sqrt(given[0] * given[-1]))) if frequency is None else frequency
+    phases = (0.0, np.pi / 2) if stands(cutting, speed, hertz) else (0.0,)
     kicked = [vibrate(machine, speed, depth, given, hertz, waves, steps, phase=phase) for phase in phases]
     batches = [max(kicked, key=lambda one: float(np.sum(np.log(np.maximum(one.early, _TINY)))))]
     phase = phases[kicked.index(batches[0])]
@@ -145,9 +147,9 @@ def begun_in_every_way(
     how it begins.
     """
     cutting = Cutting(**dict(machine.cutting or {}))
-    hertz = frequency or _chatter(machine, speed, float(np.sqrt(amplitude[0] * amplitude[-1])))
+    hertz = frequency or chatter_of(machine, speed, float(np.sqrt(amplitude[0] * amplitude[-1])))
     sizes, waved = np.repeat(amplitude, len(_WAVED)), np.tile(_WAVED, len(amplitude))
-    phases = (0.0, np.pi / 2) if _flips(cutting, speed, hertz) else (0.0,)
+    phases = (0.0, np.pi / 2) if stands(cutting, speed, hertz) else (0.0,)
     batches = [vibrate(machine, speed, depth, sizes, hertz, waves, phase=phase, waved=waved) for phase in phases]
     start, end, rate, grows, lost = (
         np.concatenate([getattr(one, name) for one in batches]) for name in ("start", "end", "rate", "grows", "lost")
@@ -193,26 +195,33 @@ def vibrate(
     waves that they meet as a share of those that they would have left: 1, 0 for a knock over a smooth surface.
     """
     cutting = Cutting(**dict(machine.cutting or {}))
-    cutting.refuse_uneven("the simulated cut")
+    cutter = Cutter.of(cutting)
+    refuse_fold(cutter, speed, hertz)
     axes = machine.tool_axes
     parts, state, joints, tool = vibrating(machine, cutting, hertz, start, phase)
     depths = np.array(np.broadcast_to(np.asarray(depth, dtype=float), len(start)))
-    if np.any(cutting.helix or 0.0) and np.ptp(depths) > 0:
-        raise InputError("simulated cut: several depths at once, expected one with helix, which enters by the depth")
+    uneven = len(cutter.flutes) > 1
+    if (cutter.twisted or uneven) and np.ptp(depths) > 0:
+        raise InputError("simulated cut: several depths at once, expected one with helix or unequal pitches")
     cut = stretches(cutting, axes, speed, hertz * steps, float(depths[0]))
     earlier = tool if waved is None else waved * tool
     surfaces = [ploughed(s, at, earlier, hertz) for s, at in zip(cut, begins(cut), strict=True)]
-    periods = max(8, int(np.ceil(waves * cutting.cuts_per_revolution * speed / 60 / hertz)))
     memories = parts.memories(joints, 2 * np.pi * hertz)
     chip = Chip(cutting.feed, cutting.exponent)
     milled = cutting.process == "milling"
     forced = milled and cutting.feed is not None
+    fewest = _FEWEST_PATTERNS if uneven and forced else _FEWEST
+    periods = max(fewest, int(np.ceil(waves * cutter.frequency(speed) / hertz)))
     if forced:
-        still = [part.initial_state(np.zeros(len(start))) for part in parts.rest]
+        alike = 1 if uneven else len(start)
+        still = [part.initial_state(np.zeros(alike)) for part in parts.rest]
         with np.errstate(over="ignore", invalid="ignore"):  # a joint that gives way under it holds nothing
-            moved, memories, left = settled(parts, Cut(cut, chip, depths), still, periods)
+            moved, memories, left = settled(parts, Cut(cut, chip, depths[:alike]), still, periods)
+            if uneven:
+                moved, memories, left = repeated(parts, Cut(cut, chip, depths[:1]), moved, memories, left)
+                memories = [np.repeat(memory, len(start), axis=0) for memory in memories]
         state = state + moved
-        surfaces = [Surface(a.height + b.height, a.between + b.between) for a, b in zip(surfaces, left, strict=True)]
+        surfaces = [a + b for a, b in zip(surfaces, left, strict=True)]
     bound = _REACH * float(np.max(start)) if reach is None else reach
     run = simulate(parts, Cut(cut, chip, depths), state, memories, surfaces, periods, bound)
     sizes = envelope(run, hertz, _BEATING if milled else _WINDOW, forced)
@@ -275,20 +284,3 @@ def _beyond(batch: Batch) -> tuple[Cycle, ...]:
     if abs(batch.rate[-1]) * batch.run.duration > _NEAR:
         return ()
     return (Cycle(float(end), strongest_line(batch.run, -1, batch.forced), True),)
-
-
-def _chatter(machine: Machine, speed: float, amplitude: float) -> float:
-    """Chatter frequency in Hz with the joints frozen at an amplitude; where nothing chatters, the most flexible one."""
-    chart, _ = frozen_lobes(machine, [speed], amplitude)
-    found = float(chart.chatter_frequency[0])
-    if np.isfinite(found):
-        return found
-    if np.isfinite(chart.minimum_frequency):
-        return float(chart.minimum_frequency)
-    raise InputError(f"{machine.where}: nothing chatters inside its frequencies; give the frequency of the start")
-
-
-def _flips(cutting: Cutting, speed: float, hertz: float) -> bool:
-    """Whether a vibration repeats every second tooth."""
-    turns = hertz * 60 / speed / cutting.cuts_per_revolution
-    return cutting.process == "milling" and abs(turns % 1 - 0.5) < _HALF_WAVE
