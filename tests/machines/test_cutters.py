@@ -17,10 +17,11 @@ from machines.cutting.amplitude.frozen_modes import multipliers as multipliers_o
 from machines.cutting.cutters.growing import growing
 from machines.cutting.cutters.pattern_map import pattern_map
 from machines.cutting.cutters.pattern_multipliers import largest_multipliers
+from machines.cutting.in_time.witness import vibrate
 from machines.cutting.loops import multipliers
 from machines.cutting.process.cutter import Cutter
 from machines.cutting.rest.cutter_charts import CutterSearch
-from machines.lobes import Cutting, stability_lobes, unstable_depths_of, witness
+from machines.lobes import Cutting, stability_lobes, unstable_depths, unstable_depths_of, witness
 from machines.tool.tool_model import ToolModel
 from machines.tool.tool_point import tool_point
 
@@ -199,24 +200,89 @@ def test_process_damping_in_milling_agrees_with_the_cut_stepped_in_time() -> Non
     assert grown[0] < 1 < grown[1]
 
 
-@pytest.mark.parametrize("more", [{"helix": 40.0}, {"process_damping": 3e4}, {"helix": 40.0, "process_damping": 3e4}])
-def test_the_simulated_cut_grows_and_dies_as_the_multipliers_of_wound_and_rubbing_edges_say(
-    more: dict[str, float],
-) -> None:
+UNLIKE = (84.0, 96.0, 85.0, 95.0)
+
+
+def mill(**more: Any) -> Machine:
+    """`TOOL` in the cut of `STRAIGHT`, as a machine."""
     cutting = {"process": "milling", "teeth": 4, "tangential": 2e8, "normal": 6e7, "mode": "down", "immersion": 0.5}
     k = (2 * np.pi * 800) ** 2
     tool = Lumped("tool", ("x", "y"), np.eye(2), 2 * 0.02 * np.sqrt(k) * np.eye(2), k * np.eye(2))
     axes = {"x": "tool.x", "y": "tool.y"}
-    machine = Machine((tool,), (), tool=axes, frequency=(300.0, 2000.0), cutting=cutting | {"diameter": 0.012} | more)
+    return Machine((tool,), (), tool=axes, frequency=(300.0, 2000.0), cutting=cutting | {"diameter": 0.012} | more)
+
+
+@pytest.mark.parametrize(
+    ("more", "waves", "within"),
+    [
+        ({"helix": 40.0}, 120, 5e-3),
+        ({"process_damping": 3e4}, 120, 5e-3),
+        ({"pitch": PAIRS}, 120, 5e-3),
+        ({"helix": (40.0, 38.0, 40.0, 38.0)}, 120, 5e-3),
+        pytest.param({"pitch": UNLIKE, "helix": 30.0}, 400, 0.02, marks=pytest.mark.thorough),
+        pytest.param({"pitch": UNLIKE}, 900, 0.02, marks=pytest.mark.thorough),
+        # With a feed the edges leave the cut where the chip ends, which the multipliers do not know.
+        pytest.param({"pitch": UNLIKE, "feed": 1e-4, "helix": 30.0}, 400, 0.3, marks=pytest.mark.thorough),
+        pytest.param({"pitch": PAIRS, "feed": 1e-4}, 400, 0.3, marks=pytest.mark.thorough),
+        pytest.param(
+            {"pitch": UNLIKE, "helix": (30.0, 33.0, 31.0, 35.0), "process_damping": 2e4},
+            400,
+            0.02,
+            marks=pytest.mark.thorough,
+        ),
+    ],
+)
+def test_the_simulated_cut_grows_and_dies_as_the_multipliers_of_any_cutter_say(
+    more: dict[str, Any], waves: int, within: float
+) -> None:
+    machine = mill(**more)
     depth = float(lobes_at_amplitude(machine, [9000.0]).depth[0])
     for share in (0.97, 1.03):
         mu = float(multipliers_of(machine, [9000.0], [share * depth])[0, 0])
-        found = witness(machine, 9000.0, share * depth, [1e-7, 2e-7], rounds=1, waves=120)
-        assert found.rate == pytest.approx(np.log(mu) * 600, rel=5e-3)
+        found = witness(machine, 9000.0, share * depth, [1e-7], rounds=1, waves=waves)
+        assert found.rate == pytest.approx(np.log(mu) * 600, rel=within)
         assert np.all(found.grows == (share > 1))
-    unequal = replace(machine, cutting=dict(machine.cutting or {}) | {"pitch": PAIRS})
-    with pytest.raises(InputError, match="the simulated cut: not computed with unequal pitches"):
-        witness(unequal, 9000.0, depth)
+
+
+@pytest.mark.thorough
+def test_no_simulated_cut_denies_the_unstable_depths_of_uneven_cutters() -> None:
+    for more, speed in (
+        ({"pitch": PAIRS}, 5000.0),
+        ({"helix": (30.0, 36.0, 30.0, 36.0)}, 6100.0),
+        ({"pitch": (75.0, 105.0, 85.0, 95.0), "helix": 20.0}, 7000.0),
+        ({"pitch": (150.0, 210.0), "teeth": 2, "immersion": 0.1, "tangential": 6e8, "normal": 2e8}, 12500.0),
+    ):
+        machine = mill(**more)
+        (zones,) = unstable_depths(machine, lobes_at_amplitude(machine, [speed]))
+        assert zones.intervals
+        for zone in zones.intervals:
+            depths = [(0.97 * zone.low, False), (1.03 * zone.low, True)]
+            depths += [(0.97 * zone.high, True), (1.03 * zone.high, False)] if np.isfinite(zone.high) else []
+            for depth, chatters in depths:
+                if depth / zones.deepest > 0.97 or any(
+                    one.low * 0.98 < depth < one.high * 1.02 for one in zones.intervals if one != zone
+                ):
+                    continue
+                found = witness(machine, speed, depth, [1e-7], rounds=1, waves=400)
+                assert bool(found.grows[0]) == chatters, (more, depth)
+
+
+def test_the_simulated_cut_of_pitches_that_hardly_differ_is_that_of_even_ones() -> None:
+    at, motions = np.linspace(0.0, 0.05, 3001), []
+    for pitch in ((90.0,) * 4, (90.00001, 89.99999, 90.00001, 89.99999)):
+        run = vibrate(mill(pitch=pitch, feed=5e-5), 9000.0, 8e-3, np.array([1e-6]), 850.0, waves=60).run
+        time = (np.arange(len(run.motion))[:, None] * run.period + run.time).ravel()
+        motions.append(np.stack([np.interp(at, time, run.motion[:, :, k, 0].ravel()) for k in (0, 1)]))
+    even, other = motions
+    assert np.max(np.abs(other - even)) < 1e-3 * np.ptp(even)
+
+
+def test_uneven_flutes_are_simulated_at_one_depth_and_not_where_they_hide_a_fold() -> None:
+    machine = mill(pitch=PAIRS, feed=1e-4)
+    with pytest.raises(InputError, match="several depths at once"):
+        vibrate(machine, 9000.0, [1e-3, 2e-3], np.array([1e-6, 1e-6]), 800.0)
+    with pytest.raises(InputError, match="900 Hz repeats with the flutes at 9000 rpm"):
+        vibrate(machine, 9000.0, 1e-3, np.array([1e-6]), 900.0)
 
 
 def test_bad_cutters_are_refused_in_one_sentence() -> None:

@@ -191,8 +191,9 @@ def vibrate(
     """Simulate one batch: ``depth`` in m may differ from motion to motion, and ``start`` holds their amplitudes in m.
 
     ``hertz`` is the frequency of the starting vibrations and ``phase`` in rad their angle at time 0; motions that
-    exceed ``reach`` (m) are stopped, by default at a hundred times the largest start. ``waved`` is the height of the
-    waves that they meet as a share of those that they would have left: 1, 0 for a knock over a smooth surface.
+    exceed what the teeth force by ``reach`` (m) are stopped, by default by a hundred times the largest start. ``waved``
+    is the height of the waves that they meet as a share of those that they would have left: 1, 0 for a knock over a
+    smooth surface.
     """
     cutting = Cutting(**dict(machine.cutting or {}))
     cutter = Cutter.of(cutting)
@@ -223,6 +224,7 @@ def vibrate(
         state = state + moved
         surfaces = [a + b for a, b in zip(surfaces, left, strict=True)]
     bound = _REACH * float(np.max(start)) if reach is None else reach
+    bound += 2 * max(float(np.max(np.abs(one.height), initial=0.0)) for one in left) if forced else 0.0
     run = simulate(parts, Cut(cut, chip, depths), state, memories, surfaces, periods, bound)
     sizes = envelope(run, hertz, _BEATING if milled else _WINDOW, forced)
     end = np.where(run.escaped, np.inf, sizes.amplitude[-1])

@@ -13,7 +13,7 @@ import numpy as np
 from jointlib.arrays import Array
 from jointlib.errors import InputError, nearest, together
 
-from .flutes import checked_damping, checked_helix, checked_pitch, uneven, unlike
+from .flutes import checked_damping, checked_helix, checked_pitch, unlike
 
 PROCESSES = ("milling", "turning", "boring")
 MODES = ("up", "down", "slot")
@@ -155,11 +155,6 @@ class Cutting:
     def unlike(self) -> str:
         """What makes the cut not `plain`, in words; empty where nothing does."""
         return unlike(self.pitch, self.helix, self.process_damping)
-
-    def refuse_uneven(self, what: str) -> None:
-        """Raise where teeth do not follow one another alike: unequal pitches, or a helix a flute."""
-        if which := uneven(self.pitch, self.helix):
-            raise InputError(f"{what}: not computed with {which}; expected teeth that follow one another alike")
 
     def refuse_unlike(self, what: str) -> None:
         """Raise where ``what`` is known for a `plain` cut only."""
