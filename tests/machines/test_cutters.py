@@ -366,6 +366,8 @@ def test_a_hundred_random_cutters_are_classified_as_two_other_routes_do() -> Non
         chart = stability_lobes(model, cutting, [speed], "collocation")
         if not np.isfinite(chart.depth[0]) or chart.depth[0] > 40e-3:
             continue
+        beside = stability_lobes(model, cutting, [speed], "multi-frequency").depth[0]
+        assert beside == pytest.approx(chart.depth[0], rel=1e-4)
         for share in (0.988, 1.012, rng.uniform(0.4, 1.6)):
             depth = chart.depth[0] * share
             mu = float(largest_multipliers(model, cutting, np.array([speed]), np.array([depth]))[0, 0])
