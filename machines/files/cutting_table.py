@@ -23,6 +23,9 @@ CUTTING_UNITS = {
     "exponent": "1",
     "feed_direction": "rad",
     "process_damping": "N/m",
+    "indentation": "N/m^3",
+    "wear_land": "m",
+    "clearance": "deg",
 }
 """Keys of ``[cutting]`` that are numbers, and their units."""
 CUTTING_KEYS = ("process", "teeth", "mode", "speed", "pitch", "helix", *CUTTING_UNITS)

@@ -36,7 +36,7 @@ MACHINE: dict[str, list[Fault]] = {
         ("immersion = 0.5", "immersion = 1.5", "immersion is 1.5"),
         ('mode = "up"', 'mode = "upp"', "mode is 'upp'"),
         ("speed = [4000, 25000]", "speed = [25000, 4000]", "speed is [25000, 4000] rpm"),
-        ("[cutting]\n", "[cutting]\nwear_land = 0.1\n", "wear_land is not covered"),
+        ("[cutting]\n", "[cutting]\nnose_radius = 0.1\n", "nose_radius is not covered"),
         ('y = "cutter.y"', 'y = "cuter.y"', "no degree of freedom 'cuter.y'"),
         ('frequency = ["100 Hz", "3 kHz"]', 'freq = ["100 Hz", "3 kHz"]', "'freq', did you mean 'frequency'?"),
     ],

@@ -205,4 +205,6 @@ def witnessed(
             names = ("start", "end", "rate", "grows", "lost_contact", "frequency", "duration")
             row.append({k: getattr(found, k) for k in names} | {"cycles": [vars(c) for c in found.cycles]})
         rows.append(row)
+    if (model.cutting or {}).get("wear_land") is not None:
+        said.append("In the simulated cut the flank damps linearly, by indentation · wear_land²/2 whatever the wave.")
     return rows, said

@@ -22,6 +22,7 @@ from ..rest.solve import stability_lobes
 from .chattering_tool import LINES, on_lines, operating_receptance, tip_at_rest, wide_receptance
 from .collocated_turning import collocated_turning
 from .milling_at_amplitude import developed_lobes
+from .rubbed_lobes import rubbed_lobes
 
 _LINE_BY_LINE = (
     "Joints are held, on every line, as they are if the tool vibrated on it alone with this amplitude; with equal "
@@ -52,6 +53,10 @@ def lobes_at_amplitude(
     points
         Lines to begin with; more are added where the receptance bends.
     """
+    if amplitude > 0 and (machine.cutting or {}).get("wear_land") is not None:
+        return rubbed_lobes(
+            machine, speed, amplitude, lambda rubbed, rpm: frozen_lobes(rubbed, rpm, amplitude, method, points)[0]
+        )
     return frozen_lobes(machine, speed, amplitude, method, points)[0]
 
 

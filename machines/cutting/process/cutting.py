@@ -6,20 +6,23 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from numbers import Integral, Real
+from numbers import Integral
 
 import numpy as np
 
 from jointlib.arrays import Array
-from jointlib.errors import InputError, nearest, together
+from jointlib.errors import InputError, together
 
-from .flutes import checked_damping, checked_helix, checked_pitch, unlike
+from .flank import checked_flank
+from .flutes import checked_damping, checked_helix, checked_pitch, checked_runout, unlike
+from .given import finite, positive, pressure, refuse, speed_range, word
 
 PROCESSES = ("milling", "turning", "boring")
 MODES = ("up", "down", "slot")
-_MILLING_ONLY = ("teeth", "tangential", "normal", "mode", "immersion", "pitch", "helix")
-_SOFTEST, _IN_MM = 1e6, 10.0
-"""N/m²: no material cuts with less, and a coefficient between the two was meant in N/mm²."""
+_MILLING_ONLY = (
+    *("teeth", "tangential", "normal", "mode", "immersion", "pitch", "helix", "runout"),
+    *("edge_tangential", "edge_normal"),
+)
 
 
 @dataclass(frozen=True)
@@ -59,6 +62,13 @@ class Cutting:
     process_damping
         C in N/m: an edge in the cut is damped along the chip thickness by C·b/v at cutting speed v = π·D·n, as where
         its flank rubs on the waves that it cuts (Chiou & Liang 1998).
+    indentation, wear_land, clearance
+        K_sp in N/m³, L in m and degrees: the flank by its shape, in place of ``process_damping`` = K_sp·L²/2, see
+        `flank`; behind the land it falls off by the clearance.
+    edge_tangential, edge_normal
+        K_te and K_ne in N/m: forces of an edge in the cut per depth, whatever the chip (milling).
+    runout
+        m by which each tooth stands out from the mean radius, one a tooth (milling).
     """
 
     process: str = ""
@@ -76,24 +86,33 @@ class Cutting:
     pitch: tuple[float, ...] | None = None
     helix: float | tuple[float, ...] | None = None
     process_damping: float | None = None
+    indentation: float | None = None
+    wear_land: float | None = None
+    clearance: float | None = None
+    edge_tangential: float | None = None
+    edge_normal: float | None = None
+    runout: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
         if self.process == "":
             raise InputError(f"[cutting]: 'process' is missing, expected one of {', '.join(PROCESSES)}")
-        _word("process", self.process, PROCESSES)
-        checks: list[Callable[[], object]] = [partial(_finite, "feed_direction", self.feed_direction)]
-        checks += [
-            partial(_positive, k, getattr(self, k)) for k in ("feed", "diameter") if getattr(self, k) is not None
-        ]
+        word("process", self.process, PROCESSES)
+        checks: list[Callable[[], object]] = [partial(finite, "feed_direction", self.feed_direction)]
+        checks += [partial(positive, k, getattr(self, k)) for k in ("feed", "diameter") if getattr(self, k) is not None]
         if self.speed is not None:
-            checks.append(partial(_speed_range, self.speed))
+            checks.append(partial(speed_range, self.speed))
         if self.process_damping is not None:
             checks.append(partial(checked_damping, self.process_damping, self.diameter))
+        edges = ("edge_tangential", "edge_normal")
+        checks += [partial(finite, key, getattr(self, key)) for key in edges if getattr(self, key) is not None]
+        checks.append(partial(checked_flank, self))
         process = self._check_milling if self.process == "milling" else self._check_turning
-        together(process, *checks, partial(_positive, "exponent", self.exponent))
+        together(process, *checks, partial(positive, "exponent", self.exponent))
         if self.speed is not None:
-            object.__setattr__(self, "speed", _speed_range(self.speed))
-        for key in ("pitch", "helix"):
+            object.__setattr__(self, "speed", speed_range(self.speed))
+        if self.wear_land is not None and self.indentation is not None:
+            object.__setattr__(self, "process_damping", self.indentation * self.wear_land**2 / 2)
+        for key in ("pitch", "helix", "runout"):
             if isinstance(getattr(self, key), list):
                 object.__setattr__(self, key, tuple(getattr(self, key)))
 
@@ -105,16 +124,18 @@ class Cutting:
             said.append("[cutting]: 'specific' belongs to turning; milling takes 'tangential' and 'normal'")
         checks: dict[str, Callable[[], object]] = {
             "teeth": self._check_teeth,
-            "tangential": partial(_pressure, "tangential", self.tangential),
-            "normal": partial(_finite, "normal", self.normal),
-            "mode": partial(_word, "mode", self.mode, MODES),
+            "tangential": partial(pressure, "tangential", self.tangential),
+            "normal": partial(finite, "normal", self.normal),
+            "mode": partial(word, "mode", self.mode, MODES),
             "immersion": self._check_immersion,
         }
         if self.pitch is not None:
             checks["pitch"] = partial(checked_pitch, self.pitch, self.teeth)
+        if self.runout is not None:
+            checks["runout"] = partial(checked_runout, self.runout, self.teeth)
         if self.helix is not None:
             checks["helix"] = partial(checked_helix, self.helix, self.teeth, self.diameter)
-        together(partial(_refuse, said), *(check for key, check in checks.items() if key not in missing))
+        together(partial(refuse, said), *(check for key, check in checks.items() if key not in missing))
 
     def _check_teeth(self) -> None:
         if not isinstance(self.teeth, Integral) or isinstance(self.teeth, bool) or self.teeth < 1:
@@ -123,7 +144,7 @@ class Cutting:
     def _check_immersion(self) -> None:
         if self.immersion is None:
             return
-        _positive("immersion", self.immersion)
+        positive("immersion", self.immersion)
         if self.immersion > 1:
             raise InputError(f"[cutting]: immersion is {self.immersion!r}, expected a/D of at most 1")
         if self.mode == "slot" and self.immersion != 1:
@@ -135,7 +156,7 @@ class Cutting:
         if self.specific is None:
             said.append(f"[cutting]: {self.process} needs 'specific', which is missing")
         together(
-            partial(_refuse, said), *([] if self.specific is None else [partial(_pressure, "specific", self.specific)])
+            partial(refuse, said), *([] if self.specific is None else [partial(pressure, "specific", self.specific)])
         )
 
     @property
@@ -248,42 +269,3 @@ class Cutting:
     def _require_milling(self, what: str) -> None:
         if self.process != "milling":
             raise InputError(f"[cutting]: {what} was asked of {self.process}, only milling has one")
-
-
-def _refuse(said: list[str]) -> None:
-    if said:
-        raise InputError(*said)
-
-
-def _finite(key: str, value: object) -> float:
-    if not isinstance(value, Real) or isinstance(value, bool) or not math.isfinite(value):
-        raise InputError(f"[cutting]: {key} is {value!r}, expected a finite number in SI units")
-    return float(value)
-
-
-def _positive(key: str, value: object) -> None:
-    if _finite(key, value) <= 0:
-        raise InputError(f"[cutting]: {key} is {value!r}, expected more than 0")
-
-
-def _pressure(key: str, value: object) -> None:
-    _positive(key, value)
-    if _IN_MM <= float(value) < _SOFTEST:  # type: ignore[arg-type]
-        raise InputError(
-            f"[cutting]: {key} is {value!r} N/m², far below any material; expected about 1e8 to 1e10: "
-            f'if it is meant in N/mm², write {float(value) * 1e6:g} or "{value} N/mm^2"'  # type: ignore[arg-type]
-        )
-
-
-def _word(key: str, value: object, valid: tuple[str, ...]) -> None:
-    if value not in valid:
-        raise InputError(f"[cutting]: {key} is {value!r}, {nearest(str(value), valid)}")
-
-
-def _speed_range(speed: object) -> tuple[float, float]:
-    if not isinstance(speed, (tuple, list)) or len(speed) != 2:
-        raise InputError(f"[cutting]: speed is {speed!r}, expected [low, high] in rpm")
-    low, high = (_finite("speed", value) for value in speed)
-    if not 0 < low < high:
-        raise InputError(f"[cutting]: speed is [{low:g}, {high:g}] rpm, expected 0 < low < high")
-    return low, high

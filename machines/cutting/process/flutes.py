@@ -55,6 +55,16 @@ def checked_helix(helix: object, teeth: object, diameter: float | None) -> None:
         raise InputError("[cutting]: helix needs 'diameter', of the cutter, which is missing")
 
 
+def checked_runout(runout: object, teeth: object) -> None:
+    """Refuse radii in m that are not one a tooth."""
+    if not isinstance(runout, (tuple, list)):
+        raise InputError(f"[cutting]: runout is {runout!r}, expected a list of radii in m beside the mean, one a tooth")
+    for radius in runout:
+        _number("runout", radius)
+    if isinstance(teeth, Integral) and len(runout) != teeth:
+        raise InputError(f"[cutting]: runout has {len(runout)} radii, expected one a tooth, {teeth}")
+
+
 def checked_damping(damping: object, diameter: float | None) -> None:
     """Refuse process damping in N/m below 0, or without the diameter that the cutting speed follows from."""
     if _number("process_damping", damping) < 0:

@@ -22,6 +22,7 @@ from ..loops.loop_branches import NONE, Crossing, nearest_of
 from ..process.chart import StabilityLobes
 from ..process.cutter import Cutter
 from ..process.cutting import Cutting
+from ..process.flank import linear_down_to
 from .periodic import AT_SPEEDS, charted, refuse_resonant_ends
 
 NOTES = ("Not covered: runout, axial and torsional motion, loss of contact.", AT_SPEEDS)
@@ -31,6 +32,7 @@ _RUBBING = (
     "Process damping is linear in the vibration and in 1/v: it holds for waves that are short and low against the "
     "wear land; far below the speeds at which it lifts the limit the flank bottoms out and the depths are too high."
 )
+_FEWER = 0.1
 _REACH, _ALONE = 2.5, 60.0
 """Times the depth of the mean cut up to which a first crossing is looked for; times the surely stable one without."""
 _GAIN = 0.5
@@ -173,7 +175,22 @@ def cutter_chart(
                 f"At {len(none)} of {len(found)} speeds nothing chatters up to the depths that were looked at, "
                 f"{min(none) * 1e3:.3g} mm at least."
             )
-    return replace(charted(name, found, cutting, speed, tuple(said)), notes=notes)
+    chart = charted(name, found, cutting, speed, tuple(said))
+    return replace(chart, notes=notes, warnings=chart.warnings + _flank_words(cutting, chart))
+
+
+def _flank_words(cutting: Cutting, chart: StabilityLobes) -> tuple[str, ...]:
+    """Down to which speed the linear form of a flank of known shape holds for the chatter that was found."""
+    hertz = np.ravel(chart.chatter_frequency)
+    ends = np.array([linear_down_to(cutting, float(f), _FEWER) for f in hertz])
+    below = np.ravel(chart.speed) < ends
+    if not np.any(below):
+        return ()
+    return (
+        f"Below {float(np.max(ends[below])):.0f} rpm the waves are so short against the wear land that the flank damps "
+        f"them by {100 * _FEWER:g} % less than its linear form and more: the depths at {np.count_nonzero(below)} of "
+        f"{len(hertz)} speeds are too high; --amplitude takes the flank by its shape.",
+    )
 
 
 def _of_mean(point: ToolPoint, cutting: Cutting, speed: float) -> Found:
