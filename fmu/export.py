@@ -52,6 +52,8 @@ class Export:
     runtime: str
     messages: tuple[str, ...]
     """Sentences for the user."""
+    cost: tuple[str, ...] = ()
+    """What a step took on this computer: measured, so never in what is written twice alike."""
 
 
 def export_fmu(
@@ -122,15 +124,16 @@ def export_fmu(
         ICON[fmi]: icon(system),
     }
     data = archive_bytes(members)
+    cost: tuple[str, ...] = ()
     if runs_here:
         with told_of.step("validating and repeating the reference run"):
             verified = verify_fmu(path, data)
         made, clients = verified.platforms, verified.verified_with
-        messages = (*messages, *cost_notes(system, card.step, verified.step_time))
+        cost = cost_notes(system, card.step, verified.step_time)
     else:
         made, clients = validate_fmu(path, data), ()
     atomic.write(path, lambda file: file.write(data))
-    return Export(path, made, max_step, clients, chosen, messages)
+    return Export(path, made, max_step, clients, chosen, messages, cost)
 
 
 def _system_of(model: Joint | Machine | System) -> System:

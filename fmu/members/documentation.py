@@ -76,18 +76,18 @@ def machine_notes(system: System) -> list[str]:
     ]
 
 
-def cost_notes(system: System, step: float | None, taken: float | None) -> list[str]:
+def cost_notes(system: System, step: float | None, taken: float | None) -> tuple[str, ...]:
     """What a step takes on this computer, where something is integrated inside."""
     if not system.states or step is None or not taken:
-        return []
+        return ()
     rate = step / taken
     said = f"{rate:.2g} times real time" if rate >= 1 else f"{1 / rate:.2g} times slower than real time"
     faster = (
         "" if rate >= 10 else "; a larger tolerance (1e-4) or longer steps, where the force allows it, make it faster"
     )
-    return [
-        f"A step of {step:.3g} s takes {taken * 1e6:.2g} µs here if the importer tells no tolerance: {said}{faster}."
-    ]
+    return (
+        f"A step of {step:.3g} s takes {taken * 1e6:.2g} µs here if the importer tells no tolerance: {said}{faster}.",
+    )
 
 
 def licence_of(package: str) -> str:

@@ -67,10 +67,10 @@ def command(
         "max_step": done.max_step,
         "verified_with": list(done.verified_with),
         "runtime": done.runtime,
-        "messages": list(done.messages),
+        "messages": [*done.messages, *done.cost],
     }
     lines = [wrote(done.file), f"platforms: {', '.join(done.platforms) or 'none'}, {done.runtime} runtime"]
-    lines += [f"verified with {', '.join(done.verified_with) or 'nothing'}", *done.messages]
+    lines += [f"verified with {', '.join(done.verified_with) or 'nothing'}", *done.messages, *done.cost]
     emit(as_json, data, lines)
 
 
