@@ -62,7 +62,7 @@ class _Search:
     steady: Mask
     edge: Mask
     group: Index
-    """Searches of one group share a window as long as their peaks lie in the middle of it."""
+    """Neighbours of one group share a window as long as their peaks lie in the middle of it."""
 
     @classmethod
     def begin(
@@ -79,15 +79,24 @@ class _Search:
         return window(self._centre(i), self.half[i])
 
     def _share(self, i: Index) -> None:
-        """One window for those of a group that fit into it."""
-        g = self.group[i]
-        half = np.zeros(len(self.group))
-        np.maximum.at(half, g, self.half[i])
-        count = np.maximum(np.bincount(g, minlength=len(half)), 1)
-        middle = (np.bincount(g, self.omega[i], minlength=len(half)) / count)[g]
-        fits = (np.abs(self.omega[i] - middle) < _MIDDLE * half[g]) & (half[g] < 2 * self.half[i])
-        self.omega[i] = np.where(fits, middle, self.omega[i])
-        self.half[i] = np.where(fits, half[g], self.half[i])
+        """One window for neighbours of a group: within half of it from its middle, and of half to all its width."""
+        size = np.floor(np.log2(self.half[i]))
+        order = i[np.lexsort((self.omega[i], size, self.group[i]))]
+        size = np.floor(np.log2(self.half[order]))
+        omega, group = self.omega[order], self.group[order]
+        first = 0
+        for n in range(1, len(order) + 1):
+            here = slice(first, n)
+            if (
+                n < len(order)
+                and group[n] == group[first]
+                and size[n] == size[first]
+                and omega[n] - omega[first] < 2 * _MIDDLE * np.max(self.half[order[here]])
+            ):
+                continue
+            self.omega[order[here]] = (omega[first] + omega[n - 1]) / 2
+            self.half[order[here]] = np.max(self.half[order[here]])
+            first = n
 
     def _centre(self, i: Index) -> Array:
         return np.asarray(np.clip(self.omega[i], self.band[0] + self.half[i], self.band[1] - self.half[i]))

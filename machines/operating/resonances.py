@@ -169,9 +169,8 @@ def _maxima(
         value = np.abs(moved.reshape(*at.shape, -1)[own, :, k[search]])
         return value, np.asarray(np.all(fine.reshape(at.shape), axis=1))[own]
 
-    group = np.unique(np.stack([f, line]), axis=1, return_inverse=True)[1].ravel()
     omega, amplitude, width, outcomes = maxima(
-        motion, 2 * np.pi * found.frequency[line], _spacing(found, line), band, group
+        motion, 2 * np.pi * found.frequency[line], _spacing(found, line), band, f
     )
     names = [c.name for c in assembly.machine.flexible]
     peaks = []
