@@ -173,9 +173,6 @@ _MEANT: dict[str, str] = {
 """What is meant, the first that the table at hand knows, by what people write."""
 
 _NOT_COVERED: dict[str, str] = {
-    "runout": "all teeth are taken to cut on one circle",
-    "edge_tangential": "a constant edge force does not bear on chatter",
-    "edge_normal": "a constant edge force does not bear on chatter",
     "lead_angle": "the edge is taken as parallel to the tool axis",
     "approach_angle": "the edge is taken as parallel to the tool axis",
     "nose_radius": "the edge is taken as straight",

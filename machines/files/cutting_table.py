@@ -26,9 +26,11 @@ CUTTING_UNITS = {
     "indentation": "N/m^3",
     "wear_land": "m",
     "clearance": "deg",
+    "edge_tangential": "N/m",
+    "edge_normal": "N/m",
 }
 """Keys of ``[cutting]`` that are numbers, and their units."""
-CUTTING_KEYS = ("process", "teeth", "mode", "speed", "pitch", "helix", *CUTTING_UNITS)
+CUTTING_KEYS = ("process", "teeth", "mode", "speed", "pitch", "helix", "runout", *CUTTING_UNITS)
 """All keys of ``[cutting]``."""
 
 
@@ -71,6 +73,8 @@ def cutting_of(section: Section) -> dict[str, Any]:
             fields[key] = section.number(key, unit)
     if section.has("pitch"):
         fields["pitch"] = section.numbers("pitch", "deg")
+    if section.has("runout"):
+        fields["runout"] = section.numbers("runout", "m")
     if section.has("helix"):
         several = isinstance(section.table.get("helix"), list)
         fields["helix"] = section.numbers("helix", "deg") if several else section.number("helix", "deg")

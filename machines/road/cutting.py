@@ -74,6 +74,7 @@ def _together(road: Run, amplitudes: tuple[float, ...]) -> None:
     from ..cutting.amplitude.milling_at_amplitude import HELD
     from ..cutting.forced.advice import advice
     from ..cutting.forced.forced_field import forced_field
+    from ..cutting.forced.forced_vibration import unforced
     from ..cutting.process.cutting import Cutting
     from ..cutting.rest.chart_file import chart_data, write_lobes
     from ..report.sections import lobes_section
@@ -94,8 +95,8 @@ def _together(road: Run, amplitudes: tuple[float, ...]) -> None:
     if missing:
         road.doubts.append(f"The limits at {' and at '.join(_size(A) for A in missing)} are not known.")
     forced = None
-    if cutting.process == "milling" and cutting.feed is not None and not cutting.plain:
-        road.doubts.append(f"The vibration that the teeth force is not computed with {cutting.unlike}.")
+    if cutting.process == "milling" and cutting.feed is not None and (left := unforced(road.machine)):
+        road.doubts.append(f"The vibration that the teeth force is {left}.")
     if amplitudes[0] in road.charts:
         with road.progress.step("the vibration that the teeth force"):
             road.advice += advice(pairs, cutting, road.machine)

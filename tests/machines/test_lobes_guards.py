@@ -125,7 +125,7 @@ def test_a_cut_that_cannot_be_meant_gets_one_sentence(change: dict[str, Any], sa
         Cutting("turning", specific=2000.0)
 
 
-@pytest.mark.parametrize("key", ["lead_angle", "runout", "nose_radius"])
+@pytest.mark.parametrize("key", ["lead_angle", "nose_radius"])
 def test_what_is_not_covered_is_told_in_the_file(key: str, tmp_path: Path) -> None:
     path = tmp_path / "tool.toml"
     path.write_text((LIBRARY / "two_mode_tool.toml").read_text() + f'{key} = "30 deg"\n')

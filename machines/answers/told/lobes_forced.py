@@ -8,6 +8,9 @@ from typing import Any
 import numpy as np
 
 from jointlib.shown.progress import Progress
+from jointlib.shown.text import table
+
+_SIGNS = "Above 0 too much is cut away, below material is left standing (surface location error)."
 
 
 def forced(
@@ -18,13 +21,13 @@ def forced(
     Nothing where nothing forces a vibration: without a feed, in turning. ``safe`` are the limits (m) of the pocket.
     """
     from ...cutting.forced.forced_field import forced_field
-    from ...cutting.forced.forced_vibration import too_many
+    from ...cutting.forced.forced_vibration import too_many, unforced
     from ...cutting.forced.quiet_pocket import pocket_in_cut
     from ...cutting.process.cutting import Cutting
 
     cutting = Cutting(**(model.cutting or {}))
-    if cutting.feed is not None and cutting.process == "milling" and not cutting.plain:
-        return {}, [f"The vibration that the teeth force is not computed with {cutting.unlike}."], None
+    if cutting.feed is not None and cutting.process == "milling" and (left := unforced(model)):
+        return {}, [f"The vibration that the teeth force is {left}."], None
     if bent := too_many(model):
         return {}, [f"The vibration that the teeth force is not computed: {bent} joints depend on amplitude."], None
     with progress.step("computing the vibration that the teeth force"):
@@ -32,8 +35,30 @@ def forced(
         if field is None:
             return {}, [], None
         cut, quiet, said = (None, None, []) if pocket is None else pocket_in_cut(model, chart.speed, safe, pocket)
-        said += field.words()
-    keys = ("speed", "depth", "amplitude", "limit")
+        said += field.words() + _walls(field, cutting, depth, pocket, model)
+    keys = ("speed", "depth", "amplitude", "limit", "surface_error")
     data = {key: getattr(field, key) for key in keys} | ({} if cut is None else {"pocket": cut.data})
     data |= {} if quiet is None else {"quieter": {"speed": quiet.speed, "depth": quiet.depth, "margin": quiet.margin}}
     return {"forced": data}, said, field
+
+
+def _walls(field: Any, cutting: Any, depth: Sequence[float], pocket: Any, model: Any) -> list[str]:
+    """Where the finished wall stands: a table over the cuts that were asked for, or a sentence of the pocket."""
+    from ...cutting.forced.forced_vibration import forced_vibration
+    from ...cutting.forced.surface_error import surface_errors, worst_error
+
+    error = field.surface_error
+    if depth and np.any(np.isfinite(error)):
+        header = ("speed [rpm]", *(f"wall at {b * 1e3:g} mm [um]" for b in sorted(depth)))
+        told = np.where(
+            np.array(sorted(depth)) > field.rest[:, None], "chatters", np.vectorize("{:+.3g}".format)(1e6 * error)
+        )
+        rows = [(f"{n:g}", *map(str, row)) for n, row in zip(field.speed, told, strict=True)]
+        return [*table(header, rows), _SIGNS]
+    if pocket is None:
+        return []
+    error = worst_error(surface_errors(cutting, forced_vibration(model, pocket.speed, pocket.depth)))
+    if not np.isfinite(error[0]):
+        return []
+    where = "too far in, beyond what is to be cut" if error[0] > 0 else "short of it, with material left"
+    return [f"There the finished wall stands {1e6 * abs(float(error[0])):.3g} µm {where} (surface location error)."]

@@ -19,6 +19,7 @@ from ..rest.solve import stability_lobes
 from .beside_forced import BesideForced, beside_forced
 from .forced_vibration import forced_vibration, too_many
 from .shaken_limits import SMALL
+from .surface_error import surface_errors, worst_error
 
 _MOST = 25
 """Speeds at which joints that depend on amplitude are balanced."""
@@ -41,6 +42,8 @@ class ForcedField:
     """Limits in m with the joints at rest, (n,)."""
     limit: Array
     """Limits in m of the smallest vibration, the joints as shaken at the limits at rest; nan where not known."""
+    surface_error: Array
+    """m by which the finished wall stands off at its worst, (n, m), see `surface_errors`; nan where not known."""
 
     @property
     def change(self) -> Array:
@@ -92,7 +95,8 @@ def forced_field(machine: Machine, chart: StabilityLobes, depth: Array | None = 
     limit = rest
     if nonlinear:
         limit = np.array([_shaken(machine, cutting, *one) for one in zip(speed, rest, chatter, strict=True)])
-    return ForcedField(speed, depth, amplitude, rest, limit)
+    walls = worst_error(surface_errors(cutting, found)).reshape(amplitude.shape)
+    return ForcedField(speed, depth, amplitude, rest, limit, np.where(np.isnan(amplitude), np.nan, walls))
 
 
 def _shaken(machine: Machine, cutting: Cutting, speed: float, rest: float, chatter: float) -> float:

@@ -1,6 +1,6 @@
 """Forced vibration of a milling cut: what the tool does between chatters, tooth after tooth.
 
-A stable cut leaves one motion, that of the tooth. Its force is known (`tooth_forces`), as a motion that repeats with
+A stable cut leaves one motion, that of the tooth. Its force is known (`PatternForces`), as a motion that repeats with
 the tooth meets its own surface and changes no chip. Where the joints are springs and dampers, q_k = G(kω_T)·F_k. Where
 they are not, their forces and the motion agree in the harmonics of the tooth and the mean: Newton's method on the
 motions of the nonlinear joints, with their laws over a tooth period in time, memory included (`joint_forces`).
@@ -8,7 +8,8 @@ motions of the nonlinear joints, with their laws over a tooth period in time, me
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -17,28 +18,25 @@ from jointlib.errors import FrequencyMismatch, InputError
 
 from ...components.static_load import StaticLoad
 from ...harmonic_balance.assembly import Assembly, is_linear
-from ...harmonic_balance.balance import Balance, solve_complex
+from ...harmonic_balance.balance import Balance
 from ...harmonic_balance.harmonics import Harmonics, jumps
 from ...indices import Mask
 from ...model.machine import Machine
+from ..process.cutter import Cutter
 from ..process.cutting import Cutting
-from .tooth_forces import tooth_forces
+from .balanced import SAMPLES, balanced
+from .pattern_forces import PatternForces
 
 _HARMONICS = 64
 _FEWEST, _MOST = 6, 24
 _LEFT = 1e-3
 """Share of the motion of a joint that harmonics beyond those of the balance may have."""
-_SAMPLES = 256
-_ITERATIONS = 20
-_SETTLED = 1e-8
-_LONGEST = 0.5
-_SERVES = 0.3
-"""Share of the last step that one with the Jacobian kept may have."""
-_RAMP = (0.3, 0.6, 0.8, 1.0)
 _MANY = 12
 _BLOCK = 64
 """Cuts balanced side by side."""
 _ANGLES = 1024
+_STILL = 1e-3
+"""rad/s at which a tool answers as it does at rest."""
 
 
 def too_many(machine: Machine) -> int:
@@ -47,9 +45,19 @@ def too_many(machine: Machine) -> int:
     return bent if bent > _MANY else 0
 
 
+def unforced(machine: Machine) -> str:
+    """Why the vibration that the teeth of a machine force is not computed, in words; empty where it is."""
+    cutting = Cutting(**dict(machine.cutting or {}))
+    unlike = " and ".join(word for word in (cutting.unlike, "run-out" if cutting.runout else "") if word)
+    if not unlike or all(map(is_linear, machine.joints())):
+        return ""
+    return f"not computed with {unlike} where joints depend on amplitude"
+
+
 @dataclass(frozen=True, eq=False)
 class ForcedVibration:
-    """The steady motion of a stable cut, for several cuts side by side; harmonics are those of the tooth frequency.
+    """The steady motion of a stable cut, for several cuts side by side; harmonics are those of the tooth frequency,
+    or of the frequency at which the pattern of unlike flutes passes.
 
     Parameters
     ----------
@@ -77,6 +85,11 @@ class ForcedVibration:
     joints: ComplexArray
     reach: Array
     settled: Mask
+    mean: Array = field(default_factory=lambda: np.zeros(0))
+    """Where the mean force of the cut holds the tool, in m, (cuts, axes); nan where its stiffness at rest is not known,
+    or joints that depend on amplitude take part in it."""
+    patterns: float = 1.0
+    """How often the motion repeats in a revolution."""
 
     @property
     def peak_to_peak(self) -> Array:
@@ -105,7 +118,7 @@ class ForcedVibration:
 
     def at(self, index: int) -> ForcedVibration:
         """One cut alone."""
-        keys = ("speed", "depth", "tool", "joints", "settled")
+        keys = ("speed", "depth", "tool", "joints", "settled", "mean")
         return replace(self, **{key: getattr(self, key)[[index]] for key in keys})
 
 
@@ -121,16 +134,18 @@ def forced_vibration(machine: Machine, speed: ArrayLike, depth: ArrayLike) -> Fo
     cutting = Cutting(**machine.cutting)
     if cutting.process != "milling" or cutting.feed is None:
         raise InputError(f"{machine.where}: forced vibration is that of milling with a feed per tooth")
-    cutting.refuse_unlike("forced vibration")
+    if left := unforced(machine):
+        raise InputError(f"forced vibration: {left}")
     n, b = (np.ravel(part) for part in np.broadcast_arrays(np.asarray(speed, float), np.asarray(depth, float)))
     if not (np.all(np.isfinite(n) & (n > 0)) and np.all(np.isfinite(b) & (b >= 0))):
         raise InputError("forced vibration: expected speeds above 0 and depths of at least 0, finite")
     solver = _Cuts.of(machine, cutting)
     parts = [solver.at(n[first : first + _BLOCK], b[first : first + _BLOCK]) for first in range(0, len(n), _BLOCK)]
-    tool, joints, settled = (np.concatenate(same) for same in zip(*parts, strict=True))
+    tool, joints, settled, mean = (np.concatenate(same) for same in zip(*parts, strict=True))
     reach = np.array([joint.validity.get("amplitude", (0.0, np.inf))[1] for joint in machine.joints()])
     names = tuple(c.name for c in machine.flexible)
-    return ForcedVibration(n, b, machine.tool_axes, tool, names, joints, reach, settled)
+    patterns = solver.forces.cutter.patterns
+    return ForcedVibration(n, b, machine.tool_axes, tool, names, joints, reach, settled, mean, patterns)
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,18 +181,26 @@ class _Cuts:
             moves = False
         return cls(placed if moves else bare, cutting, moves)
 
-    def at(self, speed: Array, depth: Array) -> tuple[ComplexArray, ComplexArray, Mask]:
-        """Phasors of the tool, of all connections with their means, and what settled."""
+    @cached_property
+    def forces(self) -> PatternForces:
+        """Those of the teeth."""
+        flutes = len(Cutter.of(self.cutting, runout=True).flutes)
+        return PatternForces(self.cutting, self.assembly.machine.tool_axes, _HARMONICS * flutes)
+
+    def at(self, speed: Array, depth: Array) -> tuple[ComplexArray, ComplexArray, Mask, Array]:
+        """Phasors of the tool, of all connections with their means, what settled, and where the mean force holds it."""
         assembly, nj = self.assembly, len(self.assembly.joints)
-        k = np.arange(1, _HARMONICS + 1)
-        omega = 2 * np.pi * self.cutting.cuts_per_revolution * speed / 60
+        k = np.arange(1, self.forces.count + 1)
+        omega = 2 * np.pi * self.forces.cutter.patterns * speed / 60
         lines, place = np.unique(k[:, None] * omega, return_inverse=True)
-        force = tooth_forces(self.cutting, assembly.machine.tool_axes, k.astype(float))[:, None] * depth[:, None]
         try:
             view = assembly.at(lines)
         except FrequencyMismatch as error:
             raise InputError(f"forced vibration: {error}, harmonics of the tooth frequency ask for more") from None
         every = view.at(place.ravel())
+        G = every.Hof[:, nj:].reshape(len(k), len(speed), *every.Hof[:, nj:].shape[1:])
+        whole = np.stack([self.forces.steady(*one, G[:, i]) for i, one in enumerate(zip(speed, depth, strict=True))], 1)
+        force, held = whole[1:], whole[0].real @ self._at_once.T
         moved = (every.Hof @ force.reshape(-1, force.shape[2], 1))[..., 0].reshape(*force.shape[:2], -1)
         settled, mean = np.ones(len(speed), dtype=bool), np.zeros((1, len(speed), moved.shape[2]), dtype=complex)
         if assembly.nonlinear:
@@ -191,8 +214,8 @@ class _Cuts:
             linear: ComplexArray = np.asarray(at_rest, dtype=complex).reshape(driven.shape)
             target = np.zeros(balance.H.shape[:3], dtype=complex)
             target[:, :count] = np.swapaxes(linear[:count], 0, 1)
-            z, settled = _balanced(balance, target)
-            found = balance.forces(z, _SAMPLES, slopes=False)
+            z, settled = balanced(balance, target)
+            found = balance.forces(z, SAMPLES, slopes=False)
             pull = c.together(self._at_rest(every.omega) * c.motions(linear.reshape(len(system), -1)))
             pull = pull.reshape(*force.shape[:2], -1)
             pull[:count] = np.swapaxes(c.together(found.force[:, :count]), 0, 1)
@@ -201,7 +224,20 @@ class _Cuts:
             if self.moves:
                 mean[0, :, list(assembly.nonlinear)] = c.motions(z[:, -1].real).T
         joints = np.concatenate([mean[..., :nj], moved[..., :nj]])
-        return np.moveaxis(moved[..., nj:], 0, 1), np.moveaxis(joints, 0, 1), settled
+        return np.moveaxis(moved[..., nj:], 0, 1), np.moveaxis(joints, 0, 1), settled, held
+
+    @cached_property
+    def _at_once(self) -> Array:
+        """Static compliance of the tool in m/N, nan where it is not known."""
+        many = len(self.assembly.machine.tool_axes)
+        unknown = np.full((many, many), np.nan)
+        if self.assembly.nonlinear:
+            return unknown
+        try:
+            static = self.assembly.at(np.array([_STILL])).Hof[0, len(self.assembly.joints) :].real
+        except (FrequencyMismatch, np.linalg.LinAlgError):
+            return unknown
+        return np.where(np.isfinite(static), static, np.nan)
 
     def _at_rest(self, omega: Array) -> ComplexArray:
         """Gains of the nonlinear joints at rest in N/m, (lines, joints)."""
@@ -216,49 +252,6 @@ class _Cuts:
         tail = np.cumsum(size[::-1], axis=0)[::-1] / np.maximum(np.sum(size, axis=0), 1e-300)
         least = int(np.argmax(np.all(tail < _LEFT, axis=1))) if np.any(np.all(tail < _LEFT, axis=1)) else _MOST
         return int(np.clip(least, _FEWEST, _MOST))
-
-
-def _balanced(balance: Balance, target: ComplexArray) -> tuple[ComplexArray, Mask]:
-    """Newton's method at several lines of force at once, from rest; what does not settle is driven up in steps."""
-    z, settled = _newton(balance, target, target.copy())
-    lost = np.flatnonzero(~settled)
-    if len(lost):
-        part, start, before = balance.at(lost), _RAMP[0] * target[lost], _RAMP[0]
-        fine = np.ones(len(lost), dtype=bool)
-        for share in _RAMP:
-            on = np.flatnonzero(fine)
-            if not len(on):
-                break
-            start[on], fine[on] = _newton(part.at(on), share * target[lost[on]], start[on] * share / before)
-            before = share
-        z[lost], settled[lost] = start, fine
-    return z, settled
-
-
-def _newton(balance: Balance, target: ComplexArray, start: ComplexArray) -> tuple[ComplexArray, Mask]:
-    """Newton's method with the Jacobian kept while it serves: that of joints with memory costs many times a force."""
-    z, done = start.astype(complex), np.zeros(len(start), dtype=bool)
-    size = 2 * int(np.prod(target.shape[1:]))
-    J, fresh = np.empty((len(start), size, size)), np.zeros(len(start), dtype=bool)
-    before, left = np.full(len(start), np.inf), np.arange(len(start))
-    for _ in range(_ITERATIONS):
-        new = left[~fresh[left]]
-        if len(new):
-            J[new], fresh[new] = balance.at(new).jacobian(balance.at(new).forces(z[new], _SAMPLES)), True
-        part = balance.at(left)
-        r = part.residual(z[left], part.forces(z[left], _SAMPLES, slopes=False).force) - target[left]
-        delta = solve_complex(J[left], -r)
-        length = np.max(np.abs(delta), axis=(1, 2)) / np.maximum(np.max(np.abs(z[left]), axis=(1, 2)), 1e-300)
-        fine = np.isfinite(length)
-        share = np.minimum(1.0, _LONGEST / np.maximum(length, 1e-300))
-        z[left[fine]] += (share[:, None, None] * delta)[fine]
-        done[left] = fine & (length <= _SETTLED)
-        fresh[left] = length <= _SERVES * before[left]
-        before[left] = np.where(fresh[left], length, np.inf)
-        left = left[fine & ~done[left]]
-        if not len(left):
-            break
-    return z, done
 
 
 def _span(phasors: ComplexArray) -> Array:

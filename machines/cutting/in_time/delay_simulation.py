@@ -200,7 +200,7 @@ def _across(
     x, v = np.empty((stretch.steps + 1, tool, batch)), np.empty((stretch.steps + 1, tool, batch))
 
     def forces(
-        y: Array, duration: float, radial: Array, push: Array, height: Array, along: Array
+        y: Array, duration: float, radial: Array, push: Array, height: Array, along: Array, edge: Array | None
     ) -> tuple[Array, list[Array]]:
         f = np.empty((j + tool, batch))
         after = []
@@ -213,6 +213,8 @@ def _across(
         if cutting:
             chip = radial @ y[2 * j : 2 * j + tool] - height
             f[j:] = push @ (cut.depth * cut.chip.force(chip)) - offset
+            if edge is not None and cut.chip.feed is not None:
+                f[j:] += edge @ (cut.depth * (chip > 0))
             if stretch.rubbing:
                 rubs = along @ y[2 * j + tool : 2 * j + 2 * tool]
                 rubs = rubs if cut.chip.feed is None else np.where(chip > 0, rubs, 0.0)
@@ -222,12 +224,20 @@ def _across(
         return f, after
 
     y = parts.P @ u
-    f, _ = forces(y, 0.0, stretch.radial[0], stretch.force[0], met.height[0], stretch.along[0])
+    edges = stretch.edge if stretch.edge is not None else [None] * (stretch.steps + 1)
+    between = stretch.edge_between if stretch.edge_between is not None else [None] * stretch.steps
+    f, _ = forces(y, 0.0, stretch.radial[0], stretch.force[0], met.height[0], stretch.along[0], edges[0])
     x[0], v[0] = y[2 * j : 2 * j + tool], y[2 * j + tool :]
     for k in range(stretch.steps):
         ahead = step.propagate @ u
-        middle = stretch.radial_between[k], stretch.force_between[k], met.between[k], stretch.along_between[k]
-        end = stretch.radial[k + 1], stretch.force[k + 1], met.height[k + 1], stretch.along[k + 1]
+        middle = (
+            stretch.radial_between[k],
+            stretch.force_between[k],
+            met.between[k],
+            stretch.along_between[k],
+            between[k],
+        )
+        end = stretch.radial[k + 1], stretch.force[k + 1], met.height[k + 1], stretch.along[k + 1], edges[k + 1]
         fa, _ = forces(ahead[:rows] + step.half @ f, h / 2, *middle)
         fb, _ = forces(ahead[:rows] + step.half @ fa, h / 2, *middle)
         fc, _ = forces(ahead[rows : 2 * rows] + step.end @ f + twice @ fb, h, *end)
@@ -252,6 +262,13 @@ def _left(stretch: Stretch, chip: Chip, met: Surface, new: Surface) -> tuple[Sur
     return left, np.any(off & (stretch.feed[:, :, None] > _SHALLOW), axis=(0, 1))
 
 
+def _steady(chip: Chip, beyond: Array, push: Array, feed: Array, edge: Array | None) -> Array:
+    """Force on the tool per depth in N/m without vibration, (nodes, axes)."""
+    thickness = (chip.feed or 0.0) * feed + beyond
+    total = np.einsum("kae,ke->ka", push, chip.force(thickness))
+    return np.asarray(total if edge is None else total + np.einsum("kae,ke->ka", edge, thickness > 0))
+
+
 def _mean_force(cut: Cut) -> Array:
     """Mean force on the tool per depth in N/m without vibration, (axes,)."""
     axes = cut.stretches[0].force.shape[1]
@@ -259,7 +276,7 @@ def _mean_force(cut: Cut) -> Array:
     if cut.chip.feed is None:
         return total
     for s in cut.stretches:
-        nodes = np.einsum("kae,ke->ka", s.force, cut.chip.force(cut.chip.feed * s.feed))
-        middles = np.einsum("kae,ke->ka", s.force_between, cut.chip.force(cut.chip.feed * s.feed_between))
+        parts = ((s.force, s.feed, s.edge), (s.force_between, s.feed_between, s.edge_between))
+        nodes, middles = (_steady(cut.chip, s.beyond, *part) for part in parts)
         total += s.step / 6 * np.sum(nodes[:-1] + nodes[1:] + 4 * middles, axis=0)
     return np.asarray(total / period)

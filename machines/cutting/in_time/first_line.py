@@ -29,7 +29,7 @@ def stands(cutting: Cutting, speed: float, hertz: float) -> bool:
     """Whether a vibration stands still against the flutes: it repeats every second time they do, or every time."""
     if cutting.process != "milling":
         return False
-    cutter = Cutter.of(cutting)
+    cutter = Cutter.of(cutting, runout=cutting.feed is not None)
     turns = hertz / cutter.frequency(speed) % 1
     return abs(turns - 0.5) < _HALF_WAVE or (len(cutter.flutes) > 1 and _folds(turns))
 

@@ -33,8 +33,10 @@ class Surface:
 
     def fed(self, stretch: Stretch, feed: float) -> Surface:
         """As the next edges meet it, which stand one feed (m) further on."""
+        out = stretch.beyond[:, None]
         return Surface(
-            self.height - feed * stretch.feed[:, :, None], self.between - feed * stretch.feed_between[:, :, None]
+            self.height - feed * stretch.feed[:, :, None] - out,
+            self.between - feed * stretch.feed_between[:, :, None] - out,
         )
 
     def __add__(self, other: Surface) -> Surface:

@@ -196,7 +196,7 @@ def vibrate(
     smooth surface.
     """
     cutting = Cutting(**dict(machine.cutting or {}))
-    cutter = Cutter.of(cutting)
+    cutter = Cutter.of(cutting, runout=cutting.feed is not None)
     refuse_fold(cutter, speed, hertz)
     axes = machine.tool_axes
     parts, state, joints, tool = vibrating(machine, cutting, hertz, start, phase)

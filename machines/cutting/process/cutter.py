@@ -38,6 +38,8 @@ class Flute:
     """κ_j."""
     spread: float
     """κ_j − κ_(j−1)."""
+    beyond: float = 0.0
+    """ρ_j − ρ_(j−1) in m, by which it stands out beyond the one before it."""
 
 
 @dataclass(frozen=True)
@@ -59,8 +61,8 @@ class Cutter:
     pattern: float
 
     @classmethod
-    def of(cls, cutting: Cutting) -> Cutter:
-        """The cutter of an operation."""
+    def of(cls, cutting: Cutting, runout: bool = False) -> Cutter:
+        """The cutter of an operation, with its ``runout`` or without, which a linear cut does not feel."""
         many = cutting.cuts_per_revolution
         given = [360 / many] * many if cutting.pitch is None else list(cutting.pitch)
         pitch = 2 * np.pi * np.array(given) / sum(given)
@@ -70,6 +72,7 @@ class Cutter:
             assert cutting.diameter is not None
             lag = 2 * np.tan(np.radians(helix)) / cutting.diameter
         behind, spread = np.roll(pitch, 1), lag - np.roll(lag, 1)
+        radius = np.array(cutting.runout if runout and cutting.runout is not None else [0.0] * many)
         place = np.concatenate([[0.0], np.cumsum(pitch)[:-1]])
         run = next(
             m
@@ -77,8 +80,11 @@ class Cutter:
             if many % m == 0
             and np.all(np.abs(pitch - np.roll(pitch, m)) < _ALIKE)
             and np.all(np.abs(lag - np.roll(lag, m)) <= _ALIKE * (1 + np.max(np.abs(lag))))
+            and np.all(np.abs(radius - np.roll(radius, m)) <= _ALIKE * np.max(np.abs(radius)))
         )
-        rows = zip(place[:run].tolist(), behind.tolist(), lag.tolist(), spread.tolist(), strict=False)
+        beyond = radius - np.roll(radius, 1)
+        columns = (behind, lag, spread, beyond)
+        rows = zip(place[:run].tolist(), *(one.tolist() for one in columns), strict=False)
         return cls(cutting, tuple(Flute(*row) for row in rows), float(np.sum(pitch[:run])))
 
     @property

@@ -260,6 +260,15 @@ class Cutting:
         force = np.stack([self.tangential * c + self.normal * s, -self.tangential * s + self.normal * c], axis=-1)
         return force @ self.rotation, np.stack([s, c], axis=-1) @ self.rotation
 
+    def edge(self, angle: Array) -> Array:
+        """Force in N/m of depth that an edge at angles φ feels whatever the chip, to be taken off the tool's, (…, 2).
+
+        (K_te·cos φ + K_ne·sin φ, −K_te·sin φ + K_ne·cos φ) as `tooth` has it of the pressures.
+        """
+        s, c = np.sin(angle), np.cos(angle)
+        t, n = self.edge_tangential or 0.0, self.edge_normal or 0.0
+        return np.asarray(np.stack([t * c + n * s, -t * s + n * c], axis=-1) @ self.rotation)
+
     def speeds(self, count: int = 400) -> Array:
         """Evenly spaced spindle speeds in rpm over the range of the table."""
         if self.speed is None:

@@ -23,9 +23,9 @@ def stretches(
     helix the ``depth`` in m is cut into sections, each a straight edge that comes later than the one below. Flutes that
     do not follow one another alike have a period of their pattern, see `uneven_stretches`.
     """
-    cutter = Cutter.of(cutting)
+    cutter = Cutter.of(cutting, runout=cutting.feed is not None)
     if len(cutter.flutes) > 1:
-        found = uneven_stretches(cutting, axes, speed, rate, depth)
+        found = uneven_stretches(cutter, axes, speed, rate, depth)
     else:
         found = _plain(cutting, axes, speed, rate, cutter.flutes[0].lag * depth)
     rubbing = cutter.rubbing(speed) / sections(max(flute.lag for flute in cutter.flutes) * depth)

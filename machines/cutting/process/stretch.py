@@ -58,6 +58,11 @@ class Stretch:
     along: Array = field(default_factory=lambda: np.zeros(0))
     """`radial`, also where a motion is stepped that leaves no waves, (nodes, edges, axes)."""
     along_between: Array = field(default_factory=lambda: np.zeros(0))
+    beyond: Array = field(default_factory=lambda: np.zeros(1))
+    """m by which each edge stands out beyond the one before it, (edges,)."""
+    edge: Array | None = None
+    """Force on the tool in N per metre of depth whatever the chip, (nodes, axes, edges); None where there is none."""
+    edge_between: Array | None = None
     origin: Origin | None = None
     """None where each edge meets, node by node, what was left in this stretch one period earlier."""
 
@@ -84,6 +89,9 @@ def stretch(
         share, turned = np.ones_like(angle), np.zeros_like(v)
     force = -u.swapaxes(1, 2) / sections
     nodes, middles = slice(None, None, 2), slice(1, None, 2)
+    edge = None
+    if cutting.edge_tangential or cutting.edge_normal:
+        edge = -cutting.edge(angle)[:, :, rows].swapaxes(1, 2) / sections
     return Stretch(
         step,
         share[nodes],
@@ -93,4 +101,6 @@ def stretch(
         turned[nodes],
         force[nodes],
         force[middles],
+        edge=None if edge is None else edge[nodes],
+        edge_between=None if edge is None else edge[middles],
     )

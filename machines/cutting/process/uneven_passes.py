@@ -11,7 +11,6 @@ from jointlib.arrays import Array
 
 from .chart import Integers
 from .cutter import Cutter
-from .cutting import Cutting
 from .stretch import FEWEST, FEWEST_WOUND, SAME, Origin, Stretch, sections, stretch
 
 Passage = tuple[list[float], list[tuple[int, int]]]
@@ -19,7 +18,7 @@ Passage = tuple[list[float], list[tuple[int, int]]]
 
 
 def uneven_stretches(
-    cutting: Cutting, axes: tuple[str, ...], speed: float, rate: float, depth: float
+    cutter: Cutter, axes: tuple[str, ...], speed: float, rate: float, depth: float
 ) -> tuple[Stretch, ...]:
     """One pattern of flutes at a speed in rpm, split where an edge enters or leaves the cut, see `stretches`.
 
@@ -27,13 +26,14 @@ def uneven_stretches(
     no node of its own falls on, and cuts the share of the feed that the pitch before it is of an even one. No stretch
     is longer than the shortest of these times, so that what is met is there when a stretch begins.
     """
-    cutter = Cutter.of(cutting)
+    cutting = cutter.cutting
     turning, entry, leave = 2 * np.pi * speed / 60, cutting.entry_angle, cutting.exit_angle
     lag = np.array([flute.lag for flute in cutter.flutes])
     many = sections(float(np.max(lag)) * depth)
     height = depth * (np.arange(many) + 0.5) / many if np.any(lag) else np.zeros(1)
     later = np.array([flute.place for flute in cutter.flutes])[:, None] + lag[:, None] * height
     behind = np.array([flute.behind + flute.spread * height for flute in cutter.flutes])
+    beyond = np.repeat([flute.beyond for flute in cutter.flutes], many if np.any(lag) else 1)
     turns = cutter.pattern * np.arange(round(cutter.patterns))
     offset = -(turns[:, None, None] + later).reshape(-1)
     edge = np.broadcast_to(np.arange(later.size), (len(turns), later.size)).reshape(-1)
@@ -48,7 +48,8 @@ def uneven_stretches(
         members.append((edge[cuts], theta))
         one = stretch(cutting, axes, theta, (last - first) / turning / count, turning, many)
         share = behind.ravel()[edge[cuts]] * cutting.cuts_per_revolution / (2 * np.pi)
-        found.append(replace(one, feed=one.feed * share, feed_between=one.feed_between * share))
+        out = beyond[edge[cuts]]
+        found.append(replace(one, feed=one.feed * share, feed_between=one.feed_between * share, beyond=out))
     flutes = len(cutter.flutes)
     before = (np.arange(later.size) - many) % (flutes * many)
     return tuple(replace(one, origin=origin) for one, origin in zip(found, _origins(members, before), strict=True))
