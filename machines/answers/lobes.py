@@ -18,6 +18,7 @@ from jointlib.shown.result import Columns, Shown
 from jointlib.shown.text import table
 
 from ..cutting.amplitude.amplitude_limits import depends_on_amplitude
+from ..cutting.amplitude.best_pitch import best_pitch
 from ..cutting.amplitude.frozen_lobes import lobes_at_amplitude
 from ..cutting.amplitude.lobes_over_range import lobes_over_range
 from ..cutting.amplitude.pocket import best_pocket
@@ -89,6 +90,7 @@ def lobes(
     speed: Quantities = (),
     depth: Quantities = (),
     witness: bool = False,
+    optimise: str | None = None,
     samples: int | None = None,
     budget: Quantity = BUDGET,
     output: File | None = None,
@@ -113,6 +115,9 @@ def lobes(
         Of cut, m or with units; with ``speed``: by what a vibration grows from tooth to tooth.
     witness
         Simulate the cut in time at ``speed`` and ``depth``.
+    optimise
+        ``"pitch"``: pitches that lift the least depth most from the lowest to the highest ``speed``, or over the range
+        of the file.
     samples
         Band of the depths from so many samples of what is uncertain, at least 40.
     budget
@@ -176,6 +181,9 @@ def lobes(
         tell(lines)
         data["witness"], words = witnessed(model, rates, depths, sizes, during)
         lines += words
+    if optimise is not None:
+        tell(lines)
+        lines += _added(data, *_pitches(model, optimise, speeds, during))
     drawn = target is not None and target.suffix == ".svg"
     zones = zones_of(model, charts, sizes, during) if drawn or sizes else None
     band = np.reshape(data["band"]["depth"], (-1, 3, len(speeds))) if samples else None
@@ -211,6 +219,16 @@ def _charts(
             charts.append(lobes_over_range(model, speeds, A, method, budget))
         speeds = charts[-1].speed
     return charts, speeds
+
+
+def _pitches(model: Machine, what: str, speeds: Array, during: Progress) -> tuple[dict[str, Any], list[str]]:
+    """The pitches that lift the least depth most over a range of speeds, and told."""
+    if what != "pitch":
+        raise InputError(f"--optimise: {what!r}, expected 'pitch'")
+    with during.step("looking for pitches"):
+        found = best_pitch(model, float(np.min(speeds)), float(np.max(speeds)))
+    row = {"pitch": found.pitch, "speed": found.speed, "depth": found.depth, "before": found.before}
+    return {"optimised": row | {"method": found.method}}, [found.words()]
 
 
 def _added(data: dict[str, Any], further: Mapping[str, Any], words: Sequence[str]) -> Sequence[str]:

@@ -30,6 +30,11 @@ from .quantities import AMPLITUDE, DEPTH
 )
 @click.option("--witness", is_flag=True, help="Simulate the cut in time at --speed and --depth.")
 @click.option(
+    "--optimise",
+    type=click.Choice(["pitch"]),
+    help="Pitches that lift the least depth most, from the lowest to the highest --speed, or over the file's range.",
+)
+@click.option(
     "--samples", type=click.IntRange(40), help="Band of the depths from so many samples of what is uncertain."
 )
 @click.option(

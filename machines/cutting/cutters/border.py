@@ -22,6 +22,8 @@ STEP = 1.04
 _CLOSED, _OUTSIDE = 1e-3, 0.02
 _NEWTON, _SETTLED = 30, 1e-11
 _APART = 1e-6
+_SERVES = 0.2
+"""Share of the last step that one with slopes kept may have."""
 _LOOSE = 1e-5
 
 Closed = Callable[[Array, float], ComplexArray]
@@ -74,19 +76,25 @@ def settled(closed: Closed, crossing: Crossing, within: float = _OUTSIDE) -> Cro
     def value(nu: float, b: float) -> complex:
         return nearest_of(closed(np.array([nu]), b)[0], -1.0)[0] + 1
 
+    J, before = np.zeros((2, 2)), np.inf
     for _ in range(_NEWTON):
         here = value(nu, b)
-        along_depth = (value(nu, b * (1 + _APART)) - here) / (_APART * b)
-        if fixed:
-            step = np.array([0.0, -here.real / along_depth.real if along_depth.real else np.nan])
-        else:
-            beside = nu + (_APART if nu < 0.25 else -_APART)
-            along = (value(beside, b) - here) / (beside - nu)
+        if not before < np.inf:  # the slopes are kept while they serve
+            along_depth = (value(nu, b * (1 + _APART)) - here) / (_APART * b)
+            along = 1j
+            if not fixed:
+                beside = nu + (_APART if nu < 0.25 else -_APART)
+                along = (value(beside, b) - here) / (beside - nu)
             J = np.array([[along.real, along_depth.real], [along.imag, along_depth.imag]])
+        if fixed:
+            step = np.array([0.0, -here.real / J[0, 1] if J[0, 1] else np.nan])
+        else:
             try:
                 step = -np.linalg.solve(J, [here.real, here.imag])
             except np.linalg.LinAlgError:
                 return NONE
+        length = max(abs(step[1]) / b, abs(step[0]))
+        before = length if length < _SERVES * before else np.inf
         if not np.all(np.isfinite(step)) or abs(b + step[1] - crossing.depth) > within * crossing.depth:
             return NONE
         nu, b = nu + float(step[0]), b + float(step[1])
