@@ -30,7 +30,7 @@ CUTTING_UNITS = {
     "edge_normal": "N/m",
 }
 """Keys of ``[cutting]`` that are numbers, and their units."""
-CUTTING_KEYS = ("process", "teeth", "mode", "speed", "pitch", "helix", "runout", *CUTTING_UNITS)
+CUTTING_KEYS = ("process", "material", "teeth", "mode", "speed", "pitch", "helix", "runout", *CUTTING_UNITS)
 """All keys of ``[cutting]``."""
 
 
@@ -66,6 +66,8 @@ def cutting_of(section: Section) -> dict[str, Any]:
     fields: dict[str, Any] = {"process": section.text("process")}
     if section.has("teeth"):
         fields["teeth"] = section.integer("teeth", lower=1, upper=1000)
+    if section.has("material"):
+        fields["material"] = section.text("material")
     if section.has("mode"):
         fields["mode"] = section.text("mode")
     for key, unit in CUTTING_UNITS.items():

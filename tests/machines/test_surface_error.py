@@ -94,3 +94,14 @@ def test_run_out_and_edges_move_the_wall_and_joints_that_bend_are_refused() -> N
         forced_vibration(machine, SPEED, DEPTH)
     with pytest.raises(InputError, match="runout has 2 radii, expected one a tooth, 4"):
         Cutting(**{**(mill().cutting or {}), "runout": (1e-6, 2e-6)})
+
+
+def test_a_material_gives_what_is_not_given() -> None:
+    bare = {"process": "milling", "teeth": 2, "mode": "slot", "material": "al-7075-t6"}
+    cutting = Cutting(**bare)  # type: ignore[arg-type]
+    assert (cutting.tangential, cutting.normal, cutting.edge_tangential) == (767.01e6, 168.8e6, 27.7e3)
+    assert Cutting(**bare, tangential=7e8).tangential == 7e8  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="material is 'al-7075', "):
+        Cutting(**{**bare, "material": "al-7075"})  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="'material' belongs to milling"):
+        Cutting("turning", specific=1e9, material="al-7075-t6")

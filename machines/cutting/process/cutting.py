@@ -16,12 +16,13 @@ from jointlib.errors import InputError, together
 from .flank import checked_flank
 from .flutes import checked_damping, checked_helix, checked_pitch, checked_runout, unlike
 from .given import finite, positive, pressure, refuse, speed_range, word
+from .materials import material_of
 
 PROCESSES = ("milling", "turning", "boring")
 MODES = ("up", "down", "slot")
 _MILLING_ONLY = (
     *("teeth", "tangential", "normal", "mode", "immersion", "pitch", "helix", "runout"),
-    *("edge_tangential", "edge_normal"),
+    *("edge_tangential", "edge_normal", "material"),
 )
 
 
@@ -67,6 +68,8 @@ class Cutting:
         `flank`; behind the land it falls off by the clearance.
     edge_tangential, edge_normal
         K_te and K_ne in N/m: forces of an edge in the cut per depth, whatever the chip (milling).
+    material
+        One of `MATERIALS`: gives the pressures and edge forces that are not given (milling).
     runout
         m by which each tooth stands out from the mean radius, one a tooth (milling).
     """
@@ -92,11 +95,17 @@ class Cutting:
     edge_tangential: float | None = None
     edge_normal: float | None = None
     runout: tuple[float, ...] | None = None
+    material: str | None = None
 
     def __post_init__(self) -> None:
         if self.process == "":
             raise InputError(f"[cutting]: 'process' is missing, expected one of {', '.join(PROCESSES)}")
         word("process", self.process, PROCESSES)
+        if self.material is not None and self.process == "milling":
+            given = material_of(self.material)
+            for key in ("tangential", "normal", "edge_tangential", "edge_normal"):
+                if getattr(self, key) is None:
+                    object.__setattr__(self, key, getattr(given, key))
         checks: list[Callable[[], object]] = [partial(finite, "feed_direction", self.feed_direction)]
         checks += [partial(positive, k, getattr(self, k)) for k in ("feed", "diameter") if getattr(self, k) is not None]
         if self.speed is not None:
