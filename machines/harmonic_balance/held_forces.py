@@ -16,6 +16,7 @@ from jointlib.joint import Joint
 from jointlib.law import Motion
 
 from ..deadline import in_time
+from ..indices import Mask
 from ..statics.mean_force import SLOW
 from .assembly import Assembly, is_linear
 from .balance import Balance, solve_complex, solve_each
@@ -71,25 +72,28 @@ def held_change(assembly: Assembly, omega: Array, force: Array, z: ComplexArray,
     J, left = balance.jacobian(forces), balance.residual(start, forces.force)
     size = np.maximum(np.max(A, axis=1), 1e-300)
 
-    def moved(to: ComplexArray, g: ComplexArray, j: int, sign: float) -> ComplexArray:
-        """The chord step from motions to which joint j holds what it may."""
+    def moved(
+        to: ComplexArray, g: ComplexArray, j: int, sign: float, aside: Array | None = None
+    ) -> tuple[ComplexArray, Array]:
+        """The chord step from motions to which joint j holds what it may, and how far it puts the means aside."""
         in_time()
         Z = coordinates.motions(to)[:, first]
         A, pull = np.abs(Z), np.zeros(Z.shape)
         pull[:, j] = sign * held_force(laws[j].remembering, A[:, j], float(np.median(omega)))
-        aside = _aside(laws, C, A, omega, mean, pull)
+        aside = _aside(laws, C, A, omega, mean, pull, aside)
         change = g.copy()
         for k, part in enumerate(laws):
             change[:, first, k] += part.change(A[:, k], omega, mean[:, k], aside[:, k]) * Z[:, k]
-        return solve_complex(J, left - balance.residual(to, change))
+        return solve_complex(J, left - balance.residual(to, change)), aside
 
     for j in sliders:
         change = np.zeros(len(omega))
         for sign in (-1.0, 1.0):
-            to = start + moved(start, forces.force, j, sign)
+            step, aside = moved(start, forces.force, j, sign)
+            to = start + step
             once = np.max(np.abs(coordinates.motions((to - start)[:, first])), axis=1)
             for _ in range(_CHORDS):
-                step = moved(to, balance.forces(to, _SAMPLES, slopes=False).force, j, sign)
+                step, aside = moved(to, balance.forces(to, _SAMPLES, slopes=False).force, j, sign, aside)
                 length = np.max(np.abs(step), axis=(1, 2)) / size
                 to = to + step / np.maximum(1.0, length / _LONGEST)[:, None, None]
             far = np.max(np.abs(coordinates.motions((to - start)[:, first])), axis=1)
@@ -147,24 +151,47 @@ class _Parts:
         return np.asarray(after - before)
 
 
-def _aside(laws: list[_Parts], C: Array, A: Array, omega: Array, mean: Array, pull: Array) -> Array:
-    """δ of all joints in m, (points, nj), under held forces ``pull`` (N); nan where it does not settle."""
-    aside = np.zeros_like(A)
+def _aside(
+    laws: list[_Parts], C: Array, A: Array, omega: Array, mean: Array, pull: Array, near: Array | None = None
+) -> Array:
+    """δ of all joints in m, (points, nj), under held forces ``pull`` (N); nan where it does not settle.
+
+    The force rises in steps from nothing, which tells one balance from others; from ``near``, the balance at motions
+    nearly the same, none is needed.
+    """
+    if near is not None and np.all(np.isfinite(near)):
+        aside, settled = _balanced(laws, C, A, omega, mean, pull, near, 1)
+        if np.all(settled):
+            return aside
+    aside, settled = _balanced(laws, C, A, omega, mean, pull, np.zeros_like(A), _RAMP)
+    return np.where(settled[:, None], aside, np.nan)
+
+
+def _balanced(
+    laws: list[_Parts], C: Array, A: Array, omega: Array, mean: Array, pull: Array, aside: Array, ramp: int
+) -> tuple[Array, Mask]:
+    """δ from where it starts, with the held forces in so many steps, and whether it settled."""
+    beside = np.array([0.0, 1.0, -1.0])[:, None, None]
+    A3, omega3 = np.tile(A, (3, 1)), np.tile(omega, 3)
 
     def carried(place: Array) -> Array:
-        return np.stack([part.mean(A[:, k], omega, place[:, k]) for k, part in enumerate(laws)], axis=1)
+        """Mean forces at places (3, points, nj)."""
+        flat = place.reshape(A3.shape)
+        return np.stack([part.mean(A3[:, k], omega3, flat[:, k]) for k, part in enumerate(laws)], 1).reshape(
+            place.shape
+        )
 
-    at_rest = carried(mean)
     nudge = 1e-4 * np.maximum(A, 1e-3 * np.max(A, axis=1, keepdims=True))
+    at_rest = carried(mean + 0.0 * beside)[0]
     length = np.full(len(A), np.inf)
-    for share in np.arange(1, _RAMP + 1) / _RAMP:
+    for share in np.arange(1, ramp + 1) / ramp:
         for _ in range(_STEPS):
-            K = (carried(mean + aside + nudge) - carried(mean + aside - nudge)) / (2 * nudge)
-            left = aside + (carried(mean + aside) - at_rest - share * pull) @ C.T
+            here, up, down = carried(mean + aside + nudge * beside)
+            K = (up - down) / (2 * nudge)
+            left = aside + (here - at_rest - share * pull) @ C.T
             step = solve_each(np.eye(len(C)) + C * K[:, None, :], -left[:, :, None])[:, :, 0]
             aside = aside + step
             length = np.max(np.abs(step), axis=1)
-            if not np.any(length > _SETTLED * np.max(nudge, axis=1)):
+            if np.all(length <= _SETTLED * np.maximum(np.max(nudge, axis=1), np.max(np.abs(aside), axis=1))):
                 break
-    settled = length <= 1e-3 * np.max(np.abs(aside), axis=1) + _SETTLED * np.max(A, axis=1)
-    return np.where(settled[:, None], aside, np.nan)
+    return aside, length <= 1e-3 * np.max(np.abs(aside), axis=1) + _SETTLED * np.max(A, axis=1)
