@@ -29,6 +29,11 @@ class Done:
     err: str
 
     @property
+    def complaints(self) -> list[str]:
+        """Standard error without the steps ("…", then their time) that a busy computer is told after two seconds."""
+        return [line for line in self.err.splitlines() if not line.endswith("…") and not line.startswith("  ")]
+
+    @property
     def json(self) -> Any:
         """Standard output as strict JSON: nothing else stands there, and no NaN."""
 

@@ -21,7 +21,7 @@ def test_a_mode_is_drawn_where_one_is_asked_for(tmp_path: Path) -> None:
 def test_a_machine_is_drawn_into_a_file(tmp_path: Path) -> None:
     for name in ("mill.svg", "mill.html"):
         done = jointlib(f"inspect {GUIDE_MILL} -o {tmp_path / name} --json")
-        assert (done.status, done.err) == (0, "")
+        assert (done.status, done.complaints) == (0, [])
         assert done.json["picture"] == str(tmp_path / name)
         assert (
             "normal (modal) has no place in space and none of its connections has one: it is not drawn."

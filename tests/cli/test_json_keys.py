@@ -26,7 +26,7 @@ STATIC = LIBRARY / "guide_mill" / "static.measurement.toml"
 
 def test_df_gives_gains_by_amplitude_and_frequency(here: Path) -> None:
     done = jointlib(f"df {GUIDE} --amplitude 1um 3um 5um --frequency 500 1kHz --json")
-    assert (done.status, done.err) == (0, "")
+    assert (done.status, done.complaints) == (0, [])
     data = done.json
     assert data["amplitude"] == [1e-6, 3e-6, 5e-6]
     assert data["frequency"] == [500.0, 1000.0]
@@ -220,7 +220,7 @@ def test_run_gives_steps_report_verdict_and_errors(here: Path) -> None:
 @pytest.mark.parametrize("words", ["laws", "doctor", f"inspect {RIG}", f"inspect {GUIDE}", f"inspect {TWO_MASS}"])
 def test_verbs_without_promised_keys_print_json_too(words: str, here: Path) -> None:
     done = jointlib(f"{words} --json")
-    assert (done.status, done.err) == (0, "")
+    assert (done.status, done.complaints) == (0, [])
     assert isinstance(done.json, dict)
 
 

@@ -27,7 +27,7 @@ def test_a_new_file_is_commented_named_and_never_overwritten(kind: str, here: Pa
     name, beside = CALLS[kind]
     before = files(here)
     done = jointlib(f"new {kind} -o {name} --json")
-    assert (done.status, done.err) == (0, "")
+    assert (done.status, done.complaints) == (0, [])
     assert done.json == {"file": name, "beside": beside}
     assert files(here) - before == {Path(name), *map(Path, beside)}
     text = Path(name).read_text("utf-8")
