@@ -21,7 +21,9 @@ from ..process.cutting import Cutting
 from .pattern_map import FINER, MORE, Answers, PatternMap, pattern_map, pattern_nodes
 
 _GUARD, _RAISES = 5e-4, 5
-_FIRST, _MORE, _WORTH = 16, 8, 3
+_FIRST, _MORE, _WORTH, _LEAST = 16, 8, 3, 2
+_FEW = 0.25
+"""Share of the speeds that must be proved for more depths to be worth while: with helix there may be kinks in depth."""
 _TOGETHER, _ALIKE = 60, 1.25
 """Speeds at once, and how many times the slowest of them the fastest may be."""
 _COARSE, _KEPT, _ROUNDS = 3, 24, 3
@@ -47,7 +49,7 @@ def largest_multipliers(model: ToolModel, cutting: Cutting, speed: Array, depth:
     for rows in _groups(speed):
         left = rows
         if len(depth) >= _WORTH * _FIRST:
-            left = _filled(out, model, cutter, speed, rows, depth)
+            left = _in_pieces(out, model, cutter, speed, rows, depth)
         if len(left):
             left = _every_depth(out, model, cutter, speed, left, depth)
         for i in left.tolist():
@@ -66,20 +68,40 @@ def _groups(speed: Array) -> list[Index]:
     return [np.array(group) for group in groups]
 
 
-def _filled(out: Array, model: ToolModel, cutter: Cutter, speed: Array, rows: Index, depth: Array) -> Index:
-    """Fill rows of a chart; those that could not be proved."""
+def _in_pieces(out: Array, model: ToolModel, cutter: Cutter, speed: Array, rows: Index, depth: Array) -> Index:
+    """Fill rows of a chart piece by piece of the depths; those that could not be proved.
+
+    Where the top of an edge comes into the cut as the tip of the next one does, the coefficients have a kink: κ·b is a
+    pitch then. Uneven flutes have more and weaker kinks, through which more depths lead sooner than pieces.
+    """
+    turn = cutter.flutes[0].lag * depth / cutter.pattern if len(cutter.flutes) == 1 else 0 * depth
+    pieces = [np.flatnonzero(np.floor(turn) == k) for k in np.unique(np.floor(turn))]
+    left = rows
+    for piece in pieces:
+        part = np.empty((len(out), len(piece)))
+        low = float(np.min(depth[piece])) if len(pieces) > 1 and piece[0] != 0 else 0.0
+        missing = _filled(part, model, cutter, speed, rows, depth[piece], low)
+        if len(missing) and len(pieces) > 1:
+            missing = _every_depth(part, model, cutter, speed, missing, depth[piece])
+        out[np.ix_(rows, piece)] = part[rows]
+        left = np.intersect1d(left, rows[~np.isin(rows, missing)])
+    return rows[~np.isin(rows, left)]
+
+
+def _filled(out: Array, model: ToolModel, cutter: Cutter, speed: Array, rows: Index, depth: Array, low: float) -> Index:
+    """Fill rows of a chart from a depth ``low`` on; those that could not be proved."""
     order = np.argsort(depth)
     deepest, early = float(np.max(depth)), int(order[len(order) // 8])
     count, states = _FIRST, 2 * len(model.poles)
-    while count * _WORTH <= len(depth):
+    while count * _LEAST <= len(depth):
         angle = np.pi * (np.arange(count) + 0.5) / count
-        share = (1 + np.cos(angle)) / 2
+        share = (low + (deepest - low) * (1 + np.cos(angle)) / 2) / deepest
         transform = 2 / count * np.cos(angle[:, None] * np.arange(count))
         transform[:, 0] /= 2
         more = _COARSE + (count - _FIRST) // 4
         a = _coefficients(model, cutter, speed[rows], deepest * share, more)
         beyond = np.maximum(0, np.arange(len(a)) - states)[:, None, None]
-        basis = np.cos(np.arange(count)[:, None] * np.arccos(np.clip(2 * depth / deepest - 1, -1, 1)))
+        basis = np.cos(np.arange(count)[:, None] * np.arccos(np.clip(2 * (depth - low) / (deepest - low) - 1, -1, 1)))
         found = largest_multiplier((a / share**beyond) @ transform @ basis * (depth / deepest) ** beyond)
         near = np.argmin(np.abs(found - 1), axis=1)
         at = np.unique([early, int(np.argmax(depth)), int(np.median(near))])
@@ -87,7 +109,7 @@ def _filled(out: Array, model: ToolModel, cutter: Cutter, speed: Array, rows: In
         good = np.all(np.abs(found[:, at] - proved) <= _GUARD * np.maximum(proved, 1), axis=1)
         out[rows[good]] = found[good]
         rows = rows[~good]
-        if not len(rows):
+        if not len(rows) or np.count_nonzero(good) < _FEW * len(good):
             break
         count += _MORE
     return rows
