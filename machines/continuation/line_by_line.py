@@ -21,7 +21,8 @@ from .curve_results import Followed
 
 _AROUND = np.sinh(np.linspace(-3.0, 3.0, 33))
 """Lines round a peak, in half-power half widths."""
-_TOGETHER = 0.25
+_APART = 0.55
+"""Of the spacing of its own lines, what a peak has to the nearest line of another at most."""
 
 
 def by_lines(assembly: Assembly, forces: Array, lines: Array, refine: bool, axis: int | None) -> list[Followed]:
@@ -63,15 +64,14 @@ def solved(
 
 
 def _around(peaks: list[Peak]) -> Array:
-    """Lines round the peaks; joints that peak together share theirs."""
-    out = [np.empty(0)]
-    taken: list[Peak] = []
+    """Lines round the peaks; where those of one stand close enough for another, they serve both."""
+    out = np.array([-np.inf, np.inf])
     for p in sorted((p for p in peaks if p.width > 0), key=lambda p: p.frequency):
-        near = [q for q in taken if abs(q.frequency - p.frequency) <= _TOGETHER * min(q.width, p.width)]
-        if not any(0.5 < q.width / p.width < 2 for q in near):
-            taken.append(p)
-            out.append(p.frequency + p.width * _AROUND)
-    return np.unique(np.concatenate(out))
+        own = p.frequency + p.width * _AROUND
+        place = np.searchsorted(out, own)
+        gap = np.minimum(own - out[place - 1], out[place] - own)
+        out = np.union1d(out, own[gap > _APART * np.gradient(own)])
+    return out[1:-1]
 
 
 def _branches(assembly: Assembly, found: Solutions, f: int, labelled: bool) -> tuple[Branch, ...]:

@@ -19,9 +19,8 @@ from ..statics.bias import Biased
 from .assembly import Assembly, View
 from .dual_input import dual_input_forces
 from .harmonics import Forces, Harmonics, joint_forces
-from .newton import gains, real_form
+from .newton import at_rest, real_form
 
-_BARELY_MOVING = 1e-10
 _ITERATIONS = 30
 _SETTLED = 1e-11
 _LONGEST = 0.5
@@ -73,13 +72,7 @@ class Balance:
         view = assembly.at(lines).at(place) if held is None else held.at(np.searchsorted(held.omega, lines)[place])
         nj = len(joints)
 
-        def gain(amplitude: float) -> ComplexArray:
-            A = np.full((len(view.omega), nj), amplitude)
-            return gains(joints, A, view.omega)[0] if biased is None else biased.about_rest(A, view.omega)
-
-        base = gain(0.0)
-        if not np.all(np.isfinite(base)):
-            base = np.where(np.isfinite(base), base, gain(_BARELY_MOVING))
+        base = at_rest(joints if biased is None else assembly.moving, nj, view.omega)
         r = len(view.coordinates.rows)
         system = np.eye(r) + view.coordinates.through(view.Hzz, base)
         both = np.linalg.solve(system, np.concatenate([view.Hzz, view.Hzf[:, :, :1]], axis=2))

@@ -199,10 +199,13 @@ def own_slopes(z: ComplexArray, slope: ComplexArray) -> tuple[ComplexArray, Comp
 
 def at_rest(joints: Sequence[Joint], count: int, omega: Array) -> ComplexArray:
     """G of every joint for vanishing motion, (points, nj)."""
-    base = gains(joints, np.zeros((len(omega), count)), omega)[0]
-    if np.all(np.isfinite(base)):
-        return base
-    return np.where(np.isfinite(base), base, gains(joints, np.full((len(omega), count), _BARELY_MOVING), omega)[0])
+
+    def gain(amplitude: float) -> ComplexArray:
+        A = np.full((len(omega), count), amplitude)
+        return joints.biased.about_rest(A, omega) if isinstance(joints, Together) else gains(joints, A, omega)[0]
+
+    base = gain(0.0)
+    return base if np.all(np.isfinite(base)) else np.where(np.isfinite(base), base, gain(_BARELY_MOVING))
 
 
 def gains(joints: Sequence[Joint], amplitude: Array, omega: Array) -> tuple[ComplexArray, ComplexArray]:
