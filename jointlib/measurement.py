@@ -96,14 +96,14 @@ class Correction:
 
 @dataclass(frozen=True)
 class Sweep:
-    """Kind ``frf``: where a harmonic force of one size acted and where the motion was measured."""
+    """Kind ``frf``: where a harmonic force acted, where the motion was measured, and which of the two was held."""
 
     drive: str
     """Degree of freedom of the machine that the force acts on."""
     response: str
     """Degree of freedom whose motion over force the file holds."""
     force: float
-    """N, peak."""
+    """N, peak; 0 where the response was held."""
     quantity: str | None = None
     """receptance, mobility or accelerance; None where the file says it."""
     unit: str | None = None
@@ -113,6 +113,16 @@ class Sweep:
     """Node and direction in a universal file that holds several."""
     conjugate: bool = False
     """True where the file counts time as exp(−jωt)."""
+    amplitude: float = 0.0
+    """m, peak of the response, where its displacement was held."""
+    acceleration: float = 0.0
+    """m/s², peak of the response, where its acceleration was held."""
+
+    @property
+    def level(self) -> str:
+        """What was held, in words."""
+        held = ((self.amplitude, "m"), (self.acceleration, "m/s²"), (self.force, "N"))
+        return next(f"{value:g} {unit}" for value, unit in held if value or unit == "N")
 
 
 @dataclass(frozen=True)

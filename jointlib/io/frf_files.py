@@ -47,6 +47,8 @@ class FrfRecord:
     """Unit of the values in a heading, from which they were converted; empty where there was none."""
     alike: Array | None = None
     """Lines that err together with each, where the file says so; so many tell no more than one does."""
+    force: Array | None = None
+    """N, peak of the force on each line, where the file says so."""
 
 
 def read_frfs(path: Path, told: Told | None = None) -> list[FrfRecord]:
@@ -146,7 +148,13 @@ def _csv(path: Path, told: Told | None) -> FrfRecord:
     found = response_of(path, named, table.units)
     if found is not None:
         record = FrfRecord(
-            found.frequency, found.value, found.variance, found.quantity, unit=found.unit, alike=found.alike
+            found.frequency,
+            found.value,
+            found.variance,
+            found.quantity,
+            unit=found.unit,
+            alike=found.alike,
+            force=found.force,
         )
         return _checked(path, record)
     columns = list(named.values())
@@ -187,7 +195,8 @@ def _arrays(path: Path) -> FrfRecord:
         None if variance is None else variance.astype(float).reshape(value.shape if variance.size == value.size else -1)
     )
     frequency = held["frequency"].astype(float).ravel()
-    return _checked(path, FrfRecord(frequency, value.astype(complex), variance, quantity))
+    force = held["force"].astype(float).ravel() if "force" in held else None
+    return _checked(path, FrfRecord(frequency, value.astype(complex), variance, quantity, force=force))
 
 
 def _universal(path: Path) -> list[FrfRecord]:
@@ -237,4 +246,8 @@ def _checked(path: Path, record: FrfRecord) -> FrfRecord:
     v = record.variance
     if v is not None and (v.shape != shape or not np.all(np.isfinite(v)) or np.any(v < 0)):
         raise InputError(f"{path}: the variance must be finite, not negative and of the shape of the values {shape}")
+    if record.force is not None:
+        usable(path, "force", record.force)
+        if record.force.shape != f.shape or not np.all(record.force > 0):
+            raise InputError(f"{path}: the force must be finite, more than 0 and one value per line, its peak in N")
     return record

@@ -38,6 +38,9 @@ from jointlib.measurement import (
     Sweep,
 )
 
+_HELD = {"force": "N", "amplitude": "m", "acceleration": "m/s^2"}
+"""What a harmonic test may hold, and its unit."""
+
 
 def read_measurement(path: Path) -> Measurement:
     """The declaration alone; no record is opened."""
@@ -139,14 +142,21 @@ def _record(section: Section, kind: str) -> RecordSource:
 
 
 def _sweep(section: Section) -> RecordSource:
-    """A record of kind ``frf``: one frequency response at one size of the force."""
-    force = section.number("force", "N")
-    if not 0 < force < math.inf:
-        section.fault(f"force is {force:g} N, expected the peak of the force, more than 0")
+    """A record of kind ``frf``: one frequency response at one size of the force, or of the response."""
+    instead = [key for key in ("amplitude", "acceleration") if section.has(key)]
+    held = {key: section.number(key, _HELD[key], 0.0) for key in ("amplitude", "acceleration")}
+    held["force"] = section.number("force", "N", 0.0) if instead else section.number("force", "N")
+    for key in instead or ["force"]:
+        if not 0 < held[key] < math.inf:
+            what = "force" if key == "force" else "response"
+            section.fault(f"{key} is {held[key]:g} {_HELD[key]}, expected the peak of the {what}, more than 0")
+    if len([key for key, value in held.items() if value]) > 1:
+        told = " and ".join(key for key, value in held.items() if value)
+        section.fault(f"{told} are given, expected the one that was held")
     sweep = Sweep(
         drive=section.text("drive"),
         response=section.text("response"),
-        force=force,
+        **held,
         quantity=section.text("quantity", None, choices=tuple(q.word for q in Quantity)),
         unit=section.text("unit", None),
         response_at=section.text("response_at", None),

@@ -23,6 +23,7 @@ _ROLES = {
     "variance": r"^variance$",
     "deviation": r"^deviation$",
     "alike": r"^alike$",
+    "force": r"^(force|kraft|effort)$",
     "coherence": r"^(coh\w*|koh\w*|gamma2?|γ²?)$",
 }
 _BRACKETS = re.compile(r"[\[(]([^\[\]]*)[\])]\s*$")
@@ -42,6 +43,8 @@ class Response:
     """As the headings say it; empty where they say none."""
     alike: Array | None = None
     """Lines that err together with each."""
+    force: Array | None = None
+    """N, peak of the force that each line was measured with."""
 
 
 def response_of(path: Path, columns: Mapping[str, Array], units: Sequence[str]) -> Response | None:
@@ -82,7 +85,15 @@ def response_of(path: Path, columns: Mapping[str, Array], units: Sequence[str]) 
     alike = found["alike"][0] if "alike" in found else None
     if alike is not None and not np.all((alike >= 1) & np.isfinite(alike)):
         raise InputError(f"{path}: 'alike' is {np.min(alike):g}, expected how many lines err together, 1 or more")
-    return Response(_frequency(path, *found["frequency"]), value, _variance(path, found, factor), quantity, unit, alike)
+    frequency, variance = _frequency(path, *found["frequency"]), _variance(path, found, factor)
+    return Response(frequency, value, variance, quantity, unit, alike, _force(path, found))
+
+
+def _force(path: Path, found: Mapping[str, tuple[Array, str, str]]) -> Array | None:
+    if "force" not in found:
+        return None
+    values, unit, heading = found["force"]
+    return np.asarray(values * (scale(unit, "N", f"{path}: {heading!r}") if unit else 1.0))
 
 
 def _role(heading: str) -> str | None:

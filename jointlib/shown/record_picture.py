@@ -56,7 +56,7 @@ def draw_sweeps(axes: Any, measurement: Measurement, sources: Sequence[RecordSou
         if found.quantity is not None and found.value.ndim == 1:
             f = found.frequency[found.frequency > 0]
             H = found.value[found.frequency > 0] / found.quantity.per_receptance(f)
-            label = literal(f"{sweep.response} per force on {sweep.drive}, {sweep.force:g} N")
+            label = literal(f"{sweep.response} per force on {sweep.drive}, {sweep.level}")
             draw_magnitude(axes, f, H, label=label)
     axes.set(xlabel="frequency [Hz]", ylabel="|x/F| [µm/N]")
     name_curves(axes)

@@ -51,11 +51,22 @@ def from_repeats(repeats: Sequence[ComplexArray]) -> Array:
 
 def local_errors(frequency: Array, H: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
     """Per line, what the fit to the lines around it misses, scaled to the deviation of one line; and that fit."""
+    missed, smooth, _ = _local_fits(frequency, H)
+    return missed, smooth
+
+
+def local_slopes(frequency: Array, H: ComplexArray) -> ComplexArray:
+    """dH/df of each line, from the fit to the lines around it."""
+    return _local_fits(frequency, H)[2]
+
+
+def _local_fits(frequency: Array, H: ComplexArray) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
     n = len(frequency)
     start = np.clip(np.arange(n) - _WINDOW // 2, 0, n - _WINDOW)
     window = start[:, None] + np.arange(_WINDOW)
     x = frequency[window] - frequency[:, None]
-    x /= np.max(np.abs(x), axis=1, keepdims=True)
+    reach = np.max(np.abs(x), axis=1)
+    x /= reach[:, None]
     size = np.maximum(np.max(np.abs(H[window]), axis=1), np.finfo(float).tiny)
     y = H[window] / size[:, None]
     # Σ a_i x^i − y Σ b_i x^i = y; weighted with the last 1/|1 + Σ b_i x^i| its error becomes that of y.
@@ -72,7 +83,8 @@ def local_errors(frequency: Array, H: ComplexArray) -> tuple[ComplexArray, Compl
     # At the line itself x = 0, so that the fit there is a_0 with the variance of that coefficient.
     spread = np.sum(np.abs(inverse[:, 0] * weight) ** 2, axis=1)
     smooth = fit[:, 0] * size
-    return (H - smooth) / np.sqrt(1 + spread), smooth
+    slope = (fit[:, 1] - fit[:, 0] * fit[:, len(_POWERS)]) * size / reach
+    return (H - smooth) / np.sqrt(1 + spread), smooth, slope
 
 
 def _gathered(square: Array, size: Array) -> Array:

@@ -18,19 +18,20 @@ from .setting import Setting
 
 def relative(fitting: Fitting, residual: ComplexArray) -> float:
     """rms of the residual over rms of the measured FRFs."""
-    error = np.sum(np.abs(residual * fitting.sigma) ** 2)
+    error = np.sum(np.abs(fitting.drift.error(residual) * fitting.sigma) ** 2)
     return float(np.sqrt(error / np.sum(np.abs(fitting.forward.points.measured) ** 2)))
 
 
 def per_record(fitting: Fitting, residual: ComplexArray, frfs: Sequence[LevelFRF]) -> list[dict[str, Any]]:
     """The same record by record."""
     points = fitting.forward.points
+    missed = fitting.drift.error(residual) * fitting.sigma
     out = []
     for i, frf in enumerate(frfs):
         rows = points.record == i
         if not np.any(rows):
             continue
-        error = np.sum(np.abs(residual[rows] * fitting.sigma[rows]) ** 2)
+        error = np.sum(np.abs(missed[rows]) ** 2)
         out.append(
             {
                 "name": frf.name,
@@ -47,7 +48,7 @@ def harmonics_of(mended: Machine, search: Fitting, frfs: Sequence[LevelFRF], row
     own = Setting.of(mended, frfs)
     if len(own.rows) != rows:
         return np.zeros(rows, dtype=complex)
-    return np.asarray((search.correction - own.fitting.correction) / search.sigma)
+    return search.drift.white((search.correction - own.fitting.correction) / search.sigma)
 
 
 def errors(
@@ -61,7 +62,7 @@ def errors(
 
     Sealed records decide; without any, left-out levels, or left-out lines where there is one level.
     """
-    where = "levels left out" if len({f.force for f in frfs}) > 1 else "lines left out"
+    where = "levels left out" if len({f.level for f in frfs}) > 1 else "lines left out"
     bench, counted, records = fitting, heldout, frfs
     if sealed is not None:
         where, bench, counted, records = "sealed", sealed[0].fitting, sealed[0].residual, sealed[1]
@@ -85,11 +86,11 @@ def before_and_after(
     sealed: Sequence[LevelFRF],
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """Errors of the machine as it came in and as it is mended; nothing was fitted for the first."""
-    opened = (Setting.of(machine, sealed), sealed) if sealed else None
+    opened = (Setting.centred(machine, sealed), sealed) if sealed else None
     before = errors(fitting, residual, residual, training, opened)
     if named is None:
         return before, before
     moved = harmonics_of(mended, fitting, training, len(residual))
-    opened = (Setting.of(mended, sealed), sealed) if sealed else None
+    opened = (Setting.centred(mended, sealed), sealed) if sealed else None
     inside, heldout = named.fitted.residual + moved, named.heldout() + moved
     return before, errors(fitting, inside, heldout, training, opened)

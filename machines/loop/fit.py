@@ -12,6 +12,7 @@ from jointlib.arrays import Array, ComplexArray
 from jointlib.joint import Joint
 
 from ..indices import Index, Mask
+from .drift import Drift
 from .forward import Answer, Forward
 from .hypothesis import Hypothesis
 from .quick import quick
@@ -35,7 +36,7 @@ class Fitted:
     u: Array
     answer: Answer
     residual: ComplexArray
-    """(measured − model)/deviation at the points, unit variance where nothing is missing."""
+    """(measured − model)/deviation at the points, white and of unit variance where nothing is missing."""
     slopes: ComplexArray
     """Of the residual by u, (points, coordinates)."""
     penalty: float
@@ -70,8 +71,18 @@ class Fitting:
     sigma: Array
     correction: ComplexArray
     """m/N: what further harmonics add to the answer of describing functions, as the machine came in."""
+    taken: Array | None = None
+    """Drift of every record that is taken out of its frequencies, relative; None is none."""
     near: dict[str, ComplexArray] = field(default_factory=dict)
     """Motions of all joints that the records imply if all but one place is right, by that place."""
+
+    @cached_property
+    def drift(self) -> Drift:
+        """From record to record."""
+        p = self.forward.points
+        test = p.drive * len(self.forward.responses) + p.response
+        taken = np.zeros(p.record.max() + 1) if self.taken is None else self.taken
+        return Drift.of(p.frequency, p.measured, p.record, test, self.sigma, taken)
 
     @cached_property
     def quick_joints(self) -> tuple[Joint, ...]:
@@ -96,9 +107,9 @@ class Fitting:
         return self.forward.answer(hypothesis.joints(u), moving, start)
 
     def residual(self, answer: Answer) -> ComplexArray:
-        """(measured − model)/deviation; where no solution was found the model counts as zero."""
+        """(measured − model)/deviation, white; where no solution was found the model counts as zero."""
         H = np.where(answer.fine, answer.receptance + self.correction, 0.0)
-        return np.asarray((self.forward.points.measured - H) / self.sigma)
+        return self.drift.residual((self.forward.points.measured - H) / self.sigma)
 
     def _blunt(self, answer: Answer) -> tuple[ComplexArray, ComplexArray]:
         """ln(measured/model) over its deviation, and its factor on slopes of the model."""
@@ -120,6 +131,10 @@ class Fitting:
             moved.append(hypothesis.joints(there))
         moving = self.moving(hypothesis)
         return self.forward.slopes(hypothesis.joints(u), moving, answer.z, moved) / _STEP
+
+    def _white_slopes(self, answer: Answer, change: ComplexArray) -> ComplexArray:
+        """Of the residual."""
+        return self.drift.white(np.where(answer.fine[:, None], -change / self.sigma[:, None], 0.0))
 
     def cost(self, hypothesis: Hypothesis, u: Array, answer: Answer, blunt: bool) -> float:
         """What is minimised: squares of residuals, and the prior."""
@@ -165,8 +180,7 @@ class Fitting:
 
     def finished(self, hypothesis: Hypothesis, u: Array, answer: Answer) -> Fitted:
         """What was reached, with its slopes."""
-        slopes = -self._slopes(hypothesis, u, answer) / self.sigma[:, None]
-        slopes = np.where(answer.fine[:, None], slopes, 0.0)
+        slopes = self._white_slopes(answer, self._slopes(hypothesis, u, answer))
         return Fitted(hypothesis, u, answer, self.residual(answer), slopes, penalty(hypothesis, u))
 
     def _descend(
@@ -183,7 +197,7 @@ class Fitting:
                 J = change * factor[:, None]
             else:
                 r = self.residual(answer)
-                J = np.where(answer.fine[:, None], -change / self.sigma[:, None], 0.0)
+                J = self._white_slopes(answer, change)
             A = (J.conj().T @ J).real + np.diag(weight)
             g = (J.conj().T @ r).real + weight * (u - hypothesis.centre)
             better = False

@@ -92,7 +92,7 @@ class Forward:
         record = np.repeat(np.arange(len(frfs)), sizes)
         points = Points(
             np.concatenate([r.frequency for r in frfs]),
-            np.array([r.force for r in frfs])[record],
+            np.concatenate([r.line_forces for r in frfs]),
             record,
             np.array([drives.index(r.drive) for r in frfs])[record],
             np.array([responses.index(r.response) for r in frfs])[record],

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
-from jointlib.arrays import Array, ComplexArray
+from jointlib.arrays import ComplexArray
 from jointlib.loop.answer.report import Status, Verdict
 
 from ..indices import Index, Mask
@@ -98,11 +99,16 @@ class Judged:
         """Mean square of the residual."""
         return self.fitted.loss / max(len(self.before), 1)
 
-    def deviation(self, other: Judged | None = None) -> float:
-        """Standard deviation that noise gives the difference of gains; without another, from doing nothing."""
-        against = self.before if other is None else other.fitted.residual
-        d2 = _loss(self.fitted.residual - against)
-        return float(np.sqrt(2 * d2 * max(1.0, self.chi2)))
+    def deviation(self) -> float:
+        """Standard deviation of the gain, with all that the fit leaves over taken for noise."""
+        return float(np.sqrt(2 * _loss(self.fitted.residual - self.before) * max(1.0, self.chi2)))
+
+    def apart(self, other: Judged) -> float:
+        """Standard deviation that noise gives the difference of two losses.
+
+        What both leave over beyond noise is no chance: it does not change sides from one record to the next.
+        """
+        return float(np.sqrt(2 * _loss(self.fitted.residual - other.fitted.residual)))
 
     def fault(self, families: int) -> str:
         """Why it does not pass; empty where it does."""
@@ -136,14 +142,14 @@ def judged(fitted: Fitted, before: ComplexArray, levels: Sequence[Fold], blocks:
 def preferred(of_place: Sequence[Judged]) -> Judged:
     """The simplest among the explanations of one place that are as good as its best."""
     best = min(of_place, key=lambda j: j.score)
-    tied = [j for j in of_place if j.score - best.score <= max(_TIE, 4 * best.deviation(j), _MODEL / 3 * best.left)]
+    tied = [j for j in of_place if j.score - best.score <= max(_TIE, 4 * best.apart(j), _MODEL / 3 * best.left)]
     # A stop on one side behind a softer spring has the first harmonic of play: the simpler word is said.
     return min(tied, key=lambda j: (j.family != "refit", j.size, j.family == "contact-loss", j.fitted.penalty))
 
 
 def is_rival(chosen: Judged, other: Judged) -> bool:
     """Whether these records cannot tell another explanation from the chosen one."""
-    return other.score - chosen.score < max(_TIE, _RIVAL * chosen.deviation(other), _MODEL * chosen.left)
+    return other.score - chosen.score < max(_TIE, _RIVAL * chosen.apart(other), _MODEL * chosen.left)
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,6 +161,9 @@ class Judgement:
     rivals: tuple[Judged, ...]
     ordered: tuple[tuple[Judged, Status, str], ...]
     explained: float | None
+    """Share of what was missing that is explained."""
+    beyond: float | None = None
+    """Share of what the joint's own parameters leave missing that the effect explains; None for a refit."""
 
 
 def judge(found: Sequence[Judged], families: int) -> Judgement:
@@ -174,7 +183,11 @@ def judge(found: Sequence[Judged], families: int) -> Judgement:
             alike = [j for j in by_place[chosen.place] if j.family not in ("refit", chosen.family)]
             rivals += [j for j in alike if j.size <= chosen.size and is_rival(chosen, j)]
         rivals.sort(key=lambda j: j.score)
-    verdict, explained = _verdict(before, n, chosen, rivals)
+    refits = {j.place: j.fitted.loss for j in found if j.family == "refit"}
+    explained = None if chosen is None else _share(before, chosen.fitted.loss, n)
+    own = None if chosen is None or chosen.family == "refit" else refits.get(chosen.place)
+    beyond = None if chosen is None or own is None else _share(own, chosen.fitted.loss, n)
+    verdict = _verdict(before, n, chosen, rivals, [share for share in (explained, beyond) if share is not None])
     if verdict is Verdict.UNEXPLAINED:
         rivals = []
     ordered = []
@@ -186,27 +199,30 @@ def judge(found: Sequence[Judged], families: int) -> Judgement:
         else:
             why = faults[id(j)] or OUTDONE
             ordered.append((j, Status.REJECTED, why))
-    return Judgement(verdict, chosen, tuple(rivals), tuple(ordered), explained)
+    return Judgement(verdict, chosen, tuple(rivals), tuple(ordered), explained, beyond)
 
 
-def _verdict(before: float, n: int, chosen: Judged | None, rivals: Sequence[Judged]) -> tuple[Verdict, float | None]:
+def _share(before: float, after: float, n: int) -> float | None:
+    """Share of the excess of a loss that is gone; None where there was none."""
     left = excess(before, n)
+    return 1 - excess(after, n) / left if left > 0 else None
+
+
+def _verdict(
+    before: float, n: int, chosen: Judged | None, rivals: Sequence[Judged], shares: Sequence[float]
+) -> Verdict:
     if chosen is None:
-        return (Verdict.UNEXPLAINED if left > 0 else Verdict.NOTHING_MISSING), None
-    named = Verdict.AMBIGUOUS if rivals else Verdict.IDENTIFIED
-    if left <= 0:
-        return named, None
-    after = excess(chosen.fitted.loss, n)
-    explained = 1 - after / left
-    if explained >= NAMED_FROM:
-        return named, explained
-    return (Verdict.PARTIAL if explained >= NEAREST_FROM else Verdict.UNEXPLAINED), explained
+        return Verdict.UNEXPLAINED if excess(before, n) > 0 else Verdict.NOTHING_MISSING
+    least = min(shares, default=1.0)
+    if least >= NAMED_FROM:
+        return Verdict.AMBIGUOUS if rivals else Verdict.IDENTIFIED
+    return Verdict.PARTIAL if least >= NEAREST_FROM else Verdict.UNEXPLAINED
 
 
-def level_folds(force: Array) -> list[tuple[str, Mask]]:
+def level_folds(level: NDArray[np.str_]) -> list[tuple[str, Mask]]:
     """Points of every level; none where there is only one."""
-    levels = np.unique(force)
-    return [(f"{level:g} N", force == level) for level in levels.tolist()] if len(levels) > 1 else []
+    levels = list(dict.fromkeys(level.tolist()))
+    return [(name, level == name) for name in levels] if len(levels) > 1 else []
 
 
 def block_folds(line: Index, count: int, width: int) -> list[tuple[str, Mask]]:

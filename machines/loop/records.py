@@ -36,7 +36,7 @@ class LevelFRF:
     drive: str
     response: str
     force: float
-    """N, peak."""
+    """N, peak; the median of those on the lines where it was not held."""
     frequency: Array
     """Hz, ascending, above 0."""
     receptance: ComplexArray
@@ -49,6 +49,20 @@ class LevelFRF:
     sha256: str
     remarks: tuple[str, ...] = ()
     """What a reader should know of the record, a sentence each."""
+    forces: Array | None = None
+    """N, peak on each line, where it was measured or the response was held; else ``force`` on all."""
+    held: str = ""
+    """What was held, in words, where that was not the force."""
+
+    @property
+    def level(self) -> str:
+        """What was held, in words; records of one level are left out together."""
+        return self.held or f"{self.force:g} N"
+
+    @property
+    def line_forces(self) -> Array:
+        """N, peak on each line."""
+        return np.full(len(self.frequency), self.force) if self.forces is None else self.forces
 
 
 def read_frfs(measurement: Measurement, machine: Machine) -> tuple[LevelFRF, ...]:
@@ -93,9 +107,9 @@ def _names(measurement: Measurement, sources: Sequence[RecordSource]) -> list[st
 def said_of(frfs: Sequence[LevelFRF]) -> tuple[str, ...]:
     """What the records tell of themselves, and whether they can show that a response depends on its amplitude."""
     said = [remark for frf in frfs for remark in frf.remarks]
-    forces = sorted({frf.force for frf in frfs if not frf.sealed})
-    if len(forces) == 1:
-        said.append(f"all records have one force, {forces[0]:g} N: that a joint depends on amplitude cannot be seen.")
+    levels = {frf.level for frf in frfs if not frf.sealed}
+    if len(levels) == 1:
+        said.append(f"all records have one level, {levels.pop()}: that a joint depends on amplitude cannot be seen.")
     return tuple(dict.fromkeys(said))
 
 
@@ -106,14 +120,15 @@ class _Opened:
     frequency: Array
     receptance: ComplexArray
     variance: Array | None
+    forces: Array | None
     remarks: tuple[str, ...]
 
     @property
-    def test(self) -> tuple[str, str, float, bool]:
+    def test(self) -> tuple[str, str, str, bool]:
         """What records that repeat each other have in common."""
         sweep = self.source.sweep
         assert sweep is not None
-        return sweep.drive, sweep.response, sweep.force, sweep.conjugate
+        return sweep.drive, sweep.response, sweep.level, sweep.conjugate
 
     def repeats(self, other: _Opened) -> bool:
         f, g = self.frequency, other.frequency
@@ -153,8 +168,17 @@ def _opened(measurement: Measurement, source: RecordSource, name: str) -> _Opene
         raise InputError(f"{where}: the deviation at {f[np.argmin(variance)]:g} Hz is 0, expected more than 0")
     if variance is not None and found.alike is not None:
         variance = variance * found.alike[kept]  # so that what is fitted to all lines has the right errors
+    forces = None if found.force is None else found.force[kept]
+    if not sweep.force and forces is None:
+        moved = (2 * np.pi * f) ** 2 * np.abs(H) if sweep.acceleration else np.abs(H)
+        if not np.all(moved > 0):
+            raise InputError(f"{where}: the response is zero at {f[np.argmin(moved)]:g} Hz, expected the one held")
+        forces = (sweep.acceleration or sweep.amplitude) / moved
+    if forces is not None and np.ptp(forces) > 0:
+        held = "" if sweep.force else f" to hold {sweep.level}"
+        said.append(f"the force varies from {np.min(forces):.4g} to {np.max(forces):.4g} N{held}.")
     said += _gaps(f)
-    return _Opened(source, name, f, H, variance, tuple(f"{name}: {sentence}" for sentence in said))
+    return _Opened(source, name, f, H, variance, forces, tuple(f"{name}: {sentence}" for sentence in said))
 
 
 def _gaps(frequency: Array) -> list[str]:
@@ -187,7 +211,7 @@ def _with_deviation(measurement: Measurement, record: _Opened, all_records: Sequ
         record.name,
         sweep.drive,
         sweep.response,
-        sweep.force,
+        sweep.force or float(np.median(record.forces)),  # type: ignore[arg-type]
         record.frequency,
         record.receptance,
         deviation,
@@ -195,6 +219,8 @@ def _with_deviation(measurement: Measurement, record: _Opened, all_records: Sequ
         source.role == "sealed",
         sha256(source.file),
         record.remarks,
+        record.forces,
+        "" if sweep.force else sweep.level,
     )
 
 

@@ -97,6 +97,7 @@ class MachineTrace(Shown):
                 "drive": r.drive,
                 "response": r.response,
                 "force": r.force,
+                "level": r.level,
                 "lines": len(r.frequency),
                 "deviation_from": r.deviation_from,
                 "sealed": r.sealed,

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from jointlib.arrays import ComplexArray
+from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
 from jointlib.joint import Joint
 
 from ..indices import Index
 from ..model.machine import Machine
+from .drift import FREQUENCY
 from .fit import Fitting
 from .forward import Answer, Forward
 from .quick import quick
@@ -20,6 +21,14 @@ from .records import LevelFRF
 from .truncated import correction
 
 _CAP = 2.0
+_CENTRED = 3
+SETTLED = 0.3 * FREQUENCY
+"""Drift that is small enough for its first order to hold."""
+
+
+def undrifted(frfs: Sequence[LevelFRF], shift: Array) -> list[LevelFRF]:
+    """Records at the frequencies that they would have been measured at without a drift of their natural ones."""
+    return [replace(r, frequency=r.frequency / (1 + d)) for r, d in zip(frfs, shift.tolist(), strict=True)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,8 +43,31 @@ class Setting:
     lines: int
 
     @classmethod
-    def of(cls, machine: Machine, frfs: Sequence[LevelFRF]) -> Setting:
-        forward = Forward.of(machine, frfs)
+    def centred(cls, machine: Machine, frfs: Sequence[LevelFRF]) -> Setting:
+        """The same with the frequencies of every record moved by what they have likeliest drifted."""
+        setting, taken = cls.of(machine, frfs), np.zeros(len(frfs))
+        for _ in range(_CENTRED):
+            drift = setting.drifted(setting.residual, len(frfs))
+            if np.max(np.abs(drift - taken)) <= SETTLED:
+                break
+            taken = drift
+            setting = cls.of(machine, frfs, taken)
+        return setting
+
+    def drifts(self, residual: ComplexArray, records: int) -> Array:
+        """By how much level and natural frequencies of each record are off, (records, 2), relative, by a residual."""
+        out = np.zeros((records, 2))
+        out[np.unique(self.fitting.forward.points.record)] = self.fitting.drift.likeliest(residual)
+        return out
+
+    def drifted(self, residual: ComplexArray, records: int) -> Array:
+        """The natural frequencies alone, (records,)."""
+        return np.asarray(self.drifts(residual, records)[:, 1])
+
+    @classmethod
+    def of(cls, machine: Machine, frfs: Sequence[LevelFRF], taken: Array | None = None) -> Setting:
+        """A machine held against records, the drift ``taken`` of each, relative, out of their frequencies."""
+        forward = Forward.of(machine, frfs if taken is None else undrifted(frfs, taken))
         held: dict[int, Joint] = {}
         joints = [held.setdefault(id(j), quick(j)) for j in machine.joints()]
         base = forward.answer(joints, tuple(range(len(joints))), ramp=True)
@@ -48,7 +80,7 @@ class Setting:
         rows = np.flatnonzero(base.fine & np.isfinite(points.measured) & (points.deviation > 0))
         sigma = np.sqrt(points.deviation**2 + doubt**2)[rows]
         base = Answer(base.z[rows], base.receptance[rows], base.fine[rows])
-        return cls(Fitting(forward.on(rows), sigma, further[rows]), base, rows, len(points))
+        return cls(Fitting(forward.on(rows), sigma, further[rows], taken), base, rows, len(points))
 
     @property
     def residual(self) -> ComplexArray:

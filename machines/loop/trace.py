@@ -15,21 +15,28 @@ from jointlib.loop.answer.report import Verdict
 from jointlib.measurement import Measurement
 
 from ..model.machine import Machine
+from .drift import FREQUENCY, LEVEL
 from .errors import before_and_after
 from .families import EFFECTS
-from .fit import Fold
+from .fit import Fitted, Fold
 from .judge import Judged, Judgement, block_folds, excess, judge, judged, level_folds
 from .mended import mended, parameters_of, shifts_of, spent
-from .places import places_of
+from .places import Place, places_of
 from .records import LevelFRF, read_frfs, said_of
 from .report import MachineCandidate, MachineRival, MachineTrace
 from .search import Search
 from .separate import Separation, separation
-from .setting import Setting
+from .setting import SETTLED, Setting
 from .words import NOT_DECIDABLE, sentence
 
 _ALIKE = {"gap", "contact-loss"}
 _BEYOND = "Their first harmonics are the same about a zero mean: record second harmonics or the mean displacement."
+_WHITE = 3.0
+"""Mean square of what is left, in units of the noise, above which there is more to be found than was named."""
+_TOLD = 2.0
+"""Deviations of a drift from which on it is told."""
+_DRIFTED = 0.8
+"""Share to which the loss must fall for the drift to be judged once more."""
 _BLOCKS = 4
 _WIDTH = 8
 
@@ -60,15 +67,17 @@ def trace_frfs(frfs: Sequence[LevelFRF], machine: Machine, *, seed: int = 0) -> 
     places = places_of(machine)
     if not places:
         raise InputError(f"{machine.where}: no connection carries a joint, expected at least one")
-    setting = Setting.of(machine, training)
-    search = Search(machine, places, setting.fitting, setting.base, setting.residual)
-    floor, warnings = _floor(setting, training)
-    found, pointing = search.run()
+    setting, search, found, pointing = _searched(machine, places, training)
     fitting = search.fitting
     points = fitting.forward.points
-    levels = [Fold.of(name, fitting, out) for name, out in level_folds(points.force)]
+    levels = [
+        Fold.of(name, fitting, out) for name, out in level_folds(np.array([r.level for r in training])[points.record])
+    ]
     blocks = [Fold.of(name, fitting, out) for name, out in block_folds(fitting.forward.line, _BLOCKS, _WIDTH)]
     judgement = judge([judged(f, search.residual, levels, blocks) for f in found], len(EFFECTS) + 1)
+    floor, warnings = _floor(
+        setting, training, search.residual if judgement.chosen is None else judgement.chosen.fitted.residual
+    )
     before = excess(search.before, len(points)) or max(search.before - len(points), 1e-300)
     named = judgement.chosen if judgement.verdict not in (Verdict.UNEXPLAINED, Verdict.NOTHING_MISSING) else None
     candidates = _candidates(judgement, before)
@@ -82,6 +91,8 @@ def trace_frfs(frfs: Sequence[LevelFRF], machine: Machine, *, seed: int = 0) -> 
         judgement = replace(judgement, verdict=Verdict.UNEXPLAINED, rivals=())
         made, named, rivals, error_after = machine, None, (), error_before
         candidates, vetoed = _candidates(judgement, before), True
+    elif named is not None and error_after["chi2"] > _WHITE:
+        judgement = replace(judgement, verdict=Verdict.PARTIAL)
     chosen = candidates[0] if judgement.chosen is not None else None
     shares = {
         p.name: {
@@ -92,7 +103,7 @@ def trace_frfs(frfs: Sequence[LevelFRF], machine: Machine, *, seed: int = 0) -> 
     }
     return MachineTrace(
         judgement.verdict,
-        sentence(judgement.verdict, chosen, rivals, error_before, error_after, judgement.explained, vetoed),
+        sentence(judgement.verdict, chosen, rivals, error_before, error_after, judgement, vetoed),
         machine,
         made,
         None if named is None else named.place,
@@ -112,8 +123,29 @@ def trace_frfs(frfs: Sequence[LevelFRF], machine: Machine, *, seed: int = 0) -> 
     )
 
 
-def _floor(setting: Setting, training: Sequence[LevelFRF]) -> tuple[dict[str, Any], tuple[str, ...]]:
-    """The noise as shares of the measured FRFs, and what is to be said of lines without an answer."""
+def _searched(
+    machine: Machine, places: tuple[Place, ...], training: Sequence[LevelFRF]
+) -> tuple[Setting, Search, list[Fitted], dict[str, dict[str, Fitted]]]:
+    """All that competes, with the drift of every record taken out as the best of it sees that."""
+    setting, taken, previous = Setting.centred(machine, training), np.zeros(len(training)), np.inf
+    if excess(float(np.sum(np.abs(setting.residual) ** 2)), len(setting.rows)) > 0:
+        setting = Setting.of(machine, training)
+    while True:
+        search = Search(machine, places, setting.fitting, setting.base, setting.residual)
+        found, pointing = search.run()
+        best = min(found, key=lambda f: f.loss)
+        drift = setting.drifted(best.residual, len(training))
+        done = search.at_floor(search.before) or search.at_floor(best.loss) or best.loss > _DRIFTED * previous
+        if done or np.max(np.abs(drift - taken)) <= SETTLED:
+            return setting, search, found, pointing
+        taken, previous = drift, best.loss
+        setting = Setting.of(machine, training, taken)
+
+
+def _floor(
+    setting: Setting, training: Sequence[LevelFRF], residual: ComplexArray
+) -> tuple[dict[str, Any], tuple[str, ...]]:
+    """The noise as shares of the measured FRFs, how the records drifted, and what is to be said of either."""
     points = setting.fitting.forward.points
     lost = setting.lines - len(points)
     floor = {
@@ -123,8 +155,18 @@ def _floor(setting: Setting, training: Sequence[LevelFRF]) -> tuple[dict[str, An
         "lines": len(points),
         "left_out": lost,
     }
-    said = (f"{lost} lines are left out: the machine's response is not found there.",) if lost else ()
-    return floor, said
+    said = [f"{lost} lines are left out: the machine's response is not found there."] if lost else []
+    drifts = setting.drifts(residual, len(training)).tolist()
+    floor["drift"] = [
+        {"name": r.name, "frequency": d, "level": level} for r, (level, d) in zip(training, drifts, strict=True)
+    ]
+    said += [
+        f"{r.name}: its natural frequencies lie {d:+.2%} and its level {level:+.1%} beside those of the others; "
+        "that is taken for drift from record to record."
+        for r, (level, d) in zip(training, drifts, strict=True)
+        if abs(d) > _TOLD * FREQUENCY or abs(level) > _TOLD * LEVEL
+    ]
+    return floor, tuple(said)
 
 
 def _rms(x: Array | ComplexArray) -> float:

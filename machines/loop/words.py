@@ -7,6 +7,7 @@ from typing import Any
 
 from jointlib.loop.answer.report import Verdict, figures
 
+from .judge import Judgement
 from .report import MachineCandidate, MachineRival
 
 _WHERE = {
@@ -56,18 +57,23 @@ def sentence(
     rivals: Sequence[MachineRival],
     before: Mapping[str, Any],
     after: Mapping[str, Any],
-    explained: float | None,
+    judgement: Judgement,
     vetoed: bool = False,
 ) -> str:
     """What was found, with its numbers."""
     where = _WHERE[before["where"]]
+    share = f"{judgement.explained or 0:.0%}"
+    if judgement.beyond is not None:
+        share += f" of what was missing, {judgement.beyond:.0%} of what other parameters of that joint would leave"
+    else:
+        share += " of what was missing"
     if verdict is Verdict.NOTHING_MISSING:
         return (
             f"Nothing is missing: {where} the FRFs differ from the machine's by {before['relative']:.2%}, "
             f"chi-square {before['chi2']:.2f}."
         )
     if chosen is None or verdict is Verdict.UNEXPLAINED:
-        near = f" The nearest, {chosen.place}, explains {explained or 0:.0%}." if chosen is not None else ""
+        near = f" The nearest, {chosen.place}, explains {share}." if chosen is not None else ""
         near += " It does not hold on the sealed record and is withdrawn." if vetoed else ""
         return (
             f"Something is missing that no single joint of the machine explains: {where} the FRFs differ from the "
@@ -87,12 +93,8 @@ def sentence(
             if far
             else f" They stay within the covariance they were identified with ({worst:+.1f} standard deviations)."
         )
+    alike = " or ".join(f"{r.place} ({r.member or r.family})" for r in rivals)
+    others = f" These records cannot rule out {alike}." if rivals else ""
     if verdict is Verdict.PARTIAL:
-        return (
-            f"The FRFs point to {named}. It explains {explained or 0:.0%} of what was missing; the rest has no name. "
-            f"{drop}{beyond}"
-        )
-    if verdict is Verdict.AMBIGUOUS:
-        others = " or ".join(f"{r.place} ({r.member or r.family})" for r in rivals)
-        return f"The FRFs point to {named}. These records cannot rule out {others}. {drop}{beyond}"
-    return f"The FRFs point to {named}. {drop}{beyond}"
+        return f"The FRFs point to {named}. It explains {share}; the rest has no name.{others} {drop}{beyond}"
+    return f"The FRFs point to {named}.{others} {drop}{beyond}"

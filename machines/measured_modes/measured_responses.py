@@ -61,7 +61,7 @@ def read_responses(
 
 def _condition(source: RecordSource) -> str:
     assert source.sweep is not None
-    return source.condition or f"{source.sweep.force:g} N"
+    return source.condition or source.sweep.level
 
 
 def _chosen(file: Path, opened: Sequence[tuple[str, LevelFRF]], condition: str | None) -> list[LevelFRF]:

@@ -18,6 +18,8 @@ from machine_forces import HIDDEN, Array, ComplexArray, Term, cubic, friction, g
 from machine_steps import Structure, equivalent, first_harmonics
 
 DECIBEL = 40.0
+WARM, REGAINED = 1e-3, 1e-2
+"""Deviations of the natural frequencies and of the level from record to record, relative."""
 _CHANGE = (0.05, 0.25)
 """Share by which an alteration changes the responses, rms over rms, mean over the forces."""
 _LARGEST = {
@@ -347,17 +349,39 @@ class Records:
     """[force, response], √(E|error|²)."""
     repeats: float
     """Largest change over the last periods, relative."""
+    forces: Array | None = None
+    """[force, line], N, where the force varies within a record."""
 
 
-def measure(case: Case, decibel: float = DECIBEL) -> Records:
-    """Integrate, and add noise that is so many decibels below the rms of each record."""
-    x, repeats = first_harmonics(case.actual.structure(), 2 * np.pi * case.frequency, case.forces)
+def measure(case: Case, decibel: float = DECIBEL, drifting: bool = False) -> Records:
+    """Integrate, and add noise that is so many decibels below the rms of each record.
+
+    ``drifting``: the machine is not quite the same from record to record, and the shaker gives what it can.
+    """
     pick = np.array([case.actual.dofs[name] for name in case.responses])
-    H = x @ pick.T / case.forces[:, None, None]
+    structure, omega = case.actual.structure(), 2 * np.pi * case.frequency
+    forces = None
+    if drifting:
+        rng = np.random.default_rng([case.seed, 79])
+        frequency, level = (s * rng.standard_normal(len(case.forces)) for s in (WARM, REGAINED))
+        forces = case.forces[:, None] * _profile(case, rng)
+        parts = [first_harmonics(structure, omega / (1 + d), F[None]) for d, F in zip(frequency, forces, strict=True)]
+        H = np.concatenate([x @ pick.T for x, _ in parts]) / forces[:, :, None] * (1 + level)[:, None, None]
+        repeats = max(worst for _, worst in parts)
+    else:
+        x, repeats = first_harmonics(structure, omega, case.forces)
+        H = x @ pick.T / case.forces[:, None, None]
     rng = np.random.default_rng([case.seed, 78])
     deviation = np.sqrt(np.mean(np.abs(H) ** 2, axis=1)) * 10 ** (-decibel / 20)
     noise = (rng.standard_normal(H.shape) + 1j * rng.standard_normal(H.shape)) / np.sqrt(2)
-    return Records(H, H + noise * deviation[:, None, :], deviation, repeats)
+    return Records(H, H + noise * deviation[:, None, :], deviation, repeats, forces)
+
+
+def _profile(case: Case, rng: np.random.Generator) -> Array:
+    """Force over the one that was asked for, (lines,): a shaker loses up to two fifths of it at the resonances."""
+    x = equivalent(case.actual.structure(), 2 * np.pi * case.frequency, np.ones(len(case.frequency)))
+    reach = np.abs(x @ case.actual.dofs[case.actual.drive])
+    return np.asarray(1 - rng.uniform(0.2, 0.4) * reach / np.max(reach))
 
 
 def machine_file(plant: Plant, case: Case) -> str:
@@ -378,8 +402,10 @@ def write(case: Case, records: Records, folder: Path) -> tuple[Path, Path]:
     for i, force in enumerate(case.forces):
         for r, response in enumerate(case.responses):
             name, H = f"{response.replace('.', '_')}_{i}.csv", records.noisy[i, :, r]
-            table = np.column_stack([case.frequency, H.real, H.imag])
-            np.savetxt(folder / name, table, "%.9g", ",", header="frequency,re,im", comments="")
+            columns, header = [case.frequency, H.real, H.imag], "frequency,re,im"
+            if records.forces is not None:
+                columns, header = [*columns, records.forces[i]], f"{header},force [N]"
+            np.savetxt(folder / name, np.column_stack(columns), "%.9g", ",", header=header, comments="")
             role = "sealed" if i == case.sealed else "fit"
             text += f'[[record]]\nfile = "{name}"\ndrive = "{case.declared.drive}"\nresponse = "{response}"\n'
             text += f'quantity = "receptance"\nforce = {float(force)!r}\nrole = "{role}"\n'

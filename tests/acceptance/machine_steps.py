@@ -205,16 +205,19 @@ def _steps_for(s: Structure, omega: Array) -> NDArrayInt:
 def first_harmonics(s: Structure, omega: Array, forces: Array) -> tuple[ComplexArray, float]:
     """First harmonic of x under F cos ωt, (forces, lines, n), and how well the last periods repeat.
 
+    ``forces`` are one a level, or (levels, lines).
+
     Where a motion jumps between neighbouring lines, the line above is tried from the motion of the line below, so
     that one branch is kept as long as it is there, as in a test that steps up.
     """
     lines, levels, n = len(omega), len(forces), len(s.mass)
+    at = np.broadcast_to(forces if forces.ndim == 2 else forces[:, None], (levels, lines))
     out = np.zeros((levels, lines, n), dtype=complex)
     worst = 0.0
     need = _steps_for(s, omega)
     for steps in np.unique(need):
         members = np.flatnonzero(need == steps)
-        W, F = np.tile(omega[members], levels), np.repeat(forces, len(members))
+        W, F = np.tile(omega[members], levels), at[:, members].ravel()
         X = equivalent(s, W, F)
         sliders = [[np.zeros((len(t.springs), len(W))) for t in terms] for terms in s.terms]
         c = Columns(W, F, X.real.T.copy(), (1j * W[:, None] * X).real.T.copy(), sliders)
@@ -226,8 +229,8 @@ def first_harmonics(s: Structure, omega: Array, forces: Array) -> tuple[ComplexA
             c.put(bad, part)
             largest[bad] = again
         if np.any(largest >= 1):
-            at = int(np.argmax(largest))
-            raise NoMotion(f"no stable motion at {W[at] / 2 / np.pi:.1f} Hz under {F[at]:g} N")
+            lost = int(np.argmax(largest))
+            raise NoMotion(f"no stable motion at {W[lost] / 2 / np.pi:.1f} Hz under {F[lost]:g} N")
         c = _stepped_up(s, c, int(steps), len(members), levels)
         before = _size(c)
         after, H = period(s, c, int(steps), 4)
@@ -248,7 +251,7 @@ def _stepped_up(s: Structure, c: Columns, steps: int, lines: int, levels: int) -
         above = below + 1
         tried = c.at(below)
         ratio = c.omega[above] / tried.omega
-        tried = Columns(c.omega[above], tried.force, tried.x, tried.v * ratio, tried.sliders)
+        tried = Columns(c.omega[above], c.force[above], tried.x, tried.v * ratio, tried.sliders)
         tried, largest = settle(s, tried, steps)
         gap = np.linalg.norm(_scaled(tried) - _scaled(c.at(above)), axis=0) / _size(tried)
         other = (largest < 1) & (gap > _BRANCH)

@@ -37,24 +37,24 @@ from machines.loop.trace import trace_machine  # noqa: E402
 Row = dict[str, Any]
 
 
-def name_of(seed: int, altered: bool, decibel: float = DECIBEL) -> str:
+def name_of(seed: int, altered: bool, decibel: float = DECIBEL, drifting: bool = False) -> str:
     """How a case is called; at 40 dB without its noise."""
-    kind = "altered" if altered else "null"
+    kind = ("altered" if altered else "null") + "-drifting" * drifting
     return f"{kind}/{seed}" if decibel == DECIBEL else f"{kind}-{decibel:g}dB/{seed}"
 
 
-def simulated(seed: int, altered: bool, folder: Path, decibel: float = DECIBEL) -> Row:
+def simulated(seed: int, altered: bool, folder: Path, decibel: float = DECIBEL, drifting: bool = False) -> Row:
     """The files of a case in a folder, integrated now if they are not there yet, and the truth about it."""
     truth = folder / "truth.json"
     if truth.exists():
         return dict(json.loads(truth.read_text()))
     begun = time.process_time()
     case = draw(seed, altered)
-    row: Row = {"name": name_of(seed, altered, decibel), "seed": seed, "place": case.place}
+    row: Row = {"name": name_of(seed, altered, decibel, drifting), "seed": seed, "place": case.place}
     row |= {"what": case.what, "size": case.size, "change": case.change}
     row["joints"] = {j.name: j.kind for j in case.declared.joints}
     try:
-        records = measure(case, decibel)
+        records = measure(case, decibel, drifting)
     except NoMotion as error:
         row |= {"verdict": "none", "error": str(error)}
     else:
@@ -65,12 +65,12 @@ def simulated(seed: int, altered: bool, folder: Path, decibel: float = DECIBEL) 
     return row
 
 
-def run(seed: int, altered: bool, folder: Path | None = None, decibel: float = DECIBEL) -> Row:
+def run(seed: int, altered: bool, folder: Path | None = None, decibel: float = DECIBEL, drifting: bool = False) -> Row:
     """Integrate a case, write it, read it, trace it."""
     if folder is None:
         with tempfile.TemporaryDirectory() as passing:
-            return run(seed, altered, Path(passing), decibel)
-    row = simulated(seed, altered, folder, decibel)
+            return run(seed, altered, Path(passing), decibel, drifting)
+    row = simulated(seed, altered, folder, decibel, drifting)
     if row.get("verdict") == "none":
         return row
     begun = time.process_time()
@@ -147,6 +147,18 @@ def figures(rows: Iterable[Row]) -> list[Figure]:
         Figure.of("`identified`: the right connection", alone, first),
         Figure.of("nothing altered: a connection named", null, lambda r: bool(r.get("named")), most=0.02),
     ]
+    drifting = [r for r in kept if r["name"].startswith("altered-drifting/")]
+    if drifting:
+        still = [r for r in kept if r["name"].startswith("null-drifting/")]
+        there = "the machine drifts and the force varies"
+        out += [
+            Figure.of(f"{there}: the right connection, and what changed in it chosen or a rival", drifting, kind, 0.9),
+            Figure.of(f"{there}: the right connection among those named", drifting, among),
+            Figure.of(f"{there}: `identified` with χ² above 3", drifting, _overstated, most=0.0),
+            Figure.of(
+                f"{there}, nothing altered: a connection named", still, lambda r: bool(r.get("named")), most=0.02
+            ),
+        ]
     for decibel in sorted({_louder(r) for r in kept} - {0}, reverse=True):
         there = [r for r in kept if _louder(r) == decibel]
         out.append(Figure.of(f"noise at {decibel} dB: the right connection among those named", there, among))
@@ -154,6 +166,10 @@ def figures(rows: Iterable[Row]) -> list[Figure]:
         wrong = "another connection named, the right one not among its rivals"
         out.append(Figure.of(f"noise at {decibel} dB: {wrong}", there, lambda r: bool(r.get("named")) and not among(r)))
     return out
+
+
+def _overstated(row: Row) -> bool:
+    return bool(row["verdict"] == "identified" and row["error_after"]["chi2"] > 3)
 
 
 def _louder(row: Row) -> int:
@@ -229,17 +245,18 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--page", type=Path, help="write them into a page, too")
     parser.add_argument("--cases", type=Path, help="folder that keeps the simulated files")
     parser.add_argument("--decibel", type=float, default=DECIBEL)
+    parser.add_argument("--drifting", action="store_true", help="the machine drifts, and the force varies")
     given = parser.parse_args(arguments)
     both = [(s, True) for s in range(*given.altered)] + [(s, False) for s in range(*given.null)]
     wanted = sorted(both, key=lambda case: case[0])
     done = {r["name"] for r in read(given.out)} if given.out else set()
     for seed, altered in wanted:
-        name = name_of(seed, altered, given.decibel)
+        name = name_of(seed, altered, given.decibel, given.drifting)
         folder = None if given.cases is None else given.cases / name
         if folder is not None:
             folder.mkdir(parents=True, exist_ok=True)
         if name not in done:
-            row = run(seed, altered, folder, given.decibel)
+            row = run(seed, altered, folder, given.decibel, given.drifting)
             print(line(row), flush=True)
             if given.out:
                 with given.out.open("a") as file:

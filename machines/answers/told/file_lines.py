@@ -99,13 +99,11 @@ def _sweeps(m: Measurement) -> list[str]:
         noise = f"{100 * float((f.deviation**2).mean() ** 0.5 / (size**2).mean() ** 0.5):.2g} % from {f.deviation_from}"
         span = f"{f.frequency[0]:.5g} to {f.frequency[-1]:.5g}"
         lines = str(len(size))
-        rows.append((f.name, "fit", f.response, f.drive, f"{f.force:g}", lines, span, f"{size.max() * 1e6:.4g}", noise))
+        rows.append((f.name, "fit", f.response, f.drive, f.level, lines, span, f"{size.max() * 1e6:.4g}", noise))
     for r in m.with_role("sealed"):
         if r.sweep is not None:
-            rows.append(
-                (r.name, "sealed", r.sweep.response, r.sweep.drive, f"{r.sweep.force:g}", "", "", "", "not opened")
-            )
-    header = ("record", "role", "response", "drive", "force [N]", "lines", "span [Hz]", "max |H| [um/N]", "noise")
+            rows.append((r.name, "sealed", r.sweep.response, r.sweep.drive, r.sweep.level, "", "", "", "not opened"))
+    header = ("record", "role", "response", "drive", "held", "lines", "span [Hz]", "max |H| [um/N]", "noise")
     return [*table(header, rows), *said_of(opened)]
 
 
