@@ -22,6 +22,8 @@ FREQUENCY = 1e-3
 """Deviation of the natural frequencies from record to record, relative."""
 LEVEL = 1e-2
 """Deviation of the level from record to record, relative."""
+FARTHEST = 4.0
+"""So many deviations a drift may be: where the noise is small, it would else stand in for any response."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,12 +36,21 @@ class _Of:
     ways: Array
     """Shares of λ and δ in the directions, each in its own deviations, (directions, 2)."""
 
-    def scaled(self, residual: ComplexArray, factor: Array) -> ComplexArray:
-        flat = residual[self.rows].reshape(len(self.rows), -1)
-        real = np.concatenate([flat.real, flat.imag])
-        real += self.basis @ ((factor - 1.0)[:, None] * (self.basis.T @ real))
-        n = len(self.rows)
-        return np.asarray((real[:n] + 1j * real[n:]).reshape(residual[self.rows].shape))
+    @property
+    def edge(self) -> Array:
+        """Where along each direction the likeliest drift is the largest that is allowed."""
+        s = self.deviation
+        return np.asarray(FARTHEST * (1 + s**2) / np.where(s > 0, s, 1e-300))
+
+    def along(self, residual: ComplexArray) -> Array:
+        """Coordinates in the directions, (directions,) or (directions, columns)."""
+        return np.asarray(self.basis.T @ np.concatenate([residual[self.rows].real, residual[self.rows].imag]))
+
+    def moved(self, residual: ComplexArray, change: Array) -> ComplexArray:
+        """The residual on these rows with its coordinates changed so."""
+        out = residual[self.rows]
+        real, n = self.basis @ change, len(self.rows)
+        return np.asarray(out + real[:n] + 1j * real[n:])
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,36 +80,45 @@ class Drift:
         return cls(tuple(found), -taken[record] * frequency * slope / sigma)
 
     def residual(self, error: ComplexArray) -> ComplexArray:
-        """The white residual of errors in units of the noise: as it would be with no drift taken out yet."""
-        return self.white(error + self.offset)
+        """The white residual of errors in units of the noise, (points,), as it would be with no drift taken out yet.
+
+        Along a direction it is c/√(1 + s²) up to where the likeliest drift is `FARTHEST`, and goes on with slope 1.
+        """
+        r = error + self.offset
+        out = np.array(r, dtype=complex)
+        for part in self.records:
+            c, edge, short = part.along(r), part.edge, 1 / np.sqrt(1 + part.deviation**2)
+            white = np.where(np.abs(c) <= edge, c * short, c - np.sign(c) * edge * (1 - short))
+            out[part.rows] = part.moved(r, white - c)
+        return out
 
     def error(self, residual: ComplexArray) -> ComplexArray:
         """The inverse of `residual`."""
-        return self.coloured(residual) - self.offset
-
-    def white(self, residual: ComplexArray) -> ComplexArray:
-        """Residuals (points, …) in units of the noise with the drift taken for noise as well."""
         out = np.array(residual, dtype=complex)
         for part in self.records:
-            out[part.rows] = part.scaled(residual, 1 / np.sqrt(1 + part.deviation**2))
+            c, edge, short = part.along(residual), part.edge, 1 / np.sqrt(1 + part.deviation**2)
+            inner = np.abs(c) <= edge * short
+            out[part.rows] = part.moved(residual, np.where(inner, c / short, c + np.sign(c) * edge * (1 - short)) - c)
+        return np.asarray(out - self.offset)
+
+    def slopes(self, residual: ComplexArray, change: ComplexArray) -> ComplexArray:
+        """Of the residual, where it stands, by numbers that change the error so: (points, numbers)."""
+        out = np.array(change, dtype=complex)
+        for part in self.records:
+            c, along, short = part.along(residual), part.along(change), 1 / np.sqrt(1 + part.deviation**2)
+            share = np.where(np.abs(c) <= part.edge * short, short, 1.0)
+            out[part.rows] = part.moved(change, (share - 1)[:, None] * along)
         return out
 
-    def likeliest(self, white: ComplexArray) -> Array:
+    def likeliest(self, residual: ComplexArray) -> Array:
         """λ and δ of every record, (records, 2), given a `residual`."""
         out = []
         for part in self.records:
             s = part.deviation
             # D = U S V: x = Vᵀ S/(1 + S²) Uᵀ r, and r is √(1 + S²) times as long along U as where it is white.
-            along = part.basis.T @ np.concatenate([white[part.rows].real, white[part.rows].imag])
-            out.append(np.array([LEVEL, FREQUENCY]) * (part.ways.T @ (s / np.sqrt(1 + s**2) * along)))
+            x = np.clip(s / np.sqrt(1 + s**2) * part.along(residual), -FARTHEST, FARTHEST)
+            out.append(np.array([LEVEL, FREQUENCY]) * (part.ways.T @ x))
         return np.array(out)
-
-    def coloured(self, residual: ComplexArray) -> ComplexArray:
-        """The inverse of `white`."""
-        out = np.array(residual, dtype=complex)
-        for part in self.records:
-            out[part.rows] = part.scaled(residual, np.sqrt(1 + part.deviation**2))
-        return out
 
 
 def _slopes(frequency: Array, measured: ComplexArray, record: Index, test: Index) -> ComplexArray:

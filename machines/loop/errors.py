@@ -43,12 +43,13 @@ def per_record(fitting: Fitting, residual: ComplexArray, frfs: Sequence[LevelFRF
     return out
 
 
-def harmonics_of(mended: Machine, search: Fitting, frfs: Sequence[LevelFRF], rows: int) -> ComplexArray:
-    """By how much the residual moves as further harmonics are those of the mended machine; 0 where that is unknown."""
+def harmonics_of(mended: Machine, search: Fitting, frfs: Sequence[LevelFRF], residual: ComplexArray) -> ComplexArray:
+    """By how much a residual moves as further harmonics are those of the mended machine; 0 where that is unknown."""
     own = Setting.of(mended, frfs)
-    if len(own.rows) != rows:
-        return np.zeros(rows, dtype=complex)
-    return search.drift.white((search.correction - own.fitting.correction) / search.sigma)
+    if len(own.rows) != len(residual):
+        return np.zeros(len(residual), dtype=complex)
+    moved = (search.correction - own.fitting.correction) / search.sigma
+    return search.drift.slopes(residual, moved[:, None])[:, 0]
 
 
 def errors(
@@ -90,7 +91,7 @@ def before_and_after(
     before = errors(fitting, residual, residual, training, opened)
     if named is None:
         return before, before
-    moved = harmonics_of(mended, fitting, training, len(residual))
+    moved = harmonics_of(mended, fitting, training, named.fitted.residual)
     opened = (Setting.centred(mended, sealed), sealed) if sealed else None
     inside, heldout = named.fitted.residual + moved, named.heldout() + moved
     return before, errors(fitting, inside, heldout, training, opened)

@@ -134,7 +134,8 @@ class Fitting:
 
     def _white_slopes(self, answer: Answer, change: ComplexArray) -> ComplexArray:
         """Of the residual."""
-        return self.drift.white(np.where(answer.fine[:, None], -change / self.sigma[:, None], 0.0))
+        error = np.where(answer.fine[:, None], -change / self.sigma[:, None], 0.0)
+        return self.drift.slopes(self.residual(answer), error)
 
     def cost(self, hypothesis: Hypothesis, u: Array, answer: Answer, blunt: bool) -> float:
         """What is minimised: squares of residuals, and the prior."""

@@ -27,6 +27,7 @@ from jointlib.laws.jenkins import Jenkins
 from jointlib.laws.lugre import LuGre
 from jointlib.laws.maxwell import Maxwell
 from jointlib.laws.stribeck import Stribeck
+from jointlib.laws.tabulated import Tabulated
 from jointlib.parameter import Role, parameters_of
 
 LIMITS = (
@@ -45,6 +46,8 @@ LIMITS = (
     LuGre(4e7, 0.0, 36.0, 36.0, 0.02, 1e-7),
     BoucWen(4e7, 12.0, 1.0, 0.0),
     BoucWen(4e7, 12.0, 1.0, 1.0, 3e-7),
+    Tabulated((1e-6,), (6e8,), (500.0,)),
+    Tabulated((4e-7, 1e-6), (-6e8, 5e8), (500.0, 0.0)),
 )
 SET = (*(law for law in LAWS if law.in_time), *LIMITS)
 

@@ -22,6 +22,7 @@ from jointlib.laws.quadratic import Quadratic
 from jointlib.laws.quadratic_damping import QuadraticDamping
 from jointlib.laws.stribeck import Stribeck
 from jointlib.laws.structural_damping import StructuralDamping
+from jointlib.laws.tabulated import Tabulated
 from jointlib.laws.viscous import Viscous
 from jointlib.laws.viscous_by_direction import ViscousByDirection
 
@@ -62,6 +63,7 @@ LAWS: tuple[JointLaw, ...] = (
     Maxwell(4e7, 1.2e4),
     StructuralDamping(2e7),
     StructuralDamping(2e7, 1000.0),
+    Tabulated((4e-7, 6e-7, 1e-6, 2e-6), (6e8, 5e8, 4.5e8, 4.4e8), (500.0, 900.0, 1100.0, 1000.0)),
 )
 
 
