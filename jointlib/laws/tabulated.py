@@ -25,9 +25,10 @@ class Tabulated(MemorylessLaw):
 
     width: tuple[float, ...] = parameter("m", above=0.0, listed=True)
     stiffness: tuple[float, ...] = parameter("N/m", role=Role.STIFFNESS, listed=True)
-    damping: tuple[float, ...] = parameter("N s/m", role=Role.DAMPING, lower=0.0, listed=True)
+    damping: tuple[float, ...] = parameter("N s/m", role=Role.DAMPING, listed=True)
 
     kind: ClassVar[str] = "tabulated"
+    passive: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         super().__post_init__()

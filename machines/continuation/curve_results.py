@@ -13,6 +13,7 @@ from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import Outcome
 from jointlib.frf import FRF, ReceptanceKind
 
+from ..blocks import blocks
 from ..harmonic_balance.assembly import Assembly
 from ..harmonic_balance.harmonics import Harmonics, overtones_of, with_mean
 from ..indices import Mask
@@ -80,24 +81,32 @@ def followed(path: Path, force: float, curves: Sequence[Curve], lines: Array) ->
 
 
 def _seen(path: Path, force: float, curve: Curve, lines: Array) -> _Seen:
-    other = np.full(len(curve.p), force)
-    balance = path.balance(curve.p, other)
-    forces = balance.forces(curve.z)
+    frequency = np.where(curve.line >= 0, lines[curve.line], curve.p / (2 * np.pi))
+    unknowns = 2 * len(path.harmonics) * len(path.assembly.coordinates.rows)
+    parts = [_read(path, force, curve.z[some], curve.p[some]) for some in blocks(len(curve.p), unknowns**2)]
+    motion, overtones, mean, sign = (np.concatenate(part) for part in zip(*parts, strict=True))
+    return _Seen(curve, frequency, motion, overtones, mean, sign > 0)
+
+
+def _read(path: Path, force: float, z: ComplexArray, p: Array) -> tuple[ComplexArray, ComplexArray, Array, Array]:
+    """First and further harmonics, mean forces, and the sign of the Jacobian, at some points of a curve."""
+    other = np.full(len(p), force)
+    balance = path.balance(p, other)
+    forces = balance.forces(z)
     sign = np.linalg.slogdet(balance.jacobian(forces))[0]
     joints, higher = len(path.assembly.joints), overtones_of(path.harmonics)
-    overtones = np.empty((len(curve.p), len(higher), joints), dtype=complex)
+    overtones = np.empty((len(p), len(higher), joints), dtype=complex)
     for k, h in enumerate(higher, start=1):
-        view = path.assembly.at(h * curve.p)
+        view = path.assembly.at(h * p)
         pull = view.coordinates.together(forces.force[:, k])
         overtones[:, k - 1] = -(view.Hoz[:, :joints] @ pull[:, :, None])[:, :, 0]
-        overtones[:, k - 1, list(path.assembly.nonlinear)] = view.coordinates.motions(curve.z[:, k])
-    frequency = np.where(curve.line >= 0, lines[curve.line], curve.p / (2 * np.pi))
-    motion = first_harmonics(path, curve.z, curve.p, other, forces)
-    mean, biased = np.empty((len(curve.p), 0)), path.assembly.biased
+        overtones[:, k - 1, list(path.assembly.nonlinear)] = view.coordinates.motions(z[:, k])
+    motion = first_harmonics(path, z, p, other, forces)
+    mean, biased = np.empty((len(p), 0)), path.assembly.biased
     if biased is not None:
-        shift = path.assembly.coordinates.motions(curve.z[:, -1]).real
+        shift = path.assembly.coordinates.motions(z[:, -1]).real
         mean = biased.stands + biased.carried_on(shift, forces.force[:, -1].real)
-    return _Seen(curve, frequency, motion, overtones, mean, sign > 0)
+    return motion, overtones, mean, sign
 
 
 def _branches(path: Path, seen: _Seen) -> list[Branch]:

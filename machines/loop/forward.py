@@ -111,7 +111,7 @@ class Forward:
         free = assembly.free(2 * np.pi * lines)
         return cls(machine, points, drives, responses, lines, line, free, assembly.nonlinear)
 
-    def with_caps(self, cap: Array) -> Forward:
+    def with_caps(self, cap: Array | None) -> Forward:
         """The same with a longest step for every joint."""
         return replace(self, cap=cap)
 

@@ -25,7 +25,7 @@ WEAK = float(np.log(2.0))
 _HALVINGS = 40
 _FAR = 4.0
 """Logarithm of the largest factor that is tried."""
-_GEOMETRY = ("contact_angle", "side", "displacement_scale", "velocity_scale")
+_GEOMETRY = ("width", "contact_angle", "side", "displacement_scale", "velocity_scale")
 """What no wear, preload or wrong assumption changes by itself."""
 _ENTRY = re.compile(r"\[\d+\](?:\[(\d+)\])?$")
 

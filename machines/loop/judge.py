@@ -202,6 +202,19 @@ def judge(found: Sequence[Judged], families: int) -> Judgement:
     return Judgement(verdict, chosen, tuple(rivals), tuple(ordered), explained, beyond)
 
 
+def with_table(judgement: Judgement, table: Judged) -> Judgement:
+    """The same with a table chosen that has no name; all that has one comes behind it."""
+    n = len(table.before)
+    explained = _share(_loss(table.before), table.fitted.loss, n)
+    refits = [j.fitted.loss for j, *_ in judgement.ordered if (j.place, j.family) == (table.place, "refit")]
+    beyond = _share(refits[0], table.fitted.loss, n) if refits else None
+    behind = tuple(
+        (j, Status.REJECTED, OUTDONE if s is not Status.REJECTED else why) for j, s, why in judgement.ordered
+    )
+    first = (table, Status.ACCEPTED, "no law of the catalogue comes near it")
+    return Judgement(Verdict.PARTIAL, table, (), (first, *behind), explained, beyond)
+
+
 def _share(before: float, after: float, n: int) -> float | None:
     """Share of the excess of a loss that is gone; None where there was none."""
     left = excess(before, n)

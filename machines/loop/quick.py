@@ -22,14 +22,14 @@ _RATIO = np.geomspace(1e-4, 1e4, 321)
 
 
 @dataclass(frozen=True, eq=False)
-class Tabulated(JointLaw):
+class Curve(JointLaw):
     """The first harmonic of a law from a curve; in time it is that law itself."""
 
     law: JointLaw
     harmonic: Callable[[Array, Array], tuple[Array, Array]]
     """(A, ω) to the gain in N/m and its derivative by A."""
 
-    kind: ClassVar[str] = "tabulated"
+    kind: ClassVar[str] = "curve"
 
     def __post_init__(self) -> None:
         for key in ("kind", "in_time", "passive", "linear", "states"):
@@ -64,13 +64,13 @@ def quick(joint: Joint) -> Joint:
 
 def _quick(law: JointLaw) -> JointLaw:
     if isinstance(law, Coulomb) and law.smoothing_velocity > 0:
-        return Tabulated(law, _sliding(law.smoothing_velocity, ((law.slip_force, 0.0),)))
+        return Curve(law, _sliding(law.smoothing_velocity, ((law.slip_force, 0.0),)))
     if isinstance(law, Stribeck) and law.smoothing_velocity > 0:
         width = round(law.stribeck_velocity / law.smoothing_velocity, 9)
         parts = ((law.slip_force, 0.0), (law.static_force - law.slip_force, width))
-        return Tabulated(law, _sliding(law.smoothing_velocity, parts))
+        return Curve(law, _sliding(law.smoothing_velocity, parts))
     if isinstance(law, BoucWen) and not law.clearance:
-        return Tabulated(law, _loop(law))
+        return Curve(law, _loop(law))
     return law
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from jointlib.loop.answer.report import Verdict, figures
 
+from .fallback import FAMILY
 from .judge import Judgement
 from .report import MachineCandidate, MachineRival
 
@@ -95,6 +96,11 @@ def sentence(
         )
     alike = " or ".join(f"{r.place} ({r.member or r.family})" for r in rivals)
     others = f" These records cannot rule out {alike}." if rivals else ""
+    if chosen.family == FAMILY:
+        return (
+            f"The FRFs point to connection {chosen.place}, and no law of the catalogue fits: its stiffness and damping "
+            f"over amplitude are given by table, without a cause. The table explains {share}. {drop}{beyond}"
+        )
     if verdict is Verdict.PARTIAL:
         return f"The FRFs point to {named}. It explains {share}; the rest has no name.{others} {drop}{beyond}"
     return f"The FRFs point to {named}.{others} {drop}{beyond}"
