@@ -12,11 +12,11 @@ import numpy as np
 from jointlib.io.measurement_file import read_records
 from jointlib.joint import Joint
 from jointlib.loop.answer.naming import experiment, is_declared_pair
-from jointlib.loop.answer.report import Rival, Status, TraceReport, Verdict
+from jointlib.loop.answer.report import Rival, Status, TraceReport, Verdict, figures
 from jointlib.loop.path import account, judgement, words
 from jointlib.loop.path.acceptance import CHANCE, SHARE, TIE
 from jointlib.loop.path.columns import law_forces
-from jointlib.loop.path.estimates import candidate_of, chosen_of, estimates
+from jointlib.loop.path.estimates import candidate_of, chosen_of, estimates, set_by
 from jointlib.loop.path.evidence import Evidence
 from jointlib.loop.path.fitted import Fitted
 from jointlib.loop.path.forward import forward_check
@@ -88,9 +88,20 @@ def answer(
     effect = named.winner.entry.effect if named.winner else None
     rivals = tuple(_rival(r, named.winner, channel) for r in named.rivals if named.winner is not None)
     what_next = words.next_experiment(named.verdict, rivals, effect, several)
-    said = [words.said(t.effect) for t in found.terms[1:]] if is_named else []
+    further = found.terms[1:] if is_named else ()
+    said = [f"{words.said(t.effect)}: {figures(set_by(t, named.after, found.before))}".rstrip(": ") for t in further]
     doubts = words.doubts([r.entry.effect for r in named.rivals])
-    text = words.sentence(named.verdict, effect, chosen, doubts, said, before, after, account.overall_floor(evidence))
+    text = words.sentence(
+        named.verdict,
+        effect,
+        chosen,
+        doubts,
+        said,
+        before,
+        after,
+        account.overall_floor(evidence),
+        evidence.floor.source,
+    )
     return TraceReport(
         route="path",
         verdict=named.verdict,

@@ -61,13 +61,18 @@ def candidate_of(row: Row, rank: int, current: Fitted) -> Candidate:
 
 def chosen_of(row: Row, term: Term, fitted: Fitted, current: Fitted, explained: float, channel: str) -> Candidate:
     """The first term with its refitted parameters; ``channel`` is that of the force."""
-    known = estimates(fitted)
-    parameters = {n: known[n] for n in _names(term.effect, term.trial, current) if n in known}
+    parameters = set_by(term, fitted, current)
     if row.entry.family in _MODEL_FORM:
         parameters = {n: replace(e, ci_kind="model_form") for n, e in parameters.items()}
     where = channel if isinstance(term.effect, PathFault) else None
     candidate = candidate_of(row, 1, current)
     return replace(candidate, parameters=parameters, explained=explained, channel=where)
+
+
+def set_by(term: Term, fitted: Fitted, current: Fitted) -> dict[str, Estimate]:
+    """Parameters of the mended model that a term sets, refitted."""
+    known = estimates(fitted)
+    return {n: known[n] for n in _names(term.effect, term.trial, current) if n in known}
 
 
 def _names(effect: Effect, trial: Trial, current: Fitted) -> tuple[str, ...]:

@@ -19,6 +19,8 @@ WHERE = {
     "block folds": "on parts left out of the fit",
 }
 """Where an error counts, in words."""
+_NOISE = {"cycles": "repeated cycles differ by", "band": "above the band of the motion the force holds noise of"}
+"""Where a floor comes from, in words."""
 
 
 def verdict_of(explained: float | None, rivals: int, quiet: bool, several_conditions: bool) -> Verdict:
@@ -59,10 +61,11 @@ def sentence(
     before: Mapping[str, Any],
     after: Mapping[str, Any],
     floor: float | None,
+    source: str,
 ) -> str:
     """The finding in plain words with its numbers."""
     where = WHERE[before["where"]]
-    noise = "its noise is unknown" if floor is None else f"repeated cycles differ by {floor:.2%}"
+    noise = "its noise is unknown" if floor is None else f"{_NOISE[source]} {100 * floor:.2g}%"
     if verdict is Verdict.NOTHING_MISSING:
         return f"Nothing is missing: {where} {before['relative']:.2%} of the force is unexplained, and {noise}."
     if verdict is Verdict.UNEXPLAINED:
@@ -127,6 +130,14 @@ def not_decidable(
     return tuple(rows)
 
 
+def volts(measurement: Measurement) -> list[str]:
+    """That a motion or force is in volts; a control voltage takes no part in the balance of forces."""
+    quantities = sorted({c.quantity for c in measurement.channels if c.unit == "V" and c.quantity != "voltage"})
+    if not quantities:
+        return []
+    return [f"Channels are in volts: {' and '.join(quantities)}; parameters are in units of the circuit."]
+
+
 def warnings_of(
     evidence: Evidence, measurement: Measurement, ignored: Sequence[str], records: Sequence[Record]
 ) -> list[str]:
@@ -138,8 +149,7 @@ def warnings_of(
         out.append(f"Only {len(evidence.rows)} blocks to hold out; a chance of 1 % cannot be shown with so few.")
     if not evidence.floor.known:
         out.append("The noise floor is unknown (no cycle is repeated three times): everything unexplained counts.")
-    if "V" in {c.unit for c in measurement.channels}:
-        out.append("Channels are in volts: displacement, force and parameters are in units of the circuit.")
+    out += volts(measurement)
     for r in records:
         for c in measurement.channels:
             if count := c.at_full_scale(r.channels[c.name]):

@@ -80,11 +80,12 @@ def trace_periodic(measurement: Measurement, joint: Joint, *, seed: int = 0) -> 
     shown_before, shown_after = (f.on(sealed) if sealed else f for f in (start, last))
     table_after = last.localised
     first = terms[0].row.contestant.effect if terms else None
+    further = [chosen_of(last, t, None) for t in entered[1:]]
     what_next = verdict.next_experiment(word, rivals, first, found)
     return TraceReport(
         route="periodic",
         verdict=word,
-        sentence=verdict.sentence(word, chosen, rivals, before, after, found) + f" Next: {what_next}",
+        sentence=verdict.sentence(word, chosen, further, rivals, before, after, found) + f" Next: {what_next}",
         baseline=start.joint,
         mended=_noted(modulated(widened(last), last), data, last, sealed) if entered else joint,
         chosen=chosen,

@@ -82,12 +82,13 @@ def not_decidable(data: Readings, faults: Sequence[Fault]) -> tuple[dict[str, st
 def sentence(
     verdict: Verdict,
     chosen: Candidate | None,
+    further: Sequence[Candidate],
     rivals: Sequence[Rival],
     before: Mapping[str, Any],
     after: Mapping[str, Any],
     found: Findings,
 ) -> str:
-    """The finding in plain words with its numbers."""
+    """The finding in plain words with its numbers; ``further`` entered the mended files beside the chosen one."""
     where = WHERE[before["where"]]
     drop = (
         f"The joint force residual {where} falls from {before['joint_N']:.3g} N to {after['joint_N']:.3g} N "
@@ -117,7 +118,10 @@ def sentence(
             f"{before['joint_floor_N']:.3g} N.{near}{outside}"
         )
     lacks = "The joint lacks" if is_of_joint(chosen.family) else "The records show"
-    named = f"{in_words(chosen.family, chosen.where, chosen.member)}: {figures(chosen.parameters)}".rstrip(": ")
+    named, *others_named = (
+        f"{in_words(c.family, c.where, c.member)}: {figures(c.parameters)}".rstrip(": ") for c in (chosen, *further)
+    )
+    named += "; beside it, " + "; and ".join(others_named) if others_named else ""
     if verdict is Verdict.PARTIAL:
         return (
             f"The nearest effect is {named}. It explains {chosen.explained or 0:.0%} of what was missing; "

@@ -1,0 +1,51 @@
+"""What the sentence of a trace says, and what it does not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from test_trace_path import MASS, cycle, drive, dry, measurement
+
+from jointlib.loop.answer.report import Candidate, Estimate, Status, Verdict
+from jointlib.loop.path import words
+from jointlib.loop.periodic import verdict
+from jointlib.measurement import Channel, Mass
+
+BEFORE = {"where": "condition folds", "joint_N": 9.0, "relative": 0.2, "joint_floor_N": 0.1, "chi2": 80.0}
+AFTER = {**BEFORE, "joint_N": 0.12, "relative": 0.003, "chi2": 1.1}
+FOUND = verdict.Findings({}, 1e4, 10.0, {"joint": 1e4})
+
+
+def candidate(family: str, parameters: dict[str, Estimate], channel: str | None = None) -> Candidate:
+    return Candidate(family, "", parameters, 1e4, (), {}, 0.99, 0.99, 1, Status.ACCEPTED, "", channel)
+
+
+def test_a_rig_is_told_all_that_entered_its_files_with_sizes() -> None:
+    friction = candidate("coulomb", {"coulomb.slip_force": Estimate(12.0, "N", 0.1, (11.8, 12.2))})
+    late = candidate("delay", {"delay.delay": Estimate(3.1e-6, "s", 1e-7, (2.9e-6, 3.3e-6))}, "a2")
+    alone = verdict.sentence(Verdict.IDENTIFIED, friction, (), (), BEFORE, AFTER, FOUND)
+    both = verdict.sentence(Verdict.IDENTIFIED, friction, (late,), (), BEFORE, AFTER, FOUND)
+    assert "beside it" not in alone
+    assert "slip force 12.0" in both
+    assert "a2" in both
+    assert late.parameters["delay.delay"].words() in both
+
+
+@pytest.mark.parametrize(
+    ("source", "said"), [("cycles", "repeated cycles differ by 0.0013%"), ("band", "the force holds noise of 0.0013%")]
+)
+def test_noise_is_called_what_it_was_taken_from(source: str, said: str) -> None:
+    text = words.sentence(Verdict.NOTHING_MISSING, None, None, (), (), BEFORE, BEFORE, 1.3e-5, source)
+    assert said in text
+
+
+def test_volts_are_told_of_the_channels_that_take_part(tmp_path: Path) -> None:
+    m = measurement(tmp_path, Mass(MASS), a=(drive(dry(10.0), cycle((0.05, 0.1), 3)), "fit", None))
+    control = Channel("U", "voltage", "V", "V", 1.0, is_input=True)
+    assert words.volts(replace(m, channels=(*m.channels, control))) == []
+    electric = tuple(replace(c, unit="V") if c.quantity == "force" else c for c in m.channels)
+    assert words.volts(replace(m, channels=electric)) == [
+        "Channels are in volts: force; parameters are in units of the circuit."
+    ]
