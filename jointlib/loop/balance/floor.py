@@ -30,8 +30,15 @@ class Floor:
     something that does not repeat stands beside the excited lines alone."""
 
 
-def noise_floor(record: Spectra, quiet: Sequence[Spectra] = ()) -> Floor:
-    """Floor between the lines of the period; that of quiet records where it is 1.5 times higher than theirs."""
+def noise_floor(record: Spectra, quiet: Sequence[Spectra] = (), closures: Sequence[Mapping[str, float]] = ()) -> Floor:
+    """Floor between the lines of the period; where it is 1.5 times higher than that of quiet records, of both.
+
+    What is more between the lines than in a quiet record may be noise that grows while the shaker runs, or a motion
+    that does not repeat, which a floor taken there would hide. In sums of channels that vanish for every motion (the
+    balance of forces, the difference of two sensors on one body) noise adds up and a motion does not:
+    S = S_quiet + θ (S_between − S_quiet), θ the share of the sum of the channels' surplus that is found in the sum of
+    the channels. ``closures`` are such sums, a factor for every channel; without any θ is 0.
+    """
     power, ratio, source = {}, {}, "between_lines"
     for name, X in record.channels.items():
         silent = [_of_quiet(q, name, record) for q in quiet if name in q.channels]
@@ -49,11 +56,29 @@ def noise_floor(record: Spectra, quiet: Sequence[Spectra] = ()) -> Floor:
         if still is not None:
             ratio[name] = float(np.max(power[name] / still))
     if any(r > _RAISED for r in ratio.values()):
-        source = "quiet"
-        power = {n: np.mean([_of_quiet(q, n, record) for q in quiet if n in q.channels], axis=0) for n in ratio} | {
-            n: p for n, p in power.items() if n not in ratio
-        }
+        silence = {n: np.mean([_of_quiet(q, n, record) for q in quiet if n in q.channels], axis=0) for n in ratio}
+        share = _noise_share(record, closures, power, silence)
+        source = "between_lines" if share > 0.5 else "quiet"
+        power = {n: p if n not in silence else silence[n] + share * (p - silence[n]) for n, p in power.items()}
     return Floor(power, source, ratio)
+
+
+def _noise_share(
+    record: Spectra, closures: Sequence[Mapping[str, float]], between: Mapping[str, Array], silence: Mapping[str, Array]
+) -> float:
+    """Share of what is more between the lines than in silence that is noise of the channels, 0 to 1."""
+    free, surplus, found = ~record.on_period, 0.0, 0.0
+    for closure in closures:
+        if not closure.keys() <= silence.keys():
+            continue
+        whole = np.asarray(sum(factor * record.channels[name] for name, factor in closure.items()))
+        loud, still = (
+            np.asarray(sum(factor**2 * S[name] for name, factor in closure.items())) for S in (between, silence)
+        )
+        told = _median_power(np.abs(whole) ** 2, free, record.frequency)
+        surplus += float(np.mean((loud - still) / loud))
+        found += float(np.mean((told - still) / loud))
+    return float(np.clip(found / surplus, 0.0, 1.0)) if surplus > 0 else 0.0
 
 
 def _of_quiet(quiet: Spectra, name: str, record: Spectra) -> Array:

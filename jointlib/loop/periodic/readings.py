@@ -83,7 +83,22 @@ def _raw(
     band: tuple[float, float, float, float],
 ) -> Raw:
     first = measurement.settle * spectra.period_samples
-    return Raw(spectra, noise_floor(spectra, quiet), rig, band, first, _feed(measurement, record, spectra, first))
+    return Raw(
+        spectra,
+        noise_floor(spectra, quiet, _closures(rig)),
+        rig,
+        band,
+        first,
+        _feed(measurement, record, spectra, first),
+    )
+
+
+def _closures(rig: Rig) -> list[dict[str, float]]:
+    """Sums of channels in which no motion is left, whatever the joint does."""
+    out = [{"P": 1.0, "a1": -(rig.m1 or 0.0), "a2": -rig.m2, "a3": -rig.m3}] if rig.has_balance else []
+    if rig.has_balance and not rig.has_third:
+        out = [{"P": 1.0, "a1": -(rig.m1 or 0.0), "a2": -rig.passive_mass}]
+    return [*out, {"a2": 1.0, "a3": -1.0}] if rig.has_third else out
 
 
 def _feed(measurement: Measurement, record: Record, spectra: Spectra, first: int) -> Array | None:
