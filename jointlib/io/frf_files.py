@@ -232,7 +232,7 @@ def _set(path: Path, s: dict[str, Any], factor: float, note: str) -> FrfRecord:
 
 def _checked(path: Path, record: FrfRecord) -> FrfRecord:
     f, shape = record.frequency, record.value.shape
-    if f.ndim != 1 or shape[:1] != f.shape or len(shape) not in (1, 3) or len(f) < 2:
+    if f.ndim != 1 or shape[:1] != f.shape or len(shape) not in (1, 3) or not len(f):
         raise InputError(
             f"{path}: {f.size} frequencies and values of shape {shape}, expected a value or matrix per line"
         )

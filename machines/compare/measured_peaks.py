@@ -9,7 +9,7 @@ from scipy.signal import find_peaks, peak_prominences
 
 from jointlib.arrays import Array, ComplexArray
 
-from ..loop.deviation import FEWEST, local_errors
+from ..loop.noise.deviation import FEWEST, local_errors
 from ..loop.records import LevelFRF
 
 _PROMINENT = np.log(np.sqrt(2.0))

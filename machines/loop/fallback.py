@@ -11,9 +11,9 @@ from scipy.optimize import lsq_linear
 from jointlib.arrays import Array
 from jointlib.laws.tabulated import Tabulated
 
+from .explanations.hypothesis import Coordinate, Hypothesis
+from .explanations.places import Place
 from .fit import Fitted
-from .hypothesis import Coordinate, Hypothesis
-from .places import Place
 from .search import Search
 
 FAMILY = "tabulated"

@@ -12,10 +12,10 @@ from jointlib.arrays import Array, ComplexArray
 from jointlib.joint import Joint
 
 from ..indices import Index, Mask
-from .drift import Drift
+from .explanations.hypothesis import Hypothesis
+from .explanations.quick import quick
 from .forward import Answer, Forward
-from .hypothesis import Hypothesis
-from .quick import quick
+from .noise.drift import Drift
 
 _STEP = 1e-5
 _BLUNT = 0.2

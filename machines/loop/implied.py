@@ -17,9 +17,9 @@ from jointlib.arrays import Array, ComplexArray
 
 from ..coupling.coupling import couple
 from ..harmonic_balance.newton import gains
-from .families import Family, Motion
+from .explanations.families import Family, Motion
+from .explanations.hypothesis import Hypothesis
 from .fit import Fitting
-from .hypothesis import Hypothesis
 
 _STEP = 1e-5
 _OUTLIER = 9.0

@@ -238,7 +238,8 @@ def level_folds(level: NDArray[np.str_]) -> list[tuple[str, Mask]]:
     return [(name, level == name) for name in levels] if len(levels) > 1 else []
 
 
-def block_folds(line: Index, count: int, width: int) -> list[tuple[str, Mask]]:
-    """Blocks of neighbouring lines, dealt out to so many folds."""
-    which = (line // width) % count
+def block_folds(line: Index, record: Index, count: int, width: int) -> list[tuple[str, Mask]]:
+    """Blocks of neighbouring lines, dealt out to so many folds; records shorter than a block are dealt out whole."""
+    short = np.bincount(record)[record] < width
+    which = np.where(short, record, line // width) % count
     return [(f"lines {k + 1}/{count}", which == k) for k in range(count) if np.any(which == k)]

@@ -16,7 +16,7 @@ from jointlib.measurement import Measurement, RecordSource
 
 from ..components.plausibility import spans
 from ..model.machine import Machine
-from .deviation import FEWEST, from_neighbours, from_repeats
+from .noise.deviation import FEWEST, from_neighbours, from_repeats
 
 _CLEAR = 4.0
 """Deviations by which a phase must be wrong to be called so."""
@@ -156,8 +156,8 @@ def _opened(measurement: Measurement, source: RecordSource, name: str) -> _Opene
     if not np.all(kept):
         said.append("the line at 0 Hz is left out.")
     f = found.frequency[kept]
-    if len(f) < FEWEST:
-        raise InputError(f"{where}: {len(f)} lines above 0 Hz, expected at least {FEWEST}")
+    if not len(f):
+        raise InputError(f"{where}: no line above 0 Hz, expected one or more")
     per = found.quantity.per_receptance(f)
     H = found.value[kept]
     H = (H.conj() if sweep.conjugate else H) / per
@@ -206,6 +206,11 @@ def _with_deviation(measurement: Measurement, record: _Opened, all_records: Sequ
                 )
         deviation, origin = from_repeats([r.receptance for r in same]), "repeats"
     else:
+        if len(record.frequency) < FEWEST:
+            raise InputError(
+                f"{measurement.source}: record {record.name}: {len(record.frequency)} lines above 0 Hz do not tell "
+                f"their noise, expected at least {FEWEST}, a column deviation, or a record that repeats it"
+            )
         deviation, origin = from_neighbours(record.frequency, record.receptance), "neighbours"
     return LevelFRF(
         record.name,

@@ -10,13 +10,13 @@ import numpy as np
 from jointlib.arrays import Array, ComplexArray
 
 from ..model.machine import Machine
-from .families import COULOMB, CUBIC, DAMPING, EFFECTS, STIFFNESS, Family, Motion
+from .explanations.families import COULOMB, CUBIC, DAMPING, EFFECTS, STIFFNESS, Family, Motion
+from .explanations.hypothesis import Hypothesis, refit
+from .explanations.places import Place
 from .fit import Fitted, Fitting
 from .forward import Answer
-from .hypothesis import Hypothesis, refit
 from .implied import Implied, shapes_of
 from .judge import excess
-from .places import Place
 
 _FACTORS = np.log([0.5, 0.7, 0.85, 0.94, 1.0, 1.06, 1.18, 1.4, 2.0])
 _HOPELESS = 4.0

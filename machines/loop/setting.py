@@ -13,10 +13,10 @@ from jointlib.joint import Joint
 
 from ..indices import Index
 from ..model.machine import Machine
-from .drift import FREQUENCY
+from .explanations.quick import quick
 from .fit import Fitting
 from .forward import Answer, Forward
-from .quick import quick
+from .noise.drift import FREQUENCY
 from .records import LevelFRF
 from .truncated import correction
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from importlib.metadata import version
 from typing import Any
 
@@ -15,33 +15,27 @@ from jointlib.loop.answer.report import Verdict
 from jointlib.measurement import Measurement
 
 from ..model.machine import Machine
-from . import fallback
-from .drift import FARTHEST, FREQUENCY, LEVEL
 from .errors import before_and_after
-from .families import EFFECTS
-from .fit import Fitted, Fitting, Fold
-from .forward import Forward
+from .explanations.families import EFFECTS
+from .explanations.places import places_of
+from .fit import Fold
 from .judge import Judged, Judgement, block_folds, excess, judge, judged, level_folds, with_table
 from .mended import mended, parameters_of, shifts_of, spent
-from .places import Place, places_of
+from .noise.drift import FREQUENCY, LEVEL
 from .records import LevelFRF, read_frfs, said_of
 from .report import MachineCandidate, MachineRival, MachineTrace
 from .search import Search
 from .separate import Separation, separation
-from .setting import SETTLED, Setting, undrifted
+from .setting import Setting
+from .with_drift_out import WHITE, Searched
 from .words import NOT_DECIDABLE, sentence
 
 _ALIKE = {"gap", "contact-loss"}
 _BEYOND = "Their first harmonics are the same about a zero mean: record second harmonics or the mean displacement."
-_WHITE = 3.0
-"""Mean square of what is left, in units of the noise, above which there is more to be found than was named."""
 _TOLD = 2.0
 """Deviations of a drift from which on it is told."""
-_DRIFTED = 0.8
-"""Share to which the loss must fall for the drift to be judged once more."""
 _CLEARLY = 0.5
 """Share of the loss of the best name below which a table is taken instead."""
-_TURNS, _TRIED = 4, 33
 _BLOCKS = 4
 _WIDTH = 8
 
@@ -72,14 +66,16 @@ def trace_frfs(frfs: Sequence[LevelFRF], machine: Machine, *, seed: int = 0) -> 
     places = places_of(machine)
     if not places:
         raise InputError(f"{machine.where}: no connection carries a joint, expected at least one")
-    searched = _Searched.of(machine, places, training)
+    searched = Searched.of(machine, places, training)
     setting, search, pointing = searched.setting, searched.search, searched.pointing
     fitting = search.fitting
     points = fitting.forward.points
     levels = [
         Fold.of(name, fitting, out) for name, out in level_folds(np.array([r.level for r in training])[points.record])
     ]
-    blocks = [Fold.of(name, fitting, out) for name, out in block_folds(fitting.forward.line, _BLOCKS, _WIDTH)]
+    blocks = [
+        Fold.of(name, fitting, out) for name, out in block_folds(fitting.forward.line, points.record, _BLOCKS, _WIDTH)
+    ]
     judgement = judge([judged(f, search.residual, levels, blocks) for f in searched.found], len(EFFECTS) + 1)
     if searched.table is not None:
         judgement = _or_the_table(judgement, judged(searched.table, search.residual, levels, blocks))
@@ -99,7 +95,7 @@ def trace_frfs(frfs: Sequence[LevelFRF], machine: Machine, *, seed: int = 0) -> 
         judgement = replace(judgement, verdict=Verdict.UNEXPLAINED, rivals=())
         made, named, rivals, error_after = machine, None, (), error_before
         candidates, vetoed = _candidates(judgement, before), True
-    elif named is not None and error_after["chi2"] > _WHITE:
+    elif named is not None and error_after["chi2"] > WHITE:
         judgement = replace(judgement, verdict=Verdict.PARTIAL)
     chosen = candidates[0] if judgement.chosen is not None else None
     shares = {
@@ -139,81 +135,6 @@ def _or_the_table(judgement: Judgement, table: Judged) -> Judgement:
     if table.score >= _CLEARLY * judgement.ordered[0][0].score or table.fault(len(EFFECTS) + 2):
         return judgement
     return with_table(judgement, table)
-
-
-@dataclass(frozen=True, eq=False)
-class _Searched:
-    """Everything that competes, with the drift of every record taken out as the best of it sees that."""
-
-    setting: Setting
-    search: Search
-    found: list[Fitted]
-    table: Fitted | None
-    """Where the best that has a name leaves more than noise."""
-    pointing: dict[str, dict[str, Fitted]]
-
-    @classmethod
-    def of(cls, machine: Machine, places: tuple[Place, ...], training: Sequence[LevelFRF]) -> _Searched:
-        setting, taken, previous = Setting.centred(machine, training), np.zeros(len(training)), np.inf
-        if excess(float(np.sum(np.abs(setting.residual) ** 2)), len(setting.rows)) > 0:
-            setting = Setting.of(machine, training)
-        while True:
-            search = Search(machine, places, setting.fitting, setting.base, setting.residual)
-            found, pointing = search.run()
-            best = min(found, key=lambda f: f.loss)
-            table = _table(search, best, training)
-            here = cls(setting, search, found, table, pointing)
-            best = best if table is None or best.loss <= table.loss else table
-            drift = _drifted(machine, training, setting, best)
-            done = search.at_floor(search.before) or search.at_floor(best.loss) or best.loss > _DRIFTED * previous
-            if done or np.max(np.abs(drift - taken)) <= SETTLED:
-                return here
-            taken, previous = drift, best.loss
-            setting = Setting.of(machine, training, taken)
-
-
-def _drifted(machine: Machine, training: Sequence[LevelFRF], setting: Setting, best: Fitted) -> Array:
-    """What every record has drifted as an explanation sees it, relative.
-
-    Where that leaves more than noise, peaks may be so narrow that no first order leads there: then drifts are tried one
-    after the other, and the explanation is fitted again at the best of them, in turns.
-    """
-    drift = setting.drifted(best.residual, len(training))
-    for _ in range(_TURNS):
-        if best.loss <= _WHITE * len(best.residual):
-            break
-        tried = np.linspace(-FARTHEST, FARTHEST, _TRIED) * FREQUENCY
-        loss = np.array([_losses(machine, training, setting, best, d) for d in tried])
-        there = tried[np.argmin(loss, axis=0)]
-        moved = Setting.of(machine, training, there)
-        if len(moved.rows) != len(setting.rows):
-            break
-        found = moved.fitting.descend(best.hypothesis, best.u, best.answer, np.inf)
-        if found.loss > _DRIFTED * best.loss:
-            break
-        setting, best = moved, found
-        drift = setting.drifted(best.residual, len(training))
-    return drift
-
-
-def _losses(machine: Machine, training: Sequence[LevelFRF], setting: Setting, best: Fitted, drift: float) -> Array:
-    """Loss of an explanation on every record as if all had drifted so."""
-    old = setting.fitting
-    taken = np.full(len(training), drift)
-    forward = Forward.of(machine, undrifted(training, taken)).with_caps(old.forward.cap).on(setting.rows)
-    fitting = Fitting(forward, old.sigma, old.correction, taken, old.near)
-    residual = fitting.residual(fitting.answer(best.hypothesis, best.u, best.answer.z))
-    return np.asarray(np.bincount(forward.points.record, np.abs(residual) ** 2, len(training)), dtype=float)
-
-
-def _table(search: Search, best: Fitted, training: Sequence[LevelFRF]) -> Fitted | None:
-    """Of the joint that the best explanation changes, if that leaves more than noise at several levels."""
-    lines, place = len(best.residual), best.hypothesis.place
-    levels = {r.level for r in training}
-    if search.at_floor(search.before) or best.loss <= _WHITE * lines or len(levels) < 2 or not np.any(best.answer.fine):
-        return None
-    at = search.fitting.moving(best.hypothesis).index(place.rows[0])
-    return fallback.fitted(search, place, float(np.max(np.abs(best.answer.z[best.answer.fine, at]))))
 
 
 def _floor(

@@ -11,9 +11,9 @@ from jointlib.arrays import ComplexArray
 from jointlib.errors import InputError, nearest
 from jointlib.joint import Joint
 
-from ..loop.families import EFFECTS, Family, Motion
-from ..loop.hypothesis import Hypothesis, refit
-from ..loop.places import Place, places_of
+from ..loop.explanations.families import EFFECTS, Family, Motion
+from ..loop.explanations.hypothesis import Hypothesis, refit
+from ..loop.explanations.places import Place, places_of
 from .probe import Bench
 
 REFIT = "refit"

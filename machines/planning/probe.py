@@ -13,8 +13,8 @@ from jointlib.errors import InputError
 from jointlib.joint import Joint
 from jointlib.laws.hertz_guide import HertzGuide
 
-from ..loop.deviation import from_neighbours
 from ..loop.forward import Answer, Forward, Points
+from ..loop.noise.deviation import from_neighbours
 from ..loop.records import LevelFRF
 from ..model.machine import Machine
 from ..tool.chatter_band import chatter_band

@@ -368,7 +368,7 @@ def test_a_wrong_table_gets_one_sentence(text: str, said: str, own: Path) -> Non
         ("damping =", "mass = 1\ndamping =", "unknown key 'mass', expected one of damping"),
         ("damping =", "dampin = 1\ndamping =", "unknown key 'dampin', did you mean 'damping'?"),
         ('"hertz-guide"', '"herz-guide"', "unknown law 'herz-guide', did you mean 'hertz-guide'?"),
-        ('"hertz-guide"', '"magic"', "or 16 others"),
+        ('"hertz-guide"', '"magic"', "or 17 others"),
         ('["contact_angle"]', '["angle"]', "fixed names 'angle', did you mean 'contact_angle'?"),
         ("joint/1", "joint/9", "schema is 'jointlib/joint/9'"),
         ("schema =", "shema =", "schema is None"),

@@ -12,7 +12,7 @@ from machines import read_machine
 from machines.compare.comparison import compared, depths, frac, paired
 from machines.compare.measured_peaks import Resonance, at_the_peaks, resonances
 from machines.cutting.amplitude.chattering_tool import tip_at_rest
-from machines.loop.deviation import from_neighbours
+from machines.loop.noise.deviation import from_neighbours
 from machines.loop.records import LevelFRF
 from machines.report.comparison_section import comparison_rows, comparison_section
 

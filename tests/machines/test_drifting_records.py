@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from test_machine_trace import LOWER, MACHINE, UPPER, blank, chain
+from test_machine_trace import LINES, LOWER, MACHINE, UPPER, blank, chain
 
 from jointlib import read_measurement
 from jointlib.arrays import Array, ComplexArray
@@ -25,9 +25,9 @@ from jointlib.loop.answer.report import Verdict
 from machines import Connection, Lumped, Machine
 from machines.harmonic_balance.assembly import Assembly
 from machines.harmonic_balance.balance import Balance
-from machines.loop.deviation import local_slopes
-from machines.loop.drift import FREQUENCY, LEVEL, Drift
 from machines.loop.judge import Judged, is_rival, preferred
+from machines.loop.noise.deviation import local_slopes
+from machines.loop.noise.drift import FREQUENCY, LEVEL, Drift
 from machines.loop.records import LevelFRF, open_frfs
 from machines.loop.trace import trace_frfs
 
@@ -274,3 +274,24 @@ def test_a_force_of_zero_on_a_line_is_refused(tmp_path: Path) -> None:
     rows = "\n".join(f"{x:g},1e-6,-1e-7,{i}" for i, x in enumerate(np.linspace(50.0, 150.0, 24)))
     with pytest.raises(InputError, match="the force must be finite, more than 0"):
         record(tmp_path, 'force = "6 N"', f"frequency [Hz],real [m/N],imag [m/N],force [N]\n{rows}\n")
+
+
+def test_a_record_may_be_one_line_where_its_noise_is_known(tmp_path: Path) -> None:
+    frf = record(tmp_path, 'force = "6 N"', "frequency [Hz],real [m/N],imag [m/N],deviation\n98,1e-6,-1e-6,2e-9\n")
+    assert frf.frequency == pytest.approx([98.0])
+    assert frf.deviation == pytest.approx([2e-9])
+    with pytest.raises(InputError, match="1 lines above 0 Hz do not tell their noise, expected at least 16"):
+        record(tmp_path, 'force = "6 N"', "frequency [Hz],real [m/N],imag [m/N]\n98,1e-6,-1e-6\n")
+
+
+def test_single_lines_at_many_forces_show_a_joint_that_hardens() -> None:
+    """Dwells at one frequency under twelve forces beside one sweep: the cubic term comes from the dwells."""
+    machine = chain(UPPER, Joint((Linear(6e7), Viscous(2500.0), Cubic(1e17))))
+    sweep = simulated(machine, [(0.0, 0.0)], 6, like=blank("m0.x", LINES, (1.0,)))
+    at = LINES[np.argmax(np.abs(sweep[0].receptance))] * 0.97
+    dwells = blank("m0.x", np.array([at]), np.geomspace(2, 60, 12))
+    frfs = [*sweep, *simulated(machine, [(0.0, 0.0)] * 12, 7, like=dwells)]
+    found = trace_frfs(frfs, chain(UPPER, Joint((Linear(6e7), Viscous(2500.0)))))
+    assert found.place == "j1", found.sentence
+    assert found.chosen is not None
+    assert found.chosen.family == "cubic", found.sentence

@@ -14,7 +14,7 @@ from jointlib.errors import InputError
 from jointlib.frf import Quantity
 from jointlib.io.measurement_file import read_measurement
 from machines import Lumped, Machine, Modal
-from machines.loop.deviation import from_neighbours, from_repeats, local_errors
+from machines.loop.noise.deviation import from_neighbours, from_repeats, local_errors
 from machines.loop.records import LevelFRF, read_frfs, said_of
 
 LINES = np.linspace(50.0, 800.0, 180)
@@ -248,7 +248,7 @@ def test_a_wrong_record_is_refused_in_one_sentence(tmp_path: Path, keys: dict[st
         (LINES[::-1], truth(), "ascending"),
         (np.where(LINES > 400, LINES - 100, LINES), truth(), "ascending"),
         (LINES, np.where(LINES > 400, np.nan, truth()), "not finite"),
-        (LINES[:10], truth()[:10], "10 lines above 0 Hz, expected at least 16"),
+        (LINES[:10], truth()[:10], "10 lines above 0 Hz do not tell their noise, expected at least 16"),
         (LINES, 0 * truth(), "the response is zero on every line"),
     ],
 )

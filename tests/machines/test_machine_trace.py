@@ -27,12 +27,12 @@ from jointlib.loop.answer.report import Verdict
 from machines import Connection, Lumped, Machine, read_machine
 from machines.harmonic_balance.assembly import Assembly
 from machines.harmonic_balance.balance import Balance
+from machines.loop.explanations.hypothesis import refit
+from machines.loop.explanations.places import places_of
+from machines.loop.explanations.quick import quick
 from machines.loop.fit import Fitting
 from machines.loop.forward import Forward
-from machines.loop.hypothesis import refit
 from machines.loop.implied import Implied
-from machines.loop.places import places_of
-from machines.loop.quick import quick
 from machines.loop.records import LevelFRF
 from machines.loop.trace import trace_frfs
 

@@ -28,8 +28,8 @@ from machines import read_machine
 from machines.components.connection import Connection
 from machines.components.lumped import Lumped
 from machines.files.machine_writer import write_machine
-from machines.loop.hypothesis import refit
-from machines.loop.places import places_of
+from machines.loop.explanations.hypothesis import refit
+from machines.loop.explanations.places import places_of
 from machines.model.machine import Machine
 
 LIBRARY = Path(__file__).parents[2] / "machines" / "library"

@@ -11,7 +11,7 @@ from jointlib.joint import Joint
 from jointlib.law import JointLaw, Motion
 from jointlib.parameter import Role, parameters_of
 
-from ..model.machine import Machine
+from ...model.machine import Machine
 
 _SHARED = (Role.STIFFNESS, Role.DAMPING, Role.SLIP_FORCE)
 

@@ -16,7 +16,7 @@ from jointlib.law import JointLaw
 from jointlib.loop.answer.refit import bounds_of
 from jointlib.parameter import Role, parameters_of
 
-from ..model.machine import Machine
+from ...model.machine import Machine
 from .places import Place, shared
 from .quick import quick
 

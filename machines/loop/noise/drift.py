@@ -15,7 +15,7 @@ import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
 
-from ..indices import Index
+from ...indices import Index
 from .deviation import FEWEST, local_slopes
 
 FREQUENCY = 1e-3

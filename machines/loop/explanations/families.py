@@ -25,7 +25,7 @@ from jointlib.laws.quadratic_damping import QuadraticDamping
 from jointlib.laws.stribeck import Stribeck
 from jointlib.laws.structural_damping import StructuralDamping
 
-from ..model.machine import Machine
+from ...model.machine import Machine
 from .hypothesis import Coordinate, Hypothesis, own_coordinates
 from .places import Place
 

@@ -1,0 +1,1 @@
+"""What may be wrong at one place of a machine, as numbers to fit."""
