@@ -109,6 +109,10 @@ def _errors(report: MachineTrace) -> Section:
         lines.append((r["name"], f"{r['force']:.4g}", *sizes))
     header = ("record", "force [N]", "error before", "error after", "chi-square before", "chi-square after")
     tables.append(Table(header, lines, f"Record by record, {before['where']}"))
+    if floor.get("drift"):
+        drift = [(r["name"], f"{100 * r['frequency']:+.3f} %", f"{100 * r['level']:+.2f} %") for r in floor["drift"]]
+        said = "What differs from one record to the next beside the others, and is taken for no effect"
+        tables.append(Table(("record", "natural frequencies", "level"), drift, said))
     return Section("How large is the error, before and after?", tables=tables)
 
 
