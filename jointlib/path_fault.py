@@ -39,6 +39,9 @@ class PathFault(ABC):
     declared_pairs: ClassVar[frozenset[str]] = frozenset()
     parameters: ClassVar[Mapping[str, str]]
     """Parameters of a correction and their SI units; "channel" is the unit of the force."""
+    inertia: ClassVar[bool] = False
+    """True for a mass on the acceleration of the path: its column is that acceleration, it is in question where the
+    measurement declares no carriage, and a correction gives the measurement that carriage and leaves the force."""
     requires: ClassVar[str] = ""
     """What the records must have for it to be decided: "clock" (one laboratory time for all of them), "position" (a
     channel of the feed position), or nothing."""

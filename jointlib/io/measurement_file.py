@@ -37,6 +37,7 @@ from jointlib.measurement import (
     RecordSource,
     Sweep,
 )
+from jointlib.path_fault import PathFault
 
 _HELD = {"force": "N", "amplitude": "m", "acceleration": "m/s^2"}
 """What a harmonic test may hold, and its unit."""
@@ -87,7 +88,7 @@ def _measurement(path: Path, section: Section) -> Measurement:
         band=None if band is None else (band[0], band[1]),
         driven=section.text("driven", None),
         bodies=_mended(bodies, corrections, kind, section.where),
-        carriage=_mass(section, "carriage") if section.has("carriage") else None,
+        carriage=_carriage(_mass(section, "carriage") if section.has("carriage") else None, corrections, kind),
         simulated=section.flag("simulated"),
         channels=tuple(channels),
         records=tuple(records),
@@ -213,6 +214,17 @@ def _mended(bodies: Mapping[str, Mass], corrections: Sequence[Correction], kind:
             except InputError as error:
                 raise InputError(f"{where}: {error}") from None
     return bodies
+
+
+def _carriage(declared: Mass | None, corrections: Sequence[Correction], kind: str) -> Mass | None:
+    """What moves along a path, with the masses that were found to be missing."""
+    known = faults(kind) if corrections else {}
+    for correction in corrections:
+        fault = known[correction.family]
+        if isinstance(fault, PathFault) and fault.inertia:
+            before = declared or Mass(0.0)
+            declared = before if before.value is None else Mass(before.value + correction.parameters["mass"])
+    return declared
 
 
 def read_records(m: Measurement, sources: Iterable[RecordSource]) -> tuple[Record, ...]:

@@ -545,3 +545,29 @@ print(report.candidates[0].family, resource.getrusage(resource.RUSAGE_SELF).ru_m
     family, peak = done.stdout.split()
     assert family in ("coulomb", "hysteresis", "stribeck")
     assert int(peak) < 2 * 1024**2
+
+
+def test_a_mass_that_nobody_declared_is_the_first_thing_that_is_missing(tmp_path: Path) -> None:
+    """Without a carriage in the file, moved fast enough that inertia is most of the force."""
+    record = drive(dry(4.0), cycle((0.2, 0.4, 0.6), 3))
+    report = trace(measurement(tmp_path, None, fit=(record, "fit", None)), VISCOUS)
+    assert report.chosen is not None
+    assert report.chosen.family == "missing-mass", report.sentence
+    assert report.chosen.parameters["missing_mass.mass"].value == pytest.approx(MASS, rel=0.02)
+    assert "a mass moves along the path" in report.sentence
+    assert report.error_after["relative"] < 0.2 * report.error_before["relative"]
+    assert {n["family"] for n in report.not_decidable}.isdisjoint({"missing-mass"})
+    found = dict(report.corrections[0].parameters)
+    assert found["mass"] == pytest.approx(MASS, rel=0.02)
+
+
+def test_without_inertia_no_mass_is_missing(tmp_path: Path) -> None:
+    still = drive(dry(10.0), cycle((0.05, 0.1, 0.2), 3))
+    z = still["z"]
+    a = np.gradient(np.gradient(z, 1 / RATE), 1 / RATE)
+    smooth = np.convolve(a, np.ones(25) / 25, "same")
+    still["F"] = still["F"] - MASS * smooth
+    report = trace(measurement(tmp_path, None, fit=(still, "fit", None)), VISCOUS)
+    assert report.chosen is not None
+    assert report.chosen.family == "coulomb", report.sentence
+    assert "missing-mass" not in [c["family"] for c in report.chain]

@@ -83,10 +83,15 @@ class Evidence:
         return np.concatenate([run.acceleration[run.keep] for run in self.runs])
 
     @cached_property
+    def mass(self) -> float | None:
+        """kg that is known to move along the path, declared or found; None where it is fitted or there is none."""
+        found = [known.parameters["mass"] for known in self.faults if known.fault.inertia]
+        return sum(found) if found else self.carriage.value if self.carriage else None
+
+    @cached_property
     def target(self) -> Array:
-        """F less the inertia of a carriage of known mass."""
-        known = self.carriage.value if self.carriage else None
-        return self.force - known * self.acceleration if known is not None else self.force
+        """F less the inertia of a known mass."""
+        return self.force - self.mass * self.acceleration if self.mass is not None else self.force
 
     @cached_property
     def rows(self) -> tuple[Index, ...]:
@@ -147,6 +152,8 @@ class Evidence:
 
     def fault_columns(self, fault: PathFault, shape: Mapping[str, float]) -> Array:
         """What each coefficient of a fault adds to F, filtered and thinned, (coefficient, sample)."""
+        if fault.inertia:
+            return self.acceleration[None]
         return np.concatenate([run.column(fault.columns(run.recorded, shape)) for run in self.runs], axis=1)
 
     @cached_property

@@ -92,8 +92,7 @@ def free_run(runs: Sequence[Run], joint: Joint, mass: float, offset: float) -> l
 
 
 def _mass(fitted: Fitted) -> float:
-    carriage = fitted.evidence.carriage
-    known = carriage.value if carriage else None
+    known = fitted.evidence.mass
     return known if known is not None else dict(zip(fitted.names, fitted.plant, strict=False))["mass"]
 
 

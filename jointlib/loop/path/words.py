@@ -114,9 +114,11 @@ def not_decidable(
     absorbed = "the joint's parameters absorb it"
     rows = [
         {"family": "gain", "why": absorbed, "needs": "sensors calibrated against a known load and length"},
-        {"family": "missing-mass", "why": absorbed, "needs": "the carriage weighed, or a known mass added"},
         {"family": "structural-damping", "why": "it has no force in time", "needs": "a rig with periodic excitation"},
     ]
+    if evidence.carriage is not None:
+        needs = "the carriage weighed, or a known mass added"
+        rows.insert(1, {"family": "missing-mass", "why": absorbed, "needs": needs})
     rows += [
         {"family": f.family, "why": missing[f.requires], "needs": f.experiment} for f in faults if f.requires in missing
     ]
