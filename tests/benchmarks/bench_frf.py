@@ -1,4 +1,4 @@
-"""Forced response of machines of many contacts: lines round the peaks shared among contacts, beside each its own.
+"""Forced response of machines of many contacts: lines round peaks shared among contacts, beside lines of its own each.
 
 ``python tests/benchmarks/bench_frf.py [MACHINE --force N]``; without a machine the column mill of the library. Both runs
 follow the same curves; the second is what a line list without sharing costs. Times are those of one process.
