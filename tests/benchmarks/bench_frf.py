@@ -1,6 +1,6 @@
 """Forced response of machines of many contacts: lines shared among peaks, beside lines of its own for each peak.
 
-``python tests/benchmarks/bench_frf.py [MACHINE --force N]``; without a machine the column mill of the library. Both runs
+``python tests/benchmarks/bench_frf.py [MACHINE --force N]``; without a machine the column mill of the library. Both
 follow the same curves; the second is what a line list without sharing costs. Times are those of one process.
 """
 
