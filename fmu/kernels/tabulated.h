@@ -34,18 +34,34 @@ static void tabulated_initial(const double *p, const int *n, double z, double *s
     m[0] = tabulated_segment(p, n, z);
 }
 
+/* Where segment ``last`` begins, and the force carried there; its damping at |z| = side z and the slope of that. */
+static double tabulated_begin(const double *p, const int *n, int last, double *carried)
+{
+    double edge = 0.0;
+    int i;
+    *carried = 0.0;
+    for (i = 0; i < last; i++) {
+        *carried += p[n[0] + i] * p[i];
+        edge += p[i];
+    }
+    return edge;
+}
+
+static double tabulated_rise(const double *p, const int *n, int last)
+{
+    const double *c = p + 2 * n[0];
+    return last + 1 < n[0] ? (c[last + 1] - c[last]) / p[last] : 0.0;
+}
+
 static double tabulated_force(const double *p, const int *n, const double *s, const int *m, double z, double v)
 {
     const int mode = m != NULL ? m[0] : tabulated_segment(p, n, z), last = mode < 0 ? -mode : mode;
-    const double side = mode < 0 ? -1.0 : 1.0, *k = p + n[0], *c = p + 2 * n[0];
-    double carried = 0.0, edge = 0.0;
-    int i;
+    const double side = mode < 0 || (mode == 0 && z < 0.0) ? -1.0 : 1.0;
+    double carried, beyond;
     (void)s;
-    for (i = 0; i < last; i++) {
-        carried += k[i] * p[i];
-        edge += p[i];
-    }
-    return side * (carried + k[last] * (side * z - edge)) + c[last] * v;
+    beyond = side * z - tabulated_begin(p, n, last, &carried);
+    return side * (carried + p[n[0] + last] * beyond)
+        + (p[2 * n[0] + last] + tabulated_rise(p, n, last) * beyond) * v;
 }
 
 static void tabulated_indicators(const double *p, const int *n, const double *s, const int *m,
@@ -73,7 +89,10 @@ static void tabulated_partials(const double *p, const int *n, const double *s, c
     double z, double v, double *dF, double *dR)
 {
     const int mode = m != NULL ? m[0] : tabulated_segment(p, n, z), last = mode < 0 ? -mode : mode;
-    (void)s; (void)v; (void)dR;
-    dF[0] = p[n[0] + last];
-    dF[1] = p[2 * n[0] + last];
+    const double side = mode < 0 || (mode == 0 && z < 0.0) ? -1.0 : 1.0, rise = tabulated_rise(p, n, last);
+    double carried, beyond;
+    (void)s; (void)dR;
+    beyond = side * z - tabulated_begin(p, n, last, &carried);
+    dF[0] = p[n[0] + last] + rise * side * v;
+    dF[1] = p[2 * n[0] + last] + rise * beyond;
 }

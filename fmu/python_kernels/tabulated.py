@@ -18,4 +18,6 @@ def tabulated_force(z: float, v: float, *, width: list[float], stiffness: list[f
         carried += stiffness[i] * width[i]
         edge += width[i]
         i += 1
-    return math.copysign(1.0, z) * (carried + stiffness[i] * (abs(z) - edge)) + damping[i] * v
+    beyond = abs(z) - edge
+    rise = (damping[i + 1] - damping[i]) / width[i] if i + 1 < len(width) else 0.0
+    return math.copysign(1.0, z) * (carried + stiffness[i] * beyond) + (damping[i] + rise * beyond) * v

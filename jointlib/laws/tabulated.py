@@ -18,9 +18,10 @@ from jointlib.parameter import Role, parameter
 
 @dataclass(frozen=True)
 class Tabulated(MemorylessLaw):
-    """f = ∫₀ᶻ k(abs(u)) du + c(abs(z))·ż, k = stiffness[i] and c = damping[i] in segments of abs(z), width[i] wide.
+    """f = ∫₀ᶻ k(abs(u)) du + c(abs(z))·ż over segments of abs(z), width[i] wide.
 
-    Beyond the last segment its values hold. It says how stiffness and damping go over amplitude, and nothing of why.
+    k is stiffness[i] all through a segment, c runs straight from damping[i] at its beginning to that of the next. From
+    the last segment on the last values hold. The law says how a joint goes over amplitude, and nothing of why.
     """
 
     width: tuple[float, ...] = parameter("m", above=0.0, listed=True)
@@ -44,48 +45,53 @@ class Tabulated(MemorylessLaw):
         """m; where each segment begins."""
         return tuple(accumulate(self.width[:-1], initial=0.0))
 
-    def _steps(self, values: Sequence[float]) -> list[Array]:
-        """By how much a table changes at each onset."""
-        given = [np.asarray(v, dtype=float) for v in values]
-        return [given[0], *(b - a for a, b in pairwise(given))]
+    def _bends(self) -> list[tuple[float, Array, Array]]:
+        """Per onset: itself, by how much the stiffness steps there, and by how much the slope of the damping does."""
+        k, c = ([np.asarray(v, dtype=float) for v in values] for values in (self.stiffness, self.damping))
+        rise = [(b - a) / w for a, b, w in zip(c, c[1:], self.width, strict=False)]
+        steps = [k[0], *(b - a for a, b in pairwise(k))]
+        zero = 0.0 * c[0]
+        bends = [b - a for a, b in pairwise([zero, *rise, zero])]
+        return list(zip(self.onset, steps, bends, strict=True))
 
     def force(self, displacement: Array, velocity: Array) -> Array:
         z, v = np.broadcast_arrays(displacement, velocity)
-        spring, damping = 0.0 * z, 0.0 * v
-        steps = zip(self.onset, self._steps(self.stiffness), self._steps(self.damping), strict=True)
-        for onset, k, c in steps:
+        spring, damping = 0.0 * z, self.damping[0] + 0.0 * v
+        for onset, k, bend in self._bends():
             spring = spring + k * (z - np.clip(z, -onset, onset))
-            damping = damping + np.where(np.abs(z) >= onset, c, 0.0)
+            damping = damping + bend * np.maximum(np.abs(z) - onset, 0.0)
         return np.asarray(spring + damping * v)
 
     def slopes(self, displacement: Array, velocity: Array) -> tuple[Array, Array]:
-        """Tangents within a segment of the table; at an onset the damping force of a moving joint jumps."""
         z, v = np.broadcast_arrays(displacement, velocity)
-        stiffness, damping = 0.0 * z, 0.0 * v
-        for onset, k, c in zip(self.onset, self._steps(self.stiffness), self._steps(self.damping), strict=True):
+        stiffness, damping = 0.0 * z, self.damping[0] + 0.0 * v
+        for onset, k, bend in self._bends():
             beyond = np.abs(z) >= onset
-            stiffness, damping = stiffness + np.where(beyond, k, 0.0), damping + np.where(beyond, c, 0.0)
+            stiffness = stiffness + np.where(beyond, k + bend * np.sign(z) * v, 0.0)
+            damping = damping + bend * np.maximum(np.abs(z) - onset, 0.0)
         return np.asarray(stiffness), np.asarray(damping)
 
     def kinks(self) -> tuple[Sequence[float], Sequence[float]]:
-        return tuple(side * onset for onset in self.onset[1:] for side in (-1.0, 1.0)), ()
+        return (*(side * onset for onset in self.onset[1:] for side in (-1.0, 1.0)), 0.0), ()
 
     def first_harmonic(self, amplitude: ArrayLike, omega: ArrayLike = 1.0, bias: ArrayLike = 0.0) -> FirstHarmonic:
-        """Zero mean: Σ (Δk + jω Δc)·(1 − N(onset/A)), N(x) = (2/π)[asin x + x √(1−x²)] for x ≤ 1, else 1.
+        """Zero mean: Σ Δk·(1 − N) + jω (c₀ + Σ Δc'·[4 A cos³θ/(3π) − onset·(1 − N)]), sin θ = onset/A.
 
-        N is the saturation gain; that the share of the damping is the same follows from ∫ cos²θ dθ. With a mean by
-        quadrature.
+        N = (2/π)(θ + sin θ cos θ) is the saturation gain; Δk and Δc' are the steps of the stiffness and of the slope of
+        the damping at each onset below A. With a mean by quadrature.
         """
         A, w, z0 = broadcast(amplitude, omega, bias)
         if np.any(z0):
             return super().first_harmonic(amplitude, omega, bias)
-        gain, slope, by_omega = np.zeros(A.shape, complex), np.zeros(A.shape, complex), np.zeros(A.shape, complex)
-        for onset, k, c in zip(self.onset, self._steps(self.stiffness), self._steps(self.damping), strict=True):
-            x = np.where(onset >= A, 1.0, onset / np.where(A > 0, A, 1.0)) if np.any(onset) else 0.0 * A
+        stiffness, by_amplitude = np.zeros(A.shape), np.zeros(A.shape)
+        damping, damping_by = self.damping[0] + np.zeros(A.shape), np.zeros(A.shape)
+        safe = np.where(A > 0, A, 1.0)
+        for i, (onset, k, bend) in enumerate(self._bends()):
+            x = np.where(onset >= A, 1.0, onset / safe) if i else 0.0 * A
             root = np.sqrt(1 - x**2)
             share = 1 - 2 / np.pi * (np.arcsin(x) + x * root)
-            rise = 4 / np.pi * root * x / np.where(A > 0, A, 1.0)
-            gain = gain + (k + 1j * w * c) * share
-            slope = slope + (k + 1j * w * c) * rise
-            by_omega = by_omega + 1j * c * share
-        return closed_form(gain, slope, by_omega, 0.0, A.shape)
+            cube = 4 / (3 * np.pi) * root**3
+            stiffness, by_amplitude = stiffness + k * share, by_amplitude + k * 4 / np.pi * root * x / safe
+            damping, damping_by = damping + bend * (A * cube - onset * share), damping_by + bend * cube
+        gain, slope = stiffness + 1j * w * damping, by_amplitude + 1j * w * damping_by
+        return closed_form(gain, slope, 1j * damping, 0.0, A.shape)

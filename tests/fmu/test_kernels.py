@@ -418,6 +418,8 @@ def modes_of(law: JointLaw, before: np.ndarray, after: np.ndarray, z: float, v: 
 
     if isinstance(law, Gap):
         return (side(z),)
+    if isinstance(law, Tabulated):
+        return (int(np.sign(z)) * int(np.searchsorted(law.onset[1:], abs(z), "right")),)
     if isinstance(law, ContactLoss):
         return (int(law.side * z > clearance),)
     if isinstance(law, Coulomb | Stribeck):
