@@ -21,7 +21,6 @@ _EDGES = np.geomspace(0.03, 0.8, 8)
 """Where segments begin, over the largest amplitude."""
 _LEAST = 0.98
 """Share of the joint's own damping that the table may take away."""
-_HOPELESS = np.inf
 
 
 def fitted(search: Search, place: Place, largest: float) -> Fitted | None:
@@ -50,8 +49,7 @@ def fitted(search: Search, place: Place, largest: float) -> Fitted | None:
         A, b = np.array(columns).T, (implied.force - own * implied.z) * implied.weight
         low, high = (np.array([getattr(c, side) for c in hypothesis.added]) for side in ("low", "high"))
         u = lsq_linear(np.concatenate([A.real, A.imag]), np.concatenate([b.real, b.imag]), (low, high)).x
-        start = search.fitting.begin(hypothesis, [hypothesis.bounded(u)], 1)[0]
-        found = search.fitting.descend(hypothesis, *start, _HOPELESS)
+        found = search.fitting.fit(hypothesis, [hypothesis.bounded(u)], blunt=False)
         if best is None or found.loss < best.loss:
             best = found
     return best

@@ -132,10 +132,10 @@ class Fitting:
         moving = self.moving(hypothesis)
         return self.forward.slopes(hypothesis.joints(u), moving, answer.z, moved) / _STEP
 
-    def _white_slopes(self, answer: Answer, change: ComplexArray) -> ComplexArray:
-        """Of the residual."""
+    def _white_slopes(self, residual: ComplexArray, answer: Answer, change: ComplexArray) -> ComplexArray:
+        """Of the residual, as the receptance changes so."""
         error = np.where(answer.fine[:, None], -change / self.sigma[:, None], 0.0)
-        return self.drift.slopes(self.residual(answer), error)
+        return self.drift.slopes(residual, error)
 
     def cost(self, hypothesis: Hypothesis, u: Array, answer: Answer, blunt: bool) -> float:
         """What is minimised: squares of residuals, and the prior."""
@@ -181,8 +181,9 @@ class Fitting:
 
     def finished(self, hypothesis: Hypothesis, u: Array, answer: Answer) -> Fitted:
         """What was reached, with its slopes."""
-        slopes = self._white_slopes(answer, self._slopes(hypothesis, u, answer))
-        return Fitted(hypothesis, u, answer, self.residual(answer), slopes, penalty(hypothesis, u))
+        residual = self.residual(answer)
+        slopes = self._white_slopes(residual, answer, self._slopes(hypothesis, u, answer))
+        return Fitted(hypothesis, u, answer, residual, slopes, penalty(hypothesis, u))
 
     def _descend(
         self, hypothesis: Hypothesis, u: Array, answer: Answer, blunt: bool, rounds: int, hopeless: float
@@ -198,7 +199,7 @@ class Fitting:
                 J = change * factor[:, None]
             else:
                 r = self.residual(answer)
-                J = self._white_slopes(answer, change)
+                J = self._white_slopes(r, answer, change)
             A = (J.conj().T @ J).real + np.diag(weight)
             g = (J.conj().T @ r).real + weight * (u - hypothesis.centre)
             better = False

@@ -183,10 +183,7 @@ def judge(found: Sequence[Judged], families: int) -> Judgement:
             alike = [j for j in by_place[chosen.place] if j.family not in ("refit", chosen.family)]
             rivals += [j for j in alike if j.size <= chosen.size and is_rival(chosen, j)]
         rivals.sort(key=lambda j: j.score)
-    refits = {j.place: j.fitted.loss for j in found if j.family == "refit"}
-    explained = None if chosen is None else _share(before, chosen.fitted.loss, n)
-    own = None if chosen is None or chosen.family == "refit" else refits.get(chosen.place)
-    beyond = None if chosen is None or own is None else _share(own, chosen.fitted.loss, n)
+    explained, beyond = (None, None) if chosen is None else _shares(chosen, found)
     verdict = _verdict(before, n, chosen, rivals, [share for share in (explained, beyond) if share is not None])
     if verdict is Verdict.UNEXPLAINED:
         rivals = []
@@ -204,15 +201,19 @@ def judge(found: Sequence[Judged], families: int) -> Judgement:
 
 def with_table(judgement: Judgement, table: Judged) -> Judgement:
     """The same with a table chosen that has no name; all that has one comes behind it."""
-    n = len(table.before)
-    explained = _share(_loss(table.before), table.fitted.loss, n)
-    refits = [j.fitted.loss for j, *_ in judgement.ordered if (j.place, j.family) == (table.place, "refit")]
-    beyond = _share(refits[0], table.fitted.loss, n) if refits else None
+    explained, beyond = _shares(table, [j for j, *_ in judgement.ordered])
     behind = tuple(
         (j, Status.REJECTED, OUTDONE if s is not Status.REJECTED else why) for j, s, why in judgement.ordered
     )
     first = (table, Status.ACCEPTED, "no law of the catalogue comes near it")
     return Judgement(Verdict.PARTIAL, table, (), (first, *behind), explained, beyond)
+
+
+def _shares(chosen: Judged, found: Sequence[Judged]) -> tuple[float | None, float | None]:
+    """Of what was missing, and of what the refit of the same joint leaves; the second None for a refit itself."""
+    n, after = len(chosen.before), chosen.fitted.loss
+    refits = [j.fitted.loss for j in found if (j.place, j.family) == (chosen.place, "refit") and j is not chosen]
+    return _share(_loss(chosen.before), after, n), _share(refits[0], after, n) if refits else None
 
 
 def _share(before: float, after: float, n: int) -> float | None:

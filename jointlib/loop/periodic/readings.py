@@ -95,10 +95,8 @@ def _raw(
 
 def _closures(rig: Rig) -> list[dict[str, float]]:
     """Sums of channels in which no motion is left, whatever the joint does."""
-    out = [{"P": 1.0, "a1": -(rig.m1 or 0.0), "a2": -rig.m2, "a3": -rig.m3}] if rig.has_balance else []
-    if rig.has_balance and not rig.has_third:
-        out = [{"P": 1.0, "a1": -(rig.m1 or 0.0), "a2": -rig.passive_mass}]
-    return [*out, {"a2": 1.0, "a3": -1.0}] if rig.has_third else out
+    balance = {"P": 1.0, **{name: -mass for name, mass in rig.masses.items()}}
+    return [balance] * rig.has_balance + [{"a2": 1.0, "a3": -1.0}] * rig.has_third
 
 
 def _feed(measurement: Measurement, record: Record, spectra: Spectra, first: int) -> Array | None:

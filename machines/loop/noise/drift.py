@@ -37,6 +37,11 @@ class _Of:
     """Shares of λ and δ in the directions, each in its own deviations, (directions, 2)."""
 
     @property
+    def short(self) -> Array:
+        """By how much a white residual is shorter along each direction, 1/√(1 + s²)."""
+        return np.asarray(1 / np.sqrt(1 + self.deviation**2))
+
+    @property
     def edge(self) -> Array:
         """Where along each direction the likeliest drift is the largest that is allowed."""
         s = self.deviation
@@ -87,7 +92,7 @@ class Drift:
         r = error + self.offset
         out = np.array(r, dtype=complex)
         for part in self.records:
-            c, edge, short = part.along(r), part.edge, 1 / np.sqrt(1 + part.deviation**2)
+            c, edge, short = part.along(r), part.edge, part.short
             white = np.where(np.abs(c) <= edge, c * short, c - np.sign(c) * edge * (1 - short))
             out[part.rows] = part.moved(r, white - c)
         return out
@@ -96,7 +101,7 @@ class Drift:
         """The inverse of `residual`."""
         out = np.array(residual, dtype=complex)
         for part in self.records:
-            c, edge, short = part.along(residual), part.edge, 1 / np.sqrt(1 + part.deviation**2)
+            c, edge, short = part.along(residual), part.edge, part.short
             inner = np.abs(c) <= edge * short
             out[part.rows] = part.moved(residual, np.where(inner, c / short, c + np.sign(c) * edge * (1 - short)) - c)
         return np.asarray(out - self.offset)
@@ -105,7 +110,7 @@ class Drift:
         """Of the residual, where it stands, by numbers that change the error so: (points, numbers)."""
         out = np.array(change, dtype=complex)
         for part in self.records:
-            c, along, short = part.along(residual), part.along(change), 1 / np.sqrt(1 + part.deviation**2)
+            c, along, short = part.along(residual), part.along(change), part.short
             share = np.where(np.abs(c) <= part.edge * short, short, 1.0)
             out[part.rows] = part.moved(change, (share - 1)[:, None] * along)
         return out
@@ -114,9 +119,8 @@ class Drift:
         """λ and δ of every record, (records, 2), given a `residual`."""
         out = []
         for part in self.records:
-            s = part.deviation
             # D = U S V: x = Vᵀ S/(1 + S²) Uᵀ r, and r is √(1 + S²) times as long along U as where it is white.
-            x = np.clip(s / np.sqrt(1 + s**2) * part.along(residual), -FARTHEST, FARTHEST)
+            x = np.clip(part.deviation * part.short * part.along(residual), -FARTHEST, FARTHEST)
             out.append(np.array([LEVEL, FREQUENCY]) * (part.ways.T @ x))
         return np.array(out)
 
