@@ -189,9 +189,18 @@ def _plain(elements: _Elements, name: str, shape: tuple[int, ...], kind: int, ma
             raise ValueError(f"{name!r} announces {' by '.join(map(str, shape[:8]))} values and holds {len(part)}")
     dtype = np.dtype(_CLASSES[kind])
     real = parts[0].astype(dtype)
-    value = real + 1j * parts[1].astype(dtype) if len(parts) > 1 else real
+    value = _complex(real, parts[1].astype(dtype)) if len(parts) > 1 else real
     value = value.reshape(shape, order="F")
     return value.astype(bool) if marks & _LOGICAL else value
+
+
+def _complex(real: np.ndarray, imaginary: np.ndarray) -> np.ndarray:
+    """Complex numbers by their parts; the sum real + 1j · imaginary would make 0 + inf·j not a number."""
+    if real.shape != imaginary.shape:
+        raise ValueError(f"{len(real)} real parts have {len(imaginary)} imaginary ones")
+    value = np.empty(real.shape, dtype=np.result_type(real, np.complex64))
+    value.real, value.imag = real, imaginary
+    return value
 
 
 def _letters(elements: _Elements, shape: tuple[int, ...]) -> str:
@@ -204,7 +213,7 @@ def _sparse(elements: _Elements, name: str, shape: tuple[int, ...], is_complex: 
     rows, starts = (elements.numbers("indices").astype(np.int64) for _ in range(2))
     values: Any = elements.numbers()
     if is_complex:
-        values = values + 1j * elements.numbers()
+        values = _complex(values, elements.numbers())
     if len(shape) != 2 or len(starts) != shape[1] + 1:
         raise ValueError(f"{name!r} announces {shape[1]} columns and has {len(starts) - 1}")
     count = int(starts[-1])
@@ -238,7 +247,7 @@ def _old(data: bytes) -> Iterator[tuple[str, Any]]:
         at += 20 + letters
         parts = [np.frombuffer(data, dtype, rows * columns, at + k * size) for k in range(1 + imaginary)]
         at += size * (1 + imaginary)
-        value: Any = parts[0] + 1j * parts[1] if imaginary else parts[0].astype(float)
+        value: Any = _complex(*parts) if imaginary else parts[0].astype(float)
         value = value.reshape((rows, columns), order="F")
         if matrix == 1:
             yield name, "".join(chr(int(v) & 0xFF) for v in parts[0][: rows * columns : max(rows, 1)])
@@ -254,6 +263,6 @@ def _old_sparse(name: str, value: np.ndarray) -> csc_matrix:
     shape = int(place[-1, 0]), int(place[-1, 1])
     if not np.all((place[:-1] >= 1) & (place[:-1] <= shape)) or max(shape) * 32.0 > limit():
         raise ValueError(f"{name!r} has entries outside of {shape[0]} by {shape[1]}")
-    numbers = value[:-1, 2] if value.shape[1] == 3 else value[:-1, 2] + 1j * value[:-1, 3]
+    numbers = value[:-1, 2] if value.shape[1] == 3 else _complex(value[:-1, 2], value[:-1, 3])
     at = place[:-1].astype(np.int64) - 1
     return csc_matrix(coo_matrix((numbers, (at[:, 0], at[:, 1])), shape=shape))

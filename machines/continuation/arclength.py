@@ -10,6 +10,7 @@ import numpy as np
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import Outcome
 
+from ..blocks import blocks
 from ..deadline import in_time
 from ..harmonic_balance.assembly import Assembly, View
 from ..harmonic_balance.balance import Balance, excess, reason, solve_each
@@ -99,6 +100,20 @@ class Path:
         self, base: Points, plane: Array, distance: Array, start: tuple[ComplexArray, Array]
     ) -> tuple[Points, Index, Mask]:
         """Where the curves meet the planes plane·(u − u_base) = distance: points, iterations, and whether they do."""
+        z, p = start
+        met = [
+            self._met(base.at(some), plane[some], distance[some], (z[some], p[some]))
+            for some in blocks(len(p), plane.shape[1] ** 2)
+        ]
+        if len(met) < 2:
+            return met[0] if met else (base, np.zeros(0, dtype=int), np.zeros(0, dtype=bool))
+        points, count, done = zip(*met, strict=True)
+        return Points.joined(points), np.concatenate(count), np.concatenate(done)
+
+    def _met(
+        self, base: Points, plane: Array, distance: Array, start: tuple[ComplexArray, Array]
+    ) -> tuple[Points, Index, Mask]:
+        """`correct` for as many points as memory should hold at once."""
         z, p = start
         n = len(p)
         tangent, count, done = base.tangent.copy(), np.zeros(n, dtype=int), np.zeros(n, dtype=bool)

@@ -31,7 +31,7 @@ class Points:
     pace: Array
     """Of p, (n,)."""
 
-    def at(self, rows: Index | Mask) -> Points:
+    def at(self, rows: Index | Mask | slice) -> Points:
         return Points(
             self.z[rows], self.p[rows], self.other[rows], self.tangent[rows], self.scale[rows], self.pace[rows]
         )

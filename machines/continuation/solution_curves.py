@@ -10,6 +10,7 @@ import numpy as np
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import Outcome
 
+from ..blocks import blocks
 from ..harmonic_balance.balance import excess
 from ..harmonic_balance.harmonics import Forces
 from ..indices import Index, Mask
@@ -224,7 +225,11 @@ def _on_lines(path: Path, parts: _Segments, line: Array) -> tuple[ComplexArray, 
     """Motions at fixed p from what lies between the ends of each piece; False where Newton strays from there."""
     share = (line - parts.base.p) / (parts.p - parts.base.p)
     guess = parts.base.z + share[:, None, None] * (parts.z - parts.base.z)
-    z, done = path.balance(line, parts.base.other).settle(guess)
+    settled = [
+        path.balance(line[some], parts.base.other[some]).settle(guess[some])
+        for some in blocks(len(line), parts.base.tangent.shape[1] ** 2)
+    ]
+    z, done = (np.concatenate(part) for part in zip(*settled, strict=True))
     strayed = np.max(np.abs(z - guess), axis=(1, 2))
     return z, done & (strayed <= _STRAY * np.max(np.abs(parts.z - parts.base.z), axis=(1, 2)))
 
@@ -242,6 +247,13 @@ def first_harmonics(path: Path, z: ComplexArray, p: Array, other: Array, forces:
 
 def _growth(path: Path, points: Points) -> Array:
     """Relative growth of the amplitude of every joint along the curve, (n, joints)."""
+    joints = len(path.assembly.joints)
+    grown = [_grown(path, points.at(some)) for some in blocks(len(points.p), points.tangent.shape[1] ** 2)]
+    return np.concatenate([np.empty((0, joints)), *grown])
+
+
+def _grown(path: Path, points: Points) -> Array:
+    """`_growth` for as many points as memory should hold at once."""
     n, joints = len(points.p), len(path.assembly.joints)
     sides = [points.moved(side * _ALONG * points.tangent) for side in (1.0, -1.0)]
     z, p = (np.concatenate(both) for both in zip(*sides, strict=True))

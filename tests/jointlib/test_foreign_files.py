@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from scipy.io import loadmat, mmread, mmwrite, savemat
@@ -40,6 +40,7 @@ NUMBERS = arrays.arrays(
 
 @settings(deadline=None, max_examples=60)
 @given(NUMBERS, st.booleans())
+@example(np.array([[complex(0, np.inf)]]), False)
 def test_arrays_of_matlab_are_those_that_scipy_reads(values: np.ndarray, packed: bool) -> None:
     data = written({"a": values}, do_compression=packed)
     ours, theirs = variables_of(data)["a"], loadmat(io.BytesIO(data))["a"]
