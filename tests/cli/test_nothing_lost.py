@@ -74,6 +74,8 @@ def test_a_kill_at_any_moment_leaves_whole_files_or_none(verb: str, here: Path) 
             else set()
         )
         assert left <= expected
+    if verb == "new":  # it overwrites nothing, and the kill may have come after the file was whole
+        shutil.rmtree(here / "out", ignore_errors=True)
     with started(WRITING[verb]) as process:
         process.communicate()
     assert process.returncode == 0
