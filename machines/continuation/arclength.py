@@ -10,7 +10,6 @@ import numpy as np
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import Outcome
 
-from ..blocks import blocks
 from ..deadline import in_time
 from ..harmonic_balance.assembly import Assembly, View
 from ..harmonic_balance.balance import Balance, excess, reason, solve_each
@@ -101,10 +100,7 @@ class Path:
     ) -> tuple[Points, Index, Mask]:
         """Where the curves meet the planes plane·(u − u_base) = distance: points, iterations, and whether they do."""
         z, p = start
-        met = [
-            self._met(base.at(some), plane[some], distance[some], (z[some], p[some]))
-            for some in blocks(len(p), plane.shape[1] ** 2)
-        ]
+        met = [self._met(base.at(some), plane[some], distance[some], (z[some], p[some])) for some in base.blocks()]
         if len(met) < 2:
             return met[0] if met else (base, np.zeros(0, dtype=int), np.zeros(0, dtype=bool))
         points, count, done = zip(*met, strict=True)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
 
+from ..blocks import blocks
 from ..indices import Index, Mask
 
 
@@ -35,6 +36,10 @@ class Points:
         return Points(
             self.z[rows], self.p[rows], self.other[rows], self.tangent[rows], self.scale[rows], self.pace[rows]
         )
+
+    def blocks(self) -> Iterator[slice]:
+        """Slices of as many points as memory should hold the equations of at once."""
+        return blocks(len(self.p), self.tangent.shape[1] ** 2)
 
     @staticmethod
     def joined(parts: Sequence[Points]) -> Points:

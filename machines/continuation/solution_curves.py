@@ -10,7 +10,6 @@ import numpy as np
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import Outcome
 
-from ..blocks import blocks
 from ..harmonic_balance.balance import excess
 from ..harmonic_balance.harmonics import Forces
 from ..indices import Index, Mask
@@ -225,10 +224,7 @@ def _on_lines(path: Path, parts: _Segments, line: Array) -> tuple[ComplexArray, 
     """Motions at fixed p from what lies between the ends of each piece; False where Newton strays from there."""
     share = (line - parts.base.p) / (parts.p - parts.base.p)
     guess = parts.base.z + share[:, None, None] * (parts.z - parts.base.z)
-    settled = [
-        path.balance(line[some], parts.base.other[some]).settle(guess[some])
-        for some in blocks(len(line), parts.base.tangent.shape[1] ** 2)
-    ]
+    settled = [path.balance(line[some], parts.base.other[some]).settle(guess[some]) for some in parts.base.blocks()]
     z, done = (np.concatenate(part) for part in zip(*settled, strict=True))
     strayed = np.max(np.abs(z - guess), axis=(1, 2))
     return z, done & (strayed <= _STRAY * np.max(np.abs(parts.z - parts.base.z), axis=(1, 2)))
@@ -248,7 +244,7 @@ def first_harmonics(path: Path, z: ComplexArray, p: Array, other: Array, forces:
 def _growth(path: Path, points: Points) -> Array:
     """Relative growth of the amplitude of every joint along the curve, (n, joints)."""
     joints = len(path.assembly.joints)
-    grown = [_grown(path, points.at(some)) for some in blocks(len(points.p), points.tangent.shape[1] ** 2)]
+    grown = [_grown(path, points.at(some)) for some in points.blocks()]
     return np.concatenate([np.empty((0, joints)), *grown])
 
 
