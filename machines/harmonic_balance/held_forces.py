@@ -7,6 +7,7 @@ another law is not linear its gain changes with the mean. Neither harmonic knows
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,11 +16,12 @@ from jointlib.arrays import Array, ComplexArray
 from jointlib.joint import Joint
 from jointlib.law import Motion
 
+from ..blocks import blocks
 from ..deadline import in_time
-from ..indices import Mask
+from ..indices import Index, Mask
 from ..statics.mean_force import SLOW
 from .assembly import Assembly, is_linear
-from .balance import Balance, solve_complex, solve_each
+from .balance import Balance, solve_each
 from .frequency_reach import reached
 from .harmonics import Harmonics
 
@@ -31,6 +33,10 @@ _BARELY = 1e-2
 _CHORDS = 8
 _LONGEST = 0.5
 """Of the largest joint's motion, a chord."""
+_FINE = 1e-4
+"""Of the change, a chord after which the next ones tell nothing more."""
+_SHRINKS = 0.5
+"""From one chord to the next; where it does not, the slopes at the solution tell too little."""
 _RAMP, _STEPS = 6, 12
 _SETTLED = 1e-6
 
@@ -55,52 +61,16 @@ def held_change(assembly: Assembly, omega: Array, force: Array, z: ComplexArray,
     own
         The harmonics of z.
     """
-    laws = [_Parts.of(assembly.standing[i]) for i in assembly.nonlinear]
-    sliders = [j for j, part in enumerate(laws) if part.remembering.laws]
-    out = np.zeros(len(omega))
     slow = np.array([_BARELY * np.min(omega)])
     if not np.all(reached(assembly.machine, slow, (1,))):
         return np.full(len(omega), np.nan)
-    coordinates = assembly.coordinates
-    C = (coordinates.T @ assembly.at(slow).Hzz[0] @ coordinates.T.T).real
-    first = own.index(1)
-    A = np.abs(z[:, first])
-    mean = z[:, own.index(0)].real if 0 in own else np.zeros_like(A)
-    balance = Balance.of(assembly, omega, force, own)
-    start = coordinates.of_motions(z)
-    forces = balance.forces(start, _SAMPLES)
-    J, left = balance.jacobian(forces), balance.residual(start, forces.force)
-    size = np.maximum(np.max(A, axis=1), 1e-300)
-
-    def moved(
-        to: ComplexArray, g: ComplexArray, j: int, sign: float, aside: Array | None = None
-    ) -> tuple[ComplexArray, Array]:
-        """The chord step from motions to which joint j holds what it may, and how far it puts the means aside."""
-        in_time()
-        Z = coordinates.motions(to)[:, first]
-        A, pull = np.abs(Z), np.zeros(Z.shape)
-        pull[:, j] = sign * held_force(laws[j].remembering, A[:, j], float(np.median(omega)))
-        aside = _aside(laws, C, A, omega, mean, pull, aside)
-        change = g.copy()
-        for k, part in enumerate(laws):
-            change[:, first, k] += part.change(A[:, k], omega, mean[:, k], aside[:, k]) * Z[:, k]
-        return solve_complex(J, left - balance.residual(to, change)), aside
-
-    for j in sliders:
-        change = np.zeros(len(omega))
-        for sign in (-1.0, 1.0):
-            step, aside = moved(start, forces.force, j, sign)
-            to = start + step
-            once = np.max(np.abs(coordinates.motions((to - start)[:, first])), axis=1)
-            for _ in range(_CHORDS):
-                step, aside = moved(to, balance.forces(to, _SAMPLES, slopes=False).force, j, sign, aside)
-                length = np.max(np.abs(step), axis=(1, 2)) / size
-                to = to + step / np.maximum(1.0, length / _LONGEST)[:, None, None]
-            far = np.max(np.abs(coordinates.motions((to - start)[:, first])), axis=1)
-            settled = np.max(np.abs(step), axis=(1, 2)) <= 0.1 * far
-            change = np.maximum(change, np.where(settled, far, once) / size)
-        out += change
-    return out
+    laws = tuple(_Parts.of(assembly.standing[i]) for i in assembly.nonlinear)
+    sliders = [j for j, part in enumerate(laws) if part.remembering.laws]
+    around = _Around.of(assembly, laws, Balance.of(assembly, omega, force, own), z, slow)
+    each = len(omega) * around.balance.H[0].size
+    # Both signs of a slider stay in one block.
+    changes = [around.changed(np.array(sliders[some])) for some in blocks(len(sliders), 2 * each)]
+    return np.asarray(np.sum(np.concatenate(changes), axis=0))
 
 
 def held_force(joint: Joint, amplitude: Array, omega: float) -> Array:
@@ -137,61 +107,181 @@ class _Parts:
         remembering, rest = joint.parted(lambda law: bool(law.states) and not law.linear)
         return cls(remembering, rest, bool(rest.laws) and not is_linear(rest))
 
-    def mean(self, amplitude: Array, omega: Array, bias: Array) -> Array:
-        """Mean force in N of what does not remember."""
+    def mean_and_gain(self, amplitude: Array, omega: Array, bias: Array) -> tuple[Array, ComplexArray]:
+        """Mean force in N and gain in N/m of what does not remember."""
         if not self.rest.laws:
-            return np.zeros_like(amplitude)
-        return np.asarray(self.rest.first_harmonic(amplitude, omega, bias).mean)
-
-    def change(self, amplitude: Array, omega: Array, mean: Array, aside: Array) -> ComplexArray:
-        """What a mean moved aside makes of the gain, N/m."""
-        if not self.bends:
-            return np.zeros(len(amplitude), dtype=complex)
-        after, before = (self.rest.first_harmonic(amplitude, omega, place).gain for place in (mean + aside, mean))
-        return np.asarray(after - before)
+            return np.zeros_like(amplitude), np.zeros(len(amplitude), dtype=complex)
+        found = self.rest.first_harmonic(amplitude, omega, bias)
+        return np.asarray(found.mean), np.asarray(found.gain)
 
 
-def _aside(
-    laws: list[_Parts], C: Array, A: Array, omega: Array, mean: Array, pull: Array, near: Array | None = None
-) -> Array:
-    """δ of all joints in m, (points, nj), under held forces ``pull`` (N); nan where it does not settle.
+@dataclass(frozen=True, eq=False)
+class _Around:
+    """Solutions and what the machine makes of small changes there; arrays have one entry per point first."""
 
-    The force rises in steps from nothing, which tells one balance from others; from ``near``, the balance at motions
-    nearly the same, none is needed.
-    """
-    if near is not None and np.all(np.isfinite(near)):
-        aside, settled = _balanced(laws, C, A, omega, mean, pull, near, 1)
-        if np.all(settled):
-            return aside
-    aside, settled = _balanced(laws, C, A, omega, mean, pull, np.zeros_like(A), _RAMP)
-    return np.where(settled[:, None], aside, np.nan)
+    laws: tuple[_Parts, ...]
+    balance: Balance
+    start: ComplexArray
+    """m, (points, nh, r)."""
+    force: ComplexArray
+    """Joint forces in N, (points, nh, nj)."""
+    left: ComplexArray
+    """What the solutions leave of the equations, m, (points, nh, r)."""
+    inverse: Array
+    """Of the Jacobian, (points, 2m, 2m)."""
+    mean: Array
+    """Where the joints stand, m, (points, nj)."""
+    compliance: Array
+    """C in m/N, (nj, nj)."""
+    back: Array
+    """(I + C ∂N/∂δ)⁻¹, (points, nj, nj)."""
 
+    @classmethod
+    def of(
+        cls, assembly: Assembly, laws: tuple[_Parts, ...], balance: Balance, z: ComplexArray, slow: Array
+    ) -> _Around:
+        coordinates, own = assembly.coordinates, balance.harmonics
+        C = (coordinates.T @ assembly.at(slow).Hzz[0] @ coordinates.T.T).real
+        start = coordinates.of_motions(z)
+        forces = balance.forces(start, _SAMPLES)
+        J = balance.jacobian(forces)
+        A = np.abs(z[:, own.index(1)])
+        mean = z[:, own.index(0)].real if 0 in own else np.zeros_like(A)
+        one = np.broadcast_to(np.eye(J.shape[1]), J.shape)
+        K = _stiffness(laws, A, balance.omega, mean)
+        back = solve_each(np.eye(len(C)) + C * K[:, None, :], np.broadcast_to(np.eye(len(C)), (len(A), *C.shape)))
+        left = balance.residual(start, forces.force)
+        return cls(laws, balance, start, forces.force, left, solve_each(J, one), mean, C, back)
 
-def _balanced(
-    laws: list[_Parts], C: Array, A: Array, omega: Array, mean: Array, pull: Array, aside: Array, ramp: int
-) -> tuple[Array, Mask]:
-    """δ from where it starts, with the held forces in so many steps, and whether it settled."""
-    beside = np.array([0.0, 1.0, -1.0])[:, None, None]
-    A3, omega3 = np.tile(A, (3, 1)), np.tile(omega, 3)
+    def changed(self, sliders: Index) -> Array:
+        """Largest relative change of the first harmonic by what each of these joints may hold, (sliders, points)."""
+        points, coordinates = len(self.start), self.balance.coordinates
+        joint = np.repeat(sliders, 2)  # both signs
+        sign = np.tile([-1.0, 1.0], len(sliders))
+        rows = np.tile(np.arange(points), len(joint))
+        many, first = self.balance.at(rows), self.balance.harmonics.index(1)
+        size = np.maximum(np.max(np.abs(coordinates.motions(self.start)[:, first]), axis=1), 1e-300)[rows]
+        start, left = self.start[rows], self.left[rows]
+        to, g, aside = start, self.force[rows], None
+        once = far = np.zeros(len(rows))
+        settled = np.zeros(len(rows), dtype=bool)
+        for chord in range(_CHORDS + 1):
+            in_time()
+            Z = coordinates.motions(to)[:, first]
+            pull = self._held(joint, sign, np.abs(Z))
+            aside, gain = self._aside(np.abs(Z), rows, pull, aside)
+            bent = g.copy()
+            bent[:, first] += gain * Z
+            step = self._step(left - many.residual(to, bent))
+            length = np.max(np.abs(step), axis=(1, 2))
+            to = to + (step if chord == 0 else step / np.maximum(1.0, length / size / _LONGEST)[:, None, None])
+            far = np.max(np.abs(coordinates.motions((to - start)[:, first])), axis=1)
+            once = far if chord == 0 else once
+            settled = length <= 0.1 * far
+            if np.all(((length <= _FINE * far) & (chord > 0)) | (far <= _SETTLED * size)):
+                break
+            g = many.forces(to, _SAMPLES, slopes=False).force
+        change = (np.where(settled, far, once) / size).reshape(len(sliders), 2, points)
+        return np.asarray(np.max(change, axis=1))
 
-    def carried(place: Array) -> Array:
-        """Mean forces at places (3, points, nj)."""
-        flat = place.reshape(A3.shape)
-        return np.stack([part.mean(A3[:, k], omega3, flat[:, k]) for k, part in enumerate(laws)], 1).reshape(
-            place.shape
-        )
+    def _step(self, r: ComplexArray) -> ComplexArray:
+        """The chord step in m that takes r away; rows are cases of all points, one case after another."""
+        points = len(self.inverse)
+        flat = r.reshape(-1, points, r[0].size)
+        right = np.concatenate([flat.real, flat.imag], axis=2)
+        x = np.moveaxis(self.inverse @ np.moveaxis(right, 0, 2), 2, 0)
+        half = flat.shape[2]
+        return np.asarray((x[:, :, :half] + 1j * x[:, :, half:]).reshape(r.shape))
 
-    nudge = 1e-4 * np.maximum(A, 1e-3 * np.max(A, axis=1, keepdims=True))
-    at_rest = carried(mean + 0.0 * beside)[0]
-    length = np.full(len(A), np.inf)
-    for share in np.arange(1, ramp + 1) / ramp:
+    def _held(self, joint: Index, sign: Array, A: Array) -> Array:
+        """Held forces in N at amplitudes A (rows, nj), of one joint in each case; (rows, nj)."""
+        points = len(self.start)
+        omega = float(np.median(self.balance.omega))
+        each = A.reshape(len(joint), points, -1)[np.arange(len(joint)), :, joint]
+        found = np.empty_like(each)
+        for law, cases in _alike(self.laws[j].remembering for j in joint):
+            found[cases] = held_force(law, each[cases].ravel(), omega).reshape(-1, points)
+        pull = np.zeros((len(joint), points, A.shape[1]))
+        pull[np.arange(len(joint)), :, joint] = sign[:, None] * found
+        return pull.reshape(A.shape)
+
+    def _aside(self, A: Array, rows: Index, pull: Array, near: Array | None) -> tuple[Array, ComplexArray]:
+        """δ in m under held forces (N), (rows, nj), nan where it does not settle; and what it makes of the gains.
+
+        Chords with the slopes at the solution lead there where these hardly change on the way; elsewhere the force
+        rises in steps from nothing, which tells one balance from others.
+        """
+        points, C = len(self.start), self.compliance
+        omega, mean = self.balance.omega[rows], self.mean[rows]
+        at_rest, gain = self._carried(A, omega, mean)
+        aside = self._chord(-pull @ C.T, points) if near is None else np.where(np.isfinite(near), near, 0.0)
+        settled, before = np.zeros(len(A), dtype=bool), np.full(len(A), np.inf)
+        going = np.ones(len(A), dtype=bool)
+        carried, bent = self._carried(A, omega, mean + aside)
         for _ in range(_STEPS):
-            here, up, down = carried(mean + aside + nudge * beside)
-            K = (up - down) / (2 * nudge)
-            left = aside + (here - at_rest - share * pull) @ C.T
+            step = self._chord(aside + (carried - at_rest - pull) @ C.T, points)
+            length = np.max(np.abs(step), axis=1)
+            enough = _FINE * np.max(np.abs(aside), axis=1) + _SETTLED * np.max(A, axis=1)
+            settled = going & (length <= enough)
+            going &= length <= _SHRINKS * before
+            if np.all(settled | ~going):
+                break
+            aside, before = np.where(going[:, None], aside + step, aside), length
+            carried, bent = self._carried(A, omega, mean + aside)
+        lost = np.flatnonzero(~settled)
+        if len(lost):
+            found, fine = _raised(self.laws, C, A[lost], omega[lost], mean[lost], pull[lost])
+            aside[lost] = np.where(fine[:, None], found, np.nan)
+            bent[lost] = self._carried(A[lost], omega[lost], mean[lost] + aside[lost])[1]
+        return aside, np.where([part.bends for part in self.laws], bent - gain, 0.0)
+
+    def _chord(self, left: Array, points: int) -> Array:
+        """The step of the means that takes ``left`` (rows, nj) away with the slopes at the solutions."""
+        parts = left.reshape(-1, points, left.shape[1])
+        return np.asarray(-np.moveaxis(self.back @ np.moveaxis(parts, 0, 2), 2, 0).reshape(left.shape))
+
+    def _carried(self, A: Array, omega: Array, place: Array) -> tuple[Array, ComplexArray]:
+        return _carried(self.laws, A, omega, place)
+
+
+def _alike(joints: Iterable[Joint]) -> list[tuple[Joint, list[int]]]:
+    """Joints that are equal, each with the places where it stands."""
+    found: list[tuple[Joint, list[int]]] = []
+    for i, joint in enumerate(joints):
+        known = next((places for other, places in found if other is joint or other == joint), None)
+        if known is None:
+            found.append((joint, [i]))
+        else:
+            known.append(i)
+    return found
+
+
+def _carried(laws: tuple[_Parts, ...], A: Array, omega: Array, place: Array) -> tuple[Array, ComplexArray]:
+    """Mean forces in N and gains in N/m of what does not remember, (rows, nj)."""
+    found = [part.mean_and_gain(A[:, k], omega, place[:, k]) for k, part in enumerate(laws)]
+    return np.stack([mean for mean, _ in found], axis=1), np.stack([gain for _, gain in found], axis=1)
+
+
+def _stiffness(laws: tuple[_Parts, ...], A: Array, omega: Array, place: Array) -> Array:
+    """∂N/∂δ in N/m, (rows, nj)."""
+    nudge = 1e-4 * np.maximum(A, 1e-3 * np.max(A, axis=1, keepdims=True))
+    up, down = (_carried(laws, A, omega, place + side * nudge)[0] for side in (1.0, -1.0))
+    return np.asarray((up - down) / (2 * nudge))
+
+
+def _raised(
+    laws: tuple[_Parts, ...], C: Array, A: Array, omega: Array, mean: Array, pull: Array
+) -> tuple[Array, Mask]:
+    """δ of all joints in m, (rows, nj), while held forces (N) rise from nothing, and where it settled."""
+    aside = np.zeros_like(A)
+    at_rest, length = _carried(laws, A, omega, mean)[0], np.full(len(A), np.inf)
+    for share in np.arange(1, _RAMP + 1) / _RAMP:
+        for _ in range(_STEPS):
+            K = _stiffness(laws, A, omega, mean + aside)
+            left = aside + (_carried(laws, A, omega, mean + aside)[0] - at_rest - share * pull) @ C.T
             step = solve_each(np.eye(len(C)) + C * K[:, None, :], -left[:, :, None])[:, :, 0]
             aside = aside + step
             length = np.max(np.abs(step), axis=1)
-            if np.all(length <= _SETTLED * np.maximum(np.max(nudge, axis=1), np.max(np.abs(aside), axis=1))):
+            if np.all(length <= _SETTLED * np.maximum(1e-4 * np.max(A, axis=1), np.max(np.abs(aside), axis=1))):
                 break
     return aside, length <= 1e-3 * np.max(np.abs(aside), axis=1) + _SETTLED * np.max(A, axis=1)
