@@ -72,28 +72,28 @@ class Path:
 
     def system(self, z: ComplexArray, p: Array, other: Array, scale: Array, pace: Array) -> tuple[Array, Array]:
         """Residual over scale (n, 2m) and its derivatives by u (n, 2m, 2m + 1)."""
-        n = len(p)
-        if self.over_frequency:
-            d = _DIFFERENCE * p
-            apart = self.within(p + d) - self.within(p - d)
-            balance = self.balance(np.concatenate([p, p + d, p - d]), np.tile(other, 3))
-            forces = balance.forces(np.tile(z, (3, 1, 1)))
-            r = balance.residual(np.tile(z, (3, 1, 1)), forces.force).reshape(3, n, -1)
-            by_p = (r[1] - r[2]) / np.maximum(apart, d)[:, None]
-            left, here = r[0], slice(0, n)
-            forces = replace(forces, by_z=forces.by_z[here], by_conjugate=forces.by_conjugate[here])
-            J = balance.at(np.arange(n)).jacobian(forces)
-        else:
-            balance = self.balance(p, other)
-            forces = balance.forces(z)
-            left = balance.residual(z, forces.force).reshape(n, -1)
-            by_p = np.zeros_like(left)
-            by_p[:, : balance.driven.shape[1]] = -balance.driven
-            J = balance.jacobian(forces)
+        balance = self.balance(p, other)
+        forces = balance.forces(z)
+        left, J = balance.residual(z, forces.force).reshape(len(p), -1), balance.jacobian(forces)
+        by_p = self.by_p(z, p, other)
         by_p = by_p * (pace / scale)[:, None]
         left = left / scale[:, None]
         column = np.concatenate([by_p.real, by_p.imag], axis=1)[:, :, None]
         return np.concatenate([left.real, left.imag], axis=1), np.concatenate([J, column], axis=2)
+
+    def by_p(self, z: ComplexArray, p: Array, other: Array) -> ComplexArray:
+        """Derivative of the residual by what varies, (n, m)."""
+        n = len(p)
+        if not self.over_frequency:
+            driven = self.balance(p, other).driven
+            out = np.zeros((n, z[0].size), dtype=complex)
+            out[:, : driven.shape[1]] = -driven
+            return out
+        d = _DIFFERENCE * p
+        apart = self.within(p + d) - self.within(p - d)
+        aside, both = self.balance(np.concatenate([p + d, p - d]), np.tile(other, 2)), np.tile(z, (2, 1, 1))
+        up, down = aside.residual(both, aside.forces(both, slopes=False).force).reshape(2, n, -1)
+        return np.asarray((up - down) / np.maximum(apart, d)[:, None])
 
     def correct(
         self, base: Points, plane: Array, distance: Array, start: tuple[ComplexArray, Array]

@@ -23,9 +23,12 @@ from ..operating.resonances import NO_MOTION, distinct
 from .all_curves import Starts, follow
 from .arclength import Path, Stop
 from .solution_curves import Curve, first_harmonics
+from .tops import tops
 
 _ENDS = {Stop.RANGE: End.RANGE, Stop.LIMIT: End.LIMIT, Stop.GAVE_UP: End.LOST, Stop.CLOSED: End.FOLD}
 _HALF_POWER = np.sqrt(0.5)
+_VOTES = 9
+"""Points between two folds that tell whether one was passed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,8 +51,6 @@ class _Seen:
     motion: ComplexArray
     overtones: ComplexArray
     mean: Array
-    upright: Mask
-    """True where the determinant of the Jacobian at fixed frequency has its sign at rest: no fold was passed."""
 
     @property
     def size(self) -> Array:
@@ -67,33 +68,40 @@ def by_arc_length(
     return [followed(path, float(F), found, lines) for F, found in zip(forces, curves, strict=True)]
 
 
-def followed(path: Path, force: float, curves: Sequence[Curve], lines: Array) -> Followed:
-    """Branches, receptance, peaks and outcome of the curves at one force (N); ``lines`` in Hz belong in the FRF."""
+def followed(path: Path, force: float, curves: Sequence[Curve], lines: Array, dense: bool = False) -> Followed:
+    """Branches, receptance, peaks and outcome of the curves at one force (N); ``lines`` in Hz belong in the FRF.
+
+    ``dense`` says that points lie so close that the tops between them follow from them.
+    """
     seen = [_seen(path, force, curve, lines) for curve in curves]
-    peaks = _peaks(path, force, seen)
+    peaks = _peaks(path, force, seen, dense)
     missing = [outcome for s in seen for _, outcome in s.curve.ends if outcome is not Outcome.CONVERGED]
     missing = missing or [p.outcome for p in peaks if p.outcome not in (Outcome.CONVERGED, Outcome.PEAK_AT_EDGE)]
     count = Counter(missing if seen else [Outcome.STALLED])
     outcome = max(count, key=lambda o: (count[o], o.name)) if count else Outcome.CONVERGED
-    branches = without_repeats([branch for s in seen for branch in _branches(path, s)])
+    branches = without_repeats([branch for s in seen for branch in _branches(path, force, s)])
     branches.sort(key=lambda b: (b.frequency[0], np.max(np.abs(b.joint[0]))))
     return Followed(tuple(branches), _frf(path, force, seen, lines), tuple(peaks), outcome)
 
 
 def _seen(path: Path, force: float, curve: Curve, lines: Array) -> _Seen:
     frequency = np.where(curve.line >= 0, lines[curve.line], curve.p / (2 * np.pi))
-    unknowns = 2 * len(path.harmonics) * len(path.assembly.coordinates.rows)
-    parts = [_read(path, force, curve.z[some], curve.p[some]) for some in blocks(len(curve.p), unknowns**2)]
-    motion, overtones, mean, sign = (np.concatenate(part) for part in zip(*parts, strict=True))
-    return _Seen(curve, frequency, motion, overtones, mean, sign > 0)
+    each = len(path.harmonics) * path.assembly.entries
+    parts = [_read(path, force, curve.z[some], curve.p[some]) for some in blocks(len(curve.p), each)]
+    motion, overtones, mean = (np.concatenate(part) for part in zip(*parts, strict=True))
+    return _Seen(curve, frequency, motion, overtones, mean)
 
 
-def _read(path: Path, force: float, z: ComplexArray, p: Array) -> tuple[ComplexArray, ComplexArray, Array, Array]:
-    """First and further harmonics, mean forces, and the sign of the Jacobian, at some points of a curve."""
+def _upright(path: Path, force: float, z: ComplexArray, p: Array) -> Mask:
+    """True where the determinant of the Jacobian at fixed frequency has its sign at rest: no fold was passed."""
+    balance = path.balance(p, np.full(len(p), force))
+    return np.asarray(np.linalg.slogdet(balance.jacobian(balance.forces(z)))[0] > 0)
+
+
+def _read(path: Path, force: float, z: ComplexArray, p: Array) -> tuple[ComplexArray, ComplexArray, Array]:
+    """First and further harmonics, and mean forces, at some points of a curve."""
     other = np.full(len(p), force)
-    balance = path.balance(p, other)
-    forces = balance.forces(z)
-    sign = np.linalg.slogdet(balance.jacobian(forces))[0]
+    forces = path.balance(p, other).forces(z, slopes=False)
     joints, higher = len(path.assembly.joints), overtones_of(path.harmonics)
     overtones = np.empty((len(p), len(higher), joints), dtype=complex)
     for k, h in enumerate(higher, start=1):
@@ -106,10 +114,10 @@ def _read(path: Path, force: float, z: ComplexArray, p: Array) -> tuple[ComplexA
     if biased is not None:
         shift = path.assembly.coordinates.motions(z[:, -1]).real
         mean = biased.stands + biased.carried_on(shift, forces.force[:, -1].real)
-    return motion, overtones, mean, sign
+    return motion, overtones, mean
 
 
-def _branches(path: Path, seen: _Seen) -> list[Branch]:
+def _branches(path: Path, force: float, seen: _Seen) -> list[Branch]:
     """Pieces of a curve between its folds; those of a closed one begin and end at folds."""
     curve, n = seen.curve, len(seen.curve.p)
     folds = np.flatnonzero(curve.fold)
@@ -133,7 +141,8 @@ def _branches(path: Path, seen: _Seen) -> list[Branch]:
         if curve.p[rows[0]] > curve.p[rows[-1]]:
             rows, ends = rows[::-1], ends[::-1]
         inner = rows[1:-1] if len(rows) > 2 else rows
-        upright = 2 * np.sum(seen.upright[inner]) >= len(inner)
+        some = inner[np.unique(np.linspace(0, len(inner) - 1, min(len(inner), _VOTES)).astype(int))]
+        upright = 2 * np.sum(_upright(path, force, curve.z[some], curve.p[some])) >= len(some)
         label = Stability.UNSTABLE if not upright else Stability.UNKNOWN if several else Stability.FOLD_STABLE
         joints = len(path.assembly.joints)
         out.append(
@@ -189,9 +198,10 @@ def _frf(path: Path, force: float, seen: Sequence[_Seen], lines: Array) -> FRF:
     return FRF(frequency, value, assembly.outputs, assembly.inputs, kind)
 
 
-def _peaks(path: Path, force: float, seen: Sequence[_Seen]) -> list[Peak]:
+def _peaks(path: Path, force: float, seen: Sequence[_Seen], dense: bool) -> list[Peak]:
     """Tops of the largest solution of every joint, the largest values before a limit, else the largest at an edge."""
     count = len(with_mean(path.harmonics, False))
+    between = _between(path, force, seen) if dense else {}
     most = max((float(np.max(np.abs(s.motion))) for s in seen), default=0.0)
     peaks: list[Peak] = []
     for k, connection in enumerate(path.assembly.machine.flexible):
@@ -201,7 +211,8 @@ def _peaks(path: Path, force: float, seen: Sequence[_Seen]) -> list[Peak]:
             peaks.append(Peak(force, connection.name, float("nan"), float("nan"), Outcome.STALLED, count))
         if largest <= NO_MOTION * most:
             continue
-        found = [*_tops(force, connection.name, seen, values, k), *_limited(force, connection.name, seen, values)]
+        tops_of_joint = between.get(k, []) if dense else _tops(force, connection.name, seen, values, k)
+        found = [*tops_of_joint, *_limited(force, connection.name, seen, values)]
         if not found:
             s, v = max(zip(seen, values, strict=True), key=lambda pair: float(np.max(pair[1])))
             i = int(np.argmax(v))
@@ -219,6 +230,22 @@ def _tops(force: float, name: str, seen: Sequence[_Seen], values: Sequence[Array
             if v[i] >= np.max(_beside(seen, values, p)) * (1 - 1e-9):
                 width = _width(s.curve.p, v, int(i)) / (2 * np.pi)
                 found.append(Peak(force, name, v[i], p / (2 * np.pi), Outcome.CONVERGED, width=width))
+    return found
+
+
+def _between(path: Path, force: float, seen: Sequence[_Seen]) -> dict[int, list[Peak]]:
+    """Tops of every joint between the points of curves without folds, which lie close."""
+    found: dict[int, list[Peak]] = {}
+    for s in seen:
+        size = np.abs(s.motion[:, : len(path.assembly.joints)])
+        top = tops(s.curve.p, size)
+        for k, omega, A in zip(top.motion, top.omega, top.amplitude, strict=True):
+            at = np.searchsorted(s.curve.p, omega)
+            p, value = np.insert(s.curve.p, at, omega), np.insert(size[:, k], at, A)
+            name, width = path.assembly.machine.flexible[k].name, _width(p, value, int(at)) / (2 * np.pi)
+            found.setdefault(int(k), []).append(
+                Peak(force, name, float(A), float(omega) / (2 * np.pi), Outcome.CONVERGED, width=width)
+            )
     return found
 
 

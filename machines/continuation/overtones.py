@@ -17,6 +17,7 @@ from ..harmonic_balance.harmonics import Harmonics
 from ..harmonic_balance.truncation import more_harmonics, odd, unsuited
 from ..stability.labels import TOLERANCE, Branches, with_errors, with_outcomes, worst
 from .all_curves import from_branches
+from .carried import carried
 from .curve_results import Followed, by_arc_length
 
 _FAR = 0.2
@@ -138,8 +139,11 @@ def _solved(
     if assembly.biased is None and not odd(assembly):
         remarks.append("a joint pulls harder one way than the other; its mean displacement is held at 0")
     chosen = forces[need]
-    starts = from_branches(assembly, [out[f].branches for f in need], several)
-    new = by_arc_length(assembly, chosen, lines, several, starts)
+    beside = [carried(assembly, float(forces[f]), lines, several, out[f].branches) for f in need]
+    rest = [f for f, part in zip(need, beside, strict=True) if part is None]
+    starts = from_branches(assembly, [out[f].branches for f in rest], several)
+    traced = iter(by_arc_length(assembly, forces[rest], lines, several, starts) if rest else [])
+    new = [next(traced) if part is None else part for part in beside]
     with_error = with_errors(assembly, chosen, [part.branches for part in new])
     for f, part, branches in zip(need, new, with_error, strict=True):
         if branches:

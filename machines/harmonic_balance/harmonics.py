@@ -58,8 +58,8 @@ def joint_forces(
     One harmonic: the exact describing function. Several: the laws are sampled over the cycle (alternating frequency
     and time), those with memory over whole cycles until their state repeats; a cycle that does not repeat is nan. The
     mean, harmonic 0, is real: Z_0 counts by its real part, the force by its average. The travel counts from ``rest``
-    (m, per joint), and what remembers was loaded from 0, slowly. Without ``slopes`` the derivatives of what remembers,
-    which cost many times its force, are left out.
+    (m, per joint), and what remembers was loaded from 0, slowly. Without ``slopes`` the derivatives of what is not
+    linear, which cost many times its force, are left out.
     """
     if harmonics == (1,):
         A, Z = np.abs(z[:, 0]), z[:, 0]
@@ -151,9 +151,10 @@ def _one(
     motion = cycle.motion(z, omega)
     if memoryless.laws:
         force += cycle.project(memoryless.step(motion, np.empty((*motion.displacement.shape, 0)))[0])
-        tangents = tangent(memoryless, cycle, motion, 2 * max(harmonics))
-        first, second = slopes_of_harmonics(tangents, harmonics, omega)
-        by_z, by_conjugate = by_z + first, by_conjugate + second
+        if slopes:
+            tangents = tangent(memoryless, cycle, motion, 2 * max(harmonics))
+            first, second = slopes_of_harmonics(tangents, harmonics, omega)
+            by_z, by_conjugate = by_z + first, by_conjugate + second
     if remembering.laws:
         first, second, third = _with_memory(remembering, cycle, z, omega, slopes)
         force, by_z, by_conjugate = force + first, by_z + second, by_conjugate + third

@@ -269,9 +269,7 @@ def _stiffness(laws: tuple[_Parts, ...], A: Array, omega: Array, place: Array) -
     return np.asarray((up - down) / (2 * nudge))
 
 
-def _raised(
-    laws: tuple[_Parts, ...], C: Array, A: Array, omega: Array, mean: Array, pull: Array
-) -> tuple[Array, Mask]:
+def _raised(laws: tuple[_Parts, ...], C: Array, A: Array, omega: Array, mean: Array, pull: Array) -> tuple[Array, Mask]:
     """δ of all joints in m, (rows, nj), while held forces (N) rise from nothing, and where it settled."""
     aside = np.zeros_like(A)
     at_rest, length = _carried(laws, A, omega, mean)[0], np.full(len(A), np.inf)

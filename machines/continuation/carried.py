@@ -1,0 +1,160 @@
+"""Several harmonics on a single branch without folds: every point of the first harmonic carried over by itself.
+
+What overtones change is small there, so that Newton's method leads from each point of the first harmonic to the
+solution beside it, all points side by side, and no curve need be followed. Where the points do not look like one smooth
+curve, a limit is met or Newton's method strays, nothing is said, and arc length follows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from jointlib.arrays import Array, ComplexArray
+from jointlib.errors import Outcome
+
+from ..blocks import blocks
+from ..harmonic_balance.assembly import Assembly
+from ..harmonic_balance.balance import excess, solve_complex
+from ..harmonic_balance.harmonics import Harmonics, with_mean
+from ..indices import Mask
+from ..operating.branches import Branch, End
+from .all_curves import started
+from .arclength import Path, Stop
+from .curve_results import Followed, followed
+from .solution_curves import Curve, first_harmonics
+from .tops import tops
+
+_STRAY = 0.2
+"""Of the largest joint's motion: overtones that change more are followed by arc length."""
+_SETTLED = 1e-10
+_CHORDS, _FAST = 12, 0.1
+_MISMATCH = 0.25
+_ROUNDING = 1e-6
+_HALVINGS, _ROUNDS = 3, 3
+
+
+@dataclass(frozen=True, eq=False)
+class _Points:
+    """Solutions over ascending frequency, with their tangents dz/dω."""
+
+    omega: Array
+    z: ComplexArray
+    """m, (n, nh, r)."""
+    slope: ComplexArray
+    moved: ComplexArray
+    """First harmonics of all joints and then of the outputs, m, (n, motions)."""
+
+    def merged(self, other: _Points) -> _Points:
+        omega = np.concatenate([self.omega, other.omega])
+        order = np.argsort(omega, kind="stable")
+        pairs = ((self.z, other.z), (self.slope, other.slope), (self.moved, other.moved))
+        return _Points(omega[order], *(np.concatenate(pair)[order] for pair in pairs))
+
+    def between(self, omega: Array) -> ComplexArray:
+        """Motions between neighbouring points, by cubics with their tangents."""
+        b = np.clip(np.searchsorted(self.omega, omega), 1, len(self.omega) - 1)
+        a, width = b - 1, (self.omega[b] - self.omega[b - 1])[:, None, None]
+        t = (omega - self.omega[a])[:, None, None] / width
+        start, end = self.z[a], self.z[b]
+        ahead, behind = width * self.slope[a], width * self.slope[b]
+        rise = end - start
+        bow = t * (1 - t) * ((1 - t) * (ahead - rise) - t * (behind - rise))
+        return np.asarray(start + t * rise + bow)
+
+
+def carried(
+    assembly: Assembly, force: float, lines: Array, harmonics: Harmonics, branches: Sequence[Branch]
+) -> Followed | None:
+    """Solutions in several harmonics beside a branch in one that runs through the whole range; None where not sure."""
+    if len(branches) != 1 or branches[0].ends != (End.RANGE, End.RANGE) or len(branches[0].frequency) < 2:
+        return None
+    (branch,) = branches
+    own = with_mean(harmonics, assembly.biased is not None)
+    frequency, rows = np.unique(branch.frequency, return_index=True)
+    omega = 2 * np.pi * frequency
+    path = Path(assembly, own, float(omega[0]), float(omega[-1]))
+    first = branch.joint[rows][:, list(assembly.nonlinear)]
+    points = _settled(path, force, omega, started(assembly, harmonics, first, omega))
+    for _ in range(_HALVINGS):
+        rough = np.flatnonzero(_rough(points)) if points is not None else np.empty(0, dtype=int)
+        if points is None or not len(rough):
+            break
+        points = _with(path, force, points, (points.omega[rough] + points.omega[rough + 1]) / 2)
+    for last in (False,) * _ROUNDS + (True,):
+        if points is None:
+            return None
+        found = tops(points.omega, np.abs(points.moved))
+        # Those of the outputs are points in the end.
+        further = found.omega[found.motion >= len(assembly.joints)] if last else found.wanted(points.omega)
+        further = np.setdiff1d(further, points.omega)
+        points = _with(path, force, points, further) if len(further) else points
+    if points is None or np.any(_rough(points)):
+        return None
+    none, nowhere = np.full(len(points.omega), -1), np.zeros(len(points.omega), dtype=bool)
+    place = np.minimum(np.searchsorted(2 * np.pi * lines, points.omega), len(lines) - 1)
+    on = np.where(2 * np.pi * lines[place] == points.omega, place, none)
+    end = (Stop.RANGE, Outcome.CONVERGED)
+    return followed(path, force, [Curve(points.z, points.omega, on, nowhere, none, (end, end))], lines, dense=True)
+
+
+def _with(path: Path, force: float, points: _Points, omega: Array) -> _Points | None:
+    new = _settled(path, force, omega, points.between(omega))
+    return None if new is None else points.merged(new)
+
+
+def _settled(path: Path, force: float, omega: Array, start: ComplexArray) -> _Points | None:
+    """Newton's method from each start; None where one does not settle near it or meets a limit."""
+    parts = []
+    for some in blocks(len(omega), (2 * start[0].size + 1) ** 2):
+        part = _settled_block(path, np.full(len(omega[some]), force), omega[some], start[some])
+        if part is None:
+            return None
+        parts.append(part)
+    z, slope, moved = (np.concatenate(part) for part in zip(*parts, strict=True))
+    return _Points(omega, z, slope, moved)
+
+
+def _settled_block(
+    path: Path, force: Array, omega: Array, start: ComplexArray
+) -> tuple[ComplexArray, ComplexArray, ComplexArray] | None:
+    z, balance = start.astype(complex), path.balance(omega, force)
+    floor = 0.0 if path.assembly.biased is None else path.assembly.biased.floor
+    forces = balance.forces(z)
+    J = balance.jacobian(forces)
+    # What the tangents are good for asks no more than the start gives.
+    slope = solve_complex(J, -path.by_p(z, omega, force).reshape(z.shape))
+    before = np.inf
+    for _ in range(_CHORDS):
+        step = solve_complex(J, -balance.residual(z, forces.force))
+        z = z + step
+        size = _largest(z)
+        if not np.all(_largest(z - start) <= _STRAY * size):
+            return None
+        length = float(np.max(_largest(step) / (_SETTLED * size + floor)))
+        if length <= 1.0:
+            break
+        # The tangents of the start serve as long as they lead on fast.
+        turn = length > _FAST * before
+        forces = balance.forces(z, slopes=turn)
+        J, before = (balance.jacobian(forces), np.inf) if turn else (J, length)
+    else:
+        return None
+    forces = balance.forces(z, slopes=False)
+    past = excess(forces, path.assembly.coordinates.motions(z), path.harmonics, path.assembly.limits)
+    return None if np.any(past > 0) else (z, slope, first_harmonics(path, z, omega, force, forces))
+
+
+def _rough(points: _Points) -> Mask:
+    """Intervals whose change is not what the tangents on both sides promise."""
+    width = np.diff(points.omega)[:, None, None]
+    before, after = width * points.slope[:-1], width * points.slope[1:]
+    change, size = np.diff(points.z, axis=0), _largest(points.z)
+    scale = _largest(change) + (_largest(before) + _largest(after)) / 2 + _ROUNDING * np.maximum(size[1:], size[:-1])
+    return np.asarray(~(_largest(change - (before + after) / 2) <= _MISMATCH * scale))
+
+
+def _largest(part: ComplexArray) -> Array:
+    return np.asarray(np.max(np.abs(part), axis=(1, 2)))

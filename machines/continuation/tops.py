@@ -1,0 +1,107 @@
+"""Tops of amplitudes between points that lie close, from polynomials through 1/A², all motions side by side.
+
+1/A² of a single mode is a parabola in ω², so that polynomials through a few of its points tell its top far better than
+polynomials through the motion itself would.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from jointlib.arrays import Array
+
+from ..indices import Index, Mask
+from ..operating.peaks import local_maxima
+
+_WIDE, _NARROW = 7, 5
+"""Points of the two polynomials whose difference tells the error."""
+_GRID, _NEWTON = 33, 6
+_STILL = 1e-9
+"""Share of the largest motion at a frequency; what rises by less above the points around is rounding."""
+_SURE, _PLACED = 1e-6, 1e-5
+"""Relative differences of amplitude and frequency; what the wider polynomial leaves is far less."""
+_BESIDE = 0.25
+"""Of the spacing round a top that is not resolved yet: where further points are wanted."""
+_NEAR = 0.2
+"""Of that spacing: points that lie closer tell the same."""
+
+
+@dataclass(frozen=True, eq=False)
+class Tops:
+    """Maxima over frequency, one entry each."""
+
+    motion: Index
+    row: Index
+    """The nearest point."""
+    omega: Array
+    """rad/s."""
+    amplitude: Array
+    """m."""
+    sure: Mask
+    """Whether both polynomials agree."""
+
+    def wanted(self, omega: Array) -> Array:
+        """Frequencies in rad/s at which further points would tell more of the tops that are not sure."""
+        row = self.row[~self.sure]
+        gap = np.minimum(omega[row] - omega[row - 1], omega[row + 1] - omega[row])
+        new = (self.omega[~self.sure] + _BESIDE * gap * np.array([[-1.0], [0.0], [1.0]])).ravel()
+        order = np.argsort(new)
+        new, near = new[order], _NEAR * np.tile(gap, 3)[order]
+        place = np.searchsorted(omega, new)
+        apart = (new - omega[place - 1] > near) & (omega[place] - new > near) & (np.diff(new, prepend=-np.inf) > near)
+        return np.asarray(new[apart])
+
+
+def tops(omega: Array, amplitude: Array) -> Tops:
+    """Tops of amplitudes (points, motions) in m over ascending frequencies (rad/s)."""
+    count = amplitude.shape[1]
+    places = [local_maxima(amplitude[:, k]) for k in range(count)]
+    motion = np.repeat(np.arange(count), [len(rows) for rows in places])
+    row = np.concatenate([np.zeros(0, dtype=int), *places])
+    near = np.clip(row[:, None] + np.arange(1, _WIDE // 2 + 1) * np.array([[[-1]], [[1]]]), 0, max(len(omega) - 1, 0))
+    lowest = np.min(amplitude[near, motion[:, None]], axis=2, initial=np.inf)
+    rise = amplitude[row, motion] - np.max(lowest, axis=0, initial=0.0)
+    moving = rise > _STILL * np.max(amplitude[row], axis=1, initial=0.0)
+    motion, row = motion[moving], row[moving]
+    if not len(row) or len(omega) < _WIDE:
+        return Tops(motion, row, omega[row], amplitude[row, motion], np.zeros(len(row), dtype=bool))
+    found = [_lowest(omega, amplitude, motion, row, count) for count in (_WIDE, _NARROW)]
+    (at, size), (at_narrow, size_narrow) = found
+    sure = np.abs(size_narrow - size) <= _SURE * size
+    sure &= np.abs(at_narrow - at) <= _PLACED * at
+    return Tops(motion, row, at, size, sure)
+
+
+def _lowest(omega: Array, amplitude: Array, motion: Index, row: Index, count: int) -> tuple[Array, Array]:
+    """Where the polynomial of 1/A² through so many points has its minimum between the neighbours of a row."""
+    begin = np.clip(row - count // 2, 0, len(omega) - count)
+    window = begin[:, None] + np.arange(count)
+    here = omega[row]
+    reach = np.max(np.abs(omega[window] - here[:, None]), axis=1)
+    x = (omega[window] - here[:, None]) / reach[:, None]
+    nearest = np.argsort(np.abs(x), axis=1)
+    x, window = np.take_along_axis(x, nearest, axis=1), np.take_along_axis(window, nearest, axis=1)
+    c = (amplitude[row, motion][:, None] / amplitude[window, motion[:, None]]) ** 2
+    for k in range(1, count):
+        c[:, k:] = (c[:, k:] - c[:, k - 1 : -1]) / (x[:, k:] - x[:, :-k])
+    low, high = ((omega[row + side] - here) / reach for side in (-1, 1))
+    grid = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, _GRID)
+    at = grid[np.arange(len(row)), np.argmin(_value(x, c, grid)[0], axis=1)]
+    for _ in range(_NEWTON):
+        _, slope, bend = (part[:, 0] for part in _value(x, c, at[:, None]))
+        at = np.clip(at - slope / np.where(bend > 0, bend, np.inf), low, high)
+    least = np.maximum(_value(x, c, at[:, None])[0][:, 0], 1e-300)
+    return here + at * reach, amplitude[row, motion] / np.sqrt(least)
+
+
+def _value(nodes: Array, c: Array, x: Array) -> tuple[Array, Array, Array]:
+    """Polynomials with divided differences c on nodes (n, count) at x (n, places), and their two derivatives."""
+    value, slope, half = np.zeros_like(x), np.zeros_like(x), np.zeros_like(x)
+    for k in range(nodes.shape[1] - 1, -1, -1):
+        aside = x - nodes[:, k, None]
+        half = half * aside + slope
+        slope = slope * aside + value
+        value = value * aside + c[:, k, None]
+    return value, slope, 2 * half

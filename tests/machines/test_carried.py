@@ -1,0 +1,97 @@
+"""Several harmonics carried over point by point, against the curve that arc length follows."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from unittest.mock import patch
+
+import numpy as np
+import pytest
+
+from machines import read_machine
+from machines.continuation import overtones
+from machines.continuation.tops import tops
+from machines.forced_response.response import Response, response
+
+LIBRARY = Path(__file__).parents[2] / "machines" / "library"
+
+
+def both_ways(name: str, force: list[float]) -> tuple[Response, Response]:
+    """The response with points carried over, and with arc length in their place."""
+    machine = read_machine(LIBRARY / name)
+    drive = machine.tool_dofs[0]
+    with patch.object(overtones, "carried", wraps=overtones.carried) as spy:
+        carried = response(machine, force, drive=drive, harmonics="auto")
+    assert spy.called
+    with patch.object(overtones, "carried", return_value=None):
+        followed = response(machine, force, drive=drive, harmonics="auto")
+    return carried, followed
+
+
+def assert_same_peaks(one: Response, other: Response) -> None:
+    def of(response: Response) -> dict[tuple[float, str], list[tuple[float, float]]]:
+        found: dict[tuple[float, str], list[tuple[float, float]]] = {}
+        for peak in response.peaks:
+            found.setdefault((peak.force, peak.connection), []).append((peak.frequency, peak.amplitude))
+        return found
+
+    theirs = of(other)
+    for key, peaks in of(one).items():
+        for frequency, amplitude in peaks:
+            nearest = min(theirs[key], key=lambda p: abs(p[0] - frequency))
+            if abs(nearest[0] / frequency - 1) < 1e-4:
+                assert amplitude == pytest.approx(nearest[1], rel=1e-6)
+    missing = [
+        (key, frequency)
+        for key, peaks in theirs.items()
+        for frequency, _ in peaks
+        if not any(abs(f / frequency - 1) < 1e-4 for f, _ in of(one).get(key, []))
+    ]
+    assert not missing
+
+
+def test_points_carried_over_are_those_of_the_curve() -> None:
+    carried, followed = both_ways("two_mass.toml", [60.0, 80.0])
+    assert {b.harmonics for own in carried.branches for b in own} == {(1, 3, 5)}
+    assert_same_peaks(carried, followed)
+    for ours, theirs in zip(carried.frfs, followed.frfs, strict=True):
+        shared = np.intersect1d(ours.frequency, theirs.frequency)
+        assert len(shared) > 500
+        H, G = (each.on(shared).receptance for each in (ours, theirs))
+        assert pytest.approx(G, rel=1e-6, abs=1e-9 * np.max(np.abs(G))) == H
+
+
+def test_where_a_branch_folds_arc_length_follows() -> None:
+    machine = read_machine(LIBRARY / "two_mass.toml")
+    with patch.object(overtones, "by_arc_length", wraps=overtones.by_arc_length) as spy:
+        found = response(machine, [120.0], drive=machine.tool_dofs[0], harmonics="auto")
+    assert spy.called
+    assert len(found.branches[0]) > 1
+
+
+@pytest.mark.thorough
+def test_contacts_of_a_lathe_have_the_peaks_of_the_curve() -> None:
+    carried, followed = both_ways("lathe.toml", [100.0])
+    assert len(carried.peaks) > 400
+    assert_same_peaks(carried, followed)
+
+
+def test_tops_of_two_modes_between_coarse_points() -> None:
+    omega = np.unique(np.concatenate([np.linspace(800, 1200, 60), 1000 + 10 * np.sinh(np.linspace(-2, 2, 21))]))
+
+    def amplitude(w: np.ndarray) -> np.ndarray:
+        return np.abs(1 / (1000**2 - w**2 + 2j * 0.01 * 1000 * w) + 0.3 / (1100**2 - w**2 + 2j * 0.01 * 1100 * w))
+
+    found = tops(omega, amplitude(omega)[:, None])
+    fine = np.linspace(990, 1010, 2_000_001)
+    highest = fine[np.argmax(amplitude(fine))]
+    first = np.argmin(np.abs(found.omega - 1000))
+    assert found.sure[first]
+    assert found.omega[first] == pytest.approx(highest, rel=1e-7)
+    assert found.amplitude[first] == pytest.approx(np.max(amplitude(fine)), rel=1e-8)
+
+
+def test_rounding_has_no_tops() -> None:
+    omega = np.linspace(1.0, 2.0, 200)
+    shaken = 1e-12 * np.random.default_rng(1).standard_normal(200)
+    assert not len(tops(omega, np.stack([2 - omega + shaken, np.abs(shaken)], axis=1)).row)
