@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from jointlib.arrays import Array
+from jointlib.cutting_force.cut import Cut
 from jointlib.errors import InputError, nearest
 from jointlib.estimation.settings import EXCITED, Settings
 from jointlib.lab.dialect import Told
@@ -31,7 +32,9 @@ QUANTITIES = {
 
 MOTIONS = ("acceleration", "velocity", "displacement")
 """What a response to a force can be measured as."""
-KINDS = ("rig", "path", "static", "frf", *EXCITED)
+FORCES = "cutting-force"
+"""Kind of a measurement by a dynamometer while cutting."""
+KINDS = ("rig", "path", "static", "frf", *EXCITED, FORCES)
 ROLES = ("fit", "sealed", "quiet")
 
 
@@ -66,6 +69,8 @@ class Channel:
     """Value in ``si_unit`` = factor · column + offset; 0 but for temperatures."""
     dof: str | None = None
     """Impact and shaker: degree of freedom that it measures, along its positive direction."""
+    transfer: Path | None = None
+    """Cutting forces: file of the FRF of the dynamometer, measured force over force."""
 
     def at_full_scale(self, x: Array) -> int:
         """How many samples stand at the end of its range, within a thousandth; none where no range is told."""
@@ -140,6 +145,8 @@ class RecordSource:
     """Kind ``frf`` only."""
     drive: str | None = None
     """Impact and shaker: where the force acts in this record; None: at the degree of freedom of its channel."""
+    cut: Cut | None = None
+    """Cutting forces: what the tool does in this record; None of one that is quiet."""
     group: str | None = None
     """The group of the file that holds the record, where a file has several; its columns are named without it."""
 
@@ -198,6 +205,8 @@ class Measurement(Shown):
     """True where the records come from a simulation; said wherever they appear."""
     text: Told = field(default_factory=Told)
     """How text records are written, as far as the file says it."""
+    acts_on: str = "tool"
+    """Cutting forces: ``"tool"`` or ``"workpiece"``, which of the two feels the force that the channels tell."""
     estimate: Settings = field(default_factory=Settings)
     """Impact and shaker: how frequency responses are estimated."""
 

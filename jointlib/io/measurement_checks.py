@@ -7,15 +7,18 @@ from collections.abc import Sequence
 from functools import partial
 
 from jointlib.corrections import faults
+from jointlib.cutting_force.cut import AXES
 from jointlib.errors import InputError, nearest, together
 from jointlib.estimation.settings import EXCITED
-from jointlib.measurement import MOTIONS, Channel, Correction, Measurement
+from jointlib.measurement import FORCES, MOTIONS, Channel, Correction, Measurement
 
 
 def check(m: Measurement, channels: bool = True, records: bool = True) -> None:
     """Refuse what does not fit together; without ``channels`` or ``records`` not all of those could be read."""
-    of_channels = (_names, _wanted, _excited) if channels else ()
-    of_records = (_roles, _rates, *(partial(_correction, correction=c) for c in m.corrections)) if records else ()
+    of_channels = (_names, _wanted, _excited, _dynamometer) if channels else ()
+    of_records = (
+        (_roles, _rates, _one_process, *(partial(_correction, correction=c) for c in m.corrections)) if records else ()
+    )
     together(*(partial(each, m) for each in (_driven, _place, _accelerations, *of_channels, *of_records)))
 
 
@@ -63,6 +66,30 @@ def _excited(m: Measurement) -> None:
             )
     if said:
         raise InputError(*said)
+
+
+def _dynamometer(m: Measurement) -> None:
+    """Cutting forces: channels that are forces along known directions."""
+    process = next((r.cut.process for r in m.records if r.cut is not None), None)
+    if m.kind != FORCES or process is None:
+        return
+    axes = AXES[process]
+    forces = [c.name for c in m.of("force")]
+    said = [
+        f"{m.source}: channel {name}, expected a force of {process} among {', '.join(axes)} (name, or role)"
+        for name in forces
+        if name not in axes
+    ]
+    if not said and not set(axes[:2]) & set(forces):
+        said = [f"{m.source}: no channel {' or '.join(axes[:2])}, expected a force in the plane of the cut"]
+    if said:
+        raise InputError(*said)
+
+
+def _one_process(m: Measurement) -> None:
+    found = list(dict.fromkeys(r.cut.process for r in m.records if r.cut is not None))
+    if len(found) > 1:
+        raise InputError(f"{m.source}: records of {' and '.join(found)}, expected one process in a measurement")
 
 
 def _several(m: Measurement, forces: Sequence[Channel]) -> list[str]:

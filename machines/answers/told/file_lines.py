@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 
 from jointlib.arrays import Array
+from jointlib.cutting_force.coefficients import Coefficients
 from jointlib.errors import InputError, told
 from jointlib.io.measurement_file import read_records
 from jointlib.joint import Joint
-from jointlib.measurement import Measurement
+from jointlib.measurement import FORCES, Measurement
 from jointlib.modulation import CONDITIONS
 from jointlib.shown.text import table
 from jointlib.units import shown
@@ -43,6 +44,36 @@ def joint_lines(joint: Joint) -> list[str]:
     lines += [f"valid for {key} from {low:g} to {high:g}" for key, (low, high) in joint.validity.items()]
     lines += [f"provenance: {key} = {value}" for key, value in joint.provenance.items()]
     return lines
+
+
+def coefficient_lines(found: Coefficients) -> list[str]:
+    """Coefficients of cutting forces with their standard errors."""
+    rows = []
+    for name, value in found.values.items():
+        factor, unit = (1e-3, "N/mm") if name.startswith("edge") else (1e-6, "N/mm²")
+        known = found.covariance is not None and name in found.covariance.names
+        error = found.covariance.standard_error(name) if known and found.covariance is not None else None
+        rows.append((name, f"{value * factor:.6g}", "" if error is None else f"± {error * factor:.2g}", unit))
+    made = "simulated " if found.provenance.get("simulated") else ""
+    lines = [f"{made}coefficients of {found.process}"]
+    return lines + table(("coefficient", "value", "std. error", "unit"), rows)
+
+
+def cut_lines(m: Measurement) -> list[str]:
+    """What the tool does in each record of cutting forces."""
+    rows = []
+    for record in m.records:
+        if (cut := record.cut) is not None:
+            arc = cut.mode if cut.process == "milling" and cut.immersion == 1 else f"{cut.mode} {cut.immersion:g}"
+            rows.append((
+                record.name,
+                f"{cut.speed:g}",
+                f"{1e3 * cut.depth:g}",
+                f"{1e3 * cut.feed:g}",
+                arc if cut.process == "milling" else cut.process,
+            ))  # fmt: skip
+    said = [f"the forces act on the {m.acts_on}"]
+    return [*said, *table(("record", "speed [rpm]", "depth [mm]", "feed [mm]", "cut"), rows)]
 
 
 def component_lines(component: Component) -> list[str]:
@@ -83,6 +114,8 @@ def measurement_lines(m: Measurement) -> list[str]:
         )
     if m.kind == "frf":
         return lines + _sweeps(m)
+    if m.kind == FORCES:
+        lines += cut_lines(m)
     opened = [r for r in m.records if r.role != "sealed"]
     rows = []
     for source, record in zip(opened, read_records(m, opened), strict=True):
