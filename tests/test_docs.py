@@ -284,6 +284,7 @@ _READERS = {
             "estimate_table",
             "tables/cut_table",
             "tables/correction_table",
+            "tables/cuts_table",
         )
     ],
     "Joint": ["jointlib/io/joint_file.py"],

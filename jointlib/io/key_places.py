@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 
 from jointlib.estimation.settings import EXCITED
 from jointlib.io.toml import Section
-from jointlib.measurement import FORCES
+from jointlib.measurement import CUTS, FORCES, KINDS
 
 _OF_CUT = ("process", "teeth", "mode", "immersion", "speed", "depth", "feed", "diameter", "helix")
 OF_FILE: Mapping[str, Sequence[str]] = {
-    "sample_rate": ("rig", "path", "static", *EXCITED, FORCES),
+    "sample_rate": ("rig", "path", "static", *EXCITED, FORCES, CUTS),
     "bodies": ("rig",),
     "driven": ("rig",),
     "carriage": ("path",),
@@ -18,7 +18,9 @@ OF_FILE: Mapping[str, Sequence[str]] = {
     "settle": ("rig", "path", "shaker"),
     "band": ("rig", "path", *EXCITED, FORCES),
     "estimate": EXCITED,
-    "cutting": (FORCES,),
+    "cutting": (FORCES, CUTS),
+    "cut": (CUTS,),
+    "record": tuple(kind for kind in KINDS if kind != CUTS),
 }
 """The kinds that read a key at the top of a file; what is not here all read."""
 OF_CHANNEL: Mapping[str, Sequence[str]] = {

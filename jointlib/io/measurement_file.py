@@ -24,10 +24,12 @@ from jointlib.io.mistakes import Lost, Mistakes, all_at_once
 from jointlib.io.readers import read_columns
 from jointlib.io.tables.correction_table import carriage, correction_of, mended
 from jointlib.io.tables.cut_table import cut_of, operation_of
+from jointlib.io.tables.cuts_table import records_of, tried_cut
 from jointlib.io.text_dialect import dialect_of
 from jointlib.io.toml import Section
 from jointlib.io.toml_file import read_toml
 from jointlib.measurement import (
+    CUTS,
     FORCES,
     KINDS,
     ROLES,
@@ -74,10 +76,11 @@ def _measurement(path: Path, section: Section) -> Measurement:
     channels, faulty = section.each("channel", lambda part: channel_of(part, kind))
     channels += [each.likeness for each in faulty if each.likeness is not None]
     corrections, _ = section.each("correction", lambda part: correction_of(part, kind, channels, faulty, bodies))
-    operation = section.section("cutting") if kind == FORCES else None
-    acts_on, shared = ("tool", {}) if operation is None else operation_of(operation)
+    operation = section.section("cutting") if kind in (FORCES, CUTS) else None
+    acts_on, shared = ("tool", {}) if operation is None else operation_of(operation, kind)
+    cuts, unread = section.each("cut", lambda part: tried_cut(part, shared), needed=True) if kind == CUTS else ([], [])
     of_record = _sweep if kind == "frf" else partial(_record, kind=kind, shared=shared)
-    records, lost = section.each("record", of_record, needed=True)
+    records, lost = (records_of(cuts), unread) if kind == CUTS else section.each("record", of_record, needed=True)
     asked = section.section("estimate")
     estimate = asked.read(lambda part: settings_of(part, kind)) if kind in EXCITED else None
     found = Measurement(
@@ -96,6 +99,7 @@ def _measurement(path: Path, section: Section) -> Measurement:
         corrections=tuple(corrections),
         text=told,
         acts_on=acts_on,
+        cuts=tuple(cuts),
         estimate=estimate or Settings(),
     )
     refuse_elsewhere(section, kind, OF_FILE)

@@ -153,8 +153,8 @@ def transfer(stand: Stand, frequency: Array) -> Any:
 def _recorded(force: Array, rate: float, stand: Stand, rng: np.random.Generator) -> Array:
     """What the recorder holds of a force: the dynamometer's mode, zero and noise, and its filter, flat within 1e-5."""
     lead = round(_LEAD * rate)
-    frequency: Array = np.fft.rfftfreq(force.shape[1], 1 / (rate * _FINER))
-    felt = np.fft.rfft(force, axis=1) * transfer(stand, frequency)
+    frequency = np.fft.rfftfreq(force.shape[1], 1 / (rate * _FINER))
+    felt = np.fft.rfft(force, axis=1) * transfer(stand, np.asarray(frequency, dtype=float))
     force = np.asarray(np.fft.irfft(felt, force.shape[1], axis=1), dtype=float)
     taps = signal.firwin(64 * _FINER + 1, 0.9 / _FINER, window=("kaiser", 10.0))
     slow = signal.fftconvolve(force, taps[None], "same", axes=1)[:, lead * _FINER :: _FINER]

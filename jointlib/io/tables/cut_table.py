@@ -8,15 +8,17 @@ from typing import Any
 from jointlib.cutting_force.cut import MODES, PROCESSES, Cut
 from jointlib.errors import InputError
 from jointlib.io.toml import Section
+from jointlib.measurement import FORCES
 
 ACTS_ON = ("tool", "workpiece")
 _MILLING = ("teeth", "mode", "immersion", "helix")
 _NEEDED = {"milling": ("speed", "depth", "feed", "teeth", "mode"), "turning": ("speed", "depth", "feed")}
 
 
-def operation_of(section: Section) -> tuple[str, dict[str, Any]]:
+def operation_of(section: Section, kind: str) -> tuple[str, dict[str, Any]]:
     """What feels the force that is told, and the keys of the cut that all records share."""
-    found = section.text("acts_on", "tool", choices=ACTS_ON), cut_keys(section)
+    acts_on = section.text("acts_on", "tool", choices=ACTS_ON) if kind == FORCES else "tool"
+    found = acts_on, cut_keys(section)
     section.done()
     return found
 

@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 
 from jointlib.arrays import Array
+from jointlib.cuts.judged import judged_cuts
 from jointlib.cutting_force.coefficients import Coefficients
 from jointlib.errors import InputError, told
 from jointlib.io.measurement_file import read_records
 from jointlib.joint import Joint
-from jointlib.measurement import FORCES, Measurement
+from jointlib.measurement import CUTS, FORCES, Measurement
 from jointlib.modulation import CONDITIONS
 from jointlib.shown.text import table
 from jointlib.units import shown
@@ -76,6 +77,21 @@ def cut_lines(m: Measurement) -> list[str]:
     return [*said, *table(("record", "speed [rpm]", "depth [mm]", "feed [mm]", "cut"), rows)]
 
 
+def tried_lines(m: Measurement) -> list[str]:
+    """Every test cut with its verdict, and what its record says of it."""
+    rows, doubts = [], []
+    judged = judged_cuts(m)
+    for one in judged:
+        cut, told_by = one.cut, "file" if one.heard is None else "record"
+        share = "" if one.heard is None else f"{100 * one.heard.share:.0f}"
+        frequency = "" if cut.chatter_frequency is None else f"{cut.chatter_frequency:.5g}"
+        row = (f"{cut.speed:g}", f"{1e3 * cut.depth:.4g}", str(cut.verdict), frequency, cut.kind, told_by, share)
+        rows.append((cut.name, *row))
+        doubts += [one.doubt()] if one.doubt() else []
+    header = ("cut", "speed [rpm]", "depth [mm]", "verdict", "chatter [Hz]", "kind", "by", "not repeated [%]")
+    return [*table(header, rows), *doubts]
+
+
 def component_lines(component: Component) -> list[str]:
     """Kind, degrees of freedom, modes."""
     lines = [f"{component.kind} component, dofs {', '.join(component.dofs)}"]
@@ -89,7 +105,8 @@ def component_lines(component: Component) -> list[str]:
 def measurement_lines(m: Measurement) -> list[str]:
     """Bodies, channels, records that are not sealed."""
     rate = f", {m.sample_rate:g} Hz" if m.sample_rate else ""
-    lines = [f"{'simulated ' * m.simulated}{m.kind} measurement{rate}, {len(m.records)} records"]
+    count = f"{len(m.cuts)} cuts" if m.kind == CUTS else f"{len(m.records)} records"
+    lines = [f"{'simulated ' * m.simulated}{m.kind} measurement{rate}, {count}"]
     lines += [
         f"body {name}: {'unknown' if mass.value is None else f'{mass.value:g} kg ± {mass.uncertainty:g} kg'}"
         for name, mass in m.bodies.items()
@@ -114,6 +131,8 @@ def measurement_lines(m: Measurement) -> list[str]:
         )
     if m.kind == "frf":
         return lines + _sweeps(m)
+    if m.kind == CUTS:
+        return lines + tried_lines(m)
     if m.kind == FORCES:
         lines += cut_lines(m)
     opened = [r for r in m.records if r.role != "sealed"]
