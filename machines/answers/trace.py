@@ -18,7 +18,7 @@ from jointlib.loop import close as joint_files
 from jointlib.loop.answer.report import TraceReport
 from jointlib.loop.answer.words import words as joint_words
 from jointlib.loop.trace import trace as joint_trace
-from jointlib.measurement import CUTS, Measurement
+from jointlib.measurement import CUTS, FORCES, Measurement
 from jointlib.shown.progress import Progress, Silent
 from jointlib.shown.result import Columns, Shown
 
@@ -103,6 +103,11 @@ def trace(
         raise InputError(
             f"{test.source}: kind is {test.kind!r}, records in time; expected the frequency responses that `jointlib "
             "estimate` makes of them"
+        )
+    if test.kind == FORCES:
+        raise InputError(
+            f"{test.source}: kind is {test.kind!r}, expected records of a joint, frequency responses or test cuts; "
+            "`jointlib identify` makes coefficients of it"
         )
     if safe is not None and test.kind != CUTS:
         raise InputError(f"--safe: {test.source} is of kind {test.kind!r}, expected test cuts (kind {CUTS!r}) with it")

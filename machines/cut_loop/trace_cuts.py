@@ -26,14 +26,14 @@ from .report import CutCandidate, CutRival, CutTold, CutTrace
 from .sampled_tool import SampledTool, sampled_tool
 from .suspects import AsItIs, suspects_of
 
-DRAWS, SAFE = 800, 0.95
+DRAWS, SAFE = 600, 0.95
 _FEWEST = 6
 _SCATTERS = 0.25
 """Of ln depth: where the exact border scatters more about what was learnt, that is said."""
 
 
 def trace_cuts(
-    measurement: Measurement, machine: Machine, *, seed: int = 0, draws: int = DRAWS, safe: float = SAFE
+    measurement: Measurement, machine: Machine, *, seed: int = 0, draws: int | None = None, safe: float = SAFE
 ) -> CutTrace:
     """Say which test cuts a machine cannot explain, which effect would, and what to cut next.
 
@@ -47,10 +47,11 @@ def trace_cuts(
     seed
         Of all that is drawn.
     draws
-        Samples of the machine and of every suspect.
+        Samples of the machine and of every suspect, default `DRAWS`.
     safe
         Probability of being stable that the most productive cut is to have.
     """
+    draws = DRAWS if draws is None else draws
     judged = judged_cuts(measurement)
     table = _checked(measurement, machine, judged, safe)
     cuts = tuple(one.cut for one in judged if one.cut.verdict != "unknown")
@@ -184,7 +185,7 @@ def _sentence(outcome: Outcome, base: Entry, problem: Problem, seen: Outlook) ->
 
 def _changes(machine: Machine, outcome: Outcome) -> tuple[Mapping[str, Any], str]:
     """Keys of the machine file that the finding is, and a sentence where it is none."""
-    if outcome.chosen is None or outcome.verdict is Verdict.AMBIGUOUS:
+    if outcome.chosen is None:
         return {}, ""
     of, value, table = outcome.chosen.posterior.suspect, outcome.chosen.posterior.mean(), machine.cutting or {}
     if of.family == "process-damping":
@@ -239,9 +240,12 @@ def _warnings(
     wide = [at.speed for at, s in zip(problem.conditions, problem.exactness.scatter, strict=True) if s > _SCATTERS]
     if wide:
         listed = ", ".join(f"{speed:g}" for speed in wide[:5])
-        said.append(f"At {len(wide)} speeds ({listed} rpm …) the exact border scatters about what was learnt of it.")
+        more = " …" if len(wide) > 5 else ""
+        said.append(f"Where the exact border lies scatters about what was learnt of it at {listed}{more} rpm.")
     if np.any(problem.exactness.flip):
-        said.append(f"At {int(np.sum(problem.exactness.flip))} speeds the border is a flip.")
+        flips = zip(problem.conditions, problem.exactness.flip, strict=True)
+        listed = ", ".join(f"{at.speed:g}" for at, flip in flips if flip)
+        said.append(f"The border is a flip at {listed} rpm.")
     return [*said, *([mended] if mended else [])]
 
 

@@ -37,6 +37,7 @@ def command(
     Examples:
       jointlib trace machines/library/guide_mill/rig.measurement.toml --joint machines/library/guide_mill/start.joint.toml -o traced
       jointlib trace machines/library/three_joints/tip.measurement.toml --machine machines/library/three_joints.toml -o traced
+      jointlib trace machines/library/end_mill_cuts/cuts.measurement.toml --machine machines/library/end_mill_cuts/mill.toml -o traced
     """  # noqa: E501
     from ..answers.trace import trace
 
