@@ -16,6 +16,7 @@ from .contest import Entry
 from .evidence import stable
 from .exactness import learnt
 from .posterior import Problem, borders_of
+from .suspects import AsItIs
 
 _SPEEDS, _DEPTHS, _DRAWS = 25, 32, 200
 _SHARES = (0.05, 0.5, 0.95)
@@ -43,9 +44,7 @@ class Outlook:
     """None where no cut is as safe as was asked for."""
 
 
-def outlook(
-    machine: Machine, problem: Problem, base: Entry, believed: Sequence[Entry], safe: float, seed: int
-) -> Outlook:
+def outlook(machine: Machine, problem: Problem, believed: Sequence[Entry], safe: float, seed: int) -> Outlook:
     """Borders as the inputs have them and as the cuts leave them, and what to cut next.
 
     ``believed`` are the entries that cannot be ruled out, weighed by their scores on held-out cuts. A verdict tells
@@ -58,17 +57,17 @@ def outlook(
     speeds = np.round(np.linspace(low, high, _SPEEDS), -1)
     conditions = [condition(problem.conditions[problem.index[0]].cutting, float(n), machine.tool_axes) for n in speeds]
     exact = learnt(machine, problem.tool, conditions, seed, tools=1)
-    prior = base.posterior
-    before, _ = borders_of(prior.suspect, problem.tool, conditions, exact, prior.rows[:_DRAWS], prior.values[:_DRAWS])
     rng = np.random.default_rng([seed, 30])
+    rows = np.asarray(rng.choice(problem.tool.count, _DRAWS), dtype=np.intp)
+    modes = rng.standard_normal((_DRAWS, problem.tool.freedom))
+    before, _ = borders_of(AsItIs(), problem.tool, conditions, exact, rows, np.zeros((_DRAWS, 0)), modes)
     share = np.exp(np.array([one.total for one in believed]) - max(one.total for one in believed))
     depths, sigmas = [], []
     for one, many in zip(believed, np.ceil(share / np.sum(share) * _DRAWS).astype(int), strict=True):
         found = one.posterior
         pick = rng.choice(len(found.rows), int(many), p=found.weights())
-        depths.append(
-            borders_of(found.suspect, problem.tool, conditions, exact, found.rows[pick], found.values[pick])[0]
-        )
+        drawn = found.rows[pick], found.values[pick], found.modes[pick]
+        depths.append(borders_of(found.suspect, problem.tool, conditions, exact, *drawn)[0])
         sigmas.append(found.sigma[pick])
     depth, sigma = np.concatenate(depths), np.concatenate(sigmas)[:, None]
     middle = np.quantile(depth, 0.5, axis=0, method="inverted_cdf")

@@ -17,7 +17,9 @@ from .posterior import Posterior, Problem, probability
 
 NEEDED = 10.0
 """Effective draws that make a posterior; with fewer the prior does not reach the cuts."""
-_GAIN, _TIED = 4.0, 3.0
+STRAINED = 3.5
+"""Standard errors by which a posterior may pull a mode; further off it contradicts what was measured."""
+_GAIN, _TIED = 6.0, 3.0
 """Nats on held-out cuts that a name needs, and within which another family cannot be ruled out."""
 _FOLDS = 8
 _SURPRISE, _CHANCE = 0.1, 0.02
@@ -48,7 +50,7 @@ class Entry:
     @property
     def reached(self) -> bool:
         """Whether the draws are a posterior."""
-        return self.posterior.effective >= NEEDED
+        return self.posterior.effective >= NEEDED and self.posterior.strain <= STRAINED
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +102,10 @@ def decided(base: Entry, entries: Sequence[Entry], problem: Problem) -> Outcome:
     status, reason = [Status.REJECTED] * len(entries), []
     for one, gain, helps in zip(entries, gains, folds, strict=True):
         if not one.reached:
-            reason.append(f"{one.posterior.effective:.1f} effective draws: it does not reach the cuts, no posterior")
+            of = one.posterior
+            reason.append(
+                f"{of.effective:.1f} effective draws, modes pulled by {of.strain:.1f} standard errors: no posterior"
+            )
         elif gain <= _GAIN:
             reason.append(f"gains {gain:.1f} nats on held-out cuts, {_GAIN:g} are needed")
         else:

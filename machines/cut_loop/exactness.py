@@ -22,7 +22,7 @@ from ..indices import Mask
 from ..model.machine import Machine
 from ..tool.tool_model import ToolModel
 from .borders import Condition, border
-from .sampled_tool import Drawn, SampledTool
+from .sampled_tool import Drawn, SampledTool, features
 
 TOOLS = 40
 """With other modes, for which charts are computed."""
@@ -63,7 +63,7 @@ class Exactness:
 
     def logarithm(self, drawn: Drawn, k: int) -> Array:
         """ln(exact/zero order) of every sample at condition k."""
-        terms = _terms(_features(drawn.poles[:, list(self.modes)]) - self.centre)
+        terms = _terms(features(drawn.poles[:, list(self.modes)]) - self.centre)
         return np.asarray(np.clip(terms @ self.weights[k], self.low[k], self.high[k]))
 
 
@@ -73,7 +73,7 @@ def learnt(
     """Compare charts at the conditions of cuts; in turning zero order is exact. One tool is the machine as it is."""
     count, modes = len(conditions), tuple(tool.felt())
     zeros = np.zeros(count)
-    centre = np.median(_features(tool.poles[:, list(modes)]), axis=0) if modes else np.zeros((0,))
+    centre = np.median(features(tool.poles[:, list(modes)]), axis=0) if modes else np.zeros((0,))
     size = _terms(np.zeros((1, 2 * len(modes)))).shape[1]
     plain = Exactness(
         np.zeros((count, size)), zeros, zeros, zeros, zeros, np.zeros(count, dtype=bool), modes, centre.ravel()
@@ -82,7 +82,7 @@ def learnt(
         return plain
     if tool.nominal is None:
         return _of_machine(machine, tool, conditions, plain)
-    spread = np.std(_features(tool.poles[:, list(modes)]), axis=0)
+    spread = np.std(features(tool.poles[:, list(modes)]), axis=0)
     floor = np.repeat([_FREQUENCY, _DAMPING], len(modes))
     rng = np.random.default_rng([seed, 20])
     apart = np.maximum(spread, floor) * rng.standard_normal((tools, 2 * len(modes)))
@@ -106,7 +106,7 @@ def learnt(
         scatter=scatter,
         shift=np.median(off, axis=0),
         flip=np.mean(flip, axis=0) > 0.5,
-        centre=_features(_sorted(tool.nominal)[None, list(modes)])[0],
+        centre=features(_sorted(tool.nominal)[None, list(modes)])[0],
     )
 
 
@@ -184,12 +184,6 @@ def _other(model: ToolModel, modes: tuple[int, ...], frequency: Array, ratio: Ar
         poles[k] = new
         inputs[k] *= s.imag / new.imag
     return replace(model, poles=poles, inputs=inputs)
-
-
-def _features(poles: ComplexArray) -> Array:
-    """ln|s| and ln ζ of poles, (samples, 2·modes)."""
-    size = np.abs(poles)
-    return np.asarray(np.concatenate([np.log(size), np.log(np.maximum(-poles.real / size, 1e-9))], axis=1))
 
 
 def _terms(apart: Array) -> Array:

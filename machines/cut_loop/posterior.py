@@ -20,10 +20,10 @@ from .exactness import Exactness
 from .sampled_tool import SampledTool
 from .suspects import Suspect
 
-_ROUNDS, _MOST, _ENOUGH = 2, 5, 30.0
+_ROUNDS, _MOST, _ENOUGH = 2, 9, 30.0
 """Times the draws are moved to where the cuts are explained, at least and at most; and how many that count end it."""
-_WIDE, _KEPT = 1.6, 0.2
-"""Times the scatter of the weighed draws that new ones get, and the share that stays with the prior."""
+_KEPT = 0.2
+"""Share of the draws that stays with the prior."""
 _FEWEST = 30.0
 """Effective draws that the next round is guided by; a likelihood that leaves fewer is flattened until it does not."""
 
@@ -51,6 +51,8 @@ class Posterior:
         Which sample of the tool each draw has.
     values
         Parameters of the suspect, (draws, parameters).
+    modes
+        Standard normal numbers that its modes are told by, see `SampledTool.placed`.
     sigma
         Scatter of the verdicts, (draws,).
     depth, frequency
@@ -64,6 +66,7 @@ class Posterior:
     suspect: Suspect
     rows: Index
     values: Array
+    modes: Array
     sigma: Array
     depth: Array
     frequency: Array
@@ -81,6 +84,11 @@ class Posterior:
     def effective(self) -> float:
         """Effective number of draws, 1/Σw²."""
         return float(1 / np.sum(self.weights() ** 2))
+
+    @property
+    def strain(self) -> float:
+        """Standard errors by which the cuts pull the modes off what was known of them, at most."""
+        return float(np.max(np.abs(self.weights() @ self.modes), initial=0.0))
 
     def predicted(self, held: Sequence[int]) -> float:
         """ln P of some cuts together, from all others."""
@@ -104,41 +112,51 @@ class Posterior:
 def posterior(suspect: Suspect, problem: Problem) -> Posterior:
     """Draw from the prior, then from where the cuts are explained, with the weights that this costs.
 
-    The tool's samples are drawn anew from among themselves, the suspect's parameters from a wide normal distribution
-    around the weighed ones; a fifth of the draws stays with the prior, so that no region is lost.
+    The tool's samples are drawn anew from among themselves, the suspect's parameters and the modes from normal
+    distributions around the weighed draws (population Monte Carlo, Cappé et al. 2004); a fifth of the draws stays with
+    the prior, so that no region is lost.
     """
-    count, size, name = problem.tool.count, len(suspect.parameters), f"{suspect.family} {suspect.member}"
-    z = draws(f"cuts {name}", count, size + 1, problem.seed)  # the last one is the scatter of the verdicts
+    count, name = problem.tool.count, f"{suspect.family} {suspect.member}"
+    size = len(suspect.parameters) + problem.tool.freedom  # and the scatter of the verdicts, which comes last
+    z = draws(f"cuts {name}", count, size + 1, problem.seed)
     rows: Index = np.arange(count, dtype=np.intp)
     prior: Array = np.zeros(count)
     found = _evaluated(suspect, problem, rows, z, prior)
-    for turn in range(_MOST if size else 0):
+    for turn in range(_MOST):
         if turn >= _ROUNDS and found.effective >= _ENOUGH:
             break
         rng = np.random.default_rng([problem.seed, turn, len(name)])
         weight = _flattened(found)
         heaped = np.asarray(np.bincount(found.rows, weight, count), dtype=float)
         of_row = (1 - _KEPT) * heaped / np.sum(heaped) + _KEPT / count
-        middle = weight @ z
-        spread = (z - middle).T @ ((z - middle) * weight[:, None]) * _WIDE**2 + 1e-3 * np.eye(size + 1)
-        root = np.linalg.cholesky(spread)
-        drawn = rng.standard_normal((count, size + 1))
+        centres, middle = z, weight @ z
+        spread = (z - middle).T @ ((z - middle) * weight[:, None])
+        effective = 1 / np.sum(weight**2)
+        width = (4 / (size + 3) / effective) ** (1 / (size + 5))  # Silverman's, in size + 1 dimensions
+        root = np.asarray(np.linalg.cholesky(width**2 * spread + 1e-4 * np.eye(size + 1)), dtype=float)
+        fresh = rng.standard_normal((count, size + 1))
         stays = rng.uniform(size=count) < _KEPT
-        z = np.where(stays[:, None], drawn, middle + drawn @ root.T)
+        z = np.where(stays[:, None], fresh, centres[rng.choice(count, count, p=weight)] + fresh @ root.T)
         rows = np.asarray(rng.choice(count, count, p=of_row), dtype=np.intp)
-        inside = np.linalg.solve(root, (z - middle).T)
-        near = -0.5 * np.sum(inside**2, axis=0) - np.sum(np.log(np.diag(root)))
         plain = -0.5 * np.sum(z**2, axis=1)
-        proposal = np.logaddexp(np.log(_KEPT) + plain, np.log(1 - _KEPT) + near)
-        prior = plain - proposal - np.log(of_row[rows] * count)
+        near = _mixture(z, centres, weight, root)
+        prior = plain - np.logaddexp(np.log(_KEPT) + plain, np.log(1 - _KEPT) + near) - np.log(of_row[rows] * count)
         found = _evaluated(suspect, problem, rows, z, prior)
     return found
 
 
+def _mixture(z: Array, centres: Array, weight: Array, root: Array) -> Array:
+    """ln of a sum of normal densities around weighed centres, but for the constant that the prior shares."""
+    a, b = (np.linalg.solve(root, part.T).T for part in (z, centres))
+    apart = np.sum(a**2, axis=1)[:, None] + np.sum(b**2, axis=1) - 2 * a @ b.T
+    total = logsumexp(np.log(np.maximum(weight, 1e-300)) - 0.5 * apart, axis=1)
+    return np.asarray(total - np.sum(np.log(np.diag(root))))
+
+
 def _evaluated(suspect: Suspect, problem: Problem, rows: Index, z: Array, prior: Array) -> Posterior:
-    values = suspect.values(z[:, :-1])
-    sigma = scatter(z[:, -1])
-    depth, frequency = borders_of(suspect, problem.tool, problem.conditions, problem.exactness, rows, values)
+    own = len(suspect.parameters)
+    values, modes, sigma = suspect.values(z[:, :own]), z[:, own:-1], scatter(z[:, -1])
+    depth, frequency = borders_of(suspect, problem.tool, problem.conditions, problem.exactness, rows, values, modes)
     likelihood = np.zeros((len(rows), len(problem.cuts)))
     for i, (cut, k) in enumerate(zip(problem.cuts, problem.index, strict=True)):
         wide = np.hypot(sigma, problem.exactness.scatter[k])
@@ -146,7 +164,7 @@ def _evaluated(suspect: Suspect, problem: Problem, rows: Index, z: Array, prior:
         if cut.chatter_frequency is not None and cut.verdict == "chatter":
             at, flip = problem.conditions[k], bool(problem.exactness.flip[k])
             likelihood[:, i] += of_frequency(cut.chatter_frequency, frequency[:, k], at.tooth_frequency, flip)
-    return Posterior(suspect, rows, values, sigma, depth, frequency, likelihood, prior)
+    return Posterior(suspect, rows, values, modes, sigma, depth, frequency, likelihood, prior)
 
 
 def borders_of(
@@ -156,9 +174,10 @@ def borders_of(
     exactness: Exactness | None,
     rows: Index,
     values: Array,
+    modes: Array,
 ) -> tuple[Array, Array]:
     """Depths in m and frequencies in Hz, (draws, conditions); by zero order where there is no exactness."""
-    base = tool.drawn().of(rows)
+    base = tool.placed(tool.drawn().of(rows), modes)
     depth, frequency = np.zeros((len(rows), len(conditions))), np.zeros((len(rows), len(conditions)))
     changed, G, shared, of = None, None, None, None
     for k, at in enumerate(conditions):

@@ -44,8 +44,15 @@ class CutRival:
     family: str
     member: str
     behind: float
-    """Nats on held-out cuts."""
+    """Nats on held-out cuts; below 0 where it leads, but on too few effective draws to be named."""
+    effective_size: float
     words: str
+
+    def apart(self) -> str:
+        """How far from the chosen one, in words."""
+        if self.behind >= 0:
+            return f"{self.behind:.1f} nats behind"
+        return f"{-self.behind:.1f} nats ahead, on {self.effective_size:.0f} effective draws, too few to name it"
 
 
 @dataclass(frozen=True)
@@ -81,6 +88,8 @@ class CutTrace(Shown):
     """Probability that was asked of the safe cut."""
     effective_size: Mapping[str, float]
     """``before`` of the machine as it is, ``after`` of what is named; of ``draws``."""
+    strain: Mapping[str, float]
+    """Standard errors by which the cuts pull the modes, ``before`` and ``after``."""
     cuts: tuple[CutTold, ...]
     tried: tuple[TriedCut, ...]
     speed: Array
@@ -98,7 +107,17 @@ class CutTrace(Shown):
             name: getattr(self, name)
             for name in (
                 *("verdict", "sentence", "chosen", "candidates", "rivals", "error_before", "error_after", "next_cut"),
-                *("safe_cut", "safe", "effective_size", "cuts", "warnings", "not_decidable", "repro", "changes"),
+                *(
+                    "safe_cut",
+                    "safe",
+                    "effective_size",
+                    "strain",
+                    "cuts",
+                    "warnings",
+                    "not_decidable",
+                    "repro",
+                    "changes",
+                ),
             )
         }
         band = {"speed": self.speed, "share": (0.05, 0.5, 0.95), "before": self.band_before, "after": self.band_after}
@@ -120,8 +139,11 @@ class CutTrace(Shown):
             f"{100 * after['right']:.0f} %; log score {before['log_score']:.2f}, {after['log_score']:.2f}"
         )
         size = self.effective_size
-        lines.append(f"effective draws: {size['before']:.0f} of {size['draws']:.0f} before, {size['after']:.0f} after")
-        lines += [f"rival: {r.family} ({r.words}), {r.behind:.1f} nats behind" for r in self.rivals]
+        lines.append(
+            f"effective draws: {size['before']:.0f} of {size['draws']:.0f} before, {size['after']:.0f} after; modes pulled "
+            f"by {self.strain['before']:.1f} and {self.strain['after']:.1f} standard errors"
+        )
+        lines += [f"rival: {r.family} ({r.words}), {r.apart()}" for r in self.rivals]
         lines += [
             f"not explained by the machine as it is: {cut.name}, {cut.verdict}, held to be stable with {cut.before:.2f}"
             for cut in self.cuts

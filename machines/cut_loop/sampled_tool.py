@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -101,6 +102,33 @@ class SampledTool:
         """What a suspect may change of it."""
         return Drawn(self.poles, self.residue, self.tangential, self.normal, np.zeros(self.count))
 
+    @property
+    def freedom(self) -> int:
+        """Standard normal numbers that the modes of a draw are told by, see `placed`."""
+        return 0 if self.certain or not self.modal else 2 * len(self.felt())
+
+    @cached_property
+    def _spread(self) -> tuple[Array, Array]:
+        """ln|s| and ln ζ of the modes that the tool feels: their mean, and a root of their covariance."""
+        found = features(self.poles[:, self.felt()])
+        size, vectors = np.linalg.eigh(np.atleast_2d(np.cov(found, rowvar=False)))
+        return np.mean(found, axis=0), np.asarray(vectors * np.sqrt(np.maximum(size, 0.0)))
+
+    def placed(self, drawn: Drawn, z: Array) -> Drawn:
+        """Draws whose felt modes stand where standard normal numbers, (draws, `freedom`), put them.
+
+        The samples tell how the logarithms of frequencies and damping ratios scatter together; between them every value
+        is possible, so that the cuts may narrow them further than samples lie apart.
+        """
+        if not z.shape[1]:
+            return drawn
+        modes = self.felt()
+        mean, root = self._spread
+        wanted = np.exp(mean + z @ root.T - features(drawn.poles[:, modes]))
+        for i, mode in enumerate(modes):
+            drawn = drawn.moved(mode, wanted[:, i], wanted[:, len(modes) + i])
+        return drawn
+
     def response(self, changed: Drawn, rows: Index) -> ComplexArray:
         """G in m/N on the lines, (draws, lines, axes, axes), of draws that stand on some of the samples."""
         if self.receptance is not None:
@@ -118,6 +146,12 @@ class SampledTool:
     def frequency(self, mode: int) -> float:
         """Hz, of a mode in the middle sample."""
         return float(np.median(np.abs(self.poles[:, mode]))) / (2 * np.pi)
+
+
+def features(poles: ComplexArray) -> Array:
+    """ln|s| and ln ζ of poles, (samples, 2·modes)."""
+    size = np.abs(poles)
+    return np.asarray(np.concatenate([np.log(size), np.log(np.maximum(-poles.real / size, 1e-9))], axis=1))
 
 
 def receptance(poles: ComplexArray, residue: ComplexArray, direct: Array, lines: Array) -> ComplexArray:

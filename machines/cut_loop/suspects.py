@@ -196,7 +196,7 @@ class MissingMode(Suspect):
     def values(self, z: Array) -> Array:
         share = 0.5 * (1 + np.tanh(0.8 * z[:, 0]))  # nearly even between both ends
         frequency = 0.6 * self.low * (1.6 * self.high / (0.6 * self.low)) ** share
-        ratio = 0.03 * np.exp(0.4 * z[:, 2])
+        ratio = np.minimum(0.03 * np.exp(0.4 * z[:, 2]), 0.5)
         peak = 0.7 * self.compliance * np.exp(0.7 * z[:, 1])
         return np.stack([frequency, 1 / (2 * ratio * peak), ratio], axis=1)
 

@@ -19,7 +19,7 @@ from ..cutting.process.cutting import Cutting
 from ..model.machine import Machine
 from .advice import Outlook, outlook
 from .borders import conditions_of
-from .contest import NEEDED, Entry, Outcome, decided, entry, errors, folds_of, surprising
+from .contest import NEEDED, STRAINED, Entry, Outcome, decided, entry, errors, folds_of, surprising
 from .exactness import learnt
 from .posterior import Posterior, Problem, posterior
 from .report import CutCandidate, CutRival, CutTold, CutTrace
@@ -64,7 +64,7 @@ def trace_cuts(
     entries = [entry(posterior(one, problem), problem, folds) for one in suspects]
     outcome = decided(base, entries, problem)
     after = outcome.chosen or base
-    seen = outlook(machine, problem, base, [after, *outcome.rivals], safe, seed)
+    seen = outlook(machine, problem, [after, *outcome.rivals], safe, seed)
     changes, mended = _changes(machine, outcome)
     return CutTrace(
         verdict=outcome.verdict,
@@ -79,6 +79,7 @@ def trace_cuts(
         safe_cut=seen.safe_cut,
         safe=safe,
         effective_size={"before": base.posterior.effective, "after": after.posterior.effective, "draws": float(draws)},
+        strain={"before": base.posterior.strain, "after": after.posterior.strain},
         cuts=tuple(_told(problem, base, after)),
         tried=tuple(one.cut for one in judged),
         speed=seen.speed,
@@ -160,7 +161,9 @@ def _parameters(of: Posterior) -> dict[str, dict[str, Any]]:
 
 def _rival(one: Entry, best: Entry) -> CutRival:
     of = one.posterior
-    return CutRival(of.suspect.family, of.suspect.member, best.total - one.total, of.suspect.told(of.mean()))
+    return CutRival(
+        of.suspect.family, of.suspect.member, best.total - one.total, of.effective, of.suspect.told(of.mean())
+    )
 
 
 def _sentence(outcome: Outcome, base: Entry, problem: Problem, seen: Outlook) -> str:
@@ -169,7 +172,7 @@ def _sentence(outcome: Outcome, base: Entry, problem: Problem, seen: Outlook) ->
         return f"The {len(problem.cuts)} cuts are explained by what the inputs leave open."
     if outcome.chosen is None:
         why = (
-            f"no draw of the machine reaches the cuts ({base.posterior.effective:.1f} effective, {NEEDED:g} are needed)"
+            f"the machine reaches the cuts with {_reach(base)} alone"
             if not base.reached
             else f"{odd} of {len(problem.cuts)} cuts are against what the inputs leave open"
         )
@@ -181,6 +184,12 @@ def _sentence(outcome: Outcome, base: Entry, problem: Problem, seen: Outlook) ->
         return f"The cuts point to this: {said}; they cannot rule out {others}."
     left = ", which does not explain all of them" if outcome.verdict is Verdict.PARTIAL else ""
     return f"What the cuts show: {said}{left}."
+
+
+def _reach(base: Entry) -> str:
+    """What it takes to reach the cuts, in words."""
+    of = base.posterior
+    return f"{of.effective:.1f} effective draws and modes pulled by {of.strain:.1f} standard errors"
 
 
 def _changes(machine: Machine, outcome: Outcome) -> tuple[Mapping[str, Any], str]:
@@ -234,8 +243,8 @@ def _warnings(
         said.append(f"{tool.left_out} samples of the machine have other modes and are left out.")
     if not base.reached:
         said.append(
-            f"The cuts leave {base.posterior.effective:.1f} effective draws of the machine as it is, {NEEDED:g} "
-            "are needed: that is a residual and no posterior."
+            f"The machine as it is reaches the cuts with {_reach(base)} alone ({NEEDED:g} draws are needed and "
+            f"{STRAINED:g} standard errors at most): that is a residual and no posterior."
         )
     wide = [at.speed for at, s in zip(problem.conditions, problem.exactness.scatter, strict=True) if s > _SCATTERS]
     if wide:
