@@ -19,7 +19,7 @@ NEEDED = 10.0
 """Effective draws that make a posterior; with fewer the prior does not reach the cuts."""
 STRAINED = 3.5
 """Standard errors by which a posterior may pull a mode; further off it contradicts what was measured."""
-_GAIN, _TIED = 6.0, 3.0
+GAIN, _TIED = 6.0, 3.0
 """Nats on held-out cuts that a name needs, and within which another family cannot be ruled out."""
 _FOLDS = 8
 _SURPRISE, _CHANCE = 0.1, 0.02
@@ -98,7 +98,7 @@ def decided(base: Entry, entries: Sequence[Entry], problem: Problem) -> Outcome:
     gains = np.array([one.total - base.total for one in entries])
     reached = np.array([one.reached for one in entries])
     folds = [np.count_nonzero(one.score - base.score > 0.2) for one in entries]
-    able = reached & (gains > _GAIN) & (np.array(folds) >= 2)
+    able = reached & (gains > GAIN) & (np.array(folds) >= 2)
     status, reason = [Status.REJECTED] * len(entries), []
     for one, gain, helps in zip(entries, gains, folds, strict=True):
         if not one.reached:
@@ -106,22 +106,24 @@ def decided(base: Entry, entries: Sequence[Entry], problem: Problem) -> Outcome:
             reason.append(
                 f"{of.effective:.1f} effective draws, modes pulled by {of.strain:.1f} standard errors: no posterior"
             )
-        elif gain <= _GAIN:
-            reason.append(f"gains {gain:.1f} nats on held-out cuts, {_GAIN:g} are needed")
+        elif gain <= GAIN:
+            reason.append(f"gains {gain:.1f} nats on held-out cuts, {GAIN:g} are needed")
         else:
             reason.append("" if helps >= 2 else "helps at one speed alone")
     if not np.any(able):
         return Outcome(_unnamed(base, gains, reached, problem), None, (), tuple(status), tuple(reason))
-    best = int(np.argmax(np.where(able, gains, -np.inf)))
+    top = float(np.max(gains[able]))
+    even = [i for i in range(len(entries)) if able[i] and gains[i] > top - _TIED]
+    best = min(even, key=lambda i: (len(entries[i].posterior.suspect.parameters), -gains[i]))  # the simpler one
     family = entries[best].posterior.suspect.family
     status[best] = Status.ACCEPTED
     rivals: list[Entry] = []
     for i in np.argsort(-gains):
         other = entries[i].posterior.suspect.family
-        near = gains[i] > gains[best] - _TIED and gains[i] > _GAIN / 2
+        near = gains[i] > gains[best] - _TIED and gains[i] > GAIN / 2
         if near and other != family and other not in {r.posterior.suspect.family for r in rivals}:
             status[i] = Status.TIED
-            reason[i] = f"{gains[best] - gains[i]:.1f} nats behind the best"
+            reason[i] = f"{gains[best] - gains[i]:.1f} nats behind the chosen one"
             rivals.append(entries[i])
     chosen = entries[best]
     left = _too_many(surprising(chosen, problem), problem)
@@ -132,7 +134,7 @@ def decided(base: Entry, entries: Sequence[Entry], problem: Problem) -> Outcome:
 def _unnamed(base: Entry, gains: Array, reached: Mask, problem: Problem) -> Verdict:
     """Nothing missing, or something that has no name."""
     collapsed = not base.reached
-    hidden = bool(np.any((gains > _GAIN) & ~reached))
+    hidden = bool(np.any((gains > GAIN) & ~reached))
     if collapsed or hidden or _too_many(surprising(base, problem), problem):
         return Verdict.UNEXPLAINED
     return Verdict.NOTHING_MISSING

@@ -44,7 +44,7 @@ class CutRival:
     family: str
     member: str
     behind: float
-    """Nats on held-out cuts; below 0 where it leads, but on too few effective draws to be named."""
+    """Nats on held-out cuts; below 0 where it leads, but has more parameters or too few effective draws."""
     effective_size: float
     words: str
 
@@ -52,7 +52,7 @@ class CutRival:
         """How far from the chosen one, in words."""
         if self.behind >= 0:
             return f"{self.behind:.1f} nats behind"
-        return f"{-self.behind:.1f} nats ahead, on {self.effective_size:.0f} effective draws, too few to name it"
+        return f"{-self.behind:.1f} nats ahead, with more parameters or on too few draws ({self.effective_size:.0f})"
 
 
 @dataclass(frozen=True)
@@ -140,8 +140,8 @@ class CutTrace(Shown):
         )
         size = self.effective_size
         lines.append(
-            f"effective draws: {size['before']:.0f} of {size['draws']:.0f} before, {size['after']:.0f} after; modes pulled "
-            f"by {self.strain['before']:.1f} and {self.strain['after']:.1f} standard errors"
+            f"effective draws: {size['before']:.0f} of {size['draws']:.0f} before, {size['after']:.0f} after; modes "
+            f"pulled by {self.strain['before']:.1f} and {self.strain['after']:.1f} standard errors"
         )
         lines += [f"rival: {r.family} ({r.words}), {r.apart()}" for r in self.rivals]
         lines += [

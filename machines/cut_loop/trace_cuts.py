@@ -19,7 +19,7 @@ from ..cutting.process.cutting import Cutting
 from ..model.machine import Machine
 from .advice import Outlook, outlook
 from .borders import conditions_of
-from .contest import NEEDED, STRAINED, Entry, Outcome, decided, entry, errors, folds_of, surprising
+from .contest import GAIN, NEEDED, STRAINED, Entry, Outcome, decided, entry, errors, folds_of, surprising
 from .exactness import learnt
 from .posterior import Posterior, Problem, posterior
 from .report import CutCandidate, CutRival, CutTold, CutTrace
@@ -85,7 +85,7 @@ def trace_cuts(
         speed=seen.speed,
         band_before=seen.before,
         band_after=seen.after,
-        warnings=tuple(_warnings(measurement, judged, tool, problem, base, mended)),
+        warnings=(*_warnings(measurement, judged, tool, problem, base, mended), *_nearly(base, entries, outcome)),
         not_decidable=tuple(undecided),
         repro=_repro(measurement, machine, seed, draws),
         changes=changes,
@@ -184,6 +184,18 @@ def _sentence(outcome: Outcome, base: Entry, problem: Problem, seen: Outlook) ->
         return f"The cuts point to this: {said}; they cannot rule out {others}."
     left = ", which does not explain all of them" if outcome.verdict is Verdict.PARTIAL else ""
     return f"What the cuts show: {said}{left}."
+
+
+def _nearly(base: Entry, entries: Sequence[Entry], outcome: Outcome) -> list[str]:
+    """What comes near to a name where there is none."""
+    best = max(entries, key=lambda one: one.total)
+    gain = best.total - base.total
+    if outcome.chosen is not None or gain < GAIN / 2:
+        return []
+    told = best.posterior.suspect.told(best.posterior.mean())
+    return [
+        f"It would help, by {gain:.1f} nats on held-out cuts, if this were so: {told}. {GAIN:g} make a name; cut on."
+    ]
 
 
 def _reach(base: Entry) -> str:

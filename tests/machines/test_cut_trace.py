@@ -100,7 +100,7 @@ def campaign(machine: Machine, seed: int, force: float = 1.0, scatter: float = 0
     lobes = lobes_at_amplitude(replace(true, components=(moved,), cutting=cutting), np.repeat(SPEEDS, 3))
     about = lobes_at_amplitude(true, np.repeat(SPEEDS, 3)).depth
     for k, speed in enumerate(np.repeat(SPEEDS, 3)):
-        depth = about[k] * rng.uniform(0.5, 1.9)
+        depth = about[k] * rng.uniform(0.5, 1.9) / force**0.5
         sings = rng.uniform() > ndtr(np.log(lobes.depth[k] / depth) / scatter)
         f = lobes.chatter_frequency[k] * (1 + 0.005 * rng.standard_normal()) if sings else None
         verdict = "chatter" if sings else "stable"
@@ -207,15 +207,16 @@ def test_where_nothing_is_missing_nothing_is_named(tmp_path: Path) -> None:
 
 def test_forces_that_are_larger_than_the_file_says_are_named(tmp_path: Path) -> None:
     machine = machine_of(tmp_path)
-    found = trace_cuts(campaign(machine, 5, force=1.7), machine, draws=300)
+    found = trace_cuts(campaign(machine, 5, force=2.2), machine, draws=300)
     assert found.chosen is not None
-    named = {found.chosen.family, *(r.family for r in found.rivals)}
-    assert "coefficient" in named
+    assert (
+        found.chosen.family == "coefficient"
+    )  # another mode at the same frequency would do as well, with more parameters
     assert found.error_after["log_score"] > found.error_before["log_score"]
     assert found.error_after["right"] >= found.error_before["right"]
     (coefficient,) = (c for c in found.candidates if c.family == "coefficient")
     low, high = coefficient.parameters["factor"]["ci95"]
-    assert low < 1.7 < high
+    assert low < 2.2 < high
 
 
 def test_few_effective_draws_are_a_residual_and_no_posterior(tmp_path: Path) -> None:
@@ -303,7 +304,7 @@ def written(folder: Path, seed: int, **what: float) -> tuple[Path, Path]:
 
 
 def test_what_was_found_is_written_with_the_mended_machine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    cuts, file = written(tmp_path, 5, force=1.7)
+    cuts, file = written(tmp_path, 5, force=2.2)
     monkeypatch.setattr(trace_cuts_room, "DRAWS", 250)
     found = trace(cuts, machine=file, output=tmp_path / "out")
     assert sorted(path.name for path in found.files) == ["chart.svg", "machine.toml", "trace.json"]
@@ -314,7 +315,7 @@ def test_what_was_found_is_written_with_the_mended_machine(tmp_path: Path, monke
     mended = read_machine(tmp_path / "out" / "machine.toml")
     assert mended.cutting is not None
     assert report["chosen"]["family"] == "coefficient"
-    assert mended.cutting["specific"] == pytest.approx(1.7e9, rel=0.2)
+    assert mended.cutting["specific"] == pytest.approx(2.2e9, rel=0.25)
     assert report["repro"]["simulated"] is True
 
 
