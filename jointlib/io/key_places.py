@@ -33,9 +33,7 @@ OF_RECORD: Mapping[str, Sequence[str]] = {
     "period": ("rig", "path", "shaker"),
     "start": ("path",),
     "drive": EXCITED,
-    **dict.fromkeys(
-        ("process", "teeth", "mode", "immersion", "speed", "depth", "feed", "diameter", "helix"), (FORCES,)
-    ),
+    **dict.fromkeys(_OF_CUT, (FORCES,)),
 }
 
 

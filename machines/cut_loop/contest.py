@@ -114,13 +114,16 @@ def decided(base: Entry, entries: Sequence[Entry], problem: Problem) -> Outcome:
         return Outcome(_unnamed(base, gains, reached, problem), None, (), tuple(status), tuple(reason))
     top = float(np.max(gains[able]))
     even = [i for i in range(len(entries)) if able[i] and gains[i] > top - _TIED]
-    best = min(even, key=lambda i: (len(entries[i].posterior.suspect.parameters), -gains[i]))  # the simpler one
+    size = [len(one.posterior.suspect.parameters) for one in entries]
+    best = min(even, key=lambda i: (size[i], -gains[i]))  # the simpler one
     family = entries[best].posterior.suspect.family
     status[best] = Status.ACCEPTED
     rivals: list[Entry] = []
     for i in np.argsort(-gains):
         other = entries[i].posterior.suspect.family
-        near = gains[i] > gains[best] - _TIED and gains[i] > GAIN / 2
+        # An effect with more parameters has to lead by as much more.
+        more = max(size[best] - size[i], 0)
+        near = gains[i] > max(gains[best] - _TIED * (1 + more), 0.0)
         if near and other != family and other not in {r.posterior.suspect.family for r in rivals}:
             status[i] = Status.TIED
             reason[i] = f"{gains[best] - gains[i]:.1f} nats behind the chosen one"

@@ -224,3 +224,11 @@ def test_what_cannot_be_used_is_told_in_a_sentence(change: Any, said: str, tmp_p
         cutting_forces(file, output=tmp_path / "out" / "x.cutting.toml")
     assert any(said in sentence for sentence in caught.value.sentences), caught.value.sentences
     assert not (tmp_path / "out").exists()
+
+
+def test_the_result_shows_itself() -> None:
+    found = identify_cutting(read_measurement(SHIPPED / "forces.measurement.toml"))
+    axes = found.plot()
+    assert axes.get_ylabel() == "mean force [N]"
+    assert "tangential 79" in repr(found)
+    assert list(found.columns()["coefficient"][0]) == list(COEFFICIENTS)

@@ -258,6 +258,15 @@ def test_the_next_cut_lies_where_the_border_is_in_doubt(tmp_path: Path) -> None:
     assert width[1] < width[0]
 
 
+def test_a_trace_of_cuts_shows_itself(tmp_path: Path) -> None:
+    machine = machine_of(tmp_path)
+    found = trace_cuts(campaign(machine, 0), machine, draws=60)
+    assert found.plot().get_ylabel() == "depth of cut [mm]"
+    assert "of held-out cuts" in repr(found)
+    assert len(found.columns()["family"][0]) == len(found.candidates)
+    assert any(line.startswith("tells most: ") for line in found.words())
+
+
 def test_the_same_seed_gives_the_same_bytes(tmp_path: Path) -> None:
     machine = machine_of(tmp_path)
     cuts = campaign(machine, 1)

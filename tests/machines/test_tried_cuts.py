@@ -93,6 +93,8 @@ def test_cuts_without_records_are_told(tmp_path: Path) -> None:
     assert [cut.verdict for cut in found.cuts] == ["stable", "chatter"]
     assert (found.cuts[1].kind, found.cuts[1].feed) == ("hopf", 5e-5)
     assert "2 (1 stable, 1 chatter by the file)" in found.finding()
+    assert found.plot().get_xlabel() == "spindle speed [rpm]"
+    assert list(found.columns()["verdict"][0]) == ["stable", "chatter"]
     assert "cut at 3000 rpm, 2 mm" in "\n".join(inspect(tmp_path / "cuts.toml").lines)
 
 
