@@ -14,6 +14,7 @@ import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.cuts.tried_cut import TriedCut
+from jointlib.errors import InputError
 
 from ..cutting.loops.regeneration import loop_eigenvalues
 from ..cutting.process.cutter import Cutter
@@ -79,14 +80,13 @@ def conditions_of(cuts: Sequence[TriedCut], table: Cutting, axes: tuple[str, ...
 
 
 def of_cut(cut: TriedCut, table: Cutting) -> Cutting:
-    """The operation of the machine with what a cut says of its own."""
-    own: dict[str, object] = {}
-    if table.process == "milling" and cut.mode is not None:
-        own["mode"] = cut.mode
-        own["immersion"] = None if cut.mode == "slot" else (cut.immersion or table.immersion)
-    elif cut.immersion is not None and table.mode != "slot":
-        own["immersion"] = cut.immersion
-    return replace(table, **own)  # type: ignore[arg-type]
+    """The operation of the machine with the mode and immersion that a cut says of its own."""
+    if table.process != "milling" or (cut.mode is None and cut.immersion is None):
+        return table
+    mode = cut.mode or table.mode
+    if mode == "slot" and cut.immersion not in (None, 1.0):
+        raise InputError(f"{cut.name}: immersion is {cut.immersion:g}, but a slot is cut at 1; expected mode as well")
+    return replace(table, mode=mode, immersion=None if mode == "slot" else cut.immersion or table.immersion)
 
 
 def border(
@@ -101,7 +101,7 @@ def border(
         return met(still(G, at, tangential, normal), lines, at)
     D = _stiffness(at, tangential, normal)
     # What the flanks add to the waves where D and E are alike, as in turning; elsewhere only between the lines.
-    rubs = damping / at.surface_speed * np.trace(at.rubbing) / np.trace(D, axis1=1, axis2=2)
+    rubs = damping / at.surface_speed * np.trace(at.rubbing) / np.linalg.norm(D, axis=(1, 2))
     K = _waves(lines, at)[:, None, None] * D[:, None] + _rubs(lines, damping, at)
     factor = _waves(lines, at) + 2j * np.pi * lines * rubs[:, None]
     return met([branch / factor for branch in _branches(K, G)], lines, at, rubs)

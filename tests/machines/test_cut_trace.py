@@ -348,6 +348,21 @@ def test_what_cannot_be_traced_is_told_in_a_sentence(tmp_path: Path, change: obj
     assert not (tmp_path / "out").exists()
 
 
+def test_cuts_have_arcs_of_their_own(tmp_path: Path) -> None:
+    table = Cutting(**dict(machine_of(tmp_path, MILL).cutting or {}))
+    cuts = [
+        TriedCut("as the machine", 9000.0, 1e-3, 2, verdict="stable"),
+        TriedCut("less", 9000.0, 1e-3, 2, immersion=0.1, verdict="stable"),
+        TriedCut("slot", 9000.0, 1e-3, 2, mode="slot", verdict="stable"),
+        TriedCut("as the first", 9000.0, 2e-3, 2, verdict="stable"),
+    ]
+    conditions, index = conditions_of(cuts, table, ("x", "y"))
+    assert index.tolist() == [0, 1, 2, 0]
+    assert [at.cutting.immersion for at in conditions] == [0.5, 0.1, None]
+    with pytest.raises(InputError, match="a slot is cut at 1"):
+        conditions_of([TriedCut("odd", 9000.0, 1e-3, 2, mode="slot", immersion=0.3, verdict="stable")], table, ("x",))
+
+
 def test_cuts_need_a_machine_and_nothing_else_is_safe(tmp_path: Path) -> None:
     cuts, file = written(tmp_path, 5)
     with pytest.raises(InputError, match="expected --machine with it"):
