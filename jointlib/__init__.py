@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from jointlib.answers.df import df
     from jointlib.answers.estimate import estimate
-    from jointlib.answers.identify import identify
+    from jointlib.answers.identify import cutting_forces, identify
     from jointlib.answers.import_records import import_
     from jointlib.answers.trace import trace
     from jointlib.describing import DescribingFunction
@@ -36,6 +36,7 @@ _HOME = {
     "FRF": "frf",
     "ReceptanceKind": "frf",
     "Identification": "identification",
+    "cutting_forces": "answers.identify",
     "df": "answers.df",
     "estimate": "answers.estimate",
     "fit_modes": "modal_fit.fit",
@@ -70,6 +71,7 @@ __all__ = [
     "ReceptanceKind",
     "TraceReport",
     "Verdict",
+    "cutting_forces",
     "df",
     "estimate",
     "fit_modes",

@@ -5,17 +5,22 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from jointlib.arrays import Array
+from jointlib.cutting_force.cut import Cut
 from jointlib.errors import InputError, nearest
 from jointlib.estimation.settings import EXCITED, Settings
 from jointlib.lab.dialect import Told
 from jointlib.shown.pictures import axes_of, literal
 from jointlib.shown.record_picture import draw_record, draw_sweeps
 from jointlib.shown.result import Columns, Shown
+from jointlib.shown.tried_cuts import cut_columns, draw_cuts, told_cuts
+
+if TYPE_CHECKING:
+    from jointlib.cuts.tried_cut import TriedCut
 
 QUANTITIES = {
     "acceleration": "m/s^2",
@@ -23,6 +28,7 @@ QUANTITIES = {
     "displacement": "m",
     "position": "m",
     "force": "N",
+    "sound": "Pa",
     "voltage": "V",
     "temperature": "K",
     "time": "s",
@@ -31,7 +37,11 @@ QUANTITIES = {
 
 MOTIONS = ("acceleration", "velocity", "displacement")
 """What a response to a force can be measured as."""
-KINDS = ("rig", "path", "static", "frf", *EXCITED)
+FORCES = "cutting-force"
+"""Kind of a measurement by a dynamometer while cutting."""
+CUTS = "cuts"
+"""Kind of a measurement of test cuts."""
+KINDS = ("rig", "path", "static", "frf", *EXCITED, FORCES, CUTS)
 ROLES = ("fit", "sealed", "quiet")
 
 
@@ -66,6 +76,8 @@ class Channel:
     """Value in ``si_unit`` = factor · column + offset; 0 but for temperatures."""
     dof: str | None = None
     """Impact and shaker: degree of freedom that it measures, along its positive direction."""
+    transfer: Path | None = None
+    """Cutting forces: file of the FRF of the dynamometer, measured force over force."""
 
     def at_full_scale(self, x: Array) -> int:
         """How many samples stand at the end of its range, within a thousandth; none where no range is told."""
@@ -140,6 +152,8 @@ class RecordSource:
     """Kind ``frf`` only."""
     drive: str | None = None
     """Impact and shaker: where the force acts in this record; None: at the degree of freedom of its channel."""
+    cut: Cut | None = None
+    """Cutting forces: what the tool does in this record; None of one that is quiet."""
     group: str | None = None
     """The group of the file that holds the record, where a file has several; its columns are named without it."""
 
@@ -198,6 +212,10 @@ class Measurement(Shown):
     """True where the records come from a simulation; said wherever they appear."""
     text: Told = field(default_factory=Told)
     """How text records are written, as far as the file says it."""
+    acts_on: str = "tool"
+    """Cutting forces: ``"tool"`` or ``"workpiece"``, which of the two feels the force that the channels tell."""
+    cuts: tuple[TriedCut, ...] = ()
+    """Test cuts; ``records`` are those that they have."""
     estimate: Settings = field(default_factory=Settings)
     """Impact and shaker: how frequency responses are estimated."""
 
@@ -221,6 +239,8 @@ class Measurement(Shown):
         counts = {role: len(self.with_role(role)) for role in ROLES}
         roles = ", ".join(f"{count} {role}" for role, count in counts.items() if count)
         made = "simulated " if self.simulated else ""
+        if self.kind == CUTS:
+            return f"{self.source.name} ({made}cuts): {told_cuts(self.cuts)}"
         said = f"{self.source.name} ({made}{self.kind}): {len(self.records)} records ({roles})"
         said += f", channels {', '.join(c.name for c in self.channels)}" if self.channels else ""
         return f"{said} at {self.sample_rate:g} Hz" if self.sample_rate else said
@@ -228,6 +248,8 @@ class Measurement(Shown):
     def columns(self) -> Columns:
         """A row per record as declared, nan where nothing is said; of frequency responses the force, where it acted and
         what moved."""
+        if self.kind == CUTS:
+            return cut_columns(self.cuts)
         told: dict[str, Any] = {
             "record": ([r.name for r in self.records], ""),
             "role": ([r.role for r in self.records], ""),
@@ -253,6 +275,10 @@ class Measurement(Shown):
         """
         from jointlib import read_records
 
+        if self.kind == CUTS:
+            axes = axes_of(ax)
+            draw_cuts(axes, self.cuts)
+            return axes
         allowed = {r.name: r for r in sorted(self.records, key=lambda r: r.role != "fit") if r.role != "sealed"}
         names = [*allowed] if record is None and self.kind == "frf" else [record or next(iter(allowed), "")]
         for name in names:

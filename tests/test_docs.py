@@ -276,7 +276,16 @@ _TAKERS = {
 }
 _READERS = {
     "Measurement": [
-        f"jointlib/io/{name}.py" for name in ("measurement_file", "channel_table", "text_dialect", "estimate_table")
+        f"jointlib/io/{name}.py"
+        for name in (
+            "measurement_file",
+            "channel_table",
+            "text_dialect",
+            "estimate_table",
+            "tables/cut_table",
+            "tables/correction_table",
+            "tables/cuts_table",
+        )
     ],
     "Joint": ["jointlib/io/joint_file.py"],
     "Machine": [
@@ -305,6 +314,7 @@ _READERS = {
         ),
     ],
     "Studies": ["machines/study/study_file.py", "machines/study/conditions.py", "machines/study/factors.py"],
+    "Cutting file": ["jointlib/cutting_force/cutting_file.py"],
     "Bundles": sorted(str(path.relative_to(ROOT)) for path in (ROOT / "machines" / "bundles").glob("*.py")),
 }
 
@@ -335,6 +345,7 @@ def keys_of(path: Path) -> Iterator[str]:
 
 @pytest.mark.parametrize("kind", _READERS)
 def test_every_key_that_a_reader_knows_is_documented(kind: str) -> None:
+    from jointlib.cutting_force.tooth_force import COEFFICIENTS
     from jointlib.io import joint_file
     from machines.files import cutting_table as operation
 
@@ -344,6 +355,7 @@ def test_every_key_that_a_reader_knows_is_documented(kind: str) -> None:
         "Joint": set(joint_file._VALIDITY) | {"schema"},
         "Machine": set(operation.CUTTING_UNITS) | {"x", "y", "at", "direction", "law", "schema", "outline"},
         "Bundles": set(),
+        "Cutting file": set(COEFFICIENTS) | {"schema"},
         "Studies": {"schema", "values", "range", "distribution"},
     }[kind]
     documented = {key for row in rows(section("files.md", kind)) for key in _SPAN.findall(row[0])}
@@ -365,6 +377,7 @@ def test_the_tables_of_corrections_are_the_registry() -> None:
 
 
 def test_shipped_files_and_those_of_the_pages_are_read(desk: Path) -> None:
+    from jointlib.cutting_force.cutting_file import read_cutting_file
     from jointlib.io.joint_file import read_joint
     from jointlib.io.measurement_file import read_measurement
     from machines.files.machine_file import read_machine
@@ -378,6 +391,7 @@ def test_shipped_files_and_those_of_the_pages_are_read(desk: Path) -> None:
     from machines.study.study_file import read_study
 
     readers = {"joint": read_joint, "measurement": read_measurement, "machine": read_machine, "study": read_study}
+    readers |= {"cutting": read_cutting_file}
     by_machines = ("parts", "component")
     count = 0
     for path in [*(desk / "machines" / "library").rglob("*.toml"), *desk.glob("*.toml")]:

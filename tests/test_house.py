@@ -38,6 +38,7 @@ ROOMS = (
     "uncertainty",
     "files",
     "loop",
+    "cut_loop",
     "planning",
     "measured_modes",
     "compare",

@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from jointlib.answers.given import File, joint_of, measurement_of
+from jointlib.cutting_force.cutting_file import write_cutting_file
+from jointlib.cutting_force.identify import identify_cutting
+from jointlib.cutting_force.result import CuttingForces
 from jointlib.errors import InputError
 from jointlib.identification import Identification
 from jointlib.identification import identify as fitted
 from jointlib.io.atomic import given_target
 from jointlib.io.joint_file import write_joint
 from jointlib.joint import Joint
-from jointlib.measurement import Measurement
+from jointlib.measurement import FORCES, Measurement
 
 
 def identify(
@@ -48,6 +51,25 @@ def identify(
     found = fitted(tests, laws=kinds or None, start=first, order=_orders(order))
     if path is not None:
         write_joint(path, found.joint)
+    return found
+
+
+def cutting_forces(measurement: Measurement | File, *, output: File | None = None) -> CuttingForces:
+    """Coefficients of cutting forces from dynamometer records, what ``jointlib identify`` does with such a measurement.
+
+    Parameters
+    ----------
+    measurement
+        A measurement of kind ``cutting-force`` or its file.
+    output
+        The cutting file to write, which ``file`` in the ``[cutting]`` of a machine can name.
+    """
+    path, test = given_target(output), measurement_of(measurement)
+    if test.kind != FORCES:
+        raise InputError(f"{test.source}: kind is {test.kind!r}, expected {FORCES!r} to tell coefficients of a cut")
+    found = identify_cutting(test)
+    if path is not None:
+        write_cutting_file(path, found.coefficients)
     return found
 
 

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from jointlib.cutting_force.cut import AXES
 from jointlib.io.key_places import OF_CHANNEL, refuse_elsewhere
 from jointlib.io.toml import Section
 from jointlib.lab.unit_words import quantity_of, unit_of
-from jointlib.measurement import QUANTITIES, Channel
+from jointlib.measurement import FORCES, QUANTITIES, Channel
 from jointlib.units import number_and_unit
 
-CHANNEL_ROLES = {"rig": ("a1", "a2", "a3", "P")}
+CHANNEL_ROLES = {
+    "rig": ("a1", "a2", "a3", "P"),
+    FORCES: tuple(dict.fromkeys(axis for axes in AXES.values() for axis in axes)),
+}
 """What a channel can be to a kind of measurement that knows its channels by name; others know them by quantity."""
+_POUNDS = ("lbf", "lb", "lbs", "pound", "pounds", "kip", "ozf")
 _DIRECTIONS = tuple(f"{sign}{axis}" for sign in ("", "+", "-") for axis in "xyz")
 _KELVIN = {"degC": (1.0, 273.15), "degF": (5 / 9, 459.67 * 5 / 9)}
 """Factor and offset to K of units whose zero is another."""
@@ -27,6 +32,12 @@ def channel_of(section: Section, kind: str) -> Channel:
         unit, factor = _sensed(section, sensitivity, si)
     else:
         unit = section.text("unit", si)
+        if kind == FORCES and unit in _POUNDS:
+            section.fault(
+                f"unit is {unit!r}, expected N or kN: a coefficient is a force over an area in SI (1 lbf is 4.44822 N: "
+                'unit = "N" with gain = 4.44822)'
+            )
+            unit = si
         read = unit_of(unit) if quantity_of(unit_of(unit) or "") in (quantity, _ALIKE.get(quantity)) else None
         if kind == "path" and unit == "V" and si != "V":
             # A circuit in volts stands for displacement and force: consistent units are enough there.
@@ -56,6 +67,7 @@ def channel_of(section: Section, kind: str) -> Channel:
         label=name,
         offset=offset,
         dof=section.text("dof", None),
+        transfer=section.path("transfer", None),
     )
     refuse_elsewhere(section, kind, OF_CHANNEL)
     section.done()

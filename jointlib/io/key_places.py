@@ -6,23 +6,34 @@ from collections.abc import Mapping, Sequence
 
 from jointlib.estimation.settings import EXCITED
 from jointlib.io.toml import Section
+from jointlib.measurement import CUTS, FORCES, KINDS
 
+_OF_CUT = ("process", "teeth", "mode", "immersion", "speed", "depth", "feed", "diameter", "helix")
 OF_FILE: Mapping[str, Sequence[str]] = {
-    "sample_rate": ("rig", "path", "static", *EXCITED),
+    "sample_rate": ("rig", "path", "static", *EXCITED, FORCES, CUTS),
     "bodies": ("rig",),
     "driven": ("rig",),
     "carriage": ("path",),
     "period": ("rig", "path", "shaker"),
     "settle": ("rig", "path", "shaker"),
-    "band": ("rig", "path", *EXCITED),
+    "band": ("rig", "path", *EXCITED, FORCES),
     "estimate": EXCITED,
+    "cutting": (FORCES, CUTS),
+    "cut": (CUTS,),
+    "record": tuple(kind for kind in KINDS if kind != CUTS),
 }
 """The kinds that read a key at the top of a file; what is not here all read."""
-OF_CHANNEL: Mapping[str, Sequence[str]] = {"body": ("rig",), "role": ("rig",), "dof": EXCITED}
+OF_CHANNEL: Mapping[str, Sequence[str]] = {
+    "body": ("rig",),
+    "role": ("rig", FORCES),
+    "dof": EXCITED,
+    "transfer": (FORCES,),
+}
 OF_RECORD: Mapping[str, Sequence[str]] = {
     "period": ("rig", "path", "shaker"),
     "start": ("path",),
     "drive": EXCITED,
+    **dict.fromkeys(_OF_CUT, (FORCES,)),
 }
 
 

@@ -7,15 +7,18 @@ from collections.abc import Sequence
 from functools import partial
 
 from jointlib.corrections import faults
+from jointlib.cutting_force.cut import AXES
 from jointlib.errors import InputError, nearest, together
 from jointlib.estimation.settings import EXCITED
-from jointlib.measurement import MOTIONS, Channel, Correction, Measurement
+from jointlib.measurement import CUTS, FORCES, MOTIONS, Channel, Correction, Measurement
 
 
 def check(m: Measurement, channels: bool = True, records: bool = True) -> None:
     """Refuse what does not fit together; without ``channels`` or ``records`` not all of those could be read."""
-    of_channels = (_names, _wanted, _excited) if channels else ()
-    of_records = (_roles, _rates, *(partial(_correction, correction=c) for c in m.corrections)) if records else ()
+    of_channels = (_names, _wanted, _excited, _dynamometer, _heard) if channels else ()
+    of_records = (
+        (_roles, _rates, _one_process, *(partial(_correction, correction=c) for c in m.corrections)) if records else ()
+    )
     together(*(partial(each, m) for each in (_driven, _place, _accelerations, *of_channels, *of_records)))
 
 
@@ -65,6 +68,41 @@ def _excited(m: Measurement) -> None:
         raise InputError(*said)
 
 
+def _dynamometer(m: Measurement) -> None:
+    """Cutting forces: channels that are forces along known directions."""
+    process = next((r.cut.process for r in m.records if r.cut is not None), None)
+    if m.kind != FORCES or process is None:
+        return
+    axes = AXES[process]
+    forces = [c.name for c in m.of("force")]
+    said = [
+        f"{m.source}: channel {name}, expected a force of {process} among {', '.join(axes)} (name, or role)"
+        for name in forces
+        if name not in axes
+    ]
+    if not said and not set(axes[:2]) & set(forces):
+        said = [f"{m.source}: no channel {' or '.join(axes[:2])}, expected a force in the plane of the cut"]
+    if said:
+        raise InputError(*said)
+
+
+def _heard(m: Measurement) -> None:
+    """Test cuts with records: a rate, and something that was recorded."""
+    if m.kind != CUTS or not m.records:
+        return
+    said = [] if m.sample_rate is not None else [f"{m.source}: sample_rate is missing, expected that of the records"]
+    if not [c for c in m.channels if c.quantity not in ("time", "temperature")]:
+        said.append(f"{m.source}: no [[channel]], expected the sound, vibration or force of the cuts")
+    if said:
+        raise InputError(*said)
+
+
+def _one_process(m: Measurement) -> None:
+    found = list(dict.fromkeys(r.cut.process for r in m.records if r.cut is not None))
+    if len(found) > 1:
+        raise InputError(f"{m.source}: records of {' and '.join(found)}, expected one process in a measurement")
+
+
 def _several(m: Measurement, forces: Sequence[Channel]) -> list[str]:
     """What does not go with several forces at once."""
     said = []
@@ -103,7 +141,7 @@ def _place(m: Measurement) -> None:
 
 
 def _roles(m: Measurement) -> None:
-    if not m.with_role("fit"):
+    if m.kind != CUTS and not m.with_role("fit"):
         raise InputError(f'{m.source}: no record has role = "fit", expected at least one')
 
 

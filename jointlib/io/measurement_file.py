@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -11,10 +11,9 @@ from typing import Any
 import numpy as np
 
 from jointlib.arrays import Array
-from jointlib.corrections import faults, without_faults
+from jointlib.corrections import without_faults
 from jointlib.errors import InputError, nearest
 from jointlib.estimation.settings import EXCITED, Settings
-from jointlib.fault import Fault
 from jointlib.frf import Quantity
 from jointlib.io.atomic import sha256
 from jointlib.io.channel_table import channel_of
@@ -23,21 +22,23 @@ from jointlib.io.key_places import OF_FILE, OF_RECORD, refuse_elsewhere
 from jointlib.io.measurement_checks import check
 from jointlib.io.mistakes import Lost, Mistakes, all_at_once
 from jointlib.io.readers import read_columns
+from jointlib.io.tables.correction_table import carriage, correction_of, mended
+from jointlib.io.tables.cut_table import cut_of, operation_of
+from jointlib.io.tables.cuts_table import records_of, tried_cut
 from jointlib.io.text_dialect import dialect_of
 from jointlib.io.toml import Section
 from jointlib.io.toml_file import read_toml
 from jointlib.measurement import (
+    CUTS,
+    FORCES,
     KINDS,
     ROLES,
-    Channel,
-    Correction,
     Mass,
     Measurement,
     Record,
     RecordSource,
     Sweep,
 )
-from jointlib.path_fault import PathFault
 
 _HELD = {"force": "N", "amplitude": "m", "acceleration": "m/s^2"}
 """What a harmonic test may hold, and its unit."""
@@ -62,7 +63,7 @@ def _measurement(path: Path, section: Section) -> Measurement:
     rate = section.number("sample_rate", "Hz", None)
     if rate is not None and rate <= 0:
         section.fault(f"sample_rate is {rate:g} Hz, expected a positive one")
-    if rate is None and kind in ("rig", "path", *EXCITED):
+    if rate is None and kind in ("rig", "path", *EXCITED, FORCES):
         section.fault(f"sample_rate is missing, expected one for a {kind} measurement")
     band = section.numbers("band", "Hz", None, length=2)
     if band is not None and not 0 <= band[0] < band[1]:
@@ -74,9 +75,12 @@ def _measurement(path: Path, section: Section) -> Measurement:
     bodies = {name: _mass(masses, name) for name in masses.keys()}  # noqa: SIM118
     channels, faulty = section.each("channel", lambda part: channel_of(part, kind))
     channels += [each.likeness for each in faulty if each.likeness is not None]
-    corrections, _ = section.each("correction", lambda part: _correction(part, kind, channels, faulty, bodies))
-    of_record = _sweep if kind == "frf" else partial(_record, kind=kind)
-    records, lost = section.each("record", of_record, needed=True)
+    corrections, _ = section.each("correction", lambda part: correction_of(part, kind, channels, faulty, bodies))
+    operation = section.section("cutting") if kind in (FORCES, CUTS) else None
+    acts_on, shared = ("tool", {}) if operation is None else operation_of(operation, kind)
+    cuts, unread = section.each("cut", lambda part: tried_cut(part, shared), needed=True) if kind == CUTS else ([], [])
+    of_record = _sweep if kind == "frf" else partial(_record, kind=kind, shared=shared)
+    records, lost = (records_of(cuts), unread) if kind == CUTS else section.each("record", of_record, needed=True)
     asked = section.section("estimate")
     estimate = asked.read(lambda part: settings_of(part, kind)) if kind in EXCITED else None
     found = Measurement(
@@ -87,13 +91,15 @@ def _measurement(path: Path, section: Section) -> Measurement:
         settle=section.integer("settle", 0),
         band=None if band is None else (band[0], band[1]),
         driven=section.text("driven", None),
-        bodies=_mended(bodies, corrections, kind, section.where),
-        carriage=_carriage(_mass(section, "carriage") if section.has("carriage") else None, corrections, kind),
+        bodies=mended(bodies, corrections, kind, section.where),
+        carriage=carriage(_mass(section, "carriage") if section.has("carriage") else None, corrections, kind),
         simulated=section.flag("simulated"),
         channels=tuple(channels),
         records=tuple(records),
         corrections=tuple(corrections),
         text=told,
+        acts_on=acts_on,
+        cuts=tuple(cuts),
         estimate=estimate or Settings(),
     )
     refuse_elsewhere(section, kind, OF_FILE)
@@ -120,16 +126,17 @@ def _mass(section: Section, name: str) -> Mass:
     return mass
 
 
-def _record(section: Section, kind: str) -> RecordSource:
+def _record(section: Section, kind: str, shared: Mapping[str, Any]) -> RecordSource:
     refuse_elsewhere(section, kind, OF_RECORD)
     rows = section.take("rows", None)
     whole = isinstance(rows, list) and len(rows) == 2 and all(type(r) is int for r in rows)
     if rows is not None and not (whole and 0 <= rows[0] < rows[1]):
         section.fault(f"rows is {rows!r}, expected [first, end) with 0 <= first < end")
         rows = None
+    role = section.text("role", "fit", choices=ROLES)
     record = RecordSource(
         file=section.path("file"),
-        role=section.text("role", "fit", choices=ROLES),
+        role=role,
         rows=None if rows is None else (rows[0], rows[1]),
         condition=section.text("condition", None),
         start=section.number("start", "s", None),
@@ -137,6 +144,7 @@ def _record(section: Section, kind: str) -> RecordSource:
         sample_rate=section.number("sample_rate", "Hz", None),
         drive=section.text("drive", None),
         group=section.text("group", None),
+        cut=cut_of(section, shared) if kind == FORCES and role != "quiet" else None,
     )
     section.done()
     return record
@@ -172,59 +180,6 @@ def _sweep(section: Section) -> RecordSource:
     )
     section.done()
     return record
-
-
-def _correction(
-    section: Section, kind: str, channels: Sequence[Channel], unread: Sequence[Any], bodies: Mapping[str, Mass]
-) -> Correction:
-    known = faults(kind)
-    family = section.text("family", choices=tuple(known))
-    fault = known[family]
-    on = fault.on if isinstance(fault, Fault) else "channel"
-    sites: dict[str, str | None] = {key: section.text(key, None) for key in ("channel", "body") if key == on}
-    units = {c.name: c.si_unit for c in channels}
-    roles = {c.label: c.name for c in channels if c.label is not None}
-    sites = {key: roles.get(site, site) if site is not None else None for key, site in sites.items()}
-    for key, site in sites.items():
-        if site is None:
-            section.fault(f"{key} is missing, expected the {key} that has the {family}")
-        valid = units if key == "channel" else bodies
-        if site is not None and site not in valid and not (key == "channel" and unread):
-            section.fault(f"{key} is {site!r}, {nearest(site, valid)}")
-    own = units.get(sites.get("channel") or "", "1")
-    values = {name: section.number(name, _unit(unit, own)) for name, unit in fault.parameters.items()}
-    record = section.text("record", None)
-    section.done()
-    return Correction(family, sites.get("channel"), sites.get("body"), values, record)
-
-
-def _unit(unit: str, of_channel: str) -> str:
-    """SI unit of a parameter; "channel" in it stands for the unit of the channel."""
-    return of_channel if unit == "channel" else unit.replace("channel", f"({of_channel})")
-
-
-def _mended(bodies: Mapping[str, Mass], corrections: Sequence[Correction], kind: str, where: str) -> Mapping[str, Mass]:
-    """The masses with what was found to be missing, before anything uses them."""
-    known = faults(kind) if corrections else {}
-    for correction in corrections:
-        fault = known[correction.family]
-        if isinstance(fault, Fault) and fault.on == "body":
-            try:
-                bodies = fault.mended_masses(bodies, correction.site, correction.parameters)
-            except InputError as error:
-                raise InputError(f"{where}: {error}") from None
-    return bodies
-
-
-def _carriage(declared: Mass | None, corrections: Sequence[Correction], kind: str) -> Mass | None:
-    """What moves along a path, with the masses that were found to be missing."""
-    known = faults(kind) if corrections else {}
-    for correction in corrections:
-        fault = known[correction.family]
-        if isinstance(fault, PathFault) and fault.inertia:
-            before = declared or Mass(0.0)
-            declared = before if before.value is None else Mass(before.value + correction.parameters["mass"])
-    return declared
 
 
 def read_records(m: Measurement, sources: Iterable[RecordSource]) -> tuple[Record, ...]:

@@ -14,6 +14,7 @@ from jointlib.shown.text import table
 from jointlib.units import shown
 
 if TYPE_CHECKING:
+    from jointlib.cutting_force.result import CuttingForces
     from jointlib.identification import Identification
 
 
@@ -34,18 +35,42 @@ def command(
 ) -> None:
     """Fit a joint to MEASUREMENTS, with standard errors; sealed records stay closed.
 
-    \b
-    Example:
-      jointlib identify machines/library/guide_mill/static.measurement.toml machines/library/guide_mill/rig.measurement.toml --start machines/library/guide_mill/start.joint.toml -o guide.joint.toml
-    """  # noqa: E501
-    from jointlib.answers.identify import identify
-    from jointlib.identification.summary import identified
+    One measurement of kind "cutting-force" gives coefficients of cutting forces instead, in a file that the [cutting]
+    of a machine can name.
 
+    \b
+    Examples:
+      jointlib identify machines/library/guide_mill/static.measurement.toml machines/library/guide_mill/rig.measurement.toml --start machines/library/guide_mill/start.joint.toml -o guide.joint.toml
+      jointlib identify machines/library/end_mill_forces/forces.measurement.toml -o end_mill.cutting.toml
+    """  # noqa: E501
+    from jointlib.answers.given import measurement_of
+    from jointlib.answers.identify import cutting_forces, identify
+    from jointlib.identification.summary import identified
+    from jointlib.measurement import FORCES
+
+    tests = [measurement_of(path) for path in measurements]
+    if any(test.kind == FORCES for test in tests):
+        if len(tests) > 1 or laws or start is not None or order is not None:
+            raise InputError(f"identify: a measurement of kind {FORCES!r} stands alone, without laws of a joint")
+        with working("fitting"):
+            of_cut = cutting_forces(tests[0], output=output)
+        emit(as_json, {**of_cut.as_json(), "file": str(output)}, [*words_of_cut(of_cut), wrote(output)])
+        return
     if bool(laws) == (start is not None):
         raise InputError("identify: expected either --law or --start")
     with working("fitting"):
-        found = identify(measurements, laws=laws, start=start, order=order, output=output)
+        found = identify(tests, laws=laws, start=start, order=order, output=output)
     emit(as_json, {**identified(found), "file": str(output)}, [*words(found), wrote(output)])
+
+
+def words_of_cut(found: CuttingForces) -> list[str]:
+    """Coefficients as lines of text, with what mean forces alone say of them."""
+    lines = table(("coefficient", "value", "std. error", "unit", "by mean forces"), found.rows())
+    lines += [
+        f"{e.measurement}: rms {e.rms:.4g} {e.unit}, {100 * e.relative:.2f} % of the largest mean force"
+        for e in found.errors
+    ]
+    return [f"{found.coefficients.process}, {found.method} forces", *lines, *found.messages]
 
 
 def words(found: Identification) -> list[str]:

@@ -28,7 +28,8 @@ from ..forced_response.response_file import write_response
 from ..forced_response.tool_peaks import tool_peaks
 from ..model.machine import Machine
 from ..road.open_joints import with_joints
-from ..uncertainty.lobe_bands import SHARES, refuse_certain
+from ..uncertainty.drawn_machines import refuse_certain
+from ..uncertainty.lobe_bands import SHARES
 from ..uncertainty.response_band import response_band
 from .told.frf_files import draw, write_bands, write_receptances
 from .told.frf_told import contact_lines, measured_lines, tool_lines
@@ -148,7 +149,7 @@ def frf(
             _EACH * points * (places + 1) ** 2, f"--frequency: {points} lines of {places} joints and tool axes"
         )
         if samples:
-            refuse_certain(model)
+            refuse_certain(model, cut=False)
         drive = model.driven_dof(drive) if samples else drive
         results = both(model, drive, forces or None, band, points=points, harmonics=wanted, stability="auto")
     further: dict[str, Any] = {}

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from jointlib.answers.given import File
+from jointlib.cutting_force.cutting_file import read_cutting_file
 from jointlib.errors import InputError
 from jointlib.foreign.door import bytes_of, foreign
 from jointlib.io.atomic import given_target
@@ -26,7 +27,15 @@ from ..files.component_file import read_component
 from ..files.machine_file import read_machine
 from ..files.opened import with_tool
 from ..study.study_file import read_study
-from .told.file_lines import component_lines, finite, fmu_lines, joint_lines, measurement_lines, record_lines
+from .told.file_lines import (
+    coefficient_lines,
+    component_lines,
+    finite,
+    fmu_lines,
+    joint_lines,
+    measurement_lines,
+    record_lines,
+)
 from .told.machine_told import told
 from .told.picture import draw
 from .told.study_told import asked_lines
@@ -41,7 +50,7 @@ class Contents(Shown):
 
     file: Path
     holds: Any
-    """A joint, measurement, component, machine or study; of a record its columns by name; of an FMU what FMPy reads."""
+    """A joint, measurement, component, machine, study, cutting file, columns of a record, an FMU as FMPy reads it."""
     lines: tuple[str, ...]
     """What ``jointlib inspect`` prints."""
     warnings: tuple[str, ...]
@@ -130,6 +139,9 @@ def _opened(file: Path, contacts: bool, tool: str | None) -> tuple[Any, list[str
     if schema == "jointlib/measurement/1":
         measurement = read_measurement(file)
         return measurement, measurement_lines(measurement), ()
+    if schema == "jointlib/cutting/1":
+        coefficients = read_cutting_file(file)
+        return coefficients, coefficient_lines(coefficients), ()
     if schema == "jointlib/component/1":
         component = read_component(file, "component")
         return component, component_lines(component), ()
@@ -145,7 +157,7 @@ def _opened(file: Path, contacts: bool, tool: str | None) -> tuple[Any, list[str
 
 def _schema(file: Path) -> str:
     schema = parsed(file, "a file of this program")[1].get("schema")
-    known = [f"jointlib/{kind}/1" for kind in ("joint", "measurement", "component", "machine", "study")]
+    known = [f"jointlib/{kind}/1" for kind in ("joint", "measurement", "component", "machine", "study", "cutting")]
     if not isinstance(schema, str) or schema not in known:
         raise InputError(f"{file}: schema is {schema!r}, expected one of {', '.join(known)}")
     return schema

@@ -31,7 +31,7 @@ from ..model.machine import Machine
 from ..ranges import DEEPEST, LARGEST_AMPLITUDE
 from ..road.cutting import BUDGET
 from ..road.open_joints import with_joints
-from ..uncertainty.lobe_bands import refuse_certain
+from ..uncertainty.drawn_machines import refuse_certain
 from .told.lobe_files import write_charts
 from .told.lobes_forced import forced
 from .told.lobes_over_amplitude import (

@@ -18,10 +18,13 @@ from jointlib.loop import close as joint_files
 from jointlib.loop.answer.report import TraceReport
 from jointlib.loop.answer.words import words as joint_words
 from jointlib.loop.trace import trace as joint_trace
-from jointlib.measurement import Measurement
+from jointlib.measurement import CUTS, FORCES, Measurement
 from jointlib.shown.progress import Progress, Silent
 from jointlib.shown.result import Columns, Shown
 
+from ..cut_loop.close import check_folder, write_cut_trace
+from ..cut_loop.report import CutTrace
+from ..cut_loop.trace_cuts import SAFE, trace_cuts
 from ..files.machine_file import read_machine
 from ..loop.close import check_target, write_trace
 from ..loop.records import said_of
@@ -35,7 +38,7 @@ from .told.trace_pages import machine_words, write_joint_page, write_machine_pag
 class Trace(Shown):
     """What a joint, or the joints of a machine, leave unexplained, and the files that say so."""
 
-    report: TraceReport | MachineTrace
+    report: TraceReport | MachineTrace | CutTrace
     files: tuple[Path, ...]
 
     def finding(self) -> str:
@@ -56,6 +59,8 @@ class Trace(Shown):
 
     def words(self) -> list[str]:
         """What ``jointlib trace`` prints."""
+        if isinstance(self.report, CutTrace):
+            return self.report.words()
         return machine_words(self.report) if isinstance(self.report, MachineTrace) else list(joint_words(self.report))
 
 
@@ -65,13 +70,15 @@ def trace(
     joint: Joint | File | None = None,
     machine: Machine | File | None = None,
     seed: int = 0,
+    safe: float | None = None,
     output: File | None = None,
     progress: Progress | None = None,
 ) -> Trace:
     """Say what a joint leaves unexplained of a measurement, name the effect it lacks, mend it: ``jointlib trace``.
 
     With a machine the measurement holds frequency responses at several forces (kind "frf"): say which connection of the
-    machine they point to, and mend the joint in it.
+    machine they point to, and mend the joint in it; or test cuts (kind "cuts"): say which of them the machine cannot
+    explain, which effect would, and what to cut next.
 
     Parameters
     ----------
@@ -81,6 +88,8 @@ def trace(
         The model that is to be doubted, one of the two, or its file.
     seed
         Of whatever is drawn, noted in the report.
+    safe
+        Of test cuts: the probability of being stable that the most productive cut is to have, default 0.95.
     output
         Folder for the trace, the mended files and ``report.html``; a machine then is a file.
     progress
@@ -95,12 +104,21 @@ def trace(
             f"{test.source}: kind is {test.kind!r}, records in time; expected the frequency responses that `jointlib "
             "estimate` makes of them"
         )
-    if (test.kind == "frf") != (machine is not None):
-        wanted = "--machine" if test.kind == "frf" else "--joint"
+    if test.kind == FORCES:
+        raise InputError(
+            f"{test.source}: kind is {test.kind!r}, expected records of a joint, frequency responses or test cuts; "
+            "`jointlib identify` makes coefficients of it"
+        )
+    if safe is not None and test.kind != CUTS:
+        raise InputError(f"--safe: {test.source} is of kind {test.kind!r}, expected test cuts (kind {CUTS!r}) with it")
+    if (test.kind in ("frf", CUTS)) != (machine is not None):
+        wanted = "--machine" if test.kind in ("frf", CUTS) else "--joint"
         raise InputError(f"{test.source}: kind is {test.kind!r}, expected {wanted} with it")
     words = ["jointlib", "trace", str(test.source), "--joint" if joint is not None else "--machine"]
     words += [str(joint or machine), "-o", str(folder), *(["--seed", str(seed)] if seed else [])]
     during = progress or Silent()
+    if machine is not None and test.kind == CUTS:
+        return _of_cuts(test, machine, seed, SAFE if safe is None else safe, folder, during)
     if machine is not None:
         return _of_machine(test, machine, seed, folder, shlex.join(words), during)
     assert joint is not None
@@ -115,6 +133,20 @@ def trace(
         written = (*joint_files.write_trace(report, folder), folder / "report.html")
         write_joint_page(report, test, shlex.join(words), written[-1])
     return Trace(report, written)
+
+
+def _of_cuts(
+    test: Measurement, machine: Machine | File, seed: int, safe: float, folder: Path | None, progress: Progress
+) -> Trace:
+    """Trace test cuts, and write everything into the folder where there is one."""
+    if folder is not None and isinstance(machine, Machine):
+        raise InputError(f"{machine.where}: output {folder}, expected the file of the machine with it, which is mended")
+    model = machine if isinstance(machine, Machine) else read_machine(Path(machine))
+    if folder is not None:
+        check_folder(Path(str(machine)), folder)
+    with progress.step("weighing the machine by the cuts"):
+        report = trace_cuts(test, model, seed=seed, safe=safe)
+    return Trace(report, () if folder is None else write_cut_trace(report, folder))
 
 
 def _of_machine(

@@ -38,6 +38,8 @@ class Modal(Component):
         z_2); default: all that are named after an axis.
     notes
         What was said on reading.
+    frequency_error, damping_ratio_error
+        Standard errors of both, in Hz and as a number, shape (modes,); None where they are not known.
     """
 
     name: str
@@ -49,6 +51,8 @@ class Modal(Component):
     mass: float | None = None
     carries: tuple[str, ...] | None = None
     notes: tuple[str, ...] = ()
+    frequency_error: Array | None = None
+    damping_ratio_error: Array | None = None
 
     kind: ClassVar[str] = "modal"
 
@@ -78,6 +82,14 @@ class Modal(Component):
         for key, value in {**values, "shapes": shapes}.items():
             object.__setattr__(self, key, value)
         object.__setattr__(self, "dofs", dofs)
+        for key in ("frequency_error", "damping_ratio_error"):
+            if getattr(self, key) is not None:
+                error = np.array(getattr(self, key), dtype=float)
+                if error.shape != (modes,) or not np.all(np.isfinite(error) & (error >= 0)):
+                    raise InputError(
+                        f"{where}: {key} is {error.tolist()}, expected a standard error per mode ({modes})"
+                    )
+                object.__setattr__(self, key, error)
         if self.mass is not None and not (np.isfinite(self.mass) and self.mass > 0):
             raise InputError(f"{where}: mass is {self.mass!r} kg, expected more than 0")
         for dof in self.carries or ():
@@ -100,6 +112,8 @@ class Modal(Component):
             None if mass is None else np.array(mass),
             section.number("mass", "kg", None),
             section.words("carries", None),
+            (),
+            *_errors(section),
         )
 
     @classmethod
@@ -114,7 +128,13 @@ class Modal(Component):
         if ratio is None:
             raise InputError(f"{section.where}: {path} tells no damping, expected damping_ratio, one per mode")
         weight = section.number("mass", "kg", None), section.words("carries", None)
-        return cls(name, dofs, modes.frequency, ratio, modes.shapes, modes.modal_mass, *weight, modes.notes)
+        found = name, dofs, modes.frequency, ratio, modes.shapes, modes.modal_mass
+        return cls(*found, *weight, modes.notes, *_errors(section))
+
+    @property
+    def uncertain(self) -> bool:
+        """Whether a standard error of a mode is known."""
+        return self.frequency_error is not None or self.damping_ratio_error is not None
 
     def between(self, omega: Array, rows: Array, columns: Array) -> ComplexArray:
         natural = 2 * np.pi * self.frequency
@@ -159,3 +179,9 @@ class Modal(Component):
             taken.add(axis)
             out[i] = self.mass * gravity[axis]
         return out
+
+
+def _errors(section: Section) -> tuple[Array | None, Array | None]:
+    """Standard errors of frequencies in Hz and of damping ratios, where a file has them."""
+    frequency, ratio = section.numbers("frequency_error", "Hz", None), section.numbers("damping_ratio_error", "1", None)
+    return None if frequency is None else np.array(frequency), None if ratio is None else np.array(ratio)

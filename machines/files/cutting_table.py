@@ -7,8 +7,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from jointlib.cutting_force.cutting_file import read_cutting_file
 from jointlib.errors import InputError, together
 from jointlib.io.toml import Section
+from jointlib.joint import Covariance
 
 from ..cutting.process.cutting import Cutting
 from ..model.machine import AXES, checked_forces, checked_range
@@ -30,7 +32,7 @@ CUTTING_UNITS = {
     "edge_normal": "N/m",
 }
 """Keys of ``[cutting]`` that are numbers, and their units."""
-CUTTING_KEYS = ("process", "material", "teeth", "mode", "speed", "pitch", "helix", "runout", *CUTTING_UNITS)
+CUTTING_KEYS = ("process", "material", "file", "teeth", "mode", "speed", "pitch", "helix", "runout", *CUTTING_UNITS)
 """All keys of ``[cutting]``."""
 
 
@@ -82,6 +84,8 @@ def cutting_of(section: Section) -> dict[str, Any]:
         fields["helix"] = section.numbers("helix", "deg") if several else section.number("helix", "deg")
     if section.has("speed"):
         fields["speed"] = section.numbers("speed", "rpm", length=2)
+    if section.has("file"):
+        fields = {**_of_file(section, fields), **fields}
     section.done()
     try:
         Cutting(**fields)
@@ -89,3 +93,33 @@ def cutting_of(section: Section) -> dict[str, Any]:
         said = (text.removeprefix("[cutting]: ") for text in error.sentences)
         raise InputError(*(f"{section.where}: {text}" for text in said)) from None
     return fields
+
+
+def _of_file(section: Section, given: dict[str, Any]) -> dict[str, Any]:
+    """Coefficients that the cutting file of the table tells and the table does not, with their covariance.
+
+    In turning and boring the force along the chip thickness is the one that is fed back.
+    """
+    path = section.path("file")
+    if not path.is_file():
+        section.fault(f"file refers to {path}, which does not exist")
+        return {}
+    read = section.mistakes.attempt if section.mistakes is not None else lambda build: build()
+    found = read(lambda: read_cutting_file(path))
+    if found is None:
+        return {}
+    milled = given["process"] == "milling"
+    if milled != (found.process == "milling"):
+        section.fault(f"file holds coefficients of {found.process}, expected those of {given['process']}")
+        return {}
+    name_of = {"normal": "specific"} if not milled else {name: name for name in _MILLED}
+    taken = {key: found.values[name] for name, key in name_of.items() if name in found.values and key not in given}
+    known = found.covariance
+    names = [name for name in (known.names if known is not None else ()) if name_of.get(name) in taken]
+    if known is None or not names:
+        return taken
+    rows = [known.names.index(name) for name in names]
+    return {**taken, "covariance": Covariance(tuple(name_of[n] for n in names), known.matrix[rows][:, rows])}
+
+
+_MILLED = ("tangential", "normal", "edge_tangential", "edge_normal")

@@ -79,6 +79,12 @@ def write_component(path: Path, fitted: FittedModes, files: Sequence[Path] = ())
             "damping_ratio": ratio.tolist(),
             "shapes": shapes.tolist(),
         }
+        for key, error in (
+            ("frequency_error", fitted.frequency_error),
+            ("damping_ratio_error", fitted.damping_ratio_error),
+        ):
+            if len(error) and np.all(np.isfinite(error)):  # residual modes have none
+                table[key] = [*error.tolist(), *[0.0] * (len(frequency) - len(error))]
         noted["shapes_error"] = fitted.shapes_error.tolist()
     write_toml(path, "component", {**table, "provenance": noted})
     return tuple(written)

@@ -111,7 +111,9 @@ class Evaluation:
             if "weight" in out:
                 out["weight"][rows] = part.weight
             if part.machine.cutting is not None:
-                cuttings |= {row: self._machines.cut(settings[row]) for row in rows}
+                cuttings |= {
+                    row: self._machines.cut(settings[row], self._study.samples, self._study.seed) for row in rows
+                }
             if set(out) != {"weight"}:
                 self._meet(part, {row: settings[row] for row in rows}, cuttings, out, tips)
         if "peak-receptance" in out:

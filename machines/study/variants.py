@@ -26,7 +26,7 @@ from ..statics.working_point import tangents
 from ..tool.chatter_band import chatter_band, modes_at_rest
 from ..tool.machine_model import OpenJoints
 from ..tool.tool_model import ToolModel
-from ..uncertainty.lobe_bands import sampled_machines
+from ..uncertainty.drawn_machines import drawn_cut, sampled_machines
 from .settings import Setting, plain
 
 _KEPT = 24
@@ -163,8 +163,12 @@ class Machines:
         others = (other for kept in self._kept.values() for other in kept.machine.components)
         return next((other for other in others if alike(other, component)), component)
 
-    def cut(self, of: Setting) -> Cutting:
-        """The cutting operation of a configuration."""
+    def cut(self, of: Setting, samples: int = 0, seed: int = 0) -> Cutting:
+        """The cutting operation of a configuration; of one of ``samples``, with the coefficients drawn for it."""
+        found = self._cut(of)
+        return found if of.sample is None else drawn_cut(found, of.sample, samples, seed)
+
+    def _cut(self, of: Setting) -> Cutting:
         if not of.cutting:
             return self.of(of.file, of.document).cutting
         tool = tuple(one for one in of.document if one[0] == USE)

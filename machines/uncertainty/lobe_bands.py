@@ -1,24 +1,16 @@
-"""Bands on receptances and lobes: the whole computation repeated for samples of what was identified and measured.
-
-Every quantity (a parameter of a joint, a line of a measured FRF) has its own stream of random numbers, told by the seed
-and its name. The same samples thus stand behind every speed, amplitude and depth, and behind a changed design: the
-difference between two bands is one of the machines and not of chance.
-"""
+"""Bands on receptances and lobes: the whole computation repeated for samples of what was identified and measured."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeVar
-from zlib import crc32
 
 import numpy as np
 
 from jointlib.arrays import Array, ArrayLike, ComplexArray
 from jointlib.errors import CheckFailed, InputError
 from jointlib.frf import FRF
-from jointlib.joint import Joint
-from jointlib.parameter import parameters_of
 
 from ..components.measured import Measured
 from ..cutting.amplitude.chattering_tool import chattering_receptance
@@ -30,13 +22,13 @@ from ..cutting.rest.solve import stability_lobes
 from ..model.machine import Machine
 from ..operating.operating_point import operating_point
 from ..tool.chatter_band import chatter_band
+from .drawn_machines import sampled_machines, sampled_value
 
 T = TypeVar("T")
 
 SHARES = (0.025, 0.5, 0.975)
 _COUNT = 1000
 _LINES = 600
-_INSIDE = 1e-9
 _REFUSED = 0.05
 
 
@@ -56,79 +48,6 @@ class Band:
     def quantiles(self) -> Array:
         """Values that were drawn, so that a depth without bound may be one of them."""
         return np.asarray(np.quantile(self.samples, SHARES, axis=0, method="inverted_cdf"))
-
-
-def draws(name: str, count: int, size: int, seed: int = 0) -> Array:
-    """Standard normal numbers of a named quantity, (count, size); more samples leave the first ones as they are."""
-    return np.random.default_rng([seed, crc32(name.encode())]).standard_normal((count, size))
-
-
-def sampled_joint(joint: Joint, name: str, count: int, seed: int = 0) -> tuple[list[Joint], int]:
-    """Joints drawn from the covariance of an identified one, and how many parameters met a bound."""
-    if joint.covariance is None:
-        return [joint] * count, 0
-    names, matrix = joint.covariance.names, np.asarray(joint.covariance.matrix, dtype=float)
-    # The eigenvectors allow for a covariance that is singular, as of two parameters that only occur together.
-    size, vectors = np.linalg.eigh(matrix / np.outer(_scale(matrix), _scale(matrix)))
-    root = _scale(matrix)[:, None] * vectors * np.sqrt(np.maximum(size, 0.0))
-    centre = np.array([joint.parameters[n] for n in names])
-    found = centre + draws(name, count, len(names), seed) @ root.T
-    low, high = np.array([_bounds(joint, n) for n in names]).T
-    kept = np.clip(found, low, high)
-    joints = [joint.with_parameters(dict(zip(names, row.tolist(), strict=True))) for row in kept]
-    return [replace(j, validity=joint.validity) for j in joints], int(np.count_nonzero(kept != found))
-
-
-def _scale(matrix: Array) -> Array:
-    deviation = np.sqrt(np.diag(matrix))
-    return np.where(deviation > 0, deviation, 1.0)
-
-
-def _bounds(joint: Joint, name: str) -> tuple[float, float]:
-    """What a parameter may be; strictly above a bound is a billionth of its value above it."""
-    part, _, field = name.partition(".")
-    law = dict(zip(joint.part_names, joint.laws, strict=True))[part]
-    (found,) = (p for p in parameters_of(law) if p.name == field.partition("[")[0])
-    above = found.above + _INSIDE * abs(joint.parameters[name] - found.above) if np.isfinite(found.above) else -np.inf
-    return max(found.lower, above), found.upper
-
-
-def sampled_value(part: Measured, count: int, seed: int = 0) -> list[Measured]:
-    """Measured FRFs with errors of the variance that was measured with them, independent from line to line."""
-    if part.variance is None:
-        return [part] * count
-    size = part.value.size
-    normal = draws(part.name, count, 2 * size, seed).reshape(count, 2, *part.value.shape)
-    error = np.sqrt(part.variance / 2) * (normal[:, 0] + 1j * normal[:, 1])
-    # One record stands on both sides of the diagonal where the other was not measured.
-    mirrored = np.triu(np.all(part.value == part.value.swapaxes(1, 2), axis=0), 1)
-    error = np.where(mirrored.T, error.swapaxes(2, 3), error)
-    return [replace(part, value=part.value + e) for e in error]
-
-
-def refuse_certain(machine: Machine) -> None:
-    """Raise where nothing in the machine has an error that could be drawn."""
-    varied = any(c.variance is not None for c in machine.components if isinstance(c, Measured))
-    if not varied and all(joint.covariance is None for joint in machine.joints()):
-        raise InputError(
-            f"{machine.where}: no joint has a covariance and no measured FRF a variance, so there is nothing to sample"
-        )
-
-
-def sampled_machines(machine: Machine, count: int = _COUNT, seed: int = 0) -> tuple[list[Machine], int]:
-    """The machine with joints and measured FRFs drawn from what is known of their errors; see `Band.clipped`."""
-    joints, clipped = {}, 0
-    for connection, joint in zip(machine.flexible, machine.joints(), strict=True):
-        joints[connection.name], beyond = sampled_joint(joint, connection.name, count, seed)
-        clipped += beyond
-    parts = {c.name: sampled_value(c, count, seed) for c in machine.components if isinstance(c, Measured)}
-    refuse_certain(machine)
-    found = []
-    for i in range(count):
-        components = tuple(parts[c.name][i] if c.name in parts else c for c in machine.components)
-        connections = tuple(replace(c, joint=joints[c.name][i]) if c.name in joints else c for c in machine.connections)
-        found.append(replace(machine, components=components, connections=connections))
-    return found, clipped
 
 
 def frf_band(
@@ -166,8 +85,9 @@ def lobe_band(
         return _one_by_one(lambda m: frozen_lobes(m, speeds, amplitude, exact)[0].depth, machines, exact, clipped)
     band = chatter_band(machine)
     lines = band.lines if band.said else np.linspace(band.low, band.high, _LINES)
-    samples = np.array([chattering_receptance(m, cutting, lines, amplitude) for m in machines])
-    return Band(sampled_depths(samples, lines, cutting, speeds, machine.tool_axes), clipped, method)
+    cuts = [Cutting(**dict(m.cutting or {})) for m in machines]
+    found = [chattering_receptance(m, cut, lines, amplitude) for m, cut in zip(machines, cuts, strict=True)]
+    return Band(sampled_depths(np.array(found), lines, cuts, speeds, machine.tool_axes), clipped, method)
 
 
 def measured_lobe_band(
@@ -207,21 +127,41 @@ def _one_by_one(depth: Callable[[T], Array], samples: Sequence[T], method: str, 
 
 
 def sampled_depths(
-    receptance: ComplexArray, lines: Array, cutting: Cutting, speed: ArrayLike, axes: tuple[str, ...]
+    receptance: ComplexArray,
+    lines: Array,
+    cutting: Cutting | Sequence[Cutting],
+    speed: ArrayLike,
+    axes: tuple[str, ...],
 ) -> Array:
     """Limiting depths in m, (count, speeds), of many receptances (count, lines, axes, axes) at once.
 
     Between the lines (Hz) the inverse eigenvalue of the loop runs straight, as the dynamic stiffness nearly does.
+    ``cutting`` is that of all samples, or a sequence with that of each, which differ in their coefficients.
     """
+    return sampled_limits(receptance, lines, cutting, speed, axes)[0]
+
+
+def sampled_limits(
+    receptance: ComplexArray,
+    lines: Array,
+    cutting: Cutting | Sequence[Cutting],
+    speed: ArrayLike,
+    axes: tuple[str, ...],
+) -> tuple[Array, Array]:
+    """`sampled_depths` and the chatter frequencies there in Hz, nan where the depth is inf."""
+    count, n = receptance.shape[:2]
+    cuts = [cutting] if isinstance(cutting, Cutting) else cutting
+    cutting = cuts[0]
     if cutting.process != "milling":
         along = cutting.rotation[0][["xy".index(axis) for axis in axes]]
-        receptance, stiffness = (along @ receptance @ along)[:, :, None, None], turning.loop_stiffness(cutting)
+        receptance = (along @ receptance @ along)[:, :, None, None]
+        stiffness = np.array([turning.loop_stiffness(one) for one in cuts])
     else:
-        stiffness = zero_order.loop_stiffness(cutting, axes)
-    count, n = len(receptance), len(lines)
-    value = loop_eigenvalues(stiffness, receptance.reshape(count * n, *receptance.shape[2:])).reshape(count, n, -1)
+        stiffness = np.array([zero_order.loop_stiffness(one, axes) for one in cuts])
+    of_line = np.repeat(np.broadcast_to(stiffness, (count, *stiffness.shape[1:])), n, axis=0)
+    value = loop_eigenvalues(of_line, receptance.reshape(count * n, *receptance.shape[2:])).reshape(count, n, -1)
     speeds = np.atleast_1d(np.asarray(speed, dtype=float))
-    depth = np.full((count, len(speeds)), np.inf)
+    depth, frequency = np.full((count, len(speeds)), np.inf), np.full((count, len(speeds)), np.nan)
     for branch in _followed(value):
         shallow = branch.real < 0
         used = np.flatnonzero(np.any(shallow[:, 1:] & shallow[:, :-1], axis=0))
@@ -237,8 +177,11 @@ def sampled_depths(
             g0, g1 = gathered[row, column], gathered[row, column + 1]
             share = (np.maximum(whole[row, column], whole[row, column + 1]) - g0) / (g1 - g0)
             root = 1 / ((1 - share) * inverse[row, column] + share * inverse[row, column + 1])
-            np.minimum.at(depth[:, i], row, limiting_depth(root))
-    return depth
+            found, at = limiting_depth(root), f[column] + share * (f[column + 1] - f[column])
+            np.minimum.at(depth[:, i], row, found)
+            lowest = found == depth[row, i]
+            frequency[row[lowest], i] = at[lowest]
+    return depth, frequency
 
 
 def _followed(value: ComplexArray) -> list[ComplexArray]:

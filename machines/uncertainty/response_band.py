@@ -10,7 +10,8 @@ from jointlib.arrays import Array
 
 from ..forced_response.response import response
 from ..model.machine import Machine
-from .lobe_bands import Band, sampled_machines
+from .drawn_machines import sampled_machines
+from .lobe_bands import Band
 
 
 def response_band(

@@ -17,7 +17,7 @@ from jointlib.laws.viscous import Viscous
 from machines import Connection, Lumped, Machine, lobes_at_amplitude, response
 from machines.lobes import Cutting, ToolModel, lobe_band, measured_lobe_band, stability_lobes
 from machines.uncertainty import lobe_bands as uncertainty
-from machines.uncertainty.lobe_bands import draws
+from machines.uncertainty.drawn_machines import draws
 from machines.uncertainty.response_band import response_band
 
 MODES = {"x": (603.0, 0.039, 5.59e6), "y": (666.0, 0.035, 5.715e6)}

@@ -15,15 +15,8 @@ from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from machines import Connection, Lumped, Machine, Measured, lobes_at_amplitude
 from machines.lobes import Cutting, stability_lobes
-from machines.uncertainty.lobe_bands import (
-    draws,
-    frf_band,
-    lobe_band,
-    measured_lobe_band,
-    sampled_depths,
-    sampled_joint,
-    sampled_machines,
-)
+from machines.uncertainty.drawn_machines import draws, sampled_joint, sampled_machines
+from machines.uncertainty.lobe_bands import frf_band, lobe_band, measured_lobe_band, sampled_depths
 
 MASS, STIFFNESS, DAMPING = 25.0, 1e7, 950.0
 HALF_UP = Cutting("milling", teeth=3, tangential=6e8, normal=0.07 * 6e8, mode="up", immersion=0.5)

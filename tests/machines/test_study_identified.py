@@ -15,7 +15,7 @@ from machines.study.findings.verdict import judge
 from machines.study.run import begin, evaluate_all
 from machines.study.study import Study
 from machines.study.study_file import read_study
-from machines.uncertainty.lobe_bands import sampled_machines
+from machines.uncertainty.drawn_machines import sampled_machines
 
 STIFFNESS, DAMPING, COUNT = 1e7, 950.0, 12
 MACHINE = """

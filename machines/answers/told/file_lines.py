@@ -10,10 +10,12 @@ from typing import Any
 import numpy as np
 
 from jointlib.arrays import Array
+from jointlib.cuts.judged import judged_cuts
+from jointlib.cutting_force.coefficients import Coefficients
 from jointlib.errors import InputError, told
 from jointlib.io.measurement_file import read_records
 from jointlib.joint import Joint
-from jointlib.measurement import Measurement
+from jointlib.measurement import CUTS, FORCES, Measurement
 from jointlib.modulation import CONDITIONS
 from jointlib.shown.text import table
 from jointlib.units import shown
@@ -45,6 +47,51 @@ def joint_lines(joint: Joint) -> list[str]:
     return lines
 
 
+def coefficient_lines(found: Coefficients) -> list[str]:
+    """Coefficients of cutting forces with their standard errors."""
+    rows = []
+    for name, value in found.values.items():
+        factor, unit = (1e-3, "N/mm") if name.startswith("edge") else (1e-6, "N/mm²")
+        known = found.covariance is not None and name in found.covariance.names
+        error = found.covariance.standard_error(name) if known and found.covariance is not None else None
+        rows.append((name, f"{value * factor:.6g}", "" if error is None else f"± {error * factor:.2g}", unit))
+    made = "simulated " if found.provenance.get("simulated") else ""
+    lines = [f"{made}coefficients of {found.process}"]
+    return lines + table(("coefficient", "value", "std. error", "unit"), rows)
+
+
+def cut_lines(m: Measurement) -> list[str]:
+    """What the tool does in each record of cutting forces."""
+    rows = []
+    for record in m.records:
+        if (cut := record.cut) is not None:
+            arc = cut.mode if cut.process == "milling" and cut.immersion == 1 else f"{cut.mode} {cut.immersion:g}"
+            rows.append((
+                record.name,
+                f"{cut.speed:g}",
+                f"{1e3 * cut.depth:g}",
+                f"{1e3 * cut.feed:g}",
+                arc if cut.process == "milling" else cut.process,
+            ))  # fmt: skip
+    said = [f"the forces act on the {m.acts_on}"]
+    return [*said, *table(("record", "speed [rpm]", "depth [mm]", "feed [mm]", "cut"), rows)]
+
+
+def tried_lines(m: Measurement) -> list[str]:
+    """Every test cut with its verdict, and what its record says of it."""
+    rows, doubts = [], []
+    judged = judged_cuts(m)
+    for one in judged:
+        cut, told_by = one.cut, "file" if one.heard is None else "record"
+        share = "" if one.heard is None else f"{100 * one.heard.share:.0f}"
+        frequency = "" if cut.chatter_frequency is None else f"{cut.chatter_frequency:.5g}"
+        row = (f"{cut.speed:g}", f"{1e3 * cut.depth:.4g}", str(cut.verdict), frequency, cut.kind, told_by, share)
+        rows.append((cut.name, *row))
+        doubts += [one.doubt()] if one.doubt() else []
+    header = ("cut", "speed [rpm]", "depth [mm]", "verdict", "chatter [Hz]", "kind", "by", "not repeated [%]")
+    return [*table(header, rows), *doubts]
+
+
 def component_lines(component: Component) -> list[str]:
     """Kind, degrees of freedom, modes."""
     lines = [f"{component.kind} component, dofs {', '.join(component.dofs)}"]
@@ -58,7 +105,8 @@ def component_lines(component: Component) -> list[str]:
 def measurement_lines(m: Measurement) -> list[str]:
     """Bodies, channels, records that are not sealed."""
     rate = f", {m.sample_rate:g} Hz" if m.sample_rate else ""
-    lines = [f"{'simulated ' * m.simulated}{m.kind} measurement{rate}, {len(m.records)} records"]
+    count = f"{len(m.cuts)} cuts" if m.kind == CUTS else f"{len(m.records)} records"
+    lines = [f"{'simulated ' * m.simulated}{m.kind} measurement{rate}, {count}"]
     lines += [
         f"body {name}: {'unknown' if mass.value is None else f'{mass.value:g} kg ± {mass.uncertainty:g} kg'}"
         for name, mass in m.bodies.items()
@@ -83,6 +131,10 @@ def measurement_lines(m: Measurement) -> list[str]:
         )
     if m.kind == "frf":
         return lines + _sweeps(m)
+    if m.kind == CUTS:
+        return lines + tried_lines(m)
+    if m.kind == FORCES:
+        lines += cut_lines(m)
     opened = [r for r in m.records if r.role != "sealed"]
     rows = []
     for source, record in zip(opened, read_records(m, opened), strict=True):

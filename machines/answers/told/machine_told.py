@@ -44,7 +44,9 @@ def told(machine: Machine, contacts: bool) -> tuple[list[str], list[str]]:
     lines += [axis.words() for axis in machine.axes]
     lines += [f"tool {axis}: {dof}" for axis, dof in machine.tool.items()]
     if machine.cutting:
-        lines.append("cutting: " + ", ".join(f"{key} = {value}" for key, value in machine.cutting.items()))
+        lines.append(
+            "cutting: " + ", ".join(f"{key} = {value}" for key, value in machine.cutting.items() if key != "covariance")
+        )
     if known:
         lines += _under_load(machine, each)
         lines += _stiffness(machine)

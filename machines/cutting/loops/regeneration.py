@@ -90,7 +90,7 @@ class Minimum:
     at_edge: Mask
 
 
-def loop_eigenvalues(stiffness: Array, receptance: ComplexArray) -> ComplexArray:
+def loop_eigenvalues(stiffness: Array | ComplexArray, receptance: ComplexArray) -> ComplexArray:
     """Eigenvalues λ of D·G in 1/m; (n, n) or (nf, n, n), and (nf, n, n) give (nf, n), n = 1 or 2, in no order."""
     D = [[stiffness[..., i, k] for k in range(stiffness.shape[-1])] for i in range(stiffness.shape[-1])]
     G = np.moveaxis(receptance, 0, -1)

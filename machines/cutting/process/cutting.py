@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from numbers import Integral
 
@@ -12,6 +12,7 @@ import numpy as np
 
 from jointlib.arrays import Array
 from jointlib.errors import InputError, together
+from jointlib.joint import Covariance
 
 from .flank import checked_flank
 from .flutes import checked_damping, checked_helix, checked_pitch, checked_runout, unlike
@@ -72,6 +73,8 @@ class Cutting:
         One of `MATERIALS`: gives the pressures and edge forces that are not given (milling).
     runout
         m by which each tooth stands out from the mean radius, one a tooth (milling).
+    covariance
+        Of coefficients that came from a cutting file, by the names of fields here; what is drawn for bands.
     """
 
     process: str = ""
@@ -96,6 +99,7 @@ class Cutting:
     edge_normal: float | None = None
     runout: tuple[float, ...] | None = None
     material: str | None = None
+    covariance: Covariance | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
         if self.process == "":

@@ -1,0 +1,1 @@
+"""Test cuts: at this speed and depth it sang, or did not."""

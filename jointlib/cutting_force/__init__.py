@@ -1,0 +1,1 @@
+"""Coefficients of cutting forces from what a dynamometer recorded at several feeds."""

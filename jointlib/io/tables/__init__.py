@@ -1,0 +1,1 @@
+"""Tables of a measurement file that are more than a few keys."""

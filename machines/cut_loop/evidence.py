@@ -1,0 +1,77 @@
+"""How likely the verdicts and chatter frequencies of test cuts are, given where a border lies.
+
+A cut is a coin whose side depends on its distance from the border: P(stable) = Φ((ln b_lim − ln b)/σ) with σ about a
+tenth, the scatter of judgement and material, drawn for each sample. Two verdicts in a hundred are slips of whoever
+wrote them down. Chatter is heard at f_lim or a whole number of tooth frequencies beside it, within a hundredth of it;
+one in five is that of another border, which a cut far beyond its own can meet first, and may be anywhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.special import log_ndtr, ndtr
+
+from jointlib.arrays import Array
+from jointlib.cuts.tried_cut import TriedCut
+
+from ..indices import Mask
+
+SCATTER, _SPREAD = 0.1, 0.35
+"""σ in the middle, and the deviation of its logarithm over the samples."""
+_SLIP, _ELSEWHERE = 0.02, 0.2
+_NEAR = 1.5
+"""Deviations of σ from the border within which a cut is marginal."""
+_HEARD = 0.01
+"""Of the chatter frequency."""
+
+
+def scatter(z: Array) -> Array:
+    """σ of each sample from standard normal numbers."""
+    return np.asarray(SCATTER * np.exp(_SPREAD * z))
+
+
+def distance(depth: Array, cut: float, sigma: Array) -> Array:
+    """(ln b_lim − ln b)/σ of borders at ``depth`` (m) from a cut (m)."""
+    with np.errstate(divide="ignore"):
+        return np.asarray(np.clip(np.log(depth / cut) / sigma, -40.0, 40.0))
+
+
+def stable(depth: Array, cut: float, sigma: Array) -> Array:
+    """P(stable) of a cut at a depth in m."""
+    return np.asarray(_SLIP + (1 - 2 * _SLIP) * ndtr(distance(depth, cut, sigma)))
+
+
+def of_verdict(verdict: str, x: Array) -> Array:
+    """ln P(verdict) at a distance x from the border; 0 of an unknown one."""
+    if verdict == "unknown":
+        return np.zeros_like(x)
+    if verdict == "marginal":
+        inside = ndtr(x + _NEAR) - ndtr(x - _NEAR)
+        return np.asarray(np.log(_SLIP + (1 - _SLIP) * inside))
+    side = x if verdict == "stable" else -x
+    return np.asarray(np.logaddexp(np.log(_SLIP), np.log(1 - 2 * _SLIP) + log_ndtr(side)))
+
+
+def apart(heard: float, frequency: Array, tooth: float, flip: bool) -> Array:
+    """Hz between a chatter frequency and the nearest line of chatter at a border; nan where there is none."""
+    if flip:
+        frequency = np.where(np.isfinite(frequency), tooth / 2, np.nan)
+    beside = np.mod(heard - frequency, tooth)
+    mirrored = np.mod(heard + frequency, tooth)
+    folded = [np.minimum(one, tooth - one) for one in (beside, mirrored)]
+    return np.minimum(*folded)
+
+
+def of_frequency(heard: float, frequency: Array, tooth: float, flip: bool) -> Array:
+    """ln of the density, times half a tooth frequency, of a chatter frequency in Hz."""
+    d = apart(heard, frequency, tooth, flip)
+    width = _HEARD * heard
+    bell = 2 / np.sqrt(2 * np.pi) / width * np.exp(-0.5 * (d / width) ** 2) * tooth / 4
+    return np.asarray(np.log(_ELSEWHERE + (1 - _ELSEWHERE) * np.where(np.isfinite(d), bell, 0.0)))
+
+
+def judged(cuts: Sequence[TriedCut]) -> Mask:
+    """Which cuts are clearly stable or chatter, so that a prediction of them is right or wrong."""
+    return np.array([cut.verdict in ("stable", "chatter") for cut in cuts])

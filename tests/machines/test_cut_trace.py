@@ -1,0 +1,395 @@
+"""Test cuts against a machine: borders of many samples, evidence, the verdict, and what to cut next."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.special import ndtr
+from tried_cuts import Shop, sounds
+
+from jointlib import InputError, read_measurement
+from jointlib.cuts.heard import heard
+from jointlib.cuts.tried_cut import TriedCut
+from jointlib.measurement import Measurement
+from machines import Machine, lobes_at_amplitude, read_machine, trace
+from machines.cut_loop import trace_cuts as trace_cuts_room
+from machines.cut_loop.borders import border, condition, conditions_of
+from machines.cut_loop.contest import NEEDED
+from machines.cut_loop.evidence import of_frequency, of_verdict
+from machines.cut_loop.exactness import learnt
+from machines.cut_loop.posterior import Problem, posterior
+from machines.cut_loop.sampled_tool import receptance, sampled_tool
+from machines.cut_loop.suspects import AsItIs, Coefficient, MissingMode, ModeFrequency, suspects_of
+from machines.cut_loop.trace_cuts import trace_cuts
+from machines.cutting.process.cutting import Cutting
+from machines.lobes import minimum_depth_of_mode
+
+MILL = """
+schema = "jointlib/machine/1"
+name = "mill"
+[[component]]
+name = "cutter"
+kind = "modal"
+dofs = ["x", "y"]
+frequency = [600, 680]
+damping_ratio = [0.03, 0.03]
+frequency_error = [9, 10]
+damping_ratio_error = [0.003, 0.003]
+modal_mass = [0.8, 0.7]
+shapes = [[1.0, 0.0], [0.0, 1.0]]
+[tool]
+x = "cutter.x"
+y = "cutter.y"
+[cutting]
+process = "milling"
+teeth = 2
+mode = "down"
+immersion = 0.5
+tangential = 7e8
+normal = 2.1e8
+diameter = "20 mm"
+speed = [3000, 16000]
+"""
+LATHE = """
+schema = "jointlib/machine/1"
+name = "lathe"
+[[component]]
+name = "slide"
+kind = "modal"
+dofs = ["x"]
+frequency = [150]
+damping_ratio = [0.03]
+frequency_error = [1.5]
+damping_ratio_error = [0.003]
+modal_mass = [22.5]
+shapes = [[1.0]]
+[tool]
+x = "slide.x"
+[cutting]
+process = "turning"
+specific = 1e9
+diameter = "80 mm"
+speed = [1500, 5000]
+"""
+SPEEDS = (1700.0, 2000.0, 2300.0, 2700.0, 3300.0, 4100.0)
+
+
+def machine_of(folder: Path, text: str = LATHE) -> Machine:
+    (folder / "machine.toml").write_text(text)
+    return read_machine(folder / "machine.toml")
+
+
+def bare(machine: Machine) -> Machine:
+    """Without what is known of its errors."""
+    parts = tuple(replace(c, frequency_error=None, damping_ratio_error=None) for c in machine.components)
+    return replace(machine, components=parts)
+
+
+def campaign(machine: Machine, seed: int, force: float = 1.0, scatter: float = 0.1, shift: float = 0.0) -> Measurement:
+    """Cuts on a lathe whose verdicts are coins by the true border, and whose chatter is heard within 0.5 %."""
+    rng = np.random.default_rng(seed)
+    cuts = []
+    true = bare(machine)
+    (part,) = true.components
+    moved = replace(part, frequency=part.frequency * (1 + shift))  # type: ignore[attr-defined,call-arg]
+    cutting = {**(machine.cutting or {}), "specific": 1e9 * force}
+    lobes = lobes_at_amplitude(replace(true, components=(moved,), cutting=cutting), np.repeat(SPEEDS, 3))
+    about = lobes_at_amplitude(true, np.repeat(SPEEDS, 3)).depth
+    for k, speed in enumerate(np.repeat(SPEEDS, 3)):
+        depth = about[k] * rng.uniform(0.5, 1.9) / force**0.5
+        sings = rng.uniform() > ndtr(np.log(lobes.depth[k] / depth) / scatter)
+        f = lobes.chatter_frequency[k] * (1 + 0.005 * rng.standard_normal()) if sings else None
+        verdict = "chatter" if sings else "stable"
+        cuts.append(TriedCut(f"cut {k}", speed, depth, 1, verdict=verdict, chatter_frequency=f))
+    return Measurement(Path("cuts"), "cuts", (), (), cuts=tuple(cuts))
+
+
+def problem_of(machine: Machine, cuts: Measurement, draws: int = 400) -> Problem:
+    table = Cutting(**dict(machine.cutting or {}))
+    conditions, index = conditions_of(cuts.cuts, table, machine.tool_axes)
+    tool = sampled_tool(machine, draws, 0, min(at.tooth_frequency for at in conditions))
+    return Problem(cuts.cuts, tuple(conditions), index, tool, learnt(machine, tool, conditions, 0), 0)
+
+
+@pytest.mark.parametrize("damping", [0.0, 5e4])
+def test_borders_of_samples_are_those_of_the_chart(tmp_path: Path, damping: float) -> None:
+    for text, method in ((LATHE, "turning"), (MILL, "zero-order")):
+        machine = bare(machine_of(tmp_path, text))
+        tool = sampled_tool(machine, 2, 0, 60.0)
+        G = receptance(tool.poles, tool.residue, tool.direct, tool.lines)
+        table = dict(machine.cutting or {}) | ({"process_damping": damping} if damping else {})
+        for speed in (2300.0, 3100.0, 9000.0) if method == "turning" else (7000.0, 9000.0, 14000.0):
+            at = condition(Cutting(**table), speed, machine.tool_axes)
+            depth, frequency = border(G, tool.lines, at, tool.tangential, tool.normal, np.full(2, damping))
+            chart = lobes_at_amplitude(replace(machine, cutting=table), [speed], method=method)
+            np.testing.assert_allclose(depth, chart.depth[0], rtol=0.01 if damping else 0.004)
+            np.testing.assert_allclose(frequency, chart.chatter_frequency[0], rtol=0.003)
+
+
+def test_the_lowest_border_in_turning_is_the_closed_form(tmp_path: Path) -> None:
+    machine = bare(machine_of(tmp_path))
+    tool = sampled_tool(machine, 1, 0, 25.0)
+    G = receptance(tool.poles, tool.residue, tool.direct, tool.lines)
+    table = Cutting(**dict(machine.cutting or {}))
+    depths = [
+        border(G, tool.lines, condition(table, n, ("x",)), tool.tangential, tool.normal, np.zeros(1))[0][0]
+        for n in np.linspace(2000, 3000, 60)
+    ]
+    k = 22.5 * (2 * np.pi * 150) ** 2
+    assert min(depths) == pytest.approx(float(minimum_depth_of_mode(k, 0.03, 1e9)), rel=0.01)
+
+
+def test_what_zero_order_misses_is_learnt_from_exact_charts(tmp_path: Path) -> None:
+    machine = machine_of(tmp_path, MILL)
+    table = Cutting(**dict(machine.cutting or {}))
+    conditions = [condition(table, n, machine.tool_axes) for n in (7000.0, 11000.0)]
+    tool = sampled_tool(machine, 30, 1, 200.0)
+    exact = learnt(machine, tool, conditions, 0)
+    (part,) = machine.components
+    moved = replace(part, frequency=part.frequency * np.array([1.02, 0.985]))  # type: ignore[attr-defined,call-arg]
+    other = bare(replace(machine, components=(moved,)))
+    one = sampled_tool(other, 1, 0, 200.0)
+    G = receptance(one.poles, one.residue, one.direct, one.lines)
+    chart = lobes_at_amplitude(other, [7000.0, 11000.0])
+    for k, at in enumerate(conditions):
+        rough = border(G, one.lines, at, one.tangential, one.normal, np.zeros(1))[0][0]
+        ratio = float(exact.logarithm(one.drawn(), k)[0])
+        assert abs(np.log(chart.depth[k] / rough) - ratio) < 3 * exact.scatter[k] + 0.02
+
+
+def test_a_verdict_is_a_coin_and_a_frequency_a_density() -> None:
+    x = np.linspace(-5, 5, 41)
+    np.testing.assert_allclose(np.exp(of_verdict("stable", x)) + np.exp(of_verdict("chatter", x)), 1.0, rtol=1e-12)
+    assert np.argmax(of_verdict("marginal", x)) == 20
+    tooth, at = 100.0, 612.0
+    heard_at = np.linspace(600.0, 700.0, 20001)
+    density = np.array([np.exp(of_frequency(f, np.array([at]), tooth, False)[0]) for f in heard_at[::20]])
+    assert np.mean(density) == pytest.approx(1.0, rel=0.03)  # over the uniform one of a tooth frequency
+
+
+def test_the_size_of_an_effect_is_that_of_quadrature(tmp_path: Path) -> None:
+    machine = bare(machine_of(tmp_path))
+    cuts = campaign(machine, 3, force=1.5)
+    problem = problem_of(machine, cuts, 1500)
+    found = posterior(Coefficient(), problem)
+    s = np.exp(np.linspace(-1.2, 1.2, 241))
+    z = np.linspace(-3, 3, 41)
+    plain = lobes_at_amplitude(machine, [cut.speed for cut in cuts.cuts])
+    total = np.zeros((len(s), len(z)))
+    for cut, b, f in zip(cuts.cuts, plain.depth, plain.chatter_frequency, strict=True):
+        x = np.log(b / s[:, None] / cut.depth) / (0.1 * np.exp(0.35 * z))
+        total += of_verdict(str(cut.verdict), x)
+        if cut.chatter_frequency is not None:
+            total += of_frequency(cut.chatter_frequency, np.array([f]), cut.tooth_frequency, False)[0]
+    total += -0.5 * (np.log(s)[:, None] / 0.35) ** 2 - 0.5 * z**2
+    weight = np.exp(total - np.max(total)).sum(axis=1)
+    weight /= weight.sum()
+    mean = weight @ np.log(s)
+    deviation = np.sqrt(weight @ (np.log(s) - mean) ** 2)
+    mine = found.weights() @ np.log(found.values[:, 0])
+    assert found.effective > 100
+    assert mine == pytest.approx(mean, abs=0.15 * deviation + 0.01)
+
+
+def test_where_nothing_is_missing_nothing_is_named(tmp_path: Path) -> None:
+    machine = machine_of(tmp_path)
+    for seed in range(2):
+        found = trace_cuts(campaign(machine, seed, shift=0.008 * (-1) ** seed), machine, draws=250)
+        assert (found.verdict.value, found.chosen) == ("nothing_missing", None), found.sentence
+        assert found.error_after == found.error_before
+        assert found.error_before["right"] > 0.7
+        assert found.effective_size["before"] > NEEDED
+
+
+def test_forces_that_are_larger_than_the_file_says_are_named(tmp_path: Path) -> None:
+    machine = machine_of(tmp_path)
+    found = trace_cuts(campaign(machine, 5, force=2.2), machine, draws=300)
+    assert found.chosen is not None
+    assert (
+        found.chosen.family == "coefficient"
+    )  # another mode at the same frequency would do as well, with more parameters
+    assert found.error_after["log_score"] > found.error_before["log_score"]
+    assert found.error_after["right"] >= found.error_before["right"]
+    (coefficient,) = (c for c in found.candidates if c.family == "coefficient")
+    low, high = coefficient.parameters["factor"]["ci95"]
+    assert low < 2.2 < high
+
+
+def test_few_effective_draws_are_a_residual_and_no_posterior(tmp_path: Path) -> None:
+    machine = machine_of(tmp_path)
+    found = trace_cuts(campaign(machine, 0), machine, draws=8)
+    assert found.effective_size["before"] < NEEDED
+    assert any("a residual and no posterior" in said for said in found.warnings)
+    assert (found.verdict.value, found.chosen) == ("unexplained", None)
+
+
+def test_a_mode_far_off_is_found_where_the_cuts_have_it(tmp_path: Path) -> None:
+    machine = machine_of(tmp_path)
+    found = trace_cuts(campaign(machine, 6, shift=0.1), machine, draws=300)
+    assert found.chosen is not None
+    assert found.chosen.family == "mode-frequency"
+    low, high = found.chosen.parameters["factor"]["ci95"]
+    assert low * 150 < 165 < high * 150
+    assert found.error_after["log_score"] > found.error_before["log_score"]
+    assert sum(cut.unexplained for cut in found.cuts) > 1
+
+
+def test_what_has_no_name_leaves_cuts_unexplained(tmp_path: Path) -> None:
+    machine = machine_of(tmp_path)
+    found = trace_cuts(campaign(machine, 6, shift=0.35), machine, draws=300)
+    assert found.verdict.value not in ("nothing_missing", "identified")
+    assert any(cut.unexplained for cut in found.cuts)
+
+
+def test_the_next_cut_lies_where_the_border_is_in_doubt(tmp_path: Path) -> None:
+    machine = machine_of(tmp_path)
+    found = trace_cuts(campaign(machine, 0), machine, draws=250, safe=0.9)
+    assert 0.2 < found.next_cut.probability < 0.8
+    assert 0 < found.next_cut.bits <= 1
+    assert found.safe_cut is not None
+    assert found.safe_cut.probability >= 0.9
+    i = int(np.argmin(np.abs(found.speed - found.safe_cut.speed)))
+    assert found.safe_cut.depth < found.band_after[1, i]
+    width = [np.nanmean(np.log(b[2] / b[0])) for b in (found.band_before, found.band_after)]
+    assert width[1] < width[0]
+
+
+def test_a_trace_of_cuts_shows_itself(tmp_path: Path) -> None:
+    machine = machine_of(tmp_path)
+    found = trace_cuts(campaign(machine, 0), machine, draws=60)
+    assert found.plot().get_ylabel() == "depth of cut [mm]"
+    assert "of held-out cuts" in repr(found)
+    assert len(found.columns()["family"][0]) == len(found.candidates)
+    assert any(line.startswith("tells most: ") for line in found.words())
+
+
+def test_the_same_seed_gives_the_same_bytes(tmp_path: Path) -> None:
+    machine = machine_of(tmp_path)
+    cuts = campaign(machine, 1)
+    one, two = (json.dumps(trace_cuts(cuts, machine, draws=150, seed=4).as_json()) for _ in range(2))
+    assert one == two
+
+
+def test_a_mode_that_is_added_has_its_compliance(tmp_path: Path) -> None:
+    tool = sampled_tool(bare(machine_of(tmp_path)), 2, 0, 60.0)
+    suspect = MissingMode(0, "x", 100.0, 200.0, 1e-6)
+    values = np.array([[300.0, 2e7, 0.04], [250.0, 1e7, 0.02]])
+    changed = suspect.changed(tool.drawn(), values, 1000.0)
+    f = np.array([100.0, 280.0, 400.0])
+    added = receptance(changed.poles, changed.residue, tool.direct, f) - receptance(
+        tool.poles, tool.residue, tool.direct, f
+    )
+    for (natural, k, zeta), G in zip(values, added[:, :, 0, 0], strict=True):
+        r = f / natural
+        np.testing.assert_allclose(G, 1 / (k * (1 - r**2 + 2j * zeta * r)), rtol=1e-9)
+    moved = ModeFrequency(0, 150.0).changed(tool.drawn(), np.array([[1.1], [0.9]]), 1000.0)
+    G = receptance(moved.poles, moved.residue, tool.direct, f)[0, :, 0, 0]
+    r = f / 165.0
+    np.testing.assert_allclose(G, 1 / (22.5 * (2 * np.pi * 165) ** 2 * (1 - r**2 + 0.06j * r)), rtol=1e-6)
+
+
+def test_without_a_diameter_rubbing_cannot_be_decided(tmp_path: Path) -> None:
+    machine = machine_of(tmp_path, LATHE.replace('diameter = "80 mm"\n', ""))
+    tool = sampled_tool(machine, 10, 0, 25.0)
+    suspects, undecided = suspects_of(tool, Cutting(**dict(machine.cutting or {})))
+    assert {row["family"] for row in undecided} == {"process-damping"}
+    assert "process-damping" not in {one.family for one in suspects}
+    assert AsItIs().told({}) == "the machine as it is"
+
+
+def written(folder: Path, seed: int, **what: float) -> tuple[Path, Path]:
+    """Files of a machine and of a campaign on it."""
+    cuts = campaign(machine_of(folder), seed, **what)
+    text = 'schema = "jointlib/measurement/1"\nkind = "cuts"\nsimulated = true\n[cutting]\nprocess = "turning"\n'
+    for cut in cuts.cuts:
+        text += f'[[cut]]\nname = "{cut.name}"\nspeed = {cut.speed}\ndepth = {cut.depth}\nverdict = "{cut.verdict}"\n'
+        text += "" if cut.chatter_frequency is None else f"chatter_frequency = {cut.chatter_frequency}\n"
+    (folder / "cuts.toml").write_text(text)
+    return folder / "cuts.toml", folder / "machine.toml"
+
+
+def test_what_was_found_is_written_with_the_mended_machine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    cuts, file = written(tmp_path, 5, force=2.2)
+    monkeypatch.setattr(trace_cuts_room, "DRAWS", 250)
+    found = trace(cuts, machine=file, output=tmp_path / "out")
+    assert sorted(path.name for path in found.files) == ["chart.svg", "machine.toml", "trace.json"]
+    report = json.loads((tmp_path / "out" / "trace.json").read_text())
+    assert {"verdict", "chosen", "rivals", "candidates", "error_before", "error_after", "next_cut"} <= set(report)
+    assert set(report["next_cut"]) >= {"speed", "depth", "probability"}
+    assert set(report["error_before"]) >= {"right", "log_score"}
+    mended = read_machine(tmp_path / "out" / "machine.toml")
+    assert mended.cutting is not None
+    assert report["chosen"]["family"] == "coefficient"
+    assert mended.cutting["specific"] == pytest.approx(2.2e9, rel=0.25)
+    assert report["repro"]["simulated"] is True
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda cuts, file: (cuts, file.replace('"turning"\nspecific = 1e9', '"milling"\nteeth = 3\nmode = "slot"\n'
+         "tangential = 1e9\nnormal = 1e8")), "was made with 1 teeth, the machine has 3"),
+        (lambda cuts, file: (cuts, file.partition("[cutting]")[0]), "no [cutting]"),
+        (lambda cuts, file: (cuts.partition('[[cut]]\nname = "cut 4"')[0], file), "expected at least 6"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_traced_is_told_in_a_sentence(tmp_path: Path, change: object, said: str) -> None:
+    cuts, file = written(tmp_path, 5)
+    new = change(cuts.read_text(), file.read_text())  # type: ignore[operator]
+    cuts.write_text(new[0])
+    file.write_text(new[1])
+    with pytest.raises(InputError) as caught:
+        trace(cuts, machine=file, output=tmp_path / "out")
+    assert said in str(caught.value)
+    assert not (tmp_path / "out").exists()
+
+
+def test_cuts_have_arcs_of_their_own(tmp_path: Path) -> None:
+    table = Cutting(**dict(machine_of(tmp_path, MILL).cutting or {}))
+    cuts = [
+        TriedCut("as the machine", 9000.0, 1e-3, 2, verdict="stable"),
+        TriedCut("less", 9000.0, 1e-3, 2, immersion=0.1, verdict="stable"),
+        TriedCut("slot", 9000.0, 1e-3, 2, mode="slot", verdict="stable"),
+        TriedCut("as the first", 9000.0, 2e-3, 2, verdict="stable"),
+    ]
+    conditions, index = conditions_of(cuts, table, ("x", "y"))
+    assert index.tolist() == [0, 1, 2, 0]
+    assert [at.cutting.immersion for at in conditions] == [0.5, 0.1, None]
+    with pytest.raises(InputError, match="a slot is cut at 1"):
+        conditions_of([TriedCut("odd", 9000.0, 1e-3, 2, mode="slot", immersion=0.3, verdict="stable")], table, ("x",))
+
+
+def test_cuts_need_a_machine_and_nothing_else_is_safe(tmp_path: Path) -> None:
+    cuts, file = written(tmp_path, 5)
+    with pytest.raises(InputError, match="expected --machine with it"):
+        trace(cuts, joint=tmp_path / "guide.joint.toml")
+    with pytest.raises(InputError, match="expected a probability from"):
+        trace(cuts, machine=file, safe=0.3)
+
+
+@pytest.mark.slow
+def test_a_mill_cut_in_time_whose_forces_were_half_as_large_again(tmp_path: Path) -> None:
+    machine, shop = machine_of(tmp_path, MILL), Shop(tangential=10.5e8, normal=3.15e8)
+    rng = np.random.default_rng(1)
+    speed = np.round(rng.uniform(4000, 16000, 10), -1).repeat(2)
+    limit = lobes_at_amplitude(bare(machine), np.unique(speed)).depth[np.unique(speed, return_inverse=True)[1]]
+    depth = limit * np.where(np.arange(20) % 2, rng.uniform(1, 1.9, 20), rng.uniform(0.4, 1, 20))
+    cuts = []
+    for k, x in enumerate(sounds(shop, speed, depth)):
+        told = heard(x, 8192.0, speed[k], 2, "cut")
+        f = told.chatter_frequency if told.verdict != "stable" else None
+        cuts.append(TriedCut(f"{k}", speed[k], depth[k], 2, verdict=told.verdict, chatter_frequency=f))
+    found = trace_cuts(Measurement(Path("cuts"), "cuts", (), (), cuts=tuple(cuts)), machine)
+    assert found.chosen is not None
+    assert "coefficient" in {found.chosen.family, *(r.family for r in found.rivals)}
+
+
+def test_a_campaign_is_read_as_it_was_written(tmp_path: Path) -> None:
+    cuts, _ = written(tmp_path, 2)
+    back = read_measurement(cuts)
+    assert len(back.cuts) == 18
+    assert {cut.verdict for cut in back.cuts} == {"stable", "chatter"}
