@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from .answers.plan import plan
     from .answers.study import study
     from .answers.trace import trace
+    from .answers.uncouple import uncouple
     from .components.beam import Beam
     from .components.component import Component, FirstOrder, SecondOrder
     from .components.connection import Connection, Identify
@@ -109,6 +110,7 @@ _HOME = {
     "trace": "answers.trace",
     "trace_frfs": "loop.trace",
     "trace_machine": "loop.trace",
+    "uncouple": "answers.uncouple",
 }
 """Where each name lives: its module is imported when it is first asked for, so that `--help` is there at once."""
 
@@ -191,4 +193,5 @@ __all__ = [
     "trace",
     "trace_frfs",
     "trace_machine",
+    "uncouple",
 ]

@@ -40,6 +40,7 @@ ROOMS = (
     "loop",
     "planning",
     "measured_modes",
+    "uncoupling",
     "compare",
     "view",
     "study",

@@ -49,6 +49,7 @@ FUNCTIONS: Mapping[str, Any] = {
     "df": jointlib.df,
     "frf": machines.frf,
     "modes": machines.modes,
+    "uncouple": machines.uncouple,
     "compare": machines.compare,
     "check": machines.check,
     "lobes": machines.lobes,
