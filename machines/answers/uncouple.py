@@ -132,8 +132,6 @@ def uncouple(
     lines, reach = span(band, "--band"), one(overhang, "m", "--overhang", 0)
     groups = [(files, tools[0])] if len(tools) == 1 else [((f,), t) for f, t in zip(files, tools, strict=True)]
     with (progress or Silent()).step("uncoupling"):
-        assemblies = [
-            read_assembly(group, tool, at, lines and lines[:2], condition, reach) for group, tool in groups
-        ]
+        assemblies = [read_assembly(group, tool, at, lines and lines[:2], condition, reach) for group, tool in groups]
         found = uncoupled(assemblies)
     return Uncoupled(found, write_spindle(target, found, (*files, *tools)))

@@ -49,7 +49,11 @@ def tool_responses(machine: Machine, amplitude: float = 0.0) -> Responses:
     pairs = tuple((o, i) for o in range(len(axes)) for i in range(len(axes)) if o >= i)
     kept = [pair for pair in pairs if pair[0] == pair[1] or np.max(np.abs(H[:, *pair])) > _FLOOR * np.max(np.abs(H))]
     return Responses(
-        lines, np.array([H[:, o, i] for o, i in kept]), np.array([deviation[:, o, i] for o, i in kept]), tuple(kept), axes
+        lines,
+        np.array([H[:, o, i] for o, i in kept]),
+        np.array([deviation[:, o, i] for o, i in kept]),
+        tuple(kept),
+        axes,
     )
 
 

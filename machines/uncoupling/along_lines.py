@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
@@ -13,25 +15,25 @@ _UNKNOWN = (1e4, 1e2)
 _VALUE = slice(0, 3)
 
 
-def smoothed(told: Information, change: Array, size: Array, step: Array) -> tuple[ComplexArray, ComplexArray, Array]:
+def smoothed(told: Information, change: Array, size: Array, step: Array) -> tuple[ComplexArray, ComplexArray]:
     """Values whose slope is a random walk over frequency, given what is told on every line.
 
     Kalman's filter up the lines and Rauch, Tung and Striebel's smoother back down (AIAA J. 3, 1965), complex; the mean
-    is the smoothing spline of Wahba. Several sizes of the change are worked on side by side.
+    is the smoothing spline of Wahba. Of several sizes of the change the likeliest is taken.
 
     Parameters
     ----------
     change
         Variance of the change of slope from one line to the next, (lines, 3), for a step of 1.
     size
-        Factors α of that, squared, (sizes,).
+        Factors of that, (sizes,), among which the likelihood chooses.
     step
         Distance to the line before in mean distances, (lines,).
 
     Returns
     -------
     tuple
-        Values (sizes, lines, 3), their covariance (sizes, lines, 3, 3), and the log likelihood (sizes,).
+        Values (lines, 3) and their covariance (lines, 3, 3).
     """
     count, lines = len(size), len(change)
     scale = change.mean(axis=0)
@@ -40,20 +42,23 @@ def smoothed(told: Information, change: Array, size: Array, step: Array) -> tupl
     ahead, spread = np.empty((lines, count, 6), dtype=complex), np.empty((lines, count, 6, 6), dtype=complex)
     found, sure = np.empty_like(ahead), np.empty_like(spread)
     likelihood = np.zeros(count)
+    forward = _forward(step)
     for k in range(lines):
         if k:
-            F = _forward(step[k])
+            F = forward[k]
             x, P = x @ F.T, F @ P @ F.T + size[:, None, None] * _walk(step[k], change[k])
         ahead[k], spread[k] = x, P
         x, P, gain = _informed(x, P, told.matrix[k], told.vector[k], float(told.constant[k]))
         likelihood += gain
         found[k], sure[k] = x, P
+    best = int(np.argmax(np.where(np.isfinite(likelihood), likelihood, -np.inf)))
+    x, P, ahead, spread = found[:, best], sure[:, best], ahead[:, best], spread[:, best]
+    gains = _flipped(np.linalg.solve(_flipped(spread[1:]), _flipped(P[:-1] @ _flipped(_forward(step[1:])))))
     for k in range(lines - 2, -1, -1):
-        back = np.linalg.solve(_flipped(spread[k + 1]), _flipped(sure[k] @ _forward(step[k + 1]).T))
-        G = _flipped(back)
-        found[k] += (G @ (found[k + 1] - ahead[k + 1])[..., None])[..., 0]
-        sure[k] += G @ (sure[k + 1] - spread[k + 1]) @ G.conj().swapaxes(1, 2)
-    return found[..., _VALUE].swapaxes(0, 1), sure[..., _VALUE, _VALUE].swapaxes(0, 1), likelihood
+        G = gains[k]
+        x[k] += G @ (x[k + 1] - ahead[k + 1])
+        P[k] += G @ (P[k + 1] - spread[k + 1]) @ G.conj().T
+    return x[:, _VALUE], P[:, _VALUE, _VALUE]
 
 
 def _informed(
@@ -72,10 +77,10 @@ def _informed(
     return x + (across @ solved[:, :, :1])[..., 0], (P + P.conj().swapaxes(1, 2)) / 2, gain
 
 
-def _forward(step: float) -> Array:
-    """Value and slope one step further on a straight line."""
-    F = np.eye(6)
-    F[:3, 3:] = step * np.eye(3)
+def _forward(step: Array) -> Array:
+    """Value and slope one step further on a straight line, (lines, 6, 6)."""
+    F = np.tile(np.eye(6), (len(step), 1, 1))
+    F[:, :3, 3:] = step[:, None, None] * np.eye(3)
     return F
 
 
@@ -84,5 +89,5 @@ def _walk(step: float, change: Array) -> Array:
     return np.kron(np.array([[step**3 / 3, step**2 / 2], [step**2 / 2, step]]), np.diag(change))
 
 
-def _flipped(matrix: ComplexArray) -> ComplexArray:
-    return np.asarray(matrix.swapaxes(1, 2))
+def _flipped(matrix: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    return matrix.swapaxes(1, 2)

@@ -68,7 +68,7 @@ class Assembly:
         return sum(o != d for o, d in ends)
 
     def _not_lighter(self, hits: Hits, own: Sequence[bool]) -> None:
-        """Refuse an assembly that moves like a free mass, below its first resonance, and a smaller one than the blank."""
+        """Refuse an assembly that moves like a free mass on its first lines, and a smaller one than the blank."""
         f = self.responses.frequency
         first = f <= max(_FIRST * f[0], f[min(_FEW, len(f) - 1)])
         for i in np.flatnonzero(own):
@@ -80,8 +80,8 @@ class Assembly:
             alone = float(np.mean((-((2 * np.pi * f[first]) ** 2) * hits.free[i, first]).real))
             if 0 < alone < mean * (1 - _SIGMAS * noise - _LIGHTER):
                 raise InputError(
-                    f"{self.blank.where}: alone it moves like {1 / alone:.3g} kg where it is hit, but the first lines of "
-                    f"{self.where} are those of {1 / mean:.3g} kg, expected a blank lighter than the assembly"
+                    f"{self.blank.where}: alone it moves like {1 / alone:.3g} kg where it is hit, but the first lines "
+                    f"of {self.where} are those of {1 / mean:.3g} kg, expected a blank lighter than the assembly"
                 )
 
 

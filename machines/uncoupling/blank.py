@@ -50,9 +50,8 @@ class Blank:
 
     def __post_init__(self) -> None:
         if self.coupled not in self.beam.stations:
-            raise InputError(
-                f"{self.where}: no station {self.coupled!r} that is coupled, {nearest(self.coupled, self.beam.stations)}"
-            )
+            known = nearest(self.coupled, self.beam.stations)
+            raise InputError(f"{self.where}: no station {self.coupled!r} that is coupled, {known}")
         along = np.abs(self.beam.frame[0])
         if not np.max(along) > 1 - _ALONG:
             raise InputError(

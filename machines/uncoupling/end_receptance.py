@@ -135,7 +135,7 @@ def doubt_of(hits: Hits, S: ComplexArray, covariance: ComplexArray, unit: Array)
     scale = np.sqrt(unit[[0, 2]])
     T = np.linalg.inv(hits.end + S) * scale[:, None] * scale
     L = np.einsum("lab,jbc->lacj", T, _UNITS).reshape(len(T), 4, 3)
-    return np.sqrt(np.maximum(np.einsum("lij,ljk,lik->l", L, covariance, L.conj()).real, 0.0))
+    return np.asarray(np.sqrt(np.maximum(np.einsum("lij,ljk,lik->l", L, covariance, L.conj()).real, 0.0)))
 
 
 def inverse(matrix: ComplexArray) -> ComplexArray:

@@ -18,11 +18,12 @@ TELLS = 0.15
 """Relative error of the interface up to which a line tells it by itself."""
 _BY_ITSELF = 1e-6
 """The same up to which nothing is gained by the lines around, and the line is kept as it was measured."""
+_POWER, _MOST = 4.0, 1e6
 _ROUNDING = 1e-7
 _FEWEST = 0.05
 """Share of the lines that begin, the surest, where fewer tell by themselves."""
-_ROUNDS = 4
-_AROUND = 4
+_ROUNDS = 5
+_AROUND = 2
 """Lines on either side over which the size of the curve is taken."""
 _SIZES = np.logspace(-5, 1, 13) ** 2
 """Changes of slope from line to line over the size of the curve, squared, among which the likelihood chooses."""
@@ -56,9 +57,10 @@ def estimated_end(frequency: Array, blanks: Sequence[Hits], length: float) -> Es
     """S from the responses of one or several assemblies, each with a blank of its own, of which one tells all.
 
     A line that tells S to a millionth is kept as `taken_off` has it. The others are estimated together: S is a smooth
-    curve over frequency whose slope changes from line to line by a share of its size, which the likelihood chooses; each
-    line enters by what it tells near the curve, less where it lies so far off that the linear form no longer holds. The
-    variances are those of the curve, so they hold where a line tells nothing.
+    curve over frequency whose slope changes from line to line by a share of its size, which the likelihood chooses and
+    which is raised where the curve misses more than noise. Each line enters by what it tells near the curve, less where
+    it lies so far off that the linear form no longer holds. The variances are those of the curve, so they hold where a
+    line tells nothing.
 
     Parameters
     ----------
@@ -113,16 +115,30 @@ def _together(
     steps[1:] /= np.mean(steps[1:])
     far = np.diag(1 / (_BEYOND * typical) ** 2) + 0j
     change = np.tile(typical**2, (len(frequency), 1))
+    boost = np.ones((len(frequency), 1))
+    S = np.zeros((len(frequency), 2, 2), dtype=complex)
     for _ in range(_ROUNDS):
         loose = Information(told.matrix + far, told.vector, told.constant)
-        likely = smoothed(loose, change, _SIZES, steps)[2]
-        size = _SIZES[[int(np.argmax(np.where(np.isfinite(likely), likely, -np.inf)))]]
-        values, spread, _ = smoothed(loose, change, size, steps)
-        S = symmetric(values[0] * unit)
-        doubts = [np.hypot(bend(hits, S, spread[0], unit), _floor(hits)) for hits in blanks]
+        values, spread = smoothed(loose, change, _SIZES, steps)
+        before, S = parts_of(S) / unit, symmetric(values * unit)
+        doubts = [np.hypot(bend(hits, S, spread, unit), _floor(hits)) for hits in blanks]
         told = _sum([information(hits, S, unit, doubt) for hits, doubt in zip(blanks, doubts, strict=True)])
-        change = _mean_around(np.abs(values[0]) ** 2)
-    return S, spread[0]
+        boost = np.clip(boost * _misfit(blanks, S, spread, unit) ** _POWER, 1.0, _MOST)
+        change = _mean_around(np.abs(values) ** 2) * boost
+    # What the last round still moved is no noise, but an error all the same.
+    moved = _mean_around(np.abs(values - before) ** 2)
+    return S, spread + moved[:, :, None] * np.eye(3)
+
+
+def _misfit(blanks: Sequence[Hits], S: ComplexArray, spread: ComplexArray, unit: Array) -> Array:
+    """Squared residuals around each line over what the noise leaves of them beside the curve, (lines, 1)."""
+    off, left = np.zeros(len(S)), np.zeros(len(S))
+    for hits in blanks:
+        off += np.sum(np.abs(hits.assembly - hits.coupled(S)) ** 2 / (hits.deviation**2 + _floor(hits) ** 2), axis=0)
+        told = information(hits, S, unit, _floor(hits)).matrix
+        left += np.maximum(len(hits.free) - np.einsum("lij,lji->l", told, spread).real, 0.0)
+    each = _mean_around(np.stack([off, left, left], axis=1))
+    return np.asarray((each[:, :1] + 1) / (each[:, 1:2] + 1))
 
 
 def _floor(hits: Hits) -> Array:

@@ -55,12 +55,12 @@ class SpindleEnd:
     @cached_property
     def variance(self) -> Array:
         """E|error|² of its entries."""
-        return _blocks([end.variance + 0j for end in self.ends]).real
+        return _blocks([np.asarray(end.variance, dtype=complex) for end in self.ends]).real
 
     @property
     def weak(self) -> Mask:
         """Lines that do not tell the end by themselves, in one plane or the other."""
-        return np.any([end.weak for end in self.ends], axis=0)
+        return np.asarray(np.any([end.weak for end in self.ends], axis=0))
 
     @property
     def weak_bands(self) -> list[tuple[float, float]]:
@@ -73,7 +73,13 @@ class SpindleEnd:
         """It as a measured component, with a node in space where tools are held."""
         nodes = checked_nodes(f"component {name!r}", (NODE,), self.position[None])
         return Measured(
-            name, self.dofs, self.frequency, self.receptance, variance=self.variance, interpolation="spline", nodes=nodes
+            name,
+            self.dofs,
+            self.frequency,
+            self.receptance,
+            variance=self.variance,
+            interpolation="spline",
+            nodes=nodes,
         )
 
 
@@ -95,15 +101,15 @@ def uncoupled(assemblies: Sequence[Assembly]) -> SpindleEnd:
     planes, ends, notes = [], [], []
     length = max(assembly.blank.reach(assembly.places) for assembly in assemblies)
     for plane in first.planes:
-        hits = [found for assembly in assemblies if (found := assembly.hits(plane)) is not None]
+        hits = [each for assembly in assemblies if (each := assembly.hits(plane)) is not None]
         word = plane.words[0]
         if not hits:
             notes.append(f"Nothing was measured along {word}: the spindle is not known there.")
             continue
         if not any(each.tells_all for each in hits):
             raise InputError(
-                f"{assemblies[0].where}: along {word} {len(hits[0].free)} responses do not tell deflection and rotation of "
-                "the end, expected two places hit and both sensed: tip from tip, neck from tip, neck from neck"
+                f"{assemblies[0].where}: along {word} {len(hits[0].free)} responses do not tell deflection and slope "
+                "of the end, expected two places hit and both sensed: tip from tip, neck from tip, neck from neck"
             )
         planes.append(plane)
         ends.append(estimated_end(frequency, hits, length))
@@ -130,7 +136,8 @@ def write_spindle(path: Path, found: SpindleEnd, files: Sequence[Path]) -> tuple
     stem = path.name.removesuffix(".toml").removesuffix(".component")
     arrays = path.with_name(f"{stem}.npz")
     write_npz(
-        arrays, {"frequency": found.frequency, "receptance": found.receptance, "variance": np.maximum(found.variance, 0)}
+        arrays,
+        {"frequency": found.frequency, "receptance": found.receptance, "variance": np.maximum(found.variance, 0)},
     )
     noted: dict[str, Any] = {
         "program": f"jointlib {version('jointlib')}",

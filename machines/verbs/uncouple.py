@@ -27,7 +27,7 @@ from jointlib.cli.output import Working, emit, wrote
 def command(measured: tuple[Path, ...], as_json: bool, **asked: Any) -> None:
     """End receptances of a spindle, deflection and rotation, from MEASURED FRFs of it with a known blank.
 
-    With one --remove all files are of one assembly; with one for each file every file is of its own, all on one spindle.
+    With one --remove all files are of one assembly; with as many as files each is of its own, all on one spindle.
 
     \b
     Example:
