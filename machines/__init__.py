@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from .answers.modes import modes
     from .answers.new import new
     from .answers.plan import plan
+    from .answers.stickout import stickout
     from .answers.study import study
     from .answers.trace import trace
     from .answers.uncouple import uncouple
@@ -107,6 +108,7 @@ _HOME = {
     "stability_lobes": "cutting.rest.solve",
     "static_point": "statics.statics",
     "steps": "road.piece",
+    "stickout": "answers.stickout",
     "trace": "answers.trace",
     "trace_frfs": "loop.trace",
     "trace_machine": "loop.trace",
@@ -189,6 +191,7 @@ __all__ = [
     "stability_lobes",
     "static_point",
     "steps",
+    "stickout",
     "study",
     "trace",
     "trace_frfs",

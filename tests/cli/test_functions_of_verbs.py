@@ -50,6 +50,7 @@ FUNCTIONS: Mapping[str, Any] = {
     "frf": machines.frf,
     "modes": machines.modes,
     "uncouple": machines.uncouple,
+    "stickout": machines.stickout,
     "compare": machines.compare,
     "check": machines.check,
     "lobes": machines.lobes,
