@@ -21,6 +21,7 @@ _STEADY = 0.2
 _FIRST = 1.5
 """Times the lowest frequency up to which the first lines reach."""
 _FEW = 5
+_ALIKE, _MOSTLY = 1e-3, 0.5
 _SIGMAS, _LIGHTER = 3.0, 0.02
 _PLACES = "expected two or three places along it, such as tip.x and neck.x"
 
@@ -58,6 +59,7 @@ class Assembly:
             np.array([R[:, d, n:] for d in driven]),
             R[:, n:, n:],
         )
+        self._not_free(hits, direction)
         self._not_lighter(hits, [o == d for o, d in zip(moves, driven, strict=True)])
         return hits
 
@@ -66,6 +68,15 @@ class Assembly:
         """Responses along one axis to a force along another, which say nothing of either plane."""
         ends = [tuple(self.responses.dofs[k].rpartition(".")[2] for k in pair) for pair in self.responses.pairs]
         return sum(o != d for o, d in ends)
+
+    def _not_free(self, hits: Hits, direction: str) -> None:
+        """Refuse an assembly that does as the free blank does: nothing holds it."""
+        like = np.maximum(_SIGMAS * hits.deviation, _ALIKE * np.abs(hits.free))
+        if np.mean(np.all(np.abs(hits.assembly - hits.free) < like, axis=0)) > _MOSTLY:
+            raise InputError(
+                f"{self.where}: along {direction} the responses are those of {self.blank.where} alone, expected those "
+                "of the blank in a spindle"
+            )
 
     def _not_lighter(self, hits: Hits, own: Sequence[bool]) -> None:
         """Refuse an assembly that moves like a free mass on its first lines, and a smaller one than the blank."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -110,11 +109,6 @@ class Blank:
         for row, dof in zip(rows, dofs, strict=True):
             row[self.beam.dofs.index(dof)] = 1.0
         return rows
-
-    @cached_property
-    def mass(self) -> float:
-        """kg."""
-        return float(sum(s.length * s.profile.area * s.material.density for s in self.beam.segments))
 
 
 def read_blank(path: Path, coupled: str | None, places: Sequence[str]) -> Blank:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
@@ -157,5 +158,4 @@ def _mean_around(values: Array) -> Array:
     """Means over the lines around each, (lines, 3)."""
     window = min(_AROUND, len(values) - 1)
     padded = np.pad(values, ((window, window), (0, 0)), "edge")
-    sums = np.cumsum(np.concatenate([np.zeros((1, 3)), padded]), axis=0)
-    return np.asarray((sums[2 * window + 1 :] - sums[: -2 * window - 1]) / (2 * window + 1))
+    return np.asarray(sliding_window_view(padded, 2 * window + 1, axis=0).mean(axis=-1))

@@ -22,6 +22,7 @@ from ..components.plausibility import spans
 from ..indices import Mask
 from .assembly import Assembly, same_lines
 from .blank import Plane
+from .end_receptance import Hits
 from .estimated_end import EstimatedEnd, estimated_end
 
 NODE = "nose"
@@ -112,7 +113,7 @@ def uncoupled(assemblies: Sequence[Assembly]) -> SpindleEnd:
                 "of the end, expected two places hit and both sensed: tip from tip, neck from tip, neck from neck"
             )
         planes.append(plane)
-        ends.append(estimated_end(frequency, hits, length))
+        ends.append(_end(frequency, hits, length, assemblies[0], word))
     crossed = sum(assembly.crossed for assembly in assemblies)
     if crossed:
         notes.append(f"{crossed} responses across the planes are left out: the planes are taken as uncoupled.")
@@ -129,6 +130,20 @@ def uncoupled(assemblies: Sequence[Assembly]) -> SpindleEnd:
             f"At {spans(frequency, found.weak)} a line alone does not tell the end: the lines around stand in{tip}."
         )
     return SpindleEnd(frequency, tuple(planes), tuple(ends), first.position, tuple(notes))
+
+
+def _end(frequency: Array, hits: Sequence[Hits], length: float, assembly: Assembly, word: str) -> EstimatedEnd:
+    """The end in one plane; `InputError` where the equations have no solution."""
+    try:
+        found = estimated_end(frequency, hits, length)
+    except np.linalg.LinAlgError:
+        found = None
+    if found is None or not (np.all(np.isfinite(found.receptance)) and np.all(np.isfinite(found.variance))):
+        raise InputError(
+            f"{assembly.where}: along {word} the responses tell no end of a spindle beside {assembly.blank.where}, "
+            "expected those of the blank in a spindle"
+        )
+    return found
 
 
 def write_spindle(path: Path, found: SpindleEnd, files: Sequence[Path]) -> tuple[Path, ...]:

@@ -160,3 +160,5 @@ def test_a_blank_heavier_than_the_mass_that_was_measured_is_refused(here: Path) 
     heavy = variant("heavy.toml", BLANK.read_text().replace("7850", "15700"))
     said = refused(f"uncouple {variant('free.measurement.toml', text)} --remove {heavy} -o no.toml")
     assert "expected a blank lighter than the assembly" in said
+    said = refused(f"uncouple free.measurement.toml --remove {BLANK} -o no.toml")
+    assert "along x the responses are those of machines/library/bar.component.toml alone" in said
