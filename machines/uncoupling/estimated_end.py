@@ -20,6 +20,8 @@ TELLS = 0.15
 _BY_ITSELF = 1e-6
 """The same up to which nothing is gained by the lines around, and the line is kept as it was measured."""
 _POWER, _MOST = 4.0, 1e6
+_REACH = 3.5
+"""Deviations beyond which noise lies once in 200 000 lines."""
 _ROUNDING = 1e-7
 _FEWEST = 0.05
 """Share of the lines that begin, the surest, where fewer tell by themselves."""
@@ -57,11 +59,11 @@ class EstimatedEnd:
 def estimated_end(frequency: Array, blanks: Sequence[Hits], length: float) -> EstimatedEnd:
     """S from the responses of one or several assemblies, each with a blank of its own, of which one tells all.
 
-    A line that tells S to a millionth is kept as `taken_off` has it. The others are estimated together: S is a smooth
-    curve over frequency whose slope changes from line to line by a share of its size, which the likelihood chooses and
-    which is raised where the curve misses more than noise. Each line enters by what it tells near the curve, less where
-    it lies so far off that the linear form no longer holds. The variances are those of the curve, so they hold where a
-    line tells nothing.
+    A line that tells S to a millionth is kept as `taken_off` has it, and so is one that tells it well where the curve
+    misses it. The others are estimated together: S is a smooth curve over frequency whose slope changes from line to
+    line by a share of its size, which the likelihood chooses and which is raised where the curve misses more than
+    noise. Each line enters by what it tells near the curve, less where it lies so far off that the linear form no
+    longer holds. The variances are those of the curve, so they hold where a line tells nothing.
 
     Parameters
     ----------
@@ -94,8 +96,11 @@ def estimated_end(frequency: Array, blanks: Sequence[Hits], length: float) -> Es
     S, covariance = _together(frequency, blanks, told, typical, unit)
     own = inverse(_sum([information(hits, S, unit) for hits in blanks]).matrix)
     weak = doubt_of(blanks[0], S, own, unit) > TELLS
+    # Where the curve misses what a line tells well, the line is right and the curve too smooth.
+    kept |= (alone <= TELLS) & np.any([_misses(hits, S) for hits in blanks], axis=0)
+    by_line = np.array([inverse(told.matrix) for _, told, _ in first])[best, np.arange(len(frequency))]
     S = np.where(kept[:, None, None], raw, S)
-    covariance = np.where(kept[:, None, None], own, covariance)
+    covariance = np.where(kept[:, None, None], by_line, covariance)
     variance = np.maximum(np.einsum("laa->la", covariance).real, 0.0) * unit**2
     doubt = np.min([doubt_of(hits, S, covariance, unit) for hits in blanks], axis=0)
     return EstimatedEnd(S, symmetric(variance + 0j).real, doubt, weak)
@@ -140,6 +145,11 @@ def _misfit(blanks: Sequence[Hits], S: ComplexArray, spread: ComplexArray, unit:
         left += np.maximum(len(hits.free) - np.einsum("lij,lji->l", told, spread).real, 0.0)
     each = _mean_around(np.stack([off, left, left], axis=1))
     return np.asarray((each[:, :1] + 1) / (each[:, 1:2] + 1))
+
+
+def _misses(hits: Hits, S: ComplexArray) -> Mask:
+    """Lines on which a response lies further from its coupled value than noise reaches."""
+    return np.asarray(np.any(np.abs(hits.assembly - hits.coupled(S)) > _REACH * hits.deviation, axis=0))
 
 
 def _floor(hits: Hits) -> Array:
