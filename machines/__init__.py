@@ -16,8 +16,10 @@ if TYPE_CHECKING:
     from .answers.modes import modes
     from .answers.new import new
     from .answers.plan import plan
+    from .answers.stickout import stickout
     from .answers.study import study
     from .answers.trace import trace
+    from .answers.uncouple import uncouple
     from .components.beam import Beam
     from .components.component import Component, FirstOrder, SecondOrder
     from .components.connection import Connection, Identify
@@ -106,9 +108,11 @@ _HOME = {
     "stability_lobes": "cutting.rest.solve",
     "static_point": "statics.statics",
     "steps": "road.piece",
+    "stickout": "answers.stickout",
     "trace": "answers.trace",
     "trace_frfs": "loop.trace",
     "trace_machine": "loop.trace",
+    "uncouple": "answers.uncouple",
 }
 """Where each name lives: its module is imported when it is first asked for, so that `--help` is there at once."""
 
@@ -187,8 +191,10 @@ __all__ = [
     "stability_lobes",
     "static_point",
     "steps",
+    "stickout",
     "study",
     "trace",
     "trace_frfs",
     "trace_machine",
+    "uncouple",
 ]

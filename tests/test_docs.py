@@ -303,6 +303,7 @@ _READERS = {
                 "files/named_tools",
                 "components/static_load",
                 "components/beam",
+                "components/cutters/cutting_tool",
                 "shapes/segment",
                 "components/matrices",
                 "components/matrix_rows",

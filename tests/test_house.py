@@ -41,6 +41,7 @@ ROOMS = (
     "cut_loop",
     "planning",
     "measured_modes",
+    "uncoupling",
     "compare",
     "view",
     "study",

@@ -23,6 +23,7 @@ from ..cutting.process.cutting import Cutting
 from ..files.opened import machine_of
 from ..measured_modes.measured_responses import read_responses
 from ..measured_modes.modal_component import component_of, write_component
+from ..measured_modes.tool_responses import tool_responses
 from ..model.machine import Machine
 from ..modes.depth_sensitivity import DepthSensitivity, depth_sensitivity
 from ..modes.mode_energy import ModeEnergies, mode_energies
@@ -171,6 +172,8 @@ def modes(
         raise InputError(f"{files[1]}: a second machine, expected one, or several measurements of kind 'frf'")
     with during.step("computing modes"):
         model, remarks = with_joints(machine_of(machine if isinstance(machine, Machine) else files[0], tool))
+        if model.without_equations and model.tool:
+            return _at_the_tool(model, one(amplitude, "m", "--amplitude", 0, LARGEST_AMPLITUDE) or 0.0, remarks)
         found = natural_modes(model, one(amplitude, "m", "--amplitude", 0, LARGEST_AMPLITUDE) or 0.0)
         energies, compliance = mode_energies(found), static_compliance(found)
         depth = None
@@ -208,6 +211,16 @@ def _of_measurements(
     if output is not None:
         written = (*write_component(Path(output), fitted, files), *written)
     return MeasuredModes(fitted, (*fitted.notes, *beyond(fitted)), written)
+
+
+def _at_the_tool(machine: Machine, amplitude: float, remarks: tuple[str, ...]) -> MeasuredModes:
+    """Modes of the tool point of a machine that has no equations, fitted to its receptance."""
+    fitted = fit_modes(tool_responses(machine, amplitude))
+    said = (
+        f"component {machine.without_equations[0]!r} is known by its receptance only: these modes are fitted to the "
+        "receptance of the tool, and what holds their energy is not known."
+    )
+    return MeasuredModes(fitted, (said, *fitted.notes, *beyond(fitted), *remarks), ())
 
 
 def _measured(file: Path) -> bool:

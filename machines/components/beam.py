@@ -54,6 +54,8 @@ class Beam(Component):
         m; how far a connection's point may lie from a station.
     held
         Stations at which the machine holds the beam: loss factors are those of its modes with these held (`in_modes`).
+    notes
+        What was assumed when it was read.
     """
 
     name: str
@@ -66,6 +68,7 @@ class Beam(Component):
     tolerance: float = TOLERANCE
     dofs: tuple[str, ...] = ()
     held: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
     kind: ClassVar[str] = "beam"
 
@@ -186,6 +189,7 @@ class Beam(Component):
         said = (
             f"{self.name}: beam of {segments} and {found.basis.shape[1]} coordinates, made for "
             f"frequencies up to {self.up_to:g} Hz; reduction error at most {found.error:.1g} there.",
+            *(f"{self.name}: {note}" for note in self.notes),
         )
         if not any(s.assumed for s in self.segments):
             return said

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import ClassVar
 
@@ -15,8 +15,10 @@ from jointlib.io.frf_files import FrfRecord
 from jointlib.io.toml import Section
 
 from ..indices import Index
+from ..shapes.drawn import Drawn
 from .component import Component, checked_dofs
 from .interpolation import METHODS, Curve, curve, gaps, left_out
+from .nodes import Nodes, read_nodes
 from .plausibility import broken, not_passive, not_reciprocal
 from .record_files import entries_of, sections_of
 
@@ -44,6 +46,8 @@ class Measured(Component):
         "none", "rational" or "spline", see `machines.components.interpolation.curve`; it acts on the accelerance.
     notes
         What was said on reading.
+    nodes
+        Places in space of the dofs that are named after them (``nose.x``, ``nose.ry``).
     """
 
     name: str
@@ -54,6 +58,7 @@ class Measured(Component):
     variance: Array | None = None
     interpolation: str = "none"
     notes: tuple[str, ...] = ()
+    nodes: Nodes | None = None
 
     kind: ClassVar[str] = "frf"
 
@@ -110,7 +115,8 @@ class Measured(Component):
                 entries[pair] = record, quantity
                 if record.units and record.units not in notes:
                     notes.append(record.units)
-        return _assembled(name, dofs, section.where, entries, method, conjugate, notes)
+        nodes = read_nodes(section)
+        return replace(_assembled(name, dofs, section.where, entries, method, conjugate, notes), nodes=nodes)
 
     @cached_property
     def frf(self) -> FRF:
@@ -187,6 +193,20 @@ class Measured(Component):
 
     def second_order(self) -> None:
         return None
+
+    def motion_at(self, point: Array, direction: Array) -> Array | None:
+        """Motion of the node that lies there; None where no positions are given."""
+        return None if self.nodes is None else self.nodes.motion(self._where, self.dofs, point, direction)
+
+    def rotation_at(self, point: Array, direction: Array) -> Array | None:
+        """Rotation of the node that lies there."""
+        return None if self.nodes is None else self.nodes.rotation(self._where, self.dofs, point, direction)
+
+    def drawn(self) -> Drawn | None:
+        """Its nodes, as dots."""
+        if self.nodes is None:
+            return None
+        return Drawn(self.nodes.frames(self.dofs), self.nodes.names, len(self.nodes.names), dots=True)
 
     def remarks(self) -> tuple[str, ...]:
         f, H, variance = self.frequency, self.frf.receptance, self.frf.variance

@@ -9,6 +9,7 @@ import numpy as np
 
 from jointlib.arrays import Array
 from jointlib.errors import InputError
+from jointlib.io.toml import Section
 
 from ..shapes.drawn import Frame
 from .component import checked_dofs
@@ -93,6 +94,16 @@ def checked_nodes(where: str, names: Sequence[str], positions: Array, tolerance:
     if not (np.isfinite(tolerance) and tolerance >= 0):
         raise InputError(f"{where}: tolerance is {tolerance!r} m, expected at least 0")
     return Nodes(tuple(names), positions, tolerance)
+
+
+def read_nodes(section: Section) -> Nodes | None:
+    """The tables ``[[node]]`` of a component, a name and a position in m each; None where there are none."""
+    names, places = [], []
+    for part in section.sections("node"):
+        names.append(part.text("name"))
+        places.append(part.numbers("at", "m", length=3))
+        part.done()
+    return checked_nodes(section.where, names, np.array(places)) if names else None
 
 
 def _words(vector: Array) -> str:

@@ -116,7 +116,7 @@ def chatter_band(machine: Machine) -> ChatterBand:
                 f"The band of [response], {typed[0]:g} to {typed[1]:g} Hz, cuts off modes of the tool ({span}): "
                 f"chatter was looked for from {low:.4g} to {high:.4g} Hz."
             )
-    near, top = np.unique(around(felt)) / (2 * np.pi), min(high, _BEYOND * float(natural[-1]))
+    near, top = np.unique(around(felt) / (2 * np.pi)), min(high, _BEYOND * float(natural[-1]))
     near = near[near > 0]
     lines = np.union1d(np.linspace(low, high, _LINES), near[(near > low) & (near < high)])
     if model is not None and not _is_exact(machine, model, np.append(np.linspace(low, top, _COMPARED), near)):

@@ -158,7 +158,7 @@ class ToolModel:
         """Lines in Hz on which every mode leaves its trace, from a tenth of the lowest to twice the highest."""
         size = np.abs(self.poles) if len(self.poles) else _SOMEWHERE
         grid = np.geomspace(0.1 * np.min(size), 2 * np.max(size), 60)
-        lines = np.unique(np.concatenate([around(self.poles), grid])) / (2 * np.pi)
+        lines = np.unique(np.concatenate([around(self.poles), grid]) / (2 * np.pi))
         return lines[lines > 0]
 
 

@@ -49,6 +49,8 @@ FUNCTIONS: Mapping[str, Any] = {
     "df": jointlib.df,
     "frf": machines.frf,
     "modes": machines.modes,
+    "uncouple": machines.uncouple,
+    "stickout": machines.stickout,
     "compare": machines.compare,
     "check": machines.check,
     "lobes": machines.lobes,

@@ -1,0 +1,1 @@
+"""Rotating tools by the sizes that catalogues give, as beams."""

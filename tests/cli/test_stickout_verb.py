@@ -1,0 +1,95 @@
+"""The verb stickout: where a pocket lies at a speed, by the modes of the tool and by brute force."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import jointlib
+
+import machines
+from machines import lobes_at_amplitude, natural_modes, read_machine
+
+MILL = """
+schema = "jointlib/machine/1"
+[[component]]
+name = "cutter"
+kind = "tool"
+diameter = "12 mm"
+flute_length = "25 mm"
+stick_out = "60 mm"
+equivalent = 0.8
+loss_factor = 0.05
+[[connection]]
+name = "holder"
+between = ["cutter", "ground"]
+at = [0, 0, 0]
+rigid = true
+holds = ["x", "y", "z", "rx", "ry", "rz"]
+[tool]
+x = "cutter.tip.x"
+y = "cutter.tip.y"
+[cutting]
+process = "milling"
+teeth = 3
+tangential = 8e8
+normal = 2.4e8
+mode = "down"
+immersion = 0.5
+speed = [6000, 24000]
+"""
+WORDS = "stickout mill.toml --between 62mm 76mm --speed 15000 --method zero-order"
+
+
+def test_the_pocket_lies_where_a_mode_is_met_by_a_multiple_of_the_teeth(here: Path) -> None:
+    Path("mill.toml").write_text(MILL)
+    data = jointlib(f"{WORDS} --count 9 --json").json
+    assert len(data["depth"]) == len(data["stick_out"]) == 9
+    best = data["pockets"][0]
+    machine = read_machine("mill.toml", {"component.cutter.stick_out": best["stick_out"]})
+    ratio = natural_modes(machine).frequency[0] / (3 * 15000 / 60)
+    assert abs(ratio - round(ratio)) < 0.08
+    fine = np.linspace(best["stick_out"] - 1e-3, best["stick_out"] + 1e-3, 9)
+    depths = []
+    for stick_out in fine:
+        machine = read_machine("mill.toml", {"component.cutter.stick_out": float(stick_out)})
+        depths.append(lobes_at_amplitude(machine, [15000.0], method="zero-order").depth[0])
+    assert best["depth"] >= 0.97 * max(depths)
+    assert best["depth"] > 3 * min(data["depth"])
+
+
+def test_the_function_is_what_the_verb_prints_and_writes_the_curve(here: Path) -> None:
+    Path("mill.toml").write_text(MILL)
+    done = jointlib(f"{WORDS} --count 4 -o curve.csv --json")
+    found = machines.stickout(
+        "mill.toml", between=["62 mm", "76 mm"], speed=15000, method="zero-order", count=4, output="curve.csv"
+    )
+    assert json.loads(json.dumps(found.as_json())) == done.json
+    table = np.loadtxt("curve.csv", delimiter=",", skiprows=1)
+    np.testing.assert_allclose(table[:, 1], found.depth, rtol=1e-8)
+    assert jointlib(f"{WORDS} --count 3 -o curve.svg").status == 0
+    assert Path("curve.svg").read_text().lstrip().startswith("<?xml")
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("stickout mill.toml --between 76mm 62mm --speed 15000", "expected the shortest and the longest"),
+        ("stickout mill.toml --between 62mm --speed 15000", "expected the shortest and the longest"),
+        ("stickout mill.toml --between 62mm 76mm --speed 15000 --count 2", "--count: 2, expected 3 to 500"),
+        ("stickout mill.toml --between 10mm 20mm --speed 15000", "flute_length is 0.025 m, expected at most"),
+        (f"{WORDS} --component holder", "no component 'holder' of kind 'tool'"),
+        (
+            "stickout machines/library/two_mode_tool.toml --between 62mm 76mm --speed 15000",
+            "components of kind 'tool': none",
+        ),
+    ],
+)
+def test_what_cannot_be_asked_gets_one_sentence(here: Path, words: str, said: str) -> None:
+    Path("mill.toml").write_text(MILL)
+    done = jointlib(words)
+    assert done.status == 2
+    (complaint,) = done.complaints
+    assert said in complaint
