@@ -1,4 +1,4 @@
-"""Laws with memory along long paths: pieces of the path stepped side by side until each begins as the last one ended."""
+"""Laws with memory along long paths: pieces stepped side by side until each begins as the one before it ended."""
 
 from __future__ import annotations
 
