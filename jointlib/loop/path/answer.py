@@ -11,18 +11,19 @@ import numpy as np
 
 from jointlib.io.measurement_file import read_records
 from jointlib.joint import Joint
-from jointlib.loop.answer.naming import experiment, is_declared_pair
+from jointlib.loop.answer.naming import NAMED_FROM, experiment, is_declared_pair
 from jointlib.loop.answer.report import Rival, Status, TraceReport, Verdict, figures
 from jointlib.loop.path import account, judgement, words
 from jointlib.loop.path.acceptance import CHANCE, SHARE, TIE
 from jointlib.loop.path.columns import law_forces
+from jointlib.loop.path.composed import remains as composed_remains
 from jointlib.loop.path.estimates import candidate_of, chosen_of, estimates, set_by
 from jointlib.loop.path.evidence import Evidence
 from jointlib.loop.path.fitted import Fitted
 from jointlib.loop.path.forward import forward_check
 from jointlib.loop.path.preparation import force_channel, prepare
 from jointlib.loop.path.repeats import PathFloor
-from jointlib.loop.path.search import Finding, Row, Term, deciding_excess, is_quiet, is_rival
+from jointlib.loop.path.steps import Finding, Part, Row, Term, deciding_excess, is_quiet, is_rival
 from jointlib.loop.path.strokes import Division
 from jointlib.measurement import Correction, Measurement, Record
 from jointlib.path_fault import PathFault
@@ -40,10 +41,13 @@ class _Named:
     rows: tuple[Row, ...]
     """The contest beside the baseline; its winner is not accepted where nothing is added."""
     winner: Row | None
-    rivals: tuple[Row, ...]
+    rivals: tuple[tuple[Row, Part], ...]
+    """Each with the part of the model whose place it would take."""
     after: Fitted
     terms: tuple[Term, ...]
     """Those in ``after``."""
+    together: float | None = None
+    """Share of the excess that a composition explains where none of its effects does alone."""
 
 
 def answer(
@@ -78,19 +82,20 @@ def answer(
         named, entered, after = _withdrawn(named, found.before, where), False, before
     chosen = None
     if named.winner is not None:
-        step = found.steps[1]
-        chosen = chosen_of(
-            named.winner, step.term or found.terms[0], step.fitted, found.before, named.explained or 0.0, channel
-        )
+        composed = named.together is not None
+        fitted = found.after if composed else found.steps[1].fitted
+        term = found.terms[0] if composed else found.steps[1].term or found.terms[0]
+        chosen = chosen_of(named.winner, term, fitted, found.before, named.explained or 0.0, channel)
     several = len(evidence.division.conditions) > 1
     is_named = named.verdict in (Verdict.IDENTIFIED, Verdict.AMBIGUOUS)
-    chain = account.further(found, "accepted" if is_named else "hypothesis")
+    whole = entered and len(named.terms) > 1
+    chain = account.further(found, "accepted" if is_named or whole else "hypothesis")
     effect = named.winner.entry.effect if named.winner else None
-    rivals = tuple(_rival(r, named.winner, channel) for r in named.rivals if named.winner is not None)
+    rivals = tuple(_rival(r, p, channel) for r, p in named.rivals)
     what_next = words.next_experiment(named.verdict, rivals, effect, several)
-    further = found.terms[1:] if is_named else ()
+    further = found.terms[1:] if is_named or whole else ()
     said = [f"{words.said(t.effect)}: {figures(set_by(t, named.after, found.before))}".rstrip(": ") for t in further]
-    doubts = words.doubts([r.entry.effect for r in named.rivals])
+    doubts = words.doubts([r.entry.effect for r, _ in named.rivals])
     text = words.sentence(
         named.verdict,
         effect,
@@ -101,7 +106,11 @@ def answer(
         after,
         account.overall_floor(evidence),
         evidence.floor.source,
+        named.together if whole else None,
     )
+    left = composed_remains.remains(named.after)
+    if entered and named.verdict is Verdict.PARTIAL:
+        text = " ".join([text, composed_remains.said(left)]).rstrip()
     return TraceReport(
         route="path",
         verdict=named.verdict,
@@ -113,6 +122,7 @@ def answer(
         rivals=rivals,
         chain=chain,
         secondary=chain if is_named else (),
+        composition=account.composition(found) if whole else (),
         error_before=before,
         error_after=after,
         data=account.data(measurement, evidence, records, sealed_records, spent),
@@ -120,7 +130,7 @@ def answer(
         localisation={"blocks": judgement.blocks(found.before, named.after)},
         reduction=account.reduction(found, named.after),
         resimulation=forward_check(found.before, named.after, sealed),
-        unexplained=account.unexplained(found, named.after),
+        unexplained=account.unexplained(found, named.after) | {"where": left},
         not_decidable=words.not_decidable(evidence, faults, missing),
         next_experiment=what_next,
         warnings=tuple(warnings),
@@ -137,33 +147,54 @@ def answer(
 
 
 def _named(found: Finding) -> _Named:
-    evidence, explained = found.before.evidence, None
-    winner = next((r for r in found.rows if r.status is Status.ACCEPTED), None)
+    evidence, alone = found.before.evidence, None
+    winner, rows = next((r for r in found.rows if r.status is Status.ACCEPTED), None), found.rows
+    total = 1 - deciding_excess(found.after) / max(deciding_excess(found.before), 1e-300)
     if found.terms:
-        explained = 1 - deciding_excess(found.steps[1].fitted) / deciding_excess(found.before)
+        alone = 1 - deciding_excess(found.steps[1].fitted) / deciding_excess(found.before)
         kept = {(t.family, t.member) for t in found.terms}
         own = [r for r in found.rows if r.entry.physical and (r.entry.family, r.entry.member) in kept]
         shares = [r.assessment.share for r in own]
         if found.steps[1].term not in found.terms and shares:
-            explained = max(shares)
-    rivals = tuple(r for r in found.rows[:_MOST_RIVALS] if winner is not None and is_rival(r))
+            alone = max(shares)
+    composed = alone is not None and alone < NAMED_FROM and len(found.terms) > 1
+    if composed:
+        rows = _marked(rows, found.terms)
+        names = found.terms[0].family, found.terms[0].member
+        winner = next((r for r in rows if (r.entry.family, r.entry.member) == names), winner)
+        rivals = tuple((r, p) for p in found.parts for r in p.rows if is_rival(r) and p.row is not None)
+    else:
+        rivals = tuple((r, p) for p in found.parts[:1] for r in found.rows[:_MOST_RIVALS] if is_rival(r))
     quiet = is_quiet(found.before)
-    verdict = words.verdict_of(explained, len(rivals), quiet, len(evidence.division.conditions) > 1)
+    several = len(evidence.division.conditions) > 1
+    verdict = words.verdict_of(total if composed else alone, len(rivals), quiet, several)
     after, terms = found.before, found.terms[:0]
-    if verdict is Verdict.PARTIAL:
+    if verdict is Verdict.PARTIAL and not composed:
         after, terms = found.steps[1].fitted, found.terms[:1]
-    elif verdict in (Verdict.IDENTIFIED, Verdict.AMBIGUOUS):
+    elif verdict in (Verdict.IDENTIFIED, Verdict.AMBIGUOUS, Verdict.PARTIAL):
         after, terms = found.after, found.terms
-    rows = found.rows
     if verdict is Verdict.UNEXPLAINED:
-        rows = _refused(rows, "passes, but explains too little alone to be added")
-    return _Named(verdict, explained, rows, winner if found.terms else None, rivals, after, terms)
+        rows = _refused(rows, "passes, but explains too little to be added")
+    return _Named(
+        verdict, alone, rows, winner if found.terms else None, rivals, after, terms, total if composed else None
+    )
+
+
+def _marked(rows: Sequence[Row], terms: Sequence[Term]) -> tuple[Row, ...]:
+    """The contest beside the baseline, with those that a composition holds accepted."""
+    number = {(t.family, t.member): i + 1 for i, t in enumerate(terms)}
+    return tuple(
+        dataclasses.replace(r, status=Status.ACCEPTED, reason=f"number {number[name]} of the composition")
+        if (name := (r.entry.family, r.entry.member)) in number
+        else r
+        for r in rows
+    )
 
 
 def _withdrawn(named: _Named, before: Fitted, where: str) -> _Named:
     """Nothing is added: the error does not fall where it counts."""
     rows = _refused(named.rows, f"passes, but the error {where} does not fall with it")
-    return dataclasses.replace(named, verdict=Verdict.UNEXPLAINED, rows=rows, after=before, terms=())
+    return dataclasses.replace(named, verdict=Verdict.UNEXPLAINED, rows=rows, after=before, terms=(), together=None)
 
 
 def _refused(rows: Sequence[Row], reason: str) -> tuple[Row, ...]:
@@ -174,16 +205,15 @@ def _refused(rows: Sequence[Row], reason: str) -> tuple[Row, ...]:
     )
 
 
-def _rival(row: Row, winner: Row | None, channel: str) -> Rival:
-    assert winner is not None
-    pair = row.entry.effect, winner.entry.effect
+def _rival(row: Row, part: Part, channel: str) -> Rival:
+    effect, own = row.entry.effect, part.row
     return Rival(
         family=row.entry.family,
-        gain_ratio=row.assessment.gain / winner.assessment.gain,
-        declared_pair=is_declared_pair(*pair),
-        separating_experiment=experiment(pair[1], pair[0]),
+        gain_ratio=row.assessment.gain / (own.assessment.gain if own else part.adds.gain),
+        declared_pair=is_declared_pair(effect, part.term.effect),
+        separating_experiment=experiment(part.term.effect, effect),
         member=row.entry.member,
-        channel=channel if isinstance(row.entry.effect, PathFault) else None,
+        channel=channel if isinstance(effect, PathFault) else None,
     )
 
 

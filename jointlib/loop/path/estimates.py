@@ -13,7 +13,7 @@ from jointlib.loop.answer.report import Candidate, Estimate
 from jointlib.loop.contest.contestant import bare, moved_by
 from jointlib.loop.path.contest import Entry
 from jointlib.loop.path.fitted import Fitted
-from jointlib.loop.path.search import Row, Term
+from jointlib.loop.path.steps import Row, Term
 from jointlib.loop.path.trials import Effect, Trial
 from jointlib.path_fault import PathFault
 

@@ -13,10 +13,10 @@ from jointlib.loop.path.answer import answer
 from jointlib.loop.path.band_floor import with_band_floor
 from jointlib.loop.path.checks import check_laws, check_records, exists_in_time, missing_of
 from jointlib.loop.path.columns import law_forces
+from jointlib.loop.path.composed.beam import search
 from jointlib.loop.path.evidence import Evidence
 from jointlib.loop.path.preparation import choose_preparation, prepare
 from jointlib.loop.path.repeats import repeat_floor
-from jointlib.loop.path.search import search
 from jointlib.loop.path.strokes import divide
 from jointlib.measurement import Measurement
 

@@ -1,0 +1,189 @@
+"""The best compositions of effects: forward selection that follows several, exchange, and what each term is worth."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from jointlib.joint import Joint
+from jointlib.loop.answer.naming import NAMED_FROM
+from jointlib.loop.path.acceptance import TIE, Assessment, assess
+from jointlib.loop.path.columns import ColumnStore
+from jointlib.loop.path.evidence import Evidence, Model
+from jointlib.loop.path.fitted import Fitted, fit
+from jointlib.loop.path.steps import (
+    Composition,
+    Finding,
+    Part,
+    Row,
+    Step,
+    Term,
+    deciding_excess,
+    deciding_folds,
+    is_quiet,
+    rank,
+    settled,
+    winner_of,
+)
+from jointlib.loop.path.trials import Effect, trials_of
+
+_WIDTH = 3
+"""Compositions that are followed side by side where no effect alone explains what is missing."""
+_MOST_TERMS = 4
+_EXCHANGES = 3
+"""Rounds of exchange and further growth at most."""
+
+
+@dataclass(frozen=True)
+class _Field:
+    """What a search has to do with."""
+
+    evidence: Evidence
+    joint: Joint
+    effects: tuple[Effect, ...]
+    store: ColumnStore
+    seed: int
+
+    def rank(self, current: Fitted) -> tuple[Row, ...]:
+        return rank(current, self.effects, self.store, self.seed)
+
+    def replayed(self, terms: Sequence[Term]) -> Fitted | None:
+        """The baseline with some terms, refitted; None where one is not physical without the others."""
+        fitted = fit(self.evidence, Model(self.joint))
+        for term in terms:
+            found = trials_of(term.effect, [term.trial.shape], fitted, self.store)
+            if not found or found[0].model is None:
+                return None
+            fitted = fit(self.evidence, found[0].model)
+        return fitted
+
+
+def search(evidence: Evidence, joint: Joint, effects: Sequence[Effect], seed: int) -> Finding:
+    """The effect that explains what is missing, or else the composition of effects that does.
+
+    Where the best single effect explains enough to be named, further ones are added one by one as long as one passes
+    every test. Else the best few compositions are followed side by side, each with the effects that pass beside it,
+    and all are refitted as a whole. Every earlier term of the best may then be exchanged for another effect.
+    """
+    field = _Field(evidence, joint, tuple(effects), ColumnStore(evidence.recorded), seed)
+    start = Composition((Step(None, fit(evidence, Model(joint))),))
+    start, children = _grown(field, start, 1)
+    alone = bool(children) and _explained(start, children[0]) >= NAMED_FROM
+    if not alone and children:
+        start, children = _grown(field, start, _WIDTH)
+    best, others = _followed(field, start, children, 1 if alone else _WIDTH)
+    parts: tuple[Part, ...] = ()
+    for _ in range(_EXCHANGES):
+        swapped, parts = _weighed(field, best)
+        if swapped is None:
+            break
+        best = _followed(field, swapped, _grown(field, swapped, 1)[1], 1)[0]
+    if not alone and len(parts) > 1 and not all(p.adds.accepted for p in parts):
+        best, parts = _certain(field, best, parts)
+    return Finding(best, parts, tuple(c for c in others if c.members != best.members))
+
+
+def _certain(field: _Field, c: Composition, parts: Sequence[Part]) -> tuple[Composition, tuple[Part, ...]]:
+    """A composition without the terms that the others make up for, and what those left are worth."""
+    kept = [p.term for p in parts if p.adds.accepted]
+    fitted = field.replayed(kept) if kept else None
+    if fitted is None:
+        return c, tuple(parts)
+    less = Composition((*c.steps, Step(kept[-1], fitted, action="dropped others")), tuple(kept))
+    swapped, again = _weighed(field, less)
+    return less, again if swapped is None else tuple(p for p in parts if p.adds.accepted)
+
+
+def _explained(start: Composition, grown: Composition) -> float:
+    return 1 - deciding_excess(grown.fitted) / deciding_excess(start.fitted)
+
+
+def _followed(
+    field: _Field, start: Composition, beam: list[Composition], width: int
+) -> tuple[Composition, list[Composition]]:
+    """The best composition that grows from some, and the others that ended, best first."""
+    done = [] if beam else [start]
+    while beam:
+        grown: dict[tuple[tuple[str, str], ...], Composition] = {}
+        for c in beam:
+            c, children = _grown(field, c, width)
+            if not children:
+                done.append(c)
+            for child in children:
+                known = grown.get(child.members)
+                if known is None or deciding_excess(child.fitted) < deciding_excess(known.fitted):
+                    grown[child.members] = child
+        beam = sorted(grown.values(), key=lambda c: deciding_excess(c.fitted))[:width]
+    done.sort(key=lambda c: deciding_excess(c.fitted))
+    level = deciding_excess(done[0].fitted) + TIE * (
+        deciding_excess(start.steps[0].fitted) - deciding_excess(done[0].fitted)
+    )
+    tied = [c for c in done if deciding_excess(c.fitted) <= level]
+    best = min(tied, key=lambda c: (len(c.terms), deciding_excess(c.fitted)))
+    return best, [c for c in done if c is not best]
+
+
+def _grown(field: _Field, c: Composition, width: int) -> tuple[Composition, list[Composition]]:
+    """A composition with the contest beside it, and with each of the best effects that pass there and lower the excess
+    of the whole."""
+    current, rows = c.fitted, c.steps[-1].rows or field.rank(c.fitted)
+    full = is_quiet(current) or len(c.terms) == _MOST_TERMS
+    children = []
+    for row in [] if full else _leaders(rows, width):
+        assert row.entry.best.model is not None
+        fitted = fit(field.evidence, row.entry.best.model)
+        if deciding_excess(fitted) < deciding_excess(current):
+            term = Term(row.entry.effect, row.entry.best, row.assessment)
+            here = replace(c.steps[-1], rows=settled(current, rows, row, field.store))
+            children.append(Composition((*c.steps[:-1], here, Step(term, fitted)), (*c.terms, term)))
+    if not children:
+        rows = settled(current, rows, None, field.store)
+    return replace(c, steps=(*c.steps[:-1], replace(c.steps[-1], rows=rows))), children
+
+
+def _leaders(rows: Sequence[Row], width: int) -> list[Row]:
+    """The winner, and the best of other families that pass."""
+    winner = winner_of(rows)
+    if winner is None:
+        return []
+    best = {winner.entry.family: winner}
+    for row in sorted(rows, key=lambda r: -r.assessment.gain):
+        if row.entry.physical and row.assessment.accepted:
+            best.setdefault(row.entry.family, row)
+    return list(best.values())[:width]
+
+
+def _weighed(field: _Field, c: Composition) -> tuple[Composition | None, tuple[Part, ...]]:
+    """What each term of a composition is worth; or instead the composition with one of them exchanged for an effect
+    that passes the tests against the whole."""
+    evidence, current, parts = field.evidence, c.fitted, list[Part]()
+    floor, folds = evidence.floor.power / evidence.block_power, deciding_folds(evidence)
+    for i, term in enumerate(c.terms):
+        others = [t for k, t in enumerate(c.terms) if k != i]
+        last = i == len(others) and c.steps[-1].action == "added"
+        base = c.steps[-2].fitted if last else field.replayed(others)
+        if base is None:
+            parts.append(Part(term, term.assessment, ()))
+            continue
+        rows = c.steps[-2].rows if last else field.rank(base)
+        own = next((r for r in rows if (r.entry.family, r.entry.member) == (term.family, term.member)), None)
+        first = rows[0] if rows else None
+        if not last and first is not None and first is not own and first.entry.physical:
+            found = assess(current.deciding_loss, first.entry.deciding_loss, floor, folds, field.seed)
+            swapped = _with(field, c, others, first, found) if found.accepted else None
+            if swapped is not None:
+                return swapped, ()
+        adds = assess(base.deciding_loss, current.deciding_loss, floor, folds, field.seed)
+        parts.append(Part(term, adds, rows if last else settled(base, rows, own, field.store)))
+    return None, tuple(parts)
+
+
+def _with(field: _Field, c: Composition, others: Sequence[Term], row: Row, found: Assessment) -> Composition | None:
+    """A composition with another effect in the place of one of its terms, if that lowers the excess."""
+    if row.entry.best.model is None:
+        return None
+    fitted = fit(field.evidence, row.entry.best.model)
+    if deciding_excess(fitted) >= deciding_excess(c.fitted):
+        return None
+    term = Term(row.entry.effect, row.entry.best, found)
+    return Composition((*c.steps, Step(term, fitted, action="exchanged")), (*others, term))
