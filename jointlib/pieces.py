@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from jointlib.arrays import Array
 
-_SHORTEST = 256
+_SHORTEST = 128
 """Steps in a piece: most contacts forget within fewer how they were left."""
 _WIDEST = 1024
 """Numbers side by side beyond which a step costs as much as they are many, so that pieces no longer pay."""

@@ -12,11 +12,20 @@ from scipy.signal import butter, detrend, medfilt, sosfiltfilt, welch
 from jointlib.arrays import Array, ComplexArray
 from jointlib.effect import Path
 from jointlib.identification.path_record import low_pass
-from jointlib.measurement import Measurement, Record
+from jointlib.measurement import Channel, Measurement, Record
 from jointlib.path_fault import PathFault, PathRecord
 
 _CLOSE = 1e-3
 _STEPS = 5
+_CONDITION = {
+    "voltage": "voltage",
+    "temperature": "temperature",
+    "force": "preload",
+    "position": "position",
+    "velocity": "speed",
+    "time": "time",
+}
+"""What an input is, by the quantity of its channel."""
 _SAMPLES = 32
 """In a period of the cutoff frequency, of records that are sampled more than twice as densely."""
 
@@ -86,6 +95,8 @@ class Run:
     period: int | None
     recorded: PathRecord
     """The force as it was read, with its clock and the place of the feed."""
+    inputs: Mapping[str, Array]
+    """What parameters may follow, by condition, in SI at the full rate: see :mod:`jointlib.modulation`."""
     begin: int
     """First sample that counts: after the edge, and on a test that is ramped up after the first quarter cycle, when
     contacts have forgotten how they were left."""
@@ -183,8 +194,14 @@ def prepare(measurement: Measurement, record: Record, preparation: Preparation) 
         preparation=preparation,
         period=record.period,
         recorded=PathRecord(path, force, time, record.channels[feed[0].name] if feed else displacement),
+        inputs={_CONDITION[c.quantity]: record.channels[c.name] for c in reversed(followed(measurement))},
         begin=max(preparation.edge, _ramp(z)),
     )
+
+
+def followed(measurement: Measurement) -> tuple[Channel, ...]:
+    """The channels that parameters may follow along a path."""
+    return tuple(c for c in measurement.channels if c.is_input and c.quantity in _CONDITION)
 
 
 def thinned(record: Record, every: int) -> Record:

@@ -71,6 +71,11 @@ class Composition:
         return self.steps[-1].fitted
 
     @property
+    def complexity(self) -> int:
+        """Parameters that are fitted, and internal states."""
+        return len(self.fitted.names) + len(self.fitted.joint.states)
+
+    @property
     def members(self) -> tuple[tuple[str, str], ...]:
         """Family and member of its terms, whatever their order."""
         return tuple(sorted((t.family, t.member) for t in self.terms))

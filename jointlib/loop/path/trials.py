@@ -14,6 +14,7 @@ from jointlib.errors import InputError
 from jointlib.joint import Joint
 from jointlib.loop.answer.refit import bounds_of
 from jointlib.loop.path.columns import ColumnStore
+from jointlib.loop.path.composed.follower import Follower
 from jointlib.loop.path.evidence import Known, Model
 from jointlib.loop.path.fitted import Fitted, named_by_role
 from jointlib.loop.path.regression import Index, Mask, block_grams, hold_out, loss, solve, solve_signed
@@ -69,6 +70,10 @@ def shapes_of(effect: Effect, current: Fitted) -> tuple[Shape, ...]:
 
 def columns_of(effect: Effect, shapes: Sequence[Shape], current: Fitted, store: ColumnStore) -> Iterator[Array]:
     """Columns of an effect at each shape, (coefficient, sample)."""
+    if isinstance(effect, Follower):
+        for shape in shapes:
+            yield current.evidence.follower_columns(current.joint, effect.start(shape["points"]))
+        return
     if isinstance(effect, JointEffect):
         yield from store.columns(effect, shapes, current.joint)
         return

@@ -26,10 +26,13 @@ from jointlib.loop.path.steps import (
     winner_of,
 )
 from jointlib.loop.path.trials import Effect, trials_of
+from jointlib.parameter import Role, parameters_of
 
 _WIDTH = 3
 """Compositions that are followed side by side where no effect alone explains what is missing."""
 _MOST_TERMS = 4
+_NEARLY = 0.05
+"""Members of a family that gain so much less than its best are followed in its stead if they are simpler."""
 _EXCHANGES = 3
 """Rounds of exchange and further growth at most."""
 
@@ -43,6 +46,13 @@ class _Field:
     effects: tuple[Effect, ...]
     store: ColumnStore
     seed: int
+    quick: bool = True
+    """Whether fits end early, as they may where many compositions are compared."""
+
+    def fit(self, model: Model, terms: int = 1) -> Fitted:
+        """A model refitted; with several terms corners are rounded anew, as the first was where others were missing."""
+        corners = terms > 1 and any(p.role is Role.SMOOTHING for law in model.joint.laws for p in parameters_of(law))
+        return fit(self.evidence, model, quick=self.quick, rounding=corners)
 
     def rank(self, current: Fitted) -> tuple[Row, ...]:
         return rank(current, self.effects, self.store, self.seed)
@@ -54,7 +64,7 @@ class _Field:
             found = trials_of(term.effect, [term.trial.shape], fitted, self.store)
             if not found or found[0].model is None:
                 return None
-            fitted = fit(self.evidence, found[0].model)
+            fitted = self.fit(found[0].model)
         return fitted
 
 
@@ -67,10 +77,11 @@ def search(evidence: Evidence, joint: Joint, effects: Sequence[Effect], seed: in
     """
     field = _Field(evidence, joint, tuple(effects), ColumnStore(evidence.recorded), seed)
     start = Composition((Step(None, fit(evidence, Model(joint))),))
-    start, children = _grown(field, start, 1)
+    start, children = _grown(replace(field, quick=False), start, 1)
     alone = bool(children) and _explained(start, children[0]) >= NAMED_FROM
-    if not alone and children:
-        start, children = _grown(field, start, _WIDTH)
+    field = replace(field, quick=not alone)
+    if children and not alone:
+        children += _grown(field, start, _WIDTH)[1][1:]
     best, others = _followed(field, start, children, 1 if alone else _WIDTH)
     parts: tuple[Part, ...] = ()
     for _ in range(_EXCHANGES):
@@ -80,6 +91,9 @@ def search(evidence: Evidence, joint: Joint, effects: Sequence[Effect], seed: in
         best = _followed(field, swapped, _grown(field, swapped, 1)[1], 1)[0]
     if not alone and len(parts) > 1 and not all(p.adds.accepted for p in parts):
         best, parts = _certain(field, best, parts)
+    if len(best.terms) > 1 and not alone:
+        last = replace(best.steps[-1], fitted=fit(evidence, best.fitted.model))
+        best = replace(best, steps=(*best.steps[:-1], last))
     return Finding(best, parts, tuple(c for c in others if c.members != best.members))
 
 
@@ -119,7 +133,7 @@ def _followed(
         deciding_excess(start.steps[0].fitted) - deciding_excess(done[0].fitted)
     )
     tied = [c for c in done if deciding_excess(c.fitted) <= level]
-    best = min(tied, key=lambda c: (len(c.terms), deciding_excess(c.fitted)))
+    best = min(tied, key=lambda c: (c.complexity, deciding_excess(c.fitted)))
     return best, [c for c in done if c is not best]
 
 
@@ -131,7 +145,7 @@ def _grown(field: _Field, c: Composition, width: int) -> tuple[Composition, list
     children = []
     for row in [] if full else _leaders(rows, width):
         assert row.entry.best.model is not None
-        fitted = fit(field.evidence, row.entry.best.model)
+        fitted = field.fit(row.entry.best.model, len(c.terms) + 1)
         if deciding_excess(fitted) < deciding_excess(current):
             term = Term(row.entry.effect, row.entry.best, row.assessment)
             here = replace(c.steps[-1], rows=settled(current, rows, row, field.store))
@@ -142,14 +156,17 @@ def _grown(field: _Field, c: Composition, width: int) -> tuple[Composition, list
 
 
 def _leaders(rows: Sequence[Row], width: int) -> list[Row]:
-    """The winner, and the best of other families that pass."""
+    """The winner, and the best of other families that pass; of each the simplest member that does nearly as well."""
     winner = winner_of(rows)
     if winner is None:
         return []
+    passed = [r for r in rows if r.entry.physical and r.assessment.accepted]
     best = {winner.entry.family: winner}
-    for row in sorted(rows, key=lambda r: -r.assessment.gain):
-        if row.entry.physical and row.assessment.accepted:
-            best.setdefault(row.entry.family, row)
+    for family in dict.fromkeys(r.entry.family for r in sorted(passed, key=lambda r: -r.assessment.gain)):
+        own = [r for r in passed if r.entry.family == family]
+        enough = (1 - _NEARLY) * max(r.assessment.gain for r in own)
+        near = [r for r in own if r.assessment.gain >= enough]
+        best.setdefault(family, min(near, key=lambda r: (r.entry.complexity, -r.assessment.gain)))
     return list(best.values())[:width]
 
 
@@ -182,7 +199,7 @@ def _with(field: _Field, c: Composition, others: Sequence[Term], row: Row, found
     """A composition with another effect in the place of one of its terms, if that lowers the excess."""
     if row.entry.best.model is None:
         return None
-    fitted = fit(field.evidence, row.entry.best.model)
+    fitted = field.fit(row.entry.best.model, len(others) + 1)
     if deciding_excess(fitted) >= deciding_excess(c.fitted):
         return None
     term = Term(row.entry.effect, row.entry.best, found)
