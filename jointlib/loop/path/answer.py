@@ -155,8 +155,8 @@ def _named(found: Finding) -> _Named:
         kept = {(t.family, t.member) for t in found.terms}
         own = [r for r in found.rows if r.entry.physical and (r.entry.family, r.entry.member) in kept]
         shares = [r.assessment.share for r in own]
-        if found.steps[1].term not in found.terms and shares:
-            alone = max(shares)
+        if (found.steps[1].term not in found.terms or found.steps[1].action == "paired") and shares:
+            alone = max(0.0, *shares)
     composed = alone is not None and alone < NAMED_FROM and len(found.terms) > 1
     if composed:
         rows = _marked(rows, found.terms)

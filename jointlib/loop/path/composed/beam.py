@@ -9,6 +9,7 @@ from jointlib.joint import Joint
 from jointlib.loop.answer.naming import NAMED_FROM
 from jointlib.loop.path.acceptance import TIE, Assessment, assess
 from jointlib.loop.path.columns import ColumnStore
+from jointlib.loop.path.composed.pairs import pairs_beside
 from jointlib.loop.path.evidence import Evidence, Model
 from jointlib.loop.path.fitted import Fitted, fit
 from jointlib.loop.path.steps import (
@@ -31,6 +32,8 @@ from jointlib.parameter import Role, parameters_of
 _WIDTH = 3
 """Compositions that are followed side by side where no effect alone explains what is missing."""
 _MOST_TERMS = 4
+_PAIRS = 2
+"""Pairs of effects that hide one another which are followed beside what passes alone."""
 _NEARLY = 0.05
 """Members of a family that gain so much less than its best are followed in its stead if they are simpler."""
 _EXCHANGES = 3
@@ -80,8 +83,8 @@ def search(evidence: Evidence, joint: Joint, effects: Sequence[Effect], seed: in
     start, children = _grown(replace(field, quick=False), start, 1)
     alone = bool(children) and _explained(start, children[0]) >= NAMED_FROM
     field = replace(field, quick=not alone)
-    if children and not alone:
-        children += _grown(field, start, _WIDTH)[1][1:]
+    if not alone:
+        children += _grown(field, start, _WIDTH)[1][len(children) :]
     best, others = _followed(field, start, children, 1 if alone else _WIDTH)
     parts: tuple[Part, ...] = ()
     for _ in range(_EXCHANGES):
@@ -150,6 +153,16 @@ def _grown(field: _Field, c: Composition, width: int) -> tuple[Composition, list
             term = Term(row.entry.effect, row.entry.best, row.assessment)
             here = replace(c.steps[-1], rows=settled(current, rows, row, field.store))
             children.append(Composition((*c.steps[:-1], here, Step(term, fitted)), (*c.terms, term)))
+    if width > 1 and not full and len(c.terms) < _MOST_TERMS - 1:
+        for pair in pairs_beside(current, rows, field.store, field.seed)[:_PAIRS]:
+            fitted = field.fit(pair.model, len(c.terms) + 2)
+            if deciding_excess(fitted) < deciding_excess(current):
+                terms = [
+                    Term(r.entry.effect, r.entry.best, f) for r, f in zip(pair.rows, pair.found[:0:-1], strict=True)
+                ]
+                here = replace(c.steps[-1], rows=settled(current, rows, pair.rows[0], field.store))
+                added = [Step(term, fitted, action="paired") for term in terms]
+                children.append(Composition((*c.steps[:-1], here, *added), (*c.terms, *terms)))
     if not children:
         rows = settled(current, rows, None, field.store)
     return replace(c, steps=(*c.steps[:-1], replace(c.steps[-1], rows=rows))), children
