@@ -156,6 +156,8 @@ def tangents(evidence: Evidence, joint: Joint) -> tuple[tuple[str, ...], Array]:
         step = 1e-4 * abs(at[name]) or 1e-6
         pair = [(moved_or_none(joint, {name: at[name] + h}), h) for h in (step, -step)]
         usable = [(evidence.joint_force(j), h) for j, h in pair if j is not None]
+        if not usable:
+            continue
         if len(usable) == 1:
             usable.append((evidence.joint_force(joint), 0.0))
         column = (usable[0][0] - usable[1][0]) / (usable[0][1] - usable[1][1])

@@ -9,6 +9,7 @@ from jointlib.joint import Joint
 from jointlib.loop.answer.naming import NAMED_FROM
 from jointlib.loop.path.acceptance import TIE, Assessment, assess
 from jointlib.loop.path.columns import ColumnStore
+from jointlib.loop.path.composed.follower import Follower
 from jointlib.loop.path.composed.pairs import pairs_beside
 from jointlib.loop.path.evidence import Evidence, Model
 from jointlib.loop.path.fitted import Fitted, fit
@@ -146,7 +147,7 @@ def _grown(field: _Field, c: Composition, width: int) -> tuple[Composition, list
     current, rows = c.fitted, c.steps[-1].rows or field.rank(c.fitted)
     full = is_quiet(current) or len(c.terms) == _MOST_TERMS
     children = []
-    for row in [] if full else _leaders(rows, width):
+    for row in [] if full else _leaders([r for r in rows if not _is_another(r, c.terms)], width):
         assert row.entry.best.model is not None
         fitted = field.fit(row.entry.best.model, len(c.terms) + 1)
         if deciding_excess(fitted) < deciding_excess(current):
@@ -166,6 +167,20 @@ def _grown(field: _Field, c: Composition, width: int) -> tuple[Composition, list
     if not children:
         rows = settled(current, rows, None, field.store)
     return replace(c, steps=(*c.steps[:-1], replace(c.steps[-1], rows=rows))), children
+
+
+def _is_another(row: Row, terms: Sequence[Term]) -> bool:
+    """True for a second element of an effect that a composition holds: of its family, or one that contains the other.
+
+    No contact has the corner of a formula; what a second element gains there is no second effect.
+    """
+    return any(
+        row.entry.family == t.family
+        or row.entry.family in t.effect.declared_pairs
+        or t.family in row.entry.effect.declared_pairs
+        for t in terms
+        if not isinstance(t.effect, Follower)
+    )
 
 
 def _leaders(rows: Sequence[Row], width: int) -> list[Row]:
