@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from jointlib.joint import Joint
 from jointlib.loop.answer.naming import NAMED_FROM
-from jointlib.loop.path.acceptance import TIE, Assessment, assess
+from jointlib.loop.path.acceptance import SHARE, Assessment, assess
 from jointlib.loop.path.columns import ColumnStore
 from jointlib.loop.path.composed.follower import Follower
 from jointlib.loop.path.composed.pairs import pairs_beside
@@ -35,6 +35,8 @@ _WIDTH = 3
 _MOST_TERMS = 4
 _PAIRS = 2
 """Pairs of effects that hide one another which are followed beside what passes alone."""
+_LEAST = 0.01
+"""Of the excess there was at first, that a further term must remove: what is smaller is the form of the terms before."""
 _NEARLY = 0.05
 """Members of a family that gain so much less than its best are followed in its stead if they are simpler."""
 _EXCHANGES = 3
@@ -119,7 +121,10 @@ def _explained(start: Composition, grown: Composition) -> float:
 def _followed(
     field: _Field, start: Composition, beam: list[Composition], width: int
 ) -> tuple[Composition, list[Composition]]:
-    """The best composition that grows from some, and the others that ended, best first."""
+    """The best composition that grows from some, and the others that ended, best first.
+
+    The best is the simplest of those that leave about as little as the least: less than a term has to remove apart.
+    """
     done = [] if beam else [start]
     while beam:
         grown: dict[tuple[tuple[str, str], ...], Composition] = {}
@@ -133,9 +138,7 @@ def _followed(
                     grown[child.members] = child
         beam = sorted(grown.values(), key=lambda c: deciding_excess(c.fitted))[:width]
     done.sort(key=lambda c: deciding_excess(c.fitted))
-    level = deciding_excess(done[0].fitted) + TIE * (
-        deciding_excess(start.steps[0].fitted) - deciding_excess(done[0].fitted)
-    )
+    level = deciding_excess(done[0].fitted) / (1 - SHARE)
     tied = [c for c in done if deciding_excess(c.fitted) <= level]
     best = min(tied, key=lambda c: (c.complexity, deciding_excess(c.fitted)))
     return best, [c for c in done if c is not best]
@@ -146,11 +149,12 @@ def _grown(field: _Field, c: Composition, width: int) -> tuple[Composition, list
     of the whole."""
     current, rows = c.fitted, c.steps[-1].rows or field.rank(c.fitted)
     full = is_quiet(current) or len(c.terms) == _MOST_TERMS
+    least = _LEAST * deciding_excess(c.steps[0].fitted) if c.terms else 0.0
     children = []
     for row in [] if full else _leaders([r for r in rows if not _is_another(r, c.terms)], width):
         assert row.entry.best.model is not None
         fitted = field.fit(row.entry.best.model, len(c.terms) + 1)
-        if deciding_excess(fitted) < deciding_excess(current):
+        if deciding_excess(fitted) < deciding_excess(current) - least:
             term = Term(row.entry.effect, row.entry.best, row.assessment)
             here = replace(c.steps[-1], rows=settled(current, rows, row, field.store))
             children.append(Composition((*c.steps[:-1], here, Step(term, fitted)), (*c.terms, term)))
