@@ -116,7 +116,7 @@ def write(folder: Path, case: Case) -> tuple[Path, Path]:
     drives = [motion(rng, case.signal, level) for level in LEVELS]
     t = np.arange(SAMPLES) / RATE
     late = rng.uniform(0.012, 0.02) if "lag" in case.effects else 0.0
-    stiffness, damping, mass = (3000.0, 120.0, 0.0) if case.signal == "random" else (0.0, 200.0, 15.0)
+    stiffness, damping, mass = (3000.0, 300.0, 0.0) if case.signal == "random" else (0.0, 200.0, 15.0)
     forces = []
     for m in drives:
         s = t - late

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from jointlib.joint import Joint
-from jointlib.loop.answer.naming import NAMED_FROM
-from jointlib.loop.path.acceptance import SHARE, Assessment, assess
+from jointlib.loop.answer.naming import NAMED_FROM, is_declared_pair
+from jointlib.loop.path.acceptance import SHARE, TIE, Assessment, assess
 from jointlib.loop.path.columns import ColumnStore
 from jointlib.loop.path.composed.follower import Follower
 from jointlib.loop.path.composed.pairs import pairs_beside
@@ -36,7 +36,7 @@ _MOST_TERMS = 4
 _PAIRS = 2
 """Pairs of effects that hide one another which are followed beside what passes alone."""
 _LEAST = 0.01
-"""Of the excess there was at first, that a further term must remove: what is smaller is the form of the terms before."""
+"""Of the excess there was at first, that a further term must remove: less is the form of the terms before."""
 _NEARLY = 0.05
 """Members of a family that gain so much less than its best are followed in its stead if they are simpler."""
 _EXCHANGES = 3
@@ -95,7 +95,7 @@ def search(evidence: Evidence, joint: Joint, effects: Sequence[Effect], seed: in
         if swapped is None:
             break
         best = _followed(field, swapped, _grown(field, swapped, 1)[1], 1)[0]
-    if not alone and len(parts) > 1 and not all(p.adds.accepted for p in parts):
+    if len(parts) > 1 and not all(p.adds.accepted for p in parts):
         best, parts = _certain(field, best, parts)
     if len(best.terms) > 1 and not alone:
         last = replace(best.steps[-1], fitted=fit(evidence, best.fitted.model))
@@ -123,7 +123,8 @@ def _followed(
 ) -> tuple[Composition, list[Composition]]:
     """The best composition that grows from some, and the others that ended, best first.
 
-    The best is the simplest of those that leave about as little as the least: less than a term has to remove apart.
+    The best is the simplest of those that leave about as little as the least (less than a term has to remove apart),
+    or gain as much with an effect that its own contains.
     """
     done = [] if beam else [start]
     while beam:
@@ -138,10 +139,18 @@ def _followed(
                     grown[child.members] = child
         beam = sorted(grown.values(), key=lambda c: deciding_excess(c.fitted))[:width]
     done.sort(key=lambda c: deciding_excess(c.fitted))
-    level = deciding_excess(done[0].fitted) / (1 - SHARE)
-    tied = [c for c in done if deciding_excess(c.fitted) <= level]
+    total, least = (deciding_excess(f) for f in (start.steps[0].fitted, done[0].fitted))
+    near, alike = least / (1 - SHARE), least + TIE * (total - least)
+    tied = [c for c in done if deciding_excess(c.fitted) <= (alike if _is_nested(c, done[0]) else near)]
     best = min(tied, key=lambda c: (c.complexity, deciding_excess(c.fitted)))
     return best, [c for c in done if c is not best]
+
+
+def _is_nested(c: Composition, best: Composition) -> bool:
+    """True if two compositions differ in one effect each, which ordinary records hardly tell apart."""
+    new = [t for t in c.terms if t.family not in {b.family for b in best.terms}]
+    old = [t for t in best.terms if t.family not in {o.family for o in c.terms}]
+    return len(new) == len(old) == 1 and is_declared_pair(new[0].effect, old[0].effect)
 
 
 def _grown(field: _Field, c: Composition, width: int) -> tuple[Composition, list[Composition]]:
