@@ -40,7 +40,7 @@ class Motion:
 
 
 def motion(rng: np.random.Generator, signal: str, level: float) -> Motion:
-    """``random``: 40 sines up to 3 Hz. ``pulses``: few slow ones of one another's multiples, which come to rest often."""
+    """``random``: 40 sines up to 3 Hz. ``pulses``: strokes of a slow sine and a few of its multiples."""
     if signal == "random":
         omega = 2 * np.pi * rng.uniform(0.15, 3.0, 40)
         size = rng.uniform(0.5, 1.0, 40) / (1 + (omega / 9.0) ** 2)
@@ -54,7 +54,7 @@ def motion(rng: np.random.Generator, signal: str, level: float) -> Motion:
 
 
 def _loop(t: Array, m: Motion) -> Array:
-    """Smooth slip: dw/dt = v (1 − |w|^1.6 (0.7 + 0.3 sign(w v)))/L, by Runge–Kutta of order 4 in four steps a sample."""
+    """Smooth slip: dw/dt = v (1 − |w|^1.6 (0.7 + 0.3 sign(w v)))/L, by Runge–Kutta, four steps a sample."""
     length, steps = 0.12 * STROKE, 4
     fine = np.linspace(t[0], t[-1], 2 * steps * (len(t) - 1) + 1)
     v, h, w, out = m.at(fine, 1) / length, (t[1] - t[0]) / steps, 0.0, [0.0]
