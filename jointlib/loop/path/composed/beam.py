@@ -35,8 +35,11 @@ _WIDTH = 3
 _MOST_TERMS = 4
 _PAIRS = 2
 """Pairs of effects that hide one another which are followed beside what passes alone."""
-_LEAST = 0.01
-"""Of the excess there was at first, that a further term must remove: less is the form of the terms before."""
+_LEAST, _LEAST_ALIKE = 0.01, 0.05
+"""Of the excess there was at first, that a further term must remove, and one that looks like a term before: what is
+smaller is the form of that one."""
+_CLEARLY = 0.25
+"""Of what the best single effect leaves; a pair that hid one another and leaves less competes with it."""
 _NEARLY = 0.05
 """Members of a family that gain so much less than its best are followed in its stead if they are simpler."""
 _EXCHANGES = 3
@@ -85,6 +88,9 @@ def search(evidence: Evidence, joint: Joint, effects: Sequence[Effect], seed: in
     start = Composition((Step(None, fit(evidence, Model(joint))),))
     start, children = _grown(replace(field, quick=False), start, 1)
     alone = bool(children) and _explained(start, children[0]) >= NAMED_FROM
+    if alone:
+        clear = _CLEARLY * deciding_excess(children[0].fitted)
+        alone = not any(deciding_excess(pair.fitted) < clear for pair in _paired(field, start))
     field = replace(field, quick=not alone)
     if not alone:
         children += _grown(field, start, _WIDTH)[1][len(children) :]
@@ -95,7 +101,7 @@ def search(evidence: Evidence, joint: Joint, effects: Sequence[Effect], seed: in
         if swapped is None:
             break
         best = _followed(field, swapped, _grown(field, swapped, 1)[1], 1)[0]
-    if len(parts) > 1 and not all(p.adds.accepted for p in parts):
+    if len(parts) > 1 and not all(_pays(best, p) for p in parts):
         best, parts = _certain(field, best, parts)
     if len(best.terms) > 1 and not alone:
         last = replace(best.steps[-1], fitted=fit(evidence, best.fitted.model))
@@ -105,13 +111,13 @@ def search(evidence: Evidence, joint: Joint, effects: Sequence[Effect], seed: in
 
 def _certain(field: _Field, c: Composition, parts: Sequence[Part]) -> tuple[Composition, tuple[Part, ...]]:
     """A composition without the terms that the others make up for, and what those left are worth."""
-    kept = [p.term for p in parts if p.adds.accepted]
+    kept = [p.term for p in parts if _pays(c, p)]
     fitted = field.replayed(kept) if kept else None
     if fitted is None:
         return c, tuple(parts)
     less = Composition((*c.steps, Step(kept[-1], fitted, action="dropped others")), tuple(kept))
     swapped, again = _weighed(field, less)
-    return less, again if swapped is None else tuple(p for p in parts if p.adds.accepted)
+    return less, again if swapped is None else tuple(p for p in parts if p.term in kept)
 
 
 def _explained(start: Composition, grown: Composition) -> float:
@@ -158,28 +164,52 @@ def _grown(field: _Field, c: Composition, width: int) -> tuple[Composition, list
     of the whole."""
     current, rows = c.fitted, c.steps[-1].rows or field.rank(c.fitted)
     full = is_quiet(current) or len(c.terms) == _MOST_TERMS
-    least = _LEAST * deciding_excess(c.steps[0].fitted) if c.terms else 0.0
     children = []
     for row in [] if full else _leaders([r for r in rows if not _is_another(r, c.terms)], width):
         assert row.entry.best.model is not None
         fitted = field.fit(row.entry.best.model, len(c.terms) + 1)
-        if deciding_excess(fitted) < deciding_excess(current) - least:
+        if deciding_excess(fitted) < deciding_excess(current) - _least(c, row.entry.effect):
             term = Term(row.entry.effect, row.entry.best, row.assessment)
             here = replace(c.steps[-1], rows=settled(current, rows, row, field.store))
             children.append(Composition((*c.steps[:-1], here, Step(term, fitted)), (*c.terms, term)))
     if width > 1 and not full and len(c.terms) < _MOST_TERMS - 1:
-        for pair in pairs_beside(current, rows, field.store, field.seed)[:_PAIRS]:
-            fitted = field.fit(pair.model, len(c.terms) + 2)
-            if deciding_excess(fitted) < deciding_excess(current):
-                terms = [
-                    Term(r.entry.effect, r.entry.best, f) for r, f in zip(pair.rows, pair.found[:0:-1], strict=True)
-                ]
-                here = replace(c.steps[-1], rows=settled(current, rows, pair.rows[0], field.store))
-                added = [Step(term, fitted, action="paired") for term in terms]
-                children.append(Composition((*c.steps[:-1], here, *added), (*c.terms, *terms)))
+        children += _paired(field, replace(c, steps=(*c.steps[:-1], replace(c.steps[-1], rows=rows))))
     if not children:
         rows = settled(current, rows, None, field.store)
     return replace(c, steps=(*c.steps[:-1], replace(c.steps[-1], rows=rows))), children
+
+
+def _paired(field: _Field, c: Composition) -> list[Composition]:
+    """A composition, whose contest is known, with each of the best pairs of effects that hide one another."""
+    current, rows, out = c.fitted, c.steps[-1].rows, []
+    beside = [r for r in rows if not _is_another(r, c.terms)]
+    for pair in pairs_beside(current, beside, field.store, field.seed)[:_PAIRS]:
+        fitted = field.fit(pair.model, len(c.terms) + 2)
+        least = _LEAST * deciding_excess(c.steps[0].fitted) if c.terms else 0.0
+        if deciding_excess(fitted) < deciding_excess(current) - least:
+            three = zip(pair.rows, pair.trials, pair.found[:0:-1], strict=True)
+            terms = [Term(row.entry.effect, trial, found) for row, trial, found in three]
+            here = replace(c.steps[-1], rows=settled(current, rows, pair.rows[0], field.store))
+            added = [Step(term, fitted, action="paired") for term in terms]
+            out.append(Composition((*c.steps[:-1], here, *added), (*c.terms, *terms)))
+    return out
+
+
+def _least(c: Composition, effect: Effect) -> float:
+    """Excess that an effect has to remove beside the terms of a composition."""
+    others = [t.effect for t in c.terms if t.effect is not effect]
+    if not others:
+        return 0.0
+    alike = any(effect.family in o.look_alikes or o.family in effect.look_alikes for o in others)
+    return (_LEAST_ALIKE if alike else _LEAST) * deciding_excess(c.steps[0].fitted)
+
+
+def _pays(c: Composition, part: Part) -> bool:
+    """True where a term passes every test over all the others, and by enough."""
+    left = deciding_excess(c.fitted)
+    return part.adds.accepted and left * part.adds.share / max(1 - part.adds.share, 1e-300) >= _least(
+        c, part.term.effect
+    )
 
 
 def _is_another(row: Row, terms: Sequence[Term]) -> bool:
@@ -225,7 +255,7 @@ def _weighed(field: _Field, c: Composition) -> tuple[Composition | None, tuple[P
             continue
         rows = c.steps[-2].rows if last else field.rank(base)
         own = next((r for r in rows if (r.entry.family, r.entry.member) == (term.family, term.member)), None)
-        first = rows[0] if rows else None
+        first = next((r for r in rows if not _is_another(r, others)), None)
         if not last and first is not None and first is not own and first.entry.physical:
             found = assess(current.deciding_loss, first.entry.deciding_loss, floor, folds, field.seed)
             swapped = _with(field, c, others, first, found) if found.accepted else None

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from jointlib.arrays import Array
+from jointlib.loop.answer.naming import is_declared_pair
 from jointlib.loop.path.acceptance import SHARE, Assessment, assess, excess
 from jointlib.loop.path.columns import ColumnStore
 from jointlib.loop.path.evidence import Model
@@ -54,7 +55,9 @@ def pairs_beside(current: Fitted, rows: Sequence[Row], store: ColumnStore, seed:
     out = []
     for i, j in itertools.combinations(range(len(tried)), 2):
         a, b = tried[i], tried[j]
-        if a.entry.family == b.entry.family or any(r.entry.physical and r.assessment.accepted for r in (a, b)):
+        if a.entry.family == b.entry.family or is_declared_pair(a.entry.effect, b.entry.effect):
+            continue
+        if any(r.entry.physical and r.assessment.accepted for r in (a, b)):
             continue
         own = [*range(first[0]), *range(first[i], first[i + 1]), *range(first[j], first[j + 1]), len(grams[0]) - 1]
         part = grams[:, own][:, :, own]
