@@ -128,7 +128,7 @@ def page(rows: Sequence[Row]) -> str:
         (r["effects"][0], r["signal"], r["decibel"], r["seed"]): all_named(r) for r in ours if len(r["effects"]) == 1
     }
     lines = [MARK, ""]
-    lines += [TEXT.format(runs=len(rows), seeds=len({r["seed"] for r in rows})), ""]
+    lines += [TEXT.format(runs=len(rows), last=max(r["seed"] for r in rows)), ""]
     lines += ["| | runs | demanded | reached |", "|---|---|---|---|"]
     for count, word in ((1, "one effect"), (2, "two effects"), (3, "three effects")):
         for decibel in (60, 40):
@@ -157,9 +157,12 @@ def page(rows: Sequence[Row]) -> str:
 
 TEXT = """Records of a force along a path, made by `tests/acceptance/path_records.py` with formulas of its own: sums of
 sines, random or as strokes to and fro, 12 s at each of three levels. Each effect has 20 to 30 % of the rms of the
-force of spring, damper and mass; the noise of the force lies 60 or 40 dB below its rms, that of the displacement
-20 dB further down. {runs} traces, {seeds} seeds a cell; a pair is named where the verdict is `identified` or
-`ambiguous` and both are among the terms or their rivals. Written by `tests/acceptance/path_table.py`."""
+force of spring, damper and mass, a lag 12 to 20 ms; the noise of the force lies 60 or 40 dB below its rms, that of
+the displacement 20 dB further down. {runs} traces, seeds 0 to {last}, the last of them in part. Named means that the
+verdict is `identified` or `ambiguous` and that all that is hidden is among the terms or their rivals. In the strokes
+a lag moves 2 % of the force, a hundredth of what friction leaves: beside friction it is taken for the form of that.
+Without anything hidden, at 60 dB, what is left is below 0.1 % of the force and called `unexplained`.
+Written by `tests/acceptance/path_table.py`."""
 
 
 def _of(row: Row) -> tuple[str, float, int]:
