@@ -23,6 +23,7 @@ from pathlib import Path  # noqa: E402
 from typing import Any  # noqa: E402
 
 from path_records import OUTSIDE, Case, write  # noqa: E402
+from summary import PATHS  # noqa: E402
 
 from jointlib import read_joint, read_measurement, trace  # noqa: E402
 
@@ -64,7 +65,6 @@ FOREIGN: tuple[tuple[str, ...], ...] = (
     ("damping-by-displacement", "cubic"),
     ("stiffness-by-speed", "slow-force"),
 )
-MARK = "## Several effects along a path"
 
 
 def cases(seeds: Iterable[int], decibels: Sequence[float] = (60, 40)) -> list[Case]:
@@ -127,7 +127,7 @@ def page(rows: Sequence[Row]) -> str:
     alone = {
         (r["effects"][0], r["signal"], r["decibel"], r["seed"]): all_named(r) for r in ours if len(r["effects"]) == 1
     }
-    lines = [MARK, ""]
+    lines = [PATHS, ""]
     lines += [TEXT.format(runs=len(rows), last=max(r["seed"] for r in rows)), ""]
     lines += ["| | runs | demanded | reached |", "|---|---|---|---|"]
     for count, word in ((1, "one effect"), (2, "two effects"), (3, "three effects")):
@@ -192,7 +192,7 @@ def main() -> None:
     if options.page:
         text = options.page.read_text()
         options.page.write_text(
-            text[: text.index(MARK)] + page(have) if MARK in text else f"{text.rstrip()}\n\n{page(have)}"
+            text[: text.index(PATHS)] + page(have) if PATHS in text else f"{text.rstrip()}\n\n{page(have)}"
         )
 
 
