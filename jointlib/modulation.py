@@ -121,6 +121,11 @@ def factors_of(m: Modulation) -> dict[str, float]:
     return dict(zip(names_of(m), [f - 1 for point, f in m.table if point != m.reference], strict=True))
 
 
+def is_fitted(m: Modulation) -> bool:
+    """Whether a fit may move its factors: those of a straight line, or of a table that has the reference as a point."""
+    return m.period is None and (len(m.table) == 2 or any(point == m.reference for point, _ in m.table))
+
+
 def stepped(m: Modulation, step: Array) -> Modulation | None:
     """The modulation with its coefficients moved; None where a factor would be negative or the table turn back.
 

@@ -239,3 +239,13 @@ def test_what_is_left_is_said_only_where_it_stands_out() -> None:
 def test_a_condition_that_is_none_is_refused_by_name() -> None:
     with pytest.raises(InputError, match="voltage"):
         Modulation(Role.DAMPING, "volts", 0.0, ((0.0, 1.0),))
+
+
+def test_what_a_joint_follows_stays_at_its_reference_where_the_records_do_not_have_it(tmp_path: Path) -> None:
+    columns = damper(0, 0.0)
+    del columns["u"]
+    warm = Modulation(Role.STIFFNESS, "temperature", 295.0, ((280.0, 1.1), (310.0, 0.9)))
+    plain = trace(measured(tmp_path, columns), Joint((Linear(1000.0),)))
+    warmed = trace(measured(tmp_path, columns), Joint((Linear(1000.0),), modulations=(warm,)))
+    assert warmed.error_before == plain.error_before
+    assert warmed.baseline.modulations == (warm,)

@@ -162,7 +162,7 @@ def _named(found: Finding) -> _Named:
     if terms:
         rows = _marked(rows, terms)
         own = {(r.entry.family, r.entry.member): r for r in rows}
-        winner = own.get((terms[0].family, terms[0].member))
+        winner = own.get((terms[0].family, terms[0].member), found.parts[0].row)
         if _entered_first(found):
             alone = 1 - deciding_excess(found.steps[1].fitted) / deciding_excess(found.before)
         else:

@@ -18,7 +18,7 @@ from jointlib.loop.path.regression import Index
 from jointlib.loop.path.repeats import PathFloor
 from jointlib.loop.path.strokes import Division
 from jointlib.measurement import Mass
-from jointlib.modulation import Modulation, names_of
+from jointlib.modulation import Modulation, is_fitted, names_of
 from jointlib.parameter import parameters_of
 from jointlib.path_fault import PathFault
 
@@ -152,13 +152,18 @@ class Evidence:
     def joint_force(self, joint: Joint) -> Array:
         """Σ of the laws' forces, N."""
         total = np.zeros(len(self.force))
-        roles = {m.role for m in joint.modulations}
+        followed = self.followed(joint)
+        roles = {m.role for m in followed}
         for law in joint.laws:
             if roles & {p.role for p in parameters_of(law)}:
-                total = total + self.modulated_force(law, joint.modulations)
+                total = total + self.modulated_force(law, followed)
             else:
                 total = total + self.law_force(law)
         return total
+
+    def followed(self, joint: Joint) -> tuple[Modulation, ...]:
+        """The modulations of a joint whose input these records have; the others stay at their reference."""
+        return tuple(m for m in joint.modulations if all(m.condition in run.inputs for run in self.recorded))
 
     @cached_property
     def modulated_force(self) -> Callable[[JointLaw, tuple[Modulation, ...]], Array]:
@@ -172,8 +177,8 @@ class Evidence:
     def beside(self, joint: Joint) -> tuple[tuple[str, ...], Array]:
         """Columns that are fitted linearly beside a joint's parameters: the plant, and what its modulations lack."""
         names, columns = list(self.plant[0]), [self.plant[1]]
-        for m in joint.modulations:
-            found = self.follower_columns(joint, m)
+        for m in filter(is_fitted, self.followed(joint)):
+            found = self.follower_columns(replace(joint, modulations=self.followed(joint)), m)
             names += names_of(m)
             columns.append(found)
         return tuple(names), np.concatenate(columns)

@@ -84,7 +84,10 @@ def _moved(evidence: Evidence, model: Model, joint: Joint, beta: Array) -> Model
     """The refitted joint and the faults with what the fit found to be left of them and of its modulations."""
     left = dict(zip(evidence.beside(model.joint)[0], beta, strict=True))
     faults = tuple(known.moved(np.array([left[n] for n in known.names])) for known in model.faults)
-    modulations = [stepped(m, np.array([left[n] for n in names_of(m)])) or m for m in joint.modulations]
+    modulations = [
+        (stepped(m, np.array([left[n] for n in names_of(m)])) or m) if left.keys() >= set(names_of(m)) else m
+        for m in joint.modulations
+    ]
     return Model(dataclasses.replace(joint, modulations=tuple(modulations)), faults)
 
 
