@@ -193,14 +193,11 @@ class Joint(Shown):
     def force_along(self, displacement: ArrayLike, velocity: ArrayLike, time_step: float = 0.0) -> Array:
         """Force in N along a path sampled every ``time_step`` s (time on the first axis), from the virgin state."""
         z, v = np.broadcast_arrays(np.asarray(displacement, dtype=float), np.asarray(velocity, dtype=float))
-        if not self.states:
-            return self.step(Motion(z, v), self.initial_state(z))[0]
-        # A single law is stepped without the detour over the sum, which costs as much as the law.
-        if len(self.laws) == 1:
-            return self.laws[0].along(z, v, time_step)
-        state, force = self.initial_state(z[0]), np.empty(z.shape)
-        for i in range(len(z)):
-            force[i], state = self.step(Motion(z[i], v[i], time_step), state)
+        force = np.zeros(z.shape)
+        for law in self.laws:
+            force = force + (
+                law.along(z, v, time_step) if law.states else law.step(Motion(z, v), law.initial_state(z))[0]
+            )
         return force
 
     def first_harmonic(self, amplitude: ArrayLike, omega: ArrayLike = 1.0, bias: ArrayLike = 0.0) -> FirstHarmonic:

@@ -12,8 +12,12 @@ from jointlib import parameter
 from jointlib.arrays import Array, ArrayLike
 from jointlib.harmonic import FirstHarmonic, numerical_first_harmonic
 from jointlib.motion import Motion
+from jointlib.pieces import Step, in_pieces, turns
 
 __all__ = ["JointLaw", "MemorylessLaw", "Motion"]
+
+_FEW_TURNS = 0.25
+"""Of the samples of a path; with more turns it is stepped sample by sample."""
 
 
 class JointLaw(ABC):
@@ -33,6 +37,9 @@ class JointLaw(ABC):
     linear: ClassVar[bool] = False
     """True if the force of a sum of motions is the sum of their forces: each line of a spectrum then has its own gain,
     and no periodic steady state need be stepped."""
+    by_turns: ClassVar[bool] = False
+    """True if one long step along a path that does not turn ends as many short ones do: the force then depends on where
+    the path turned and where it is, not on how fast or how finely."""
     states: ClassVar[tuple[str, ...]] = ()
     """Names of the internal states; empty for a law without memory."""
 
@@ -53,11 +60,27 @@ class JointLaw(ABC):
 
     def along(self, displacement: Array, velocity: Array, time_step: float) -> Array:
         """Force in N along a path in m and m/s sampled every ``time_step`` s (time on the first axis), from the virgin
-        state: one step after the other."""
-        state, force = self.initial_state(displacement[0]), np.empty(displacement.shape)
-        for i in range(len(displacement)):
-            force[i], state = self.step(Motion(displacement[i], velocity[i], time_step), state)
-        return force
+        state: one step after the other, or by ways round that end at the same force."""
+        z, v = displacement, velocity
+        begin = self.initial_state(z[0])
+        if self.by_turns and len(z) > 1:
+            at = turns(z)
+            if len(at) < _FEW_TURNS * len(z):
+                states = in_pieces(begin, self.initial_state, self._state_after(time_step), z[at], v[at])
+                since = np.searchsorted(at, np.arange(len(z)), side="right") - 1
+                return self.step(Motion(z, v, time_step), states[since])[0]
+
+        def step(z: Array, v: Array, state: Array) -> tuple[Array, Array]:
+            return self.step(Motion(z, v, time_step), state)
+
+        return in_pieces(begin, self.initial_state, step, z, v)
+
+    def _state_after(self, time_step: float) -> Step:
+        def step(z: Array, v: Array, state: Array) -> tuple[Array, Array]:
+            after = self.step(Motion(z, v, time_step), state)[1]
+            return after, after
+
+        return step
 
     def kink_angles(self, amplitude: Array, omega: Array, bias: Array) -> Array:
         """Angles θ of z = bias + A cos θ at which the steady force is not smooth, shape (*A.shape, n).

@@ -3,17 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from jointlib.arrays import Array
 from jointlib.errors import InputError, nearest
 from jointlib.parameter import Role
 
-CONDITIONS: Mapping[str, str] = {"time": "s", "position": "m", "temperature": "K", "preload": "N"}
+CONDITIONS: Mapping[str, str] = {
+    "time": "s",
+    "position": "m",
+    "temperature": "K",
+    "preload": "N",
+    "voltage": "V",
+    "speed": "m/s",
+}
 """What a factor can depend on, in SI."""
 
 _ROUNDING = 1e-9
+_BELOW_ZERO = -0.15
+"""A factor that a fit puts below this is not physical; between here and zero it counts as zero."""
+_BENT = 0.1
+"""Of the span of the factors, by which a fitted table may miss being monotone."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +38,7 @@ class Modulation:
 
     role: Role
     condition: str
-    """"time" (s), "position" (m), "temperature" (K) or "preload" (N)."""
+    """"time" (s), "position" (m), "temperature" (K), "preload" (N), "voltage" (V) or "speed" of a feed (m/s)."""
     reference: float
     """Value of the condition, in SI, at which the parameters are those of the joint; the factor is 1 there."""
     table: tuple[tuple[float, float], ...]
@@ -65,12 +77,75 @@ class Modulation:
 
     def factor(self, value: float) -> float:
         """What the parameters of the role are multiplied by at a value of the condition (SI)."""
+        return float(self.along(np.asarray(value)))
+
+    def along(self, values: Array) -> Array:
+        """The factor at each of several values of the condition (SI)."""
         x, y = np.array(self.table, dtype=float).T
         if self.period is None:
-            return float(np.interp(value, x, y))
-        value = x[0] + (value - x[0]) % self.period
-        return float(np.interp(value, [*x, x[0] + self.period], [*y, y[0]]))
+            return np.asarray(np.interp(values, x, y))
+        values = x[0] + (values - x[0]) % self.period
+        return np.asarray(np.interp(values, [*x, x[0] + self.period], [*y, y[0]]))
 
     def covers(self, value: float) -> bool:
         """True where the table tells the factor instead of its nearest end."""
         return self.period is not None or self.table[0][0] <= value <= self.table[-1][0]
+
+
+def hats(m: Modulation, u: Array) -> Array:
+    """∂φ/∂(coefficient) of a modulation along values of its condition, (coefficient, value).
+
+    The coefficients are the factors at the points of the table other than that of the reference; of a table with two
+    points, the rise of the factor from the first to the last.
+    """
+    at = np.array([point for point, _ in m.table])
+    clipped = np.clip(u, at[0], at[-1])
+    if len(at) == 2:
+        return np.asarray((clipped - m.reference)[None] / (at[1] - at[0]))
+    free = [i for i, point in enumerate(at) if point != m.reference]
+    return np.array([np.interp(clipped, at, np.eye(len(at))[i]) for i in free])
+
+
+def names_of(m: Modulation) -> tuple[str, ...]:
+    """Of the coefficients of a modulation: ``slip_force_by_voltage``, of a table with the number of the point."""
+    name = f"{m.role.value.replace(' ', '_')}_by_{m.condition}"
+    if len(m.table) == 2:
+        return (name,)
+    return tuple(f"{name}[{i}]" for i, (point, _) in enumerate(m.table) if point != m.reference)
+
+
+def factors_of(m: Modulation) -> dict[str, float]:
+    """What the coefficients of a modulation are: factors less 1, or the rise of a straight line."""
+    if len(m.table) == 2:
+        return dict(zip(names_of(m), [m.table[1][1] - m.table[0][1]], strict=True))
+    return dict(zip(names_of(m), [f - 1 for point, f in m.table if point != m.reference], strict=True))
+
+
+def is_fitted(m: Modulation) -> bool:
+    """Whether a fit may move its factors: those of a straight line, or of a table that has the reference as a point."""
+    return m.period is None and (len(m.table) == 2 or any(point == m.reference for point, _ in m.table))
+
+
+def stepped(m: Modulation, step: Array) -> Modulation | None:
+    """The modulation with its coefficients moved; None where a factor would be negative or the table turn back.
+
+    A small overshoot below zero or back is taken for noise and cut off; the factor at the reference stays 1.
+    """
+    at, factors = (np.array(x) for x in zip(*m.table, strict=True))
+    if len(at) == 2:
+        slope = (at - m.reference) / (at[1] - at[0])
+        moved = factors + float(step[0]) * slope
+        if not moved.min() >= _BELOW_ZERO:
+            return None
+        even = 1 + (moved - 1) * min(1.0, 1.0 / max(1.0 - moved.min(), 1e-300))
+    else:
+        middle = int(np.flatnonzero(at == m.reference)[0])
+        moved = factors + np.insert(step, middle, 0.0)
+        rise = np.sign(moved[-1] - moved[0]) * (moved - 1)
+        up, down = np.maximum.accumulate(rise[middle:]), np.minimum.accumulate(rise[middle::-1])[::-1]
+        even = np.maximum(1 + np.sign(moved[-1] - moved[0]) * np.concatenate([down[:-1], up]), 0.0)
+        if not (
+            moved.min() >= _BELOW_ZERO and np.max(np.abs(even - moved)) <= max(_BENT * np.ptp(moved), -_BELOW_ZERO)
+        ):
+            return None
+    return replace(m, table=tuple(zip(at.tolist(), even.tolist(), strict=True)))

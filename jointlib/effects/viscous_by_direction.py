@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
@@ -36,11 +37,4 @@ class DirectionalDamping(JointEffect):
         if positive <= 0 or negative <= 0:
             return None
         others = tuple(law for law in joint.laws if not isinstance(law, Viscous))
-        return Joint(
-            (*others, ViscousByDirection(positive, negative)),
-            joint.name,
-            joint.fixed,
-            joint.validity,
-            None,
-            joint.provenance,
-        )
+        return replace(joint, laws=(*others, ViscousByDirection(positive, negative)), covariance=None)

@@ -32,6 +32,7 @@ class Dahl(JointLaw):
     clearance: float = parameter("m", role=Role.CLEARANCE, lower=0.0, default=0.0)
 
     kind: ClassVar[str] = "dahl"
+    by_turns: ClassVar[bool] = True
     states: ClassVar[tuple[str, ...]] = ("position", "stretch")
 
     def initial_state(self, displacement: Array) -> Array:

@@ -29,6 +29,7 @@ class Iwan(JointLaw):
     clearance: float = parameter("m", role=Role.CLEARANCE, lower=0.0, default=0.0)
 
     kind: ClassVar[str] = "iwan"
+    by_turns: ClassVar[bool] = True
     states: ClassVar[tuple[str, ...]] = ("slider",)
 
     def __post_init__(self) -> None:

@@ -26,6 +26,7 @@ class Jenkins(JointLaw):
     clearance: float = parameter("m", role=Role.CLEARANCE, lower=0.0, default=0.0)
 
     kind: ClassVar[str] = "jenkins"
+    by_turns: ClassVar[bool] = True
     states: ClassVar[tuple[str, ...]] = ("slider",)
 
     def initial_state(self, displacement: Array) -> Array:
@@ -47,18 +48,6 @@ class Jenkins(JointLaw):
         if isinstance(self.clearance, float) and self.clearance == 0.0:
             return self.stiffness * stretch
         return self.stiffness * (np.sign(stretch) * np.maximum(np.abs(stretch) - self.clearance, 0.0))
-
-    def along(self, displacement: Array, velocity: Array, time_step: float) -> Array:
-        # The innermost lines of every trace: the arithmetic of a step, without a new array for each of its results.
-        reach = np.broadcast_to(self._reach(), displacement.shape[1:])
-        slider, stretch = np.array(displacement[0]), np.empty(displacement.shape)
-        for i in range(len(displacement)):
-            z, x = displacement[i, ...], stretch[i, ...]
-            np.subtract(z, slider, out=x)
-            np.maximum(x, -reach, out=x)
-            np.minimum(x, reach, out=x)
-            np.subtract(z, x, out=slider)
-        return self._pull(stretch)
 
     def jacobian(self, motion: Motion, state: Array) -> tuple[Array, Array]:
         stretch = np.abs(motion.displacement - state[..., 0])

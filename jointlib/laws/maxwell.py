@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+from scipy.signal import lfilter
 
 from jointlib.arrays import Array, ArrayLike
 from jointlib.harmonic import FirstHarmonic, broadcast, closed_form
@@ -39,6 +40,15 @@ class Maxwell(JointLaw):
         # In this form a step without duration is the spring alone, to the last bit.
         stretch = state[..., 1] - forgotten * state[..., 1] + followed * (motion.displacement - state[..., 0])
         return self.stiffness * stretch, play.remembered(motion.displacement, stretch)
+
+    def along(self, displacement: Array, velocity: Array, time_step: float) -> Array:
+        """All steps at once: the stretch is a recursion of first order over the travels."""
+        forgotten, followed = (np.broadcast_to(x, displacement.shape[1:]) for x in self._course(time_step))
+        travel, stretch = np.diff(displacement, axis=0, prepend=displacement[:1]), np.empty(displacement.shape)
+        for at in np.ndindex(forgotten.shape):
+            here = (slice(None), *at)
+            stretch[here] = lfilter([float(followed[at])], [1.0, float(forgotten[at]) - 1.0], travel[here])
+        return self.stiffness * stretch
 
     def jacobian(self, motion: Motion, state: Array) -> tuple[Array, Array]:
         stiffness = self.stiffness * self._course(motion.duration)[1] + 0.0 * motion.displacement

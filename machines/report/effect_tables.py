@@ -27,13 +27,26 @@ def effect_part(report: TraceReport) -> Section:
     further = [(link, _STATUS.get(str(link.get("status")), str(link.get("status")))) for link in report.chain]
     listed = {_link_name(link) for link in report.chain}
     further += [(link, "passed, but small: not added") for link in report.secondary if _link_name(link) not in listed]
-    if further:
+    if report.composition:
+        tables.append(_composition_table(report.composition))
+    elif further:
         rows = [(_link_name(link), percent(link["share"], 2), word) for link, word in further]
         of = "gain against the first" if report.route == "periodic" else "share of what was left then"
         tables.append(Table(("further effect", of, "what became of it"), rows, "After the first effect"))
     if report.corrections:
         tables.append(_correction_table(report))
     return Section("What is missing", figures=(), tables=tables)
+
+
+def _composition_table(composition: Iterable[Mapping[str, Any]]) -> Table:
+    """Effects in the order of their entry, with what each is worth beside all the others."""
+    rows = []
+    for c in composition:
+        doubt = ", ".join(dict.fromkeys(c["rivals"])) or "–"
+        worth = (percent(c["share"], 2), percent(c["explained"], 2), percent(c["adds"], 2))
+        rows.append((_link_name(c), *worth, doubt))
+    header = ("effect", "share of what was left then", "explained so far", "adds to all the others", "or instead")
+    return Table(header, rows, "Together: in the order in which they entered")
 
 
 def _rival_table(report: TraceReport) -> Table:

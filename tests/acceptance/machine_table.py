@@ -28,7 +28,7 @@ from typing import Any  # noqa: E402
 from machine_forces import HIDDEN  # noqa: E402
 from machine_records import DECIBEL, draw, measure, write  # noqa: E402
 from machine_steps import NoMotion  # noqa: E402
-from summary import MACHINES, split  # noqa: E402
+from summary import MACHINES, PATHS, split  # noqa: E402
 
 from jointlib import read_measurement  # noqa: E402
 from machines import read_machine  # noqa: E402
@@ -264,7 +264,10 @@ def main(arguments: Sequence[str]) -> int:
     if given.summary:
         print(summary(read(given.summary)))
     if given.summary and given.page:
-        given.page.write_text(split(given.page)[0].rstrip("\n") + "\n\n" + summary(read(given.summary)))
+        before, old = split(given.page)
+        _, heading, paths = old.partition(PATHS)
+        new = f"{before.rstrip()}\n\n{summary(read(given.summary))}"
+        given.page.write_text(f"{new.rstrip()}\n\n{heading}{paths}" if paths else new)
     return 0
 
 

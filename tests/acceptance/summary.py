@@ -26,6 +26,8 @@ MISSED: dict[str, str] = {
 """Demands that were measured and not met, each with the reason; the page says them."""
 MACHINES = "## Measured FRFs of a machine"
 """Where the part on machines begins."""
+PATHS = "## Several effects along a path"
+"""Where the part on paths begins, the last one."""
 INTERVALS = ("gain", "delay", "mass", "stiffness3", "slip_force")
 
 

@@ -224,7 +224,11 @@ def test_a_modulation_is_read_with_its_units(tmp_path: Path) -> None:
     ("old", "new", "said"),
     [
         ("slip-force", "slip force", "role is 'slip force', did you mean 'slip-force'?"),
-        ("position", "place", "condition is 'place', expected one of position, preload, temperature, time"),
+        (
+            "position",
+            "where",
+            "condition is 'where', expected one of position, preload, speed, temperature, time, voltage",
+        ),
         ("10 mm", "10 N", "reference: unit 'N' does not fit, expected one like 'm'"),
         ('["10 mm", 1]', '["10 kg", 1]', "table[0][0]: unit 'kg' does not fit"),
         ('["10 mm", 1]', '["10 mm"]', "expected rows [position, factor]"),

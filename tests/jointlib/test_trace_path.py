@@ -287,8 +287,8 @@ def test_a_test_that_is_ramped_up_counts_from_its_first_turn(tmp_path: Path) -> 
         m = measurement(tmp_path, None, fit=({"z": z, "F": 1e5 * z}, "fit", None))
         records = read_records(m, m.records)
         run = prepare(m, records[0], choose_preparation(m, records))
-        assert run.begin >= max(first * RATE, run.preparation.edge)
-        assert run.begin <= max(0.4 * RATE, run.preparation.edge)
+        rate, edge = run.preparation.sample_rate, run.preparation.edge
+        assert max(first * rate, edge) <= run.begin <= max(0.4 * rate, edge)
 
 
 def test_held_out_losses_are_those_of_fits_without_the_block() -> None:

@@ -151,6 +151,8 @@ class TraceReport(Shown):
     repro: Mapping[str, Any]
     extra_baseline: Mapping[str, Estimate] = field(default_factory=dict)
     """Baseline parameters that are no part of the joint: moving mass, force offset."""
+    composition: tuple[Mapping[str, Any], ...] = ()
+    """Effects that explain together what none does alone, in the order of their entry."""
     corrections: tuple[Correction, ...] = ()
     """Faults of sensors, masses and rig that were named, to be undone on reading."""
     measurement: Measurement | None = None

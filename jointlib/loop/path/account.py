@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from jointlib.loop.path import judgement
-from jointlib.loop.path.estimates import estimates
+from jointlib.loop.path.estimates import estimates, set_by
 from jointlib.loop.path.evidence import Evidence
 from jointlib.loop.path.fitted import Fitted
-from jointlib.loop.path.search import Finding, Step, deciding_excess
+from jointlib.loop.path.steps import Finding, Step, deciding_excess, is_rival
 from jointlib.measurement import Measurement, Record
 
 
@@ -74,6 +74,42 @@ def further(found: Finding, status: str) -> tuple[dict[str, Any], ...]:
     )
 
 
+def composition(found: Finding) -> tuple[dict[str, Any], ...]:
+    """The terms of the best composition in the order of their entry, and what each is worth in the whole.
+
+    ``share`` of the excess that it removed when it came; ``adds``, the share of what all the others leave without it;
+    ``explained`` by it and those before it; ``per_fold``, what it adds on each fold that was left out.
+    """
+    total, rows = deciding_excess(found.before), []
+    entered = {id(s.term): 1 - deciding_excess(s.fitted) / total for s in found.steps if s.term}
+    for part in found.parts:
+        term = part.term
+        rows.append(
+            {
+                "family": term.family,
+                "member": term.member,
+                "share": term.assessment.share,
+                "explained": entered.get(id(term)),
+                "adds": part.adds.share,
+                "per_fold": part.adds.per_fold,
+                "p_signflip": part.adds.chance,
+                "rivals": [r.entry.member for r in part.rows if is_rival(r)],
+                "parameters": set_by(term, found.after, found.before),
+            }
+        )
+    return tuple(rows)
+
+
+def compositions(found: Finding) -> list[dict[str, Any]]:
+    """The best composition and those that were followed beside it, best first."""
+    total = deciding_excess(found.before)
+    return [
+        {"members": [t.member for t in c.terms], "explained": 1 - deciding_excess(c.fitted) / total}
+        for c in (found.best, *found.others)
+        if c.terms
+    ]
+
+
 def reduction(found: Finding, after: Fitted) -> dict[str, Any]:
     """How far the excess went down, and how: step by step with the contest that followed each."""
     total, left = deciding_excess(found.before), deciding_excess(after)
@@ -82,6 +118,7 @@ def reduction(found: Finding, after: Fitted) -> dict[str, Any]:
         "excess_removed": 1 - left / total if total > 0 else None,
         "rms_over_floor": float(np.sqrt(after.deciding_loss.mean())) / noise if noise else None,
         "steps": [_step(step, total) for step in found.steps],
+        "compositions": compositions(found),
         "standard_errors": "blocks taken as independent, widened to the jackknife over condition folds",
     }
 

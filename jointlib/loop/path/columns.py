@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -13,6 +15,8 @@ from jointlib.errors import InputError
 from jointlib.joint import Joint
 from jointlib.law import JointLaw, Motion
 from jointlib.loop.path.preparation import Run
+from jointlib.modulation import Modulation, hats
+from jointlib.parameter import Role, parameters_of
 from jointlib.registry import installed
 
 Shape = Mapping[str, float]
@@ -20,6 +24,10 @@ Shape = Mapping[str, float]
 _LINEAR_PROBE = np.array([[0.7, -0.3, 0.9, -0.8], [0.2, 0.9, -0.6, -0.5]])
 _MOST_AT_ONCE = 1.5e7
 """Samples times records times shapes that are stepped together: 120 MB a column."""
+_STEP = 1e-3
+"""Of a parameter, for the slope of a force."""
+_TINY = 1e-6
+"""Of a parameter that may not be zero: what it is where its factor is zero."""
 _MOST_KEPT = 5e7
 """Values of thinned columns that are remembered: 400 MB."""
 
@@ -32,17 +40,93 @@ def law_forces(runs: Sequence[Run]) -> Callable[[JointLaw], Array]:
     """
 
     def along(law: JointLaw) -> Array:
-        if law.states:
-            stepped = _side_by_side(runs)
-            forces = Joint((law,)).force_along(stepped.displacement, stepped.velocity, stepped.time_step)
-            return np.concatenate([_thinned(run, forces[:, i]) for i, run in enumerate(runs)])
-        out = []
-        for run in runs:
-            full = law.step(Motion(run.path.displacement, run.path.velocity), np.empty((len(run.force), 0)))[0]
-            out.append(full[run.keep] if _is_linear(law, run) else run.column(full))
-        return np.concatenate(out)
+        if not law.states and all(_is_linear(law, run) for run in runs):
+            return np.concatenate([f[run.keep] for run, f in zip(runs, bare_forces(runs, law), strict=True)])
+        return np.concatenate([run.column(f) for run, f in zip(runs, bare_forces(runs, law), strict=True)])
 
     return lru_cache(maxsize=64)(along)
+
+
+def bare_forces(runs: Sequence[Run], law: JointLaw) -> list[Array]:
+    """The force of a law along each record at the full rate, not filtered."""
+    if law.states:
+        stepped = _side_by_side(runs)
+        forces = law.along(stepped.displacement, stepped.velocity, stepped.time_step)
+        return [run.spread(forces[:, i]) for i, run in enumerate(runs)]
+    return [law.step(Motion(r.path.displacement, r.path.velocity), np.empty((len(r.force), 0)))[0] for r in runs]
+
+
+def modulated_forces(runs: Sequence[Run]) -> Callable[[JointLaw, tuple[Modulation, ...]], Array]:
+    """The force of a law whose parameters follow inputs, filtered and thinned."""
+
+    def along(law: JointLaw, modulations: tuple[Modulation, ...]) -> Array:
+        full = _followed(runs, law, modulations)
+        return np.concatenate([run.column(f) for run, f in zip(runs, full, strict=True)])
+
+    return lru_cache(maxsize=64)(along)
+
+
+def follower_columns(runs: Sequence[Run], joint: Joint, m: Modulation) -> Array:
+    """∂F/∂(coefficient of a modulation), (coefficient, sample): the slope of the force over the logarithm of the role's
+    parameters, times what each coefficient does to their factor."""
+    slope = [np.zeros(len(run.force)) for run in runs]
+    others = tuple(o for o in joint.modulations if o is not m)
+    for law in joint.laws:
+        if not any(p.role is m.role for p in parameters_of(law)):
+            continue
+        more, less = (_followed(runs, _scaled(law, [(m.role, np.asarray(f))]), others) for f in (1 + _STEP, 1 - _STEP))
+        for total, high, low in zip(slope, more, less, strict=True):
+            total += (high - low) / (2 * _STEP)
+    parts = [r.column(hats(m, r.inputs[m.condition]) * s) for r, s in zip(runs, slope, strict=True)]
+    return np.concatenate(parts, axis=1)
+
+
+def _followed(runs: Sequence[Run], law: JointLaw, modulations: tuple[Modulation, ...]) -> list[Array]:
+    """Along each record at the full rate, not filtered.
+
+    Without memory the parameters of a law are those at each sample. A law with memory is stepped with those of each
+    point of a table, and its forces are joined as the factors are: in a straight line from point to point.
+    """
+    own = tuple(m for m in modulations if any(p.role is m.role for p in parameters_of(law)))
+    if law.states:
+        return _joined(runs, law, own)
+    out = []
+    for r in runs:
+        moved = _scaled(law, [(m.role, m.along(r.inputs[m.condition])) for m in own])
+        out.append(moved.step(Motion(r.path.displacement, r.path.velocity), np.empty((len(r.force), 0)))[0])
+    return out
+
+
+def _joined(runs: Sequence[Run], law: JointLaw, modulations: tuple[Modulation, ...]) -> list[Array]:
+    if not modulations:
+        return bare_forces(runs, law)
+    first, rest = modulations[0], modulations[1:]
+    at, factors = (np.array(x) for x in zip(*first.table, strict=True))
+    weights = [np.array([np.interp(run.inputs[first.condition], at, row) for row in np.eye(len(at))]) for run in runs]
+    if rest or any(p.listed for p in parameters_of(law)):
+        found = [_joined(runs, _scaled(law, [(first.role, np.asarray(f))]), rest) for f in factors]
+        return [
+            np.sum([w * f[i] for w, f in zip(weight, found, strict=True)], axis=0) for i, weight in enumerate(weights)
+        ]
+    wide = _widened(_side_by_side(runs), len(at))
+    forces = _scaled(law, [(first.role, factors)]).along(wide.displacement, wide.velocity, wide.time_step)
+    return [
+        np.sum([w * run.spread(forces[:, i, k]) for k, w in enumerate(weight)], axis=0)
+        for i, (run, weight) in enumerate(zip(runs, weights, strict=True))
+    ]
+
+
+def _scaled(law: JointLaw, factors: Sequence[tuple[Role, Array]]) -> JointLaw:
+    """A law with the parameters of some roles times factors, which may be arrays."""
+    moved: dict[str, Any] = {}
+    for p in parameters_of(law):
+        for role, factor in factors:
+            if p.role is role and not p.table:
+                known = np.asarray(moved.get(p.name, getattr(law, p.name)))
+                bare = p.above + _TINY * float(np.max(np.abs(known))) if np.isfinite(p.above) else -np.inf
+                new = np.maximum(known * factor, max(p.lower, bare))
+                moved[p.name] = tuple(new.tolist()) if p.listed else new if np.ndim(new) else float(new)
+    return replace(law, **moved) if moved else law  # type: ignore[type-var]
 
 
 class ColumnStore:

@@ -11,10 +11,12 @@ from jointlib.effect import JointEffect, Scale
 from jointlib.joint import Joint
 from jointlib.loop.answer.report import Candidate, Estimate
 from jointlib.loop.contest.contestant import bare, moved_by
+from jointlib.loop.path.composed.follower import Follower
 from jointlib.loop.path.contest import Entry
 from jointlib.loop.path.fitted import Fitted
-from jointlib.loop.path.search import Row, Term
+from jointlib.loop.path.steps import Row, Term
 from jointlib.loop.path.trials import Effect, Trial
+from jointlib.modulation import factors_of, names_of
 from jointlib.path_fault import PathFault
 
 _MODEL_FORM = frozenset({"hysteresis"})
@@ -31,6 +33,10 @@ def estimates(fitted: Fitted) -> dict[str, Estimate]:
         for name, value in known.parameters.items():
             values[f"{prefix}.{name}"] = value
             units[f"{prefix}.{name}"] = known.fault.parameters[name].replace("channel", "N")
+    for m in fitted.joint.modulations:
+        steps = factors_of(m)
+        values |= steps
+        units |= dict.fromkeys(steps, "1")
     values |= fitted.joint.parameters
     return {name: _estimate(fitted, name, value, units[name]) for name, value in values.items()}
 
@@ -77,6 +83,8 @@ def set_by(term: Term, fitted: Fitted, current: Fitted) -> dict[str, Estimate]:
 
 def _names(effect: Effect, trial: Trial, current: Fitted) -> tuple[str, ...]:
     """Parameters of the mended model that an effect sets."""
+    if isinstance(effect, Follower):
+        return names_of(effect.start(trial.shape["points"]))
     if isinstance(effect, PathFault):
         return tuple(f"{effect.family.replace('-', '_')}.{name}" for name in effect.parameters)
     return moved_by(effect, trial.coefficients, trial.shape, current.joint)
@@ -93,6 +101,8 @@ def _parameters(entry: Entry, current: Fitted) -> Mapping[str, Estimate]:
         coefficients = {f"coefficient_{i}": bare(c, "") for i, c in enumerate(best.coefficients.tolist())}
         units = shape_units(effect, current.joint)
         return coefficients | {n: bare(v, units[n]) for n, v in best.shape.items()}
+    if isinstance(effect, Follower):
+        return {n: bare(v, "1") for n, v in factors_of(best.model.joint.modulations[-1]).items()}
     have, units = best.model.joint.parameters, best.model.joint.units
     names = [n for n in have if n not in current.joint.parameters]
     names = names or list(_names(effect, best, current))

@@ -12,11 +12,14 @@ from jointlib.arrays import Array
 from jointlib.effect import Scale
 from jointlib.joint import Joint
 from jointlib.law import JointLaw
+from jointlib.loop.path.columns import follower_columns, modulated_forces
 from jointlib.loop.path.preparation import Run
 from jointlib.loop.path.regression import Index
 from jointlib.loop.path.repeats import PathFloor
 from jointlib.loop.path.strokes import Division
 from jointlib.measurement import Mass
+from jointlib.modulation import Modulation, is_fitted, names_of
+from jointlib.parameter import parameters_of
 from jointlib.path_fault import PathFault
 
 
@@ -148,7 +151,37 @@ class Evidence:
 
     def joint_force(self, joint: Joint) -> Array:
         """Σ of the laws' forces, N."""
-        return np.asarray(np.sum([self.law_force(law) for law in joint.laws], axis=0) + np.zeros(len(self.force)))
+        total = np.zeros(len(self.force))
+        followed = self.followed(joint)
+        roles = {m.role for m in followed}
+        for law in joint.laws:
+            if roles & {p.role for p in parameters_of(law)}:
+                total = total + self.modulated_force(law, followed)
+            else:
+                total = total + self.law_force(law)
+        return total
+
+    def followed(self, joint: Joint) -> tuple[Modulation, ...]:
+        """The modulations of a joint whose input these records have; the others stay at their reference."""
+        return tuple(m for m in joint.modulations if all(m.condition in run.inputs for run in self.recorded))
+
+    @cached_property
+    def modulated_force(self) -> Callable[[JointLaw, tuple[Modulation, ...]], Array]:
+        """Force of a law whose parameters follow inputs; remembered."""
+        return modulated_forces(self.recorded)
+
+    def follower_columns(self, joint: Joint, modulation: Modulation) -> Array:
+        """What each coefficient of a modulation of the joint adds to F, filtered and thinned, (coefficient, sample)."""
+        return follower_columns(self.recorded, joint, modulation)
+
+    def beside(self, joint: Joint) -> tuple[tuple[str, ...], Array]:
+        """Columns that are fitted linearly beside a joint's parameters: the plant, and what its modulations lack."""
+        names, columns = list(self.plant[0]), [self.plant[1]]
+        for m in filter(is_fitted, self.followed(joint)):
+            found = self.follower_columns(replace(joint, modulations=self.followed(joint)), m)
+            names += names_of(m)
+            columns.append(found)
+        return tuple(names), np.concatenate(columns)
 
     def fault_columns(self, fault: PathFault, shape: Mapping[str, float]) -> Array:
         """What each coefficient of a fault adds to F, filtered and thinned, (coefficient, sample)."""

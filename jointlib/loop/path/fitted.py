@@ -12,8 +12,9 @@ from jointlib.arrays import Array
 from jointlib.joint import Covariance, Joint
 from jointlib.loop.answer.refit import refit
 from jointlib.loop.path.columns import moved_or_none
-from jointlib.loop.path.evidence import Evidence, Known, Model
+from jointlib.loop.path.evidence import Evidence, Model
 from jointlib.loop.path.regression import Index, block_grams, clustered_covariance, hold_out
+from jointlib.modulation import names_of, stepped
 from jointlib.parameter import Role, parameters_of
 
 _FAULT_ROUNDS = 4
@@ -58,33 +59,49 @@ class Fitted:
         return float(np.sqrt(self.covariance[i, i]))
 
 
-def fit(evidence: Evidence, model: Model) -> Fitted:
+def fit(evidence: Evidence, model: Model, *, quick: bool = False, rounding: bool = False) -> Fitted:
     """Refit all free parameters with mass and offset, then judge the model by both kinds of hold-out.
 
     Mass and offset are eliminated by projection, so that the nonlinear search is over joint parameters alone. Faults
     are undone exactly and what is left of them is fitted linearly, round after round. Standard errors take whole
     blocks as independent (residuals within one are not), and are widened to the jackknife over condition folds where
-    that is larger.
+    that is larger. ``quick`` ends early, and ``rounding`` fits the smoothing of corners too, within half a decade.
     """
-    for _ in range(_FAULT_ROUNDS if model.faults else 0):
+    free = free_parameters(model.joint)
+    if rounding:
+        loose = _solved(evidence.without(model.faults), model.joint, tuple(model.joint.parameters), quick)[0]
+        model = dataclasses.replace(model, joint=_rounded(model.joint, loose))
+    for _ in range(_FAULT_ROUNDS if model.faults or model.joint.modulations else 0):
         here = evidence.without(model.faults)
-        joint, beta = _solved(here, model.joint)
-        model = Model(joint, _moved(here, model.faults, beta))
+        joint, beta = _solved(here, model.joint, free, quick)
+        model = _moved(here, model, joint, beta)
     here = evidence.without(model.faults)
-    joint, beta = _solved(here, model.joint)
+    joint, beta = _solved(here, model.joint, free, quick)
     return _judged(here, Model(joint, model.faults), beta)
 
 
-def _moved(evidence: Evidence, faults: Sequence[Known], beta: Array) -> tuple[Known, ...]:
-    """The faults with what the fit found to be left of them."""
-    left = dict(zip(evidence.plant[0], beta, strict=True))
-    return tuple(known.moved(np.array([left[n] for n in known.names])) for known in faults)
+def _moved(evidence: Evidence, model: Model, joint: Joint, beta: Array) -> Model:
+    """The refitted joint and the faults with what the fit found to be left of them and of its modulations."""
+    left = dict(zip(evidence.beside(model.joint)[0], beta, strict=True))
+    faults = tuple(known.moved(np.array([left[n] for n in known.names])) for known in model.faults)
+    modulations = [
+        (stepped(m, np.array([left[n] for n in names_of(m)])) or m) if left.keys() >= set(names_of(m)) else m
+        for m in joint.modulations
+    ]
+    return Model(dataclasses.replace(joint, modulations=tuple(modulations)), faults)
 
 
-def _solved(evidence: Evidence, joint: Joint) -> tuple[Joint, Array]:
+def _rounded(joint: Joint, loose: Joint) -> Joint:
+    """The joint with the smoothing of another one, as far as that is near its own."""
+    new, limit = loose.parameters, np.sqrt(10.0)
+    own = {n: joint.parameters[n] for n in named_by_role(joint, Role.SMOOTHING) if n not in joint.fixed}
+    return joint.with_parameters({n: float(np.clip(new[n], x / limit, x * limit)) for n, x in own.items()})
+
+
+def _solved(evidence: Evidence, joint: Joint, free: Sequence[str], quick: bool) -> tuple[Joint, Array]:
     """The refitted joint, and the coefficients of the plant's columns."""
     w, target = evidence.root_weight, evidence.target
-    plant = evidence.plant[1] * w
+    plant = evidence.beside(joint)[1] * w
     size = np.maximum(np.linalg.norm(plant, axis=1), 1e-300)[:, None]
     Q = np.linalg.qr((plant / size).T)[0]
     sigma = float(np.sqrt(np.mean((w * target) ** 2))) or 1.0
@@ -95,13 +112,13 @@ def _solved(evidence: Evidence, joint: Joint) -> tuple[Joint, Array]:
 
     # Two laws that do the same make the search run away; hold-out refuses what it then finds.
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        fitted, _ = refit(joint, projected, free_parameters(joint))
+        fitted, _ = refit(joint, projected, [n for n in free if n not in joint.fixed], quick=quick)
     rest = w * (target - evidence.joint_force(fitted))
     return fitted, np.linalg.lstsq((plant / size).T, rest, rcond=None)[0] / size[:, 0]
 
 
 def _judged(evidence: Evidence, model: Model, beta: Array) -> Fitted:
-    plant_names, plant = evidence.plant
+    plant_names, plant = evidence.beside(model.joint)
     rest = evidence.target - evidence.joint_force(model.joint)
     residual = rest - beta @ plant
     names, slopes = tangents(evidence, model.joint)
@@ -142,6 +159,8 @@ def tangents(evidence: Evidence, joint: Joint) -> tuple[tuple[str, ...], Array]:
         step = 1e-4 * abs(at[name]) or 1e-6
         pair = [(moved_or_none(joint, {name: at[name] + h}), h) for h in (step, -step)]
         usable = [(evidence.joint_force(j), h) for j, h in pair if j is not None]
+        if not usable:
+            continue
         if len(usable) == 1:
             usable.append((evidence.joint_force(joint), 0.0))
         column = (usable[0][0] - usable[1][0]) / (usable[0][1] - usable[1][1])

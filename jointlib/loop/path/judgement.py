@@ -16,7 +16,7 @@ from jointlib.loop.path.preparation import Run
 def unexplained(evidence: Evidence, fitted: Fitted) -> Array:
     """What a fitted model leaves of F along records, N: mass, offset and faults are those of the fit."""
     here = evidence.without(fitted.model.faults)
-    names, columns = here.plant
+    names, columns = here.beside(fitted.joint)
     plant = dict(zip(fitted.names, fitted.plant, strict=False))
     return np.asarray(here.target - here.joint_force(fitted.joint) - np.array([plant[n] for n in names]) @ columns)
 

@@ -6,16 +6,28 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.signal import detrend, medfilt, welch
+from scipy import fft
+from scipy.signal import butter, detrend, medfilt, sosfiltfilt, welch
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.effect import Path
 from jointlib.identification.path_record import low_pass
-from jointlib.measurement import Measurement, Record
+from jointlib.measurement import Channel, Measurement, Record
 from jointlib.path_fault import PathFault, PathRecord
 
 _CLOSE = 1e-3
 _STEPS = 5
+_CONDITION = {
+    "voltage": "voltage",
+    "temperature": "temperature",
+    "force": "preload",
+    "position": "position",
+    "velocity": "speed",
+    "time": "time",
+}
+"""What an input is, by the quantity of its channel."""
+_SAMPLES = 32
+"""In a period of the cutoff frequency, of records that are sampled more than twice as densely."""
 
 
 @dataclass(frozen=True)
@@ -23,7 +35,7 @@ class Preparation:
     """How every record of a measurement is filtered and thinned; chosen once, on the fit records."""
 
     sample_rate: float
-    """Hz."""
+    """Hz, of the records as they are used."""
     cutoff: float
     """Hz."""
     edge: int
@@ -37,6 +49,8 @@ class Preparation:
     """Where the cutoff comes from."""
     step: int = 1
     """Laws with memory are stepped along one sample of so many: at least five in a period of the cutoff frequency."""
+    thinning: int = 1
+    """One sample of so many of a record is used, after a low pass of its own: at least 32 in a period of the cutoff."""
 
     @property
     def filter(self) -> str:
@@ -50,9 +64,9 @@ class Preparation:
         if self.derivative == "central":
             return low_pass(x, self.cutoff, self.sample_rate)
         spectrum, line = _odd_spectrum(x)
-        frequency = np.fft.rfftfreq(2 * (x.shape[-1] - 1), 1 / self.sample_rate)
+        frequency = fft.rfftfreq(2 * (x.shape[-1] - 1), 1 / self.sample_rate)
         spectrum[..., frequency > self.cutoff] = 0
-        return np.asarray(np.fft.irfft(spectrum, 2 * (x.shape[-1] - 1))[..., : x.shape[-1]] + line)
+        return np.asarray(fft.irfft(spectrum, 2 * (x.shape[-1] - 1))[..., : x.shape[-1]] + line)
 
     def slope(self, x: Array) -> Array:
         """Time derivative of a filtered signal."""
@@ -60,8 +74,8 @@ class Preparation:
             return np.asarray(np.gradient(x) * self.sample_rate)
         n = len(x)
         spectrum, line = _odd_spectrum(x)
-        omega = 2 * np.pi * np.fft.rfftfreq(2 * (n - 1), 1 / self.sample_rate)
-        own = np.fft.irfft(1j * omega * spectrum, 2 * (n - 1))[:n]
+        omega = 2 * np.pi * fft.rfftfreq(2 * (n - 1), 1 / self.sample_rate)
+        own = fft.irfft(1j * omega * spectrum, 2 * (n - 1))[:n]
         return np.asarray(own + (line[1] - line[0]) * self.sample_rate)
 
 
@@ -81,6 +95,8 @@ class Run:
     period: int | None
     recorded: PathRecord
     """The force as it was read, with its clock and the place of the feed."""
+    inputs: Mapping[str, Array]
+    """What parameters may follow, by condition, in SI at the full rate: see :mod:`jointlib.modulation`."""
     begin: int
     """First sample that counts: after the edge, and on a test that is ramped up after the first quarter cycle, when
     contacts have forgotten how they were left."""
@@ -138,10 +154,13 @@ def choose_preparation(measurement: Measurement, records: Sequence[Record]) -> P
         cutoff = _round_number(max(cutoff, 10 * rate / shortest))
         rule = "99.9 % of the force power times 1.4, within the band where displacement exceeds its noise"
     cutoff = min(cutoff, 0.45 * rate)
+    thinning = max(1, int(rate / (_SAMPLES * cutoff)))
+    thinning = next(n for n in range(thinning, 0, -1) if all((r.period or 0) % n == 0 for r in records))
+    records, rate, shortest = [thinned(r, thinning) for r in records], rate / thinning, -(-shortest // thinning)
     edge = min(round(25 * rate / cutoff), shortest // 20)
     stride = max(1, int(rate / (2 * cutoff)))
     derivative = "central" if (2 * np.pi * cutoff / rate) ** 2 / 6 < 0.03 else "spectral"
-    chosen = Preparation(rate, cutoff, edge, stride, derivative, rule)
+    chosen = Preparation(rate, cutoff, edge, stride, derivative, rule, thinning=thinning)
     paths = [chosen.filtered(r.channels[displacement_channel(measurement)]) for r in records]
     coarsest = max(1, int(rate / (_STEPS * cutoff)))
     return replace(chosen, step=max(s for s in range(1, coarsest + 1) if s == 1 or _follows(paths, s)))
@@ -150,6 +169,9 @@ def choose_preparation(measurement: Measurement, records: Sequence[Record]) -> P
 def prepare(measurement: Measurement, record: Record, preparation: Preparation) -> Run:
     """Filter force and displacement alike; velocity and acceleration as measured, or derived after the filter."""
     filtered = preparation.filtered
+    record = thinned(record, preparation.thinning)
+    if preparation.derivative == "spectral":
+        record = _of_fast_length(record)
     displacement, force = (
         record.channels[displacement_channel(measurement)],
         record.channels[force_channel(measurement)],
@@ -172,8 +194,38 @@ def prepare(measurement: Measurement, record: Record, preparation: Preparation) 
         preparation=preparation,
         period=record.period,
         recorded=PathRecord(path, force, time, record.channels[feed[0].name] if feed else displacement),
+        inputs={_CONDITION[c.quantity]: record.channels[c.name] for c in reversed(followed(measurement))},
         begin=max(preparation.edge, _ramp(z)),
     )
+
+
+def followed(measurement: Measurement) -> tuple[Channel, ...]:
+    """The channels that parameters may follow along a path."""
+    return tuple(c for c in measurement.channels if c.is_input and c.quantity in _CONDITION)
+
+
+def thinned(record: Record, every: int) -> Record:
+    """One sample of so many, after a low pass at 0.8 of what such samples can show (Butterworth of order 8, forward and
+    backward)."""
+    if every == 1:
+        return record
+    sections = butter(8, 0.8 / every, output="sos")
+    channels = {n: x if np.all(np.diff(x) > 0) else sosfiltfilt(sections, x) for n, x in record.channels.items()}
+    return replace(
+        record,
+        channels={n: np.ascontiguousarray(x[::every]) for n, x in channels.items()},
+        sample_rate=record.sample_rate / every,
+        period=record.period and record.period // every,
+    )
+
+
+def _of_fast_length(record: Record) -> Record:
+    """Without the last few samples, so that the number of the others less one is a product of small factors; a
+    spectrum is several times slower else. They are among those that the edge leaves out of the fit."""
+    last = len(record) - 1
+    while fft.next_fast_len(last, real=True) != last:
+        last -= 1
+    return replace(record, channels={n: x[: last + 1] for n, x in record.channels.items()})
 
 
 def _follows(paths: Sequence[Array], step: int) -> bool:
@@ -237,12 +289,12 @@ def _odd_spectrum(x: Array) -> tuple[ComplexArray, Array]:
     first, last = x[..., :1], x[..., -1:]
     line = first + (last - first) * np.linspace(0, 1, n)
     y = x - line
-    return np.fft.rfft(np.concatenate([y, -y[..., -2:0:-1]], axis=-1)), line
+    return fft.rfft(np.concatenate([y, -y[..., -2:0:-1]], axis=-1)), line
 
 
 def finer(x: Array, factor: int) -> Array:
     """A signal with ``factor`` samples for each, band-limited in between; it ends with the last sample."""
     n = len(x)
     spectrum, _ = _odd_spectrum(x)
-    own = np.fft.irfft(spectrum, 2 * (n - 1) * factor)[: (n - 1) * factor + 1] * factor
+    own = fft.irfft(spectrum, 2 * (n - 1) * factor)[: (n - 1) * factor + 1] * factor
     return np.asarray(own + np.linspace(x[0], x[-1], (n - 1) * factor + 1))

@@ -13,10 +13,11 @@ from jointlib.loop.path.answer import answer
 from jointlib.loop.path.band_floor import with_band_floor
 from jointlib.loop.path.checks import check_laws, check_records, exists_in_time, missing_of
 from jointlib.loop.path.columns import law_forces
+from jointlib.loop.path.composed.beam import search
+from jointlib.loop.path.composed.follower import followers
 from jointlib.loop.path.evidence import Evidence
 from jointlib.loop.path.preparation import choose_preparation, prepare
 from jointlib.loop.path.repeats import repeat_floor
-from jointlib.loop.path.search import search
 from jointlib.loop.path.strokes import divide
 from jointlib.measurement import Measurement
 
@@ -41,6 +42,7 @@ def trace_path(measurement: Measurement, joint: Joint, *, seed: int = 0) -> Trac
     undeclared = measurement.carriage is None
     faults = [f for f in found.path if f.requires not in missing and (undeclared or not f.inertia)]
     effects = [e for e in found.joint if exists_in_time(e)]
-    finding = search(evidence, joint.with_parameters(joint.parameters), [*effects, PreloadShape(), *faults], seed)
+    known = joint.with_parameters(joint.parameters)
+    finding = search(evidence, known, [*effects, PreloadShape(), *followers(runs), *faults], seed)
     report = answer(measurement, joint, records, evidence, finding, found.path, missing, seed)
     return replace(report, warnings=(*report.warnings, *found.failed))

@@ -126,7 +126,8 @@ def _block(number: int, run: Run, first: int, end: int, direction: int) -> Block
 def _clusters(values: Array) -> Index | None:
     """Group numbers split where sorted values jump by more than 15 %; None without 2 to 8 groups.
 
-    A group of one joins its nearer neighbour.
+    A group of one joins its nearer neighbour. Where one holds less than a tenth of all, or spans more than half of its
+    lowest value, the values wander and do not fall into groups.
     """
     order = np.argsort(values, kind="stable")
     logs = np.log(np.maximum(values[order], 1e-300))
@@ -141,7 +142,9 @@ def _clusters(values: Array) -> Index | None:
         above = logs[at + 1] - logs[at] if at + 1 < len(logs) else np.inf
         groups[at] = groups[at - 1] if below < above else groups[at + 1]
         groups = np.unique(groups, return_inverse=True)[1]
-    if not 2 <= len(np.unique(groups)) <= 8:
+    sizes = np.unique(groups, return_counts=True)[1]
+    spans = [float(np.ptp(logs[groups == g])) for g in np.unique(groups)]
+    if not 2 <= len(sizes) <= 8 or sizes.min() < 0.1 * len(values) or max(spans) > np.log(1.5):
         return None
     out = np.empty(len(values), dtype=int)
     out[order] = groups

@@ -14,6 +14,7 @@ from jointlib.errors import InputError
 from jointlib.joint import Joint
 from jointlib.loop.answer.refit import bounds_of
 from jointlib.loop.path.columns import ColumnStore
+from jointlib.loop.path.composed.follower import Follower
 from jointlib.loop.path.evidence import Known, Model
 from jointlib.loop.path.fitted import Fitted, named_by_role
 from jointlib.loop.path.regression import Index, Mask, block_grams, hold_out, loss, solve, solve_signed
@@ -69,6 +70,10 @@ def shapes_of(effect: Effect, current: Fitted) -> tuple[Shape, ...]:
 
 def columns_of(effect: Effect, shapes: Sequence[Shape], current: Fitted, store: ColumnStore) -> Iterator[Array]:
     """Columns of an effect at each shape, (coefficient, sample)."""
+    if isinstance(effect, Follower):
+        for shape in shapes:
+            yield current.evidence.follower_columns(current.joint, effect.start(shape["points"]))
+        return
     if isinstance(effect, JointEffect):
         yield from store.columns(effect, shapes, current.joint)
         return
@@ -135,9 +140,15 @@ def _least_damping(current: Fitted, gram: Array) -> Mapping[int, float]:
 
 
 def applied(
-    effect: Effect, shape: Shape, current: Fitted, beta: Array, least: Mapping[int, float] | None = None
+    effect: Effect,
+    shape: Shape,
+    current: Fitted,
+    beta: Array,
+    least: Mapping[int, float] | None = None,
+    onto: Model | None = None,
 ) -> Model | None:
-    """The current model moved along its tangents, with the effect; None where that is not physical.
+    """The current model moved along its tangents, or ``onto`` another one, with the effect; None where that is not
+    physical.
 
     ``least`` bounds damping that a fault of the force needs beside it, by number of the coefficient: a late force that
     takes a damper that drives has imitated something else.
@@ -145,15 +156,16 @@ def applied(
     at = current.joint.parameters
     if any(at[current.names[i]] + beta[i] < bound for i, bound in (least or {}).items()):
         return None
-    joint, own = _moved(current, beta), beta[len(current.names) :]
+    joint = _moved(current, beta) if onto is None else onto.joint
+    faults, own = (current.model if onto is None else onto).faults, beta[len(current.names) :]
     if isinstance(effect, PathFault):
         parameters = effect.correction(own, shape)
-        return None if parameters is None else Model(joint, (*current.model.faults, Known(effect, shape, parameters)))
+        return None if parameters is None else Model(joint, (*faults, Known(effect, shape, parameters)))
     try:
         mended = effect.apply(own, shape, joint)
     except InputError:
         return None
-    return None if mended is None else Model(mended, current.model.faults)
+    return None if mended is None else Model(mended, faults)
 
 
 def _moved(current: Fitted, beta: Array) -> Joint:

@@ -62,8 +62,10 @@ def sentence(
     after: Mapping[str, Any],
     floor: float | None,
     source: str,
+    together: float | None = None,
 ) -> str:
-    """The finding in plain words with its numbers."""
+    """The finding in plain words with its numbers; ``together`` is what ``effect`` and ``further`` explain of the
+    excess where none does alone."""
     where = WHERE[before["where"]]
     noise = "its noise is unknown" if floor is None else f"{_NOISE[source]} {100 * floor:.2g}%"
     if verdict is Verdict.NOTHING_MISSING:
@@ -78,16 +80,18 @@ def sentence(
     assert effect is not None
     named = f"{said(effect)}: {figures(chosen.parameters)}"
     drop = f"Unexplained {where}: {before['relative']:.2%} of the force before, {after['relative']:.2%} after; {noise}."
+    doubt = f" These records cannot rule out {' or '.join(rivals)}." if rivals else ""
+    if not rivals and verdict is Verdict.AMBIGUOUS:
+        doubt = " One trajectory was repeated, so the shape of the effect is not tested."
+    if together is not None:
+        kind = "The nearest effects are" if verdict is Verdict.PARTIAL else "Missing are"
+        listed = "; ".join([named, *further])
+        share = f"{together:.0%} of what was missing, the first alone {chosen.explained or 0:.0%}"
+        return f"{kind} {listed}. Together they explain {share}.{doubt} {drop}"
     if verdict is Verdict.PARTIAL:
         share = f"{chosen.explained or 0:.0%} of what was missing"
-        doubt = f" These records cannot rule out {' or '.join(rivals)}." if rivals else ""
         return f"The nearest effect is {named}. It explains {share}.{doubt} {drop}"
     also = f" With it, {' and '.join(further)}." if further else ""
-    doubt = ""
-    if rivals:
-        doubt = f" These records cannot rule out {' or '.join(rivals)}."
-    elif verdict is Verdict.AMBIGUOUS:
-        doubt = " One trajectory was repeated, so the shape of the effect is not tested."
     begin = "The records show" if isinstance(effect, PathFault) else "The joint lacks"
     return f"{begin} {named}.{also}{doubt} {drop}"
 

@@ -1,4 +1,4 @@
-"""Term after term: contest, acceptance, refit, exchange."""
+"""Steps of a search: every effect beside the current model, which of them pass, and what was added."""
 
 from __future__ import annotations
 
@@ -7,18 +7,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from jointlib.joint import Joint
 from jointlib.loop.answer.report import Status
 from jointlib.loop.path.acceptance import TIE, Assessment, assess, excess
 from jointlib.loop.path.columns import ColumnStore
 from jointlib.loop.path.contest import Entry, contains, contest
-from jointlib.loop.path.evidence import Evidence, Model
-from jointlib.loop.path.fitted import Fitted, fit
+from jointlib.loop.path.evidence import Evidence
+from jointlib.loop.path.fitted import Fitted
 from jointlib.loop.path.regression import Index
-from jointlib.loop.path.trials import Effect, Trial, member_of, trials_of
+from jointlib.loop.path.trials import Effect, Trial, member_of
 from jointlib.path_fault import PathFault
 
-_MOST_TERMS = 4
 _QUIET = 1.5
 """Nothing is missing where the held-out rms is below this multiple of the floor."""
 
@@ -61,11 +59,61 @@ class Step:
 
 
 @dataclass(frozen=True)
-class Finding:
-    """Every step of a search; the first is the baseline."""
+class Composition:
+    """Effects that were added one after the other; the first step is the baseline."""
 
     steps: tuple[Step, ...]
-    terms: tuple[Term, ...]
+    terms: tuple[Term, ...] = ()
+    """Those in the last model; exchanged ones are not among them."""
+
+    @property
+    def fitted(self) -> Fitted:
+        return self.steps[-1].fitted
+
+    @property
+    def complexity(self) -> int:
+        """Parameters that are fitted, and internal states."""
+        return len(self.fitted.names) + len(self.fitted.joint.states)
+
+    @property
+    def members(self) -> tuple[tuple[str, str], ...]:
+        """Family and member of its terms, whatever their order."""
+        return tuple(sorted((t.family, t.member) for t in self.terms))
+
+
+@dataclass(frozen=True)
+class Part:
+    """What one term of a composition is worth there: the others refitted without it, and who would take its place."""
+
+    term: Term
+    adds: Assessment
+    """Of the whole composition over the others alone."""
+    rows: tuple[Row, ...]
+    """The contest beside the others, in which this term is accepted."""
+
+    @property
+    def row(self) -> Row | None:
+        """Its own row there."""
+        own = [r for r in self.rows if (r.entry.family, r.entry.member) == (self.term.family, self.term.member)]
+        return own[0] if own else None
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What a search found: the best composition, what each of its terms is worth, and compositions that do as well."""
+
+    best: Composition
+    parts: tuple[Part, ...] = ()
+    others: tuple[Composition, ...] = ()
+    """The best of those that were followed beside it, best first."""
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        return self.best.steps
+
+    @property
+    def terms(self) -> tuple[Term, ...]:
+        return self.best.terms
 
     @property
     def before(self) -> Fitted:
@@ -79,30 +127,6 @@ class Finding:
     def rows(self) -> tuple[Row, ...]:
         """The contest beside the baseline."""
         return self.steps[0].rows
-
-
-def search(evidence: Evidence, joint: Joint, effects: Sequence[Effect], seed: int) -> Finding:
-    """Add the best effect as long as one passes every test, trying to exchange earlier terms after each."""
-    store = ColumnStore(evidence.recorded)
-    steps, terms = [Step(None, fit(evidence, Model(joint)))], list[Term]()
-    while True:
-        current = steps[-1].fitted
-        rows = rank(current, effects, store, seed)
-        winner = None if is_quiet(current) or len(terms) == _MOST_TERMS else _winner(rows)
-        if winner is not None and winner.entry.best.model is not None:
-            fitted = fit(evidence, winner.entry.best.model)
-            if deciding_excess(fitted) >= deciding_excess(current):
-                winner = None
-        steps[-1] = replace(steps[-1], rows=_settled(current, rows, winner, store))
-        if winner is None:
-            return Finding(tuple(steps), tuple(terms))
-        terms.append(Term(winner.entry.effect, winner.entry.best, winner.assessment))
-        steps.append(Step(terms[-1], fitted))
-        if len(terms) > 1:
-            swapped = _exchange(evidence, joint, effects, terms, fitted, store, seed)
-            if swapped is not None:
-                terms, fitted, term = swapped
-                steps.append(Step(term, fitted, action="exchanged"))
 
 
 def is_quiet(fitted: Fitted) -> bool:
@@ -125,7 +149,7 @@ def deciding_folds(evidence: Evidence) -> Index:
     return evidence.condition_folds if several else evidence.floor.block_folds
 
 
-def rank(current: Fitted, effects: Sequence[Effect], store: ColumnStore, seed: int) -> list[Row]:
+def rank(current: Fitted, effects: Sequence[Effect], store: ColumnStore, seed: int) -> tuple[Row, ...]:
     """All effects beside the current model, assessed."""
     evidence = current.evidence
     floor, folds = evidence.floor.power / evidence.block_power, deciding_folds(evidence)
@@ -140,10 +164,10 @@ def rank(current: Fitted, effects: Sequence[Effect], store: ColumnStore, seed: i
         )
         reason = "; ".join(found.reasons) if entry.physical else f"best fit has {wrong}"
         rows.append(Row(entry, found, status, reason))
-    return rows
+    return tuple(rows)
 
 
-def _winner(rows: Sequence[Row]) -> Row | None:
+def winner_of(rows: Sequence[Row]) -> Row | None:
     """The simplest of those that pass and gain within one per cent of the best."""
     passed = [r for r in rows if r.entry.physical and r.assessment.accepted]
     if not passed:
@@ -153,7 +177,7 @@ def _winner(rows: Sequence[Row]) -> Row | None:
     return min(tied, key=lambda r: (r.entry.complexity, -r.assessment.gain))
 
 
-def _settled(current: Fitted, rows: Sequence[Row], winner: Row | None, store: ColumnStore) -> tuple[Row, ...]:
+def settled(current: Fitted, rows: Sequence[Row], winner: Row | None, store: ColumnStore) -> tuple[Row, ...]:
     """Rows with the status that the winner leaves them."""
     out = []
     for row in rows:
@@ -176,44 +200,3 @@ def _settled(current: Fitted, rows: Sequence[Row], winner: Row | None, store: Co
 def is_rival(row: Row) -> bool:
     """A tied family that is another explanation, not an extension of the chosen one."""
     return row.status is Status.TIED and row.reason.endswith("rival")
-
-
-def _exchange(
-    evidence: Evidence,
-    joint: Joint,
-    effects: Sequence[Effect],
-    terms: Sequence[Term],
-    current: Fitted,
-    store: ColumnStore,
-    seed: int,
-) -> tuple[list[Term], Fitted, Term] | None:
-    """Replace one earlier term by another effect if that passes the tests against the current model."""
-    floor, folds = evidence.floor.power / evidence.block_power, deciding_folds(evidence)
-    for i in range(len(terms) - 1):
-        others = [t for k, t in enumerate(terms) if k != i]
-        without = _replayed(evidence, joint, others, store)
-        if without is None:
-            continue
-        for entry in contest(without, effects, store)[:1]:
-            same = (entry.family, entry.member) == (terms[i].family, terms[i].member)
-            if same or not entry.physical or entry.best.model is None:
-                continue
-            found = assess(current.deciding_loss, entry.deciding_loss, floor, folds, seed)
-            if not found.accepted:
-                continue
-            fitted = fit(evidence, entry.best.model)
-            if deciding_excess(fitted) < deciding_excess(current):
-                term = Term(entry.effect, entry.best, found)
-                return [*others, term], fitted, term
-    return None
-
-
-def _replayed(evidence: Evidence, joint: Joint, terms: Sequence[Term], store: ColumnStore) -> Fitted | None:
-    """The baseline with some of the terms, refitted; None where one is not physical without the others."""
-    fitted = fit(evidence, Model(joint))
-    for term in terms:
-        found = trials_of(term.effect, [term.trial.shape], fitted, store)
-        if not found or found[0].model is None:
-            return None
-        fitted = fit(evidence, found[0].model)
-    return fitted

@@ -1,0 +1,277 @@
+"""The best compositions of effects: forward selection that follows several, exchange, and what each term is worth."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from jointlib.joint import Joint
+from jointlib.loop.answer.naming import NAMED_FROM, is_declared_pair
+from jointlib.loop.path.acceptance import SHARE, TIE, Assessment, assess
+from jointlib.loop.path.columns import ColumnStore
+from jointlib.loop.path.composed.follower import Follower
+from jointlib.loop.path.composed.pairs import pairs_beside
+from jointlib.loop.path.evidence import Evidence, Model
+from jointlib.loop.path.fitted import Fitted, fit
+from jointlib.loop.path.steps import (
+    Composition,
+    Finding,
+    Part,
+    Row,
+    Step,
+    Term,
+    deciding_excess,
+    deciding_folds,
+    is_quiet,
+    rank,
+    settled,
+    winner_of,
+)
+from jointlib.loop.path.trials import Effect, trials_of
+from jointlib.parameter import Role, parameters_of
+
+_WIDTH = 3
+"""Compositions that are followed side by side where no effect alone explains what is missing."""
+_MOST_TERMS = 4
+_PAIRS = 2
+"""Pairs of effects that hide one another which are followed beside what passes alone."""
+_LEAST, _LEAST_ALIKE = 0.01, 0.05
+"""Of the excess there was at first, that a further term must remove, and one that looks like a term before: what is
+smaller is the form of that one."""
+_CLEARLY = 0.25
+"""Of what the best single effect leaves; a pair that hid one another and leaves less competes with it."""
+_NEARLY = 0.05
+"""Members of a family that gain so much less than its best are followed in its stead if they are simpler."""
+_EXCHANGES = 3
+"""Rounds of exchange and further growth at most."""
+
+
+@dataclass(frozen=True)
+class _Field:
+    """What a search has to do with."""
+
+    evidence: Evidence
+    joint: Joint
+    effects: tuple[Effect, ...]
+    store: ColumnStore
+    seed: int
+    quick: bool = True
+    """Whether fits end early, as they may where many compositions are compared."""
+
+    def fit(self, model: Model, terms: int = 1) -> Fitted:
+        """A model refitted; with several terms corners are rounded anew, as the first was where others were missing."""
+        corners = terms > 1 and any(p.role is Role.SMOOTHING for law in model.joint.laws for p in parameters_of(law))
+        return fit(self.evidence, model, quick=self.quick, rounding=corners)
+
+    def rank(self, current: Fitted) -> tuple[Row, ...]:
+        return rank(current, self.effects, self.store, self.seed)
+
+    def replayed(self, terms: Sequence[Term]) -> Fitted | None:
+        """The baseline with some terms, refitted; None where one is not physical without the others."""
+        fitted = fit(self.evidence, Model(self.joint))
+        for term in terms:
+            found = trials_of(term.effect, [term.trial.shape], fitted, self.store)
+            if not found or found[0].model is None:
+                return None
+            fitted = self.fit(found[0].model)
+        return fitted
+
+
+def search(evidence: Evidence, joint: Joint, effects: Sequence[Effect], seed: int) -> Finding:
+    """The effect that explains what is missing, or else the composition of effects that does.
+
+    Where the best single effect explains enough to be named, further ones are added one by one as long as one passes
+    every test. Else the best few compositions are followed side by side, each with the effects that pass beside it,
+    and all are refitted as a whole. Every earlier term of the best may then be exchanged for another effect.
+    """
+    field = _Field(evidence, joint, tuple(effects), ColumnStore(evidence.recorded), seed)
+    start = Composition((Step(None, fit(evidence, Model(joint))),))
+    start, children = _grown(replace(field, quick=False), start, 1)
+    alone = bool(children) and _explained(start, children[0]) >= NAMED_FROM
+    if alone:
+        clear = _CLEARLY * deciding_excess(children[0].fitted)
+        alone = not any(deciding_excess(pair.fitted) < clear for pair in _paired(field, start))
+    field = replace(field, quick=not alone)
+    if not alone:
+        children += _grown(field, start, _WIDTH)[1][len(children) :]
+    best, others = _followed(field, start, children, 1 if alone else _WIDTH)
+    parts: tuple[Part, ...] = ()
+    for _ in range(_EXCHANGES):
+        swapped, parts = _weighed(field, best)
+        if swapped is None:
+            break
+        best = _followed(field, swapped, _grown(field, swapped, 1)[1], 1)[0]
+    if len(parts) > 1 and not all(_pays(best, p) for p in parts):
+        best, parts = _certain(field, best, parts)
+    if len(best.terms) > 1 and not alone:
+        last = replace(best.steps[-1], fitted=fit(evidence, best.fitted.model))
+        best = replace(best, steps=(*best.steps[:-1], last))
+    return Finding(best, parts, tuple(c for c in others if c.members != best.members))
+
+
+def _certain(field: _Field, c: Composition, parts: Sequence[Part]) -> tuple[Composition, tuple[Part, ...]]:
+    """A composition without the terms that the others make up for, and what those left are worth."""
+    kept = [p.term for p in parts if _pays(c, p)]
+    fitted = field.replayed(kept) if kept else None
+    if fitted is None:
+        return c, tuple(parts)
+    less = Composition((*c.steps, Step(kept[-1], fitted, action="dropped others")), tuple(kept))
+    swapped, again = _weighed(field, less)
+    return less, again if swapped is None else tuple(p for p in parts if p.term in kept)
+
+
+def _explained(start: Composition, grown: Composition) -> float:
+    return 1 - deciding_excess(grown.fitted) / deciding_excess(start.fitted)
+
+
+def _followed(
+    field: _Field, start: Composition, beam: list[Composition], width: int
+) -> tuple[Composition, list[Composition]]:
+    """The best composition that grows from some, and the others that ended, best first.
+
+    The best is the simplest of those that leave about as little as the least (less than a term has to remove apart),
+    or gain as much with an effect that its own contains.
+    """
+    done = [] if beam else [start]
+    while beam:
+        grown: dict[tuple[tuple[str, str], ...], Composition] = {}
+        for c in beam:
+            c, children = _grown(field, c, width)
+            if not children:
+                done.append(c)
+            for child in children:
+                known = grown.get(child.members)
+                if known is None or deciding_excess(child.fitted) < deciding_excess(known.fitted):
+                    grown[child.members] = child
+        beam = sorted(grown.values(), key=lambda c: deciding_excess(c.fitted))[:width]
+    done.sort(key=lambda c: deciding_excess(c.fitted))
+    total, least = (deciding_excess(f) for f in (start.steps[0].fitted, done[0].fitted))
+    near, alike = least / (1 - SHARE), least + TIE * (total - least)
+    tied = [c for c in done if deciding_excess(c.fitted) <= (alike if _is_nested(c, done[0]) else near)]
+    best = min(tied, key=lambda c: (c.complexity, deciding_excess(c.fitted)))
+    return best, [c for c in done if c is not best]
+
+
+def _is_nested(c: Composition, best: Composition) -> bool:
+    """True if two compositions differ in one effect each, which ordinary records hardly tell apart."""
+    new = [t for t in c.terms if t.family not in {b.family for b in best.terms}]
+    old = [t for t in best.terms if t.family not in {o.family for o in c.terms}]
+    return len(new) == len(old) == 1 and is_declared_pair(new[0].effect, old[0].effect)
+
+
+def _grown(field: _Field, c: Composition, width: int) -> tuple[Composition, list[Composition]]:
+    """A composition with the contest beside it, and with each of the best effects that pass there and lower the excess
+    of the whole."""
+    current, rows = c.fitted, c.steps[-1].rows or field.rank(c.fitted)
+    full = is_quiet(current) or len(c.terms) == _MOST_TERMS
+    children = []
+    for row in [] if full else _leaders([r for r in rows if not _is_another(r, c.terms)], width):
+        assert row.entry.best.model is not None
+        fitted = field.fit(row.entry.best.model, len(c.terms) + 1)
+        if deciding_excess(fitted) < deciding_excess(current) - _least(c, row.entry.effect):
+            term = Term(row.entry.effect, row.entry.best, row.assessment)
+            here = replace(c.steps[-1], rows=settled(current, rows, row, field.store))
+            children.append(Composition((*c.steps[:-1], here, Step(term, fitted)), (*c.terms, term)))
+    if width > 1 and not full and len(c.terms) < _MOST_TERMS - 1:
+        children += _paired(field, replace(c, steps=(*c.steps[:-1], replace(c.steps[-1], rows=rows))))
+    if not children:
+        rows = settled(current, rows, None, field.store)
+    return replace(c, steps=(*c.steps[:-1], replace(c.steps[-1], rows=rows))), children
+
+
+def _paired(field: _Field, c: Composition) -> list[Composition]:
+    """A composition, whose contest is known, with each of the best pairs of effects that hide one another."""
+    current, rows, out = c.fitted, c.steps[-1].rows, []
+    beside = [r for r in rows if not _is_another(r, c.terms)]
+    for pair in pairs_beside(current, beside, field.store, field.seed)[:_PAIRS]:
+        fitted = field.fit(pair.model, len(c.terms) + 2)
+        least = _LEAST * deciding_excess(c.steps[0].fitted) if c.terms else 0.0
+        if deciding_excess(fitted) < deciding_excess(current) - least:
+            three = zip(pair.rows, pair.trials, pair.found[:0:-1], strict=True)
+            terms = [Term(row.entry.effect, trial, found) for row, trial, found in three]
+            here = replace(c.steps[-1], rows=settled(current, rows, pair.rows[0], field.store))
+            added = [Step(term, fitted, action="paired") for term in terms]
+            out.append(Composition((*c.steps[:-1], here, *added), (*c.terms, *terms)))
+    return out
+
+
+def _least(c: Composition, effect: Effect) -> float:
+    """Excess that an effect has to remove beside the terms of a composition."""
+    others = [t.effect for t in c.terms if t.effect is not effect]
+    if not others:
+        return 0.0
+    alike = any(effect.family in o.look_alikes or o.family in effect.look_alikes for o in others)
+    return (_LEAST_ALIKE if alike else _LEAST) * deciding_excess(c.steps[0].fitted)
+
+
+def _pays(c: Composition, part: Part) -> bool:
+    """True where a term passes every test over all the others, and by enough."""
+    left = deciding_excess(c.fitted)
+    return part.adds.accepted and left * part.adds.share / max(1 - part.adds.share, 1e-300) >= _least(
+        c, part.term.effect
+    )
+
+
+def _is_another(row: Row, terms: Sequence[Term]) -> bool:
+    """True for a second element of an effect that a composition holds: of its family, or one that contains the other.
+
+    No contact has the corner of a formula; what a second element gains there is no second effect.
+    """
+    return any(
+        row.entry.family == t.family
+        or row.entry.family in t.effect.declared_pairs
+        or t.family in row.entry.effect.declared_pairs
+        for t in terms
+        if not isinstance(t.effect, Follower)
+    )
+
+
+def _leaders(rows: Sequence[Row], width: int) -> list[Row]:
+    """The winner, and the best of other families that pass; of each the simplest member that does nearly as well."""
+    winner = winner_of(rows)
+    if winner is None:
+        return []
+    passed = [r for r in rows if r.entry.physical and r.assessment.accepted]
+    best = {winner.entry.family: winner}
+    for family in dict.fromkeys(r.entry.family for r in sorted(passed, key=lambda r: -r.assessment.gain)):
+        own = [r for r in passed if r.entry.family == family]
+        enough = (1 - _NEARLY) * max(r.assessment.gain for r in own)
+        near = [r for r in own if r.assessment.gain >= enough]
+        best.setdefault(family, min(near, key=lambda r: (r.entry.complexity, -r.assessment.gain)))
+    return list(best.values())[:width]
+
+
+def _weighed(field: _Field, c: Composition) -> tuple[Composition | None, tuple[Part, ...]]:
+    """What each term of a composition is worth; or instead the composition with one of them exchanged for an effect
+    that passes the tests against the whole."""
+    evidence, current, parts = field.evidence, c.fitted, list[Part]()
+    floor, folds = evidence.floor.power / evidence.block_power, deciding_folds(evidence)
+    for i, term in enumerate(c.terms):
+        others = [t for k, t in enumerate(c.terms) if k != i]
+        last = i == len(others) and c.steps[-1].action == "added"
+        base = c.steps[-2].fitted if last else field.replayed(others)
+        if base is None:
+            parts.append(Part(term, term.assessment, ()))
+            continue
+        rows = c.steps[-2].rows if last else field.rank(base)
+        own = next((r for r in rows if (r.entry.family, r.entry.member) == (term.family, term.member)), None)
+        first = next((r for r in rows if not _is_another(r, others)), None)
+        if not last and first is not None and first is not own and first.entry.physical:
+            found = assess(current.deciding_loss, first.entry.deciding_loss, floor, folds, field.seed)
+            swapped = _with(field, c, others, first, found) if found.accepted else None
+            if swapped is not None:
+                return swapped, ()
+        adds = assess(base.deciding_loss, current.deciding_loss, floor, folds, field.seed)
+        parts.append(Part(term, adds, rows if last else settled(base, rows, own, field.store)))
+    return None, tuple(parts)
+
+
+def _with(field: _Field, c: Composition, others: Sequence[Term], row: Row, found: Assessment) -> Composition | None:
+    """A composition with another effect in the place of one of its terms, if that lowers the excess."""
+    if row.entry.best.model is None:
+        return None
+    fitted = field.fit(row.entry.best.model, len(others) + 1)
+    if deciding_excess(fitted) >= deciding_excess(c.fitted):
+        return None
+    term = Term(row.entry.effect, row.entry.best, found)
+    return Composition((*c.steps, Step(term, fitted, action="exchanged")), (*others, term))

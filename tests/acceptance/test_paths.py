@@ -1,0 +1,32 @@
+"""Simulated paths with known effects: what is hidden is named, and nothing else."""
+
+from __future__ import annotations
+
+import pytest
+from path_records import Case
+from path_table import all_named, cases, named, run, wrong
+from repeats import repeats
+
+FEW = [
+    Case(("coulomb", "viscous-by-direction"), "pulses", 40, 0),
+    Case(("quadratic", "lag"), "random", 60, 0),
+]
+NULLS = [c for c in cases(range(3)) if not c.effects]
+
+
+@pytest.mark.parametrize("case", repeats(FEW, lambda case: case.signal == "pulses"), ids=lambda case: case.name)
+def test_two_effects_of_like_size_are_named_together(case: Case) -> None:
+    row = run(case)
+    assert all_named(row), row
+    assert not wrong(row), row
+    assert row["after"] < 0.2 * row["before"]
+
+
+@pytest.mark.parametrize("case", repeats(NULLS, lambda case: case.seed == 0), ids=lambda case: case.name)
+def test_nothing_is_named_along_a_path_where_nothing_is_hidden(case: Case) -> None:
+    assert not named(run(case))
+
+
+@pytest.mark.thorough
+def test_what_is_of_no_family_is_not_named_beside_what_is() -> None:
+    assert not named(run(Case(("ripple", "coulomb"), "random", 40, 0)))

@@ -1,0 +1,251 @@
+"""Several effects at once along a path: a magneto-rheological damper in random motion, a drive that is moved by pulses.
+
+Simulated by formulas that no law of the catalogue shares.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from repeats import repeats
+from scipy.signal import firwin, oaconvolve
+
+from jointlib.arrays import Array
+from jointlib.effects.coulomb import CoulombFriction
+from jointlib.effects.viscous_by_direction import DirectionalDamping
+from jointlib.errors import InputError
+from jointlib.io.joint_file import read_joint, write_joint
+from jointlib.joint import Joint
+from jointlib.laws.coulomb import Coulomb
+from jointlib.laws.dahl import Dahl
+from jointlib.laws.linear import Linear
+from jointlib.laws.viscous import Viscous
+from jointlib.loop.answer.report import TraceReport, Verdict
+from jointlib.loop.path.columns import bare_forces, follower_columns, modulated_forces
+from jointlib.loop.path.composed.follower import Follower
+from jointlib.loop.path.composed.remains import said
+from jointlib.loop.path.preparation import Run, choose_preparation, prepare
+from jointlib.loop.trace import trace
+from jointlib.measurement import Channel, Mass, Measurement, Record, RecordSource
+from jointlib.modulation import Modulation, hats, stepped
+from jointlib.parameter import Role
+
+RATE = 200.0
+SPRUNG = Joint((Linear(1000.0), Viscous(100.0)), "damper")
+
+
+def wandering(rng: np.random.Generator, count: int, cutoff: float) -> Array:
+    """Band-limited random numbers of rms 1."""
+    taps = firwin(1001, cutoff, fs=RATE)
+    x = oaconvolve(rng.standard_normal(count + 1000), taps, mode="valid")
+    return np.asarray(x / x.std())
+
+
+def damper(seed: int, loop: float) -> dict[str, Array]:
+    """A magneto-rheological damper: spring and damper, and a yield force that grows with the voltage and turns over a
+    little later than the speed does (``loop``)."""
+    rng = np.random.default_rng(seed)
+    z = 0.01 * wandering(rng, 6000, 2.5)
+    v = np.gradient(z, 1 / RATE)
+    voltage = np.clip(2.0 + wandering(rng, 6000, 0.4), 0.0, 5.0)
+    turning = v + loop * np.gradient(v, 1 / RATE)
+    force = 2000 * z + 300 * v + (40 + 60 * voltage) * turning / np.sqrt(turning**2 + 0.008**2)
+    return {"z": z, "F": force + 0.004 * force.std() * rng.standard_normal(len(z)), "u": voltage}
+
+
+def pulsed(seed: int) -> dict[str, Array]:
+    """A carriage of 40 kg that single pulses of speed move, with dry friction and more drag one way than the other."""
+    rng, v = np.random.default_rng(seed), np.zeros(5000)
+    at = 120
+    while at < len(v) - 400:
+        n = int(rng.uniform(60, 200))
+        pulse = np.sin(np.pi * np.arange(n) / n) ** 2 * rng.uniform(0.03, 0.3) * rng.choice([-1, 1])
+        v[at : at + n] += pulse
+        at += n + int(rng.uniform(10, 60))
+    z = np.concatenate([[0.0], np.cumsum((v[1:] + v[:-1]) / 2)]) / RATE
+    force = 40 * np.gradient(v, 1 / RATE) + 150 * v + 60 * np.abs(v) + 9 * v / np.hypot(v, 6e-4) - 2.0
+    return {"z": z, "F": force + 0.01 * force.std() * rng.standard_normal(len(z))}
+
+
+def measured(folder: Path, columns: dict[str, Array], carriage: Mass | None = None) -> Measurement:
+    np.savez(folder / "r.npz", allow_pickle=False, **columns)
+    channels = [Channel("z", "displacement", "m", "m", 1.0), Channel("F", "force", "N", "N", 1.0)]
+    if "u" in columns:
+        channels.append(Channel("u", "voltage", "V", "V", 1.0, is_input=True))
+    source = RecordSource(folder / "r.npz", "fit")
+    return Measurement(folder / "m.toml", "path", tuple(channels), (source,), sample_rate=RATE, carriage=carriage)
+
+
+def members(report: TraceReport) -> list[str]:
+    return [c["member"] for c in report.composition]
+
+
+@pytest.fixture(scope="module")
+def yielding(tmp_path_factory: pytest.TempPathFactory) -> TraceReport:
+    return trace(measured(tmp_path_factory.mktemp("yielding"), damper(0, 0.0)), SPRUNG)
+
+
+def test_friction_that_follows_a_voltage_is_found_where_no_effect_alone_explains_most(yielding: TraceReport) -> None:
+    assert yielding.verdict in (Verdict.IDENTIFIED, Verdict.AMBIGUOUS), yielding.sentence
+    assert members(yielding) == ["coulomb", "slip-force by voltage"]
+    assert yielding.error_after["relative"] < 0.05 * yielding.error_before["relative"]
+    found = yielding.mended.parameters
+    assert found["linear.stiffness"] == pytest.approx(2000, rel=0.02)
+    # The corner of the friction has another form than that of the law; what it leaves is a tenth of the damping.
+    assert found["viscous.damping"] == pytest.approx(300, rel=0.15)
+    for voltage in (0.5, 2.0, 4.0):
+        force = yielding.mended.at({"voltage": voltage}).parameters["coulomb.slip_force"]
+        assert force == pytest.approx(40 + 60 * voltage, rel=0.1)
+
+
+def test_what_each_effect_of_a_composition_adds_is_told(yielding: TraceReport) -> None:
+    first, second = yielding.composition
+    assert first["explained"] < 0.95 < second["explained"]
+    assert min(second["per_fold"]) > 0
+    assert second["adds"] > 0.9
+    assert "Together they explain" in yielding.sentence
+    assert [c["status"] for c in yielding.chain] == ["accepted"]
+    left = yielding.as_json()["unexplained"]["where"]
+    for rows in left.values():
+        assert sum(row["share"] for row in rows) == pytest.approx(1.0)
+
+
+def test_a_joint_whose_force_follows_a_voltage_is_written_and_read_back(yielding: TraceReport, tmp_path: Path) -> None:
+    write_joint(tmp_path / "mended.joint.toml", yielding.mended)
+    back = read_joint(tmp_path / "mended.joint.toml")
+    assert back.modulations == yielding.mended.modulations
+    assert [(m.role, m.condition) for m in back.modulations] == [(Role.SLIP_FORCE, "voltage")]
+
+
+@pytest.mark.thorough
+def test_an_input_that_nothing_follows_is_not_named(tmp_path: Path) -> None:
+    columns = damper(1, 0.0)
+    v = np.gradient(columns["z"], 1 / RATE)
+    columns["F"] = 2000 * columns["z"] + 300 * v + 150 * v / np.hypot(v, 0.02)
+    columns["F"] += 0.004 * columns["F"].std() * np.random.default_rng(3).standard_normal(len(v))
+    report = trace(measured(tmp_path, columns), SPRUNG)
+    assert report.chosen is not None
+    assert report.chosen.family == "coulomb"
+    assert report.mended.modulations == ()
+
+
+@pytest.mark.thorough
+def test_a_damper_with_a_loop_is_mended_by_what_is_certain(tmp_path: Path) -> None:
+    report = trace(measured(tmp_path, damper(2, 0.03)), SPRUNG)
+    assert report.verdict is not Verdict.UNEXPLAINED
+    assert "slip-force by voltage" in members(report)
+    assert report.error_after["relative"] < 0.5 * report.error_before["relative"]
+
+
+@pytest.mark.parametrize("seed", repeats(range(3), lambda seed: seed == 0))
+def test_a_drive_moved_by_pulses_shows_friction_and_uneven_drag_together(tmp_path: Path, seed: int) -> None:
+    report = trace(measured(tmp_path, pulsed(seed), Mass(None)), Joint((Viscous(50.0),), "drive"))
+    assert report.verdict in (Verdict.IDENTIFIED, Verdict.AMBIGUOUS), report.sentence
+    assert sorted(law.kind for law in report.mended.laws) == ["coulomb", "viscous-by-direction"]
+    found = report.mended.parameters
+    assert found["coulomb.slip_force"] == pytest.approx(9.0, rel=0.03)
+    assert found["viscous_by_direction.damping_positive"] == pytest.approx(210, rel=0.05)
+    assert found["viscous_by_direction.damping_negative"] == pytest.approx(90, rel=0.05)
+    assert report.error_after["relative"] < 0.02
+
+
+@pytest.mark.thorough
+def test_two_effects_that_hide_one_another_are_seen_together(tmp_path: Path) -> None:
+    """Damping that grows with speed looks like friction with the wrong sign: alone, neither lowers the error."""
+    columns = pulsed(1)
+    v = np.gradient(columns["z"], 1 / RATE)
+    force = 40 * np.gradient(v, 1 / RATE) + 100 * v + 9 * v / np.hypot(v, 6e-4) + 330 * v * np.abs(v) ** 0.97 - 2
+    columns["F"] = force + 0.005 * force.std() * np.random.default_rng(4).standard_normal(len(v))
+    report = trace(measured(tmp_path, columns, Mass(None)), Joint((Viscous(50.0),), "drive"))
+    assert sorted(law.kind for law in report.mended.laws) == ["coulomb", "quadratic-damping", "viscous"], (
+        report.sentence
+    )
+    assert report.mended.parameters["coulomb.slip_force"] == pytest.approx(9.0, rel=0.1)
+
+
+def run_with(columns: dict[str, Array], folder: Path) -> Run:
+    m = measured(folder, columns)
+    record = Record(m.records[0], columns, RATE, None, "")
+    return prepare(m, record, choose_preparation(m, [record]))
+
+
+def line(role: Role, rise: float) -> Modulation:
+    return Modulation(role, "voltage", 2.0, ((0.0, 1 - 2 * rise), (5.0, 1 + 3 * rise)))
+
+
+def test_a_law_without_memory_follows_an_input_sample_by_sample(tmp_path: Path) -> None:
+    run = run_with(damper(0, 0.0), tmp_path)
+    v, u = run.path.velocity, run.inputs["voltage"]
+    force = modulated_forces([run])(Coulomb(10.0, 0.02), (line(Role.SLIP_FORCE, 0.3),))
+    assert force == pytest.approx(run.column(10 * (1 + 0.3 * (u - 2)) * np.tanh(v / 0.02)), abs=1e-9)
+
+
+def test_a_law_with_memory_follows_a_still_input_as_the_joint_under_that_condition(tmp_path: Path) -> None:
+    columns = damper(0, 0.0)
+    columns["u"] = np.full(len(columns["z"]), 3.5)
+    run, law, m = run_with(columns, tmp_path), Dahl(2e5, 40.0), line(Role.SLIP_FORCE, 0.2)
+    table = Modulation(m.role, m.condition, m.reference, ((0.0, 0.6), (2.0, 1.0), (3.5, 1.3), (5.0, 1.6)))
+    (held,) = Joint((law,), modulations=(table,)).at({"voltage": 3.5}).laws
+    force = modulated_forces([run])(law, (table,))
+    assert force == pytest.approx(run.column(bare_forces([run], held)[0]), abs=1e-6)
+
+
+@pytest.mark.parametrize("points", [2.0, 5.0])
+def test_the_columns_of_a_follower_are_the_slopes_of_its_force(tmp_path: Path, points: float) -> None:
+    run = run_with(damper(0, 0.0), tmp_path)
+    follower = Follower(Role.SLIP_FORCE, "voltage", tuple(np.quantile(run.inputs["voltage"], (0, 0.25, 0.5, 0.75, 1))))
+    joint = Joint((Linear(2000.0), Coulomb(10.0, 0.02)))
+    start = follower.start(points)
+    columns = follower_columns([run], joint, start)
+    rise = 1e-3 * np.array([1.0] if points == 2 else [-0.9, -0.4, 0.3, 1.0])
+    moved = stepped(start, rise)
+    assert moved is not None
+    there, here = (modulated_forces([run])(joint.laws[1], (m,)) for m in (moved, start))
+    assert there - here == pytest.approx(rise @ columns, abs=1e-8 * float(np.max(np.abs(columns))))
+
+
+def test_a_table_that_is_fitted_stays_monotone_positive_and_one_at_its_reference() -> None:
+    table = Modulation(Role.DAMPING, "temperature", 300.0, tuple((t, 1.0) for t in (280.0, 290.0, 300.0, 310.0, 320.0)))
+    assert len(hats(table, np.array([295.0]))) == 4
+    rising = stepped(table, np.array([-1.05, -0.2, 0.3, 0.28]))
+    assert rising is not None
+    factors = [f for _, f in rising.table]
+    assert factors == pytest.approx([0.0, 0.8, 1.0, 1.3, 1.3])
+    assert stepped(table, np.array([-0.5, 0.4, 0.5, 0.9])) is None
+    assert stepped(table, np.array([-1.5, -0.2, 0.3, 0.5])) is None
+    flat = stepped(line(Role.DAMPING, 0.0), np.array([-2.6]))
+    assert flat is None or min(f for _, f in flat.table) >= 0
+
+
+def test_an_effect_that_takes_a_place_leaves_what_follows_an_input() -> None:
+    joint = Joint((Viscous(100.0),), modulations=(line(Role.DAMPING, 0.1),))
+    moved = DirectionalDamping().apply(np.array([20.0]), {}, joint)
+    assert moved is not None
+    assert moved.modulations == joint.modulations
+    added = CoulombFriction().apply(np.array([2.0]), {"smoothing_velocity": 1e-3}, joint)
+    assert added is not None
+    assert added.modulations == joint.modulations
+
+
+def test_what_is_left_is_said_only_where_it_stands_out() -> None:
+    even = [{"low": 0.0, "high": 1.0, "share": 0.25, "of_samples": 0.25}] * 4
+    peak = [{"low": 0.0, "high": 0.02, "share": 0.8, "of_samples": 0.25}, *even[:3]]
+    assert said({"speed": even}) == ""
+    assert said({"speed": peak, "time": even}) == "80% of what is left sits at 0 to 0.02 m/s."
+
+
+def test_a_condition_that_is_none_is_refused_by_name() -> None:
+    with pytest.raises(InputError, match="voltage"):
+        Modulation(Role.DAMPING, "volts", 0.0, ((0.0, 1.0),))
+
+
+def test_what_a_joint_follows_stays_at_its_reference_where_the_records_do_not_have_it(tmp_path: Path) -> None:
+    columns = damper(0, 0.0)
+    del columns["u"]
+    warm = Modulation(Role.STIFFNESS, "temperature", 295.0, ((280.0, 1.1), (310.0, 0.9)))
+    plain = trace(measured(tmp_path, columns), Joint((Linear(1000.0),)))
+    warmed = trace(measured(tmp_path, columns), Joint((Linear(1000.0),), modulations=(warm,)))
+    assert warmed.error_before == plain.error_before
+    assert warmed.baseline.modulations == (warm,)
