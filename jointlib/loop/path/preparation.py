@@ -171,7 +171,7 @@ def prepare(measurement: Measurement, record: Record, preparation: Preparation) 
     filtered = preparation.filtered
     record = thinned(record, preparation.thinning)
     if preparation.derivative == "spectral":
-        record = _of_fast_length(record)
+        record = _of_fast_length(record, preparation.edge // 4)  # far inside of what the edge leaves out
     displacement, force = (
         record.channels[displacement_channel(measurement)],
         record.channels[force_channel(measurement)],
@@ -219,13 +219,12 @@ def thinned(record: Record, every: int) -> Record:
     )
 
 
-def _of_fast_length(record: Record) -> Record:
-    """Without the last few samples, so that the number of the others less one is a product of small factors; a
-    spectrum is several times slower else. They are among those that the edge leaves out of the fit."""
+def _of_fast_length(record: Record, most: int) -> Record:
+    """Without its last few samples, ``most`` of them, where the number of the others less one has small factors alone;
+    a spectrum is several times slower else."""
     last = len(record) - 1
-    while fft.next_fast_len(last, real=True) != last:
-        last -= 1
-    return replace(record, channels={n: x[: last + 1] for n, x in record.channels.items()})
+    fast = next((n for n in range(last, max(last - most, 1), -1) if fft.next_fast_len(n) == n), last)
+    return replace(record, channels={n: x[: fast + 1] for n, x in record.channels.items()})
 
 
 def _follows(paths: Sequence[Array], step: int) -> bool:
