@@ -13,7 +13,7 @@ from jointlib.modal_fit.responses import Responses
 from ..components.measured import Measured
 from ..model.machine import Machine
 from ..operating.operating_point import frozen_receptance
-from ..uncertainty.lobe_bands import sampled_value
+from ..uncertainty.drawn_machines import sampled_value
 
 _SAMPLES = 16
 _FLOOR = 1e-3
