@@ -26,6 +26,8 @@ FIRST = [
     "df",
     "frf",
     "modes",
+    "uncouple",
+    "stickout",
     "compare",
     "check",
     "lobes",

@@ -245,6 +245,7 @@ def test_a_condition_that_is_none_is_refused_by_name() -> None:
         Modulation(Role.DAMPING, "volts", 0.0, ((0.0, 1.0),))
 
 
+@pytest.mark.thorough
 def test_what_a_joint_follows_stays_at_its_reference_where_the_records_do_not_have_it(tmp_path: Path) -> None:
     columns = damper(0, 0.0)
     del columns["u"]

@@ -22,7 +22,9 @@ from machines import Connection, Machine, Rigid, linear_check, read_machine
 from machines.coupling.second_order import machine_equations
 
 LIBRARY = Path(machines.__file__).parent / "library"
-FILES = sorted(p for p in LIBRARY.glob("*.toml") if 'schema = "jointlib/machine/1"' in p.read_text(encoding="utf-8"))
+MACHINES = sorted(p for p in LIBRARY.glob("*.toml") if 'schema = "jointlib/machine/1"' in p.read_text(encoding="utf-8"))
+MEASURED = LIBRARY / "end_mill.toml"
+FILES = [p for p in MACHINES if p != MEASURED]
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda p: p.stem)
@@ -40,6 +42,11 @@ def test_every_shipped_machine_passes(path: Path, amplitude: float | None) -> No
     assert check.passed
     assert check.max_relative_difference < 1e-8
     assert check.excluded == ()
+
+
+def test_a_spindle_that_is_known_by_its_receptance_alone_cannot_be_checked() -> None:
+    with pytest.raises(InputError, match="'spindle' has no equations of motion, only an FRF"):
+        linear_check(read_machine(MEASURED))
 
 
 @pytest.mark.parametrize("seed", range(8))
