@@ -74,6 +74,10 @@ def compute(
             executor, workers = _Here(), 1
         try:
             _dispatch(store, evaluate, executor, workers, todo, progress)
+        except BrokenExecutor:
+            raise InputError(
+                f"{store.folder}: a worker was killed or ran out of memory; what is done is kept, resume the study"
+            ) from None
         except (OSError, EOFError) as error:
             raise InputError(f"{store.folder}: the computation stopped ({error}); resume the study") from None
 
@@ -98,12 +102,7 @@ def _dispatch(
         finished, _ = wait(running, return_when=FIRST_COMPLETED)
         for future in finished:
             lowest, highest = running.pop(future)
-            try:
-                results, seconds = future.result()
-            except BrokenExecutor:
-                raise InputError(
-                    f"{store.folder}: a worker was killed or ran out of memory; what is done is kept, resume the study"
-                ) from None
+            results, seconds = future.result()
             store.keep(lowest, highest, results)
             done += highest - lowest + 1
             cost = max(seconds / (highest - lowest + 1), 1e-6)

@@ -9,6 +9,8 @@ import subprocess
 import sys
 import time
 from collections.abc import Mapping
+from concurrent.futures import Executor, Future
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 
 import numpy as np
@@ -121,6 +123,22 @@ def test_a_worker_that_is_killed_is_told_and_nothing_is_lost(tmp_path: Path) -> 
     assert done > 0
     compute(store, quick)
     assert same(store.results())
+
+
+def test_a_pool_that_breaks_between_two_tasks_is_told_as_well(tmp_path: Path) -> None:
+    class Breaks(Executor):
+        given = 0
+
+        def submit(self, fn, /, *args, **kwargs):  # type: ignore[no-untyped-def]
+            self.given += 1
+            if self.given > 2:
+                raise BrokenProcessPool("a child process terminated")
+            future: Future[object] = Future()
+            future.set_result(fn(*args, **kwargs))
+            return future
+
+    with pytest.raises(InputError, match="a worker was killed"):
+        compute(begun(tmp_path / "r"), quick, Breaks(), 1)
 
 
 def dies_late(first: int, end: int) -> dict[str, Array]:
