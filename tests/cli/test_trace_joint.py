@@ -16,7 +16,7 @@ VERDICTS = {"identified", "ambiguous", "partial", "unexplained", "nothing_missin
 @pytest.fixture(scope="module")
 def guide_trace(tmp_path_factory: pytest.TempPathFactory) -> Left:
     """The first example of ``jointlib trace``, of a joint, with ``--json``."""
-    command, _ = examples("trace")
+    command, _, _ = examples("trace")
     folder = with_library(tmp_path_factory.mktemp("trace") / "here")
     with contextlib.chdir(folder):
         return Left(command, jointlib(f"{command} --json"), folder / "traced")

@@ -19,7 +19,7 @@ pytestmark = pytest.mark.thorough
 @pytest.fixture(scope="module")
 def machine_trace(tmp_path_factory: pytest.TempPathFactory) -> Left:
     """The second example of ``jointlib trace``, of a machine."""
-    _, command = examples("trace")
+    _, command, _ = examples("trace")
     folder = with_library(tmp_path_factory.mktemp("machine_trace") / "here")
     with contextlib.chdir(folder):
         return Left(command, jointlib(command), folder / "traced")
