@@ -75,19 +75,18 @@ class Path:
         balance = self.balance(p, other)
         forces = balance.forces(z)
         left, J = balance.residual(z, forces.force).reshape(len(p), -1), balance.jacobian(forces)
-        by_p = self.by_p(z, p, other)
+        by_p = self.by_p(z, p, other, balance)
         by_p = by_p * (pace / scale)[:, None]
         left = left / scale[:, None]
         column = np.concatenate([by_p.real, by_p.imag], axis=1)[:, :, None]
         return np.concatenate([left.real, left.imag], axis=1), np.concatenate([J, column], axis=2)
 
-    def by_p(self, z: ComplexArray, p: Array, other: Array) -> ComplexArray:
-        """Derivative of the residual by what varies, (n, m)."""
+    def by_p(self, z: ComplexArray, p: Array, other: Array, balance: Balance) -> ComplexArray:
+        """Derivative of the residual by what varies, (n, m); ``balance`` holds the equations there."""
         n = len(p)
         if not self.over_frequency:
-            driven = self.balance(p, other).driven
             out = np.zeros((n, z[0].size), dtype=complex)
-            out[:, : driven.shape[1]] = -driven
+            out[:, : balance.driven.shape[1]] = -balance.driven
             return out
         d = _DIFFERENCE * p
         apart = self.within(p + d) - self.within(p - d)

@@ -26,13 +26,12 @@ from .arclength import Path, Stop
 from .curve_results import Followed, followed
 from .solution_curves import Curve, first_harmonics
 from .tops import tops
+from .validation import departs
 
 _STRAY = 0.2
 """Of the largest joint's motion: overtones that change more are followed by arc length."""
 _SETTLED = 1e-10
 _CHORDS, _FAST = 12, 0.1
-_MISMATCH = 0.25
-_ROUNDING = 1e-6
 _HALVINGS, _ROUNDS = 3, 3
 
 
@@ -125,7 +124,7 @@ def _settled_block(
     forces = balance.forces(z)
     J = balance.jacobian(forces)
     # What the tangents are good for asks no more than the start gives.
-    slope = solve_complex(J, -path.by_p(z, omega, force).reshape(z.shape))
+    slope = solve_complex(J, -path.by_p(z, omega, force, balance).reshape(z.shape))
     before = np.inf
     for _ in range(_CHORDS):
         step = solve_complex(J, -balance.residual(z, forces.force))
@@ -150,10 +149,9 @@ def _settled_block(
 def _rough(points: _Points) -> Mask:
     """Intervals whose change is not what the tangents on both sides promise."""
     width = np.diff(points.omega)[:, None, None]
+    size = _largest(points.z)
     before, after = width * points.slope[:-1], width * points.slope[1:]
-    change, size = np.diff(points.z, axis=0), _largest(points.z)
-    scale = _largest(change) + (_largest(before) + _largest(after)) / 2 + _ROUNDING * np.maximum(size[1:], size[:-1])
-    return np.asarray(~(_largest(change - (before + after) / 2) <= _MISMATCH * scale))
+    return departs(np.diff(points.z, axis=0), before, after, np.stack([size[:-1], size[1:]]))
 
 
 def _largest(part: ComplexArray) -> Array:

@@ -72,21 +72,28 @@ def _rough(assembly: Assembly, forces: Array, found: Solutions) -> Mask:
         one = np.ones(some.stop - some.start)
         J = path.system(z[some], omega[found.line[some]], forces[found.force[some]], one, one)[1]
         slope[some] = -solve_each(J[:, :, :-1], J[:, :, -1:])[:, :, 0]
-    tangent = (slope[:, :half] + 1j * slope[:, half:])[:, : q.shape[1]]
+    tangent: ComplexArray = (slope[:, :half] + 1j * slope[:, half:])[:, : q.shape[1]]
     following = np.flatnonzero((np.diff(found.line) == 1) & (np.diff(found.force) == 0))
     a, b = following, following + 1
     width = np.diff(omega)[found.line[a]][:, None]
-    change, promised = q[b] - q[a], width * (tangent[a] + tangent[b]) / 2
-    size = _size(change) + width[:, 0] * (_size(tangent[a]) + _size(tangent[b])) / 2
-    size = size + _ROUNDING * np.maximum(_size(q[a]), _size(q[b]))
+    size = np.stack([_size(q[a]), _size(q[b])])
+    wrong = departs(q[b] - q[a], width * tangent[a], width * tangent[b], size)
     out = np.zeros((len(forces), n - 1), dtype=bool)
-    wrong = ~(_size(change - promised) <= _MISMATCH * size)
     out[found.force[a[wrong]], found.line[a[wrong]]] = True
     return out
 
 
+def departs(change: ComplexArray, before: ComplexArray, after: ComplexArray, size: Array) -> Mask:
+    """Whether changes from point to point (n, …) are not what the tangents on both sides promise.
+
+    ``size`` is that of the motions at both ends, (2, n).
+    """
+    scale = _size(change) + (_size(before) + _size(after)) / 2 + _ROUNDING * np.max(size, axis=0)
+    return np.asarray(~(_size(change - (before + after) / 2) <= _MISMATCH * scale))
+
+
 def _size(z: ComplexArray) -> Array:
-    return np.asarray(np.max(np.abs(z), axis=1))
+    return np.asarray(np.max(np.abs(z), axis=tuple(range(1, z.ndim))))
 
 
 def elsewhere(assembly: Assembly, forces: Array, found: Solutions) -> Elsewhere:

@@ -213,11 +213,11 @@ class _Around:
         """
         points, C = len(self.start), self.compliance
         omega, mean = self.balance.omega[rows], self.mean[rows]
-        at_rest, gain = self._carried(A, omega, mean)
+        at_rest, gain = _carried(self.laws, A, omega, mean)
         aside = self._chord(-pull @ C.T, points) if near is None else np.where(np.isfinite(near), near, 0.0)
         settled, before = np.zeros(len(A), dtype=bool), np.full(len(A), np.inf)
         going = np.ones(len(A), dtype=bool)
-        carried, bent = self._carried(A, omega, mean + aside)
+        carried, bent = _carried(self.laws, A, omega, mean + aside)
         for _ in range(_STEPS):
             step = self._chord(aside + (carried - at_rest - pull) @ C.T, points)
             length = np.max(np.abs(step), axis=1)
@@ -227,21 +227,18 @@ class _Around:
             if np.all(settled | ~going):
                 break
             aside, before = np.where(going[:, None], aside + step, aside), length
-            carried, bent = self._carried(A, omega, mean + aside)
+            carried, bent = _carried(self.laws, A, omega, mean + aside)
         lost = np.flatnonzero(~settled)
         if len(lost):
             found, fine = _raised(self.laws, C, A[lost], omega[lost], mean[lost], pull[lost])
             aside[lost] = np.where(fine[:, None], found, np.nan)
-            bent[lost] = self._carried(A[lost], omega[lost], mean[lost] + aside[lost])[1]
+            bent[lost] = _carried(self.laws, A[lost], omega[lost], mean[lost] + aside[lost])[1]
         return aside, np.where([part.bends for part in self.laws], bent - gain, 0.0)
 
     def _chord(self, left: Array, points: int) -> Array:
         """The step of the means that takes ``left`` (rows, nj) away with the slopes at the solutions."""
         parts = left.reshape(-1, points, left.shape[1])
         return np.asarray(-np.moveaxis(self.back @ np.moveaxis(parts, 0, 2), 2, 0).reshape(left.shape))
-
-    def _carried(self, A: Array, omega: Array, place: Array) -> tuple[Array, ComplexArray]:
-        return _carried(self.laws, A, omega, place)
 
 
 def _alike(joints: Iterable[Joint]) -> list[tuple[Joint, list[int]]]:
