@@ -32,6 +32,7 @@ from jointlib.measurement import (
     CUTS,
     FORCES,
     KINDS,
+    RINGDOWN,
     ROLES,
     Mass,
     Measurement,
@@ -63,7 +64,7 @@ def _measurement(path: Path, section: Section) -> Measurement:
     rate = section.number("sample_rate", "Hz", None)
     if rate is not None and rate <= 0:
         section.fault(f"sample_rate is {rate:g} Hz, expected a positive one")
-    if rate is None and kind in ("rig", "path", *EXCITED, FORCES):
+    if rate is None and kind in ("rig", "path", *EXCITED, FORCES, RINGDOWN):
         section.fault(f"sample_rate is missing, expected one for a {kind} measurement")
     band = section.numbers("band", "Hz", None, length=2)
     if band is not None and not 0 <= band[0] < band[1]:
@@ -81,6 +82,7 @@ def _measurement(path: Path, section: Section) -> Measurement:
     cuts, unread = section.each("cut", lambda part: tried_cut(part, shared), needed=True) if kind == CUTS else ([], [])
     of_record = _sweep if kind == "frf" else partial(_record, kind=kind, shared=shared)
     records, lost = (records_of(cuts), unread) if kind == CUTS else section.each("record", of_record, needed=True)
+    moving = "modal_mass" if kind == RINGDOWN else "carriage"
     asked = section.section("estimate")
     estimate = asked.read(lambda part: settings_of(part, kind)) if kind in EXCITED else None
     found = Measurement(
@@ -92,7 +94,7 @@ def _measurement(path: Path, section: Section) -> Measurement:
         band=None if band is None else (band[0], band[1]),
         driven=section.text("driven", None),
         bodies=mended(bodies, corrections, kind, section.where),
-        carriage=carriage(_mass(section, "carriage") if section.has("carriage") else None, corrections, kind),
+        carriage=carriage(_mass(section, moving) if section.has(moving) else None, corrections, kind),
         simulated=section.flag("simulated"),
         channels=tuple(channels),
         records=tuple(records),

@@ -1,0 +1,107 @@
+"""Backbones of several decays against a joint: residual in stiffness and damping, in units of what is known of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from jointlib.arrays import Array, ComplexArray
+from jointlib.errors import InputError
+from jointlib.joint import Joint
+from jointlib.measurement import Measurement
+from jointlib.ringdown.backbone import Backbone
+from jointlib.ringdown.free_gain import free_gain, grid
+
+DRIFT = 1e-3
+"""Of a natural frequency, by which a structure differs from one record to the next (standard deviation)."""
+FORM = 0.01
+"""Of the span of k and of ωc, by which averaging and the shape of a law may be off."""
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """The first mode of every decay, with the mass that carries it."""
+
+    backbones: tuple[Backbone, ...]
+    modal_mass: float
+
+    @property
+    def alone(self) -> bool:
+        """No other mode stands out of any record."""
+        return all(b.alone for b in self.backbones)
+
+    @cached_property
+    def amplitudes(self) -> Array:
+        """m, the grid on which a gain is worked out."""
+        every = np.concatenate([b.amplitude for b in self.backbones])
+        return grid(float(np.min(every)), float(np.max(every)))
+
+    @cached_property
+    def omegas(self) -> Array:
+        """rad/s, as measured at the amplitudes of the grid."""
+        a, w = (np.concatenate([getattr(b, name) for b in self.backbones]) for name in ("amplitude", "omega"))
+        order = np.argsort(a)
+        return np.interp(self.amplitudes, a[order], w[order])
+
+    @cached_property
+    def _doubts(self) -> tuple[Array, ...]:
+        """N/m; standard deviations of k and ωc, shape (2, pieces) by record."""
+        span = self.modal_mass * np.max([b.span for b in self.backbones], axis=0)
+        return tuple(
+            np.hypot(
+                self.modal_mass * np.array([b.stiffness_error, b.omega * b.damping_error]), FORM * span[:, None]
+            )
+            for b in self.backbones
+        )
+
+    def gains(self, joint: Joint) -> ComplexArray:
+        """G in N/m on the grid."""
+        return free_gain(joint, self.amplitudes, self.omegas, self.modal_mass, alone=self.alone)
+
+    def left(self, joint: Joint) -> tuple[ComplexArray, ...]:
+        """Measured minus modelled gain in N/m, by record."""
+        gains, u = self.gains(joint), np.log(self.amplitudes)
+        model = CubicSpline(u, gains)
+        return tuple(self.modal_mass * b.gain - model(np.log(b.amplitude)) for b in self.backbones)
+
+    def residual(self, joint: Joint, records: Sequence[int] | None = None) -> Array:
+        """Real, of unit variance: k before ωc, record after record.
+
+        The stiffness of one record is off by a common share of its own (`DRIFT`), which is taken out by the root of
+        the inverse of 1 + d dᵀ.
+        """
+        return np.concatenate(self.whitened(joint, records))
+
+    def whitened(self, joint: Joint, records: Sequence[int] | None = None) -> list[Array]:
+        """The residual by record."""
+        left, out = self.left(joint), []
+        for i in range(len(left)) if records is None else records:
+            doubt = self._doubts[i]
+            r = np.array([left[i].real, left[i].imag]) / doubt
+            d = 2 * DRIFT * self.modal_mass * self.backbones[i].stiffness / doubt[0]
+            size = float(d @ d)
+            r[0] = r[0] - d * (d @ r[0]) * (1 - 1 / np.sqrt(1 + size)) / size
+            out.append(r.ravel())
+        return out
+
+    def share(self, joint: Joint, records: Sequence[int] | None = None) -> float:
+        """rms of what is left over rms of the force, each piece weighed by its amplitude."""
+        left, chosen = self.left(joint), range(len(self.backbones)) if records is None else records
+        over = sum(float(np.sum(np.abs(left[i] * self.backbones[i].amplitude) ** 2)) for i in chosen)
+        force = [self.modal_mass * self.backbones[i].gain * self.backbones[i].amplitude for i in chosen]
+        return float(np.sqrt(over / sum(float(np.sum(np.abs(f) ** 2)) for f in force)))
+
+
+def evidence_of(measurement: Measurement, found: Sequence[Sequence[Backbone]]) -> Evidence:
+    """The evidence of a measurement whose modal mass is known."""
+    mass = measurement.carriage
+    if mass is None or mass.value is None:
+        raise InputError(
+            f"{measurement.source}: modal_mass is missing, expected the modal mass in kg at the place where the motion is "
+            "measured: a free decay tells stiffness and damping over the mass only"
+        )
+    return Evidence(tuple(modes[0] for modes in found), mass.value)
