@@ -150,16 +150,22 @@ def _backbone(
 
 
 def _smooth(amplitude: Array, value: Array, error: Array) -> Array:
-    """A polynomial in ln A through the points of one decay."""
+    """A polynomial in ln A through the points of one decay, of the logarithm of the value where all are positive."""
     u = np.log(amplitude)
     u = (u - np.mean(u)) / max(np.ptp(u), 1e-12)
-    order = max(1, min(_ORDER, len(u) // 3))
+    order = _order(len(u))
+    if np.all(value > 0):
+        return np.asarray(np.exp(np.polyval(np.polyfit(u, np.log(value), order, w=value / error), u)))
     return np.asarray(np.polyval(np.polyfit(u, value, order, w=1 / error), u))
+
+
+def _order(count: int) -> int:
+    return max(1, min(_ORDER, (count - 1) // 2))
 
 
 def _scatter(amplitude: Array, value: Array, error: Array) -> float:
     """By how much the points leave a smooth curve more than their errors say, 1 at least; a bend is no noise."""
-    order = max(1, min(_ORDER, len(amplitude) // 3))
+    order = _order(len(amplitude))
     smooth = _smooth(amplitude, value, error)
     left = np.maximum(np.abs(value - smooth) - _FORM * np.ptp(smooth), 0.0) / error
     free = np.sqrt(max(1.0, len(left) - order - 1) / len(left))

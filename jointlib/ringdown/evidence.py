@@ -64,9 +64,13 @@ class Evidence:
 
     def left(self, joint: Joint) -> tuple[ComplexArray, ...]:
         """Measured minus modelled gain in N/m, by record."""
-        gains, u = self.gains(joint), np.log(self.amplitudes)
-        model = CubicSpline(u, gains)
-        return tuple(self.modal_mass * b.gain - model(np.log(b.amplitude)) for b in self.backbones)
+        model = self.at_pieces(self.gains(joint))
+        return tuple(self.modal_mass * b.gain - one for b, one in zip(self.backbones, model, strict=True))
+
+    def at_pieces(self, gains: ComplexArray) -> tuple[ComplexArray, ...]:
+        """Gains on the grid, at the amplitudes of each record."""
+        along = CubicSpline(np.log(self.amplitudes), gains)
+        return tuple(along(np.log(b.amplitude)) for b in self.backbones)
 
     def residual(self, joint: Joint, records: Sequence[int] | None = None) -> Array:
         """Real, of unit variance: k before ωc, record after record.
@@ -78,10 +82,15 @@ class Evidence:
 
     def whitened(self, joint: Joint, records: Sequence[int] | None = None) -> list[Array]:
         """The residual by record."""
-        left, out = self.left(joint), []
-        for i in range(len(left)) if records is None else records:
+        left = self.left(joint)
+        return self.whiten(left if records is None else [left[i] for i in records], records)
+
+    def whiten(self, left: Sequence[ComplexArray], records: Sequence[int] | None = None) -> list[Array]:
+        """Gains in N/m at the pieces of records, in units of what is known of them."""
+        out = []
+        for i, one in zip(range(len(left)) if records is None else records, left, strict=True):
             doubt = self._doubts[i]
-            r = np.array([left[i].real, left[i].imag]) / doubt
+            r = np.array([one.real, one.imag]) / doubt
             d = 2 * DRIFT * self.modal_mass * self.backbones[i].stiffness / doubt[0]
             size = float(d @ d)
             r[0] = r[0] - d * (d @ r[0]) * (1 - 1 / np.sqrt(1 + size)) / size
@@ -94,6 +103,11 @@ class Evidence:
         over = sum(float(np.sum(np.abs(left[i] * self.backbones[i].amplitude) ** 2)) for i in chosen)
         force = [self.modal_mass * self.backbones[i].gain * self.backbones[i].amplitude for i in chosen]
         return float(np.sqrt(over / sum(float(np.sum(np.abs(f) ** 2)) for f in force)))
+
+
+def free_of(joint: Joint) -> list[str]:
+    """Parameters that a decay is asked for: all but what is fixed, angles and exponents."""
+    return [n for n, unit in joint.units.items() if n not in joint.fixed and unit not in ("rad", "1")]
 
 
 def evidence_of(measurement: Measurement, found: Sequence[Sequence[Backbone]]) -> Evidence:

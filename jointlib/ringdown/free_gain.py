@@ -9,6 +9,8 @@ from jointlib.joint import Joint
 
 _POINTS, _HARMONICS = 128, 7
 _ROUNDS = 4
+_NOTHING = 1e-6
+"""Of the first harmonic; others below it change nothing."""
 _SPREAD = 40
 
 
@@ -49,7 +51,8 @@ def _cycle(
             force = force + with_state.force_along(z, rate * middle, 2 * np.pi / (_POINTS * middle))[take]
         F = (turn[take].conj().T @ force) * (2 / _POINTS)
         F[0] = F[0] / 2
-        if turned == 0 and not np.any(np.abs(F[[0, *range(2, _HARMONICS + 1)]]) > 1e-9 * np.abs(F[1])):
+        others = F[:1] if with_state.laws else F[[0, *range(2, _HARMONICS + 1)]]
+        if turned == 0 and not np.any(np.abs(others) > _NOTHING * np.abs(F[1])):
             break
         Z[0] = np.clip((Z[0] - F[0] / k).real, -0.5 * A, 0.5 * A)
         if alone:

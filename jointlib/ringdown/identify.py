@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from jointlib.errors import InputError
-from jointlib.identification.first_values import Size, first_laws, held_at_default
+from jointlib.identification.first_values import Size, first_laws
 from jointlib.identification.result import FitError, Found, Identification
 from jointlib.io.atomic import write_text
 from jointlib.io.measurement_file import read_records
@@ -19,7 +19,7 @@ from jointlib.joint import Joint
 from jointlib.loop.answer.refit import refit
 from jointlib.measurement import RINGDOWN, Measurement, Record
 from jointlib.ringdown.backbone import Backbone, backbones
-from jointlib.ringdown.evidence import Evidence, evidence_of
+from jointlib.ringdown.evidence import Evidence, evidence_of, free_of
 from jointlib.shown.pictures import MEASURED, axes_of
 from jointlib.shown.result import Columns, Shown
 
@@ -156,8 +156,7 @@ def size_of(evidence: Evidence) -> Size:
 
 
 def _fitted(m: Measurement, records: Sequence[Record], evidence: Evidence, joint: Joint) -> Identification:
-    held = held_at_default(joint)
-    free = [name for name in joint.parameters if name not in joint.fixed | held]
+    free = free_of(joint)
     found, chi2 = refit(joint, evidence.residual, free)
     known = found.covariance
     parameters = {
@@ -165,7 +164,7 @@ def _fitted(m: Measurement, records: Sequence[Record], evidence: Evidence, joint
             value,
             found.units[name],
             known.standard_error(name) if known is not None and name in known.names else None,
-            "fitted" if name in free else "assumed" if name in held else "fixed",
+            "fitted" if name in free else "fixed" if name in joint.fixed else "assumed",
         )
         for name, value in found.parameters.items()
     }

@@ -1,0 +1,290 @@
+"""From a contest over free decays to the report of the trace."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+
+from jointlib.arrays import Array
+from jointlib.errors import InputError
+from jointlib.joint import Joint
+from jointlib.loop.answer.naming import NAMED_FROM, NEAREST_FROM, experiment, in_words, is_declared_pair
+from jointlib.loop.answer.report import Candidate, Estimate, Rival, Status, TraceReport, Verdict, figures
+from jointlib.loop.decay.contest import LEAST, Row, Search, is_quiet
+from jointlib.loop.decay.fitted import Fitted, Folds
+from jointlib.measurement import Measurement, Record
+from jointlib.ringdown.evidence import DRIFT, FORM, Evidence
+from jointlib.ringdown.predicted import predict
+
+_LINEAR = {
+    "family": "structural-damping, relaxation",
+    "why": "at one frequency they look like stiffness and damping",
+    "needs": "a second mode, or a forced test over an octave",
+}
+_SIGN = {
+    "family": "quadratic",
+    "why": "its sign does not show in frequency and damping",
+    "needs": "the mean of the displacement, or a static test",
+}
+_BODIES = {
+    "family": "missing-mass, gain, delay",
+    "why": "stiffness, damping and forces scale with the modal mass",
+    "needs": "a rig with known bodies",
+}
+
+
+@dataclasses.dataclass(frozen=True)
+class Sealed:
+    """Decays that were opened last."""
+
+    evidence: Evidence
+    records: tuple[Record, ...]
+
+
+def verdict_of(found: Search, folds: Folds) -> Verdict:
+    """How far the evidence carries."""
+    if is_quiet(found.before.loss, found.count):
+        return Verdict.NOTHING_MISSING
+    if not found.terms or found.explained < NEAREST_FROM:
+        return Verdict.UNEXPLAINED
+    if found.explained < NAMED_FROM or not found.clean:
+        return Verdict.PARTIAL
+    return Verdict.AMBIGUOUS if found.rivals or not folds.several else Verdict.IDENTIFIED
+
+
+def report_of(
+    measurement: Measurement,
+    joint: Joint,
+    records: Sequence[Record],
+    evidence: Evidence,
+    folds: Folds,
+    found: Search,
+    sealed: Sealed | None,
+    messages: Sequence[str],
+    seed: int,
+) -> TraceReport:
+    """Verdict, errors before and after, and the mended joint."""
+    verdict = verdict_of(found, folds)
+    added = verdict in (Verdict.IDENTIFIED, Verdict.AMBIGUOUS, Verdict.PARTIAL)
+    after = found.after if added else found.before
+    where = "sealed" if sealed else "folds" if folds.several else "block_folds"
+    before_error, after_error = (_error(one, evidence, sealed, where) for one in (found.before, after))
+    warnings = list(messages)
+    if added and not after_error["relative"] < before_error["relative"]:
+        warnings.append(f"With {found.terms[0].effect.family} the error on {_WHERE[where]} does not fall; it is not added.")
+        verdict, added, after, after_error = Verdict.UNEXPLAINED, False, found.before, before_error
+    quiet = verdict is Verdict.NOTHING_MISSING
+    candidates = tuple(_candidate(r, i + 1, found) for i, r in enumerate(_shown(found, added, quiet)))
+    terms = found.terms if added else ()
+    chosen = next((c for c in candidates if terms and c.family == terms[0].effect.family and c.status is Status.ACCEPTED), None)
+    if chosen is not None:
+        chosen = dataclasses.replace(chosen, parameters=_estimates(after, joint), explained=found.explained)
+    rivals = tuple(_rival(r, found) for r in found.rivals) if added else ()
+    text, what_next = _words(verdict, found, chosen, rivals, folds, after_error["relative"])
+    spent = [r.name for r in sealed.records if f"{r.name} sha256:{r.sha256}" in joint.provenance.get("seal_opened", [])] if sealed else []
+    warnings += [f"The seal of {name} was opened in an earlier trace; it is spent." for name in spent]
+    return TraceReport(
+        route="ringdown",
+        verdict=verdict,
+        sentence=f"{text} Next: {what_next}",
+        baseline=found.before.joint,
+        mended=_mended(joint, after, found, verdict, evidence, records, sealed) if added else joint,
+        chosen=chosen,
+        candidates=candidates,
+        rivals=rivals,
+        chain=(),
+        secondary=(),
+        composition=_composition(found) if len(terms) > 1 else (),
+        error_before=before_error,
+        error_after=after_error,
+        data={
+            "records": [{"name": r.name, "sha256": r.sha256, "role": r.source.role} for r in records],
+            "simulated": measurement.simulated,
+            "modal_mass": evidence.modal_mass,
+            "pieces": [len(b) for b in evidence.backbones],
+            "sealed": [r.name for r in sealed.records] if sealed else [],
+        },
+        noise_floor={
+            "source": "what the cosines leave of each piece, and the spectrum",
+            "frequency": [float(np.median(b.omega_error / b.omega)) for b in evidence.backbones],
+            "damping_ratio": [float(np.median(b.ratio_error)) for b in evidence.backbones],
+            "drift": DRIFT,
+            "form": FORM,
+        },
+        localisation={},
+        reduction={"misfit_before": found.before.held_out / found.count, "misfit_after": after.held_out / found.count},
+        resimulation=_run_again(evidence, found.before, after),
+        unexplained={"fraction": 0.0 if quiet else max(0.0, 1 - found.explained) if added else 1.0},
+        not_decidable=(_LINEAR, _SIGN, _BODIES),
+        next_experiment=what_next,
+        warnings=tuple(warnings),
+        repro={"seed": seed, "version": version("jointlib"), "options": {"least_share": LEAST}},
+        measurement=measurement,
+        plots=_pictures(evidence, found.before, after),
+    )
+
+
+_WHERE = {"sealed": "the sealed records", "folds": "levels left out", "block_folds": "parts of the amplitude left out"}
+
+
+def _error(one: Fitted, evidence: Evidence, sealed: Sealed | None, where: str) -> dict[str, Any]:
+    relative = one.share if sealed is None else sealed.evidence.share(one.joint)
+    return {"relative": relative, "where": where, "in_sample": evidence.share(one.joint)}
+
+
+def _shown(found: Search, added: bool, quiet: bool) -> list[Row]:
+    """The contest beside the joint as it came, with what was added accepted and nothing else."""
+    own = {r.effect.family for r in found.terms}
+    out = []
+    for r in found.first.rows:
+        if r.status is Status.ACCEPTED and not added:
+            word = "nothing is missing" if quiet else "passes, but explains too little to be added"
+            r = dataclasses.replace(r, status=Status.REJECTED, reason=word)
+        elif r.status is Status.ACCEPTED and r.effect.family not in own:
+            r = dataclasses.replace(r, status=Status.REJECTED, reason="came first, and another took its place")
+        elif r.status is Status.TIED and added and found.terms and r.effect.family == found.terms[0].effect.family:
+            r = dataclasses.replace(r, status=Status.ACCEPTED, reason="with another effect beside it")
+        out.append(r)
+    return out
+
+
+def _candidate(r: Row, rank: int, found: Search) -> Candidate:
+    fitted = r.fitted
+    parameters = {} if fitted is None else _estimates(fitted, found.before.joint)
+    share = float(np.clip(r.share, -9.0, 1.0))
+    significance = {"loss": float("nan") if fitted is None else fitted.held_out or fitted.loss}
+    return Candidate(
+        r.effect.family, r.effect.member, parameters, float(sum(r.gains)), r.gains, significance, share, None, rank, r.status, r.reason
+    )
+
+
+def _estimates(fitted: Fitted, before: Joint) -> dict[str, Estimate]:
+    """Parameters that a joint has beyond another."""
+    joint, known = fitted.joint, set(before.parameters)
+    out = {}
+    for name, value in joint.parameters.items():
+        if name in known:
+            continue
+        error = joint.covariance.standard_error(name) if joint.covariance is not None else float("nan")
+        half = 1.96 * error
+        out[name] = Estimate(value, joint.units[name], error, (value - half, value + half))
+    return out
+
+
+def _rival(r: Row, found: Search) -> Rival:
+    last = found.terms[-1]
+    own = next((t for t in found.terms if t.effect.family in r.effect.look_alikes), last)
+    ratio = r.share / last.share if last.share else 1.0
+    return Rival(
+        r.effect.family,
+        ratio,
+        is_declared_pair(own.effect, r.effect),
+        experiment(own.effect, r.effect),
+        r.effect.member,
+    )
+
+
+def _composition(found: Search) -> tuple[Mapping[str, Any], ...]:
+    out, done = [], 0.0
+    for k, r in enumerate(found.terms):
+        whole = r.share if k == 0 else found.explained
+        out.append({"family": r.effect.family, "member": r.effect.member, "share": whole - done, "explained": whole})
+        done = whole
+    return tuple(out)
+
+
+def _words(
+    verdict: Verdict, found: Search, chosen: Candidate | None, rivals: Sequence[Rival], folds: Folds, left: float
+) -> tuple[str, str]:
+    """The finding in a sentence, and what to do next."""
+    another = "Repeat at three levels or more, from the smallest that can be measured to the largest that is safe."
+    if verdict is Verdict.NOTHING_MISSING:
+        return "What the joint leaves of frequency and damping over amplitude is noise.", "Nothing; use the joint."
+    if chosen is None:
+        said = "Frequency and damping change over amplitude in a way that the joint does not have and no effect explains."
+        return said, "Look at where over amplitude they differ; measure the force along a path, or on a rig."
+    names = " and ".join(in_words(r.effect.family, member=r.effect.member) for r in found.terms)
+    share = f"It explains {100 * min(found.explained, 0.9999):.3g} % of what frequency and damping over amplitude have beyond the joint"
+    text = f"The joint lacks {names}: {figures(chosen.parameters)}. {share}"
+    text += f", and {100 * left:.2g} % of the force is left."
+    if verdict is Verdict.PARTIAL:
+        return f"{text} More is missing.", "Measure the force along a path, or on a rig, to name the rest."
+    if rivals:
+        listed = ", ".join(dict.fromkeys(r.family for r in rivals))
+        return f"{text} These decays cannot rule out {listed}.", rivals[0].separating_experiment
+    if not folds.several:
+        return f"{text} One level alone: the shape is not tested on another.", another
+    return text, "Trace again with the mended joint."
+
+
+def _mended(
+    joint: Joint,
+    after: Fitted,
+    found: Search,
+    verdict: Verdict,
+    evidence: Evidence,
+    records: Sequence[Record],
+    sealed: Sealed | None,
+) -> Joint:
+    """The joint with what was found, the range it was found on, and what it was found from."""
+    provenance = {
+        **joint.provenance,
+        "traced_on": [f"{r.name} sha256:{r.sha256}" for r in records],
+        "effects": [t.effect.family for t in found.terms],
+        "verdict": verdict.value,
+        "program": f"jointlib {version('jointlib')}",
+    }
+    if sealed:
+        opened = [*joint.provenance.get("seal_opened", []), *(f"{r.name} sha256:{r.sha256}" for r in sealed.records)]
+        provenance["seal_opened"] = list(dict.fromkeys(opened))
+    omega = evidence.omegas / (2 * np.pi)
+    validity = {
+        **joint.validity,
+        "amplitude": (0.0, float(max(b.amplitude[0] for b in evidence.backbones))),
+        "frequency": (float(np.min(omega)), float(np.max(omega))),
+    }
+    return dataclasses.replace(after.joint, validity=validity, provenance=provenance)
+
+
+def _run_again(evidence: Evidence, before: Fitted, after: Fitted) -> dict[str, Any]:
+    """How far the amplitude of a decay, run from its first value on, goes off the record before and after: rms of
+    the logarithm."""
+    out: dict[str, Any] = {}
+    for word, one in (("before", before), ("after", after)):
+        try:
+            off = []
+            lowest = float(evidence.amplitudes[0]) / 3
+            model = predict(one.joint, evidence.modal_mass, lowest, float(evidence.amplitudes[-1]), alone=evidence.alone)
+            for b in evidence.backbones:
+                run = model.decay(float(b.amplitude[0]), b.time - b.time[0])[0]
+                off.append(np.log(np.where(np.isfinite(run), run, lowest) / b.amplitude))
+            out[word] = float(np.sqrt(np.mean(np.concatenate(off) ** 2)))
+        except InputError as error:
+            out[word], out["why"] = None, str(error)
+    return out
+
+
+def _pictures(evidence: Evidence, before: Fitted, after: Fitted) -> dict[str, Array]:
+    """Frequency (Hz) and damping ratio over amplitude (m), measured and by the joint before and after."""
+    every = evidence.backbones
+    plots = {
+        "decay_amplitude": np.concatenate([b.amplitude for b in every]),
+        "decay_frequency": np.concatenate([b.omega for b in every]) / (2 * np.pi),
+        "decay_damping": np.concatenate([b.damping_ratio for b in every]),
+        "decay_frequency_error": np.concatenate([b.omega_error for b in every]) / (2 * np.pi),
+        "decay_damping_error": np.concatenate([b.ratio_error for b in every]),
+    }
+    a = evidence.amplitudes
+    for word, one in (("before", before), ("after", after)):
+        try:
+            model = predict(one.joint, evidence.modal_mass, float(a[0]), float(a[-1]), alone=evidence.alone)
+        except InputError:
+            continue
+        plots[f"decay_model_amplitude_{word}"] = model.amplitude
+        plots[f"decay_model_frequency_{word}"] = model.omega / (2 * np.pi)
+        plots[f"decay_model_damping_{word}"] = model.damping_ratio
+    return plots
