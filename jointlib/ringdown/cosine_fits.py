@@ -17,7 +17,7 @@ _LEAST_CYCLES = 3.0
 _MOST_PIECES = 120
 _CLEAR = 4.0
 """Times the noise, below which an amplitude tells nothing."""
-_HEAVY = 0.12
+_HEAVY = 0.06
 """Damping ratio from which amplitudes do not vary slowly any more; what comes later is left out."""
 _STEPS = 12
 _MOST_HARMONICS = 5

@@ -11,13 +11,15 @@ from jointlib.effect import JointEffect
 from jointlib.loop.answer.naming import NAMED_FROM
 from jointlib.loop.answer.report import Status
 from jointlib.loop.decay.fitted import Fitted, Folds, with_folds
-from jointlib.loop.decay.trials import SIGN, attempt
+from jointlib.loop.decay.trials import SIGN, Trial, attempt
 from jointlib.ringdown.evidence import Evidence
 
 LEAST = 0.2
 """Of the excess; what removes less is refused."""
 CLEAN = 4.0
 """Σ r²/n up to which nothing that is known contradicts a joint: twice the doubt of form."""
+_LOOSE = 4.0
+"""Times as much where the joint has a memory: no element has the loop of a real contact."""
 _ALIKE = 3.0
 """Times what the best leaves; what leaves no more is a rival."""
 _SHARE = 0.05
@@ -73,16 +75,16 @@ def is_quiet(loss: float, count: int) -> bool:
 def contest(evidence: Evidence, folds: Folds, before: Fitted, effects: Sequence[JointEffect], reference: float) -> Round:
     """Every effect beside ``before``; ``reference`` is the excess that shares are of."""
     count = len(folds.masks[0])
-    trials = [attempt(evidence, before, e) for e in effects if e.leads]
+    trials = list[Trial]()
+    for e in sorted(effects, key=lambda e: not e.leads):
+        if e.leads or _wanted(e.family, trials, before, count):
+            trials.append(attempt(evidence, before, e))
     top = min((t.fitted.loss for t in trials if t.fitted is not None), default=np.inf)
     good = excess(before.loss, count)
 
     def near(loss: float, best: float) -> bool:
         return good > 0 and before.loss - loss > _NEAR * (before.loss - best)
 
-    families = {t.effect.family for t in trials if t.fitted is not None and near(t.fitted.loss, top)}
-    trials += [attempt(evidence, before, e) for e in effects if not e.leads and e.family in families]
-    top = min((t.fitted.loss for t in trials if t.fitted is not None), default=np.inf)
     rows = []
     for t in trials:
         if t.fitted is None:
@@ -94,6 +96,14 @@ def contest(evidence: Evidence, folds: Folds, before: Fitted, effects: Sequence[
         else:
             rows.append(_judged(evidence, folds, before, t.effect, t.fitted, t.harmonic, reference))
     return Round(before, tuple(_ranked(rows, count)))
+
+
+def _wanted(family: str, trials: Sequence[Trial], before: Fitted, count: int) -> bool:
+    """Whether a further member may change the answer: those before come near the best effect, and miss something."""
+    done = [t for t in trials if t.fitted is not None]
+    own = min((t.fitted.loss for t in done if t.fitted and t.effect.family == family), default=np.inf)
+    top = min((t.fitted.loss for t in done if t.fitted), default=np.inf)
+    return own > CLEAN * count and before.loss - own > _NEAR * (before.loss - top)
 
 
 def _judged(
@@ -131,7 +141,7 @@ def _ranked(rows: Sequence[Row], count: int) -> list[Row]:
         if r is first:
             continue
         tied = any(r is one for one in alike)
-        if tied and r.effect.family == first.effect.family:
+        if tied and r.effect.family in {one.effect.family for one in out}:
             out.append(replace(r, status=Status.REJECTED, reason="a member of the same family does as well"))
         elif tied:
             out.append(replace(r, status=Status.TIED, reason="does as well"))
@@ -165,7 +175,7 @@ class Search:
     @property
     def clean(self) -> bool:
         """Nothing that is known contradicts the joint with all terms."""
-        return self.after.held_out <= CLEAN * self.count
+        return self.after.held_out <= CLEAN * self.count * (_LOOSE if self.after.joint.states else 1.0)
 
 
 def search(evidence: Evidence, folds: Folds, before: Fitted, effects: Sequence[JointEffect]) -> Search:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from jointlib.effect import JointEffect
 from jointlib.errors import InputError
 from jointlib.io.measurement_file import read_records
 from jointlib.joint import Joint
@@ -14,9 +15,16 @@ from jointlib.loop.decay.contest import Round, Search, is_quiet, search
 from jointlib.loop.decay.fitted import fit, folds_of, with_folds
 from jointlib.loop.path.checks import exists_in_time
 from jointlib.measurement import Measurement
+from jointlib.registry import installed as installed_laws
 from jointlib.ringdown.backbone import backbones
 from jointlib.ringdown.evidence import evidence_of, free_of
 from jointlib.ringdown.identify import said_of
+
+
+def _has_one_speed(effect: JointEffect) -> bool:
+    """A loop that depends on speed needs more than the one frequency of a mode."""
+    kind = installed_laws("jointlib.laws").found.get(effect.member)
+    return kind is None or not kind.states or kind.by_turns
 
 
 def trace_decay(measurement: Measurement, joint: Joint, *, seed: int = 0) -> TraceReport:
@@ -37,7 +45,7 @@ def trace_decay(measurement: Measurement, joint: Joint, *, seed: int = 0) -> Tra
     if is_quiet(before.loss, len(folds.masks[0])):
         found = Search(before, Round(before, ()), (), before, 0.0, (), len(folds.masks[0]))
     else:
-        found = search(evidence, folds, before, [e for e in installed.joint if exists_in_time(e)])
+        found = search(evidence, folds, before, [e for e in installed.joint if exists_in_time(e) and _has_one_speed(e)])
     opened = read_records(measurement, measurement.with_role("sealed"))
     sealed = Sealed(evidence_of(measurement, backbones(measurement, opened)), opened) if opened else None
     report = report_of(measurement, joint, records, evidence, folds, found, sealed, said_of(modes), seed)
