@@ -54,7 +54,9 @@ def identify(
             raise InputError(f"identify: a measurement of kind {RINGDOWN!r} stands alone, without orders of a surface")
         decays = identify_ringdown(tests[0], kinds or None, first).fit
         if decays is None:
-            raise InputError("identify: expected either laws or a start joint; `ringdown` tells a decay without a joint")
+            raise InputError(
+                "identify: expected either laws or a start joint; `ringdown` tells a decay without a joint"
+            )
         if path is not None:
             write_joint(path, decays.joint)
         return decays

@@ -12,7 +12,8 @@ def trace(measurement: Measurement, joint: Joint, *, seed: int = 0) -> TraceRepo
     """Say whether the joint model lacks an effect, which one, and what the error is before and after adding it.
 
     A rig with periodic excitation is judged in the frequency domain, a force along a measured path in the time
-    domain, free decays by their frequency and damping over amplitude. Candidates come from the entry points ``jointlib.effects`` and compete on held-out error.
+    domain, free decays by their frequency and damping over amplitude. Candidates come from the entry points
+    ``jointlib.effects`` and compete on held-out error.
     """
     if measurement.kind == "rig":
         from jointlib.loop.periodic.route import trace_periodic
@@ -27,5 +28,6 @@ def trace(measurement: Measurement, joint: Joint, *, seed: int = 0) -> TraceRepo
 
         return trace_decay(measurement, joint, seed=seed)
     raise InputError(
-        f"{measurement.source}: kind is {measurement.kind!r}, a trace needs records of motion: 'rig', 'path' or 'ringdown'"
+        f"{measurement.source}: kind is {measurement.kind!r}, a trace needs records of motion: 'rig', 'path' or "
+        "'ringdown'"
     )

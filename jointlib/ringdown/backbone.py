@@ -10,11 +10,11 @@ import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
+from jointlib.measurement import Measurement, Record
 from jointlib.ringdown.cosine_fits import Pieces, pieces_of
 from jointlib.ringdown.crossings import by_crossings
 from jointlib.ringdown.decay import Decay, free_decay
 from jointlib.ringdown.modes import modes_of
-from jointlib.measurement import Measurement, Record
 
 _LEAST = 5
 """Pieces that make a backbone."""
@@ -82,15 +82,15 @@ def backbones(measurement: Measurement, records: Sequence[Record]) -> tuple[tupl
 def of_decay(decay: Decay, measurement: Measurement) -> tuple[Backbone, ...]:
     """The modes in one decay."""
     modes = modes_of(decay, measurement.band)
-    found = []
+    found = list[Backbone]()
     for mode in modes:
         pieces = pieces_of(decay, mode)
         if len(pieces) < _LEAST:
             if found:
                 continue
             raise InputError(
-                f"{decay.name}: {len(pieces)} pieces of three cycles of {mode.frequency:.4g} Hz stand out of the noise, "
-                f"expected {_LEAST}: a longer decay, a higher level or less noise"
+                f"{decay.name}: {len(pieces)} pieces of three cycles of {mode.frequency:.4g} Hz stand out of the "
+                f"noise, expected {_LEAST}: a longer decay, a higher level or less noise"
             )
         checked = _check(decay, pieces, by_crossings(decay, mode, pieces))
         said = (*(() if found else decay.messages), *((mode.message,) if mode.message else ()))
@@ -115,7 +115,10 @@ def _backbone(
     by_log, by_omega, by_decay = p.errors
     stiffness_error, damping_error = 2 * p.omega * by_omega, 2 * by_decay
     for _ in range(2):
-        slope = [np.gradient(_smooth(p.amplitude, v, e), np.log(p.amplitude)) for v, e in ((stiffness, stiffness_error), (damping, damping_error))]
+        slope = [
+            np.gradient(_smooth(p.amplitude, v, e), np.log(p.amplitude))
+            for v, e in ((stiffness, stiffness_error), (damping, damping_error))
+        ]
         stiffness_error = np.hypot(2 * p.omega * by_omega, slope[0] * by_log)
         damping_error = np.hypot(2 * by_decay, slope[1] * by_log)
     scatter = [_scatter(p.amplitude, v, e) for v, e in ((stiffness, stiffness_error), (damping, damping_error))]
@@ -124,8 +127,8 @@ def _backbone(
     if max(scatter) > 3:
         messages = (
             *messages,
-            f"{decay.name}: frequency and damping scatter {max(scatter):.2g} times more than the noise; errors are raised "
-            "by that.",
+            f"{decay.name}: frequency and damping scatter {max(scatter):.2g} times more than the noise; errors are "
+            "raised by that.",
         )
     size = np.hypot(p.omega, p.decay)
     return Backbone(
@@ -180,6 +183,6 @@ def _refuse_beat(decay: Decay, p: Pieces, damping: Array, error: Array) -> None:
     clear = (np.abs(left) > 6 * 2 * p.errors[2]) & (np.abs(left) > _SWINGS * abs(float(np.median(damping))))
     if np.any(beats) or np.count_nonzero(clear) > max(2, len(p) // 4):
         raise InputError(
-            f"{decay.name}: the motion at {decay.frequency:.4g} Hz swings while it decays: two modes beat, too close to "
-            "be told apart; neither has a frequency and a damping of its own here"
+            f"{decay.name}: the motion at {decay.frequency:.4g} Hz swings while it decays: two modes beat, too close "
+            "to be told apart; neither has a frequency and a damping of its own here"
         )

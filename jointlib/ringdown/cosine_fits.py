@@ -133,12 +133,16 @@ def _fit(
     return float(np.exp(p[0])), growth, rate_of, error[[0, 3, 2]], second, second_error, rms / max(noise, 1e-300)
 
 
-def _gathered(rows: list[tuple[float, float, complex, complex, Array, float, float, float]], decay: Decay, mode: OneMode) -> Pieces:
+def _gathered(
+    rows: list[tuple[float, float, complex, complex, Array, float, float, float]], decay: Decay, mode: OneMode
+) -> Pieces:
     """Pieces in displacement, without the filter: x⁽ᵒ⁾ of order o has s = p' + o ṡ/s and sᵒ times the amplitude."""
     if not rows:
         nothing = np.zeros(0)
-        return Pieces(*(nothing for _ in range(6)), np.zeros((3, 0)), nothing, nothing, nothing)
-    time, size, growth, bend, errors, second, second_error, left = (np.array(column) for column in zip(*rows, strict=True))
+        return Pieces(nothing, nothing, nothing, nothing, nothing, nothing, np.zeros((3, 0)), nothing, nothing, nothing)
+    time, size, growth, bend, errors, second, second_error, left = (
+        np.array(column) for column in zip(*rows, strict=True)
+    )
     s = growth - decay.order * bend / growth
     amplitude = size / np.abs(s) ** decay.order / mode.amplitude_factor(growth)
     harmonic = second / 2.0**decay.order

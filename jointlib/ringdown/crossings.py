@@ -1,6 +1,8 @@
-"""Zero crossings and peaks of a decay: a second route to its frequency and damping, which shares nothing with the first."""
+"""Zero crossings and peaks of a decay: another route to frequency and damping, which shares nothing with the first."""
 
 from __future__ import annotations
+
+from itertools import pairwise
 
 import numpy as np
 
@@ -24,7 +26,7 @@ def by_crossings(decay: Decay, mode: OneMode, pieces: Pieces) -> tuple[Array, Ar
     keep = np.concatenate([[True], np.diff(at) > 0.5 * rate / mode.frequency]) if len(at) else np.zeros(0, dtype=bool)
     up, at = up[keep], at[keep]
     time = at / rate + mode.start
-    size = np.array([0.5 * (_top(x[a : b + 2]) + _top(-x[a : b + 2])) for a, b in zip(up, up[1:], strict=False)])
+    size = np.array([0.5 * (_top(x[a : b + 2]) + _top(-x[a : b + 2])) for a, b in pairwise(up)])
     middle = 0.5 * (time[:-1] + time[1:])
     half = np.gradient(pieces.time) / 2 if len(pieces) > 1 else np.full(len(pieces), np.inf)
     omega, damping = np.full(len(pieces), np.nan), np.full(len(pieces), np.nan)

@@ -90,7 +90,7 @@ def free_decay(measurement: Measurement, record: Record) -> Decay:
 def spectrum(x: Array, rate: float) -> tuple[Array, Array]:
     """Frequencies in Hz and the size of the windowed (Hann) spectrum of a record without its mean."""
     window = np.hanning(len(x))
-    return np.fft.rfftfreq(len(x), 1 / rate), np.abs(np.fft.rfft((x - np.mean(x)) * window))
+    return np.fft.rfftfreq(len(x), 1 / rate).astype(float), np.abs(np.fft.rfft((x - np.mean(x)) * window))
 
 
 def strongest(x: Array, rate: float, band: Sequence[float] | None) -> float:
@@ -128,12 +128,16 @@ def _begin(measurement: Measurement, record: Record, envelope: Array, cycle: flo
         begin = int(on[-1]) + 1 if len(on) else 0
         if begin < len(force):
             return begin, []
-        raise InputError(f"{record.name}: the force {forces[0].name} acts until the end, expected a free decay after it")
+        raise InputError(
+            f"{record.name}: the force {forces[0].name} acts until the end, expected a free decay after it"
+        )
     top = int(np.flatnonzero(envelope >= _TOP * np.max(envelope))[-1])
     if top <= cycle:
         return 0, []
     begin = min(top + round(cycle), len(envelope) - 1)
-    return begin, [f"{record.name}: the free decay begins at {begin / record.sample_rate:.4g} s, found from the record."]
+    return begin, [
+        f"{record.name}: the free decay begins at {begin / record.sample_rate:.4g} s, found from the record."
+    ]
 
 
 def _unclipped(x: Array, channel: Channel) -> int:

@@ -45,16 +45,14 @@ class Evidence:
         """rad/s, as measured at the amplitudes of the grid."""
         a, w = (np.concatenate([getattr(b, name) for b in self.backbones]) for name in ("amplitude", "omega"))
         order = np.argsort(a)
-        return np.interp(self.amplitudes, a[order], w[order])
+        return np.asarray(np.interp(self.amplitudes, a[order], w[order]))
 
     @cached_property
     def _doubts(self) -> tuple[Array, ...]:
         """N/m; standard deviations of k and ωc, shape (2, pieces) by record."""
         span = self.modal_mass * np.max([b.span for b in self.backbones], axis=0)
         return tuple(
-            np.hypot(
-                self.modal_mass * np.array([b.stiffness_error, b.omega * b.damping_error]), FORM * span[:, None]
-            )
+            np.hypot(self.modal_mass * np.array([b.stiffness_error, b.omega * b.damping_error]), FORM * span[:, None])
             for b in self.backbones
         )
 
@@ -115,7 +113,7 @@ def evidence_of(measurement: Measurement, found: Sequence[Sequence[Backbone]]) -
     mass = measurement.carriage
     if mass is None or mass.value is None:
         raise InputError(
-            f"{measurement.source}: modal_mass is missing, expected the modal mass in kg at the place where the motion is "
-            "measured: a free decay tells stiffness and damping over the mass only"
+            f"{measurement.source}: modal_mass is missing, expected the modal mass in kg at the place where the motion "
+            "is measured: a free decay tells stiffness and damping over the mass only"
         )
     return Evidence(tuple(modes[0] for modes in found), mass.value)

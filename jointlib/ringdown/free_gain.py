@@ -17,8 +17,9 @@ _SPREAD = 40
 def free_gain(joint: Joint, amplitude: Array, omega: Array, modal_mass: float, *, alone: bool = True) -> ComplexArray:
     """G = k + jωc in N/m over the amplitudes in m of a free motion at ω in rad/s.
 
-    z = z₀ + A cos θ + Re Σ Zₙ e^(jnθ). A free mode has no outer force at any harmonic: n² M ω² Zₙ = Fₙ and F₀ = 0. Zₙ is found by repetition, and G = F₁/A along that motion. Where other modes would answer too (``alone``
-    false), only the mean is balanced.
+    z = z₀ + A cos θ + Re Σ Zₙ e^(jnθ). A free mode has no outer force at any harmonic: n² M ω² Zₙ = Fₙ and F₀ = 0. Zₙ
+    is found by repetition, and G = F₁/A along that motion. Where other modes would answer too (``alone`` false), only
+    the mean is balanced.
     """
     return _cycle(joint, amplitude, omega, modal_mass, alone)[0]
 
@@ -28,9 +29,7 @@ def second_harmonic(joint: Joint, amplitude: Array, omega: Array, modal_mass: fl
     return _cycle(joint, amplitude, omega, modal_mass, True)[1]
 
 
-def _cycle(
-    joint: Joint, amplitude: Array, omega: Array, modal_mass: float, alone: bool
-) -> tuple[ComplexArray, Array]:
+def _cycle(joint: Joint, amplitude: Array, omega: Array, modal_mass: float, alone: bool) -> tuple[ComplexArray, Array]:
     A, w = np.asarray(amplitude, dtype=float), np.broadcast_to(np.asarray(omega, dtype=float), np.shape(amplitude))
     timed, untimed = joint.parted(lambda law: law.in_time)
     with_state, plain = timed.parted(lambda law: bool(law.states))

@@ -45,7 +45,7 @@ class Ringdown(Shown):
 
     def rows(self) -> list[tuple[str, ...]]:
         """Record, mode, amplitude in µm, frequency and damping with their errors, as people read them."""
-        out = []
+        out = list[tuple[str, ...]]()
         for number, b in self._all():
             for i in np.unique(np.linspace(0, len(b) - 1, _ROWS).astype(int)):
                 out.append((
@@ -136,7 +136,7 @@ def identify_ringdown(
 
 def said_of(found: Sequence[Sequence[Backbone]]) -> list[str]:
     """What there is to say of the decays, and where zero crossings tell something else."""
-    said = []
+    said = list[str]()
     for modes in found:
         for b in modes:
             said += b.messages
@@ -172,8 +172,8 @@ def _fitted(m: Measurement, records: Sequence[Record], evidence: Evidence, joint
     messages = []
     if mass is not None and mass.uncertainty and mass.value:
         messages.append(
-            f"The modal mass is known to {100 * mass.uncertainty / mass.value:.2g} %; stiffness, damping and forces are "
-            "off by as much as it is, which their standard errors do not contain."
+            f"The modal mass is known to {100 * mass.uncertainty / mass.value:.2g} %; stiffness, damping and forces "
+            "are off by as much as it is, which their standard errors do not contain."
         )
     if chi2 > 4:
         messages.append(

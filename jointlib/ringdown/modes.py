@@ -83,8 +83,9 @@ def _filtered(decay: Decay, frequency: float, apart: float) -> OneMode:
     half = int(np.ceil(_TRANSIENT * width * decay.rate))
     if 2 * half > _LOST * len(decay.signal):
         raise InputError(
-            f"{decay.name}: modes at {frequency:.4g} Hz and {apart:.3g} Hz beside it: a filter that separates them takes "
-            f"{2 * half / decay.rate:.3g} of {len(decay.signal) / decay.rate:.3g} s; they lie too close to be told apart"
+            f"{decay.name}: modes at {frequency:.4g} Hz and {apart:.3g} Hz beside it: a filter that separates them "
+            f"takes {2 * half / decay.rate:.3g} of {len(decay.signal) / decay.rate:.3g} s; they lie too close to be "
+            "told apart"
         )
     t = np.arange(-half, half + 1) / decay.rate
     kernel = np.exp(-0.5 * (t / width) ** 2)

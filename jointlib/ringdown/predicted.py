@@ -59,7 +59,9 @@ def predict(joint: Joint, modal_mass: float, lowest: float, highest: float, *, a
     for _ in range(6):
         gain = free_gain(joint, A, omega, modal_mass, alone=alone)
         if np.any(gain.real <= 0):
-            raise InputError(f"joint {joint.name!r}: nothing holds the mass at {A[gain.real <= 0][0]:.3g} m, expected stiffness")
+            raise InputError(
+                f"joint {joint.name!r}: nothing holds the mass at {A[gain.real <= 0][0]:.3g} m, expected stiffness"
+            )
         omega = np.sqrt(gain.real / modal_mass)
     c = gain.imag / omega
     slope = CubicSpline(np.log(A), np.log(omega))(np.log(A), 1)

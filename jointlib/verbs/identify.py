@@ -63,7 +63,9 @@ def command(
         return
     if any(test.kind == RINGDOWN for test in tests):
         if len(tests) > 1 or order is not None or (laws and start is not None):
-            raise InputError(f"identify: a measurement of kind {RINGDOWN!r} stands alone, with --law, --start or neither")
+            raise InputError(
+                f"identify: a measurement of kind {RINGDOWN!r} stands alone, with --law, --start or neither"
+            )
         with working("fitting"):
             decays = ringdown(tests[0], laws=laws, start=start, output=output)
         fit = {} if decays.fit is None else identified(decays.fit)

@@ -32,7 +32,9 @@ def trace_section(report: TraceReport) -> Section:
 
 
 def _fit(report: TraceReport) -> Section:
-    return Section("Does the model follow the measurement?", figures=[*loop_figures(report.plots), *decay_figures(report.plots)])
+    return Section(
+        "Does the model follow the measurement?", figures=[*loop_figures(report.plots), *decay_figures(report.plots)]
+    )
 
 
 def _place(report: TraceReport) -> Section:

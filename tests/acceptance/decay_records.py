@@ -166,7 +166,9 @@ def write(folder: Path, case: Case) -> tuple[Path, Path]:
     row = {"displacement": 0, "velocity": 1, "acceleration": 2}[sensor]
     noise = None
     for i, level in enumerate(LEVELS):
-        share = np.array([1.0, 0.06, 0.04][: case.masses]) * (1 if case.masses == 1 else rng.uniform(0.8, 1.2, case.masses))
+        share = np.array([1.0, 0.06, 0.04][: case.masses]) * (
+            1 if case.masses == 1 else rng.uniform(0.8, 1.2, case.masses)
+        )
         x = decay(c, forces, slip, level * A0 * (shapes @ share))[row]
         noise = 10 ** (-case.decibel / 20) * float(np.max(np.abs(x))) / np.sqrt(2) if noise is None else noise
         x = x + noise * rng.standard_normal(len(x))

@@ -25,6 +25,7 @@ from typing import Any  # noqa: E402
 from decay_records import OUTSIDE, Case, write  # noqa: E402
 
 from jointlib import read_joint, read_measurement, trace  # noqa: E402
+from jointlib.errors import InputError
 
 Row = dict[str, Any]
 ONE = ("coulomb", "cubic", "quadratic", "quadratic-damping", "gap", "contact-loss", "hysteresis")
@@ -50,16 +51,15 @@ def run(case: Case) -> Row:
     with tempfile.TemporaryDirectory() as folder:
         measurement, joint = write(Path(folder), case)
         start = time.process_time()
-        report = trace(read_measurement(measurement), read_joint(joint))
+        try:
+            report = trace(read_measurement(measurement), read_joint(joint))
+        except InputError as error:
+            return {**_of(case), **_REFUSED, "why": str(error), "seconds": time.process_time() - start}
         seconds = time.process_time() - start
     found = report.as_json()
     terms = [c["family"] for c in found["composition"]] or ([found["chosen"]["family"]] if found["chosen"] else [])
     return {
-        "case": case.name,
-        "effects": list(case.effects),
-        "masses": case.masses,
-        "decibel": case.decibel,
-        "seed": case.seed,
+        **_of(case),
         "verdict": found["verdict"],
         "terms": terms,
         "rivals": [r["family"] for r in found["rivals"]],
@@ -68,6 +68,21 @@ def run(case: Case) -> Row:
         "misfit": found["reduction"]["misfit_after"],
         "explained": found["chosen"]["explained_first"] if found["chosen"] else None,
         "seconds": seconds,
+    }
+
+
+_REFUSED: Row = {
+    "verdict": "refused", "terms": [], "rivals": [], "before": None, "after": None, "misfit": None, "explained": None
+}  # fmt: skip
+
+
+def _of(case: Case) -> Row:
+    return {
+        "case": case.name,
+        "effects": list(case.effects),
+        "masses": case.masses,
+        "decibel": case.decibel,
+        "seed": case.seed,
     }
 
 
@@ -113,8 +128,8 @@ def page(rows: Sequence[Row]) -> str:
     return "\n".join(lines) + "\n"
 
 
-TEXT = """Decays of a chain of one to three masses on a joint, made by `tests/acceptance/decay_records.py` with formulas of
-its own and integrated step by step: three levels, noise 60 or 40 dB below the first amplitude of the highest,
+TEXT = """Decays of a chain of one to three masses on a joint, made by `tests/acceptance/decay_records.py` with formulas
+of its own and integrated step by step: three levels, noise 60 or 40 dB below the first amplitude of the highest,
 displacement, velocity or acceleration in turn. {runs} traces, seeds 0 to {last}. In the set means that the verdict is
 `identified` or `ambiguous` and that what is hidden is the name or one of its rivals; alone, that there is no rival.
 Written by `tests/acceptance/decay_table.py`."""

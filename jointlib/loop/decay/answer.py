@@ -75,17 +75,28 @@ def report_of(
     before_error, after_error = (_error(one, evidence, sealed, where) for one in (found.before, after))
     warnings = list(messages)
     if added and not after_error["relative"] < before_error["relative"]:
-        warnings.append(f"With {found.terms[0].effect.family} the error on {_WHERE[where]} does not fall; it is not added.")
+        warnings.append(
+            f"With {found.terms[0].effect.family} the error on {_WHERE[where]} does not fall; it is not added."
+        )
         verdict, added, after, after_error = Verdict.UNEXPLAINED, False, found.before, before_error
     quiet = verdict is Verdict.NOTHING_MISSING
     candidates = tuple(_candidate(r, i + 1, found) for i, r in enumerate(_shown(found, added, quiet)))
     terms = found.terms if added else ()
-    chosen = next((c for c in candidates if terms and c.family == terms[0].effect.family and c.status is Status.ACCEPTED), None)
+    chosen = next(
+        (c for c in candidates if terms and c.family == terms[0].effect.family and c.status is Status.ACCEPTED), None
+    )
     if chosen is not None:
         chosen = dataclasses.replace(chosen, parameters=_estimates(after, joint), explained=found.explained)
     rivals = tuple(_rival(r, found) for r in found.rivals) if added else ()
+    if added and not evidence.alone:
+        rivals += _of_unseen_harmonics(found)
+        verdict = Verdict.AMBIGUOUS if rivals and verdict is Verdict.IDENTIFIED else verdict
     text, what_next = _words(verdict, found, chosen, rivals, folds, after_error["relative"])
-    spent = [r.name for r in sealed.records if f"{r.name} sha256:{r.sha256}" in joint.provenance.get("seal_opened", [])] if sealed else []
+    spent = (
+        [r.name for r in sealed.records if f"{r.name} sha256:{r.sha256}" in joint.provenance.get("seal_opened", [])]
+        if sealed
+        else []
+    )
     warnings += [f"The seal of {name} was opened in an earlier trace; it is spent." for name in spent]
     return TraceReport(
         route="ringdown",
@@ -158,7 +169,17 @@ def _candidate(r: Row, rank: int, found: Search) -> Candidate:
     share = float(np.clip(r.share, -9.0, 1.0))
     significance = {"loss": float("nan") if fitted is None else fitted.held_out or fitted.loss}
     return Candidate(
-        r.effect.family, r.effect.member, parameters, float(sum(r.gains)), r.gains, significance, share, None, rank, r.status, r.reason
+        r.effect.family,
+        r.effect.member,
+        parameters,
+        float(sum(r.gains)),
+        r.gains,
+        significance,
+        share,
+        None,
+        rank,
+        r.status,
+        r.reason,
     )
 
 
@@ -188,6 +209,16 @@ def _rival(r: Row, found: Search) -> Rival:
     )
 
 
+def _of_unseen_harmonics(found: Search) -> tuple[Rival, ...]:
+    """A bent spring that other modes answer at twice the frequency may soften or stiffen with the square of the
+    amplitude, like a cubic one; a filter that separates the modes hides what would tell them apart."""
+    told = {r.effect.family for r in (*found.terms, *found.rivals)}
+    if "cubic" not in told or "quadratic" in told:
+        return ()
+    said = "Measure the mean of the displacement, or a static curve: an uneven spring moves the mean."
+    return (Rival("quadratic", 1.0, False, said, "quadratic"),)
+
+
 def _composition(found: Search) -> tuple[Mapping[str, Any], ...]:
     out, done = [], 0.0
     for k, r in enumerate(found.terms):
@@ -205,10 +236,13 @@ def _words(
     if verdict is Verdict.NOTHING_MISSING:
         return "What the joint leaves of frequency and damping over amplitude is noise.", "Nothing; use the joint."
     if chosen is None:
-        said = "Frequency and damping change over amplitude in a way that the joint does not have and no effect explains."
+        said = (
+            "Frequency and damping change over amplitude in a way that the joint does not have and no effect explains."
+        )
         return said, "Look at where over amplitude they differ; measure the force along a path, or on a rig."
     names = " and ".join(in_words(r.effect.family, member=r.effect.member) for r in found.terms)
-    share = f"It explains {100 * min(found.explained, 0.9999):.3g} % of what frequency and damping over amplitude have beyond the joint"
+    share = f"It explains {100 * min(found.explained, 0.9999):.3g} % of what frequency and damping "
+    share += "over amplitude have beyond the joint"
     text = f"The joint lacks {names}: {figures(chosen.parameters)}. {share}"
     text += f", and {100 * left:.2g} % of the force is left."
     if verdict is Verdict.PARTIAL:
@@ -258,7 +292,9 @@ def _run_again(evidence: Evidence, before: Fitted, after: Fitted) -> dict[str, A
         try:
             off = []
             lowest = float(evidence.amplitudes[0]) / 3
-            model = predict(one.joint, evidence.modal_mass, lowest, float(evidence.amplitudes[-1]), alone=evidence.alone)
+            model = predict(
+                one.joint, evidence.modal_mass, lowest, float(evidence.amplitudes[-1]), alone=evidence.alone
+            )
             for b in evidence.backbones:
                 run = model.decay(float(b.amplitude[0]), b.time - b.time[0])[0]
                 off.append(np.log(np.where(np.isfinite(run), run, lowest) / b.amplitude))

@@ -69,10 +69,12 @@ def excess(loss: float, count: int) -> float:
 
 def is_quiet(loss: float, count: int) -> bool:
     """Whether a sum of ``count`` squares is no larger than that of noise, with six deviations and 4 % of room."""
-    return loss < count + 6 * np.sqrt(2 * count) + 0.04 * count
+    return bool(loss < count + 6 * np.sqrt(2 * count) + 0.04 * count)
 
 
-def contest(evidence: Evidence, folds: Folds, before: Fitted, effects: Sequence[JointEffect], reference: float) -> Round:
+def contest(
+    evidence: Evidence, folds: Folds, before: Fitted, effects: Sequence[JointEffect], reference: float
+) -> Round:
     """Every effect beside ``before``; ``reference`` is the excess that shares are of."""
     count = len(folds.masks[0])
     trials = list[Trial]()
@@ -92,7 +94,9 @@ def contest(evidence: Evidence, folds: Folds, before: Fitted, effects: Sequence[
             rows.append(Row(t.effect, None, 0.0, (), status, t.reason))
         elif not near(t.fitted.loss, top) and excess(t.fitted.loss, count) > 0.5 * good:
             share = (before.loss - t.fitted.loss) / max(good, 1e-300)
-            rows.append(Row(t.effect, t.fitted, share, (), Status.REJECTED, "explains less than half of the excess in sample"))
+            rows.append(
+                Row(t.effect, t.fitted, share, (), Status.REJECTED, "explains less than half of the excess in sample")
+            )
         else:
             rows.append(_judged(evidence, folds, before, t.effect, t.fitted, t.harmonic, reference))
     return Round(before, tuple(_ranked(rows, count)))
@@ -107,14 +111,24 @@ def _wanted(family: str, trials: Sequence[Trial], before: Fitted, count: int) ->
 
 
 def _judged(
-    evidence: Evidence, folds: Folds, before: Fitted, effect: JointEffect, found: Fitted, harmonic: str, reference: float
+    evidence: Evidence,
+    folds: Folds,
+    before: Fitted,
+    effect: JointEffect,
+    found: Fitted,
+    harmonic: str,
+    reference: float,
 ) -> Row:
     """One effect on what was left out."""
     whole = with_folds(evidence, folds, found)
     gains = before.per_fold - whole.per_fold
     sizes = np.array([np.count_nonzero(m) for m in folds.masks])
-    share = (excess(before.held_out, int(sizes.sum())) - excess(whole.held_out, int(sizes.sum()))) / max(reference, 1e-300)
-    reached = np.maximum(before.per_fold - sizes, 0) > _SHARE * max(np.sum(np.maximum(before.per_fold - sizes, 0)), 1e-300)
+    share = (excess(before.held_out, int(sizes.sum())) - excess(whole.held_out, int(sizes.sum()))) / max(
+        reference, 1e-300
+    )
+    reached = np.maximum(before.per_fold - sizes, 0) > _SHARE * max(
+        np.sum(np.maximum(before.per_fold - sizes, 0)), 1e-300
+    )
     reason = ""
     if share < LEAST and reference == excess(before.held_out, int(sizes.sum())):
         reason = "removes too little on levels left out"
@@ -201,7 +215,8 @@ def search(evidence: Evidence, folds: Folds, before: Fitted, effects: Sequence[J
         return alone
     one, second = min(pairs, key=lambda p: _held_out(p[1].best) if p[1].best else np.inf)
     two = second.best
-    assert two is not None and two.fitted is not None
+    assert two is not None
+    assert two.fitted is not None
     total = 1 - excess(two.fitted.held_out, count) / reference
     lowest = max(_ALIKE * two.fitted.held_out, CLEAN * count)
     rivals = {r.effect.family: r for r in second.rivals}
@@ -210,4 +225,6 @@ def search(evidence: Evidence, folds: Folds, before: Fitted, effects: Sequence[J
         if other is not second and found is not None and _held_out(found) <= lowest:
             rivals |= {found.effect.family: found}
     own = {one.effect.family, two.effect.family}
-    return Search(before, first, (one, two), two.fitted, total, tuple(r for f, r in rivals.items() if f not in own), count)
+    return Search(
+        before, first, (one, two), two.fitted, total, tuple(r for f, r in rivals.items() if f not in own), count
+    )

@@ -67,7 +67,7 @@ def with_folds(evidence: Evidence, folds: Folds, whole: Fitted) -> Fitted:
     for mask in folds.masks:
 
         def without(joint: Joint, mask: Array = mask) -> Array:
-            return evidence.residual(joint)[~mask]
+            return evidence.residual(joint)[np.logical_not(mask)]
 
         found, _ = refit(whole.joint, without, free_of(whole.joint), quick=True)
         losses.append(float(np.sum(evidence.residual(found)[mask] ** 2)))

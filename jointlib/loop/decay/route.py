@@ -21,8 +21,8 @@ from jointlib.ringdown.evidence import evidence_of, free_of
 from jointlib.ringdown.identify import said_of
 
 
-def _has_one_speed(effect: JointEffect) -> bool:
-    """A loop that depends on speed needs more than the one frequency of a mode."""
+def _steps_by_turns(effect: JointEffect) -> bool:
+    """Members with memory that need every sample stepped are left out: a decay does not tell them from the others."""
     kind = installed_laws("jointlib.laws").found.get(effect.member)
     return kind is None or not kind.states or kind.by_turns
 
@@ -35,7 +35,9 @@ def trace_decay(measurement: Measurement, joint: Joint, *, seed: int = 0) -> Tra
     after everything is chosen.
     """
     if not free_of(joint):
-        raise InputError(f"{measurement.source}: joint {joint.name!r} has no parameter that is free, expected one to refit")
+        raise InputError(
+            f"{measurement.source}: joint {joint.name!r} has no parameter that is free, expected one to refit"
+        )
     records = read_records(measurement, measurement.with_role("fit"))
     modes = backbones(measurement, records)
     evidence = evidence_of(measurement, modes)
@@ -45,7 +47,9 @@ def trace_decay(measurement: Measurement, joint: Joint, *, seed: int = 0) -> Tra
     if is_quiet(before.loss, len(folds.masks[0])):
         found = Search(before, Round(before, ()), (), before, 0.0, (), len(folds.masks[0]))
     else:
-        found = search(evidence, folds, before, [e for e in installed.joint if exists_in_time(e) and _has_one_speed(e)])
+        found = search(
+            evidence, folds, before, [e for e in installed.joint if exists_in_time(e) and _steps_by_turns(e)]
+        )
     opened = read_records(measurement, measurement.with_role("sealed"))
     sealed = Sealed(evidence_of(measurement, backbones(measurement, opened)), opened) if opened else None
     report = report_of(measurement, joint, records, evidence, folds, found, sealed, said_of(modes), seed)

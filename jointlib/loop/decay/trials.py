@@ -136,7 +136,8 @@ def _second(evidence: Evidence, joint: Joint) -> str:
     made = second_harmonic(joint, b.amplitude[some], b.omega[some], evidence.modal_mass)[told]
     seen, error = seen[told], error[told]
     if np.all(made > _VISIBLE * error + 1e-3) and float(np.median(seen / made)) < _MISSED:
-        return f"would make a second harmonic of {100 * np.median(made):.2g} %, the record has {100 * np.median(seen):.2g} %"
+        own, has = 100 * np.median(made), 100 * np.median(seen)
+        return f"would make a second harmonic of {own:.2g} %, the record has {has:.2g} %"
     if np.all(seen > _VISIBLE * error + _PLAIN) and float(np.median(made / seen)) < _MISSED:
         return f"does not make the second harmonic of {100 * np.median(seen):.2g} % that the record has"
     return ""

@@ -16,9 +16,9 @@ from jointlib.errors import InputError, told
 from jointlib.io.measurement_file import read_records
 from jointlib.joint import Joint
 from jointlib.measurement import CUTS, FORCES, RINGDOWN, Measurement
+from jointlib.modulation import CONDITIONS
 from jointlib.ringdown.backbone import backbones
 from jointlib.ringdown.identify import said_of as said_of_decays
-from jointlib.modulation import CONDITIONS
 from jointlib.shown.text import table
 from jointlib.units import shown
 
@@ -156,7 +156,9 @@ def _decays(m: Measurement) -> list[str]:
     for modes in found:
         for b in modes:
             spans = [b.amplitude * 1e6, b.omega / 6.283185307179586, 100 * b.damping_ratio]
-            rows.append((b.record, f"{b.time[0]:.3g} to {b.time[-1]:.3g}", *(f"{x[0]:.5g} to {x[-1]:.5g}" for x in spans)))
+            rows.append(
+                (b.record, f"{b.time[0]:.3g} to {b.time[-1]:.3g}", *(f"{x[0]:.5g} to {x[-1]:.5g}" for x in spans))
+            )
     header = ("decay", "time [s]", "amplitude [µm]", "f [Hz]", "damping [%]")
     return [*table(header, rows), *said_of_decays(found)]
 

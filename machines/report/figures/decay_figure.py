@@ -39,7 +39,7 @@ def decay_figures(plots: Mapping[str, Array]) -> list[Figure]:
             axes.set(xlabel=f"amplitude [{unit}]", ylabel=label, xscale="log")
             axes.legend(fontsize=8)
     caption = (
-        "Frequency and damping of the free decay over its amplitude, all levels together. Bars: 95 % from noise. Lines: "
-        "what the describing function of the joint makes of them."
+        "Frequency and damping of the free decay over its amplitude, all levels together. Bars: 95 % from noise. "
+        "Lines: what the describing function of the joint makes of them."
     )
     return [Figure(paper.svg, caption)]
