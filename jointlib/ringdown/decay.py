@@ -70,6 +70,7 @@ def free_decay(measurement: Measurement, record: Record) -> Decay:
         )
         begin = after_clip
     signal = x[begin:]
+    _refuse_growth(where, envelope, rate / frequency)
     if len(signal) < _CYCLES * rate / frequency:
         count = len(signal) * frequency / rate
         raise InputError(f"{where}: {count:.1f} cycles of free motion, expected at least {_CYCLES:g}")
@@ -153,13 +154,24 @@ def _unclipped(x: Array, channel: Channel) -> int:
     return int(flat[-1][-1]) + 1 if len(flat) > 1 else 0
 
 
-def _refuse_steady(where: str, envelope: Array, cycle: float) -> None:
-    n = max(1, round(2 * cycle))
-    first, last = float(np.median(envelope[:n])), float(np.median(envelope[-n:]))
-    if np.argmax(envelope) > 0.6 * len(envelope) and last > 1.2 * first:
+def _refuse_growth(where: str, envelope: Array, cycle: float) -> None:
+    """Refuse a record that ends as large as it ever was."""
+    first, last = _ends(envelope, cycle)
+    if last > 0.9 * np.max(envelope) and last > 1.2 * first:
         raise InputError(f"{where}: the motion grows from {first:.3g} to {last:.3g}, expected a free decay")
+    if last > 0.9 * np.max(envelope):
+        _refuse_steady(where, envelope, cycle)
+
+
+def _refuse_steady(where: str, envelope: Array, cycle: float) -> None:
+    first, last = _ends(envelope, cycle)
     if last > _FALL * first:
         raise InputError(
             f"{where}: the amplitude only goes from {first:.3g} to {last:.3g}, one amplitude tells nothing over "
             f"amplitude; expected a decay below {_FALL:g} of its beginning"
         )
+
+
+def _ends(envelope: Array, cycle: float) -> tuple[float, float]:
+    n = max(1, round(2 * cycle))
+    return float(np.median(envelope[:n])), float(np.median(envelope[-n:]))

@@ -25,7 +25,7 @@ from typing import Any  # noqa: E402
 from decay_records import OUTSIDE, Case, write  # noqa: E402
 
 from jointlib import read_joint, read_measurement, trace  # noqa: E402
-from jointlib.errors import InputError
+from jointlib.errors import InputError  # noqa: E402
 
 Row = dict[str, Any]
 ONE = ("coulomb", "cubic", "quadratic", "quadratic-damping", "gap", "contact-loss", "hysteresis")

@@ -9,16 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from jointlib.arrays import Array
-from jointlib.errors import InputError
 from jointlib.joint import Joint
-from jointlib.loop.answer.naming import NAMED_FROM, NEAREST_FROM, experiment, in_words, is_declared_pair
-from jointlib.loop.answer.report import Candidate, Estimate, Rival, Status, TraceReport, Verdict, figures
+from jointlib.loop.answer.naming import NAMED_FROM, NEAREST_FROM, experiment, is_declared_pair
+from jointlib.loop.answer.report import Candidate, Estimate, Rival, Status, TraceReport, Verdict
 from jointlib.loop.decay.contest import LEAST, Row, Search, is_quiet
 from jointlib.loop.decay.fitted import Fitted, Folds
+from jointlib.loop.decay.rerun import pictures, run_again
+from jointlib.loop.decay.sentence import sentence_of
 from jointlib.measurement import Measurement, Record
 from jointlib.ringdown.evidence import DRIFT, FORM, Evidence
-from jointlib.ringdown.predicted import predict
 
 _LINEAR = {
     "family": "structural-damping, relaxation",
@@ -91,7 +90,7 @@ def report_of(
     if added and not evidence.alone:
         rivals += _of_unseen_harmonics(found)
         verdict = Verdict.AMBIGUOUS if rivals and verdict is Verdict.IDENTIFIED else verdict
-    text, what_next = _words(verdict, found, chosen, rivals, folds, after_error["relative"])
+    text, what_next = sentence_of(verdict, found, chosen, rivals, folds, after_error["relative"])
     spent = (
         [r.name for r in sealed.records if f"{r.name} sha256:{r.sha256}" in joint.provenance.get("seal_opened", [])]
         if sealed
@@ -128,14 +127,14 @@ def report_of(
         },
         localisation={},
         reduction={"misfit_before": found.before.held_out / found.count, "misfit_after": after.held_out / found.count},
-        resimulation=_run_again(evidence, found.before, after),
+        resimulation=run_again(evidence, found.before, after),
         unexplained={"fraction": 0.0 if quiet else max(0.0, 1 - found.explained) if added else 1.0},
         not_decidable=(_LINEAR, _SIGN, _BODIES),
         next_experiment=what_next,
         warnings=tuple(warnings),
         repro={"seed": seed, "version": version("jointlib"), "options": {"least_share": LEAST}},
         measurement=measurement,
-        plots=_pictures(evidence, found.before, after),
+        plots=pictures(evidence, found.before, after),
     )
 
 
@@ -228,33 +227,6 @@ def _composition(found: Search) -> tuple[Mapping[str, Any], ...]:
     return tuple(out)
 
 
-def _words(
-    verdict: Verdict, found: Search, chosen: Candidate | None, rivals: Sequence[Rival], folds: Folds, left: float
-) -> tuple[str, str]:
-    """The finding in a sentence, and what to do next."""
-    another = "Repeat at three levels or more, from the smallest that can be measured to the largest that is safe."
-    if verdict is Verdict.NOTHING_MISSING:
-        return "What the joint leaves of frequency and damping over amplitude is noise.", "Nothing; use the joint."
-    if chosen is None:
-        said = (
-            "Frequency and damping change over amplitude in a way that the joint does not have and no effect explains."
-        )
-        return said, "Look at where over amplitude they differ; measure the force along a path, or on a rig."
-    names = " and ".join(in_words(r.effect.family, member=r.effect.member) for r in found.terms)
-    share = f"It explains {100 * min(found.explained, 0.9999):.3g} % of what frequency and damping "
-    share += "over amplitude have beyond the joint"
-    text = f"The joint lacks {names}: {figures(chosen.parameters)}. {share}"
-    text += f", and {100 * left:.2g} % of the force is left."
-    if verdict is Verdict.PARTIAL:
-        return f"{text} More is missing.", "Measure the force along a path, or on a rig, to name the rest."
-    if rivals:
-        listed = ", ".join(dict.fromkeys(r.family for r in rivals))
-        return f"{text} These decays cannot rule out {listed}.", rivals[0].separating_experiment
-    if not folds.several:
-        return f"{text} One level alone: the shape is not tested on another.", another
-    return text, "Trace again with the mended joint."
-
-
 def _mended(
     joint: Joint,
     after: Fitted,
@@ -282,45 +254,3 @@ def _mended(
         "frequency": (float(np.min(omega)), float(np.max(omega))),
     }
     return dataclasses.replace(after.joint, validity=validity, provenance=provenance)
-
-
-def _run_again(evidence: Evidence, before: Fitted, after: Fitted) -> dict[str, Any]:
-    """How far the amplitude of a decay, run from its first value on, goes off the record before and after: rms of
-    the logarithm."""
-    out: dict[str, Any] = {}
-    for word, one in (("before", before), ("after", after)):
-        try:
-            off = []
-            lowest = float(evidence.amplitudes[0]) / 3
-            model = predict(
-                one.joint, evidence.modal_mass, lowest, float(evidence.amplitudes[-1]), alone=evidence.alone
-            )
-            for b in evidence.backbones:
-                run = model.decay(float(b.amplitude[0]), b.time - b.time[0])[0]
-                off.append(np.log(np.where(np.isfinite(run), run, lowest) / b.amplitude))
-            out[word] = float(np.sqrt(np.mean(np.concatenate(off) ** 2)))
-        except InputError as error:
-            out[word], out["why"] = None, str(error)
-    return out
-
-
-def _pictures(evidence: Evidence, before: Fitted, after: Fitted) -> dict[str, Array]:
-    """Frequency (Hz) and damping ratio over amplitude (m), measured and by the joint before and after."""
-    every = evidence.backbones
-    plots = {
-        "decay_amplitude": np.concatenate([b.amplitude for b in every]),
-        "decay_frequency": np.concatenate([b.omega for b in every]) / (2 * np.pi),
-        "decay_damping": np.concatenate([b.damping_ratio for b in every]),
-        "decay_frequency_error": np.concatenate([b.omega_error for b in every]) / (2 * np.pi),
-        "decay_damping_error": np.concatenate([b.ratio_error for b in every]),
-    }
-    a = evidence.amplitudes
-    for word, one in (("before", before), ("after", after)):
-        try:
-            model = predict(one.joint, evidence.modal_mass, float(a[0]), float(a[-1]), alone=evidence.alone)
-        except InputError:
-            continue
-        plots[f"decay_model_amplitude_{word}"] = model.amplitude
-        plots[f"decay_model_frequency_{word}"] = model.omega / (2 * np.pi)
-        plots[f"decay_model_damping_{word}"] = model.damping_ratio
-    return plots

@@ -23,6 +23,8 @@ _SIZES = (0.15, -0.15)
 """Of the force of the spring, where an effect that shows at second order only begins."""
 _VISIBLE, _MISSED = 5.0, 0.3
 """Deviations of a second harmonic that is visible, and the share of it below which it is not there."""
+_PLAIN_TO_SEE, _LOST = 20.0, 3.0
+"""Deviations above which a second harmonic could not be missed, and below which there is none."""
 _PLAIN = 5e-3
 """Of the first harmonic, from which a second one wants an explanation."""
 
@@ -135,7 +137,7 @@ def _second(evidence: Evidence, joint: Joint) -> str:
         return ""
     made = second_harmonic(joint, b.amplitude[some], b.omega[some], evidence.modal_mass)[told]
     seen, error = seen[told], error[told]
-    if np.all(made > _VISIBLE * error + 1e-3) and float(np.median(seen / made)) < _MISSED:
+    if np.all(made > _PLAIN_TO_SEE * error) and np.all(seen < _LOST * error):
         own, has = 100 * np.median(made), 100 * np.median(seen)
         return f"would make a second harmonic of {own:.2g} %, the record has {has:.2g} %"
     if np.all(seen > _VISIBLE * error + _PLAIN) and float(np.median(made / seen)) < _MISSED:
