@@ -82,7 +82,6 @@ def _measurement(path: Path, section: Section) -> Measurement:
     cuts, unread = section.each("cut", lambda part: tried_cut(part, shared), needed=True) if kind == CUTS else ([], [])
     of_record = _sweep if kind == "frf" else partial(_record, kind=kind, shared=shared)
     records, lost = (records_of(cuts), unread) if kind == CUTS else section.each("record", of_record, needed=True)
-    moving = "modal_mass" if kind == RINGDOWN else "carriage"
     asked = section.section("estimate")
     estimate = asked.read(lambda part: settings_of(part, kind)) if kind in EXCITED else None
     found = Measurement(
@@ -94,7 +93,7 @@ def _measurement(path: Path, section: Section) -> Measurement:
         band=None if band is None else (band[0], band[1]),
         driven=section.text("driven", None),
         bodies=mended(bodies, corrections, kind, section.where),
-        carriage=carriage(_mass(section, moving) if section.has(moving) else None, corrections, kind),
+        carriage=carriage(_moving(section, kind), corrections, kind),
         simulated=section.flag("simulated"),
         channels=tuple(channels),
         records=tuple(records),
@@ -109,6 +108,13 @@ def _measurement(path: Path, section: Section) -> Measurement:
     section.done()
     check(found, channels=not faulty, records=not lost)
     return found
+
+
+def _moving(section: Section, kind: str) -> Mass | None:
+    """What moves with a path, or the modal mass of a ringdown; None where the file does not say it."""
+    if kind == RINGDOWN:
+        return _mass(section, "modal_mass") if section.has("modal_mass") else None
+    return _mass(section, "carriage") if section.has("carriage") else None
 
 
 def _mass(section: Section, name: str) -> Mass:

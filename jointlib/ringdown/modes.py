@@ -20,6 +20,8 @@ _SPREAD = 0.2
 _HARMONICS = 9
 _TRANSIENT = 4.0
 """Deviations of the kernel in time after which a filter has settled."""
+_WIDEST = 0.4
+"""Of the frequency; a wider band would let the mean and the image at −f through."""
 _LOST = 0.5
 """Of the decay that a filter may cost."""
 
@@ -55,7 +57,7 @@ def modes_of(decay: Decay, band: Sequence[float] | None) -> tuple[OneMode, ...]:
     for f in wanted:
         apart = [abs(f - other) for other in lines if other != f]
         apart += [] if band is None or f != decay.frequency else [f - band[0], band[1] - f]
-        made.append(_filtered(decay, f, max(min(apart), 0.02 * f)))
+        made.append(_filtered(decay, f, float(np.clip(min(apart), 0.02 * f, _WIDEST * f))))
     return tuple(made)
 
 

@@ -60,11 +60,13 @@ def test_the_decay_that_averaging_predicts_is_that_of_the_equation_of_motion() -
 
 
 def test_two_modes_are_separated_and_told(tmp_path: Path) -> None:
-    x = LINEAR + 2e-4 * np.exp(-0.004 * OMEGA * T) * np.cos(5.3 * OMEGA * T)
+    x = LINEAR + 2e-4 * np.exp(-0.004 * OMEGA * T) * np.cos(5.5 * OMEGA * T)
     x = x + 1e-8 * np.random.default_rng(1).standard_normal(len(T))
     found = identify_ringdown(read_measurement(written(tmp_path, x)))
     b = found.modes[0][0]
     assert np.median(b.damping_ratio) == pytest.approx(RATIO, rel=5e-3)
+    first = 1e-3 * np.exp(-RATIO * OMEGA * b.time)
+    np.testing.assert_allclose(b.amplitude[:5], first[:5], rtol=2e-3)
     assert any("transients" in said for said in found.messages)
 
 
