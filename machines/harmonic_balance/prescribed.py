@@ -14,12 +14,13 @@ from jointlib.joint import Joint
 from ..deadline import in_time
 from ..indices import Index, Mask, Reasons
 from ..model.limits import Limit, past_limits
+from ..solved import solve_each
 from ..statics.bias import force_slopes
 from .assembly import View
 from .newton import Problem, own_slopes
 from .secants import by_secants
 
-_ITERATIONS = 60
+_ITERATIONS = 25
 _SETTLED = 1e-11
 _RAMP = 12
 _RISE = 10.0
@@ -124,10 +125,7 @@ class _Tool:
                 left, part, x, F = left[sound], part.at(sound), x[sound], F[sound]
                 r, G, slope, tip, axis = r[sound], G[sound], slope[sound], tip[sound], axis[sound]
             J = part.jacobian(x, F, G, slope, tip, axis, amplitude)
-            try:
-                step = -np.linalg.solve(J, r[:, :, None])[:, :, 0]
-            except np.linalg.LinAlgError:
-                break
+            step = -solve_each(J, r[:, :, None])[:, :, 0]
             size = np.maximum(np.max(np.abs(x), axis=1), 1e-300)
             delta = (step[:, :nj] + 1j * step[:, nj:-1]) * size[:, None]
             small = np.max(np.abs(step), axis=1) <= _SETTLED

@@ -16,6 +16,7 @@ from jointlib.arrays import Array, ComplexArray
 
 from ..deadline import in_time
 from ..indices import Index, Mask
+from ..solved import solve_each
 from ..statics.bias import Biased, Together
 from .newton import Problem, gains
 
@@ -58,10 +59,7 @@ def by_secants(problem: Problem, start: ComplexArray, force: Array, forced: Forc
         gain, moved = _held(problem, biased, A, omega[left], shift[left])
         system = unit + c.through(problem.Hzz[left], gain - problem.base[left])
         with np.errstate(all="ignore"):
-            try:
-                new: ComplexArray = np.linalg.solve(system, problem.driven[left, :, None])[:, :, 0].astype(complex)
-            except np.linalg.LinAlgError:
-                break
+            new: ComplexArray = solve_each(system, problem.driven[left, :, None])[:, :, 0].astype(complex)
             F_new = forced(left, new, gain)
             new = new * F_new[:, None]
             size = np.maximum(np.max(np.abs(new), axis=1), 1e-300)

@@ -22,6 +22,7 @@ from jointlib.law import JointLaw, Motion
 from ..coupling.coordinates import Coordinates
 from ..indices import Mask
 from ..model.machine import Machine
+from ..solved import solve_each
 from .mean_force import MeanForce, Slopes, same_joints
 from .statics import static_point
 from .working_point import about
@@ -102,11 +103,7 @@ class Biased:
         slope = self._slope(c.motions(x), amplitude, omega, mean)
         r = self._residual(x, mean)
         for _ in range(_ITERATIONS):
-            matrix = self._matrix(slope)
-            try:
-                step = -np.linalg.solve(matrix, r[:, :, None])[:, :, 0]
-            except np.linalg.LinAlgError:
-                break
+            step = -solve_each(self._matrix(slope), r[:, :, None])[:, :, 0]
             size = np.max(np.abs(c.motions(x)) + amplitude[left], axis=1)
             small = np.max(np.abs(step), axis=1) <= _SETTLED * size + floor
             out[left], settled[left] = np.where(small[:, None], x + step, x), small
@@ -193,10 +190,10 @@ class Biased:
         shift, settled = self.shift(amplitude, omega)
         found, n = self.slopes(amplitude, omega, shift), amplitude.shape[1]
         lifted = (self.compliance @ self.coordinates.T.T) * found.mean_by_amplitude[:, None, :]
-        moved = -self.coordinates.T @ np.linalg.solve(self._matrix(found.mean_by_bias), lifted)
+        moved = -self.coordinates.T @ solve_each(self._matrix(found.mean_by_bias), lifted)
         gain, slope = found.gain, found.gain_by_bias[:, :, None] * moved
         slope[:, np.arange(n), np.arange(n)] += found.gain_by_amplitude
-        lost = ~settled
+        lost = ~settled | ~np.all(np.isfinite(moved), axis=(1, 2))  # where nothing holds a mean, none is settled
         gain[lost], slope[lost] = np.nan, np.nan
         return gain, slope
 
