@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import binom
+import scipy
 
 from jointlib.arrays import Array
 from jointlib.loop.answer.report import Status, Verdict
@@ -146,7 +146,7 @@ def _unnamed(base: Entry, gains: Array, reached: Mask, problem: Problem) -> Verd
 def _too_many(surprises: Mask, problem: Problem) -> bool:
     """More surprises than a model that is right has."""
     count, number = int(np.count_nonzero(surprises)), int(np.count_nonzero(judged(problem.cuts)))
-    return bool(binom.sf(count - 1, number, _SURPRISE / 2) < _CHANCE)
+    return bool(scipy.stats.binom.sf(count - 1, number, _SURPRISE / 2) < _CHANCE)
 
 
 def _said(problem: Problem) -> Mask:

@@ -60,7 +60,7 @@ def _chart(road: Run, amplitude: float) -> None:
     speeds = default_speeds(road.machine, 100) if onset is None else onset.speed
     with road.progress.step(f"stability lobes at {_size(amplitude)}"):
         if amplitude and depends_on_amplitude(road.machine) and too_many(road.machine):
-            needed = seconds_of_chart(road.machine, Cutting(**(road.machine.cutting or {})), amplitude)
+            needed = seconds_of_chart(road.machine, Cutting(**(road.machine.cutting or {})), amplitude, BUDGET)
             if needed > BUDGET:
                 raise CheckFailed(f"it would take about {needed / 60:.0f} minutes, more than {BUDGET / 60:g}")
         road.charts[amplitude] = (
