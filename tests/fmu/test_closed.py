@@ -195,6 +195,17 @@ def test_both_simulations_in_python_agree(machine: Machine) -> None:
     assert shares(second(system, u, 4e-6), simulate(system, u, 4e-6)) < 1e-6
 
 
+def test_the_error_of_fixed_steps_bounds_what_finer_ones_change() -> None:
+    system = system_of_machine(BENT)
+    of = closed(system)
+    assert of is not None
+    u = forces(12)["force_x"][:, None]
+    coarse, changed = simulate_closed(of, u, 2e-5, 0.0, 1e-2)
+    fine = simulate_closed(of, u, 2e-5, 0.0, 0.0)[0]
+    assert np.all(np.max(np.abs(fine - coarse), axis=0) <= changed)
+    assert np.max(changed / np.max(np.abs(fine), axis=0)) > 1e-9
+
+
 def test_a_stiff_machine_has_no_explicit_steps_and_repeats_its_run(tmp_path: Path) -> None:
     """A base of 700 kHz: explicit steps would be bound by it."""
     system = system_of_machine(STIFF)
