@@ -7,14 +7,12 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
+from scipy.special import ndtr
 
 from jointlib.arrays import Array
 
 from ..cutting.process.cutting import Cutting
 from .sampled_tool import Drawn, SampledTool
-
-_REFERENCE = 10_000.0
-"""rpm at which a softening is told."""
 
 
 class Suspect(ABC):
@@ -23,7 +21,10 @@ class Suspect(ABC):
     family: ClassVar[str]
     parameters: ClassVar[tuple[tuple[str, str], ...]]
     """Names and units."""
-    by_speed: ClassVar[bool] = False
+    by_depth: ClassVar[bool] = False
+    """Whether the change goes with the depth of cut."""
+    by_turn: ClassVar[bool] = False
+    """Whether its cut repeats with the revolution and not with the tooth."""
 
     @property
     def member(self) -> str:
@@ -35,8 +36,8 @@ class Suspect(ABC):
         """The parameters, (samples, parameters)."""
 
     @abstractmethod
-    def changed(self, drawn: Drawn, values: Array, speed: float) -> Drawn:
-        """The tool and cut with the change, at a speed in rpm."""
+    def changed(self, drawn: Drawn, values: Array, speed: float, depth: float) -> Drawn:
+        """The tool and cut with the change, at a speed in rpm and a depth in m."""
 
     @abstractmethod
     def told(self, value: dict[str, float]) -> str:
@@ -53,7 +54,7 @@ class AsItIs(Suspect):
     def values(self, z: Array) -> Array:
         return z
 
-    def changed(self, drawn: Drawn, values: Array, speed: float) -> Drawn:
+    def changed(self, drawn: Drawn, values: Array, speed: float, depth: float) -> Drawn:
         return drawn
 
     def told(self, value: dict[str, float]) -> str:
@@ -70,7 +71,7 @@ class ProcessDamping(Suspect):
     def values(self, z: Array) -> Array:
         return np.asarray(7e4 * np.exp(1.2 * z))
 
-    def changed(self, drawn: Drawn, values: Array, speed: float) -> Drawn:
+    def changed(self, drawn: Drawn, values: Array, speed: float, depth: float) -> Drawn:
         return replace(drawn, damping=drawn.damping + values[:, 0])
 
     def told(self, value: dict[str, float]) -> str:
@@ -87,7 +88,7 @@ class Coefficient(Suspect):
     def values(self, z: Array) -> Array:
         return np.asarray(np.exp(0.35 * z))
 
-    def changed(self, drawn: Drawn, values: Array, speed: float) -> Drawn:
+    def changed(self, drawn: Drawn, values: Array, speed: float, depth: float) -> Drawn:
         return replace(drawn, tangential=drawn.tangential * values[:, 0], normal=drawn.normal * values[:, 0])
 
     def told(self, value: dict[str, float]) -> str:
@@ -112,7 +113,7 @@ class ModeFrequency(Suspect):
     def values(self, z: Array) -> Array:
         return np.asarray(np.exp(0.05 * z))
 
-    def changed(self, drawn: Drawn, values: Array, speed: float) -> Drawn:
+    def changed(self, drawn: Drawn, values: Array, speed: float, depth: float) -> Drawn:
         return drawn.moved(self.mode, values[:, 0], np.ones(len(values)))
 
     def told(self, value: dict[str, float]) -> str:
@@ -125,10 +126,11 @@ class SpindleSoftening(Suspect):
 
     mode: int
     at: float
+    fastest: float
+    """rpm of the fastest cut, where the share is told."""
 
     family: ClassVar[str] = "spindle-softening"
     parameters: ClassVar[tuple[tuple[str, str], ...]] = (("share", "1"),)
-    by_speed: ClassVar[bool] = True
 
     @property
     def member(self) -> str:
@@ -137,13 +139,13 @@ class SpindleSoftening(Suspect):
     def values(self, z: Array) -> Array:
         return np.asarray(0.06 * z)
 
-    def changed(self, drawn: Drawn, values: Array, speed: float) -> Drawn:
-        factor = np.exp(-values[:, 0] * speed / _REFERENCE)
+    def changed(self, drawn: Drawn, values: Array, speed: float, depth: float) -> Drawn:
+        factor = np.exp(-values[:, 0] * speed / self.fastest)
         return drawn.moved(self.mode, factor, np.ones(len(values)))
 
     def told(self, value: dict[str, float]) -> str:
         way = "falls" if value["share"] > 0 else "rises"
-        return f"the mode at {self.at:.0f} Hz {way} by {100 * abs(value['share']):.2g} % per {_REFERENCE:g} rpm"
+        return f"the mode at {self.at:.0f} Hz {way} by {100 * abs(value['share']):.2g} % up to {self.fastest:g} rpm"
 
 
 @dataclass(frozen=True)
@@ -163,7 +165,7 @@ class ModeDamping(Suspect):
     def values(self, z: Array) -> Array:
         return np.asarray(np.exp(0.5 * z))
 
-    def changed(self, drawn: Drawn, values: Array, speed: float) -> Drawn:
+    def changed(self, drawn: Drawn, values: Array, speed: float, depth: float) -> Drawn:
         return drawn.moved(self.mode, np.ones(len(values)), values[:, 0])
 
     def told(self, value: dict[str, float]) -> str:
@@ -200,7 +202,7 @@ class MissingMode(Suspect):
         peak = 0.7 * self.compliance * np.exp(0.7 * z[:, 1])
         return np.stack([frequency, 1 / (2 * ratio * peak), ratio], axis=1)
 
-    def changed(self, drawn: Drawn, values: Array, speed: float) -> Drawn:
+    def changed(self, drawn: Drawn, values: Array, speed: float, depth: float) -> Drawn:
         f, k, zeta = values.T
         omega = 2 * np.pi * f
         pole = omega * (-zeta + 1j * np.sqrt(1 - zeta**2))
@@ -216,8 +218,76 @@ class MissingMode(Suspect):
         return f"a mode along {self.name} near {value['frequency']:.4g} Hz that the model does not have"
 
 
-def suspects_of(tool: SampledTool, cutting: Cutting) -> tuple[list[Suspect], list[dict[str, str]]]:
-    """Those that can be told apart on this machine, and what cannot be decided with the reason."""
+@dataclass(frozen=True)
+class JointSlip(Suspect):
+    """A joint in a mode that slips at an amplitude, and so the deeper the cut, the more.
+
+    A Jenkins element holds a share s of the mode's stiffness. The vibration that the teeth force grows with the depth;
+    at r = b/b₀ times the amplitude of slip the element is worth (θ − sin 2θ/2)/π of its stiffness, cos θ = 1 − 2/r, and
+    has the loss 4·(r − 1)/(π·r²) (the describing function of a stuck and slipping spring).
+    """
+
+    mode: int
+    at: float
+    usual: float
+    """m, a depth in the middle of the cuts."""
+
+    family: ClassVar[str] = "joint-slip"
+    parameters: ClassVar[tuple[tuple[str, str], ...]] = (("share", "1"), ("depth", "m"))
+    by_depth: ClassVar[bool] = True
+
+    @property
+    def member(self) -> str:
+        return f"{self.at:.0f} Hz"
+
+    def values(self, z: Array) -> Array:
+        return np.stack([0.45 * ndtr(z[:, 0]), 0.6 * self.usual * np.exp(0.8 * z[:, 1])], axis=1)
+
+    def changed(self, drawn: Drawn, values: Array, speed: float, depth: float) -> Drawn:
+        share, r = values[:, 0], np.maximum(depth / values[:, 1], 1.0)
+        theta = np.arccos(1 - 2 / r)
+        stiffness = 1 - share + share * (theta - np.sin(2 * theta) / 2) / np.pi
+        loss = share * 4 * (r - 1) / (np.pi * r**2)
+        s = drawn.poles[:, self.mode]
+        zeta = -s.real / np.abs(s)
+        # The loss is that of a spring, c·ω = k·loss, and c of the mode stays.
+        ratio = (1 + loss / (2 * zeta)) / np.sqrt(stiffness)
+        return drawn.moved(self.mode, np.sqrt(stiffness), ratio)
+
+    def told(self, value: dict[str, float]) -> str:
+        return (
+            f"a joint that holds {100 * value['share']:.2g} % of the mode at {self.at:.0f} Hz slips from a depth of "
+            f"{1e3 * value['depth']:.2g} mm on"
+        )
+
+
+@dataclass(frozen=True)
+class RunOut(Suspect):
+    """Flutes that run out by so much more than the feed that some find nothing left to cut."""
+
+    teeth: int
+
+    family: ClassVar[str] = "run-out"
+    parameters: ClassVar[tuple[tuple[str, str], ...]] = (("flutes", "1"),)
+    by_turn: ClassVar[bool] = True
+
+    def values(self, z: Array) -> Array:
+        return np.asarray(1 + np.floor(np.minimum(ndtr(z), 1 - 1e-9) * (self.teeth - 1)))
+
+    def changed(self, drawn: Drawn, values: Array, speed: float, depth: float) -> Drawn:
+        return replace(drawn, active=values[:, 0])
+
+    def told(self, value: dict[str, float]) -> str:
+        return f"run-out by which {value['flutes']:.0f} of {self.teeth} flutes cut for all"
+
+
+def suspects_of(
+    tool: SampledTool, cutting: Cutting, fastest: float, usual: float
+) -> tuple[list[Suspect], list[dict[str, str]]]:
+    """Those that can be told apart on this machine, and what cannot be decided with the reason.
+
+    ``fastest`` is the highest speed of the cuts in rpm and ``usual`` a depth in their middle, m.
+    """
     found: list[Suspect] = [Coefficient()]
     undecided = []
     if cutting.diameter is not None:
@@ -227,14 +297,22 @@ def suspects_of(tool: SampledTool, cutting: Cutting) -> tuple[list[Suspect], lis
             {"family": "process-damping", "needs": "diameter in [cutting]: it goes with the cutting speed"}
         )
     if not tool.modal:
-        for family in ("mode-frequency", "spindle-softening", "mode-damping", "missing-mode"):
+        for family in ("mode-frequency", "spindle-softening", "mode-damping", "missing-mode", "joint-slip"):
             undecided.append({"family": family, "needs": "a tool that is known by its modes, not on lines alone"})
         return found, undecided
     modes = tool.felt()
-    for cls in (ModeFrequency, SpindleSoftening, ModeDamping):
-        found += [cls(mode, tool.frequency(mode)) for mode in modes]
+    for mode in modes:
+        at = tool.frequency(mode)
+        found += [ModeFrequency(mode, at), SpindleSoftening(mode, at, fastest), ModeDamping(mode, at)]
     ends = tool.frequency(modes[0]), tool.frequency(modes[-1])
     for axis, name in enumerate(tool.axes):
         peak = np.median(np.abs(tool.residue[:, modes, axis, axis]) / np.abs(tool.poles[:, modes].real), axis=0)
         found.append(MissingMode(axis, name, *ends, float(np.max(peak))))
+    if cutting.process != "milling" or cutting.pitch is not None or cutting.helix is not None:
+        for family in ("joint-slip", "run-out"):
+            undecided.append({"family": family, "needs": "milling with even, straight teeth"})
+        return found, undecided
+    found += [JointSlip(mode, tool.frequency(mode), usual) for mode in modes]
+    if cutting.cuts_per_revolution > 1:
+        found.append(RunOut(cutting.cuts_per_revolution))
     return found, undecided
