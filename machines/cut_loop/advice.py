@@ -16,7 +16,8 @@ from .contest import Entry
 from .distances import Place, first_border
 from .evidence import stable
 from .exactness import learnt
-from .posterior import Problem, seen
+from .posterior import seen
+from .problem import Problem
 from .suspects import AsItIs
 
 _SPEEDS, _DEPTHS, _DRAWS = 25, 16, 200

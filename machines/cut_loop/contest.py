@@ -14,7 +14,8 @@ from jointlib.loop.answer.report import Status, Verdict
 
 from ..indices import Index, Mask
 from .evidence import judged
-from .posterior import Posterior, Problem, probability
+from .posterior import Posterior, probability
+from .problem import Problem
 
 NEEDED = 10.0
 """Effective draws that make a posterior; with fewer the prior does not reach the cuts."""

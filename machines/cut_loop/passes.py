@@ -29,7 +29,7 @@ from .sampled_tool import Drawn
 
 _SPAN = 1.5
 """Periods of the highest mode in a stretch of the arc, at most."""
-_SQUARED = 7
+_SQUARED = 9
 """The map is raised to two to this."""
 
 

@@ -9,13 +9,12 @@ import numpy as np
 from scipy.special import logsumexp
 
 from jointlib.arrays import Array
-from jointlib.cuts.tried_cut import TriedCut
 
 from ..indices import Index
 from ..uncertainty.drawn_machines import draws
 from .distances import Place, distances
 from .evidence import of_frequency, of_verdict, scatter, stable
-from .exactness import Exactness
+from .problem import Problem
 from .sampled_tool import SampledTool
 from .suspects import Suspect
 
@@ -27,27 +26,6 @@ _KEPT = 0.2
 """Share of the draws that stays with the prior."""
 _FEWEST = 30.0
 """Effective draws that the next round is guided by; a likelihood that leaves fewer is flattened until it does not."""
-
-
-@dataclass(frozen=True, eq=False)
-class Problem:
-    """The cuts, where they were made, and the tool that made them."""
-
-    cuts: tuple[TriedCut, ...]
-    places: tuple[Place, ...]
-    index: Index
-    """The place of each cut."""
-    tool: SampledTool
-    exactness: Exactness | None
-    seed: int
-
-    def scatter(self, k: int) -> float:
-        """Of ln b_lim at a place, by what the method of its borders misses."""
-        return 0.0 if self.exactness is None else float(self.exactness.scatter[k])
-
-    def flips(self, k: int) -> bool:
-        """Whether what was learnt tells the chatter of a place to be a flip; multipliers tell flips themselves."""
-        return self.exactness is not None and bool(self.exactness.flip[k])
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from jointlib.cuts.judged import JudgedCut, judged_cuts
-from jointlib.cuts.tried_cut import TriedCut
 from jointlib.errors import InputError
 from jointlib.io.atomic import sha256
 from jointlib.loop.answer.report import Verdict
@@ -17,17 +16,16 @@ from jointlib.measurement import CUTS, Measurement
 
 from ..components.modal import Modal
 from ..cutting.process.cutting import Cutting
-from ..indices import Index
 from ..model.machine import Machine
 from .advice import Outlook, outlook
-from .borders import Condition, conditions_of
+from .borders import conditions_of
 from .contest import NEEDED, ODDS, STRAINED, Entry, Outcome, decided, entry, errors, folds_of, surprising
-from .distances import Place, exact
-from .exactness import learnt
-from .posterior import Posterior, Problem, posterior
+from .line_up import suspects_of
+from .posterior import Posterior, posterior
+from .problem import Problem, problem_of
 from .report import CutCandidate, CutRival, CutTold, CutTrace
 from .sampled_tool import SampledTool, sampled_tool
-from .suspects import AsItIs, suspects_of
+from .suspects import AsItIs
 
 DRAWS, SAFE = 300, 0.95
 _FEWEST = 6
@@ -99,25 +97,6 @@ def trace_cuts(
         repro=_repro(measurement, machine, seed, draws),
         changes=changes,
     )
-
-
-def problem_of(
-    cuts: tuple[TriedCut, ...],
-    conditions: Sequence[Condition],
-    index: Index,
-    machine: Machine,
-    tool: SampledTool,
-    seed: int,
-) -> Problem:
-    """The cuts at their places, with what has to be learnt of borders where multipliers do not tell them."""
-    told = all(exact(tool, at) for at in conditions)
-    learned = None if told else learnt(machine, tool, conditions, seed)
-    depths = [
-        np.unique([cut.depth for cut, where in zip(cuts, index, strict=True) if where == k])
-        for k in range(len(conditions))
-    ]
-    places = tuple(Place(at, depths[k], k, learned) for k, at in enumerate(conditions))
-    return Problem(cuts, places, index, tool, learned, seed)
 
 
 def _checked(m: Measurement, machine: Machine, judged: Sequence[JudgedCut], safe: float) -> Cutting:

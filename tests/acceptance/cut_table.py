@@ -38,9 +38,10 @@ from machines.cut_loop.borders import condition, conditions_of  # noqa: E402
 from machines.cut_loop.contest import entry, folds_of  # noqa: E402
 from machines.cut_loop.distances import Place  # noqa: E402
 from machines.cut_loop.posterior import posterior  # noqa: E402
+from machines.cut_loop.problem import problem_of  # noqa: E402
 from machines.cut_loop.sampled_tool import SampledTool, sampled_tool  # noqa: E402
 from machines.cut_loop.suspects import AsItIs  # noqa: E402
-from machines.cut_loop.trace_cuts import problem_of, trace_cuts  # noqa: E402
+from machines.cut_loop.trace_cuts import trace_cuts  # noqa: E402
 from machines.cutting.process.cutting import Cutting  # noqa: E402
 from machines.model.machine import Machine  # noqa: E402
 
