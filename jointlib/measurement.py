@@ -41,7 +41,9 @@ FORCES = "cutting-force"
 """Kind of a measurement by a dynamometer while cutting."""
 CUTS = "cuts"
 """Kind of a measurement of test cuts."""
-KINDS = ("rig", "path", "static", "frf", *EXCITED, FORCES, CUTS)
+RINGDOWN = "ringdown"
+"""Kind of a measurement of free decays."""
+KINDS = ("rig", "path", "static", "frf", *EXCITED, FORCES, CUTS, RINGDOWN)
 ROLES = ("fit", "sealed", "quiet")
 
 
@@ -206,7 +208,8 @@ class Measurement(Shown):
     """Rig: body 1, which the force drives."""
     bodies: Mapping[str, Mass] = field(default_factory=dict)
     carriage: Mass | None = None
-    """Path: the moving mass that rides with the measured displacement; None means it is not part of the force."""
+    """Path: the moving mass that rides with the measured displacement; None means it is not part of the force.
+    Ringdown: the modal mass at the place where the motion is measured; None where it is not known."""
     corrections: tuple[Correction, ...] = ()
     simulated: bool = False
     """True where the records come from a simulation; said wherever they appear."""

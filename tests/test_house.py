@@ -54,7 +54,7 @@ ROOMS = (
 )
 """Rooms of ``machines``; each imports those before it alone."""
 WINGS = {
-    "jointlib.loop": ("answer", "balance", "contest", "path", "periodic", ""),
+    "jointlib.loop": ("answer", "balance", "contest", "path", "periodic", "decay", ""),
     "fmu": ("loop_step", "kernels", "python_kernels", "code", "system", "members", "playback", "systems", "", "verbs"),
 }
 """Rooms of other packages, in the same order; what stands beside them comes last."""

@@ -14,7 +14,8 @@ from jointlib.identification import identify as fitted
 from jointlib.io.atomic import given_target
 from jointlib.io.joint_file import write_joint
 from jointlib.joint import Joint
-from jointlib.measurement import FORCES, Measurement
+from jointlib.measurement import FORCES, RINGDOWN, Measurement
+from jointlib.ringdown.identify import Ringdown, identify_ringdown, write_backbones
 
 
 def identify(
@@ -48,6 +49,17 @@ def identify(
     kinds = [laws] if isinstance(laws, str) else laws
     tests = [measurement_of(one) for one in given]
     first = None if start is None else joint_of(start)
+    if any(test.kind == RINGDOWN for test in tests):
+        if len(tests) > 1 or order is not None:
+            raise InputError(f"identify: a measurement of kind {RINGDOWN!r} stands alone, without orders of a surface")
+        decays = identify_ringdown(tests[0], kinds or None, first).fit
+        if decays is None:
+            raise InputError(
+                "identify: expected either laws or a start joint; `ringdown` tells a decay without a joint"
+            )
+        if path is not None:
+            write_joint(path, decays.joint)
+        return decays
     found = fitted(tests, laws=kinds or None, start=first, order=_orders(order))
     if path is not None:
         write_joint(path, found.joint)
@@ -70,6 +82,34 @@ def cutting_forces(measurement: Measurement | File, *, output: File | None = Non
     found = identify_cutting(test)
     if path is not None:
         write_cutting_file(path, found.coefficients)
+    return found
+
+
+def ringdown(
+    measurement: Measurement | File,
+    *,
+    laws: Sequence[str] | None = None,
+    start: Joint | File | None = None,
+    output: File | None = None,
+) -> Ringdown:
+    """Frequency and damping over amplitude from free decays, what ``jointlib identify`` does with such a measurement.
+
+    Parameters
+    ----------
+    measurement
+        A measurement of kind ``ringdown`` or its file.
+    laws, start
+        Kinds of laws, or a joint that gives them with first values, to be fitted to the decay; the measurement then
+        tells the ``modal_mass``.
+    output
+        The joint file to write; without laws the table over amplitude, a .csv file.
+    """
+    path, kinds = given_target(output), [laws] if isinstance(laws, str) else laws
+    found = identify_ringdown(measurement_of(measurement), kinds or None, None if start is None else joint_of(start))
+    if path is not None and found.fit is not None:
+        write_joint(path, found.fit.joint)
+    elif path is not None:
+        write_backbones(path, found)
     return found
 
 

@@ -6,17 +6,18 @@ from collections.abc import Mapping, Sequence
 
 from jointlib.estimation.settings import EXCITED
 from jointlib.io.toml import Section
-from jointlib.measurement import CUTS, FORCES, KINDS
+from jointlib.measurement import CUTS, FORCES, KINDS, RINGDOWN
 
 _OF_CUT = ("process", "teeth", "mode", "immersion", "speed", "depth", "feed", "diameter", "helix")
 OF_FILE: Mapping[str, Sequence[str]] = {
-    "sample_rate": ("rig", "path", "static", *EXCITED, FORCES, CUTS),
+    "sample_rate": ("rig", "path", "static", *EXCITED, FORCES, CUTS, RINGDOWN),
     "bodies": ("rig",),
     "driven": ("rig",),
     "carriage": ("path",),
+    "modal_mass": (RINGDOWN,),
     "period": ("rig", "path", "shaker"),
     "settle": ("rig", "path", "shaker"),
-    "band": ("rig", "path", *EXCITED, FORCES),
+    "band": ("rig", "path", *EXCITED, FORCES, RINGDOWN),
     "estimate": EXCITED,
     "cutting": (FORCES, CUTS),
     "cut": (CUTS,),

@@ -10,7 +10,7 @@ from jointlib.corrections import faults
 from jointlib.cutting_force.cut import AXES
 from jointlib.errors import InputError, nearest, together
 from jointlib.estimation.settings import EXCITED
-from jointlib.measurement import CUTS, FORCES, MOTIONS, Channel, Correction, Measurement
+from jointlib.measurement import CUTS, FORCES, MOTIONS, RINGDOWN, Channel, Correction, Measurement
 
 
 def check(m: Measurement, channels: bool = True, records: bool = True) -> None:
@@ -39,6 +39,10 @@ def _wanted(m: Measurement) -> None:
     for quantity in wanted:
         if not m.of(quantity) and not (quantity == "displacement" and m.of("position")):
             said.append(f"{m.source}: no {quantity} channel, a {m.kind} measurement needs one")
+    motions = [c.name for c in m.channels if c.quantity in MOTIONS and not c.is_input]
+    if m.kind == RINGDOWN and len(motions) != 1:
+        told = ", ".join(motions) or "none"
+        said.append(f"{m.source}: channels of motion: {told}; expected one in a ringdown, the motion across the joint")
     if said:
         raise InputError(*said)
 

@@ -32,6 +32,7 @@ from jointlib.measurement import (
     CUTS,
     FORCES,
     KINDS,
+    RINGDOWN,
     ROLES,
     Mass,
     Measurement,
@@ -63,7 +64,7 @@ def _measurement(path: Path, section: Section) -> Measurement:
     rate = section.number("sample_rate", "Hz", None)
     if rate is not None and rate <= 0:
         section.fault(f"sample_rate is {rate:g} Hz, expected a positive one")
-    if rate is None and kind in ("rig", "path", *EXCITED, FORCES):
+    if rate is None and kind in ("rig", "path", *EXCITED, FORCES, RINGDOWN):
         section.fault(f"sample_rate is missing, expected one for a {kind} measurement")
     band = section.numbers("band", "Hz", None, length=2)
     if band is not None and not 0 <= band[0] < band[1]:
@@ -92,7 +93,7 @@ def _measurement(path: Path, section: Section) -> Measurement:
         band=None if band is None else (band[0], band[1]),
         driven=section.text("driven", None),
         bodies=mended(bodies, corrections, kind, section.where),
-        carriage=carriage(_mass(section, "carriage") if section.has("carriage") else None, corrections, kind),
+        carriage=carriage(_moving(section, kind), corrections, kind),
         simulated=section.flag("simulated"),
         channels=tuple(channels),
         records=tuple(records),
@@ -107,6 +108,13 @@ def _measurement(path: Path, section: Section) -> Measurement:
     section.done()
     check(found, channels=not faulty, records=not lost)
     return found
+
+
+def _moving(section: Section, kind: str) -> Mass | None:
+    """What moves with a path, or the modal mass of a ringdown; None where the file does not say it."""
+    if kind == RINGDOWN:
+        return _mass(section, "modal_mass") if section.has("modal_mass") else None
+    return _mass(section, "carriage") if section.has("carriage") else None
 
 
 def _mass(section: Section, name: str) -> Mass:

@@ -12,7 +12,8 @@ def trace(measurement: Measurement, joint: Joint, *, seed: int = 0) -> TraceRepo
     """Say whether the joint model lacks an effect, which one, and what the error is before and after adding it.
 
     A rig with periodic excitation is judged in the frequency domain, a force along a measured path in the time
-    domain. Candidates come from the entry points ``jointlib.effects`` and compete on held-out error.
+    domain, free decays by their frequency and damping over amplitude. Candidates come from the entry points
+    ``jointlib.effects`` and compete on held-out error.
     """
     if measurement.kind == "rig":
         from jointlib.loop.periodic.route import trace_periodic
@@ -22,6 +23,11 @@ def trace(measurement: Measurement, joint: Joint, *, seed: int = 0) -> TraceRepo
         from jointlib.loop.path import trace_path
 
         return trace_path(measurement, joint, seed=seed)
+    if measurement.kind == "ringdown":
+        from jointlib.loop.decay.route import trace_decay
+
+        return trace_decay(measurement, joint, seed=seed)
     raise InputError(
-        f"{measurement.source}: kind is {measurement.kind!r}, a trace needs records of motion: 'rig' or 'path'"
+        f"{measurement.source}: kind is {measurement.kind!r}, a trace needs records of motion: 'rig', 'path' or "
+        "'ringdown'"
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,6 +17,7 @@ from jointlib.units import shown
 if TYPE_CHECKING:
     from jointlib.cutting_force.result import CuttingForces
     from jointlib.identification import Identification
+    from jointlib.ringdown.identify import Ringdown
 
 
 @click.command("identify", cls=Verb)
@@ -38,15 +40,18 @@ def command(
     One measurement of kind "cutting-force" gives coefficients of cutting forces instead, in a file that the [cutting]
     of a machine can name.
 
+    One measurement of kind "ringdown" gives frequency and damping over amplitude, as a table where neither --law nor
+    --start is given.
+
     \b
     Examples:
       jointlib identify machines/library/guide_mill/static.measurement.toml machines/library/guide_mill/rig.measurement.toml --start machines/library/guide_mill/start.joint.toml -o guide.joint.toml
       jointlib identify machines/library/end_mill_forces/forces.measurement.toml -o end_mill.cutting.toml
     """  # noqa: E501
     from jointlib.answers.given import measurement_of
-    from jointlib.answers.identify import cutting_forces, identify
+    from jointlib.answers.identify import cutting_forces, identify, ringdown
     from jointlib.identification.summary import identified
-    from jointlib.measurement import FORCES
+    from jointlib.measurement import FORCES, RINGDOWN
 
     tests = [measurement_of(path) for path in measurements]
     if any(test.kind == FORCES for test in tests):
@@ -56,11 +61,30 @@ def command(
             of_cut = cutting_forces(tests[0], output=output)
         emit(as_json, {**of_cut.as_json(), "file": str(output)}, [*words_of_cut(of_cut), wrote(output)])
         return
+    if any(test.kind == RINGDOWN for test in tests):
+        if len(tests) > 1 or order is not None or (laws and start is not None):
+            raise InputError(
+                f"identify: a measurement of kind {RINGDOWN!r} stands alone, with --law, --start or neither"
+            )
+        with working("fitting"):
+            decays = ringdown(tests[0], laws=laws, start=start, output=output)
+        fit = {} if decays.fit is None else identified(decays.fit)
+        said = [*fit.get("messages", ()), *decays.messages]
+        lines = [] if decays.fit is None else words(replace(decays.fit, messages=()))
+        data = {**fit, **decays.as_json(), "messages": said, "file": str(output)}
+        emit(as_json, data, [*words_of_decay(decays), *lines, *said, wrote(output)])
+        return
     if bool(laws) == (start is not None):
         raise InputError("identify: expected either --law or --start")
     with working("fitting"):
         found = identify(tests, laws=laws, start=start, order=order, output=output)
     emit(as_json, {**identified(found), "file": str(output)}, [*words(found), wrote(output)])
+
+
+def words_of_decay(found: Ringdown) -> list[str]:
+    """Frequency and damping over amplitude as lines of text."""
+    header = ("record", "mode", "amplitude [µm]", "f [Hz]", "std. error", "damping [%]", "std. error")
+    return table(header, found.rows())
 
 
 def words_of_cut(found: CuttingForces) -> list[str]:

@@ -7,6 +7,7 @@ from jointlib.loop.answer.report import Candidate, TraceReport, Verdict, figures
 
 from .effect_tables import effect_part, percent
 from .error_tables import error_part
+from .figures.decay_figure import decay_figures
 from .figures.residual_figures import CLASSES, EQUATIONS, place_figures
 from .figures.trace_figures import candidate_figure, loop_figures
 from .page import Section, Table
@@ -31,7 +32,9 @@ def trace_section(report: TraceReport) -> Section:
 
 
 def _fit(report: TraceReport) -> Section:
-    return Section("Does the model follow the measurement?", figures=loop_figures(report.plots))
+    return Section(
+        "Does the model follow the measurement?", figures=[*loop_figures(report.plots), *decay_figures(report.plots)]
+    )
 
 
 def _place(report: TraceReport) -> Section:

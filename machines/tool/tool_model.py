@@ -232,5 +232,6 @@ def _aside(poles: ComplexArray, inputs: ComplexArray, outputs: ComplexArray) -> 
         return np.zeros(len(poles), dtype=bool)
     # What they add at the slowest of the other poles, where a free motion adds less than anywhere below.
     terms = (1 / (1j * np.min(np.abs(poles[~free])) - poles))[:, None, None] * outputs[:, :, None] * inputs[:, None, :]
-    part, whole = (float(np.linalg.norm(np.sum(terms[rows], axis=0))) for rows in (free, ~free))
+    with np.errstate(over="ignore"):  # motions that coincide may have shares beyond all numbers: they are not aside
+        part, whole = (float(np.linalg.norm(np.sum(terms[rows], axis=0))) for rows in (free, ~free))
     return free if part < _ASIDE * whole else np.zeros(len(poles), dtype=bool)

@@ -15,8 +15,10 @@ from jointlib.cutting_force.coefficients import Coefficients
 from jointlib.errors import InputError, told
 from jointlib.io.measurement_file import read_records
 from jointlib.joint import Joint
-from jointlib.measurement import CUTS, FORCES, Measurement
+from jointlib.measurement import CUTS, FORCES, RINGDOWN, Measurement
 from jointlib.modulation import CONDITIONS
+from jointlib.ringdown.backbone import backbones
+from jointlib.ringdown.identify import said_of as said_of_decays
 from jointlib.shown.text import table
 from jointlib.units import shown
 
@@ -112,7 +114,8 @@ def measurement_lines(m: Measurement) -> list[str]:
         for name, mass in m.bodies.items()
     ]
     if m.carriage is not None:
-        lines.append(f"moving mass: {'to be identified' if m.carriage.value is None else f'{m.carriage.value:g} kg'}")
+        word = "modal mass" if m.kind == RINGDOWN else "moving mass"
+        lines.append(f"{word}: {'to be identified' if m.carriage.value is None else f'{m.carriage.value:g} kg'}")
     lines += [
         f"channel {c.name}{f' (column {c.column!r})' if c.column not in (None, c.name) else ''}: "
         f"{c.quantity}{f' of {c.body}' if c.body else ''} in {c.unit}, times {c.factor:g} "
@@ -135,6 +138,8 @@ def measurement_lines(m: Measurement) -> list[str]:
         return lines + tried_lines(m)
     if m.kind == FORCES:
         lines += cut_lines(m)
+    if m.kind == RINGDOWN:
+        lines += _decays(m)
     opened = [r for r in m.records if r.role != "sealed"]
     rows = []
     for source, record in zip(opened, read_records(m, opened), strict=True):
@@ -142,6 +147,20 @@ def measurement_lines(m: Measurement) -> list[str]:
         rows.append((source.name, source.role, str(len(record)), spans))
     rows += [(r.name, "sealed", "", "not opened") for r in m.records if r.role == "sealed"]
     return lines + table(("record", "role", "samples", "SI values"), rows)
+
+
+def _decays(m: Measurement) -> list[str]:
+    """The modes of each decay, from the largest amplitude to the smallest."""
+    found = backbones(m, read_records(m, m.with_role("fit")))
+    rows = []
+    for modes in found:
+        for b in modes:
+            spans = [b.amplitude * 1e6, b.omega / 6.283185307179586, 100 * b.damping_ratio]
+            rows.append(
+                (b.record, f"{b.time[0]:.3g} to {b.time[-1]:.3g}", *(f"{x[0]:.5g} to {x[-1]:.5g}" for x in spans))
+            )
+    header = ("decay", "time [s]", "amplitude [µm]", "f [Hz]", "damping [%]")
+    return [*table(header, rows), *said_of_decays(found)]
 
 
 def _sweeps(m: Measurement) -> list[str]:

@@ -174,7 +174,9 @@ def _together(members: list[Element]) -> Element:
 
 
 def _six(values: Any) -> list[str]:
-    floor = 1e-9 * max(abs(values[:3]).max(), 1e-300), 1e-9 * max(abs(values[3:]).max(), 1e-300)
+    # What rounding leaves: of its own kind, and of a rotation where a lever arm would be a micrometre.
+    least = 1e-12 * max(abs(values[:3]).max(), 1e-300)
+    floor = 1e-9 * max(abs(values[:3]).max(), 1e-300), max(1e-9 * abs(values[3:]).max(), least)
     shown = [v if abs(v) > floor[i // 3] else 0.0 for i, v in enumerate(values)]
     return [f"{v * 1e-6:.4g}" for v in shown[:3]] + [f"{v * 1e-3:.4g}" for v in shown[3:]]
 

@@ -1,0 +1,230 @@
+"""Which effect takes away what a joint leaves of free decays, judged on levels left out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from jointlib.effect import JointEffect
+from jointlib.loop.answer.naming import NAMED_FROM
+from jointlib.loop.answer.report import Status
+from jointlib.loop.decay.fitted import Fitted, Folds, with_folds
+from jointlib.loop.decay.trials import SIGN, Trial, attempt
+from jointlib.ringdown.evidence import Evidence
+
+LEAST = 0.2
+"""Of the excess; what removes less is refused."""
+CLEAN = 4.0
+"""Σ r²/n up to which nothing that is known contradicts a joint: twice the doubt of form."""
+_LOOSE = 4.0
+"""Times as much where the joint has a memory: no element has the loop of a real contact."""
+_ALIKE = 3.0
+"""Times what the best leaves; what leaves no more is a rival."""
+_SHARE = 0.05
+"""Of the excess, from which a fold must gain."""
+_NEAR = 0.9
+"""Of the best share in sample, from which further members of a family are tried, and candidates held out."""
+_TWO = 0.05
+"""Of the first excess, that a second effect must remove."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One effect beside a joint as it fared."""
+
+    effect: JointEffect
+    fitted: Fitted | None
+    share: float
+    """Of the held-out excess, that it removes; in sample where it was not held out."""
+    gains: tuple[float, ...]
+    status: Status
+    reason: str
+
+
+@dataclass(frozen=True)
+class Round:
+    """A contest beside one joint."""
+
+    before: Fitted
+    rows: tuple[Row, ...]
+    """The best first."""
+
+    @property
+    def best(self) -> Row | None:
+        """The one that passed and is accepted."""
+        return next((r for r in self.rows if r.status is Status.ACCEPTED), None)
+
+    @property
+    def rivals(self) -> tuple[Row, ...]:
+        """Those that do as well."""
+        return tuple(r for r in self.rows if r.status is Status.TIED)
+
+
+def excess(loss: float, count: int) -> float:
+    """What a sum of squares has beyond noise."""
+    return max(loss - count, 0.0)
+
+
+def is_quiet(loss: float, count: int) -> bool:
+    """Whether a sum of ``count`` squares is no larger than that of noise, with six deviations and 4 % of room."""
+    return bool(loss < count + 6 * np.sqrt(2 * count) + 0.04 * count)
+
+
+def contest(
+    evidence: Evidence, folds: Folds, before: Fitted, effects: Sequence[JointEffect], reference: float
+) -> Round:
+    """Every effect beside ``before``; ``reference`` is the excess that shares are of."""
+    count = len(folds.masks[0])
+    trials = list[Trial]()
+    for e in sorted(effects, key=lambda e: not e.leads):
+        if e.leads or _wanted(e.family, trials, before, count):
+            trials.append(attempt(evidence, before, e))
+    top = min((t.fitted.loss for t in trials if t.fitted is not None), default=np.inf)
+    good = excess(before.loss, count)
+
+    def near(loss: float, best: float) -> bool:
+        return good > 0 and before.loss - loss > _NEAR * (before.loss - best)
+
+    rows = []
+    for t in trials:
+        if t.fitted is None:
+            status = Status.UNPHYSICAL if t.reason == SIGN else Status.REJECTED
+            rows.append(Row(t.effect, None, 0.0, (), status, t.reason))
+        elif not near(t.fitted.loss, top) and excess(t.fitted.loss, count) > 0.5 * good:
+            share = (before.loss - t.fitted.loss) / max(good, 1e-300)
+            rows.append(
+                Row(t.effect, t.fitted, share, (), Status.REJECTED, "explains less than half of the excess in sample")
+            )
+        else:
+            rows.append(_judged(evidence, folds, before, t.effect, t.fitted, t.harmonic, reference))
+    return Round(before, tuple(_ranked(rows, count)))
+
+
+def _wanted(family: str, trials: Sequence[Trial], before: Fitted, count: int) -> bool:
+    """Whether a further member may change the answer: those before come near the best effect, and miss something."""
+    done = [t for t in trials if t.fitted is not None]
+    own = min((t.fitted.loss for t in done if t.fitted and t.effect.family == family), default=np.inf)
+    top = min((t.fitted.loss for t in done if t.fitted), default=np.inf)
+    return own > CLEAN * count and before.loss - own > _NEAR * (before.loss - top)
+
+
+def _judged(
+    evidence: Evidence,
+    folds: Folds,
+    before: Fitted,
+    effect: JointEffect,
+    found: Fitted,
+    harmonic: str,
+    reference: float,
+) -> Row:
+    """One effect on what was left out."""
+    whole = with_folds(evidence, folds, found)
+    gains = before.per_fold - whole.per_fold
+    sizes = np.array([np.count_nonzero(m) for m in folds.masks])
+    share = (excess(before.held_out, int(sizes.sum())) - excess(whole.held_out, int(sizes.sum()))) / max(
+        reference, 1e-300
+    )
+    reached = np.maximum(before.per_fold - sizes, 0) > _SHARE * max(
+        np.sum(np.maximum(before.per_fold - sizes, 0)), 1e-300
+    )
+    reason = ""
+    if share < LEAST and reference == excess(before.held_out, int(sizes.sum())):
+        reason = "removes too little on levels left out"
+    elif np.any(gains[reached] <= 0):
+        reason = "does not help every level that was left out"
+    elif harmonic:
+        reason = harmonic
+    status = Status.REJECTED if reason else Status.ACCEPTED
+    return Row(effect, whole, float(share), tuple(gains.tolist()), status, reason)
+
+
+def _ranked(rows: Sequence[Row], count: int) -> list[Row]:
+    """The best that passed is accepted, what does as well is tied, the rest refused."""
+    passed = [r for r in rows if r.status is Status.ACCEPTED and r.fitted is not None]
+    rest = sorted((r for r in rows if r.status is not Status.ACCEPTED), key=lambda r: -r.share)
+    if not passed:
+        return rest
+    lowest = min(_held_out(r) for r in passed)
+    alike = [r for r in passed if _held_out(r) <= max(_ALIKE * lowest, CLEAN * count)]
+    alike.sort(key=lambda r: (_parameters(r), _held_out(r)))
+    first = alike[0]
+    out = [first]
+    for r in sorted(passed, key=_held_out):
+        if r is first:
+            continue
+        tied = any(r is one for one in alike)
+        if tied and r.effect.family in {one.effect.family for one in out}:
+            out.append(replace(r, status=Status.REJECTED, reason="a member of the same family does as well"))
+        elif tied:
+            out.append(replace(r, status=Status.TIED, reason="does as well"))
+        else:
+            out.append(replace(r, status=Status.REJECTED, reason="passes, but leaves more than the best"))
+    return [*out, *rest]
+
+
+def _held_out(r: Row) -> float:
+    return np.inf if r.fitted is None else r.fitted.held_out
+
+
+def _parameters(r: Row) -> int:
+    return 99 if r.fitted is None else len(r.fitted.joint.parameters)
+
+
+@dataclass(frozen=True)
+class Search:
+    """What the contest came to."""
+
+    before: Fitted
+    first: Round
+    terms: tuple[Row, ...]
+    """What is added, in order."""
+    after: Fitted
+    explained: float
+    """Share of the held-out excess that all terms remove."""
+    rivals: tuple[Row, ...]
+    count: int
+
+    @property
+    def clean(self) -> bool:
+        """Nothing that is known contradicts the joint with all terms."""
+        return self.after.held_out <= CLEAN * self.count * (_LOOSE if self.after.joint.states else 1.0)
+
+
+def search(evidence: Evidence, folds: Folds, before: Fitted, effects: Sequence[JointEffect]) -> Search:
+    """The best single effect; where it leaves too much a second one, and then the first again beside the second."""
+    count = len(folds.masks[0])
+    reference = excess(before.held_out, count)
+    first = contest(evidence, folds, before, effects, reference)
+    best = first.best
+    if best is None or best.fitted is None:
+        return Search(before, first, (), before, 0.0, (), count)
+    alone = Search(before, first, (best,), best.fitted, best.share, first.rivals, count)
+    if best.share >= NAMED_FROM and alone.clean:
+        return alone
+    pairs = []
+    for one in [best, *first.rivals][:3]:
+        if one.fitted is None:
+            continue
+        others = [e for e in effects if e.family != one.effect.family]
+        second = contest(evidence, folds, one.fitted, others, reference)
+        if second.best is not None and second.best.fitted is not None and second.best.share > _TWO:
+            pairs.append((one, second))
+    if not pairs:
+        return alone
+    one, second = min(pairs, key=lambda p: _held_out(p[1].best) if p[1].best else np.inf)
+    two = second.best
+    assert two is not None
+    assert two.fitted is not None
+    total = 1 - excess(two.fitted.held_out, count) / reference
+    lowest = max(_ALIKE * two.fitted.held_out, CLEAN * count)
+    rivals = {r.effect.family: r for r in second.rivals}
+    for _, other in pairs:
+        found = other.best
+        if other is not second and found is not None and _held_out(found) <= lowest:
+            rivals |= {found.effect.family: found}
+    own = {one.effect.family, two.effect.family}
+    return Search(
+        before, first, (one, two), two.fitted, total, tuple(r for f, r in rivals.items() if f not in own), count
+    )

@@ -1,0 +1,102 @@
+"""Free decays: frequency and damping over amplitude, against integration in time; bad records."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from jointlib import read_measurement
+from jointlib.arrays import Array
+from jointlib.errors import InputError
+from jointlib.joint import Joint
+from jointlib.laws.cubic import Cubic
+from jointlib.laws.linear import Linear
+from jointlib.laws.viscous import Viscous
+from jointlib.ringdown.identify import identify_ringdown
+from jointlib.ringdown.predicted import predict
+
+RATE, OMEGA, RATIO = 4000.0, 2 * np.pi * 80.0, 0.004
+T = np.arange(6000) / RATE
+LINEAR = 1e-3 * np.exp(-RATIO * OMEGA * T) * np.cos(OMEGA * np.sqrt(1 - RATIO**2) * T)
+
+
+def written(folder: Path, x: Array, more: str = "", channel: str = "", rate: float = RATE) -> Path:
+    np.savetxt(folder / "x.csv", x, header="x", comments="")
+    file = folder / "x.measurement.toml"
+    file.write_text(
+        f'schema = "jointlib/measurement/1"\nkind = "ringdown"\nsample_rate = {rate}\n{more}\n'
+        f'[[channel]]\nname = "x"\nquantity = "displacement"\nunit = "m"\n{channel}\n[[record]]\nfile = "x.csv"\n'
+    )
+    return file
+
+
+def test_errors_of_a_linear_decay_hold_the_truth(tmp_path: Path) -> None:
+    rng = np.random.default_rng(0)
+    found = identify_ringdown(read_measurement(written(tmp_path, LINEAR + 7e-7 * rng.standard_normal(len(T)))))
+    (b,) = found.modes[0]
+    off = np.array([(b.omega / (OMEGA * np.sqrt(1 - RATIO**2)) - 1) / (b.omega_error / b.omega)])
+    ratio = (b.damping_ratio - RATIO) / b.ratio_error
+    for deviations in (off, ratio):
+        assert 0.4 < np.sqrt(np.mean(deviations**2)) < 1.6
+    assert abs(b.checked[0]) < 1e-3
+
+
+def test_the_decay_that_averaging_predicts_is_that_of_the_equation_of_motion() -> None:
+    cubic = 0.2 * OMEGA**2 / 1e-6
+    joint = Joint((Linear(OMEGA**2), Viscous(2 * RATIO * OMEGA), Cubic(cubic)))
+    y = solve_ivp(
+        lambda t, y: [y[1], -(OMEGA**2) * y[0] - 2 * RATIO * OMEGA * y[1] - cubic * y[0] ** 3],
+        (0, 1), [1e-3, 0], "DOP853", rtol=1e-11, atol=1e-15, dense_output=True
+    ).sol  # fmt: skip
+    model = predict(joint, 1.0, 1e-5, 1e-3)
+    for at in (0.2, 0.5):
+        near = np.linspace(at - 0.007, at + 0.007, 4000)
+        amplitude = float(model.decay(1e-3, np.array([near[int(np.argmax(y(near)[0]))]]))[0][0])
+        # the crest of the motion holds a third harmonic of k3 A²/(32 k), below 0.7 % at the beginning
+        assert float(np.max(y(near)[0])) == pytest.approx(amplitude, rel=0.01)
+
+
+def test_two_modes_are_separated_and_told(tmp_path: Path) -> None:
+    x = LINEAR + 2e-4 * np.exp(-0.004 * OMEGA * T) * np.cos(5.5 * OMEGA * T)
+    x = x + 1e-8 * np.random.default_rng(1).standard_normal(len(T))
+    found = identify_ringdown(read_measurement(written(tmp_path, x)))
+    b = found.modes[0][0]
+    assert np.median(b.damping_ratio) == pytest.approx(RATIO, rel=5e-3)
+    first = 1e-3 * np.exp(-RATIO * OMEGA * b.time)
+    np.testing.assert_allclose(b.amplitude[:5], first[:5], rtol=2e-3)
+    assert any("transients" in said for said in found.messages)
+
+
+@pytest.mark.parametrize(
+    ("x", "said"),
+    [
+        (1e-3 * np.cos(OMEGA * T), "one amplitude tells nothing"),
+        (1e-4 * np.exp(2 * T) * np.cos(OMEGA * T), "the motion grows"),
+        (LINEAR[:300], "cycles of free motion"),
+        (LINEAR[::12], "samples in a cycle"),
+        (LINEAR + 0.5e-3 * np.exp(-RATIO * OMEGA * T) * np.cos(1.04 * OMEGA * T), "two modes beat"),
+    ],
+    ids=["steady", "growing", "few cycles", "sampled slowly", "two modes near"],
+)
+def test_records_that_are_no_decay_are_refused_in_a_sentence(tmp_path: Path, x: Array, said: str) -> None:
+    rate = RATE / 12 if len(x) == 500 else RATE
+    rng = np.random.default_rng(2)
+    file = written(tmp_path, x + 1e-7 * rng.standard_normal(len(x)), rate=rate)
+    with pytest.raises(InputError, match=said):
+        identify_ringdown(read_measurement(file))
+
+
+def test_a_clipped_beginning_is_left_out_and_said(tmp_path: Path) -> None:
+    x = np.clip(LINEAR, -5e-4, 5e-4) + 1e-9 * np.random.default_rng(3).standard_normal(len(T))
+    found = identify_ringdown(read_measurement(written(tmp_path, x, channel="range = 5e-4")))
+    assert any("clipped until" in said for said in found.messages)
+    assert np.median(found.modes[0][0].damping_ratio) == pytest.approx(RATIO, rel=0.01)
+
+
+def test_a_fit_without_the_modal_mass_is_refused(tmp_path: Path) -> None:
+    file = written(tmp_path, LINEAR + 1e-7 * np.random.default_rng(4).standard_normal(len(T)))
+    with pytest.raises(InputError, match="modal_mass is missing"):
+        identify_ringdown(read_measurement(file), laws=["linear", "viscous"])
