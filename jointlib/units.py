@@ -15,6 +15,19 @@ _BY_RULE = {
     "Hz": {"Hz": 1.0, "kHz": 1e3, "MHz": 1e6, "mHz": 1e-3, "1/s": 1.0},
     "rpm": {"rpm": 1.0, "krpm": 1e3, "Hz": 60.0},
 }
+_COMMON = {
+    "m": {"mm": 1e-3, "um": 1e-6, "µm": 1e-6, "cm": 1e-2},
+    "m^2": {"mm^2": 1e-6, "cm^2": 1e-4},
+    "m^4": {"mm^4": 1e-12, "cm^4": 1e-8},
+    "N": {"kN": 1e3},
+    "N/m": {"N/um": 1e6, "N/µm": 1e6, "N/mm": 1e3, "kN/mm": 1e6, "kN/m": 1e3, "MN/m": 1e6},
+    "N s/m": {"kN s/m": 1e3, "N s/mm": 1e3},
+    "N/m^2": {"N/mm^2": 1e6, "MPa": 1e6, "GPa": 1e9, "Pa": 1.0},
+    "kg": {"g": 1e-3, "t": 1e3},
+    "rad": {"deg": math.radians(1.0)},
+    "s": {"ms": 1e-3, "us": 1e-6, "µs": 1e-6},
+}
+"""What most files hold, [dimension][unit], as the units package has it, which takes longer to load than a file."""
 HUGE = 1e75
 """Beyond this, products of a few quantities are no floats any more."""
 _UNIT = re.compile(r"[^\d.eE+\-\s]")
@@ -42,6 +55,8 @@ def scale(unit: str, expected: str, where: str) -> float:
         raise InputError(f"{where}: unit {unit!r}, expected {' or '.join(_BY_RULE[expected])}")
     if unit == expected:
         return 1.0
+    if unit in (common := _COMMON.get(expected, {})):
+        return common[unit]
     try:
         return _factor(unit, expected)
     except InputError as error:

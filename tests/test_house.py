@@ -9,6 +9,8 @@ from collections.abc import Collection
 from graphlib import TopologicalSorter
 from pathlib import Path
 
+import pytest
+
 from machines.moved import MOVED
 
 ROOT = Path(__file__).parents[1]
@@ -112,6 +114,27 @@ def test_help_imports_no_numerics() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+SLOW_TO_LOAD = {
+    *("scipy.stats", "scipy.optimize", "scipy.signal", "scipy.interpolate", "scipy.integrate", "scipy.sparse"),
+    *("pint", "dask", "pandas", "matplotlib", "plotly", "trimesh", "control", "fmpy"),
+}
+
+
+@pytest.mark.parametrize("verb", ["inspect", "modes", "frf", "lobes --speed 9000"])
+def test_a_verb_loads_what_it_uses(verb: str, tmp_path: Path) -> None:
+    machine = ROOT / "machines" / "library" / "two_mode_tool.toml"
+    out = ["-o", str(tmp_path / "out.npz")] if verb not in {"inspect", "modes"} else []
+    arguments = [*verb.split()[:1], str(machine), *verb.split()[1:], *out]
+    code = (
+        "import sys; from jointlib.cli.main import main\n"
+        f"sys.argv = {['jointlib', *arguments]}\n"
+        "try:\n    main()\nexcept SystemExit as end:\n    assert not end.code, end.code\n"
+        f"print(sorted({SLOW_TO_LOAD} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"
 
 
 def test_modules_stay_small() -> None:

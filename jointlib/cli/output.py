@@ -13,7 +13,7 @@ from typing import Any
 import click
 
 from jointlib.errors import InputError, told
-from jointlib.loop.answer.report import plain
+from jointlib.shown.json_values import plain
 
 
 def emit(as_json: bool, data: Mapping[str, Any], lines: Sequence[str]) -> None:

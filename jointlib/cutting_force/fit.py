@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import least_squares
+import scipy
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.cutting_force.cut import Cut
@@ -98,7 +98,7 @@ def by_lines(records: Sequence[ForceRecord], start: CoefficientFit) -> Coefficie
             rows.append(np.stack([_real(part[:, :, i]) for i in range(len(x))], axis=1))
         return np.concatenate(rows)
 
-    found = least_squares(left, np.concatenate([known_about, turns]), slope, method="lm")
+    found = scipy.optimize.least_squares(left, np.concatenate([known_about, turns]), slope, method="lm")
     rows = np.asarray(found.jac, dtype=float)
     if len(found.fun) <= len(found.x) or np.linalg.matrix_rank(rows) < len(found.x):
         return None

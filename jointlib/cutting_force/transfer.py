@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
@@ -36,7 +36,10 @@ class Transfer:
         f, value = self.frequency, 1 / self.value
         if f[0] > 0:
             f, value = np.concatenate([[0.0], f]), np.concatenate([[1.0 + 0j], value])
-        return np.asarray(CubicSpline(f, value.real)(frequency) + 1j * CubicSpline(f, value.imag)(frequency))
+        return np.asarray(
+            scipy.interpolate.CubicSpline(f, value.real)(frequency)
+            + 1j * scipy.interpolate.CubicSpline(f, value.imag)(frequency)
+        )
 
 
 def read_transfer(path: Path, told: Told | None = None) -> Transfer:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import fftconvolve
+import scipy
 
 from jointlib.arrays import Array
 
@@ -126,7 +126,7 @@ def _together(values: Array, sharing: Array) -> Array:
     if len(kernel) == 1:
         return np.asarray(values * kernel[0])
     scale = max(float(np.max(np.abs(values))), _TINY)
-    return np.asarray(scale * fftconvolve(values / scale, kernel)[len(sharing) - 1 :][: len(values)])
+    return np.asarray(scale * scipy.signal.fftconvolve(values / scale, kernel)[len(sharing) - 1 :][: len(values)])
 
 
 def _around(values: Array, reach: int) -> Array:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import csd, get_window
+import scipy
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
@@ -107,7 +107,7 @@ class Welch:
             )
         step = size - int(_OVERLAP * size)
         counts = np.array([1 + (len(r) - size) // step for r in records], dtype=float)
-        window = get_window("hann", size)
+        window = scipy.signal.get_window("hann", size)
         rho = np.sum(window[:-step] * window[step:]) / np.sum(window**2)
         count = float(np.sum(counts / (1 + 2 * (1 - 1 / counts) * rho**2)))
         return cls(records, size, counts, count, shared(window)[:_BLURRED])
@@ -121,7 +121,9 @@ class Welch:
         """Mean of B·A* of two channels."""
         rate, size = self.records[0].sample_rate, self.size
         parts = [
-            csd(r.channels[a], r.channels[b], rate, "hann", size, int(_OVERLAP * size), detrend="constant")[1]
+            scipy.signal.csd(
+                r.channels[a], r.channels[b], rate, "hann", size, int(_OVERLAP * size), detrend="constant"
+            )[1]
             for r in self.records
         ]
         return np.asarray(np.tensordot(self.counts / self.counts.sum(), np.array(parts), 1)[1 : (size + 1) // 2])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from scipy.signal import hilbert
+import scipy
 
 from jointlib.arrays import Array
 from jointlib.errors import InputError
@@ -69,7 +69,7 @@ def stepped_lines(m: Measurement, records: Sequence[Record], notes: list[str]) -
 
 def dwells(force: Array, rate: float) -> Iterator[tuple[int, int]]:
     """First and last sample of every stretch in which the force keeps its frequency and its size."""
-    analytic = np.asarray(hilbert(force))
+    analytic = np.asarray(scipy.signal.hilbert(force))
     turn = np.unwrap(np.angle(analytic))
     strong = np.abs(analytic) > 0.1 * np.max(np.abs(analytic))
     mean = np.median(np.diff(turn)[strong[1:]]) if np.any(strong[1:]) else 0.0
@@ -112,7 +112,7 @@ def _speed(turn: Array, first: int, end: int) -> float:
 
 def _refined(x: Array, rate: float) -> float:
     """The frequency in Hz at which a sine fits best, from the phase of pieces."""
-    analytic = np.asarray(hilbert(x * np.hanning(len(x))))
+    analytic = np.asarray(scipy.signal.hilbert(x * np.hanning(len(x))))
     turn = np.unwrap(np.angle(analytic))
     middle = slice(len(x) // 8, len(x) - len(x) // 8)
     t = np.arange(len(x))[middle]

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.sparse import bsr_matrix, coo_matrix, csc_matrix, csr_matrix, dia_matrix
+import scipy
 
 from jointlib.errors import InputError
 from jointlib.foreign.door import bytes_of, foreign
@@ -58,7 +58,7 @@ def is_sparse(arrays: Mapping[str, np.ndarray]) -> bool:
     return {"format", "shape", "data"} <= arrays.keys()
 
 
-def sparse_of(arrays: Mapping[str, np.ndarray]) -> csc_matrix:
+def sparse_of(arrays: Mapping[str, np.ndarray]) -> scipy.sparse.csc_matrix:
     """The sparse matrix in an archive, its indices held against its shape before anything follows them."""
     form = arrays["format"].item()
     form = form.decode("ascii") if isinstance(form, bytes) else str(form)
@@ -68,13 +68,15 @@ def sparse_of(arrays: Mapping[str, np.ndarray]) -> csc_matrix:
     refuse_beyond(32.0 * sum(shape), f"a matrix of {shape[0]} rows and {shape[1]} columns")
     data: Any = arrays["data"]
     if form in ("csc", "csr", "bsr"):
-        kind: Any = {"csc": csc_matrix, "csr": csr_matrix, "bsr": bsr_matrix}[form]
+        kind: Any = {"csc": scipy.sparse.csc_matrix, "csr": scipy.sparse.csr_matrix, "bsr": scipy.sparse.bsr_matrix}[
+            form
+        ]
         found = kind((data, arrays["indices"], arrays["indptr"]), shape=shape)
         found.check_format(full_check=True)
     elif form == "coo":
-        found = coo_matrix((data, (arrays["row"], arrays["col"])), shape=shape)
+        found = scipy.sparse.coo_matrix((data, (arrays["row"], arrays["col"])), shape=shape)
     elif form == "dia":
-        found = dia_matrix((data, arrays["offsets"]), shape=shape)
+        found = scipy.sparse.dia_matrix((data, arrays["offsets"]), shape=shape)
     else:
         raise ValueError(f"a sparse matrix of form {form!r}, expected csc, csr, coo, dia or bsr")
-    return csc_matrix(found)
+    return scipy.sparse.csc_matrix(found)

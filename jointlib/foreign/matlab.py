@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.sparse import coo_matrix, csc_matrix
+import scipy
 
 from jointlib.foreign.memory import limit
 
@@ -209,7 +209,7 @@ def _letters(elements: _Elements, shape: tuple[int, ...]) -> str:
     return text[:: shape[0]][: shape[1]] if len(shape) == 2 and shape[0] > 1 else text
 
 
-def _sparse(elements: _Elements, name: str, shape: tuple[int, ...], is_complex: bool) -> csc_matrix:
+def _sparse(elements: _Elements, name: str, shape: tuple[int, ...], is_complex: bool) -> scipy.sparse.csc_matrix:
     rows, starts = (elements.numbers("indices").astype(np.int64) for _ in range(2))
     values: Any = elements.numbers()
     if is_complex:
@@ -222,7 +222,7 @@ def _sparse(elements: _Elements, name: str, shape: tuple[int, ...], is_complex: 
     rows, values = rows[:count], values[:count]
     if count and not (rows.min() >= 0 and rows.max() < shape[0]):
         raise ValueError(f"{name!r} names row {rows.max() + 1} of {shape[0]}")
-    return csc_matrix((values.astype(complex if is_complex else float), rows, starts), shape=shape)
+    return scipy.sparse.csc_matrix((values.astype(complex if is_complex else float), rows, starts), shape=shape)
 
 
 def _old(data: bytes) -> Iterator[tuple[str, Any]]:
@@ -255,7 +255,7 @@ def _old(data: bytes) -> Iterator[tuple[str, Any]]:
             yield name, _old_sparse(name, value) if matrix == 2 else value
 
 
-def _old_sparse(name: str, value: np.ndarray) -> csc_matrix:
+def _old_sparse(name: str, value: np.ndarray) -> scipy.sparse.csc_matrix:
     """Rows, columns and values as columns of a matrix, the last row of which tells the shape."""
     if value.shape[1] not in (3, 4) or not len(value) or not np.all(np.isfinite(value)):
         raise ValueError(f"{name!r} is no sparse matrix")
@@ -265,4 +265,4 @@ def _old_sparse(name: str, value: np.ndarray) -> csc_matrix:
         raise ValueError(f"{name!r} has entries outside of {shape[0]} by {shape[1]}")
     numbers = value[:-1, 2] if value.shape[1] == 3 else _complex(value[:-1, 2], value[:-1, 3])
     at = place[:-1].astype(np.int64) - 1
-    return csc_matrix(coo_matrix((numbers, (at[:, 0], at[:, 1])), shape=shape))
+    return scipy.sparse.csc_matrix(scipy.sparse.coo_matrix((numbers, (at[:, 0], at[:, 1])), shape=shape))

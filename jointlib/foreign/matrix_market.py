@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from scipy.sparse import coo_matrix, csc_matrix
+import scipy
 
 from jointlib.foreign.memory import refuse_beyond
 
@@ -15,7 +15,7 @@ _SYMMETRIES = {"general": 0.0, "symmetric": 1.0, "skew-symmetric": -1.0}
 _ENTRY = np.dtype([("row", np.int64), ("column", np.int64), ("value", float)])
 
 
-def read_matrix_market(path: Path, text: str) -> csc_matrix:
+def read_matrix_market(path: Path, text: str) -> scipy.sparse.csc_matrix:
     """The matrix in a text.
 
     Format: Boisvert, Pozo, Remington, The Matrix Market Exchange Formats, NISTIR 5935, 1996.
@@ -49,7 +49,7 @@ def read_matrix_market(path: Path, text: str) -> csc_matrix:
     i, j, mirror = i - 1, j - 1, _SYMMETRIES[symmetry]
     across = (i != j) if mirror else np.zeros(len(i), dtype=bool)
     entries = np.append(v, mirror * v[across]), (np.append(i, j[across]), np.append(j, i[across]))
-    return csc_matrix(coo_matrix(entries, shape=shape))
+    return scipy.sparse.csc_matrix(scipy.sparse.coo_matrix(entries, shape=shape))
 
 
 def _entries(lines: list[str], pattern: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -60,7 +60,7 @@ def _entries(lines: list[str], pattern: bool) -> tuple[np.ndarray, np.ndarray, n
     return found["row"], found["column"], np.ones(len(found)) if pattern else found["value"]
 
 
-def _full(shape: tuple[int, int], lines: list[str], mirror: float) -> csc_matrix:
+def _full(shape: tuple[int, int], lines: list[str], mirror: float) -> scipy.sparse.csc_matrix:
     """Columns one after the other; of a symmetric matrix the lower triangle, of a skew one without its diagonal."""
     rows, columns = shape
     if mirror and rows != columns:
@@ -70,8 +70,8 @@ def _full(shape: tuple[int, int], lines: list[str], mirror: float) -> csc_matrix
         raise ValueError(f"announces {rows} by {columns} values and holds {len(lines)}, expected {count}")
     values = np.array([float(line) for line in lines])
     if not mirror:
-        return csc_matrix(values.reshape(columns, rows).T)
+        return scipy.sparse.csc_matrix(values.reshape(columns, rows).T)
     lower = np.zeros((rows, rows))
     j, i = np.triu_indices(rows, 0 if mirror > 0 else 1)
     lower[i, j] = values
-    return csc_matrix(lower + mirror * np.tril(lower, -1).T)
+    return scipy.sparse.csc_matrix(lower + mirror * np.tril(lower, -1).T)

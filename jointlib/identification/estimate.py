@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import least_squares
+import scipy
 
 from jointlib.arrays import Array
 from jointlib.errors import InputError, Outcome
@@ -87,7 +87,7 @@ def _solve(
         return -_without_extra(columns, balances)
 
     tolerance = 1e-5 if joint.states else 1e-13
-    solved = least_squares(
+    solved = scipy.optimize.least_squares(
         rows,
         scaled.start,
         jac=slopes,

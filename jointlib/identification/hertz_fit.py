@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize_scalar
+import scipy
 
 from jointlib.arrays import Array
 from jointlib.errors import InputError
@@ -150,7 +150,9 @@ def _refined(z: Array, f: Array, bracket: Array, sine: float, kappa: float | Non
         return float(_errors(z, f, P0, slope, sine)[0])
 
     ends = float(np.log(bracket[0])), float(np.log(bracket[-1]))
-    return float(np.exp(minimize_scalar(error, bounds=ends, method="bounded", options={"xatol": 1e-12}).x))
+    return float(
+        np.exp(scipy.optimize.minimize_scalar(error, bounds=ends, method="bounded", options={"xatol": 1e-12}).x)
+    )
 
 
 def _covariance(law: HertzGuide, z: Array, residual: Array, free: list[str]) -> Covariance:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from scipy.signal import butter, sosfiltfilt
+import scipy
 
 from jointlib.arrays import Array
 from jointlib.errors import InputError
@@ -25,12 +25,12 @@ def path_unknowns(measurement: Measurement) -> tuple[str, ...]:
 @lru_cache(maxsize=16)
 def _sections(cutoff: float) -> Array:
     """Second-order sections of the low pass, cutoff in halves of the sample rate; a trace asks thousands of times."""
-    return np.asarray(butter(4, cutoff, output="sos"))
+    return np.asarray(scipy.signal.butter(4, cutoff, output="sos"))
 
 
 def low_pass(x: Array, cutoff: float, sample_rate: float) -> Array:
     """The part of x below a frequency, along the last axis: Butterworth of order 4, forward and backward, no phase."""
-    return np.asarray(sosfiltfilt(_sections(cutoff / (sample_rate / 2)), x, axis=-1))
+    return np.asarray(scipy.signal.sosfiltfilt(_sections(cutoff / (sample_rate / 2)), x, axis=-1))
 
 
 def path_balance(measurement: Measurement, record: Record) -> ForceBalance:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from scipy.signal import lfilter
+import scipy
 
 from jointlib.arrays import Array, ArrayLike
 from jointlib.harmonic import FirstHarmonic, broadcast, closed_form
@@ -47,7 +47,7 @@ class Maxwell(JointLaw):
         travel, stretch = np.diff(displacement, axis=0, prepend=displacement[:1]), np.empty(displacement.shape)
         for at in np.ndindex(forgotten.shape):
             here = (slice(None), *at)
-            stretch[here] = lfilter([float(followed[at])], [1.0, float(forgotten[at]) - 1.0], travel[here])
+            stretch[here] = scipy.signal.lfilter([float(followed[at])], [1.0, float(forgotten[at]) - 1.0], travel[here])
         return self.stiffness * stretch
 
     def jacobian(self, motion: Motion, state: Array) -> tuple[Array, Array]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.stats import chi2
+import scipy
 
 from jointlib.arrays import Array, ComplexArray, Index
 from jointlib.modal_fit.basis import Ends
@@ -42,7 +42,7 @@ def threshold(responses: Responses, extra: int = 0) -> float:
     freedom if it is chance, and there are as many places for it as lines.
     """
     count = len(responses.pairs) + 2 + extra
-    return float(chi2.isf(_CHANCE / len(responses.frequency), count))
+    return float(scipy.stats.chi2.isf(_CHANCE / len(responses.frequency), count))
 
 
 def selected(responses: Responses, chart: Chart, ends: Ends, most: int | None = None) -> PoleFit:

@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from jointlib.io.atomic import write, write_text
-from jointlib.loop.answer.report import plain
 from jointlib.planning.measurement_text import record_names, text_to_fill
 from jointlib.planning.multisine import phases, unit_force
 from jointlib.planning.plan import Plan
 from jointlib.planning.told import as_json, sentences
+from jointlib.shown.json_values import plain
 
 
 def write_plan(plan: Plan, folder: Path, joint: str) -> tuple[Path, ...]:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy import signal
+import scipy
 
 from jointlib.arrays import Array
 from jointlib.io.atomic import write_npz, write_text
@@ -156,8 +156,8 @@ def _recorded(force: Array, rate: float, stand: Stand, rng: np.random.Generator)
     frequency = np.fft.rfftfreq(force.shape[1], 1 / (rate * _FINER))
     felt = np.fft.rfft(force, axis=1) * transfer(stand, np.asarray(frequency, dtype=float))
     force = np.asarray(np.fft.irfft(felt, force.shape[1], axis=1), dtype=float)
-    taps = signal.firwin(64 * _FINER + 1, 0.9 / _FINER, window=("kaiser", 10.0))
-    slow = signal.fftconvolve(force, taps[None], "same", axes=1)[:, lead * _FINER :: _FINER]
+    taps = scipy.signal.firwin(64 * _FINER + 1, 0.9 / _FINER, window=("kaiser", 10.0))
+    slow = scipy.signal.fftconvolve(force, taps[None], "same", axes=1)[:, lead * _FINER :: _FINER]
     rms = np.sqrt(np.mean(slow**2, axis=1, keepdims=True))
     return np.asarray(slow + stand.noise * rms * rng.standard_normal(slow.shape) + np.array(stand.zero)[:, None])
 

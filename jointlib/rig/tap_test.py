@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.signal import cont2discrete, lfilter
+import scipy
 
 from jointlib.arrays import Array
 from jointlib.io.atomic import write_npz, write_text
@@ -63,8 +63,8 @@ def tip_acceleration(force: Array, step: float) -> Array:
     for frequency, zeta, mass in MODES:
         w = 2 * np.pi * frequency
         system: Any = ([1 / mass, 0.0, 0.0], [1.0, 2 * zeta * w, w**2])
-        b, a, _ = cont2discrete(system, step, method="foh")
-        out += lfilter(np.ravel(b), a, force)
+        b, a, _ = scipy.signal.cont2discrete(system, step, method="foh")
+        out += scipy.signal.lfilter(np.ravel(b), a, force)
     return out
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import hilbert
+import scipy
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.ringdown.decay import Decay
@@ -91,7 +91,7 @@ def _analytic(x: Array, rate: float, frequency: float) -> tuple[Array, Array]:
     """ln A and the phase in rad of the analytic signal within half the frequency of a line."""
     f = np.fft.rfftfreq(len(x), 1 / rate)
     near = np.where(np.abs(f - frequency) < 0.5 * frequency, 1.0, 0.0)
-    whole = hilbert(np.fft.irfft(np.fft.rfft(x - np.mean(x)) * near, len(x)))
+    whole = scipy.signal.hilbert(np.fft.irfft(np.fft.rfft(x - np.mean(x)) * near, len(x)))
     return np.log(np.maximum(np.abs(whole), 1e-300)), np.unwrap(np.angle(whole))
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
@@ -67,7 +67,7 @@ class Evidence:
 
     def at_pieces(self, gains: ComplexArray) -> tuple[ComplexArray, ...]:
         """Gains on the grid, at the amplitudes of each record."""
-        along = CubicSpline(np.log(self.amplitudes), gains)
+        along = scipy.interpolate.CubicSpline(np.log(self.amplitudes), gains)
         return tuple(along(np.log(b.amplitude)) for b in self.backbones)
 
     def residual(self, joint: Joint, records: Sequence[int] | None = None) -> Array:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from jointlib.arrays import Array
 from jointlib.errors import InputError
@@ -64,9 +64,9 @@ def predict(joint: Joint, modal_mass: float, lowest: float, highest: float, *, a
             )
         omega = np.sqrt(gain.real / modal_mass)
     c = gain.imag / omega
-    slope = CubicSpline(np.log(A), np.log(omega))(np.log(A), 1)
+    slope = scipy.interpolate.CubicSpline(np.log(A), np.log(omega))(np.log(A), 1)
     delta = c / (2 * modal_mass) / (1 + 0.5 * slope)
-    fall = CubicSpline(np.log(A), delta)(np.log(A), 1)
+    fall = scipy.interpolate.CubicSpline(np.log(A), delta)(np.log(A), 1)
     squared = gain.real / modal_mass - delta**2 + fall * delta - delta**2 * slope
     damped = np.sqrt(np.maximum(squared, 1e-300))
     return Predicted(A, damped, delta / np.hypot(damped, delta))

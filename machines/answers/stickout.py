@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.optimize import minimize_scalar
+import scipy
 
 from jointlib.answers.given import File, Quantities, Quantity, one, several
 from jointlib.arrays import Array
@@ -207,7 +207,7 @@ def _refined(around: Array, here: float, depth: Callable[[float], float]) -> Poc
     best = Pocket(float(between[top]), float(inner[top - 1]))
     if not np.isfinite(best.depth):
         return best
-    tried = minimize_scalar(
+    tried = scipy.optimize.minimize_scalar(
         lambda x: -np.nan_to_num(depth(x), nan=0.0),
         bounds=(between[top - 1], between[top + 1]),
         method="bounded",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 from scipy.special import elliprd, elliprf
 
 STEEL_MODULUS = 208e9
@@ -42,5 +42,5 @@ def point_contact(first: float, second: float, modulus: float) -> float:
         p = np.exp(-2 * log_ratio)
         return float(elliprd(0, 1, p) / elliprd(0, p, 1) - B / A)
 
-    p = np.exp(-2 * brentq(excess, 0.0, 20.0, xtol=1e-15))
+    p = np.exp(-2 * scipy.optimize.brentq(excess, 0.0, 20.0, xtol=1e-15))
     return float(3 * elliprf(0, p, 1) / (2 * np.pi * reduced) * np.cbrt(2 * np.pi * reduced * A / elliprd(0, p, 1)))

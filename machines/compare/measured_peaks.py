@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import find_peaks, peak_prominences
+import scipy
 
 from jointlib.arrays import Array, ComplexArray
 
@@ -45,9 +45,9 @@ def resonances(frequency: Array, receptance: ComplexArray, deviation: Array | No
     where there are fewer; ``deviation`` (m/N) weighs them and gives the standard errors.
     """
     size = np.abs(receptance)
-    tops, _ = find_peaks(np.log(np.maximum(size, 1e-300)), prominence=_PROMINENT)
+    tops, _ = scipy.signal.find_peaks(np.log(np.maximum(size, 1e-300)), prominence=_PROMINENT)
     if deviation is not None:
-        tops = tops[peak_prominences(size, tops)[0] > _NOISE * deviation[tops]]
+        tops = tops[scipy.signal.peak_prominences(size, tops)[0] > _NOISE * deviation[tops]]
     return tuple(_fitted(frequency, size, int(k), deviation) for k in tops)
 
 
@@ -104,7 +104,7 @@ def at_the_peaks(frf: LevelFRF) -> Array:
     if frf.deviation_from != "neighbours" or len(out) < FEWEST:
         return out
     missed, size = local_errors(frf.frequency, frf.receptance)[0], np.abs(frf.receptance)
-    for k in find_peaks(np.log(np.maximum(size, 1e-300)), prominence=_PROMINENT)[0]:
+    for k in scipy.signal.find_peaks(np.log(np.maximum(size, 1e-300)), prominence=_PROMINENT)[0]:
         low, high = _half_power(size, int(k))
         reach = max(high - low + 1, _LOCAL) // 2
         part = slice(max(int(k) - reach, 0), int(k) + reach + 1)

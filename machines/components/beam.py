@@ -7,8 +7,8 @@ from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
+import scipy
 from scipy.linalg import block_diag
-from scipy.sparse import csc_matrix
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
@@ -156,15 +156,20 @@ class Beam(Component):
         interface = np.concatenate([FIELDS * v + np.arange(FIELDS) for v in at])
         where = f"component {self.name!r}"
         found = craig_bampton(
-            csc_matrix(mesh.mass), csc_matrix(np.sum(mesh.stiffness, axis=0)), interface, self.up_to, _ERROR, where
+            scipy.sparse.csc_matrix(mesh.mass),
+            scipy.sparse.csc_matrix(np.sum(mesh.stiffness, axis=0)),
+            interface,
+            self.up_to,
+            _ERROR,
+            where,
         )
-        parts = [found.reduced(csc_matrix(K)) for K in mesh.stiffness]
+        parts = [found.reduced(scipy.sparse.csc_matrix(K)) for K in mesh.stiffness]
         zero = np.zeros_like(parts[0])
         C = sum((m.viscous * K for m, K in zip(mesh.materials, parts, strict=True)), zero)
         lossy = sum((m.loss_factor * K for m, K in zip(mesh.materials, parts, strict=True)), zero)
         shapes = np.zeros((len(self.dofs), len(zero)))
         shapes[:, : len(interface)] = block_diag(*([self.frame.T] * (2 * len(at))))
-        model = SecondOrder(found.reduced(csc_matrix(mesh.mass)), C, sum(parts, zero), shapes)
+        model = SecondOrder(found.reduced(scipy.sparse.csc_matrix(mesh.mass)), C, sum(parts, zero), shapes)
         # Unit accelerations along the machine axes: bubbles and rotations take no part in a translation.
         moved = np.zeros((len(mesh.mass), 3))
         for v in range(len(mesh.vertices)):

@@ -6,9 +6,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import scipy
 from scipy.linalg import eigh
-from scipy.sparse import csc_matrix
-from scipy.sparse.linalg import LinearOperator, eigsh, splu
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
@@ -42,14 +41,19 @@ class Reduction:
     held: bool = True
     """Whether the interface, held, leaves the inside no free motion; only then are its static shapes exact."""
 
-    def reduced(self, matrix: csc_matrix) -> Array:
+    def reduced(self, matrix: scipy.sparse.csc_matrix) -> Array:
         """Tᵀ A T, symmetric to the last bit."""
         small = np.asarray(self.basis.T @ (matrix @ self.basis))
         return np.asarray((small + small.T) / 2)
 
 
 def craig_bampton(
-    mass: csc_matrix, stiffness: csc_matrix, interface: Index, up_to: float, tolerance: float, where: str
+    mass: scipy.sparse.csc_matrix,
+    stiffness: scipy.sparse.csc_matrix,
+    interface: Index,
+    up_to: float,
+    tolerance: float,
+    where: str,
 ) -> Reduction:
     """Static shapes of unit interface displacements and the normal modes with the interface held.
 
@@ -95,7 +99,7 @@ def craig_bampton(
     return replace(found, error=error)
 
 
-def static_shapes(stiffness: csc_matrix, interface: Index) -> Array | None:
+def static_shapes(stiffness: scipy.sparse.csc_matrix, interface: Index) -> Array | None:
     """Displacement of every row for a unit displacement of each of the interface, the inside unloaded.
 
     None where the inside can move freely with the interface held.
@@ -112,7 +116,7 @@ def static_shapes(stiffness: csc_matrix, interface: Index) -> Array | None:
     return shapes
 
 
-def _ritz(M: csc_matrix, K: csc_matrix, shapes: Array) -> Array:
+def _ritz(M: scipy.sparse.csc_matrix, K: scipy.sparse.csc_matrix, shapes: Array) -> Array:
     """Mass-normalised Rayleigh–Ritz modes of these shapes, shapes that repeat others dropped."""
     size = np.sqrt(np.einsum("ij,ij->j", shapes, K @ shapes))
     shapes = shapes[:, size > 0] / size[size > 0]
@@ -124,17 +128,19 @@ def _ritz(M: csc_matrix, K: csc_matrix, shapes: Array) -> Array:
     return np.asarray(shapes @ (turn[:, kept] / np.sqrt(inverse[kept])))
 
 
-def _factor(matrix: csc_matrix) -> Any:
+def _factor(matrix: scipy.sparse.csc_matrix) -> Any:
     """LU factors, or None for a singular matrix."""
     try:
-        found = splu(matrix.tocsc())
+        found = scipy.sparse.linalg.splu(matrix.tocsc())
     except RuntimeError:
         return None
     pivots = np.abs(found.U.diagonal())
     return found if pivots.min() > _SINGULAR * pivots.max() else None
 
 
-def _modes(M: csc_matrix, K: csc_matrix, solver: Any, shift: float, top: float, where: str) -> Array:
+def _modes(
+    M: scipy.sparse.csc_matrix, K: scipy.sparse.csc_matrix, solver: Any, shift: float, top: float, where: str
+) -> Array:
     """Mass-normalised modes below the angular frequency ``top``."""
     n = M.shape[0]
     if n <= _DENSE:
@@ -147,11 +153,11 @@ def _modes(M: csc_matrix, K: csc_matrix, solver: Any, shift: float, top: float, 
             raise InputError(f"{where}: mass is not positive, expected one that stores energy")
         kept = inverse > 1 / (top**2 - shift)
         return np.asarray(shapes[:, kept] / np.sqrt(inverse[kept]))
-    operator = LinearOperator((n, n), matvec=solver.solve, dtype=float)
+    operator = scipy.sparse.linalg.LinearOperator((n, n), matvec=solver.solve, dtype=float)
     count = 20
     while True:
         count = min(count, n - 2)
-        squared, shapes = eigsh(K, k=count, M=M, sigma=shift, OPinv=operator, v0=np.ones(n))
+        squared, shapes = scipy.sparse.linalg.eigsh(K, k=count, M=M, sigma=shift, OPinv=operator, v0=np.ones(n))
         if squared.min() < -1e-6 * abs(squared).max() - abs(shift):
             raise InputError(f"{where}: stiffness is not positive, expected one that yields no energy")
         if squared.max() > top**2 or count == n - 2:
@@ -160,18 +166,24 @@ def _modes(M: csc_matrix, K: csc_matrix, solver: Any, shift: float, top: float, 
 
 
 def _interface_receptance(
-    mass: csc_matrix, stiffness: csc_matrix, interface: Index, omega: float, where: str
+    mass: scipy.sparse.csc_matrix, stiffness: scipy.sparse.csc_matrix, interface: Index, omega: float, where: str
 ) -> ComplexArray:
     system = (stiffness * (1 + 1j * _LOSS) - omega**2 * mass).tocsc()
     force = np.zeros((mass.shape[0], len(interface)), dtype=complex)
     force[interface, np.arange(len(interface))] = 1.0
     try:
-        return np.asarray(splu(system).solve(force)[interface])
+        return np.asarray(scipy.sparse.linalg.splu(system).solve(force)[interface])
     except RuntimeError:
         raise InputError(f"{where}: stiffness and mass are singular together, expected every row to move") from None
 
 
-def _error(found: Reduction, mass: csc_matrix, stiffness: csc_matrix, ports: int, full: list[ComplexArray]) -> float:
+def _error(
+    found: Reduction,
+    mass: scipy.sparse.csc_matrix,
+    stiffness: scipy.sparse.csc_matrix,
+    ports: int,
+    full: list[ComplexArray],
+) -> float:
     M, K = found.reduced(mass), found.reduced(stiffness)
     worst = 0.0
     for f, H in zip(found.checked, full, strict=True):

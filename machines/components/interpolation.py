@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from jointlib.arrays import Array, ComplexArray
 
@@ -36,7 +36,7 @@ def curve(frequency: Array, value: ComplexArray, method: str) -> tuple[Curve, in
     two lines, the cubic through the four takes its place. Both go through every line.
     """
     if method == "spline":
-        spline = CubicSpline(frequency, value)
+        spline = scipy.interpolate.CubicSpline(frequency, value)
         return (lambda lines: np.asarray(spline(lines), dtype=complex)), 0
     n = len(frequency)
     points = min(_POINTS, n)

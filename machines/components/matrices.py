@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
-from scipy.sparse import csc_matrix
+import scipy
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError, nearest
@@ -60,9 +60,9 @@ class Matrices(Component):
     name: str
     dofs: tuple[str, ...]
     rows: tuple[int, ...]
-    mass: csc_matrix
-    stiffness: csc_matrix
-    damping: csc_matrix | None = None
+    mass: scipy.sparse.csc_matrix
+    stiffness: scipy.sparse.csc_matrix
+    damping: scipy.sparse.csc_matrix | None = None
     mass_damping: float = 0.0
     stiffness_damping: float = 0.0
     damping_ratio: float = 0.0
@@ -80,7 +80,7 @@ class Matrices(Component):
         for key in ("mass", "stiffness", "damping"):
             matrix = getattr(self, key)
             if matrix is not None:
-                object.__setattr__(self, key, _checked(where, key, csc_matrix(matrix), size))
+                object.__setattr__(self, key, _checked(where, key, scipy.sparse.csc_matrix(matrix), size))
         for dof, row in zip(self.dofs, self.rows, strict=True):
             if not 0 <= row < size:
                 raise InputError(f"{where}: dof {dof!r} is row {row + 1}, expected 1 to {size}")
@@ -234,7 +234,7 @@ class Matrices(Component):
         return None if self.nodes is None else self.nodes.rotation(self._where, self.dofs, point, direction)
 
 
-def _small(T: Array, matrix: csc_matrix) -> Array:
+def _small(T: Array, matrix: scipy.sparse.csc_matrix) -> Array:
     small = np.asarray(T.T @ (matrix @ T))
     return np.asarray((small + small.T) / 2)
 
@@ -244,7 +244,7 @@ def _along(gravity: Array, axes: Sequence[int | None]) -> Array:
     return np.array([gravity[axis] if axis in (0, 1, 2) else 0.0 for axis in axes])
 
 
-def _checked(where: str, key: str, matrix: csc_matrix, size: int) -> csc_matrix:
+def _checked(where: str, key: str, matrix: scipy.sparse.csc_matrix, size: int) -> scipy.sparse.csc_matrix:
     if matrix.shape != (size, size):
         raise InputError(f"{where}: {key} has shape {matrix.shape}, expected {(size, size)} like the mass")
     if not np.all(np.isfinite(matrix.data)):
@@ -256,4 +256,4 @@ def _checked(where: str, key: str, matrix: csc_matrix, size: int) -> csc_matrix:
             f"{where}: {key} has {matrix[i, j]:g} in row {i + 1}, column {j + 1} and {matrix[j, i]:g} across, "
             "expected a symmetric matrix"
         )
-    return csc_matrix((matrix + matrix.T) / 2)
+    return scipy.sparse.csc_matrix((matrix + matrix.T) / 2)

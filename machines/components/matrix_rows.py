@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-from scipy.sparse import csc_matrix
+import scipy
 
 from jointlib.errors import InputError
 from jointlib.io.finite_elements.dmig import Label
@@ -32,7 +32,9 @@ def matrix_file(section: Section, key: str) -> MatrixFile:
         raise InputError(f"{section.where}: {key}: {error}") from None
 
 
-def aligned(where: str, files: Mapping[str, MatrixFile]) -> tuple[dict[str, csc_matrix], tuple[Label, ...] | None]:
+def aligned(
+    where: str, files: Mapping[str, MatrixFile]
+) -> tuple[dict[str, scipy.sparse.csc_matrix], tuple[Label, ...] | None]:
     """Matrices over the same rows: a grid point that only one of them names is empty in the others."""
     given = {key: found.labels for key, found in files.items()}
     if len(set(given.values())) == 1:
@@ -47,7 +49,7 @@ def aligned(where: str, files: Mapping[str, MatrixFile]) -> tuple[dict[str, csc_
         at = np.array([place[label] for label in found.labels or ()])
         entries = found.matrix.tocoo()
         rows, columns = (at[k] for k in entries.coords)
-        out[key] = csc_matrix((entries.data, (rows, columns)), shape=(len(union), len(union)))
+        out[key] = scipy.sparse.csc_matrix((entries.data, (rows, columns)), shape=(len(union), len(union)))
     return out, tuple(union)
 
 

@@ -10,10 +10,10 @@ from jointlib.arrays import Array, ComplexArray
 
 from ..blocks import blocks
 from ..harmonic_balance.assembly import Assembly
-from ..harmonic_balance.balance import solve_each
 from ..harmonic_balance.harmonics import with_mean
 from ..indices import Index, Mask
 from ..operating.solutions import Solutions, balance_at, by_newton
+from ..solved import solve_each
 from .all_curves import started
 from .arclength import Path
 

@@ -6,8 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import logsumexp
-from scipy.stats import binom
+import scipy
 
 from jointlib.arrays import Array
 from jointlib.loop.answer.report import Status, Verdict
@@ -127,8 +126,8 @@ def decided(base: Entry, entries: Sequence[Entry], problem: Problem) -> Outcome:
     families = list(dict.fromkeys(one.posterior.suspect.family for one in entries))
     members = {name: [i for i, one in enumerate(entries) if one.posterior.suspect.family == name] for name in families}
     gains = np.array([one.weight - base.weight for one in entries])
-    family = np.array([logsumexp(gains[members[name]]) - np.log(len(members[name])) for name in families])
-    odds = float(logsumexp(family) - np.log(len(families)))
+    family = np.array([scipy.special.logsumexp(gains[members[name]]) - np.log(len(members[name])) for name in families])
+    odds = float(scipy.special.logsumexp(family) - np.log(len(families)))
     order = np.argsort(-family)
     best = {name: members[name][int(np.argmax(gains[members[name]]))] for name in families}
     status = [Status.REJECTED] * len(entries)
@@ -160,7 +159,7 @@ def decided(base: Entry, entries: Sequence[Entry], problem: Problem) -> Outcome:
 def _sure(weight: Array, order: Index) -> list[int]:
     """The likeliest of some explanations that together hold the probability asked for, by ln of their odds."""
     order = order[np.argsort(-weight[order], kind="stable")]
-    share = np.exp(weight[order] - logsumexp(weight))
+    share = np.exp(weight[order] - scipy.special.logsumexp(weight))
     return [int(k) for k in order[: int(np.searchsorted(np.cumsum(share), _SURE)) + 1]]
 
 
@@ -173,7 +172,7 @@ def _unnamed(base: Entry, problem: Problem) -> Verdict:
 def _too_many(surprises: Mask, problem: Problem) -> bool:
     """More surprises than a model that is right has."""
     count, number = int(np.count_nonzero(surprises)), int(np.count_nonzero(judged(problem.cuts)))
-    return bool(binom.sf(count - 1, number, _SURPRISE / 2) < _CHANCE)
+    return bool(scipy.stats.binom.sf(count - 1, number, _SURPRISE / 2) < _CHANCE)
 
 
 def _said(problem: Problem) -> Mask:

@@ -10,7 +10,8 @@ import numpy as np
 
 from jointlib.arrays import Array
 from jointlib.cuts.tried_cut import TriedCut
-from jointlib.loop.answer.report import Status, Verdict, plain
+from jointlib.loop.answer.report import Status, Verdict
+from jointlib.shown.json_values import plain
 from jointlib.shown.pictures import AFTER, axes_of
 from jointlib.shown.result import Columns, Shown
 from jointlib.shown.tried_cuts import draw_cuts

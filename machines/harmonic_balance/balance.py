@@ -15,6 +15,7 @@ from ..coupling.coordinates import Coordinates
 from ..deadline import in_time
 from ..indices import Index, Mask
 from ..model.limits import Limit
+from ..solved import solve_each
 from ..statics.bias import Biased
 from .assembly import Assembly, View
 from .dual_input import dual_input_forces
@@ -165,21 +166,6 @@ def solve_complex(J: Array, r: ComplexArray) -> ComplexArray:
     x = solve_each(J, right[:, :, None])[:, :, 0]
     half = flat.shape[1]
     return np.asarray((x[:, :half] + 1j * x[:, half:]).reshape(r.shape))
-
-
-def solve_each(A: Array, right: Array) -> Array:
-    """Solutions of A x = right per point, nan where there is none."""
-    fine = np.all(np.isfinite(A), axis=(1, 2)) & np.all(np.isfinite(right), axis=(1, 2))
-    out = np.full(right.shape, np.nan)
-    try:
-        out[fine] = np.linalg.solve(A[fine], right[fine])
-    except np.linalg.LinAlgError:
-        for i in np.flatnonzero(fine):
-            try:
-                out[i] = np.linalg.solve(A[i], right[i])
-            except np.linalg.LinAlgError:
-                continue
-    return out
 
 
 def excess(forces: Forces, z: ComplexArray, harmonics: Harmonics, limits: Sequence[Limit]) -> Array:

@@ -19,9 +19,10 @@ from jointlib.law import Motion
 from ..blocks import blocks
 from ..deadline import in_time
 from ..indices import Index, Mask
+from ..solved import solve_each
 from ..statics.mean_force import SLOW
 from .assembly import Assembly, is_linear
-from .balance import Balance, solve_each
+from .balance import Balance
 from .frequency_reach import reached
 from .harmonics import Harmonics
 

@@ -13,6 +13,7 @@ from jointlib.joint import Joint
 from ..coupling.coordinates import Coordinates
 from ..deadline import in_time
 from ..indices import Index, Mask
+from ..solved import solve_each
 from ..statics.bias import Together, force_slopes
 from .assembly import View
 
@@ -132,6 +133,7 @@ class Problem:
         by_z[:, every, every] += 1.0
         return real_form(by_z, by_conjugate)
 
+    @np.errstate(over="ignore", invalid="ignore")  # a motion beyond all bounds is one that is not kept
     def newton(
         self, start: ComplexArray, driven: ComplexArray, effort: Effort = FULL
     ) -> tuple[ComplexArray, ComplexArray, Mask, Mask]:
@@ -146,10 +148,7 @@ class Problem:
             in_time()
             J = part.jacobian(x, G, slope)
             size = np.max(np.abs(x), axis=1)
-            try:
-                step = -np.linalg.solve(J, np.concatenate([r.real, r.imag], axis=1)[:, :, None])[:, :, 0]
-            except np.linalg.LinAlgError:
-                break
+            step = -solve_each(J, np.concatenate([r.real, r.imag], axis=1)[:, :, None])[:, :, 0]
             delta = step[:, :nj] + 1j * step[:, nj:]
             small = np.max(np.abs(delta), axis=1) <= effort.settled * np.maximum(size, 1e-300)
             gain[left], z[left] = G, x

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from itertools import product
 
 import numpy as np
-from scipy.optimize import lsq_linear
+import scipy
 
 from jointlib.arrays import Array
 from jointlib.laws.tabulated import Tabulated
@@ -48,7 +48,7 @@ def fitted(search: Search, place: Place, largest: float) -> Fitted | None:
             columns.append(gain * implied.z * implied.weight)
         A, b = np.array(columns).T, (implied.force - own * implied.z) * implied.weight
         low, high = (np.array([getattr(c, side) for c in hypothesis.added]) for side in ("low", "high"))
-        u = lsq_linear(np.concatenate([A.real, A.imag]), np.concatenate([b.real, b.imag]), (low, high)).x
+        u = scipy.optimize.lsq_linear(np.concatenate([A.real, A.imag]), np.concatenate([b.real, b.imag]), (low, high)).x
         found = search.fitting.fit(hypothesis, [hypothesis.bounded(u)], blunt=False)
         if best is None or found.loss < best.loss:
             best = found

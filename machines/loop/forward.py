@@ -19,10 +19,10 @@ from jointlib.joint import Joint
 from ..coupling.coordinates import Coordinates
 from ..coupling.coupling import couple
 from ..harmonic_balance.assembly import Assembly, View
-from ..harmonic_balance.balance import solve_each
 from ..harmonic_balance.newton import Effort, gains, own_slopes, real_form, solve
 from ..indices import Index, Mask
 from ..model.machine import Machine
+from ..solved import solve_each
 from ..statics.bias import Biased, Together, force_slopes
 from ..statics.working_point import at_working_point
 from .records import LevelFRF

@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from jointlib.arrays import Array, ComplexArray
-from jointlib.loop.answer.report import Estimate, Status, Verdict, found_words, plain, ranked_columns
+from jointlib.loop.answer.report import Estimate, Status, Verdict, found_words, ranked_columns
+from jointlib.shown.json_values import plain
 from jointlib.shown.pictures import axes_of
 from jointlib.shown.result import Columns, Shown
 

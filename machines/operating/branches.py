@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
+import scipy
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import Outcome
@@ -180,6 +180,6 @@ def _match(old: Index, new: Index, amplitude: Array, rising: Mask) -> dict[int, 
         a, b = np.flatnonzero(rising[old] == kind), np.flatnonzero(rising[new] == kind)
         if len(a) and len(b):
             cost = np.abs(amplitude[old[a]][:, None] - amplitude[new[b]])
-            for i, j in zip(*linear_sum_assignment(cost), strict=True):
+            for i, j in zip(*scipy.optimize.linear_sum_assignment(cost), strict=True):
                 links[int(b[j])] = int(a[i])
     return links

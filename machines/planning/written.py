@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from jointlib.arrays import Array
 from jointlib.io.atomic import write, write_text
-from jointlib.loop.answer.report import plain
+from jointlib.shown.json_values import plain
 
 from .plan import MachinePlan
 from .probe import SEALED, Bench, record_name

@@ -15,8 +15,9 @@ from jointlib.identification import Identification
 from jointlib.io.atomic import sha256, write_text
 from jointlib.joint import Joint
 from jointlib.loop.answer.head import assumptions_of, inputs_of, trace_numbers
-from jointlib.loop.answer.report import TraceReport, plain
+from jointlib.loop.answer.report import TraceReport
 from jointlib.measurement import Measurement
+from jointlib.shown.json_values import plain
 from jointlib.shown.progress import Progress, Silent
 from jointlib.shown.result import Columns, Shown
 

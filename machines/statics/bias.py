@@ -22,6 +22,7 @@ from jointlib.law import JointLaw, Motion
 from ..coupling.coordinates import Coordinates
 from ..indices import Mask
 from ..model.machine import Machine
+from ..solved import solve_each
 from .mean_force import MeanForce, Slopes, same_joints
 from .statics import static_point
 from .working_point import about
@@ -92,6 +93,7 @@ class Biased:
             tuple(m), means, point.displacement[m], point.force[m], k[m], point.displacement, spread, coordinates
         )
 
+    @np.errstate(over="ignore", invalid="ignore")  # a shift beyond all bounds is one that is worse
     def shift(self, amplitude: Array, omega: Array) -> tuple[Array, Mask]:
         """z0 less its value at rest in m, (points, members), and where the means balance at all."""
         points, c, floor = len(amplitude), self.coordinates, self.floor
@@ -102,11 +104,7 @@ class Biased:
         slope = self._slope(c.motions(x), amplitude, omega, mean)
         r = self._residual(x, mean)
         for _ in range(_ITERATIONS):
-            matrix = self._matrix(slope)
-            try:
-                step = -np.linalg.solve(matrix, r[:, :, None])[:, :, 0]
-            except np.linalg.LinAlgError:
-                break
+            step = -solve_each(self._matrix(slope), r[:, :, None])[:, :, 0]
             size = np.max(np.abs(c.motions(x)) + amplitude[left], axis=1)
             small = np.max(np.abs(step), axis=1) <= _SETTLED * size + floor
             out[left], settled[left] = np.where(small[:, None], x + step, x), small
@@ -188,15 +186,16 @@ class Biased:
         """Equal joints are asked together."""
         return [(self.means[columns[0]], columns) for columns in same_joints([mean.joint for mean in self.means])]
 
+    @np.errstate(over="ignore", invalid="ignore")  # of motions beyond all bounds no gain is known
     def gains(self, amplitude: Array, omega: Array) -> tuple[ComplexArray, ComplexArray]:
         """G of every joint, (points, members), and ∂G/∂A of every joint by every amplitude; nan without a balance."""
         shift, settled = self.shift(amplitude, omega)
         found, n = self.slopes(amplitude, omega, shift), amplitude.shape[1]
         lifted = (self.compliance @ self.coordinates.T.T) * found.mean_by_amplitude[:, None, :]
-        moved = -self.coordinates.T @ np.linalg.solve(self._matrix(found.mean_by_bias), lifted)
+        moved = -self.coordinates.T @ solve_each(self._matrix(found.mean_by_bias), lifted)
         gain, slope = found.gain, found.gain_by_bias[:, :, None] * moved
         slope[:, np.arange(n), np.arange(n)] += found.gain_by_amplitude
-        lost = ~settled
+        lost = ~settled | ~np.all(np.isfinite(moved), axis=(1, 2))  # where nothing holds a mean, none is settled
         gain[lost], slope[lost] = np.nan, np.nan
         return gain, slope
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from scipy import stats
+import scipy
 
 from jointlib.arrays import Array
 from jointlib.errors import InputError
@@ -32,8 +32,8 @@ def plan(factors: Sequence[Factor], method: str, count: int, seed: int) -> Array
         axes = [factor.midpoints for factor in factors]
         return np.stack([axis.ravel() for axis in np.meshgrid(*axes, indexing="ij")], axis=1)
     if method == "latin-hypercube":
-        return np.asarray(stats.qmc.LatinHypercube(len(factors), rng=np.random.default_rng(seed)).random(count))
-    base = stats.qmc.Sobol(2 * len(factors), rng=np.random.default_rng(seed)).random(count)
+        return np.asarray(scipy.stats.qmc.LatinHypercube(len(factors), rng=np.random.default_rng(seed)).random(count))
+    base = scipy.stats.qmc.Sobol(2 * len(factors), rng=np.random.default_rng(seed)).random(count)
     A, B = base[:, : len(factors)], base[:, len(factors) :]
     mixed = [np.where(np.arange(len(factors)) == i, B, A) for i in range(len(factors))]
     return np.concatenate([A, B, *mixed])
@@ -85,5 +85,5 @@ def sensitivities(results: Array, factors: int) -> tuple[Array, Array]:
     values = np.asarray(results, dtype=float).reshape(factors + 2, -1)
     # Twice the same result: of a single one with a single factor scipy drops every axis, and stumbles.
     A, B, mixed = values[[0, 0]], values[[1, 1]], np.repeat(values[2:, None], 2, axis=1)
-    found = stats.sobol_indices(func={"f_A": A, "f_B": B, "f_AB": mixed}, n=values.shape[1])
+    found = scipy.stats.sobol_indices(func={"f_A": A, "f_B": B, "f_AB": mixed}, n=values.shape[1])
     return np.reshape(found.first_order, (2, -1))[0], np.reshape(found.total_order, (2, -1))[0]

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.sparse import csc_matrix
+import scipy
 
 from jointlib.arrays import ComplexArray
 from jointlib.errors import InputError
@@ -190,7 +190,7 @@ def alike(one: Any, other: Any) -> bool:
         return all(alike(getattr(one, f.name), getattr(other, f.name)) for f in fields(one))
     if isinstance(one, np.ndarray):
         return one.shape == other.shape and bool(np.all(one == other))
-    if isinstance(one, csc_matrix):
+    if isinstance(one, scipy.sparse.csc_matrix):
         return bool(one.shape == other.shape and (one != other).nnz == 0)
     if isinstance(one, Mapping):
         return list(one) == list(other) and all(alike(one[key], other[key]) for key in one)

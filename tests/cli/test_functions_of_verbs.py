@@ -24,7 +24,7 @@ from fmu.export import export_fmu
 from fmu.ssp import export_ssp
 from jointlib.cli.main import verbs
 from jointlib.errors import InputError
-from jointlib.loop.answer.report import plain
+from jointlib.shown.json_values import plain
 from jointlib.shown.result import Shown
 
 LIBRARY = Path("machines/library")

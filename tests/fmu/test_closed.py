@@ -185,7 +185,7 @@ def test_modes_put_the_closed_matrix_together_again(machine: Machine) -> None:
 def second(system: System, u: Array, step: float) -> Array:
     of = closed(system)
     assert of is not None
-    return simulate_closed(of, u, step)
+    return simulate_closed(of, u, step, 1e-8, 1e-8)[0]
 
 
 @pytest.mark.parametrize("machine", [BENT, BY_VELOCITY], ids=["bent", "by velocity"])

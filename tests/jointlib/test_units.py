@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from jointlib.errors import InputError
-from jointlib.units import quantity
+from jointlib.units import _COMMON, _factor, quantity
 
 
 @pytest.mark.parametrize(
@@ -61,3 +61,8 @@ def test_g_is_that_of_free_fall_where_no_mass_fits() -> None:
     assert quantity("0.5 g", "m/s^2", "x") == pytest.approx(4.903325)
     assert quantity("2 g/N", "m/s^2/N", "x") == pytest.approx(19.6133)
     assert quantity("500 g", "kg", "x") == 0.5
+
+
+@pytest.mark.parametrize(("expected", "unit"), [(e, u) for e, units in _COMMON.items() for u in units])
+def test_common_units_are_those_of_the_units_package_to_the_last_bit(expected: str, unit: str) -> None:
+    assert _COMMON[expected][unit] == _factor(unit, expected)

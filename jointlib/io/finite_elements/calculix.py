@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from scipy.sparse import coo_matrix, csc_matrix
+import scipy
 
 from jointlib.foreign.door import bytes_of
 from jointlib.io.finite_elements.dmig import Label
@@ -14,7 +14,7 @@ _NUMBERS = {"1": 1, "2": 2, "3": 3}
 _LINE = [("row", np.int64), ("column", np.int64), ("value", float)]
 
 
-def read_calculix(path: Path) -> tuple[csc_matrix, tuple[Label, ...] | None]:
+def read_calculix(path: Path) -> tuple[scipy.sparse.csc_matrix, tuple[Label, ...] | None]:
     """One symmetric matrix, and the node and direction of its rows where the file ``.dof`` lies beside it.
 
     A line is ``row column value``, rows and columns counted from 1, of one triangle (matrixstorage.c of CalculiX 2.x);
@@ -40,7 +40,9 @@ def read_calculix(path: Path) -> tuple[csc_matrix, tuple[Label, ...] | None]:
         raise ValueError("holds entries on both sides of the diagonal, expected one triangle")
     across = i != j
     entries = (np.append(v, v[across]), (np.append(i, j[across]), np.append(j, i[across])))
-    return csc_matrix(coo_matrix(entries, shape=(size, size))), _labels(path.with_suffix(".dof"), size)
+    return scipy.sparse.csc_matrix(scipy.sparse.coo_matrix(entries, shape=(size, size))), _labels(
+        path.with_suffix(".dof"), size
+    )
 
 
 def _labels(path: Path, size: int) -> tuple[Label, ...] | None:

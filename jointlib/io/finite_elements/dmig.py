@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from scipy.sparse import coo_matrix, csc_matrix
+import scipy
 
 from jointlib.foreign.door import bytes_of
 from jointlib.io.finite_elements.fortran import real
@@ -16,7 +16,7 @@ Label = tuple[int, int]
 """Grid point and component 1 to 6; 0 is a scalar point."""
 
 
-def read_dmig(path: Path) -> dict[str, tuple[csc_matrix, tuple[Label, ...]]]:
+def read_dmig(path: Path) -> dict[str, tuple[scipy.sparse.csc_matrix, tuple[Label, ...]]]:
     """Every matrix of the file by name, with the grid point and component of its rows.
 
     The entries' fields (MSC Nastran Quick Reference Guide, DMIG): a header ``NAME 0 IFO TIN TOUT``, then one entry
@@ -49,7 +49,9 @@ def read_dmig(path: Path) -> dict[str, tuple[csc_matrix, tuple[Label, ...]]]:
     return {name: _assembled(found, forms[name]) for name, found in entries.items()}
 
 
-def _assembled(entries: list[tuple[Label, Label, float]], form: int) -> tuple[csc_matrix, tuple[Label, ...]]:
+def _assembled(
+    entries: list[tuple[Label, Label, float]], form: int
+) -> tuple[scipy.sparse.csc_matrix, tuple[Label, ...]]:
     labels = tuple(sorted({label for row, column, _ in entries for label in (row, column)}))
     place = {label: i for i, label in enumerate(labels)}
     rows, columns, values = [], [], []
@@ -61,8 +63,8 @@ def _assembled(entries: list[tuple[Label, Label, float]], form: int) -> tuple[cs
             rows.append(place[column])
             columns.append(place[row])
             values.append(value)
-    return csc_matrix(
-        coo_matrix(
+    return scipy.sparse.csc_matrix(
+        scipy.sparse.coo_matrix(
             (np.array(values), (np.array(rows, dtype=int), np.array(columns, dtype=int))),
             shape=(len(labels), len(labels)),
         )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from scipy.sparse import csc_matrix
+import scipy
 
 from jointlib.foreign.door import bytes_of
 from jointlib.io.finite_elements.fortran import columns, fixed
@@ -13,7 +13,7 @@ from jointlib.io.finite_elements.fortran import columns, fixed
 LARGEST = 2**31 - 1
 
 
-def read_harwell_boeing(path: Path) -> csc_matrix:
+def read_harwell_boeing(path: Path) -> scipy.sparse.csc_matrix:
     """The matrix in compressed columns; of a symmetric one the file holds a triangle. Right-hand sides are skipped.
 
     Format: Duff, Grimes, Lewis, Users' Guide for the Harwell–Boeing Sparse Matrix Collection, 1992.
@@ -46,8 +46,8 @@ def read_harwell_boeing(path: Path) -> csc_matrix:
         raise ValueError("column pointers do not rise from 1 to the number of entries plus 1")
     if entries and not (row.min() >= 0 and row.max() < rows):
         raise ValueError(f"names row {row.max() + 1} of {rows}")
-    matrix = csc_matrix((values, row, start), shape=(rows, cols))
+    matrix = scipy.sparse.csc_matrix((values, row, start), shape=(rows, cols))
     if kind[1] == "S":
-        diagonal = csc_matrix((matrix.diagonal(), (np.arange(rows), np.arange(rows))), shape=(rows, cols))
+        diagonal = scipy.sparse.csc_matrix((matrix.diagonal(), (np.arange(rows), np.arange(rows))), shape=(rows, cols))
         matrix = matrix + matrix.T - diagonal
-    return csc_matrix(matrix)
+    return scipy.sparse.csc_matrix(matrix)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.sparse import csc_matrix, issparse
+import scipy
 
 from jointlib.errors import InputError, few, nearest
 from jointlib.foreign.archive import arrays_of, is_sparse, sparse_of
@@ -32,7 +32,7 @@ SUFFIXES = (*MATRIX_MARKET, *HARWELL_BOEING, *DMIG, *CALCULIX, ".op4", ".npz", "
 class MatrixFile:
     """A square matrix, with the grid point and component of its rows where the file tells them."""
 
-    matrix: csc_matrix
+    matrix: scipy.sparse.csc_matrix
     labels: tuple[Label, ...] | None = None
 
 
@@ -91,7 +91,7 @@ def read_arrays(path: Path) -> dict[str, np.ndarray]:
         raise InputError(f"{path}: no arrays in {path.suffix!r} files, expected .npz or .mat")
     held: dict[str, Any] = foreign(path, "arrays", lambda: arrays_of(path) if suffix == ".npz" else _mat(path))
     for name in held:
-        if issparse(held[name]):
+        if scipy.sparse.issparse(held[name]):
             refuse_beyond(16.0 * np.prod(held[name].shape), f"{path}: {name!r} of {held[name].shape} entries")
             held[name] = held[name].toarray()
     return {name: _numbers(path, name, np.asarray(value)) for name, value in held.items() if _counts(value)}
@@ -107,7 +107,7 @@ def _numbers(path: Path, name: str, value: np.ndarray) -> np.ndarray:
 
 def _mat(path: Path) -> dict[str, Any]:
     found = variables_of(bytes_of(path, "arrays"))
-    return {k: v for k, v in found.items() if isinstance(v, np.ndarray) or issparse(v)}
+    return {k: v for k, v in found.items() if isinstance(v, np.ndarray) or scipy.sparse.issparse(v)}
 
 
 def _named(path: Path, found: Mapping[str, Any], name: str | None) -> Any:
@@ -123,9 +123,9 @@ def _named(path: Path, found: Mapping[str, Any], name: str | None) -> Any:
     return found[known[name.upper()]]
 
 
-def _sparse(value: Any) -> csc_matrix:
-    if not issparse(value):
+def _sparse(value: Any) -> scipy.sparse.csc_matrix:
+    if not scipy.sparse.issparse(value):
         value = np.asarray(value)
         if value.ndim != 2 or value.dtype.kind not in "fiu":
             raise ValueError(f"shape {value.shape} of {value.dtype}, expected a real matrix")
-    return csc_matrix(value, dtype=complex if value.dtype.kind == "c" else float)
+    return scipy.sparse.csc_matrix(value, dtype=complex if value.dtype.kind == "c" else float)

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.sparse import coo_matrix, csc_matrix
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.foreign.door import bytes_of
@@ -45,15 +45,15 @@ class _Matrix:
         self.column.append(column - 1)
         self.values.append(values)
 
-    def matrix(self) -> csc_matrix:
+    def matrix(self) -> scipy.sparse.csc_matrix:
         if not self.values:
-            return csc_matrix((self.rows, self.cols))
+            return scipy.sparse.csc_matrix((self.rows, self.cols))
         spread = np.repeat(self.column, [len(v) for v in self.values])
         data = (np.concatenate(self.values), (np.concatenate(self.at), spread))
-        return csc_matrix(coo_matrix(data, shape=(self.rows, self.cols)))
+        return scipy.sparse.csc_matrix(scipy.sparse.coo_matrix(data, shape=(self.rows, self.cols)))
 
 
-def read_op4(path: Path) -> dict[str, csc_matrix]:
+def read_op4(path: Path) -> dict[str, scipy.sparse.csc_matrix]:
     """Every matrix of the file by name.
 
     The format is that of the OUTPUT4 module (MSC Nastran DMAP Programmer's Guide). A matrix begins with its number

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.optimize import least_squares
+import scipy
 
 from jointlib.arrays import Array
 from jointlib.errors import InputError, nearest
@@ -40,7 +40,7 @@ def refit(joint: Joint, residual_of: Residual, free: Sequence[str], *, quick: bo
         return replace(joint, covariance=None), float(start @ start / max(1, len(start)))
     scaled = Scaled(joint, names, _scales(joint, residual_of, names, start))
     problem = _Problem(scaled, residual_of)
-    solved = least_squares(
+    solved = scipy.optimize.least_squares(
         problem.residual,
         scaled.start,
         jac=problem.jacobian,

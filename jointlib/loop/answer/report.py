@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
 
-import numpy as np
-
 from jointlib.arrays import Array
 from jointlib.joint import Joint
 from jointlib.loop.answer.candidate_picture import draw_candidates, shown_candidates
 from jointlib.measurement import Correction, Measurement
+from jointlib.shown.json_values import plain
 from jointlib.shown.pictures import axes_of
 from jointlib.shown.result import Columns, Shown
 from jointlib.units import with_error
@@ -215,25 +213,6 @@ def ranked_columns(candidates: Sequence[Any], named: Sequence[str]) -> Columns:
         "status": ([c.status.value for c in ranked], ""),
         "reason": ([c.reason for c in ranked], ""),
     }
-
-
-def plain(value: Any) -> Any:
-    """Dataclasses, enums, arrays and numpy numbers as JSON values; what is not finite becomes null."""
-    if isinstance(value, Enum):
-        return value.value
-    if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
-    if isinstance(value, Mapping):
-        return {str(k): plain(v) for k, v in value.items()}
-    if isinstance(value, np.ndarray):
-        return plain(value.tolist())
-    if isinstance(value, list | tuple | frozenset | set):
-        return [plain(v) for v in value]
-    if isinstance(value, float | np.floating):
-        return float(value) if math.isfinite(value) else None
-    if isinstance(value, np.integer):
-        return int(value)
-    return value
 
 
 def found_words(verdict: Verdict, sentence: str, before: Mapping[str, Any], after: Mapping[str, Any]) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import TypeAlias
 
 import numpy as np
-from scipy.sparse.linalg import LinearOperator, gmres
+import scipy
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.joint import Joint
@@ -111,8 +111,10 @@ def _fixed_point(g: _Function, Z: ComplexArray, weight: Array) -> ComplexArray |
             moved = lack(x + h * np.ascontiguousarray(d.ravel()).view(complex))
             return np.asarray((missing - moved) / h).view(float)
 
-        system = LinearOperator((2 * len(x), 2 * len(x)), matvec=slope, dtype=float)
-        step = gmres(system, missing.view(float), rtol=_INEXACT, restart=_DIRECTIONS, maxiter=1)[0].view(complex)
+        system = scipy.sparse.linalg.LinearOperator((2 * len(x), 2 * len(x)), matvec=slope, dtype=float)
+        step = scipy.sparse.linalg.gmres(system, missing.view(float), rtol=_INEXACT, restart=_DIRECTIONS, maxiter=1)[
+            0
+        ].view(complex)
         for share in 0.5 ** np.arange(_HALVINGS):
             there = lack(x + share * step)
             if np.linalg.norm(there) < off:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.fft import next_fast_len
+import scipy
 from scipy.linalg import qr
 
 from jointlib.arrays import Array
@@ -96,7 +96,9 @@ class Model:
         """The layout with no more samples than its lines ask for."""
         if self.layout is None:
             return None
-        return replace(self.layout, samples=tuple(2 * next_fast_len(len(m), real=True) for m in self.layout.on_period))
+        return replace(
+            self.layout, samples=tuple(2 * scipy.fft.next_fast_len(len(m), real=True) for m in self.layout.on_period)
+        )
 
     @cached_property
     def in_time(self) -> tuple[tuple[Array, Array], ...]:

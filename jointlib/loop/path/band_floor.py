@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.signal import detrend, welch
+import scipy
 
 from jointlib.arrays import Array
 from jointlib.loop.path.preparation import Preparation, displacement_channel, force_channel
@@ -54,7 +54,7 @@ def with_band_floor(
 
 def _density(x: Array, preparation: Preparation) -> tuple[Array, Array]:
     length = min(1024, 2 ** int(np.log2(len(x) / 4)))
-    f, S = welch(detrend(x), preparation.sample_rate, nperseg=length)
+    f, S = scipy.signal.welch(scipy.signal.detrend(x), preparation.sample_rate, nperseg=length)
     return np.asarray(f), np.asarray(S)
 
 

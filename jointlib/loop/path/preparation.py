@@ -6,8 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import fft
-from scipy.signal import butter, detrend, medfilt, sosfiltfilt, welch
+import scipy
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.effect import Path
@@ -64,9 +63,9 @@ class Preparation:
         if self.derivative == "central":
             return low_pass(x, self.cutoff, self.sample_rate)
         spectrum, line = _odd_spectrum(x)
-        frequency = fft.rfftfreq(2 * (x.shape[-1] - 1), 1 / self.sample_rate)
+        frequency = scipy.fft.rfftfreq(2 * (x.shape[-1] - 1), 1 / self.sample_rate)
         spectrum[..., frequency > self.cutoff] = 0
-        return np.asarray(fft.irfft(spectrum, 2 * (x.shape[-1] - 1))[..., : x.shape[-1]] + line)
+        return np.asarray(scipy.fft.irfft(spectrum, 2 * (x.shape[-1] - 1))[..., : x.shape[-1]] + line)
 
     def slope(self, x: Array) -> Array:
         """Time derivative of a filtered signal."""
@@ -74,8 +73,8 @@ class Preparation:
             return np.asarray(np.gradient(x) * self.sample_rate)
         n = len(x)
         spectrum, line = _odd_spectrum(x)
-        omega = 2 * np.pi * fft.rfftfreq(2 * (n - 1), 1 / self.sample_rate)
-        own = fft.irfft(1j * omega * spectrum, 2 * (n - 1))[:n]
+        omega = 2 * np.pi * scipy.fft.rfftfreq(2 * (n - 1), 1 / self.sample_rate)
+        own = scipy.fft.irfft(1j * omega * spectrum, 2 * (n - 1))[:n]
         return np.asarray(own + (line[1] - line[0]) * self.sample_rate)
 
 
@@ -209,8 +208,10 @@ def thinned(record: Record, every: int) -> Record:
     backward)."""
     if every == 1:
         return record
-    sections = butter(8, 0.8 / every, output="sos")
-    channels = {n: x if np.all(np.diff(x) > 0) else sosfiltfilt(sections, x) for n, x in record.channels.items()}
+    sections = scipy.signal.butter(8, 0.8 / every, output="sos")
+    channels = {
+        n: x if np.all(np.diff(x) > 0) else scipy.signal.sosfiltfilt(sections, x) for n, x in record.channels.items()
+    }
     return replace(
         record,
         channels={n: np.ascontiguousarray(x[::every]) for n, x in channels.items()},
@@ -223,7 +224,7 @@ def _of_fast_length(record: Record, most: int) -> Record:
     """Without its last few samples, ``most`` of them, where the number of the others less one has small factors alone;
     a spectrum is several times slower else."""
     last = len(record) - 1
-    fast = next((n for n in range(last, max(last - most, 1), -1) if fft.next_fast_len(n) == n), last)
+    fast = next((n for n in range(last, max(last - most, 1), -1) if scipy.fft.next_fast_len(n) == n), last)
     return replace(record, channels={n: x[: fast + 1] for n, x in record.channels.items()})
 
 
@@ -266,7 +267,7 @@ def _round_number(x: float) -> float:
 def _density(x: Array, rate: float) -> tuple[Array, Array, float]:
     """Power density over frequency and the noise level of its top quarter."""
     n = min(4096, 2 ** int(np.log2(len(x) / 6)))
-    f, P = welch(detrend(x), rate, nperseg=n)
+    f, P = scipy.signal.welch(scipy.signal.detrend(x), rate, nperseg=n)
     return np.asarray(f), np.asarray(P), float(np.median(P[f > 3 * rate / 8]))
 
 
@@ -278,7 +279,7 @@ def _power_frequency(x: Array, rate: float) -> float:
 
 def _signal_frequency(x: Array, rate: float) -> float:
     f, P, noise = _density(x, rate)
-    above = np.flatnonzero(medfilt(P, 5) > 10 * noise)
+    above = np.flatnonzero(scipy.signal.medfilt(P, 5) > 10 * noise)
     return float(f[above[-1]]) if above.size else rate
 
 
@@ -288,12 +289,12 @@ def _odd_spectrum(x: Array) -> tuple[ComplexArray, Array]:
     first, last = x[..., :1], x[..., -1:]
     line = first + (last - first) * np.linspace(0, 1, n)
     y = x - line
-    return fft.rfft(np.concatenate([y, -y[..., -2:0:-1]], axis=-1)), line
+    return scipy.fft.rfft(np.concatenate([y, -y[..., -2:0:-1]], axis=-1)), line
 
 
 def finer(x: Array, factor: int) -> Array:
     """A signal with ``factor`` samples for each, band-limited in between; it ends with the last sample."""
     n = len(x)
     spectrum, _ = _odd_spectrum(x)
-    own = fft.irfft(spectrum, 2 * (n - 1) * factor)[: (n - 1) * factor + 1] * factor
+    own = scipy.fft.irfft(spectrum, 2 * (n - 1) * factor)[: (n - 1) * factor + 1] * factor
     return np.asarray(own + np.linspace(x[0], x[-1], (n - 1) * factor + 1))

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import nnls
 
 from jointlib.arrays import Array
 
@@ -77,7 +77,7 @@ def solve_signed(A: Array, b: Array, signed: int) -> Array:
     target = y[n:] - U[n:, :n] @ inverse @ y[:n]
     values, vectors = np.linalg.eigh(reduced)
     root = np.sqrt(np.maximum(values, 1e-12 * max(float(values[-1]), 1e-300)))
-    positive = nnls((vectors * root).T, (vectors / root).T @ target)[0]
+    positive = scipy.optimize.nnls((vectors * root).T, (vectors / root).T @ target)[0]
     free = inverse @ (y[:n] - U[:n, n:] @ positive)
     return np.asarray(np.concatenate([free, positive]) / d)
 

@@ -84,7 +84,7 @@ def over_amplitude(
     if many := too_many(model):
         cutting = Cutting(**(model.cutting or {}))
         sizes = amplitude_range(cutting)
-        needed = len(sizes) * seconds_of_chart(model, cutting, float(np.median(sizes)))
+        needed = len(sizes) * seconds_of_chart(model, cutting, float(np.median(sizes)), budget / len(sizes))
         if needed > budget:
             left = (
                 f"Limits over amplitude were left out: with {many} joints that depend on it they take about "

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
+import scipy
 
 from jointlib.arrays import Array, ArrayLike
 from jointlib.errors import CheckFailed, InputError
@@ -135,7 +135,7 @@ class AmplitudeLimits:
             rise, fall = b[i] - b[i - 1], b[i + 1] - b[i]
             if rise * fall < 0 and min(abs(rise), abs(fall)) > _FLAT * b[i]:
                 sign = 1.0 if rise < 0 else -1.0
-                best = minimize_scalar(
+                best = scipy.optimize.minimize_scalar(
                     lambda x, sign=sign: float(np.nan_to_num(sign * self.at(np.exp(x))[0][index], nan=np.inf)),
                     bounds=(np.log(A[i - 1]), np.log(A[i + 1])),
                     method="bounded",
@@ -166,7 +166,7 @@ class AmplitudeLimits:
     def _crossing(self, low: float, high: float, depth: float, index: int) -> float:
         """Where b_lim passes the depth between two log A on either side; as near as it is known."""
         try:
-            return float(brentq(self._excess, low, high, args=(depth, index), xtol=_SETTLED))
+            return float(scipy.optimize.brentq(self._excess, low, high, args=(depth, index), xtol=_SETTLED))
         except ValueError:
             # Somewhere between them no chart settles.
             rises = self._excess(high, depth, index) > 0

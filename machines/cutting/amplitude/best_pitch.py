@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import Bounds, differential_evolution
+import scipy
 
 from jointlib.arrays import Array
 from jointlib.errors import InputError
@@ -156,9 +156,9 @@ def _candidates(teeth: int, preview: Callable[[tuple[float, ...]], float]) -> li
         start = np.array([np.array(one[:-1]) - even for one in best])
         rng = np.random.default_rng(_SEED)
         more = rng.uniform(-_SPREAD / 2 * even, _SPREAD / 2 * even, (_BORN * (teeth - 1), teeth - 1))
-        found = differential_evolution(
+        found = scipy.optimize.differential_evolution(
             cost,
-            Bounds(-reach, reach),
+            scipy.optimize.Bounds(-reach, reach),
             init=np.vstack([start, more]),
             maxiter=_ROUNDS,
             seed=_SEED,

@@ -20,7 +20,8 @@ from ..process.cutting import Cutting
 from ..process.zero_order import loop_stiffness
 
 LINES = 600
-_TRIED = 24
+_TRIED = (3, 24)
+_MANY = 4.0
 _HALVINGS = 4
 _STRAIGHT = 1e-4
 _ROUNDS = 3
@@ -81,15 +82,22 @@ def operating_receptance(
     return point
 
 
-def seconds_of_chart(machine: Machine, cutting: Cutting, amplitude: float) -> float:
-    """About how long `wide_receptance` takes at an amplitude in m, from a few of its lines."""
+def seconds_of_chart(machine: Machine, cutting: Cutting, amplitude: float, enough: float = np.inf) -> float:
+    """About how long `wide_receptance` takes at an amplitude in m, from a few of its lines.
+
+    Fewer serve where they tell of many times ``enough`` (s) already.
+    """
     band = chatter_band(machine)
-    lines = np.geomspace(band.low, band.high, _TRIED)
-    tool = OpenTool(machine, lines)
-    tool.vibrating(0.0)
-    begun = time.process_time()
-    chattering(tool, cutting, amplitude)
-    return (time.process_time() - begun) * max(LINES, len(band.lines)) / _TRIED * (1 + _HALVINGS / 2)
+    needed = 0.0
+    for tried in _TRIED:
+        tool = OpenTool(machine, np.geomspace(band.low, band.high, tried))
+        tool.vibrating(0.0)
+        begun = time.process_time()
+        chattering(tool, cutting, amplitude)
+        needed = (time.process_time() - begun) * max(LINES, len(band.lines)) / tried * (1 + _HALVINGS / 2)
+        if needed > _MANY * enough:
+            break
+    return needed
 
 
 def tip_at_rest(machine: Machine, lines: Array) -> ToolPoint:

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
@@ -55,7 +55,7 @@ def mean_crossings(point: ToolPoint, cutter: Cutter, speed: float) -> list[tuple
 
         if np.sign(on_branch(a).imag) == np.sign(on_branch(b).imag):
             continue
-        f = float(brentq(lambda f, one=on_branch: one(f).imag, a, b, xtol=_EXACT * b))
+        f = float(scipy.optimize.brentq(lambda f, one=on_branch: one(f).imag, a, b, xtol=_EXACT * b))
         at = on_branch(f)
         if at.real < 0 and abs(at.imag) < 1e-6 * abs(at):
             found.append((-1 / at.real, f, bool(end.imag > start.imag)))

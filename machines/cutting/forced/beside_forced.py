@@ -17,7 +17,7 @@ from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
-from scipy.interpolate import RectBivariateSpline
+import scipy
 
 from jointlib.arrays import Array, ArrayLike, ComplexArray
 from jointlib.harmonic import FirstHarmonic, broadcast, closed_form
@@ -106,12 +106,12 @@ class BesideForced(JointLaw):
         )
 
     @cached_property
-    def _table(self) -> tuple[RectBivariateSpline, RectBivariateSpline]:
+    def _table(self) -> tuple[scipy.interpolate.RectBivariateSpline, scipy.interpolate.RectBivariateSpline]:
         A = np.asarray(np.geomspace(_SMALLEST, _LARGEST, _SIZES) * self.size, dtype=float)
         count = max(_FEWEST, int(np.ceil(_PER_TOOTH * self.highest / self.tooth)))
         omega = np.asarray(self.highest * (np.arange(count) + 0.5) / (count - 0.5))
         G = self.gains(A[:, None], omega[None])
-        return tuple(RectBivariateSpline(np.log(A), omega, part) for part in (G.real, G.imag))  # type: ignore[return-value]
+        return tuple(scipy.interpolate.RectBivariateSpline(np.log(A), omega, part) for part in (G.real, G.imag))  # type: ignore[return-value]
 
     def gains(self, amplitude: Array, omega: Array) -> ComplexArray:
         """G in N/m by stepping the law through the motion in all phases; A in m above 0 and ω in rad/s broadcast."""

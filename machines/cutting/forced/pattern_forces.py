@@ -21,7 +21,9 @@ from ..in_time.delay_simulation import Chip
 from ..process.cutter import Cutter
 from ..process.cutting import Cutting
 
-_POINTS = 64
+_PANEL = np.polynomial.legendre.leggauss(64)
+_WAVES = 8
+"""Of the highest harmonic within a panel; 64 points integrate four times as many exactly."""
 _MET = 16
 """Tooth harmonics in which waves of earlier flutes are met; beyond, the tool hardly moves."""
 _SMALL = 1e-3
@@ -45,11 +47,11 @@ class PatternForces:
         """Angles, the waves of all harmonics over them with their weights, and what tooth and edge push there."""
         first, last = self.cutter.arc
         n = self.cutter.patterns
-        x, w = np.polynomial.legendre.leggauss(
-            _POINTS + 4 * int(np.ceil((1 + self.count) * n * (last - first) / 2 / np.pi))
-        )
-        angle = first + (last - first) * (x + 1) / 2
-        wave = np.exp(-1j * n * np.arange(self.count + 1)[:, None] * angle) * w * (last - first) / 2
+        waves = (1 + self.count) * n * (last - first) / 2 / np.pi
+        wide = (last - first) / (panels := 1 + int(waves / _WAVES))
+        x, w = _PANEL
+        angle = (first + wide * (np.arange(panels)[:, None] + (x + 1) / 2)).ravel()
+        wave = np.exp(-1j * n * np.arange(self.count + 1)[:, None] * angle) * np.tile(w * wide / 2, panels)
         rows = ["xy".index(axis) for axis in self.axes]
         return angle, wave, self.cutting.tooth(angle)[0][:, rows], self.cutting.edge(angle)[:, rows]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse.linalg import LinearOperator, gmres
+import scipy
 
 from jointlib.arrays import Array
 from jointlib.errors import CheckFailed
@@ -68,8 +68,12 @@ def repeated(
             share = _NUDGE / max(float(np.max(np.abs(d))), 1e-300)
             return np.asarray(d - (passed(z + share * d)[0] - after) / share)
 
-        step, _ = gmres(
-            LinearOperator((len(z), len(z)), matvec=change, dtype=float), left, rtol=_SOLVED, restart=_KRYLOV, maxiter=1
+        step, _ = scipy.sparse.linalg.gmres(
+            scipy.sparse.linalg.LinearOperator((len(z), len(z)), matvec=change, dtype=float),
+            left,
+            rtol=_SOLVED,
+            restart=_KRYLOV,
+            maxiter=1,
         )
         z = z + step
     raise CheckFailed("simulated cut: no motion that repeats with the flutes was found; leave 'feed' out")

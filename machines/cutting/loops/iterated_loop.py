@@ -17,8 +17,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import scipy.fft
-from scipy.sparse.linalg import ArpackError, ArpackNoConvergence, LinearOperator, eigs
+import scipy
 
 from jointlib.arrays import Array, ComplexArray
 
@@ -55,12 +54,16 @@ class IteratedLoop:
     def leftmost(self, fraction: float, bound: float = -np.inf) -> tuple[ComplexArray, ComplexArray]:
         """All λ with Re λ(1 − e^(−2πjν)) ≤ ``bound`` (1/m) at one ν, some beyond it, and their vectors in columns."""
         turn, count, applied = complex(regeneration(np.array(fraction))), _FIRST, self._applied(fraction)
-        operator = LinearOperator((self.rows, self.rows), matvec=lambda x: turn * applied(x), dtype=complex)
+        operator = scipy.sparse.linalg.LinearOperator(
+            (self.rows, self.rows), matvec=lambda x: turn * applied(x), dtype=complex
+        )
         while _PART * count < self.rows:
             start = np.exp(1j * np.arange(self.rows) ** 2)
             try:
-                turned, vectors = eigs(operator, count, which="SR", ncv=_BASIS + 2 * count, v0=start, maxiter=50)
-            except (ArpackNoConvergence, ArpackError):
+                turned, vectors = scipy.sparse.linalg.eigs(
+                    operator, count, which="SR", ncv=_BASIS + 2 * count, v0=start, maxiter=50
+                )
+            except (scipy.sparse.linalg.ArpackNoConvergence, scipy.sparse.linalg.ArpackError):
                 break
             if np.max(turned.real) > bound:
                 return turned / turn, vectors

@@ -12,7 +12,7 @@ and the force K_s·b·h₀^(1−q)·h^q/q has the first harmonic K_s·b·A·D(A,
 from __future__ import annotations
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from jointlib.arrays import Array, ComplexArray
 
@@ -73,7 +73,7 @@ def persistence(
         if not np.isfinite(depth[i]):
             break
         ends = float(lines[i]), float(lines[i + 1])
-        f = float(brentq(lambda f: float(stiff(np.array([f]))[0].imag), *ends, xtol=_SETTLED * ends[1]))
+        f = float(scipy.optimize.brentq(lambda f: float(stiff(np.array([f]))[0].imag), *ends, xtol=_SETTLED * ends[1]))
         return float(stiff(np.array([f]))[0].real), f
     return np.inf, np.nan
 

@@ -8,7 +8,7 @@ from functools import cache
 from typing import ClassVar
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
+import scipy
 
 from jointlib.arrays import Array, ArrayLike
 from jointlib.harmonic import FirstHarmonic, broadcast, closed_form
@@ -130,5 +130,5 @@ def _tabulate(
     law: JointLaw, value: Callable[[FirstHarmonic], object], slope: Callable[[FirstHarmonic], object]
 ) -> tuple[object, object, float]:
     found = law.first_harmonic(_RATIO, 1.0)
-    spline = CubicHermiteSpline(np.log(_RATIO), value(found), slope(found) * _RATIO)  # type: ignore
+    spline = scipy.interpolate.CubicHermiteSpline(np.log(_RATIO), value(found), slope(found) * _RATIO)  # type: ignore
     return spline, spline.derivative(), 0.0
