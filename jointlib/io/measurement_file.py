@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -41,6 +42,8 @@ from jointlib.measurement import (
     Sweep,
 )
 
+_SUSPENSION = {"stiffness": "N/m", "damping": "N s/m"}
+"""What holds a body of a rig to ground, and its unit."""
 _HELD = {"force": "N", "amplitude": "m", "acceleration": "m/s^2"}
 """What a harmonic test may hold, and its unit."""
 
@@ -73,7 +76,7 @@ def _measurement(path: Path, section: Section) -> Measurement:
         section.fault(f"band ends at {band[1]:g} Hz, expected at most half the sample_rate")
     told = dialect_of(section.section("text"))
     masses = section.section("bodies")
-    bodies = {name: _mass(masses, name) for name in masses.keys()}  # noqa: SIM118
+    bodies = {name: _mass(masses, name, may_be_held=kind == "rig") for name in masses.keys()}  # noqa: SIM118
     channels, faulty = section.each("channel", lambda part: channel_of(part, kind))
     channels += [each.likeness for each in faulty if each.likeness is not None]
     corrections, _ = section.each("correction", lambda part: correction_of(part, kind, channels, faulty, bodies))
@@ -117,13 +120,20 @@ def _moving(section: Section, kind: str) -> Mass | None:
     return _mass(section, "carriage") if section.has("carriage") else None
 
 
-def _mass(section: Section, name: str) -> Mass:
+def _mass(section: Section, name: str, *, may_be_held: bool = False) -> Mass:
+    """A mass; of a body of a rig with the suspension that holds it to ground."""
     value = section.take(name)
     if value == "unknown":
         return Mass(None)
     if isinstance(value, dict):
         inner = section.within(value, name)
         mass = Mass(inner.number("mass", "kg"), inner.number("u", "kg", 0.0))
+        if may_be_held:
+            held = {key: inner.number(key, unit, 0.0) for key, unit in _SUSPENSION.items()}
+            for key, value in held.items():
+                if value < 0:
+                    inner.fault(f"{key} is {value:g} {_SUSPENSION[key]}, expected 0 or more")
+            mass = replace(mass, **held)
         inner.done()
     else:
         mass = Mass(section.within({name: value}).number(name, "kg"))

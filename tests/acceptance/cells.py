@@ -43,6 +43,10 @@ CATALOGUE: dict[str, Maker] = {
 }
 """Effects of the catalogue; those after the rocking mode do not live in the joint equation."""
 IN_JOINT = tuple(CATALOGUE)[:15]
+HELD: dict[str, Maker] = {
+    "suspended-driven": faults.suspension("runner_block"),
+    "suspended-carried": faults.suspension("rail"),
+}
 OUTSIDE: dict[str, Maker] = {
     "ripple": foreign.ripple,
     "stiffness-by-speed": foreign.stiffness_by_speed,
@@ -75,7 +79,7 @@ PAIRS = (
     "rocking-mode+coulomb",
     "cubic+stiffness-drift",
 )
-MAKERS = CATALOGUE | OUTSIDE | EMPTY | EXACT
+MAKERS = CATALOGUE | HELD | OUTSIDE | EMPTY | EXACT
 SIGNALS, DECIBELS, SEEDS = ("MS", "AM"), (60.0, 40.0, 30.0), range(5)
 
 
@@ -84,7 +88,7 @@ class Cell:
     """One data set and what is done with it."""
 
     group: str
-    """main | null | outside | removed | coverage | two | peaks | small."""
+    """main | null | outside | removed | coverage | two | peaks | small | held."""
     effect: str
     signal: str
     decibel: float
@@ -130,6 +134,7 @@ GROUPS: dict[str, list[Cell]] = {
     "two": grid("two", PAIRS, ["MS"], [40.0], SEEDS),
     "peaks": grid("peaks", PAIRS, ["MS"], [40.0], SEEDS),
     "small": grid("small", CATALOGUE, ["MS"], [40.0], SEEDS, 0.2),
+    "held": grid("held", HELD, SIGNALS, [60.0, 40.0], range(20)),
     "quick": grid("main", CATALOGUE, ["MS"], [40.0], [0]),
 }
 """``quick`` is a part of ``main``. Pairs are of even weight in the records in ``two``, of equal peaks in ``peaks``."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import zlib
 from copy import deepcopy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -165,7 +165,7 @@ def moved(truth: Injected, declared: Rig, lines: ComplexArray, signal: str) -> M
     peak = np.abs(drive).max()
     drive = drive + truth.distortion * drive**3 / peak**2
     base = truth.rig or declared
-    rig = Rig(base.m1, base.m2, base.m3, base.stiffness, base.damping, truth.hidden, truth.dynamic)
+    rig = replace(base, hidden=truth.hidden, dynamic=truth.dynamic)
     equation = Equation(rig, drive, 1 / (fine * RATE))
     if truth.memory or truth.whole_record or truth.hidden is no_force:
         return by_mixture(equation)

@@ -58,6 +58,22 @@ def test_a_linear_rig_has_the_accelerance_of_two_free_masses() -> None:
         np.testing.assert_allclose(np.fft.rfft(a)[:, 100:401], w**2 * x * P, rtol=1e-9)
 
 
+def test_a_hung_rig_has_the_accelerance_of_masses_on_springs() -> None:
+    (k1, c1), (k2, c2) = cords = ((2e6, 300.0), (8e5, 90.0))
+    rig = Rig(cords=cords)
+    m = solve(rig, drive_of(600.0), 1 / (8 * RATE))
+    P = np.fft.rfft(m.drive)
+    M, C, K = (
+        np.array([[a + b, -b], [-b, d + b]])
+        for a, b, d in ((rig.m1, 0.0, rig.m2 + rig.m3), (c1, rig.damping, c2), (k1, rig.stiffness, k2))
+    )
+    for line in (100, 173, 400):
+        w = 2j * np.pi * 20 * line
+        x = np.linalg.solve(M * w**2 + C * w + K, [1.0, 0.0])
+        for a, share in ((m.a1, x[0]), (m.a2, x[1])):
+            np.testing.assert_allclose(np.fft.rfft(a)[:, line], w**2 * share * P[:, line], rtol=1e-9)
+
+
 @pytest.mark.parametrize(
     "name", repeats(["coulomb", "hysteresis", "gap", "structural-damping"], lambda name: name == "gap")
 )
