@@ -64,5 +64,5 @@ class Suspension(Fault):
 
 def _moved(record: RigRecord, site: str) -> tuple[ComplexArray, ComplexArray]:
     """Spectra of displacement in m and velocity in m/s of what moves with an accelerometer; the mean left out."""
-    A, omega = record.masked(site), np.where(record.omega > 0, record.omega, np.inf)
-    return -A / omega**2, A / (1j * omega)
+    A, per_omega = record.masked(site), 1 / np.where(record.omega > 0, record.omega, np.inf)
+    return -A * per_omega**2, -1j * A * per_omega

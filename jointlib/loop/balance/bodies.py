@@ -51,8 +51,8 @@ class Rig:
         m, (k, c) = self.masses[channel], self.suspensions.get(channel, (0.0, 0.0))
         if not k and not c:
             return np.asarray(m, dtype=complex)
-        safe = np.where(omega > 0, omega, np.inf)
-        return np.asarray(m - k / safe**2 - 1j * c / safe)
+        per_omega = 1 / np.where(omega > 0, omega, np.inf)
+        return np.asarray(m - k * per_omega**2 - 1j * c * per_omega)
 
     def two_sides(self, omega: Array) -> tuple[ComplexArray, ComplexArray]:
         """Apparent masses on the driven and on the other side of the joint, where those move as one; needs m1."""
