@@ -27,6 +27,8 @@ class Suspension(Fault):
     look_alikes: ClassVar[Mapping[str, str]] = {
         "missing-mass": "Excite lower frequencies: there a suspension pulls more and a mass as before.",
         "gain": "Excite lower frequencies: there a suspension pulls more and a gain as before.",
+        "delay": "Excite lower frequencies: there a suspension pulls more and a delay does less.",
+        "rocking-mode": "Excite lower frequencies: there a suspension pulls more and the mode fades.",
     }
     on: ClassVar[str] = "body"
     parameters: ClassVar[Mapping[str, str]] = {"stiffness": "N/m", "damping": "N s/m"}

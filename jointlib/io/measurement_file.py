@@ -42,8 +42,6 @@ from jointlib.measurement import (
     Sweep,
 )
 
-_SUSPENSION = {"stiffness": "N/m", "damping": "N s/m"}
-"""What holds a body of a rig to ground, and its unit."""
 _HELD = {"force": "N", "amplitude": "m", "acceleration": "m/s^2"}
 """What a harmonic test may hold, and its unit."""
 
@@ -129,11 +127,10 @@ def _mass(section: Section, name: str, *, may_be_held: bool = False) -> Mass:
         inner = section.within(value, name)
         mass = Mass(inner.number("mass", "kg"), inner.number("u", "kg", 0.0))
         if may_be_held:
-            held = {key: inner.number(key, unit, 0.0) for key, unit in _SUSPENSION.items()}
-            for key, value in held.items():
-                if value < 0:
-                    inner.fault(f"{key} is {value:g} {_SUSPENSION[key]}, expected 0 or more")
-            mass = replace(mass, **held)
+            held = inner.number("stiffness", "N/m", 0.0), inner.number("damping", "N s/m", 0.0)
+            mass = replace(mass, stiffness=held[0], damping=held[1])
+            if min(held) < 0:
+                inner.fault(f"{name} is held to ground by {held[0]:g} N/m and {held[1]:g} N s/m, expected 0 or more")
         inner.done()
     else:
         mass = Mass(section.within({name: value}).number(name, "kg"))
