@@ -13,6 +13,9 @@ from jointlib.errors import InputError
 from jointlib.fault import Fault, RigRecord, Shape
 from jointlib.measurement import Mass
 
+_EXCITED = 1e-2
+"""Lines within 40 dB of the largest of the driving force are excited."""
+
 
 class Suspension(Fault):
     """A soft spring and damper between a body and the ground: elastic cords, foam, the stinger's own guide.
@@ -65,6 +68,12 @@ class Suspension(Fault):
 
 
 def _moved(record: RigRecord, site: str) -> tuple[ComplexArray, ComplexArray]:
-    """Spectra of displacement in m and velocity in m/s of what moves with an accelerometer; the mean left out."""
+    """Spectra of displacement in m and velocity in m/s of what moves with an accelerometer, on excited lines alone.
+
+    Of noise that chances to pass as motion, 1/ω² would make more below the band than all motion within it.
+    """
     A, per_omega = record.masked(site), 1 / np.where(record.omega > 0, record.omega, np.inf)
+    P = np.abs(record.masked("P")) * (record.on_period & (record.omega > 0))
+    excited = P > _EXCITED * np.max(P)
+    A = np.where(excited, A, 0)
     return -A * per_omega**2, -1j * A * per_omega
