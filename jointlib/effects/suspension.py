@@ -73,7 +73,6 @@ def _moved(record: RigRecord, site: str) -> tuple[ComplexArray, ComplexArray]:
     Of noise that chances to pass as motion, 1/ω² would make more below the band than all motion within it.
     """
     A, per_omega = record.masked(site), 1 / np.where(record.omega > 0, record.omega, np.inf)
-    P = np.abs(record.masked("P")) * (record.on_period & (record.omega > 0))
-    excited = P > _EXCITED * np.max(P)
-    A = np.where(excited, A, 0)
+    drive = np.abs(record.masked("P")) * (record.on_period & (record.omega > 0))
+    A = np.where(drive > _EXCITED * drive.max(), A, 0)
     return -A * per_omega**2, -1j * A * per_omega
