@@ -278,8 +278,8 @@ def held_and_loud(rows: Sequence[Row]) -> list[str]:
             "## Bodies held to ground",
             "",
             "Cords between ground and the driven body, or what is behind the joint: its side of the rig would swing",
-            "on them at about 60 to 300 Hz, damped by 0.2 to 20 %, drawn on logarithmic scales. At 2 kHz, where the band",
-            "begins, they pull with a twentieth of a per cent to 8 % of what the mass takes, and with less above.",
+            "on them at about 60 to 300 Hz, damped by 0.2 to 20 %, drawn on logarithmic scales. At 2 kHz, where the",
+            "band begins, they pull with a twentieth of a per cent to 8 % of what the mass takes, and with less above.",
         ]
         for signal, decibel in sorted({(r["signal"], r["decibel"]) for r in held}, reverse=True):
             part = [r for r in held if (r["signal"], r["decibel"]) == (signal, decibel)]
@@ -290,8 +290,9 @@ def held_and_loud(rows: Sequence[Row]) -> list[str]:
             "",
             "## Noise that grows with the drive",
             "",
-            "Nothing is hidden, and noise is added whose size follows the level of the drive: at the highest level 1 to",
-            "2.5 times that at rest in all channels, 0 to 3 times in each by itself, or 1 to 2.5 times in another colour.",
+            "Nothing is hidden, and noise is added whose size follows the level of the drive: at the highest level",
+            "1 to 2.5 times that at rest in all channels, 0 to 3 times in each by itself, or 1 to 2.5 times in another",
+            "colour.",
             "",
             "| injected | runs | answered |",
             "|---|---|---|",
