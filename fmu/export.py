@@ -102,7 +102,7 @@ def export_fmu(
     max_step = limit.max_step if limit else system.step
     card = Card("", "", chosen, fmi, max_step, float(run.rows[-1, 0]), step=_proposed(limit, system.step))
     if system.states:
-        card = replace(card, tolerance=INTEGRATED, replayed=STIFF if stiff_closed(system) else None)
+        card = replace(card, tolerance=max(INTEGRATED, run.error), replayed=STIFF if stiff_closed(system) else None)
     if chosen == "c":
         card = replace(card, sources=(TRANSLATION_UNIT,))
     reference = csv_text(run)

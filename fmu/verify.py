@@ -20,16 +20,12 @@ from .members.archive import read_archive, unpack
 from .members.description import ANNOTATION, TOKEN, TOOL, fingerprint
 from .members.native_members import BUILD, SOURCES
 from .playback.fresh_process import answer_of
-from .playback.reference import CSV, FOLDER, MANIFEST, ReferenceRun, read_csv
+from .playback.reference import CSV, FOLDER, LOOSEST, MANIFEST, STILL, ReferenceRun, read_csv, sizes
 
 TOLERANCE = 1e-12
 """Largest difference allowed, relative to the largest value of the run, where the FMU states none."""
-_LOOSEST = 1e-6
-"""No FMU may ask for more than that to be overlooked."""
 _SMALL = 1e-6
 """An output that stays below this share of the largest of its unit is held against that share."""
-_STILL = 1e-3
-"""The same of a stiff structure, many of whose joints hardly move: what they do is the rounding of large constants."""
 _MANY = 400
 """Variables."""
 _PIECE = r"(?:[A-Za-z_][A-Za-z0-9_]*|'(?:[^'\\]|\\.)+')(?:\[\d+(?:,\d+)*\])?"
@@ -88,8 +84,8 @@ def verify_fmu(path: Path | str, data: bytes | None = None) -> Verification:
         if replayed := _stated(path, found, "replayTolerance"):
             request["tolerance"] = replayed
         allowed = _stated(path, found, "referenceTolerance") or TOLERANCE
-        if allowed > _LOOSEST:
-            raise InputError(f"{path}: referenceTolerance is {allowed:g}, expected at most {_LOOSEST:g}")
+        if allowed > LOOSEST:
+            raise InputError(f"{path}: referenceTolerance is {allowed:g}, expected at most {LOOSEST:g}")
         difference, step_time = _replay(path, request, found.description, found.run, allowed)
     limit = _stated(path, found, "maxStep")
     return Verification(
@@ -262,7 +258,7 @@ def _replay(
     if not np.array_equal(first, second):
         raise CheckFailed(f"{path}: after a reset the FMU does not repeat itself")
     expected = run.rows[:, [column[name] for name in outputs]]
-    size = _sizes(expected, [_unit(scalars[name]) for name in outputs], _STILL if "tolerance" in model else _SMALL)
+    size = sizes(expected, [_unit(scalars[name]) for name in outputs], STILL if "tolerance" in model else _SMALL)
     difference = np.abs(first - expected) / size
     if not np.all(difference <= tolerance):
         row, place = np.unravel_index(np.argmax(np.nan_to_num(difference, nan=np.inf)), difference.shape)
@@ -281,13 +277,6 @@ def _unit(scalar: ElementTree.Element) -> str:
 def _nominal(scalar: ElementTree.Element) -> float:
     real = scalar.find("Real")
     return float((scalar if real is None else real).get("nominal", "1"))
-
-
-def _sizes(expected: Array, units: list[str], small: float) -> Array:
-    """Largest absolute value of each output, not less than a small share of the largest of its unit."""
-    own = np.max(np.abs(expected), axis=0)
-    shared = [max(x for x, other in zip(own, units, strict=True) if other == unit) for unit in units]
-    return np.asarray(np.maximum(np.maximum(own, small * np.array(shared)), np.finfo(float).tiny))
 
 
 def _run(path: Path, request: dict[str, object]) -> tuple[Array, float | None]:

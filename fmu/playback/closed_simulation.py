@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.linalg import expm
 
@@ -10,87 +12,153 @@ from jointlib.law import JointLaw, Motion
 from jointlib.laws.viscous import Viscous
 
 from ..system.closed import Closed
-from ..system.system import SLOW
+from ..system.system import SLOW, System
 
-_FEWEST, _MOST, _WORK = 16, 256, 500
-"""Steps of the integration within one of the run, fewer where many joints bend."""
+_FEWEST, _USUAL, _MOST = 16, 32, 256
+"""Steps of the integration within one of the run."""
+_TERMS = 24
+
+_Memory = list[list[Array]]
+"""What each law of each group of joints remembers, (joints, states)."""
 
 
-def simulate_closed(of: Closed, u: Array, step: float) -> Array:
-    """Outputs (samples, outputs) where the inputs u[i] are held over the step that ends at sample i.
+def simulate_closed(of: Closed, u: Array, step: float, good: float, serves: float) -> tuple[Array, Array]:
+    """Outputs (samples, outputs) where the inputs u[i] are held over the step that ends at sample i, and their errors.
 
     x' = A x + B u + G d + c moves exactly, by the exponential of the whole matrix and of its integrals. What the joints
     are more than their tangents, d, changes linearly over a step; it is asked where the motion would be with d as
-    before, and again where that leads.
+    before, and again where that leads. Steps are halved until that changes no output by more than a share of ``good``
+    of its largest value, or after a while of ``serves``; the errors are what the last halving changed.
     """
-    system = of.system
-    substeps = int(np.clip(_WORK // max(len(of.bent), 1), _FEWEST, _MOST))
-    h = step / substeps
-    n = len(of.A)
-    # The exponential of a chain of blocks holds e^(Ah) and its first two integrals (Van Loan, 1978).
-    chain = np.zeros((3 * n, 3 * n))
-    chain[:n, :n], chain[:n, n : 2 * n], chain[n : 2 * n, 2 * n :] = of.A * h, np.eye(n), np.eye(n)
-    whole = expm(chain)[:n]
-    move, hold, ramp = whole[:, :n], h * whole[:, n : 2 * n], h * whole[:, 2 * n :]
-    forces = _Forces(of)
-    x = system.start.copy()
-    d = forces.beyond(x)
-    out = [forces.outputs(x, u[0])]
-    G = system.G[:, list(of.bent)]
-    pulled, pushed = hold @ G, ramp @ G
+    moves = _moves(of, step)
+    parts = _FEWEST
+    found = _simulated(of, moves[parts], u, parts)
+    while True:
+        parts *= 2
+        before, found = found, _simulated(of, moves[parts], u, parts)
+        error = np.max(np.abs(found - before), axis=0)
+        share = good if parts < _USUAL else serves
+        if parts >= _MOST or np.all(error <= share * np.max(np.abs(found), axis=0)):
+            return found, error
+
+
+def _simulated(of: Closed, moves: _Moves, u: Array, parts: int) -> Array:
+    """Outputs with this many steps a sample."""
+    forces, x = _Forces(of), of.system.start.copy()
+    memory = forces.begun()
+    d, memory = forces.beyond(x, memory)
+    out = [forces.outputs(x, u[0], memory)]
+    pulled = moves.held[:, moves.inputs :]
     for held in u[1:]:
-        steady = hold @ (system.B @ held + of.constant)
-        for _ in range(substeps):
-            free = move @ x + steady + pulled @ d
-            first = forces.beyond(free)
-            second = forces.beyond(free + pushed @ (first - d))
-            x = free + pushed @ (second - d)
-            d = forces.beyond(x, keep=True)
-        out.append(forces.outputs(x, held))
+        steady = moves.held[:, : moves.inputs] @ np.append(held, 1.0)
+        for _ in range(parts):
+            free = moves.move @ x + steady + pulled @ d
+            first, _ = forces.beyond(free, memory)
+            second, _ = forces.beyond(free + moves.begun @ (first - d), memory)
+            x = free + moves.begun @ (second - d)
+            d, memory = forces.beyond(x, memory)
+        out.append(forces.outputs(x, held, memory))
     return np.array(out)
 
 
+@dataclass(frozen=True, eq=False)
+class _Moves:
+    """A step of one length: e^(Ah), and its integrals on forces that are held and on forces that begin."""
+
+    move: Array
+    held: Array
+    """∫ e^(A(h − s)) ds on the columns of B, c and of G of the bent joints."""
+    begun: Array
+    """∫ e^(A(h − s)) s/h ds on the columns of G of the bent joints."""
+    inputs: int
+
+    def doubled(self) -> _Moves:
+        """The same for twice the length, from two of these."""
+        pulled = self.held[:, self.inputs :]
+        begun = (self.move @ self.begun + pulled + self.begun) / 2
+        return _Moves(self.move @ self.move, self.held + self.move @ self.held, begun, self.inputs)
+
+    @classmethod
+    def lasting(cls, of: Closed, h: float) -> _Moves:
+        """By Taylor's series, for a step that is short against the fastest motion."""
+        system = of.system
+        forces = system.G[:, list(of.bent)]
+        columns = np.column_stack([system.B, of.constant, forces])
+        held, begun, term = h * columns, h / 2 * forces, h * columns
+        inputs = columns.shape[1] - forces.shape[1]
+        for k in range(2, _TERMS):
+            term = of.A @ term * (h / k)
+            held = held + term
+            begun = begun + term[:, inputs:] / (k + 1)
+        return cls(expm(of.A * h), held, begun, inputs)
+
+
+def _moves(of: Closed, step: float) -> dict[int, _Moves]:
+    """Steps by how many of them fill one of the run."""
+    fastest = float(np.max(np.abs(of.poles), initial=0.0))
+    halvings = max(int(np.log2(_MOST)), int(np.ceil(np.log2(max(2 * fastest * step, 1.0)))))
+    found = _Moves.lasting(of, step / 2**halvings)
+    out = {}
+    for k in range(halvings, int(np.log2(_FEWEST)) - 1, -1):
+        if 2**k <= _MOST:
+            out[2**k] = found
+        found = found.doubled()
+    return out
+
+
 class _Forces:
-    """The joints with what they remember."""
+    """The joints, those of the same laws side by side."""
 
     def __init__(self, of: Closed) -> None:
         self.of = of
-        system = of.system
-        z = (system.C @ system.start + system.constants[1])[0::2]
-        self.laws: list[list[JointLaw]] = [list(joint.laws) for _, joint in system.joints]
-        self.states: list[list[Array]] = []
-        for laws, at in zip(self.laws, z, strict=True):
-            states = [law.initial_state(np.asarray(at)) for law in laws]
-            if system.load is not None:
-                virgin = [law.initial_state(np.zeros(())) for law in laws]
-                loaded = Motion(np.asarray(at), np.zeros(()), SLOW)
-                states = [law.step(loaded, s)[1] for law, s in zip(laws, virgin, strict=True)]
-            self.states.append(states)
+        groups: dict[tuple[int, bool, bool], list[int]] = {}
+        for j, (_, joint) in enumerate(of.system.joints):
+            groups.setdefault((id(joint), j in of.bent, j in of.by_velocity), []).append(j)
+        self.groups: list[tuple[list[JointLaw], list[int], bool, bool]] = [
+            (list(of.system.joints[js[0]][1].laws), js, bent, fast) for (_, bent, fast), js in groups.items()
+        ]
+        place = {j: i for i, j in enumerate(of.bent)}
+        self.places = [[place[j] for j in js] if bent else [] for _, js, bent, _ in self.groups]
 
-    def beyond(self, x: Array, keep: bool = False) -> Array:
-        """δ of the bent joints in N at x; ``keep`` lets them remember the way there."""
-        system, of = self.of.system, self.of
-        motion = system.C @ x + system.constants[1]
-        out = np.empty(len(of.bent))
-        for i, j in enumerate(of.bent):
-            z, v = motion[2 * j], motion[2 * j + 1]
-            fast = j in of.by_velocity
-            force = -of.stiffness[j] * z - (of.damping[j] * v if fast else 0.0)
-            for k, law in enumerate(self.laws[j]):
-                if not fast and isinstance(law, Viscous):
-                    continue
-                f, state = law.step(Motion(np.asarray(z), np.asarray(v if fast else 0.0), 0.0), self.states[j][k])
-                force += float(f)
-                if keep and law.states:
-                    self.states[j][k] = state
-            out[i] = force
+    def begun(self) -> _Memory:
+        """At the start: virgin, or loaded as the system is."""
+        system = self.of.system
+        z = (system.C @ system.start + system.constants[1])[0::2]
+        out = []
+        for laws, js, _, _ in self.groups:
+            states = [law.initial_state(z[js]) for law in laws]
+            if system.load is not None:
+                virgin = [law.initial_state(np.zeros(len(js))) for law in laws]
+                loaded = Motion(z[js], np.zeros(len(js)), SLOW)
+                states = [law.step(loaded, s)[1] for law, s in zip(laws, virgin, strict=True)]
+            out.append(states)
         return out
 
-    def outputs(self, x: Array, u: Array) -> Array:
-        system = self.of.system
+    def beyond(self, x: Array, memory: _Memory) -> tuple[Array, _Memory]:
+        """δ of the bent joints in N at x, and what they remember of the way there."""
+        of, system = self.of, self.of.system
+        motion = system.C @ x + system.constants[1]
+        out, after = np.zeros(len(of.bent)), list(memory)
+        for i, (laws, js, bent, fast) in enumerate(self.groups):
+            if not bent:
+                continue
+            z, v = motion[0::2][js], motion[1::2][js]
+            force = -of.stiffness[js] * z - (of.damping[js] * v if fast else 0.0)
+            at, states = Motion(z, v if fast else np.zeros(len(js)), 0.0), list(memory[i])
+            for k, law in enumerate(laws):
+                if not fast and isinstance(law, Viscous):
+                    continue
+                f, states[k] = law.step(at, memory[i][k])
+                force = force + f
+            out[self.places[i]], after[i] = force, states
+        return out, after
+
+    def outputs(self, x: Array, u: Array, memory: _Memory) -> Array:
+        system: System = self.of.system
         motion = system.C @ x + system.constants[1]
         f = np.zeros(len(system.joints))
-        for j, (laws, states) in enumerate(zip(self.laws, self.states, strict=True)):
-            at = Motion(np.asarray(motion[2 * j]), np.asarray(motion[2 * j + 1]), 0.0)
-            f[j] = sum(float(law.step(at, s)[0]) for law, s in zip(laws, states, strict=True))
+        for (laws, js, _, _), states in zip(self.groups, memory, strict=True):
+            at = Motion(motion[0::2][js], motion[1::2][js], 0.0)
+            for law, state in zip(laws, states, strict=True):
+                f[js] += law.step(at, state)[0]
         return np.asarray(system.E @ x + system.F @ u + system.H @ f + system.constants[2])

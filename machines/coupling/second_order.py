@@ -66,7 +66,7 @@ def machine_equations(machine: Machine) -> MachineEquations:
     N = np.concatenate(columns, axis=1)
     M, C, K = (block_diag(*(getattr(p, key) for p in parts)) for key in ("mass", "damping", "stiffness"))
     mass = N.T @ M @ N
-    if not is_positive(mass):
+    if not all(is_positive(mass[b, b]) for b in blocks):
         raise InputError(
             f"{machine.where}: the masses that rigid connections tie together lie too far apart for floats, expected "
             "ones of like size"

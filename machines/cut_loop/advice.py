@@ -13,12 +13,14 @@ from ..cutting.process.cutting import Cutting
 from ..model.machine import Machine
 from .borders import condition
 from .contest import Entry
+from .distances import Place, first_border
 from .evidence import stable
 from .exactness import learnt
-from .posterior import Problem, borders_of
+from .posterior import seen
+from .problem import Problem
 from .suspects import AsItIs
 
-_SPEEDS, _DEPTHS, _DRAWS = 25, 32, 200
+_SPEEDS, _DEPTHS, _DRAWS = 25, 16, 200
 _SHARES = (0.05, 0.5, 0.95)
 
 
@@ -39,6 +41,9 @@ class Outlook:
     speed: Array
     before: Array
     after: Array
+    depth: Array
+    """m, the depths at which ``probability`` of being stable is told, (speeds, depths)."""
+    probability: Array
     next_cut: Advice
     safe_cut: Advice | None
     """None where no cut is as safe as was asked for."""
@@ -47,45 +52,71 @@ class Outlook:
 def outlook(machine: Machine, problem: Problem, believed: Sequence[Entry], safe: float, seed: int) -> Outlook:
     """Borders as the inputs have them and as the cuts leave them, and what to cut next.
 
-    ``believed`` are the entries that cannot be ruled out, weighed by their scores on held-out cuts. A verdict tells
+    ``believed`` are the entries that cannot be ruled out, weighed by their evidence. A verdict tells
     H(mean p) − mean H(p) bits of them, H the entropy of a coin. ``safe`` is the probability that a safe cut has.
     """
-    table = Cutting(**dict(machine.cutting or {}))
-    told = [cut.speed for cut in problem.cuts]
-    low, high = table.speed or (min(told), max(told))
-    low = max(low, 0.7 * min(told))
-    speeds = np.round(np.linspace(low, high, _SPEEDS), -1)
-    conditions = [condition(problem.conditions[problem.index[0]].cutting, float(n), machine.tool_axes) for n in speeds]
-    exact = learnt(machine, problem.tool, conditions, seed, tools=1)
+    speeds, ladder = _range(machine, problem)
+    places = _places(machine, problem, speeds, ladder, seed)
     rng = np.random.default_rng([seed, 30])
     rows = np.asarray(rng.choice(problem.tool.count, _DRAWS), dtype=np.intp)
     modes = rng.standard_normal((_DRAWS, problem.tool.freedom))
-    before, _ = borders_of(AsItIs(), problem.tool, conditions, exact, rows, np.zeros((_DRAWS, 0)), modes)
-    share = np.exp(np.array([one.total for one in believed]) - max(one.total for one in believed))
-    depths, sigmas = [], []
+    before = seen(AsItIs(), problem.tool, places, rows, np.zeros((_DRAWS, 0)), modes)
+    apart, sigma = forecast(believed, problem, places, rng)
+    mean, bits = told_by(apart, sigma)
+    i, k = np.unravel_index(int(np.argmax(bits)), bits.shape)
+    best = Advice(float(speeds[i]), float(ladder[k]), float(mean[i, k]), float(bits[i, k]))
+    removed = np.where(mean >= safe, speeds[:, None] * ladder, -1.0)
+    i, k = np.unravel_index(int(np.argmax(removed)), removed.shape)
+    held = (
+        Advice(float(speeds[i]), float(ladder[k]), float(mean[i, k]), float(bits[i, k])) if removed[i, k] > 0 else None
+    )
+    was = band(places, [part for part, _ in before])
+    return Outlook(speeds, was, band(places, apart), ladder, mean, best, held)
+
+
+def forecast(
+    believed: Sequence[Entry], problem: Problem, places: Sequence[Place], rng: np.random.Generator
+) -> tuple[list[Array], Array]:
+    """ln(b_lim/b) at every place, (draws, depths) each, and the scatter of the verdicts, (draws, 1), as the cuts leave
+    them."""
+    share = np.exp(np.array([one.weight for one in believed]) - max(one.weight for one in believed))
+    after, sigmas = list[list[Array]](), []
     for one, many in zip(believed, np.ceil(share / np.sum(share) * _DRAWS).astype(int), strict=True):
         found = one.posterior
         pick = rng.choice(len(found.rows), int(many), p=found.weights())
         drawn = found.rows[pick], found.values[pick], found.modes[pick]
-        depths.append(borders_of(found.suspect, problem.tool, conditions, exact, *drawn)[0])
+        after.append([apart for apart, _ in seen(found.suspect, problem.tool, places, *drawn)])
         sigmas.append(found.sigma[pick])
-    depth, sigma = np.concatenate(depths), np.concatenate(sigmas)[:, None]
-    middle = np.quantile(depth, 0.5, axis=0, method="inverted_cdf")
-    finite = middle[np.isfinite(middle)]
-    top = 1.5 * float(np.max(finite)) if len(finite) else 2 * max(cut.depth for cut in problem.cuts)
-    tried = np.linspace(top / _DEPTHS, top, _DEPTHS)
-    chance = np.array([[stable(depth[:, i], float(b), sigma[:, 0]) for b in tried] for i in range(len(speeds))])
+    return [np.concatenate(parts) for parts in zip(*after, strict=True)], np.concatenate(sigmas)[:, None]
+
+
+def told_by(apart: Sequence[Array], sigma: Array) -> tuple[Array, Array]:
+    """Of every speed and depth the probability of being stable and the bits that a verdict tells, (speeds, depths)."""
+    chance = np.array([stable(part, sigma) for part in apart]).swapaxes(1, 2)  # (speeds, depths, draws)
     mean = np.mean(chance, axis=2)
-    bits = _entropy(mean) - np.mean(_entropy(chance), axis=2)
-    i, k = np.unravel_index(int(np.argmax(bits)), bits.shape)
-    best = Advice(float(speeds[i]), float(tried[k]), float(mean[i, k]), float(bits[i, k]))
-    removed = np.where(mean >= safe, speeds[:, None] * tried, -1.0)
-    i, k = np.unravel_index(int(np.argmax(removed)), removed.shape)
-    held = (
-        Advice(float(speeds[i]), float(tried[k]), float(mean[i, k]), float(bits[i, k])) if removed[i, k] > 0 else None
-    )
-    was, now = (np.asarray(np.quantile(part, _SHARES, axis=0, method="inverted_cdf")) for part in (before, depth))
-    return Outlook(speeds, was, now, best, held)
+    return mean, np.asarray(_entropy(mean) - np.mean(_entropy(chance), axis=2))
+
+
+def _range(machine: Machine, problem: Problem) -> tuple[Array, Array]:
+    """Speeds in rpm and depths in m that are looked at: those of the machine and well around the cuts."""
+    table = Cutting(**dict(machine.cutting or {}))
+    told, deep = [cut.speed for cut in problem.cuts], [cut.depth for cut in problem.cuts]
+    low, high = table.speed or (min(told), max(told))
+    low = max(low, 0.7 * min(told))
+    return np.round(np.linspace(low, high, _SPEEDS), -1), np.geomspace(0.4 * min(deep), 1.6 * max(deep), _DEPTHS)
+
+
+def _places(machine: Machine, problem: Problem, speeds: Array, ladder: Array, seed: int) -> list[Place]:
+    first = problem.places[problem.index[0]].at.cutting
+    conditions = [condition(first, float(n), machine.tool_axes) for n in speeds]
+    learned = None if problem.exactness is None else learnt(machine, problem.tool, conditions, seed, tools=1)
+    return [Place(at, ladder, k, learned) for k, at in enumerate(conditions)]
+
+
+def band(places: Sequence[Place], apart: Sequence[Array]) -> Array:
+    """Quantiles of the border in m, (3, speeds)."""
+    depth = np.stack([first_border(place, part) for place, part in zip(places, apart, strict=True)], axis=1)
+    return np.asarray(np.quantile(depth, _SHARES, axis=0, method="inverted_cdf"))
 
 
 def _entropy(p: Array) -> Array:

@@ -11,16 +11,20 @@ import scipy
 from jointlib.arrays import Array
 from jointlib.loop.answer.report import Status, Verdict
 
-from ..indices import Mask
+from ..indices import Index, Mask
 from .evidence import judged
-from .posterior import Posterior, Problem, probability
+from .posterior import Posterior, probability
+from .problem import Problem
 
 NEEDED = 10.0
 """Effective draws that make a posterior; with fewer the prior does not reach the cuts."""
 STRAINED = 3.5
 """Standard errors by which a posterior may pull a mode; further off it contradicts what was measured."""
-GAIN, _TIED = 6.0, 3.0
-"""Nats on held-out cuts that a name needs, and within which another family cannot be ruled out."""
+ODDS = 50.0
+"""By which the cuts must be likelier under the suspects, all together, than under the machine as it is. Where it is as
+it is, that happens in one of 50 campaigns at most, whatever the suspects (Ville's inequality)."""
+_SURE = 0.95
+"""Probability that the families that are told hold together."""
 _FOLDS = 8
 _SURPRISE, _CHANCE = 0.1, 0.02
 """Predicted probability below which a verdict surprises, and how improbable so many of those must be."""
@@ -48,6 +52,11 @@ class Entry:
         return float(np.sum(self.score))
 
     @property
+    def weight(self) -> float:
+        """ln P(all cuts | the suspect)."""
+        return self.posterior.evidence
+
+    @property
     def reached(self) -> bool:
         """Whether the draws are a posterior."""
         return self.posterior.effective >= NEEDED and self.posterior.strain <= STRAINED
@@ -55,11 +64,25 @@ class Entry:
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """Who won: ``chosen`` is None where nothing is named, ``status`` and ``reason`` are those of each entry."""
+    """Who won.
+
+    Parameters
+    ----------
+    chosen
+        The family's best member; None where nothing is named.
+    rivals
+        The best member of every other family that cannot be ruled out beside the chosen one.
+    left_open
+        Where nothing is named: the best members of the families that cannot be ruled out beside the machine as it is.
+    odds
+        ln of the odds of all suspects together against the machine as it is, in nats.
+    """
 
     verdict: Verdict
     chosen: Entry | None
     rivals: tuple[Entry, ...]
+    left_open: tuple[Entry, ...]
+    odds: float
     status: tuple[Status, ...]
     reason: tuple[str, ...]
 
@@ -94,53 +117,56 @@ def surprising(one: Entry, problem: Problem) -> Mask:
 
 
 def decided(base: Entry, entries: Sequence[Entry], problem: Problem) -> Outcome:
-    """The verdict."""
-    gains = np.array([one.total - base.total for one in entries])
-    reached = np.array([one.reached for one in entries])
-    folds = [np.count_nonzero(one.score - base.score > 0.2) for one in entries]
-    able = reached & (gains > GAIN) & (np.array(folds) >= 2)
-    status, reason = [Status.REJECTED] * len(entries), []
-    for one, gain, helps in zip(entries, gains, folds, strict=True):
+    """The verdict.
+
+    Families have equal odds at first and so have the members of each, their sizes those of their priors: what the cuts
+    make of the odds is the mean of their likelihoods (Kass & Raftery 1995). Effects that would fit a campaign of any
+    outcome are thus paid less by one. Whoever is named has to do better on cuts held out as well.
+    """
+    families = list(dict.fromkeys(one.posterior.suspect.family for one in entries))
+    members = {name: [i for i, one in enumerate(entries) if one.posterior.suspect.family == name] for name in families}
+    gains = np.array([one.weight - base.weight for one in entries])
+    family = np.array([scipy.special.logsumexp(gains[members[name]]) - np.log(len(members[name])) for name in families])
+    odds = float(scipy.special.logsumexp(family) - np.log(len(families)))
+    order = np.argsort(-family)
+    best = {name: members[name][int(np.argmax(gains[members[name]]))] for name in families}
+    status = [Status.REJECTED] * len(entries)
+    reason = [f"gains {gain:.1f} nats over the machine as it is" for gain in gains]
+    for i, one in enumerate(entries):
         if not one.reached:
             of = one.posterior
-            reason.append(
-                f"{of.effective:.1f} effective draws, modes pulled by {of.strain:.1f} standard errors: no posterior"
-            )
-        elif gain <= GAIN:
-            reason.append(f"gains {gain:.1f} nats on held-out cuts, {GAIN:g} are needed")
-        else:
-            reason.append("" if helps >= 2 else "helps at one speed alone")
-    if not np.any(able):
-        return Outcome(_unnamed(base, gains, reached, problem), None, (), tuple(status), tuple(reason))
-    top = float(np.max(gains[able]))
-    even = [i for i in range(len(entries)) if able[i] and gains[i] > top - _TIED]
-    size = [len(one.posterior.suspect.parameters) for one in entries]
-    best = min(even, key=lambda i: (size[i], -gains[i]))  # the simpler one
-    family = entries[best].posterior.suspect.family
-    status[best] = Status.ACCEPTED
-    rivals: list[Entry] = []
-    for i in np.argsort(-gains):
-        other = entries[i].posterior.suspect.family
-        # An effect with more parameters has to lead by as much more.
-        more = max(size[best] - size[i], 0)
-        near = gains[i] > max(gains[best] - _TIED * (1 + more), 0.0)
-        if near and other != family and other not in {r.posterior.suspect.family for r in rivals}:
-            status[i] = Status.TIED
-            reason[i] = f"{gains[best] - gains[i]:.1f} nats behind the chosen one"
-            rivals.append(entries[i])
-    chosen = entries[best]
-    left = _too_many(surprising(chosen, problem), problem)
-    verdict = Verdict.AMBIGUOUS if rivals else Verdict.PARTIAL if left else Verdict.IDENTIFIED
-    return Outcome(verdict, chosen, tuple(rivals), tuple(status), tuple(reason))
+            reason[i] = f"{of.effective:.1f} effective draws, modes pulled by {of.strain:.1f} standard errors"
+    if odds <= np.log(ODDS):
+        left = _sure(np.append(family, np.log(len(families))), order=np.append(order, len(families)))
+        open_ = tuple(entries[best[families[k]]] for k in left if k < len(families))
+        return Outcome(_unnamed(base, problem), None, (), open_, odds, tuple(status), tuple(reason))
+    kept = [best[families[k]] for k in _sure(family, order)]
+    able = [i for i in kept if entries[i].reached and entries[i].total > base.total]
+    if not able:
+        open_ = tuple(entries[i] for i in kept)
+        return Outcome(Verdict.UNEXPLAINED, None, (), open_, odds, tuple(status), tuple(reason))
+    chosen = entries[able[0]]
+    status[able[0]], reason[able[0]] = Status.ACCEPTED, ""
+    rivals = tuple(entries[i] for i in kept if i != able[0])
+    for i in kept:
+        if i != able[0]:
+            status[i], reason[i] = Status.TIED, f"{gains[able[0]] - gains[i]:.1f} nats behind the chosen one"
+    left_over = _too_many(surprising(chosen, problem), problem)
+    verdict = Verdict.AMBIGUOUS if rivals else Verdict.PARTIAL if left_over else Verdict.IDENTIFIED
+    return Outcome(verdict, chosen, rivals, (), odds, tuple(status), tuple(reason))
 
 
-def _unnamed(base: Entry, gains: Array, reached: Mask, problem: Problem) -> Verdict:
+def _sure(weight: Array, order: Index) -> list[int]:
+    """The likeliest of some explanations that together hold the probability asked for, by ln of their odds."""
+    order = order[np.argsort(-weight[order], kind="stable")]
+    share = np.exp(weight[order] - scipy.special.logsumexp(weight))
+    return [int(k) for k in order[: int(np.searchsorted(np.cumsum(share), _SURE)) + 1]]
+
+
+def _unnamed(base: Entry, problem: Problem) -> Verdict:
     """Nothing missing, or something that has no name."""
-    collapsed = not base.reached
-    hidden = bool(np.any((gains > GAIN) & ~reached))
-    if collapsed or hidden or _too_many(surprising(base, problem), problem):
-        return Verdict.UNEXPLAINED
-    return Verdict.NOTHING_MISSING
+    hidden = not base.reached or _too_many(surprising(base, problem), problem)
+    return Verdict.UNEXPLAINED if hidden else Verdict.NOTHING_MISSING
 
 
 def _too_many(surprises: Mask, problem: Problem) -> bool:

@@ -2,8 +2,9 @@
 
 A cut is a coin whose side depends on its distance from the border: P(stable) = Φ((ln b_lim − ln b)/σ) with σ about a
 tenth, the scatter of judgement and material, drawn for each sample. Two verdicts in a hundred are slips of whoever
-wrote them down. Chatter is heard at f_lim or a whole number of tooth frequencies beside it, within a hundredth of it;
-one in five is that of another border, which a cut far beyond its own can meet first, and may be anywhere.
+wrote them down. Chatter is heard at the frequency of the multiplier or a whole number of tooth frequencies beside it,
+within half a percent at the border and more the further the cut lies beyond; one in five is that of another border,
+which a cut far beyond its own can meet first, and may be anywhere.
 """
 
 from __future__ import annotations
@@ -23,8 +24,9 @@ SCATTER, _SPREAD = 0.1, 0.35
 _SLIP, _ELSEWHERE = 0.02, 0.2
 _NEAR = 1.5
 """Deviations of σ from the border within which a cut is marginal."""
-_HEARD = 0.01
-"""Of the chatter frequency."""
+_HEARD, _GROWN = 0.004, 0.01
+"""Of the chatter frequency: how well it is heard and told at the border, and what it moves as chatter grows beyond it,
+where edges leave the cut, for a depth e times that of the border."""
 
 
 def scatter(z: Array) -> Array:
@@ -32,15 +34,9 @@ def scatter(z: Array) -> Array:
     return np.asarray(SCATTER * np.exp(_SPREAD * z))
 
 
-def distance(depth: Array, cut: float, sigma: Array) -> Array:
-    """(ln b_lim − ln b)/σ of borders at ``depth`` (m) from a cut (m)."""
-    with np.errstate(divide="ignore"):
-        return np.asarray(np.clip(np.log(depth / cut) / sigma, -40.0, 40.0))
-
-
-def stable(depth: Array, cut: float, sigma: Array) -> Array:
-    """P(stable) of a cut at a depth in m."""
-    return np.asarray(_SLIP + (1 - 2 * _SLIP) * ndtr(distance(depth, cut, sigma)))
+def stable(apart: Array, sigma: Array) -> Array:
+    """P(stable) of cuts by ln(b_lim/b)."""
+    return np.asarray(_SLIP + (1 - 2 * _SLIP) * ndtr(apart / sigma))
 
 
 def of_verdict(verdict: str, x: Array) -> Array:
@@ -64,10 +60,10 @@ def apart(heard: float, frequency: Array, tooth: float, flip: bool) -> Array:
     return np.minimum(*folded)
 
 
-def of_frequency(heard: float, frequency: Array, tooth: float, flip: bool) -> Array:
-    """ln of the density, times half a tooth frequency, of a chatter frequency in Hz."""
+def of_frequency(heard: float, frequency: Array, apart_from: Array, tooth: float, flip: bool) -> Array:
+    """ln of the density, times half a tooth frequency, of a chatter frequency in Hz, at ln(b_lim/b) ``apart_from``."""
     d = apart(heard, frequency, tooth, flip)
-    width = _HEARD * heard
+    width = (_HEARD + _GROWN * np.minimum(np.abs(apart_from), 1.0)) * heard
     bell = 2 / np.sqrt(2 * np.pi) / width * np.exp(-0.5 * (d / width) ** 2) * tooth / 4
     return np.asarray(np.log(_ELSEWHERE + (1 - _ELSEWHERE) * np.where(np.isfinite(d), bell, 0.0)))
 

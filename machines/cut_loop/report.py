@@ -30,6 +30,8 @@ class CutCandidate:
     """By name: value, unit, and ci95, the 95 % interval."""
     gain_heldout: float
     """Nats over the machine as it is."""
+    gain: float
+    """ln of how much likelier it makes all cuts than the machine as it is, its prior counted."""
     per_fold: tuple[float, ...]
     effective_size: float
     rank: int
@@ -45,7 +47,7 @@ class CutRival:
     family: str
     member: str
     behind: float
-    """Nats on held-out cuts; below 0 where it leads, but has more parameters or too few effective draws."""
+    """Nats of evidence; below 0 where it leads on too few effective draws."""
     effective_size: float
     words: str
 
@@ -53,7 +55,7 @@ class CutRival:
         """How far from the chosen one, in words."""
         if self.behind >= 0:
             return f"{self.behind:.1f} nats behind"
-        return f"{-self.behind:.1f} nats ahead, with more parameters or on too few draws ({self.effective_size:.0f})"
+        return f"{-self.behind:.1f} nats ahead on too few draws ({self.effective_size:.0f})"
 
 
 @dataclass(frozen=True)
@@ -81,6 +83,10 @@ class CutTrace(Shown):
     chosen: CutCandidate | None
     candidates: tuple[CutCandidate, ...]
     rivals: tuple[CutRival, ...]
+    left_open: tuple[CutRival, ...]
+    """Where nothing is named: what the cuts cannot rule out beside the machine as it is."""
+    odds: float
+    """ln of the odds of all suspects together against the machine as it is."""
     error_before: Mapping[str, Any]
     error_after: Mapping[str, Any]
     next_cut: Advice
@@ -96,6 +102,9 @@ class CutTrace(Shown):
     speed: Array
     band_before: Array
     band_after: Array
+    depth: Array
+    probability: Array
+    """Of being stable with the cuts, (speeds, depths)."""
     warnings: tuple[str, ...]
     not_decidable: tuple[Mapping[str, str], ...]
     repro: Mapping[str, Any]
@@ -107,7 +116,8 @@ class CutTrace(Shown):
         named = {
             name: getattr(self, name)
             for name in (
-                *("verdict", "sentence", "chosen", "candidates", "rivals", "error_before", "error_after", "next_cut"),
+                *("verdict", "sentence", "chosen", "candidates", "rivals", "left_open", "odds"),
+                *("error_before", "error_after", "next_cut"),
                 *(
                     "safe_cut",
                     "safe",
@@ -122,7 +132,8 @@ class CutTrace(Shown):
             )
         }
         band = {"speed": self.speed, "share": (0.05, 0.5, 0.95), "before": self.band_before, "after": self.band_after}
-        out: dict[str, Any] = plain({**named, "band": band})
+        chance = {"speed": self.speed, "depth": self.depth, "stable": self.probability}
+        out: dict[str, Any] = plain({**named, "band": band, "probability": chance})
         return out
 
     def finding(self) -> str:
@@ -145,6 +156,9 @@ class CutTrace(Shown):
             f"pulled by {self.strain['before']:.1f} and {self.strain['after']:.1f} standard errors"
         )
         lines += [f"rival: {r.family} ({r.words}), {r.apart()}" for r in self.rivals]
+        if self.left_open:
+            families = ", ".join(r.family for r in self.left_open)
+            lines.append(f"not ruled out by these cuts: {families}; odds of all suspects {np.exp(self.odds):.2g} to 1")
         lines += [
             f"not explained by the machine as it is: {cut.name}, {cut.verdict}, held to be stable with {cut.before:.2f}"
             for cut in self.cuts
@@ -170,7 +184,8 @@ class CutTrace(Shown):
             "rank": ([c.rank for c in ranked], ""),
             "family": ([c.family for c in ranked], ""),
             "member": ([c.member for c in ranked], ""),
-            "gain": ([c.gain_heldout for c in ranked], ""),
+            "gain": ([c.gain for c in ranked], ""),
+            "gain_heldout": ([c.gain_heldout for c in ranked], ""),
             "effective_size": ([c.effective_size for c in ranked], ""),
             "status": ([c.status.value for c in ranked], ""),
         }

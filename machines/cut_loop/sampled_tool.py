@@ -32,13 +32,17 @@ _PER_WIDTH, _PER_WAVE = 5.0, 24.0
 
 @dataclass(frozen=True, eq=False)
 class Drawn:
-    """What a suspect changes: modes as in `SampledTool`, coefficients, and C of process damping in N/m, by sample."""
+    """What a suspect changes: modes as in `SampledTool`, coefficients, and C of process damping in N/m, by sample.
+
+    ``active`` is how many flutes of the cutter cut, one after the other, in each sample; None where all do.
+    """
 
     poles: ComplexArray
     residue: ComplexArray
     tangential: Array
     normal: Array
     damping: Array
+    active: Array | None = None
 
     def of(self, rows: Index) -> Drawn:
         """Some of the samples, in an order, any of them several times."""
@@ -142,6 +146,11 @@ class SampledTool:
         peak = np.linalg.norm(np.median(np.abs(self.residue), axis=0), axis=(1, 2))
         peak /= np.median(np.abs(self.poles.real), axis=0)
         return [int(k) for k in np.flatnonzero(peak > _FELT * np.max(peak))]
+
+    @cached_property
+    def highest(self) -> float:
+        """Hz of the highest mode that the tool feels."""
+        return max(self.frequency(mode) for mode in self.felt())
 
     def frequency(self, mode: int) -> float:
         """Hz, of a mode in the middle sample."""

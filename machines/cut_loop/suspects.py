@@ -7,14 +7,11 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
+from scipy.special import ndtr
 
 from jointlib.arrays import Array
 
-from ..cutting.process.cutting import Cutting
-from .sampled_tool import Drawn, SampledTool
-
-_REFERENCE = 10_000.0
-"""rpm at which a softening is told."""
+from .sampled_tool import Drawn
 
 
 class Suspect(ABC):
@@ -23,7 +20,10 @@ class Suspect(ABC):
     family: ClassVar[str]
     parameters: ClassVar[tuple[tuple[str, str], ...]]
     """Names and units."""
-    by_speed: ClassVar[bool] = False
+    by_depth: ClassVar[bool] = False
+    """Whether the change goes with the depth of cut."""
+    by_turn: ClassVar[bool] = False
+    """Whether its cut repeats with the revolution and not with the tooth."""
 
     @property
     def member(self) -> str:
@@ -35,8 +35,8 @@ class Suspect(ABC):
         """The parameters, (samples, parameters)."""
 
     @abstractmethod
-    def changed(self, drawn: Drawn, values: Array, speed: float) -> Drawn:
-        """The tool and cut with the change, at a speed in rpm."""
+    def changed(self, drawn: Drawn, values: Array, speed: float, depth: float) -> Drawn:
+        """The tool and cut with the change, at a speed in rpm and a depth in m."""
 
     @abstractmethod
     def told(self, value: dict[str, float]) -> str:
@@ -53,7 +53,7 @@ class AsItIs(Suspect):
     def values(self, z: Array) -> Array:
         return z
 
-    def changed(self, drawn: Drawn, values: Array, speed: float) -> Drawn:
+    def changed(self, drawn: Drawn, values: Array, speed: float, depth: float) -> Drawn:
         return drawn
 
     def told(self, value: dict[str, float]) -> str:
@@ -70,7 +70,7 @@ class ProcessDamping(Suspect):
     def values(self, z: Array) -> Array:
         return np.asarray(7e4 * np.exp(1.2 * z))
 
-    def changed(self, drawn: Drawn, values: Array, speed: float) -> Drawn:
+    def changed(self, drawn: Drawn, values: Array, speed: float, depth: float) -> Drawn:
         return replace(drawn, damping=drawn.damping + values[:, 0])
 
     def told(self, value: dict[str, float]) -> str:
@@ -87,7 +87,7 @@ class Coefficient(Suspect):
     def values(self, z: Array) -> Array:
         return np.asarray(np.exp(0.35 * z))
 
-    def changed(self, drawn: Drawn, values: Array, speed: float) -> Drawn:
+    def changed(self, drawn: Drawn, values: Array, speed: float, depth: float) -> Drawn:
         return replace(drawn, tangential=drawn.tangential * values[:, 0], normal=drawn.normal * values[:, 0])
 
     def told(self, value: dict[str, float]) -> str:
@@ -95,146 +95,20 @@ class Coefficient(Suspect):
 
 
 @dataclass(frozen=True)
-class ModeFrequency(Suspect):
-    """A mode of the tool that lies elsewhere than the model has it, at every speed alike."""
+class RunOut(Suspect):
+    """Flutes that run out by so much more than the feed that some find nothing left to cut."""
 
-    mode: int
-    at: float
-    """Hz, in the model."""
+    teeth: int
 
-    family: ClassVar[str] = "mode-frequency"
-    parameters: ClassVar[tuple[tuple[str, str], ...]] = (("factor", "1"),)
-
-    @property
-    def member(self) -> str:
-        return f"{self.at:.0f} Hz"
+    family: ClassVar[str] = "run-out"
+    parameters: ClassVar[tuple[tuple[str, str], ...]] = (("flutes", "1"),)
+    by_turn: ClassVar[bool] = True
 
     def values(self, z: Array) -> Array:
-        return np.asarray(np.exp(0.05 * z))
+        return np.asarray(1 + np.floor(np.minimum(ndtr(z), 1 - 1e-9) * (self.teeth - 1)))
 
-    def changed(self, drawn: Drawn, values: Array, speed: float) -> Drawn:
-        return drawn.moved(self.mode, values[:, 0], np.ones(len(values)))
-
-    def told(self, value: dict[str, float]) -> str:
-        return f"the mode at {self.at:.0f} Hz lies at {self.at * value['factor']:.4g} Hz"
-
-
-@dataclass(frozen=True)
-class SpindleSoftening(Suspect):
-    """A mode whose frequency falls with the speed of the spindle, as where bearings lose stiffness by it."""
-
-    mode: int
-    at: float
-
-    family: ClassVar[str] = "spindle-softening"
-    parameters: ClassVar[tuple[tuple[str, str], ...]] = (("share", "1"),)
-    by_speed: ClassVar[bool] = True
-
-    @property
-    def member(self) -> str:
-        return f"{self.at:.0f} Hz"
-
-    def values(self, z: Array) -> Array:
-        return np.asarray(0.06 * z)
-
-    def changed(self, drawn: Drawn, values: Array, speed: float) -> Drawn:
-        factor = np.exp(-values[:, 0] * speed / _REFERENCE)
-        return drawn.moved(self.mode, factor, np.ones(len(values)))
+    def changed(self, drawn: Drawn, values: Array, speed: float, depth: float) -> Drawn:
+        return replace(drawn, active=values[:, 0])
 
     def told(self, value: dict[str, float]) -> str:
-        way = "falls" if value["share"] > 0 else "rises"
-        return f"the mode at {self.at:.0f} Hz {way} by {100 * abs(value['share']):.2g} % per {_REFERENCE:g} rpm"
-
-
-@dataclass(frozen=True)
-class ModeDamping(Suspect):
-    """A mode that is damped otherwise than the model has it."""
-
-    mode: int
-    at: float
-
-    family: ClassVar[str] = "mode-damping"
-    parameters: ClassVar[tuple[tuple[str, str], ...]] = (("factor", "1"),)
-
-    @property
-    def member(self) -> str:
-        return f"{self.at:.0f} Hz"
-
-    def values(self, z: Array) -> Array:
-        return np.asarray(np.exp(0.5 * z))
-
-    def changed(self, drawn: Drawn, values: Array, speed: float) -> Drawn:
-        return drawn.moved(self.mode, np.ones(len(values)), values[:, 0])
-
-    def told(self, value: dict[str, float]) -> str:
-        return f"the mode at {self.at:.0f} Hz is damped {value['factor']:.3g} times as much"
-
-
-@dataclass(frozen=True)
-class MissingMode(Suspect):
-    """A mode along one axis of the tool that the model does not have."""
-
-    axis: int
-    name: str
-    low: float
-    high: float
-    """Hz of the modes that the model has."""
-    compliance: float
-    """m/N, dynamic, of the strongest of them along the axis: 1/(2kζ)."""
-
-    family: ClassVar[str] = "missing-mode"
-    parameters: ClassVar[tuple[tuple[str, str], ...]] = (
-        ("frequency", "Hz"),
-        ("stiffness", "N/m"),
-        ("damping_ratio", "1"),
-    )
-
-    @property
-    def member(self) -> str:
-        return self.name
-
-    def values(self, z: Array) -> Array:
-        share = 0.5 * (1 + np.tanh(0.8 * z[:, 0]))  # nearly even between both ends
-        frequency = 0.6 * self.low * (1.6 * self.high / (0.6 * self.low)) ** share
-        ratio = np.minimum(0.03 * np.exp(0.4 * z[:, 2]), 0.5)
-        peak = 0.7 * self.compliance * np.exp(0.7 * z[:, 1])
-        return np.stack([frequency, 1 / (2 * ratio * peak), ratio], axis=1)
-
-    def changed(self, drawn: Drawn, values: Array, speed: float) -> Drawn:
-        f, k, zeta = values.T
-        omega = 2 * np.pi * f
-        pole = omega * (-zeta + 1j * np.sqrt(1 - zeta**2))
-        residue = np.zeros((len(f), 1, *drawn.residue.shape[2:]), dtype=complex)
-        residue[:, 0, self.axis, self.axis] = omega**2 / k / (2j * pole.imag)
-        return replace(
-            drawn,
-            poles=np.concatenate([drawn.poles, pole[:, None]], axis=1),
-            residue=np.concatenate([drawn.residue, residue], axis=1),
-        )
-
-    def told(self, value: dict[str, float]) -> str:
-        return f"a mode along {self.name} near {value['frequency']:.4g} Hz that the model does not have"
-
-
-def suspects_of(tool: SampledTool, cutting: Cutting) -> tuple[list[Suspect], list[dict[str, str]]]:
-    """Those that can be told apart on this machine, and what cannot be decided with the reason."""
-    found: list[Suspect] = [Coefficient()]
-    undecided = []
-    if cutting.diameter is not None:
-        found.append(ProcessDamping())
-    else:
-        undecided.append(
-            {"family": "process-damping", "needs": "diameter in [cutting]: it goes with the cutting speed"}
-        )
-    if not tool.modal:
-        for family in ("mode-frequency", "spindle-softening", "mode-damping", "missing-mode"):
-            undecided.append({"family": family, "needs": "a tool that is known by its modes, not on lines alone"})
-        return found, undecided
-    modes = tool.felt()
-    for cls in (ModeFrequency, SpindleSoftening, ModeDamping):
-        found += [cls(mode, tool.frequency(mode)) for mode in modes]
-    ends = tool.frequency(modes[0]), tool.frequency(modes[-1])
-    for axis, name in enumerate(tool.axes):
-        peak = np.median(np.abs(tool.residue[:, modes, axis, axis]) / np.abs(tool.poles[:, modes].real), axis=0)
-        found.append(MissingMode(axis, name, *ends, float(np.max(peak))))
-    return found, undecided
+        return f"run-out by which {value['flutes']:.0f} of {self.teeth} flutes cut for all"

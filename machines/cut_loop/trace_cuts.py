@@ -19,14 +19,15 @@ from ..cutting.process.cutting import Cutting
 from ..model.machine import Machine
 from .advice import Outlook, outlook
 from .borders import conditions_of
-from .contest import GAIN, NEEDED, STRAINED, Entry, Outcome, decided, entry, errors, folds_of, surprising
-from .exactness import learnt
-from .posterior import Posterior, Problem, posterior
+from .contest import NEEDED, ODDS, STRAINED, Entry, Outcome, decided, entry, errors, folds_of, surprising
+from .line_up import suspects_of
+from .posterior import Posterior, posterior
+from .problem import Problem, problem_of
 from .report import CutCandidate, CutRival, CutTold, CutTrace
 from .sampled_tool import SampledTool, sampled_tool
-from .suspects import AsItIs, suspects_of
+from .suspects import AsItIs
 
-DRAWS, SAFE = 600, 0.95
+DRAWS, SAFE = 300, 0.95
 _FEWEST = 6
 _SCATTERS = 0.25
 """Of ln depth: where the exact border scatters more about what was learnt, that is said."""
@@ -57,14 +58,16 @@ def trace_cuts(
     cuts = tuple(one.cut for one in judged if one.cut.verdict != "unknown")
     conditions, index = conditions_of(cuts, table, machine.tool_axes)
     tool = sampled_tool(machine, draws, seed, min(at.tooth_frequency for at in conditions))
-    problem = Problem(cuts, tuple(conditions), index, tool, learnt(machine, tool, conditions, seed), seed)
-    suspects, undecided = suspects_of(tool, table)
+    problem = problem_of(cuts, conditions, index, machine, tool, seed)
+    fastest, usual = max(cut.speed for cut in cuts), float(np.exp(np.mean(np.log([cut.depth for cut in cuts]))))
+    suspects, undecided = suspects_of(tool, table, fastest, usual)
     folds = folds_of(problem)
     base = entry(posterior(AsItIs(), problem), problem, folds)
     entries = [entry(posterior(one, problem), problem, folds) for one in suspects]
     outcome = decided(base, entries, problem)
     after = outcome.chosen or base
-    seen = outlook(machine, problem, [after, *outcome.rivals], safe, seed)
+    believed = [after, *outcome.rivals, *(outcome.left_open if outcome.chosen is None else ())]
+    seen = outlook(machine, problem, believed, safe, seed)
     changes, mended = _changes(machine, outcome)
     return CutTrace(
         verdict=outcome.verdict,
@@ -73,6 +76,8 @@ def trace_cuts(
         chosen=None if outcome.chosen is None else _candidates(base, entries, outcome)[entries.index(outcome.chosen)],
         candidates=tuple(_candidates(base, entries, outcome)),
         rivals=tuple(_rival(one, after) for one in outcome.rivals),
+        left_open=tuple(_rival(one, after) for one in outcome.left_open),
+        odds=outcome.odds,
         error_before=errors(base, problem),
         error_after=errors(after, problem),
         next_cut=seen.next_cut,
@@ -85,7 +90,9 @@ def trace_cuts(
         speed=seen.speed,
         band_before=seen.before,
         band_after=seen.after,
-        warnings=(*_warnings(measurement, judged, tool, problem, base, mended), *_nearly(base, entries, outcome)),
+        depth=seen.depth,
+        probability=seen.probability,
+        warnings=(*_warnings(measurement, judged, tool, problem, base, mended), *_nearly(base, outcome)),
         not_decidable=tuple(undecided),
         repro=_repro(measurement, machine, seed, draws),
         changes=changes,
@@ -131,7 +138,7 @@ def _told(problem: Problem, base: Entry, after: Entry) -> list[CutTold]:
 
 
 def _candidates(base: Entry, entries: Sequence[Entry], outcome: Outcome) -> list[CutCandidate]:
-    gains = [one.total - base.total for one in entries]
+    gains = [one.weight - base.weight for one in entries]
     order = np.argsort(np.argsort([-gain for gain in gains]))
     found = []
     for i, one in enumerate(entries):
@@ -141,6 +148,7 @@ def _candidates(base: Entry, entries: Sequence[Entry], outcome: Outcome) -> list
                 of.suspect.family,
                 of.suspect.member,
                 _parameters(of),
+                one.total - base.total,
                 gains[i],
                 tuple((one.score - base.score).tolist()),
                 of.effective,
@@ -162,7 +170,7 @@ def _parameters(of: Posterior) -> dict[str, dict[str, Any]]:
 def _rival(one: Entry, best: Entry) -> CutRival:
     of = one.posterior
     return CutRival(
-        of.suspect.family, of.suspect.member, best.total - one.total, of.effective, of.suspect.told(of.mean())
+        of.suspect.family, of.suspect.member, best.weight - one.weight, of.effective, of.suspect.told(of.mean())
     )
 
 
@@ -186,15 +194,15 @@ def _sentence(outcome: Outcome, base: Entry, problem: Problem, seen: Outlook) ->
     return f"What the cuts show: {said}{left}."
 
 
-def _nearly(base: Entry, entries: Sequence[Entry], outcome: Outcome) -> list[str]:
+def _nearly(base: Entry, outcome: Outcome) -> list[str]:
     """What comes near to a name where there is none."""
-    best = max(entries, key=lambda one: one.total)
-    gain = best.total - base.total
-    if outcome.chosen is not None or gain < GAIN / 2:
+    if outcome.chosen is not None or outcome.odds < np.log(ODDS) / 2 or not outcome.left_open:
         return []
-    told = best.posterior.suspect.told(best.posterior.mean())
+    of = outcome.left_open[0].posterior
+    gain = of.evidence - base.weight
     return [
-        f"It would help, by {gain:.1f} nats on held-out cuts, if this were so: {told}. {GAIN:g} make a name; cut on."
+        f"It would make the cuts {np.exp(gain):.0f} times as likely if this were so: {of.suspect.told(of.mean())}. "
+        f"All suspects together need {ODDS:g} for a name; cut on."
     ]
 
 
@@ -258,15 +266,11 @@ def _warnings(
             f"The machine as it is reaches the cuts with {_reach(base)} alone ({NEEDED:g} draws are needed and "
             f"{STRAINED:g} standard errors at most): that is a residual and no posterior."
         )
-    wide = [at.speed for at, s in zip(problem.conditions, problem.exactness.scatter, strict=True) if s > _SCATTERS]
+    wide = [place.at.speed for k, place in enumerate(problem.places) if problem.scatter(k) > _SCATTERS]
     if wide:
         listed = ", ".join(f"{speed:g}" for speed in wide[:5])
         more = " …" if len(wide) > 5 else ""
         said.append(f"Where the exact border lies scatters about what was learnt of it at {listed}{more} rpm.")
-    if np.any(problem.exactness.flip):
-        flips = zip(problem.conditions, problem.exactness.flip, strict=True)
-        listed = ", ".join(f"{at.speed:g}" for at, flip in flips if flip)
-        said.append(f"The border is a flip at {listed} rpm.")
     return [*said, *([mended] if mended else [])]
 
 

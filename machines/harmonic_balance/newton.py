@@ -133,6 +133,7 @@ class Problem:
         by_z[:, every, every] += 1.0
         return real_form(by_z, by_conjugate)
 
+    @np.errstate(over="ignore", invalid="ignore")  # a motion beyond all bounds is one that is not kept
     def newton(
         self, start: ComplexArray, driven: ComplexArray, effort: Effort = FULL
     ) -> tuple[ComplexArray, ComplexArray, Mask, Mask]:

@@ -110,6 +110,7 @@ class _Tool:
         size = np.maximum(np.max(np.abs(z), axis=1, keepdims=True), 1e-300)
         return np.concatenate([r.real / size, r.imag / size, short[:, None]], axis=1), gain, slope, x, axis
 
+    @np.errstate(over="ignore", invalid="ignore")  # a motion beyond all bounds is one that is not kept
     def newton(self, z: ComplexArray, force: Array, amplitude: float) -> tuple[ComplexArray, ComplexArray, Array, Mask]:
         """Newton's method on [Re z, Im z, force]; lines drop out as they settle."""
         lines, nj = z.shape
@@ -176,10 +177,13 @@ class _Tool:
         longest = np.maximum(np.max(np.abs(motion) / self.problem.cap, axis=1), np.abs(change) / 0.7)
         share = 1 / np.maximum(1.0, longest)
         before = np.linalg.norm(r, axis=1) + 1e-12
+        new, force = z + share[:, None] * delta, F * (1 + share * change)
+        after = np.linalg.norm(self.residual(new, force, amplitude)[0], axis=1)
         while True:
-            new, force = z + share[:, None] * delta, F * (1 + share * change)
-            after = np.linalg.norm(self.residual(new, force, amplitude)[0], axis=1)
             worse = (after > _RISE * before) & (share > _SHORTEST)
             if not np.any(worse):
                 return new, force
             share = np.where(worse, share / 2, share)
+            new[worse], force[worse] = (z + share[:, None] * delta)[worse], (F * (1 + share * change))[worse]
+            tried = self.at(worse).residual(new[worse], force[worse], amplitude)[0]
+            after[worse] = np.linalg.norm(tried, axis=1)

@@ -42,6 +42,7 @@ class Held:
     settled: Mask
 
 
+@np.errstate(all="ignore")  # a motion beyond all bounds is one that is not kept
 def by_secants(problem: Problem, start: ComplexArray, force: Array, forced: Force) -> Held:
     """Motions at forces that ``forced`` finds, from motions ``start`` and forces to begin with.
 
@@ -58,16 +59,15 @@ def by_secants(problem: Problem, start: ComplexArray, force: Array, forced: Forc
         A = np.abs(c.motions(q[left]))
         gain, moved = _held(problem, biased, A, omega[left], shift[left])
         system = unit + c.through(problem.Hzz[left], gain - problem.base[left])
-        with np.errstate(all="ignore"):
-            new: ComplexArray = solve_each(system, problem.driven[left, :, None])[:, :, 0].astype(complex)
-            F_new = forced(left, new, gain)
-            new = new * F_new[:, None]
-            size = np.maximum(np.max(np.abs(new), axis=1), 1e-300)
-            step = np.max(np.abs(new - q[left]), axis=1)
-            if biased is not None:
-                step += np.max(np.abs(c.motions(moved - shift[left])), axis=1)
-            step = step / size
-            share = step / before[left]
+        new: ComplexArray = solve_each(system, problem.driven[left, :, None])[:, :, 0].astype(complex)
+        F_new = forced(left, new, gain)
+        new = new * F_new[:, None]
+        size = np.maximum(np.max(np.abs(new), axis=1), 1e-300)
+        step = np.max(np.abs(new - q[left]), axis=1)
+        if biased is not None:
+            step += np.max(np.abs(c.motions(moved - shift[left])), axis=1)
+        step = step / size
+        share = step / before[left]
         steady = np.isfinite(step) & ((share <= _SHORTER) if round_ else (step <= _SHORTER))
         done = np.isfinite(step) & (step <= _ROUNDING) | steady & (round_ > 0) & (step * share / (1 - share) <= _EXACT)
         kept = steady | done

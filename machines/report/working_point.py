@@ -8,7 +8,10 @@ from ..model.machine import Machine
 from ..statics.statics import static_point
 from .page import Section, Table
 
-_NOTHING = 1e-12
+_NOTHING = 1e-10
+"""Share of the largest force that is rounding."""
+_OPEN = 20
+"""Rows that one reads at a glance."""
 
 
 def working_point(machine: Machine) -> tuple[dict[str, Any], Section]:
@@ -23,4 +26,5 @@ def working_point(machine: Machine) -> tuple[dict[str, Any], Section]:
     ]
     step = {"step": "static", "connection": list(names), "displacement": displacement, "force": force}
     header = ("joint", "stands at [µm]", "force [N]")
-    return step, Section("Static working point", text, (), [Table(header, rows, "Under the static load")])
+    fold = f"Where the {len(rows)} joints stand" if len(rows) > _OPEN else ""
+    return step, Section("Static working point", text, (), [Table(header, rows, "Under the static load", fold)])

@@ -46,6 +46,13 @@ def _size(amplitude: float) -> str:
     return f"a tool-point amplitude of {amplitude * 1e6:g} um" if amplitude else "vanishing vibration"
 
 
+def _sizes(amplitudes: Sequence[float]) -> str:
+    if len(amplitudes) == 1 or 0.0 in amplitudes:
+        return " and at ".join(_size(A) for A in amplitudes)
+    words = [f"{A * 1e6:g}" for A in amplitudes]
+    return f"tool-point amplitudes of {', '.join(words[:-1])} and {words[-1]} um"
+
+
 def _chart(road: Run, amplitude: float) -> None:
 
     from ..cutting.amplitude.amplitude_limits import depends_on_amplitude
@@ -93,7 +100,7 @@ def _together(road: Run, amplitudes: tuple[float, ...]) -> None:
     road.warnings += [warning for warning in told if warning == HELD]
     missing = [A for A in amplitudes if A not in road.charts]
     if missing:
-        road.doubts.append(f"The limits at {' and at '.join(_size(A) for A in missing)} are not known.")
+        road.doubts.append(f"The limits at {_sizes(missing)} are not known.")
     forced = None
     if cutting.process == "milling" and cutting.feed is not None and (left := unforced(road.machine)):
         road.doubts.append(f"The vibration that the teeth force is {left}.")

@@ -40,7 +40,7 @@ def _picture(road: Run) -> None:
         road.warnings.append(f"The machine is not drawn: {error}.")
         road.sections.append(Section(title, [road.warnings[-1]]))
         return
-    caption = "Drag to turn; choose a mode to see it move, exaggerated; point at a part for its name."
+    caption = "A mode that is chosen moves, exaggerated."
     text = (
         [why]
         if why

@@ -93,6 +93,7 @@ class Biased:
             tuple(m), means, point.displacement[m], point.force[m], k[m], point.displacement, spread, coordinates
         )
 
+    @np.errstate(over="ignore", invalid="ignore")  # a shift beyond all bounds is one that is worse
     def shift(self, amplitude: Array, omega: Array) -> tuple[Array, Mask]:
         """z0 less its value at rest in m, (points, members), and where the means balance at all."""
         points, c, floor = len(amplitude), self.coordinates, self.floor
@@ -185,6 +186,7 @@ class Biased:
         """Equal joints are asked together."""
         return [(self.means[columns[0]], columns) for columns in same_joints([mean.joint for mean in self.means])]
 
+    @np.errstate(over="ignore", invalid="ignore")  # of motions beyond all bounds no gain is known
     def gains(self, amplitude: Array, omega: Array) -> tuple[ComplexArray, ComplexArray]:
         """G of every joint, (points, members), and ∂G/∂A of every joint by every amplitude; nan without a balance."""
         shift, settled = self.shift(amplitude, omega)

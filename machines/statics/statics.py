@@ -46,7 +46,8 @@ class Balance:
         L = np.linalg.cholesky(equations.mass)
         T = solve_triangular(L, np.eye(len(L)), lower=True).T
         K, J, F = T.T @ equations.stiffness @ T, equations.joints @ T, T.T @ load
-        held = K / max(float(np.linalg.norm(K, 2)), 1e-300) if K.size else K
+        largest = max((float(np.linalg.norm(K[b, b], 2)) for b in equations.blocks if b.stop > b.start), default=0.0)
+        held = K / max(largest, 1e-300)
         for row in J[[_holds(mean) for mean in means]]:
             held = held + np.outer(row, row) / (row @ row)
         value, vector = np.linalg.eigh(held)

@@ -104,17 +104,17 @@ def chatter_band(machine: Machine) -> ChatterBand:
         return ChatterBand(*typed, np.zeros(0), np.linspace(*typed, _LINES), model, (0.0, np.inf), ())
     natural, width = np.abs(felt) / (2 * np.pi), _WIDTHS * np.abs(felt.real) / (2 * np.pi)
     low, high = float(natural[0] / _BEYOND), float(natural[-1] * _BEYOND)
-    span = f"{natural[0]:.4g} Hz" if len(felt) == 1 else f"{natural[0]:.4g} to {natural[-1]:.4g} Hz"
+    span = _span(float(natural[0]), float(natural[-1]))
     if typed is None:
-        said = f"No frequency in [response]: the tool feels modes at {span}, looked at from {low:.4g} to {high:.4g} Hz."
+        said = f"No frequency in [response]: the tool feels modes at {span}, looked at from {_span(low, high)}."
     else:
         low = low if np.any(natural - width < typed[0]) else typed[0]
         high = high if np.any(natural + width > typed[1]) else typed[1]
         said = ""
         if (low, high) != typed:
             said = (
-                f"The band of [response], {typed[0]:g} to {typed[1]:g} Hz, cuts off modes of the tool ({span}): "
-                f"chatter was looked for from {low:.4g} to {high:.4g} Hz."
+                f"The band of [response], {_span(*typed)}, cuts off modes of the tool ({span}): "
+                f"chatter was looked for from {_span(low, high)}."
             )
     near, top = np.unique(around(felt) / (2 * np.pi)), min(high, _BEYOND * float(natural[-1]))
     near = near[near > 0]
@@ -122,6 +122,12 @@ def chatter_band(machine: Machine) -> ChatterBand:
     if model is not None and not _is_exact(machine, model, np.append(np.linspace(low, top, _COMPARED), near)):
         model = None
     return ChatterBand(low, high, natural, lines, model, (0.0, np.inf), (said,) if said else (), undamped)
+
+
+def _span(low: float, high: float) -> str:
+    """Two frequencies in Hz in words, one where they read the same."""
+    first, last = (f"{f:.4g} Hz" if f < 1e4 else f"{f / 1e3:.4g} kHz" for f in (low, high))
+    return last if first == last else f"{first.removesuffix(' Hz') if last.endswith(' Hz') else first} to {last}"
 
 
 def modes_at_rest(machine: Machine) -> ToolModel | None:

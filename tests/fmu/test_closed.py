@@ -185,7 +185,7 @@ def test_modes_put_the_closed_matrix_together_again(machine: Machine) -> None:
 def second(system: System, u: Array, step: float) -> Array:
     of = closed(system)
     assert of is not None
-    return simulate_closed(of, u, step)
+    return simulate_closed(of, u, step, 1e-8, 1e-8)[0]
 
 
 @pytest.mark.parametrize("machine", [BENT, BY_VELOCITY], ids=["bent", "by velocity"])
@@ -193,6 +193,17 @@ def test_both_simulations_in_python_agree(machine: Machine) -> None:
     system = system_of_machine(machine)
     u = forces(12)["force_x"][:, None]
     assert shares(second(system, u, 4e-6), simulate(system, u, 4e-6)) < 1e-6
+
+
+def test_the_error_of_fixed_steps_bounds_what_finer_ones_change() -> None:
+    system = system_of_machine(BENT)
+    of = closed(system)
+    assert of is not None
+    u = forces(12)["force_x"][:, None]
+    coarse, changed = simulate_closed(of, u, 2e-5, 0.0, 1e-2)
+    fine = simulate_closed(of, u, 2e-5, 0.0, 0.0)[0]
+    assert np.all(np.max(np.abs(fine - coarse), axis=0) <= changed)
+    assert np.max(changed / np.max(np.abs(fine), axis=0)) > 1e-9
 
 
 def test_a_stiff_machine_has_no_explicit_steps_and_repeats_its_run(tmp_path: Path) -> None:

@@ -14,16 +14,21 @@ from tried_cuts import Shop, sounds
 from jointlib import InputError, read_measurement
 from jointlib.cuts.heard import heard
 from jointlib.cuts.tried_cut import TriedCut
+from jointlib.laws.jenkins import Jenkins
 from jointlib.measurement import Measurement
 from machines import Machine, lobes_at_amplitude, read_machine, trace
 from machines.cut_loop import trace_cuts as trace_cuts_room
 from machines.cut_loop.borders import border, condition, conditions_of
 from machines.cut_loop.contest import NEEDED
+from machines.cut_loop.doubted_modes import JointSlip, MissingMode, ModeFrequency
 from machines.cut_loop.evidence import of_frequency, of_verdict
 from machines.cut_loop.exactness import learnt
-from machines.cut_loop.posterior import Problem, posterior
+from machines.cut_loop.line_up import suspects_of
+from machines.cut_loop.passes import arc_of, multiplier, pass_of
+from machines.cut_loop.posterior import posterior
+from machines.cut_loop.problem import Problem, problem_of
 from machines.cut_loop.sampled_tool import receptance, sampled_tool
-from machines.cut_loop.suspects import AsItIs, Coefficient, MissingMode, ModeFrequency, suspects_of
+from machines.cut_loop.suspects import AsItIs, Coefficient, RunOut
 from machines.cut_loop.trace_cuts import trace_cuts
 from machines.cutting.process.cutting import Cutting
 from machines.lobes import minimum_depth_of_mode
@@ -108,11 +113,11 @@ def campaign(machine: Machine, seed: int, force: float = 1.0, scatter: float = 0
     return Measurement(Path("cuts"), "cuts", (), (), cuts=tuple(cuts))
 
 
-def problem_of(machine: Machine, cuts: Measurement, draws: int = 400) -> Problem:
+def asked(machine: Machine, cuts: Measurement, draws: int = 400) -> Problem:
     table = Cutting(**dict(machine.cutting or {}))
     conditions, index = conditions_of(cuts.cuts, table, machine.tool_axes)
     tool = sampled_tool(machine, draws, 0, min(at.tooth_frequency for at in conditions))
-    return Problem(cuts.cuts, tuple(conditions), index, tool, learnt(machine, tool, conditions, 0), 0)
+    return problem_of(cuts.cuts, conditions, index, machine, tool, 0)
 
 
 @pytest.mark.parametrize("damping", [0.0, 5e4])
@@ -161,20 +166,84 @@ def test_what_zero_order_misses_is_learnt_from_exact_charts(tmp_path: Path) -> N
         assert abs(np.log(chart.depth[k] / rough) - ratio) < 3 * exact.scatter[k] + 0.02
 
 
+def multipliers(machine: Machine, speed: float, depth: float, flutes: int = 0) -> tuple[float, float]:
+    """ln|μ| and Hz of the machine as it is at a cut; ``flutes`` of its teeth cut where that is not 0."""
+    tool, table = sampled_tool(bare(machine), 1, 0, 60.0), Cutting(**dict(machine.cutting or {}))
+    at = condition(table, speed, machine.tool_axes)
+    found = pass_of(tool.drawn(), tool.direct, at, arc_of(at, tool.highest), tool.axes)
+    passing, teeth = found.map(np.full(1, depth)), table.cuts_per_revolution
+    for tooth in range(1, teeth if flutes else 1):
+        passing = (found.map(np.full(1, depth)) if tooth < flutes else found.idle()) @ passing
+    value = np.linalg.eigvals(passing[0])
+    largest = value[np.argmax(np.abs(value))]
+    growth, angle = multiplier(passing)
+    assert growth[0] == pytest.approx(np.log(abs(largest)), abs=0.02)
+    repeats = speed / 60 if flutes else at.tooth_frequency
+    # A tenth of what a chatter frequency is told by at the border, 0.4 % of 600 Hz.
+    assert angle[0] / (2 * np.pi) * repeats == pytest.approx(abs(np.angle(largest)) / (2 * np.pi) * repeats, abs=0.24)
+    return float(np.log(abs(largest))), float(angle[0]) / (2 * np.pi) * repeats
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{}, {"immersion": 0.1, "mode": "up"}, {"teeth": 4}, {"mode": "slot", "immersion": None, "teeth": 3},
+     {"process_damping": 1e5}],
+)  # fmt: skip
+def test_the_largest_multiplier_is_one_on_the_border_of_the_chart(tmp_path: Path, change: dict[str, object]) -> None:
+    machine = machine_of(tmp_path, MILL)
+    table = {k: v for k, v in ({**(machine.cutting or {}), **change}).items() if v is not None}
+    machine = replace(machine, cutting=table)
+    speeds = [5200.0, 9000.0, 14000.0]
+    chart = lobes_at_amplitude(bare(machine), speeds)
+    for speed, depth, f in zip(speeds, chart.depth, chart.chatter_frequency, strict=True):
+        growth, heard_at = multipliers(machine, speed, depth)
+        above, _ = multipliers(machine, speed, 1.01 * depth)
+        assert abs(growth) < 0.1 * abs(above - growth)  # within a thousandth of the depth
+        tooth = speed / 60 * float(table["teeth"])  # type: ignore[arg-type]
+        folded = f % tooth
+        assert heard_at == pytest.approx(min(folded, tooth - folded), abs=0.3)
+
+
+def test_flutes_that_find_nothing_to_cut_leave_a_cutter_with_fewer(tmp_path: Path) -> None:
+    machine = machine_of(tmp_path, MILL)
+    one = replace(machine, cutting={**(machine.cutting or {}), "teeth": 1})
+    for speed, depth in ((9000.0, 6e-3), (13000.0, 3e-3)):
+        growth, f = multipliers(machine, speed, depth, flutes=1)
+        alone, at = multipliers(one, speed, depth)
+        assert growth == pytest.approx(alone, abs=2e-4)
+        assert f == pytest.approx(at, abs=0.01)
+        everything, _ = multipliers(machine, speed, depth, flutes=2)
+        assert everything == pytest.approx(2 * multipliers(machine, speed, depth)[0], abs=1e-6)
+    assert set(RunOut(4).values(np.random.default_rng(0).standard_normal((200, 1))).ravel()) == {1, 2, 3}
+
+
+def test_a_joint_that_slips_is_a_spring_and_a_damper_of_its_amplitude(tmp_path: Path) -> None:
+    tool = sampled_tool(bare(machine_of(tmp_path, MILL)), 1, 0, 60.0)
+    share, r = 0.3, 2.5
+    one = JointSlip(0, 600.0, 2e-3).changed(tool.drawn(), np.array([[share, 2e-3]]), 9000.0, r * 2e-3)
+    found = Jenkins(stiffness=share, slip_force=share).describing_function(np.array([r]), 1.0)[0] + (1 - share)
+    s = one.poles[0, 0]
+    assert abs(s) / (2 * np.pi * 600) == pytest.approx(np.sqrt(found.real), rel=1e-6)
+    # 2ζ·√k of the mode and the loss of the spring over the frequency, c·ω = Im k.
+    assert -2 * s.real / (2 * np.pi * 600) == pytest.approx(2 * 0.03 + found.imag, rel=1e-6)
+    stuck = JointSlip(0, 600.0, 2e-3).changed(tool.drawn(), np.array([[share, 2e-3]]), 9000.0, 1.9e-3)
+    np.testing.assert_allclose(stuck.poles, tool.poles, rtol=1e-12)
+
+
 def test_a_verdict_is_a_coin_and_a_frequency_a_density() -> None:
     x = np.linspace(-5, 5, 41)
     np.testing.assert_allclose(np.exp(of_verdict("stable", x)) + np.exp(of_verdict("chatter", x)), 1.0, rtol=1e-12)
     assert np.argmax(of_verdict("marginal", x)) == 20
     tooth, at = 100.0, 612.0
     heard_at = np.linspace(600.0, 700.0, 20001)
-    density = np.array([np.exp(of_frequency(f, np.array([at]), tooth, False)[0]) for f in heard_at[::20]])
+    density = np.array([np.exp(of_frequency(f, np.array([at]), np.zeros(1), tooth, False)[0]) for f in heard_at[::20]])
     assert np.mean(density) == pytest.approx(1.0, rel=0.03)  # over the uniform one of a tooth frequency
 
 
 def test_the_size_of_an_effect_is_that_of_quadrature(tmp_path: Path) -> None:
     machine = bare(machine_of(tmp_path))
     cuts = campaign(machine, 3, force=1.5)
-    problem = problem_of(machine, cuts, 1500)
+    problem = asked(machine, cuts, 1500)
     found = posterior(Coefficient(), problem)
     s = np.exp(np.linspace(-1.2, 1.2, 241))
     z = np.linspace(-3, 3, 41)
@@ -184,7 +253,9 @@ def test_the_size_of_an_effect_is_that_of_quadrature(tmp_path: Path) -> None:
         x = np.log(b / s[:, None] / cut.depth) / (0.1 * np.exp(0.35 * z))
         total += of_verdict(str(cut.verdict), x)
         if cut.chatter_frequency is not None:
-            total += of_frequency(cut.chatter_frequency, np.array([f]), cut.tooth_frequency, False)[0]
+            beyond = np.log(b / s / cut.depth)
+            one = of_frequency(cut.chatter_frequency, np.full(len(s), f), beyond, cut.tooth_frequency, False)
+            total += one[:, None]
     total += -0.5 * (np.log(s)[:, None] / 0.35) ** 2 - 0.5 * z**2
     weight = np.exp(total - np.max(total)).sum(axis=1)
     weight /= weight.sum()
@@ -221,7 +292,7 @@ def test_forces_that_are_larger_than_the_file_says_are_named(tmp_path: Path) -> 
 
 def test_few_effective_draws_are_a_residual_and_no_posterior(tmp_path: Path) -> None:
     machine = machine_of(tmp_path)
-    found = trace_cuts(campaign(machine, 0), machine, draws=8)
+    found = trace_cuts(campaign(machine, 0), machine, draws=2)
     assert found.effective_size["before"] < NEEDED
     assert any("a residual and no posterior" in said for said in found.warnings)
     assert (found.verdict.value, found.chosen) == ("unexplained", None)
@@ -235,7 +306,7 @@ def test_a_mode_far_off_is_found_where_the_cuts_have_it(tmp_path: Path) -> None:
     low, high = found.chosen.parameters["factor"]["ci95"]
     assert low * 150 < 165 < high * 150
     assert found.error_after["log_score"] > found.error_before["log_score"]
-    assert sum(cut.unexplained for cut in found.cuts) > 1
+    assert any(cut.unexplained for cut in found.cuts)
 
 
 def test_what_has_no_name_leaves_cuts_unexplained(tmp_path: Path) -> None:
@@ -278,7 +349,7 @@ def test_a_mode_that_is_added_has_its_compliance(tmp_path: Path) -> None:
     tool = sampled_tool(bare(machine_of(tmp_path)), 2, 0, 60.0)
     suspect = MissingMode(0, "x", 100.0, 200.0, 1e-6)
     values = np.array([[300.0, 2e7, 0.04], [250.0, 1e7, 0.02]])
-    changed = suspect.changed(tool.drawn(), values, 1000.0)
+    changed = suspect.changed(tool.drawn(), values, 1000.0, 1e-3)
     f = np.array([100.0, 280.0, 400.0])
     added = receptance(changed.poles, changed.residue, tool.direct, f) - receptance(
         tool.poles, tool.residue, tool.direct, f
@@ -286,7 +357,7 @@ def test_a_mode_that_is_added_has_its_compliance(tmp_path: Path) -> None:
     for (natural, k, zeta), G in zip(values, added[:, :, 0, 0], strict=True):
         r = f / natural
         np.testing.assert_allclose(G, 1 / (k * (1 - r**2 + 2j * zeta * r)), rtol=1e-9)
-    moved = ModeFrequency(0, 150.0).changed(tool.drawn(), np.array([[1.1], [0.9]]), 1000.0)
+    moved = ModeFrequency(0, 150.0).changed(tool.drawn(), np.array([[1.1], [0.9]]), 1000.0, 1e-3)
     G = receptance(moved.poles, moved.residue, tool.direct, f)[0, :, 0, 0]
     r = f / 165.0
     np.testing.assert_allclose(G, 1 / (22.5 * (2 * np.pi * 165) ** 2 * (1 - r**2 + 0.06j * r)), rtol=1e-6)
@@ -295,8 +366,8 @@ def test_a_mode_that_is_added_has_its_compliance(tmp_path: Path) -> None:
 def test_without_a_diameter_rubbing_cannot_be_decided(tmp_path: Path) -> None:
     machine = machine_of(tmp_path, LATHE.replace('diameter = "80 mm"\n', ""))
     tool = sampled_tool(machine, 10, 0, 25.0)
-    suspects, undecided = suspects_of(tool, Cutting(**dict(machine.cutting or {})))
-    assert {row["family"] for row in undecided} == {"process-damping"}
+    suspects, undecided = suspects_of(tool, Cutting(**dict(machine.cutting or {})), 4100.0, 1e-3)
+    assert {row["family"] for row in undecided} == {"process-damping", "joint-slip", "run-out"}
     assert "process-damping" not in {one.family for one in suspects}
     assert AsItIs().told({}) == "the machine as it is"
 

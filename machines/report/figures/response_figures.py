@@ -41,7 +41,7 @@ def tool_figure(
                 for k, (branch, style) in enumerate(styled(branches))
             ]
             curves += [curve for drive, at, curve in measured if (drive, at) == (result.drive, output)]
-            panels.append((f"{output} per force on {result.drive}", curves))
+            panels.append((f"{output}\nper force on {result.drive}", curves))
     broken = any(style == "--" for r in results for branches in r.branches for _, style in styled(branches))
     caption = "Steady response to harmonic forces, each joint replaced by its describing function at its own amplitude"
     caption += "; broken lines are branches that no slowly swept test would stay on." if broken else "."

@@ -1,0 +1,260 @@
+"""How the vibration of many samples grows from one tooth to the next, at a speed and a depth.
+
+Modes with poles λ move by s' = λs + iᵀF, q = 2·Re Σ o·s (G = Σ o·iᵀ/(jω − λ) + conjugates). While teeth cut, the
+force −b·u·(x − x_old) hangs on x = vᵀq at their angles and on what it was a tooth before. On the nodes of Gauss rules
+over the time in the cut,
+
+    x_k = vᵀq of the free motion − b·Σ_l K_kl·(x_l − x_old,l),   K_kl = 2·Re Σ_modes (v_kᵀo)·I_kl(λ)·(iᵀu_l),
+
+I(λ) = (1 − λA)⁻¹A inside a stretch of the arc (collocation at Gauss nodes, Hairer & Wanner 1996, ch. IV.5) and
+e^(λ(t_k − t_l))·w_l from those before it. The states of the modes and x over a tooth period are thus a linear map
+of those a period before; its largest eigenvalue is the multiplier. Nothing is averaged: flips and interrupted cuts come
+out as they are. Flanks that rub add −b·(C/v)·v·(vᵀq').
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from jointlib.arrays import Array, ComplexArray
+
+from ..indices import Index
+from .borders import Condition
+from .sampled_tool import Drawn
+
+_SPAN = 1.5
+"""Periods of the highest mode in a stretch of the arc, at most."""
+_SQUARED = 9
+"""The map is raised to two to this."""
+
+
+@dataclass(frozen=True, eq=False)
+class Arc:
+    """Nodes over a tooth period: times in s, weights in s, stretch and place in it, angles in rad."""
+
+    time: Array
+    weight: Array
+    stretch: Index
+    place: Index
+    angle: Array
+    period: float
+    stretches: tuple[tuple[int, float], ...]
+    """Nodes and length in s of each."""
+
+
+def arc_of(at: Condition, highest: float) -> Arc:
+    """The nodes of a cut of even teeth for modes up to ``highest`` Hz."""
+    cutting, period = at.cutting, 1 / at.tooth_frequency
+    turning = 2 * np.pi * at.speed / 60
+    pitch = 2 * np.pi / cutting.cuts_per_revolution
+    first, last = cutting.entry_angle, cutting.exit_angle
+    many = int(np.ceil((last - first) / pitch - 1e-9))
+    edges = sorted({0.0, *((last - first - i * pitch) / turning for i in range(many)), *([period] if many > 1 else [])})
+    edges = [edge for edge in edges if -1e-12 < edge < period * (1 + 1e-9)]
+    parts: list[tuple[Any, ...]] = []
+    stretches: list[tuple[int, float]] = []
+    for low, high in pairwise(edges):
+        pieces = int(np.ceil((high - low) * highest / _SPAN))
+        for begin, end in zip(*(np.linspace(low, high, pieces + 1)[i:][:pieces] for i in (0, 1)), strict=True):
+            length = float(end - begin)
+            count = 4 + int(np.ceil(4.5 * length * highest))
+            x, w, _, _ = _collocation(count)
+            for flute in range(many):
+                angle = first + turning * (begin + x * length) + flute * pitch
+                if angle[count // 2] < last:
+                    here = np.full(count, len(stretches))
+                    parts.append((begin + x * length, w * length, here, np.arange(count), angle))
+            stretches.append((count, length))
+    time, weight, stretch, place, angle = (np.concatenate(column) for column in zip(*parts, strict=True))
+    return Arc(time, weight, stretch, place, angle, period, tuple(stretches))
+
+
+@dataclass(frozen=True, eq=False)
+class Pass:
+    """The linear relations of a tooth period for many samples, before a depth is chosen.
+
+    Parameters
+    ----------
+    within
+        K of x on the force that chips make, (samples, n, n), above that of y = vᵀq' where flanks rub.
+    rubbed
+        The same on the force by which they rub; None where they do not.
+    into
+        x, and y, of the states at the beginning, (samples, n or 2n, states).
+    out, rubbed_out
+        States at the end of both forces, (samples, states, n).
+    free
+        States at the end of those at the beginning, (samples, states, states).
+    """
+
+    within: Array
+    rubbed: Array | None
+    into: Array
+    out: Array
+    rubbed_out: Array | None
+    free: Array
+
+    def map(self, depth: Array) -> Array:
+        """Of states and chips over a tooth period, (samples, states + n, states + n), at depths in m, (samples,)."""
+        b = depth[:, None, None]
+        n, states = self.within.shape[2], self.free.shape[1]
+        known = np.concatenate([self.into, b * self.within], axis=2)
+        if self.rubbed is None:
+            x = np.linalg.solve(np.eye(n) + b * self.within, known)
+            force = x.copy()
+        else:
+            x = np.linalg.solve(np.eye(2 * n) + b * np.concatenate([self.within, self.rubbed], axis=2), known)
+            force = x[:, :n].copy()
+        force[:, :, states:] -= np.eye(n)
+        end = -b * (self.out @ force)
+        if self.rubbed_out is not None:
+            end -= b * (self.rubbed_out @ x[:, n:])
+        end[:, :, :states] += self.free
+        return np.concatenate([end, x[:, :n]], axis=1)
+
+    def idle(self) -> Array:
+        """The map of a tooth that cuts nothing: chips stay as the last one left them."""
+        count, n, states = len(self.free), self.within.shape[2], self.free.shape[1]
+        out = np.zeros((count, states + n, states + n))
+        out[:, :states, :states] = self.free
+        out[:, np.arange(states, states + n), np.arange(states, states + n)] = 1.0
+        return out
+
+
+def pass_of(drawn: Drawn, direct: Array, at: Condition, arc: Arc, axes: tuple[str, ...]) -> Pass:
+    """The relations of every sample."""
+    rows = ["xy".index(axis) for axis in axes]
+    tangential, normal = (part[:, rows] for part in _unit_forces(at, arc))
+    _, v = (part[:, rows] for part in at.cutting.tooth(arc.angle))
+    o, i = _factors(drawn.residue)
+    seen = o @ v.T  # (samples, modes, n)
+    u = drawn.tangential[:, None, None] * tangential + drawn.normal[:, None, None] * normal
+    poles = drawn.poles
+    inside = _inside(poles, arc)
+    pushed = i @ u.swapaxes(1, 2)
+    rubs = drawn.damping + (at.cutting.process_damping or 0.0)
+    within = _felt(seen, inside, pushed)
+    if np.any(direct):
+        same = arc.time[:, None] == arc.time
+        within = within + (v @ direct @ u.swapaxes(1, 2)) * same
+    grown = np.exp(poles[:, :, None] * arc.time)
+    into = _real_rows(seen * grown)
+    left = np.exp(poles[:, :, None] * (arc.period - arc.time)) * arc.weight
+    out = _real_columns(left * pushed)
+    over = np.exp(poles * arc.period)
+    modes = np.arange(poles.shape[1])
+    free = np.zeros((len(poles), 2 * len(modes), 2 * len(modes)))
+    free[:, modes, modes] = free[:, modes + len(modes), modes + len(modes)] = over.real
+    free[:, modes + len(modes), modes], free[:, modes, modes + len(modes)] = over.imag, -over.imag
+    if not np.any(rubs):
+        return Pass(within, None, into, out, None, free)
+    moving = seen * poles[:, :, None]
+    at_v = (i @ v.T) * (rubs / at.surface_speed)[:, None, None]
+    above = np.concatenate([within, _felt(moving, inside, pushed)], axis=1)
+    rubbed = np.concatenate([_felt(seen, inside, at_v), _felt(moving, inside, at_v)], axis=1)
+    return Pass(above, rubbed, np.concatenate([into, _real_rows(moving * grown)], axis=1), out,
+                _real_columns(left * at_v), free)  # fmt: skip
+
+
+def multiplier(passing: Array) -> tuple[Array, Array]:
+    """ln|μ| and |arg μ| in rad of the largest eigenvalue of maps, (samples, n, n) → (samples,).
+
+    Powers of the map show how it grows, and two steps of what is left of a vector turn by its angle.
+    """
+    power, grown = passing, np.zeros(len(passing))
+    for _ in range(_SQUARED):
+        power = power @ power
+        size = np.linalg.norm(power, axis=(1, 2))
+        power = power / np.maximum(size, 1e-300)[:, None, None]
+        before, grown = grown, 2 * grown + np.log(np.maximum(size, 1e-300))
+    rate = (grown - before) / 2 ** (_SQUARED - 1)
+    vector = power @ np.cos(np.arange(power.shape[2]) ** 1.5)
+    one = np.einsum("sij,sj->si", passing, vector)
+    two = np.einsum("sij,sj->si", passing, one)
+    aa, ab, bb = (np.sum(p * q, axis=1) for p, q in ((one, one), (one, vector), (vector, vector)))
+    ca, cb = np.sum(two * one, axis=1), np.sum(two * vector, axis=1)
+    full = aa * bb - ab**2
+    flat = full < 1e-10 * aa * bb
+    safe = np.where(flat, 1.0, full)
+    alpha, beta = (ca * bb - cb * ab) / safe, (cb * aa - ca * ab) / safe
+    root = np.sqrt((alpha / 2) ** 2 + beta + 0j)
+    pair = np.stack([alpha / 2 + root, alpha / 2 - root])
+    largest = np.take_along_axis(pair, np.argmax(np.abs(pair), axis=0)[None], axis=0)[0]
+    largest = np.where(flat, np.where(ab > 0, 1.0, -1.0), largest)
+    return np.asarray(rate), np.abs(np.angle(largest))
+
+
+@lru_cache(maxsize=64)
+def _collocation(count: int) -> tuple[Array, Array, ComplexArray, ComplexArray]:
+    """Nodes and weights on [0, 1], the eigenvalues of A, and T with I(λ)_kl = Σ_j a_j/(1 − λ·a_j)·T_jkl for A."""
+    x, w = np.polynomial.legendre.leggauss(count)
+    x, w = (x + 1) / 2, w / 2
+    orders = np.arange(count + 1)
+    values = np.polynomial.legendre.legvander(2 * x - 1, count)
+    to_coefficients = (2 * orders[:count, None] + 1) * values[:, :count].T * w
+    integrals = np.zeros((count, count))
+    integrals[:, 0] = x
+    for k in range(1, count):
+        integrals[:, k] = (values[:, k + 1] - values[:, k - 1]) / (2 * (2 * k + 1))
+    size, vectors = np.linalg.eig(integrals @ to_coefficients)
+    return x, w, size, np.asarray(vectors.T[:, :, None] * np.linalg.inv(vectors)[:, None, :])
+
+
+def _inside(poles: ComplexArray, arc: Arc) -> ComplexArray:
+    """I(λ), (samples, modes, n, n)."""
+    n, flat = len(arc.time), poles.reshape(-1)
+    apart = arc.time[:, None] - arc.time
+    before = arc.stretch[:, None] > arc.stretch
+    out = np.zeros((len(flat), n, n), dtype=complex)
+    k, l = np.nonzero(before)
+    if len(k):
+        # Nodes of the stretches behind, through what each of them leaves: e^(λ·t_k) times e^(−λ·t_l).
+        out[:, k, l] = np.exp(flat[:, None] * apart[k, l]) * arc.weight[l]
+    for number, (count, length) in enumerate(arc.stretches):
+        _, _, size, turned = _collocation(count)
+        a = size * length
+        block = (a / (1 - flat[:, None] * a)) @ turned.reshape(count, -1)
+        rows = np.flatnonzero(arc.stretch == number)
+        at = arc.place[rows]
+        out[:, rows[:, None], rows] = block.reshape(-1, count, count)[:, at[:, None], at]
+    return out.reshape(*poles.shape, n, n)
+
+
+def _unit_forces(at: Condition, arc: Arc) -> tuple[Array, Array]:
+    """u per K_t and per K_n at the nodes, (n, 2)."""
+    first = replace(at.cutting, tangential=1e9, normal=0.0).tooth(arc.angle)[0] / 1e9
+    both = replace(at.cutting, tangential=1e9, normal=1e9).tooth(arc.angle)[0] / 1e9
+    return first, both - first
+
+
+def _factors(residue: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+    """o and i with R = o·iᵀ of every mode, (samples, modes, axes); residues have rank one."""
+    axes = residue.shape[-1]
+    largest = np.argmax(np.abs(residue).reshape(*residue.shape[:2], -1), axis=2)
+    row, column = largest // axes, largest % axes
+    s, m = np.ogrid[: residue.shape[0], : residue.shape[1]]
+    pivot = residue[s, m, row, column]
+    pivot = np.where(pivot == 0, 1.0, pivot)
+    return residue[s, m, :, column], residue[s, m, row, :] / pivot[:, :, None]
+
+
+def _felt(seen: ComplexArray, inside: ComplexArray, pushed: ComplexArray) -> Array:
+    """2·Re Σ over modes of seen_k·I_kl·pushed_l, (samples, n, n)."""
+    out = np.zeros((len(seen), inside.shape[2], inside.shape[3]))
+    for m in range(seen.shape[1]):
+        out += 2 * (seen[:, m, :, None] * inside[:, m] * pushed[:, m, None, :]).real
+    return out
+
+
+def _real_rows(part: ComplexArray) -> Array:
+    """2·Re of (samples, modes, n) on complex states, as (samples, n, states) on their real and imaginary parts."""
+    return np.asarray(np.concatenate([2 * part.real, -2 * part.imag], axis=1).swapaxes(1, 2))
+
+
+def _real_columns(part: ComplexArray) -> Array:
+    return np.asarray(np.concatenate([part.real, part.imag], axis=1))
