@@ -47,6 +47,10 @@ class RigRecord(Protocol):
         """kg that move with each accelerometer: {"a1": m1, "a2": m2, "a3": m3}, those that are known."""
         ...
 
+    def suspension(self, channel: str) -> tuple[float, float]:
+        """N/m and N s/m that hold what moves with an accelerometer to ground, as far as it is known."""
+        ...
+
     @property
     def displacement(self) -> Array:
         """z in m along ``time``, on the lines where it stands clear of its noise."""
@@ -152,6 +156,10 @@ class Fault(ABC):
     @abstractmethod
     def correction(self, coefficients: Array, shape: Shape) -> Mapping[str, float] | None:
         """The physical parameters; None where the coefficients are not physical (the sign rule)."""
+
+    def possible(self, record: RigRecord, site: str, parameters: Mapping[str, float]) -> bool:
+        """Whether the fault can have these parameters, where that depends on what is known of the rig."""
+        return True
 
     def combined(self, known: Mapping[str, float], further: Mapping[str, float]) -> Mapping[str, float]:
         """One correction that stands for ``known`` undone first and ``further`` next; here coefficients add up.

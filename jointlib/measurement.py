@@ -53,6 +53,9 @@ class Mass:
 
     value: float | None
     uncertainty: float = 0.0
+    stiffness: float = 0.0
+    """N/m and, below, N s/m by which a suspension holds the body of a rig to ground."""
+    damping: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -75,6 +75,10 @@ def _masses(measurement: Measurement) -> dict[str, float]:
     for body, mass in measurement.bodies.items():
         if mass.value is None:
             raise InputError(f"{measurement.source}: mass of {body!r} is unknown, the joint force needs it in kg")
+        if mass.stiffness or mass.damping:
+            raise InputError(
+                f"{measurement.source}: {body!r} is held to ground, expected free bodies: trace alone minds that"
+            )
         masses[body] = mass.value
     return masses
 

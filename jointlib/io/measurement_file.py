@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -73,7 +74,7 @@ def _measurement(path: Path, section: Section) -> Measurement:
         section.fault(f"band ends at {band[1]:g} Hz, expected at most half the sample_rate")
     told = dialect_of(section.section("text"))
     masses = section.section("bodies")
-    bodies = {name: _mass(masses, name) for name in masses.keys()}  # noqa: SIM118
+    bodies = {name: _mass(masses, name, may_be_held=kind == "rig") for name in masses.keys()}  # noqa: SIM118
     channels, faulty = section.each("channel", lambda part: channel_of(part, kind))
     channels += [each.likeness for each in faulty if each.likeness is not None]
     corrections, _ = section.each("correction", lambda part: correction_of(part, kind, channels, faulty, bodies))
@@ -117,13 +118,19 @@ def _moving(section: Section, kind: str) -> Mass | None:
     return _mass(section, "carriage") if section.has("carriage") else None
 
 
-def _mass(section: Section, name: str) -> Mass:
+def _mass(section: Section, name: str, *, may_be_held: bool = False) -> Mass:
+    """A mass; of a body of a rig with the suspension that holds it to ground."""
     value = section.take(name)
     if value == "unknown":
         return Mass(None)
     if isinstance(value, dict):
         inner = section.within(value, name)
         mass = Mass(inner.number("mass", "kg"), inner.number("u", "kg", 0.0))
+        if may_be_held:
+            held = inner.number("stiffness", "N/m", 0.0), inner.number("damping", "N s/m", 0.0)
+            mass = replace(mass, stiffness=held[0], damping=held[1])
+            if min(held) < 0:
+                inner.fault(f"{name} is held to ground by {held[0]:g} N/m and {held[1]:g} N s/m, expected 0 or more")
         inner.done()
     else:
         mass = Mass(section.within({name: value}).number(name, "kg"))

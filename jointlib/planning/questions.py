@@ -40,7 +40,8 @@ def questions(asked: Sequence[str], setup: Setup) -> tuple[Truth, ...]:
             valid = {*families, *members, *faults, FAULTS}
             other = next((f for f in known.rig if f.family == word), None)
             if other is not None:
-                raise InputError(f"--effects: {word} changes along a record, which a plan does not simulate")
+                what = "changes along a record" if other.on == "joint" else "holds a body to ground"
+                raise InputError(f"--effects: {word} {what}, which a plan does not simulate")
             raise InputError(f"--effects: unknown effect {word!r}, {nearest(word, valid)}")
     return tuple(found.values())
 

@@ -96,6 +96,8 @@ def setup_of(
         rig = rig_of(declared)
         if rig.m1 is None:
             raise InputError(f"{declared.source}: the mass of {declared.driven!r} is unknown, expected kg for a plan")
+        if any(k or c for k, c in rig.suspensions.values()):
+            assumed.append("bodies that nothing holds to ground, though the measurement file declares a suspension")
         m1, carried = rig.m1, (rig.m2, rig.m3) if rig.has_third else (rig.passive_mass, 0.0)
         channels = tuple(n for n in RIG_CHANNELS if n in {c.name for c in declared.channels})
         if "P" not in channels:

@@ -27,7 +27,7 @@ FAMILIES = (
     "missing-mass",
     "rocking-mode",
 )
-"""Those that can be simulated here; the others change the joint along a record."""
+"""Those that can be simulated here; the others change the joint along a record, or hold a body to ground."""
 
 
 @dataclass(frozen=True)

@@ -43,6 +43,10 @@ CATALOGUE: dict[str, Maker] = {
 }
 """Effects of the catalogue; those after the rocking mode do not live in the joint equation."""
 IN_JOINT = tuple(CATALOGUE)[:15]
+HELD: dict[str, Maker] = {
+    "suspended-driven": faults.suspension("runner_block"),
+    "suspended-carried": faults.suspension("rail"),
+}
 OUTSIDE: dict[str, Maker] = {
     "ripple": foreign.ripple,
     "stiffness-by-speed": foreign.stiffness_by_speed,
@@ -58,6 +62,12 @@ LINEAR_THERE = ("relaxation",)
 BY_AMPLITUDE = tuple(OUTSIDE)[:5]
 """Those that a narrow band shows; the others are linear, and there no more than a spring, a damper and gains."""
 EMPTY: dict[str, Maker] = {"nothing": foreign.nothing, "distorted-exciter": foreign.distorted_exciter}
+LOUD: dict[str, Maker] = {
+    "noise-with-drive": foreign.noise_with_drive,
+    "noise-by-channel": foreign.noise_by_channel,
+    "coloured-noise": foreign.coloured_noise,
+}
+"""Nothing but noise that grows with the drive."""
 EXACT: dict[str, Maker] = {
     "exact-cubic": effects.exact_cubic,
     "exact-coulomb": effects.exact_coulomb,
@@ -75,7 +85,7 @@ PAIRS = (
     "rocking-mode+coulomb",
     "cubic+stiffness-drift",
 )
-MAKERS = CATALOGUE | OUTSIDE | EMPTY | EXACT
+MAKERS = CATALOGUE | HELD | OUTSIDE | EMPTY | LOUD | EXACT
 SIGNALS, DECIBELS, SEEDS = ("MS", "AM"), (60.0, 40.0, 30.0), range(5)
 
 
@@ -84,7 +94,7 @@ class Cell:
     """One data set and what is done with it."""
 
     group: str
-    """main | null | outside | removed | coverage | two | peaks | small."""
+    """main | null | outside | removed | coverage | two | peaks | small | held | loud."""
     effect: str
     signal: str
     decibel: float
@@ -130,6 +140,8 @@ GROUPS: dict[str, list[Cell]] = {
     "two": grid("two", PAIRS, ["MS"], [40.0], SEEDS),
     "peaks": grid("peaks", PAIRS, ["MS"], [40.0], SEEDS),
     "small": grid("small", CATALOGUE, ["MS"], [40.0], SEEDS, 0.2),
+    "held": grid("held", HELD, SIGNALS, [60.0, 40.0], range(20)),
+    "loud": grid("loud", LOUD, SIGNALS, [60.0, 40.0], range(9)),
     "quick": grid("main", CATALOGUE, ["MS"], [40.0], [0]),
 }
 """``quick`` is a part of ``main``. Pairs are of even weight in the records in ``two``, of equal peaks in ``peaks``."""

@@ -12,6 +12,8 @@ import numpy as np
 from generator import Array, ComplexArray, Dynamic, Hidden, Rig, no_force, no_stiffness
 from masing import masing
 
+COLOUR = {"a1": 0.5, "a2": -0.3, "a3": 0.2, "P": 0.6}
+"""Noise of first order, n_i = colour n_(i−1) + white."""
 Channels = dict[str, Array]
 Sensors = Callable[[Channels, Array], Channels]
 """(channels (records, samples), t in s) → channels as a faulty sensor shows them."""
@@ -55,6 +57,8 @@ class Injected:
     """Natural frequency in Hz, damping ratio, size relative to the acceleration of body 2."""
     distortion: float = 0.0
     """Third-order distortion of the exciter, a share of its peak force."""
+    louder: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    """Noise by channel that grows with the drive: at its highest level over that at rest, and its colour."""
     memory: bool = False
     """True where the hidden force depends on the path before."""
     whole_record: bool = False

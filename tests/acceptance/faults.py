@@ -45,6 +45,20 @@ def missing_mass(rng: np.random.Generator, s: Scale, share: float) -> Injected:
     return Injected(("missing-mass",), BODIES[body], {"mass": added}, rig=Rig(m1=masses[0], m2=masses[1], m3=masses[2]))
 
 
+def suspension(body: str) -> Callable[[np.random.Generator, Scale, float], Injected]:
+    """Cords between a body and the ground: its side swings on them at 60 to 300 Hz, damped by 0.2 to 20 %."""
+
+    def make(rng: np.random.Generator, s: Scale, share: float) -> Injected:
+        driven = body == "runner_block"
+        mass, swing, damping = 0.942 if driven else 2.2, 60 * 5 ** rng.uniform(0, 1), 0.2 * 100 ** -rng.uniform(0, 1)
+        k = share / FEW * mass * (2 * np.pi * swing) ** 2
+        c = 2 * damping * float(np.sqrt(k * mass))
+        cords = ((k, c), (0.0, 0.0)) if driven else ((0.0, 0.0), (k, c))
+        return Injected(("suspension",), body, {"stiffness": k, "damping": c}, rig=Rig(cords=cords))
+
+    return make
+
+
 def gain(*channels: str) -> Callable[[np.random.Generator, Scale, float], Injected]:
     """A sensitivity that is wrong by 1 to 3 %, on one of the channels."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from effects import Injected, Scale, rounded, settled
+from effects import COLOUR, Injected, Scale, rounded, settled
 from faults import rms
 from generator import Array, ComplexArray
 
@@ -79,6 +79,23 @@ def cross_talk(rng: np.random.Generator, s: Scale, share: float) -> Injected:
         return {**channels, to: channels[to] + share * rms(channels[to][:-1]) / rms(rate[:-1]) * rate}
 
     return Injected((), to, sensors=(shown,))
+
+
+def noise_with_drive(rng: np.random.Generator, s: Scale, share: float) -> Injected:
+    """Noise that grows with the drive, in all channels alike."""
+    times = rng.uniform(1.0, 2.5)
+    return Injected((), louder={c: (times, colour) for c, colour in COLOUR.items()})
+
+
+def noise_by_channel(rng: np.random.Generator, s: Scale, share: float) -> Injected:
+    """The same, in each channel by its own factor."""
+    return Injected((), louder={c: (rng.uniform(0.0, 3.0), colour) for c, colour in COLOUR.items()})
+
+
+def coloured_noise(rng: np.random.Generator, s: Scale, share: float) -> Injected:
+    """The same in all channels alike, of another colour than the noise at rest."""
+    times = rng.uniform(1.0, 2.5)
+    return Injected((), louder={c: (times, rng.uniform(-0.8, 0.8)) for c in COLOUR})
 
 
 def distorted_exciter(rng: np.random.Generator, s: Scale, share: float) -> Injected:

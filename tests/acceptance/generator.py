@@ -55,11 +55,25 @@ class Rig:
     damping: float = 500.0
     hidden: Hidden = no_force
     dynamic: Dynamic = no_stiffness
+    cords: tuple[tuple[float, float], tuple[float, float]] = ((0.0, 0.0), (0.0, 0.0))
+    """N/m and N s/m between ground and body 1, and between ground and bodies 2 and 3."""
 
     @property
     def inverse_mass(self) -> float:
-        """1/kg of the relative motion."""
+        """1/kg of the relative motion of free bodies."""
         return 1 / self.m1 + 1 / (self.m2 + self.m3)
+
+    def accelerances(self, omega: Array) -> tuple[ComplexArray, ComplexArray]:
+        """Acceleration of either side per force on it, a hung mass by itself; 1/m for the mean, which is not moved."""
+        s = 1j * omega
+        out = []
+        for m, (k, c) in zip((self.m1, self.m2 + self.m3), self.cords, strict=True):
+            own = np.full(len(omega), 1 / m, dtype=complex)
+            moving = omega > 0
+            if k or c:
+                own[moving] = s[moving] ** 2 / (m * s[moving] ** 2 + c * s[moving] + k)
+            out.append(own)
+        return out[0], out[1]
 
 
 @dataclass(frozen=True)
@@ -97,8 +111,10 @@ class Equation:
         self.time: Array = np.asarray(step * np.arange(self.points), dtype=np.float64)
         self.D = 1j * self.omega
         self.linear = rig.stiffness + self.D * rig.damping + rig.dynamic(self.omega)
-        self.mobile = -(self.omega**2) + rig.inverse_mass * self.linear
-        self.push = self.lines(drive) / rig.m1
+        give, carried = rig.accelerances(self.omega)
+        self.inverse_mass = give + carried
+        self.mobile = -(self.omega**2) + self.inverse_mass * self.linear
+        self.push = self.lines(drive) * give
 
     def lines(self, x: Array) -> ComplexArray:
         """Spectrum of a signal on the lines."""
@@ -111,7 +127,7 @@ class Equation:
 
     def defect(self, Z: ComplexArray, f: Array) -> ComplexArray:
         """What the equation lacks, m/s² times points."""
-        return np.asarray(self.push - self.mobile * Z - self.rig.inverse_mass * self.lines(f))
+        return np.asarray(self.push - self.mobile * Z - self.inverse_mass * self.lines(f))
 
     def gap(self, Z: ComplexArray, change: ComplexArray) -> float:
         """Velocity of a change over that of the motion, the largest of the records."""
@@ -120,8 +136,13 @@ class Equation:
     def motion(self, Z: ComplexArray) -> Motion:
         """The answer."""
         z, v, f = self.along(Z)
-        force, rig = np.fft.irfft(self.linear * Z, self.points) + f, self.rig
-        return Motion(z, v, force, (self.drive - force) / rig.m1, force / (rig.m2 + rig.m3), self.drive)
+        force = np.fft.irfft(self.linear * Z, self.points) + f
+        omega: Array = np.asarray(2 * np.pi * np.fft.rfftfreq(self.points, self.time[1]), dtype=np.float64)
+        a1, a2 = (
+            np.fft.irfft(own * np.fft.rfft(on), self.points)
+            for own, on in zip(self.rig.accelerances(omega), (self.drive - force, force), strict=True)
+        )
+        return Motion(z, v, force, a1, a2, self.drive)
 
 
 def by_mixture(e: Equation, start: ComplexArray | None = None) -> Motion:
@@ -133,7 +154,7 @@ def by_mixture(e: Equation, start: ComplexArray | None = None) -> Motion:
         z, v, f = e.along(Z)
         if iteration in (0, 2, 6):
             extra, mixing = equivalent(z, v, f, e.D), Anderson(e.omega)
-        change = e.defect(Z, f) / (e.mobile + e.rig.inverse_mass * extra)
+        change = e.defect(Z, f) / (e.mobile + e.inverse_mass * extra)
         gap = e.gap(Z, change)
         if gap < _TOLERANCE:
             return e.motion(Z)

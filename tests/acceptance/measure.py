@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import zlib
 from copy import deepcopy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from effects import KAPPA, PRELOAD, Channels, Injected, Maker, Scale, guide_stiffness
+from effects import COLOUR, KAPPA, PRELOAD, Channels, Injected, Maker, Scale, guide_stiffness
 from excitation import PERIOD, RATE, SIGNALS, force
 from generator import (
     Array,
@@ -33,8 +33,6 @@ SETTLE, KEPT = 2, 4
 PEAK = 3e-6
 """m; peak relative motion of the declared rig at the highest level."""
 _OFF_PEAK, _DRIVES = 0.2, 6
-COLOUR = {"a1": 0.5, "a2": -0.3, "a3": 0.2, "P": 0.6}
-"""Noise of first order, n_i = colour n_(i−1) + white."""
 DECLARED = Rig()
 FEED = 0.4
 """m/s; the slide moves at a constant speed in every record."""
@@ -138,6 +136,7 @@ def combined(parts: list[Injected]) -> Injected:
         rig=next((p.rig for p in parts if p.rig), None),
         sensors=tuple(s for p in parts for s in p.sensors),
         rocking=next((p.rocking for p in parts if p.rocking), None),
+        louder={c: noise for p in parts for c, noise in p.louder.items()},
         memory=any(p.memory for p in parts),
         whole_record=any(p.whole_record for p in parts),
     )
@@ -165,7 +164,7 @@ def moved(truth: Injected, declared: Rig, lines: ComplexArray, signal: str) -> M
     peak = np.abs(drive).max()
     drive = drive + truth.distortion * drive**3 / peak**2
     base = truth.rig or declared
-    rig = Rig(base.m1, base.m2, base.m3, base.stiffness, base.damping, truth.hidden, truth.dynamic)
+    rig = replace(base, hidden=truth.hidden, dynamic=truth.dynamic)
     equation = Equation(rig, drive, 1 / (fine * RATE))
     if truth.memory or truth.whole_record or truth.hidden is no_force:
         return by_mixture(equation)
@@ -225,6 +224,9 @@ def write(test: Simulated, folder: Path, decibel: float, name: str, seed: int) -
     """Measurement and joint file of a test whose channels carry noise ``decibel`` below their own size."""
     rng = seeds("noise", name, f"{decibel:g}", seed)
     shown = {c: x + noise(rng, x, COLOUR[c], decibel) for c, x in test.channels.items()}
+    for c, (times, colour) in test.truth.louder.items():
+        further = noise(rng, test.channels[c], colour, decibel)
+        shown[c] = shown[c] + times * further * np.array([*LEVELS, 0.0])[:, None]
     shown = {c: rounded_to_counts(x) for c, x in shown.items()}
     shown["pos"] = test.position + 1e-7 * rng.standard_normal(test.position.shape)
     body = {"a1": "runner_block", "a2": "rail", "a3": "block"}

@@ -10,11 +10,11 @@ import faults
 import numpy as np
 import pytest
 from cells import CATALOGUE, GROUPS, LINEAR_THERE, MAKERS
-from effects import ANGLE, KAPPA, PRELOAD, Maker, guide_stiffness, hertz_force
+from effects import ANGLE, COLOUR, KAPPA, PRELOAD, Maker, guide_stiffness, hertz_force
 from excitation import PERIOD, RATE, SIGNALS, force
 from generator import Array, Equation, Rig, by_mixture, by_steps, sampled, solve
 from masing import backbone, masing
-from measure import COLOUR, LEVELS, SETTLE, noise, simulate, write
+from measure import LEVELS, SETTLE, noise, simulate, write
 from repeats import repeats
 from scipy.integrate import solve_ivp
 
@@ -54,6 +54,22 @@ def test_a_linear_rig_has_the_accelerance_of_two_free_masses() -> None:
     P = np.fft.rfft(m.drive)[:, 100:401]
     for a, x in ((m.a1, x1), (m.a2, x2)):
         np.testing.assert_allclose(np.fft.rfft(a)[:, 100:401], w**2 * x * P, rtol=1e-9)
+
+
+def test_a_hung_rig_has_the_accelerance_of_masses_on_springs() -> None:
+    (k1, c1), (k2, c2) = cords = ((2e6, 300.0), (8e5, 90.0))
+    rig = Rig(cords=cords)
+    m = solve(rig, drive_of(600.0), 1 / (8 * RATE))
+    P = np.fft.rfft(m.drive)
+    M, C, K = (
+        np.array([[a + b, -b], [-b, d + b]])
+        for a, b, d in ((rig.m1, 0.0, rig.m2 + rig.m3), (c1, rig.damping, c2), (k1, rig.stiffness, k2))
+    )
+    for line in (100, 173, 400):
+        w = 2j * np.pi * 20 * line
+        x = np.linalg.solve(M * w**2 + C * w + K, [1.0, 0.0])
+        for a, share in ((m.a1, x[0]), (m.a2, x[1])):
+            np.testing.assert_allclose(np.fft.rfft(a)[:, line], w**2 * share * P[:, line], rtol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -160,6 +176,19 @@ def test_noise_has_its_strength_and_colour(channel: str) -> None:
     n = noise(np.random.default_rng(1), x, COLOUR[channel], 40.0)
     assert n.std() == pytest.approx(1e-2, rel=0.02)
     assert np.mean(n[:, 1:] * n[:, :-1]) == pytest.approx(COLOUR[channel] * 1e-4, abs=2e-6)
+
+
+def test_noise_that_grows_with_the_drive_is_at_rest_what_it_was(tmp_path: Path) -> None:
+    sizes = []
+    for name in ("nothing", "noise-with-drive"):
+        (tmp_path / name).mkdir()
+        test = simulate(name, (MAKERS[name],), "MS", 2)
+        write(test, tmp_path / name, 40.0, name, 2)
+        read = [np.load(tmp_path / name / f"r{r}.npz")["a1"] - test.channels["a1"][r] for r in (0, 2, 5)]
+        sizes.append([x.std() / np.std(test.channels["a1"][2]) for x in read])
+    (times, _) = test.truth.louder["a1"]
+    calm, loud = np.array(sizes)
+    assert loud / calm == pytest.approx(np.sqrt(1 + (times * np.array([LEVELS[0], LEVELS[2], 0.0])) ** 2), rel=0.03)
 
 
 @pytest.mark.thorough

@@ -160,7 +160,7 @@ def test_a_fault_in_a_record_is_undone_on_reading(family: str, tmp_path: Path) -
 
 
 def test_every_family_that_can_be_corrected_is_tried_here() -> None:
-    assert set(faults("rig")) == {*FAULTS, "missing-mass"}
+    assert set(faults("rig")) == {*FAULTS, "missing-mass", "suspension"}
 
 
 def test_the_run_in_is_shifted_apart_so_that_the_steady_part_stays_exact(tmp_path: Path) -> None:

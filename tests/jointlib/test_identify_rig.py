@@ -158,6 +158,8 @@ def test_silent_channel_short_record_and_unknown_mass_are_refused() -> None:
         restoring_force(measurement(settle=1), one)
     with pytest.raises(InputError, match="mass of 'rail' is unknown"):
         restoring_force(measurement(bodies={**m.bodies, "rail": Mass(None)}), one)
+    with pytest.raises(InputError, match="'rail' is held to ground"):
+        restoring_force(measurement(bodies={**m.bodies, "rail": Mass(1.1, 0.0, 1e5)}), one)
     with pytest.raises(InputError, match="cycles of the lowest frequency"):
         restoring_force(m, record({k: v[:500] for k, v in one.channels.items()}, period=None))
     without = replace(one, channels={k: v for k, v in one.channels.items() if k != "P"})

@@ -50,7 +50,7 @@ class Raw:
         rig = self.rig
         for f in acting:
             if f.fault.on == "body":
-                rig = rig.heavier(f.site, f.of(record)["mass"])
+                rig = rig.added(f.site, **f.of(record))
         bare = Observed(_undone(self, rig, acting, record), rig, self.floor, self.band, 0.0, 0.0)
         if not (bare.kept & bare.on_period).any():
             raise InputError(f"{self.spectra.name}: the relative motion drowns in noise on every line")

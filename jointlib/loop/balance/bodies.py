@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
 from jointlib.measurement import Mass, Measurement
 
@@ -23,6 +24,8 @@ class Rig:
     has_third: bool
     bodies: Mapping[str, str] = field(default_factory=dict)
     """The body that each accelerometer sits on."""
+    suspensions: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    """Stiffness in N/m and damping in N s/m by which what moves with an accelerometer is held to ground."""
 
     @property
     def masses(self) -> dict[str, float]:
@@ -31,11 +34,31 @@ class Rig:
         known = {"a1": self.m1, "a2": m2, "a3": m3 if self.has_third else None}
         return {name: m for name, m in known.items() if m is not None}
 
-    def heavier(self, channel: str, mass: float) -> Rig:
-        """The rig with a body found to be heavier by so many kg."""
+    def added(self, channel: str, mass: float = 0.0, stiffness: float = 0.0, damping: float = 0.0) -> Rig:
+        """The rig with a body found to be heavier by so many kg, or held to ground by so much more."""
+        k, c = self.suspensions.get(channel, (0.0, 0.0))
+        held = {channel: (k + stiffness, c + damping)} if stiffness or damping else {}
+        rig = replace(self, suspensions={**self.suspensions, **held})
         if channel == "a1":
-            return replace(self, m1=None if self.m1 is None else self.m1 + mass)
-        return replace(self, m2=self.m2 + mass) if channel == "a2" else replace(self, m3=self.m3 + mass)
+            return replace(rig, m1=None if rig.m1 is None else rig.m1 + mass)
+        return replace(rig, m2=rig.m2 + mass) if channel == "a2" else replace(rig, m3=rig.m3 + mass)
+
+    def apparent_mass(self, channel: str, omega: Array) -> ComplexArray:
+        """Force in N per m/s² of what moves with an accelerometer: m − k/ω² + c/(jω); m at ω = 0, where nothing moves.
+
+        The suspension pulls with k x + c ẋ, and x = −a/ω², ẋ = a/(jω). One number where nothing holds the body.
+        """
+        m, (k, c) = self.masses[channel], self.suspensions.get(channel, (0.0, 0.0))
+        if not k and not c:
+            return np.asarray(m, dtype=complex)
+        per_omega = 1 / np.where(omega > 0, omega, np.inf)
+        return np.asarray(m - k * per_omega**2 - 1j * c * per_omega)
+
+    def two_sides(self, omega: Array) -> tuple[ComplexArray, ComplexArray]:
+        """Apparent masses on the driven and on the other side of the joint, where those move as one; needs m1."""
+        parts = {a: self.apparent_mass(a, omega) for a in self.masses}
+        driven = parts.pop("a1")
+        return driven, np.asarray(sum(parts.values()))
 
     @property
     def has_balance(self) -> bool:
@@ -67,7 +90,8 @@ def rig_of(measurement: Measurement) -> Rig:
     third = "a3" in names
     second = others.pop(body("a2"))
     if third and body("a3") == body("a2"):
-        half = Mass(float(second.value or 0.0) / 2, second.uncertainty / 2)
+        whole = (second.value or 0.0, second.uncertainty, second.stiffness, second.damping)
+        half = Mass(*(x / 2 for x in whole))
         second, carried = half, [half, *others.values()]
     else:
         carried = list(others.values())
@@ -76,4 +100,6 @@ def rig_of(measurement: Measurement) -> Rig:
     first = measurement.bodies[driven]
     uncertainty = (first.uncertainty, second.uncertainty, u3)
     bodies: dict[str, str] = {name: body(name) for name in ("a1", "a2", "a3") if name in names}
-    return Rig(first.value, float(second.value or 0.0), m3, uncertainty, "P" in names, third, bodies)
+    held = {"a1": [first], "a2": [second], "a3": carried} if third else {"a1": [first], "a2": [second, *carried]}
+    suspensions = {a: (sum(b.stiffness for b in on), sum(b.damping for b in on)) for a, on in held.items()}
+    return Rig(first.value, float(second.value or 0.0), m3, uncertainty, "P" in names, third, bodies, suspensions)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -174,21 +174,23 @@ class Observed:
 
     @cached_property
     def joint_force(self) -> ComplexArray:
-        """f = m2 a2 + m3 a3 in N; without a3 both masses move with a2."""
-        if self.rig.has_third:
-            both: ComplexArray = self.rig.m2 * self.channel("a2") + self.rig.m3 * self.channel("a3")
-            return both
-        force: ComplexArray = self.rig.passive_mass * self.channel("a2")
-        return force
+        """f = m2 a2 + m3 a3 in N and what holds these bodies to ground; without a3 both masses move with a2."""
+        parts = [self.apparent_masses[a] * self.channel(a) for a in self.rig.masses if a != "a1"]
+        return np.asarray(sum(parts))
+
+    @cached_property
+    def apparent_masses(self) -> Mapping[str, ComplexArray]:
+        """kg that move with each accelerometer and what holds them to ground, on the lines: see :class:`Rig`."""
+        return {a: self.rig.apparent_mass(a, self.omega) for a in self.rig.masses}
 
     @cached_property
     def rows(self) -> ComplexArray:
         """N: how an additive error on a1, a2, a3, P moves B, R, J; shape (lines, 3, 4)."""
-        rig, N = self.rig, np.zeros((len(self.frequency), 3, 4), dtype=complex)
+        N = np.zeros((len(self.frequency), 3, 4), dtype=complex)
         dynamic = (self.stiffness + 1j * self.omega * self.damping) * self._over_omega2
         kappa = np.where(self.kept | self.stray, dynamic, 0)
-        m2, m3 = (rig.m2, rig.m3) if rig.has_third else (rig.passive_mass, 0.0)
-        N[:, 0] = (-(rig.m1 or 0.0), -m2, -m3, 1.0)
+        m1, m2, m3 = (self.apparent_masses.get(a, 0.0) for a in ("a1", "a2", "a3"))
+        N[:, 0, 0], N[:, 0, 1], N[:, 0, 2], N[:, 0, 3] = -m1, -m2, -m3, 1.0
         N[:, 1] = (0.0, 1.0, -1.0, 0.0)
         N[:, 2, 0], N[:, 2, 1], N[:, 2, 2] = kappa, m2 - kappa, m3
         return N
@@ -229,7 +231,7 @@ class Observed:
         """B, R and the measured joint force in N, m/s², N (times samples); 0 where not valid. Shape (lines, 3)."""
         rig, out = self.rig, np.zeros((len(self.frequency), 3), dtype=complex)
         if rig.has_balance:
-            out[:, 0] = self.channel("P") - (rig.m1 or 0.0) * self.channel("a1") - self.joint_force
+            out[:, 0] = self.channel("P") - self.apparent_masses["a1"] * self.channel("a1") - self.joint_force
         if rig.has_third:
             out[:, 1] = self.channel("a2") - self.channel("a3")
         out[:, 2] = self.joint_force

@@ -100,14 +100,14 @@ def force_of_modulation(o: Observed) -> ComplexArray:
     """
     if o.extra is None or o.rig.m1 is None:
         return np.zeros(len(o.frequency), dtype=complex)
-    mu = 1 / o.rig.m1 + 1 / o.rig.passive_mass
+    mu = sum(1 / m for m in o.rig.two_sides(o.omega))
     inertia = o.omega**2
     return np.asarray(inertia * o.extra / (inertia - mu * (o.stiffness + 1j * o.omega * o.damping)))
 
 
 def _force_noise(o: Observed) -> Array:
     """Noise power of the measured joint force m2 a2 + m3 a3, one value a line."""
-    return np.asarray(sum(m**2 * o.noise(a) for a, m in o.rig.masses.items() if a != "a1"))
+    return np.asarray(sum(np.abs(m) ** 2 * o.noise(a) for a, m in o.apparent_masses.items() if a != "a1"))
 
 
 def per_class(table: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, float]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
@@ -11,6 +12,8 @@ from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
 from jointlib.loop.balance.spectra import Mask, Spectra
 
+Closure: TypeAlias = Mapping[str, float | ComplexArray]
+"""A sum of channels that vanishes for every motion: a factor for every channel, one number or one a line."""
 _BLOCK = 400
 _SKIPPED = 8
 _RAISED = 1.5
@@ -30,7 +33,7 @@ class Floor:
     something that does not repeat stands beside the excited lines alone."""
 
 
-def noise_floor(record: Spectra, quiet: Sequence[Spectra] = (), closures: Sequence[Mapping[str, float]] = ()) -> Floor:
+def noise_floor(record: Spectra, quiet: Sequence[Spectra] = (), closures: Sequence[Closure] = ()) -> Floor:
     """Floor between the lines of the period; where it is 1.5 times higher than that of quiet records, of both.
 
     What is more between the lines than in a quiet record may be noise that grows while the shaker runs, or a motion
@@ -64,7 +67,7 @@ def noise_floor(record: Spectra, quiet: Sequence[Spectra] = (), closures: Sequen
 
 
 def _noise_share(
-    record: Spectra, closures: Sequence[Mapping[str, float]], between: Mapping[str, Array], silence: Mapping[str, Array]
+    record: Spectra, closures: Sequence[Closure], between: Mapping[str, Array], silence: Mapping[str, Array]
 ) -> float:
     """Share of what is more between the lines than in silence that is noise of the channels, 0 to 1."""
     free, surplus, found = ~record.on_period, 0.0, 0.0
@@ -73,7 +76,8 @@ def _noise_share(
             continue
         whole = np.asarray(sum(factor * record.channels[name] for name, factor in closure.items()))
         loud, still = (
-            np.asarray(sum(factor**2 * S[name] for name, factor in closure.items())) for S in (between, silence)
+            np.asarray(sum(np.abs(factor) ** 2 * S[name] for name, factor in closure.items()))
+            for S in (between, silence)
         )
         told = _median_power(np.abs(whole) ** 2, free, record.frequency)
         surplus += float(np.mean((loud - still) / loud))

@@ -37,7 +37,8 @@ def resimulated(o: Observed, joint: Joint) -> dict[str, float] | None:
         return None
     F, P = o.lines_of(found[1]), np.where(o.on_period, o.significant("P"), 0)
     use = o.on_period & o.valid[:, 2]
-    model = {"a1": (P - F) / rig.m1, "a2": F / rig.passive_mass, "a3": F / rig.passive_mass}
+    driven, carried = rig.two_sides(o.omega)
+    model = {"a1": (P - F) / driven, "a2": F / carried, "a3": F / carried}
     return {
         name: float(np.linalg.norm((A - o.channel(name))[use]) / np.linalg.norm(o.channel(name)[use]))
         for name, A in model.items()
@@ -55,8 +56,9 @@ def steady_motion(o: Observed, joint: Joint) -> tuple[Array, Array] | None:
     """
     n = OVERSAMPLING * o.spectra.period_samples
     step = 1 / (OVERSAMPLING * o.spectra.sample_rate)
-    omega = 2 * np.pi * np.fft.rfftfreq(n, step)
-    inverse = 1 / (o.rig.m1 or np.inf) + 1 / o.rig.passive_mass
+    omega: Array = np.asarray(2 * np.pi * np.fft.rfftfreq(n, step), dtype=float)
+    driven, carried = o.rig.two_sides(omega)
+    inverse = 1 / driven + 1 / carried
 
     def force(Z: ComplexArray) -> ComplexArray:
         z, v = np.fft.irfft(Z, n), np.fft.irfft(1j * omega * Z, n)
@@ -74,12 +76,12 @@ def steady_motion(o: Observed, joint: Joint) -> tuple[Array, Array] | None:
     D = k + 1j * omega * c
     compliance = 1 / (inverse * D - omega**2)
     further = 0 * Z if o.extra is None else _spread(o, o.extra, n)
-    drive = _spread(o, o.significant("P"), n) / (o.rig.m1 or np.inf) - inverse * further
+    drive = _spread(o, o.significant("P"), n) / driven - inverse * further
 
     def step_to(Z: ComplexArray) -> ComplexArray:
         return np.asarray(compliance * (drive - inverse * (force(Z) - D * Z)))
 
-    weight = np.maximum(omega**2, inverse * abs(k) * 1e-3)
+    weight = np.maximum(omega**2, np.abs(inverse * k) * 1e-3)
     with np.errstate(all="ignore"):
         Z_found = _fixed_point(step_to, Z, weight)
     if Z_found is None:

@@ -69,6 +69,9 @@ class RigView:
     def position(self) -> Array | None:
         return self.feed
 
+    def suspension(self, channel: str) -> tuple[float, float]:
+        return self.observed.rig.suspensions.get(channel, (0.0, 0.0))
+
     def has(self, channel: str) -> bool:
         return channel in self.observed.spectra.channels
 
@@ -85,11 +88,11 @@ class RigView:
             return self.averaged("a3" if channel == "a2" else "a2")
         if not rig.has_balance or channel not in ("a1", "P"):
             return None
-        passive = sum(m * self.averaged(a) for a, m in rig.masses.items() if a != "a1")
-        m1 = float(rig.m1 or 0.0)
+        masses = self.observed.apparent_masses
+        passive = sum(m * self._mean_and_period(a) for a, m in masses.items() if a != "a1")
         if channel == "P":
-            return np.asarray(m1 * self.averaged("a1") + passive)
-        return np.asarray((self.averaged("P") - passive) / m1)
+            return self._in_time(masses["a1"] * self._mean_and_period("a1") + passive)
+        return self._in_time((self._mean_and_period("P") - passive) / masses["a1"])
 
     def lines_of(self, signal: Array) -> ComplexArray:
         return np.asarray(np.fft.rfft(signal, axis=-1)[..., self.observed.lines])
@@ -107,6 +110,12 @@ class RigView:
         out[:, 1] = redundancy if rig.has_third else 0
         out[:, 2] = joint
         return out
+
+    def _mean_and_period(self, channel: str) -> ComplexArray:
+        """Spectrum of :meth:`averaged`."""
+        X = np.where(self.on_period, self.masked(channel), 0)
+        X[0] = self.observed.channel(channel)[0]
+        return X
 
     def _repeated(self, X: ComplexArray) -> Array:
         """Period lines of a spectrum along time, without the mean."""

@@ -32,7 +32,7 @@ def unseen_motion(observed: Observed, joint: Joint) -> ComplexArray | None:
     if rig.m1 is None or all(law.linear for law in joint.laws):
         return None
     z, _, step = observed.path
-    omega = 2 * np.pi * np.fft.rfftfreq(len(z), step)
+    omega: Array = np.asarray(2 * np.pi * np.fft.rfftfreq(len(z), step), dtype=float)
     lost, P = np.ones(len(omega), dtype=bool), np.zeros(len(omega), dtype=complex)
     lost[0] = False
     on = observed.on_period
@@ -42,7 +42,8 @@ def unseen_motion(observed: Observed, joint: Joint) -> ComplexArray | None:
     if rig.has_force:
         P[1 : on.sum() + 1] = observed.significant("P")[on] * (OVERSAMPLING / observed.spectra.periods)
     k, c = observed.linear_part(observed.model_force(joint))
-    D, mu = k + 1j * omega * c, 1 / rig.m1 + 1 / rig.passive_mass
+    m1, carried = rig.two_sides(omega)
+    D, mu = k + 1j * omega * c, 1 / m1 + 1 / carried
     dynamic = mu * D - omega**2
     lost &= np.abs(dynamic) > _CLEAR_OF_RESONANCE * np.maximum(np.abs(mu * D), omega**2)
     Z: ComplexArray = np.zeros(len(omega), dtype=complex)
@@ -54,7 +55,7 @@ def unseen_motion(observed: Observed, joint: Joint) -> ComplexArray | None:
         F = np.fft.rfft(sum(steady_force(law, z[::2], v[::2], 2 * step) for law in joint.laws)) * 2
         beyond = np.zeros(len(omega), dtype=complex)
         beyond[: len(F)] = F
-        Z = np.where(lost, (P / rig.m1 - mu * (beyond - D * Z)) / np.where(lost, dynamic, 1.0), 0)
+        Z = np.where(lost, (P / m1 - mu * (beyond - D * Z)) / np.where(lost, dynamic, 1.0), 0)
     return Z
 
 

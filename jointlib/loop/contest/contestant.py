@@ -165,7 +165,8 @@ class InRig(Contestant):
         return list(coefficients.reshape(len(fitted.raws), -1)) if self.fault.per_record else [coefficients]
 
     def admissible(self, coefficients: Array, shape: Shape, fitted: Fitted) -> bool:
-        return all(self.fault.correction(c, shape) is not None for c in self._sets(coefficients, fitted))
+        found = [self.fault.correction(c, shape) for c in self._sets(coefficients, fitted)]
+        return all(p is not None and self.fault.possible(fitted.views[0], self.where, p) for p in found)
 
     def grown(self, coefficients: Array, shape: Shape, fitted: Fitted) -> Fitted | None:
         if not self.admissible(coefficients, shape, fitted):

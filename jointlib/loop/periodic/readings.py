@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from jointlib.arrays import Array
 from jointlib.errors import InputError
 from jointlib.io.measurement_file import read_records
@@ -12,7 +14,7 @@ from jointlib.joint import Joint
 from jointlib.loop.answer.import_checks import without_dead_channels
 from jointlib.loop.balance.bench import Found, Raw
 from jointlib.loop.balance.bodies import Rig, rig_of
-from jointlib.loop.balance.floor import excited_band, noise_floor
+from jointlib.loop.balance.floor import Closure, excited_band, noise_floor
 from jointlib.loop.balance.spectra import Spectra, spectra_of
 from jointlib.loop.contest.fitted import Fitted, fit, free_parameters
 from jointlib.measurement import Measurement, Record
@@ -85,7 +87,7 @@ def _raw(
     first = measurement.settle * spectra.period_samples
     return Raw(
         spectra,
-        noise_floor(spectra, quiet, _closures(rig)),
+        noise_floor(spectra, quiet, _closures(rig, spectra)),
         rig,
         band,
         first,
@@ -93,9 +95,10 @@ def _raw(
     )
 
 
-def _closures(rig: Rig) -> list[dict[str, float]]:
+def _closures(rig: Rig, record: Spectra) -> list[Closure]:
     """Sums of channels in which no motion is left, whatever the joint does."""
-    balance = {"P": 1.0, **{name: -mass for name, mass in rig.masses.items()}}
+    omega = 2 * np.pi * record.frequency
+    balance: Closure = {"P": 1.0, **{name: -rig.apparent_mass(name, omega) for name in rig.masses}}
     return [balance] * rig.has_balance + [{"a2": 1.0, "a3": -1.0}] * rig.has_third
 
 

@@ -65,7 +65,11 @@ def not_decidable(data: Readings, faults: Sequence[Fault]) -> tuple[dict[str, st
     if excited < 1.2:
         needs = "a multisine over at least one octave"
         rows.append(
-            {"family": "missing-mass, gain", "why": "narrow band: all linear effects look alike", "needs": needs}
+            {
+                "family": "missing-mass, suspension, gain",
+                "why": "narrow band: all linear effects look alike",
+                "needs": needs,
+            }
         )
     if excited < 2:
         needs = "at least one octave of frequency"
