@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from jointlib.errors import CheckFailed
+from jointlib.loop.answer.report import Verdict
 
 from .piece import Piece, Step, open_joints
 
@@ -141,7 +142,11 @@ def _test_cuts(road: Run, path: Path) -> None:
     name = path.name.removesuffix(".toml").removesuffix(".measurement")
     road.json(f"{name}.trace.json", found.as_json())
     road.tests.append(test)
-    road.advice += [found.sentence, found.next_words()]
+    if found.verdict is Verdict.NOTHING_MISSING:
+        road.advice += [found.sentence, found.next_words()]
+    else:  # before what is recommended, which does not know of it
+        road.advice[:0] = [found.sentence, found.next_words()]
+        road.doubts.append("The test cuts contradict the machine file, from which this was computed.")
     road.warnings += found.warnings
     road.front.append(cuts_section(found))
     next_cut = {"speed": found.next_cut.speed, "depth": found.next_cut.depth, "probability": found.next_cut.probability}

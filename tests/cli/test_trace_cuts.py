@@ -87,6 +87,9 @@ def test_a_run_holds_the_cuts_of_its_machine_against_the_lobes(here: Path, monke
     page = Path("out/report.html").read_text()
     assert trace["sentence"] in page
     assert "Cut next at" in page
+    contradicted = any("contradict the machine file" in said for said in made.doubts)
+    assert contradicted == (trace["verdict"] != "nothing_missing")
+    assert made.advice[0] == trace["sentence"]
 
 
 def test_cuts_of_a_machine_that_are_not_there_are_refused_before_work_begins(here: Path) -> None:
