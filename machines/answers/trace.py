@@ -31,7 +31,7 @@ from ..loop.records import said_of
 from ..loop.report import MachineTrace
 from ..loop.trace import trace_machine
 from ..model.machine import Machine
-from .told.trace_pages import machine_words, write_joint_page, write_machine_page
+from .told.trace_pages import machine_words, write_cuts_page, write_joint_page, write_machine_page
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -118,7 +118,8 @@ def trace(
     words += [str(joint or machine), "-o", str(folder), *(["--seed", str(seed)] if seed else [])]
     during = progress or Silent()
     if machine is not None and test.kind == CUTS:
-        return _of_cuts(test, machine, seed, SAFE if safe is None else safe, folder, during)
+        words += ["--safe", f"{safe:g}"] if safe is not None else []
+        return _of_cuts(test, machine, seed, SAFE if safe is None else safe, folder, shlex.join(words), during)
     if machine is not None:
         return _of_machine(test, machine, seed, folder, shlex.join(words), during)
     assert joint is not None
@@ -136,7 +137,13 @@ def trace(
 
 
 def _of_cuts(
-    test: Measurement, machine: Machine | File, seed: int, safe: float, folder: Path | None, progress: Progress
+    test: Measurement,
+    machine: Machine | File,
+    seed: int,
+    safe: float,
+    folder: Path | None,
+    command: str,
+    progress: Progress,
 ) -> Trace:
     """Trace test cuts, and write everything into the folder where there is one."""
     if folder is not None and isinstance(machine, Machine):
@@ -146,7 +153,11 @@ def _of_cuts(
         check_folder(Path(str(machine)), folder)
     with progress.step("weighing the machine by the cuts"):
         report = trace_cuts(test, model, seed=seed, safe=safe)
-    return Trace(report, () if folder is None else write_cut_trace(report, folder))
+    if folder is None:
+        return Trace(report, ())
+    written = (*write_cut_trace(report, folder), folder / "report.html")
+    write_cuts_page(report, test, Path(str(machine)), command, written[-1])
+    return Trace(report, written)
 
 
 def _of_machine(

@@ -142,6 +142,14 @@ class CutTrace(Shown):
         said = f"{self.verdict.value.replace('_', ' ')}. {self.sentence}"
         return f"{said}\nright of held-out cuts {100 * before['right']:.0f} % → {100 * after['right']:.0f} %"
 
+    def next_words(self) -> str:
+        """The cut to make next, as a sentence."""
+        n = self.next_cut
+        return (
+            f"Cut next at {n.speed:g} rpm and {1e3 * n.depth:.3g} mm: it is stable with probability "
+            f"{n.probability:.2f}, and its verdict tells most."
+        )
+
     def words(self) -> list[str]:
         """What ``jointlib trace`` prints of cuts."""
         before, after = self.error_before, self.error_after

@@ -37,7 +37,7 @@ CUTTING_KEYS = ("process", "material", "file", "teeth", "mode", "speed", "pitch"
 
 
 def laid_over(section: Section) -> Path:
-    """The measurement of one ``[[compare]]``."""
+    """The measurement of one ``[[compare]]`` or ``[[cuts]]``."""
     path = section.path("measurement")
     section.done()
     return path

@@ -40,7 +40,7 @@ T = TypeVar("T")
 
 
 _PART = ("component", "connection", "bundle", "axis")
-_TOP = (*_PART, "name", "parts", "static", "tool", "response", "cutting", "compare")
+_TOP = (*_PART, "name", "parts", "static", "tool", "response", "cutting", "compare", "cuts")
 
 
 def read_machine(path: Path | str, changes: Mapping[str, Any] | None = None) -> Machine:
@@ -93,6 +93,7 @@ def _machine(path: Path, changes: Mapping[str, Any] | None, mistakes: Mistakes) 
     response, _ = document.section("response").likeness(response_of)
     cutting = document.section("cutting").read(cutting_of) if document.has("cutting") else None
     compare, _ = document.each("compare", laid_over)
+    cuts, _ = document.each("cuts", laid_over)
     document.done()
     if astray is not None:
         if not mistakes.sentences:
@@ -125,6 +126,7 @@ def _machine(path: Path, changes: Mapping[str, Any] | None, mistakes: Mistakes) 
         axes=axes,
         bundles=tuple(bundles),
         compare=tuple(compare),
+        cuts=tuple(cuts),
         outlines=outlines,
         source=path,
     )

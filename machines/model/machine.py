@@ -55,6 +55,8 @@ class Machine(Shown):
         The bundles that some of its connections were made of, for the eye: nothing is computed from them.
     compare
         Measurement files whose frequency responses are laid over what is predicted of it.
+    cuts
+        Measurement files of test cuts that it made.
     outlines
         Surfaces that components are drawn as, by name, where the file drew them, whatever position its axes have.
     source
@@ -73,6 +75,7 @@ class Machine(Shown):
     axes: tuple[Axis, ...] = ()
     bundles: tuple[Placed, ...] = ()
     compare: tuple[Path, ...] = ()
+    cuts: tuple[Path, ...] = ()
     outlines: Mapping[str, Outline] = field(default_factory=dict)
     source: Path | None = None
     tool_name: str | None = None

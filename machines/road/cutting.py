@@ -1,4 +1,4 @@
-"""The cut of a run: a stability chart at each tool-point amplitude, and what they say together."""
+"""The cut of a run: stability charts at tool-point amplitudes, what they say together, and test cuts against them."""
 
 from __future__ import annotations
 
@@ -9,10 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from jointlib.errors import CheckFailed
+from jointlib.loop.answer.report import Verdict
 
 from .piece import Piece, Step, open_joints
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from .. import Cutting, Machine, StabilityLobes
     from .run import Run
 
@@ -22,10 +25,21 @@ BUDGET = 300.0
 
 
 def cutting_pieces(machine: Machine, amplitudes: Sequence[float]) -> list[Piece]:
-    """A chart at each amplitude (m), each alone; then the lobes of all that were found. Nothing without a cut."""
-    if machine.cutting is None:
-        return []
+    """A chart at each amplitude (m), each alone; then the lobes of all that were found; then test cuts."""
     needs = open_joints(machine)
+    tried = [
+        Piece(
+            "cuts",
+            f"Test cuts of {path.name}",
+            partial(_test_cuts, path=path),
+            f"`jointlib trace {path} --machine {machine.source} -o DIR` repeats it alone.",
+            path.name,
+            needs,
+        )
+        for path in machine.cuts
+    ]
+    if machine.cutting is None:
+        return tried
     charts = [
         Piece(
             "lobes",
@@ -39,7 +53,7 @@ def cutting_pieces(machine: Machine, amplitudes: Sequence[float]) -> list[Piece]
         for A in amplitudes
     ]
     together = partial(_together, amplitudes=tuple(amplitudes))
-    return [*charts, Piece("lobes", "Stability lobes", together, "The charts are in lobes.npz.", needs=needs)]
+    return [*charts, Piece("lobes", "Stability lobes", together, "The charts are in lobes.npz.", needs=needs), *tried]
 
 
 def _size(amplitude: float) -> str:
@@ -113,6 +127,30 @@ def _together(road: Run, amplitudes: tuple[float, ...]) -> None:
     else:
         road.advice.append(f"No speed and depth are recommended: the limits at {_size(amplitudes[0])} are not known.")
     road.front.insert(0, lobes_section(pairs, cutting, forced))
+
+
+def _test_cuts(road: Run, path: Path) -> None:
+    """Hold test cuts against the machine. The joints that carry it stay as they are: mending is left to the verb."""
+    from jointlib import read_measurement
+
+    from ..cut_loop.trace_cuts import trace_cuts
+    from ..report.cuts_section import cuts_section
+
+    test = read_measurement(path)
+    with road.progress.step(f"weighing the machine by the cuts of {path.name}"):
+        found = trace_cuts(test, road.machine)
+    name = path.name.removesuffix(".toml").removesuffix(".measurement")
+    road.json(f"{name}.trace.json", found.as_json())
+    road.tests.append(test)
+    if found.verdict is Verdict.NOTHING_MISSING:
+        road.advice += [found.sentence, found.next_words()]
+    else:  # before what is recommended, which does not know of it
+        road.advice[:0] = [found.sentence, found.next_words()]
+        road.doubts.append("The test cuts contradict the machine file, from which this was computed.")
+    road.warnings += found.warnings
+    road.front.append(cuts_section(found))
+    next_cut = {"speed": found.next_cut.speed, "depth": found.next_cut.depth, "probability": found.next_cut.probability}
+    road.steps.append({"step": "cuts", "of": path.name, "verdict": found.verdict.value, "next_cut": next_cut})
 
 
 def _figures(charts: Sequence[StabilityLobes], cutting: Cutting) -> list[tuple[str, str]]:

@@ -32,9 +32,11 @@ def with_joints(machine: Machine) -> tuple[Machine, tuple[str, ...]]:
 
 
 def look_ahead(machine: Machine) -> None:
-    """Read every file that identification will need but no record, so that a fault is found before work begins."""
+    """Read every file that will be needed but no record, test cuts too, so that a fault is found before work begins."""
     from jointlib import read_joint, read_measurement
 
+    for path in machine.cuts:
+        read_measurement(path)
     for connection in machine.connections:
         if connection.identify is not None:
             for path in connection.identify.records:

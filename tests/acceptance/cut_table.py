@@ -49,7 +49,7 @@ Row = dict[str, Any]
 Told = list[list[Heard]]
 CHECKED = 3
 """Speeds at which the band of a campaign is held against the simulation."""
-FINE, STEP = 22, 1.12
+FINE, STEP = 43, 1.06
 """Depths of that, and times the depth from one to the next."""
 
 

@@ -1,4 +1,4 @@
-"""What is told of a trace: a machine's in words, and the pages of both."""
+"""What is told of a trace: a machine's in words, and the pages of all kinds."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from jointlib.loop.answer.report import TraceReport
     from jointlib.measurement import Measurement
 
+    from ...cut_loop.report import CutTrace
     from ...loop.report import MachineTrace
 
 
@@ -48,6 +49,34 @@ def write_machine_page(report: MachineTrace, test: Measurement, machine: Path, c
             ("error after", f"{100 * after:.3g} %"),
         ],
         sections=[machine_trace_section(report)],
+        inputs=[(machine.name, sha256(machine)), *inputs_of([test])],
+        assumptions=assumptions_of([test]),
+        warnings=report.warnings,
+        command=command,
+        version=version("jointlib"),
+    ).write(path)
+
+
+def write_cuts_page(report: CutTrace, test: Measurement, machine: Path, command: str, path: Path) -> None:
+    from importlib.metadata import version
+
+    from jointlib.io.atomic import sha256
+
+    from ...report import Page
+    from ...report.cuts_section import cuts_section
+
+    before, after, chosen = report.error_before, report.error_after, report.chosen
+    Page(
+        title=f"Trace of {test.source.name}",
+        finding=report.sentence,
+        answers=[report.next_words()],
+        numbers=[
+            ("verdict", report.verdict.value.replace("_", " ")),
+            ("named", "–" if chosen is None else chosen.family.replace("-", " ")),
+            ("right of held-out cuts, before", f"{100 * before['right']:.0f} %"),
+            ("and after", f"{100 * after['right']:.0f} %"),
+        ],
+        sections=[cuts_section(report)],
         inputs=[(machine.name, sha256(machine)), *inputs_of([test])],
         assumptions=assumptions_of([test]),
         warnings=report.warnings,
