@@ -42,8 +42,9 @@ class Outlook:
     before: Array
     after: Array
     depth: Array
-    """m, the depths at which ``probability`` of being stable is told, (speeds, depths)."""
+    """m, the depths at which the probability of being stable is told, (depths,)."""
     probability: Array
+    """Of being stable, (speeds, depths)."""
     next_cut: Advice
     safe_cut: Advice | None
     """None where no cut is as safe as was asked for."""
