@@ -387,7 +387,7 @@ def test_what_was_found_is_written_with_the_mended_machine(tmp_path: Path, monke
     cuts, file = written(tmp_path, 5, force=2.2)
     monkeypatch.setattr(trace_cuts_room, "DRAWS", 250)
     found = trace(cuts, machine=file, output=tmp_path / "out")
-    assert sorted(path.name for path in found.files) == ["chart.svg", "machine.toml", "trace.json"]
+    assert sorted(path.name for path in found.files) == ["chart.svg", "machine.toml", "report.html", "trace.json"]
     report = json.loads((tmp_path / "out" / "trace.json").read_text())
     assert {"verdict", "chosen", "rivals", "candidates", "error_before", "error_after", "next_cut"} <= set(report)
     assert set(report["next_cut"]) >= {"speed", "depth", "probability"}
