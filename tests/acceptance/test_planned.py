@@ -134,7 +134,7 @@ def test_the_same_holds_where_noise_is_ten_times_as_large(tmp_path: Path) -> Non
     assert right >= 0.95 * done, others
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_test_of_a_machine_ends_as_its_plan_said(tmp_path: Path) -> None:
     plan = plan_files(THREE_JOINTS, effects=("guide:coulomb", "bearing:refit"), folder=tmp_path / "plan").as_json()
     assert {d["effect"] for d in plan["decides"] if d["alone"]} == {"bearing:refit"}

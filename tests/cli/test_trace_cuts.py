@@ -54,7 +54,7 @@ def test_inspect_tells_the_cuts(here: Path) -> None:
     assert "chatter" in told
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_example_of_a_trace_of_cuts_works_and_says_what_to_cut(here: Path) -> None:
     (command,) = (one for one in examples("trace") if "end_mill_cuts" in one)
     done = jointlib(f"{command} --json")

@@ -116,7 +116,7 @@ def test_coefficients_come_back_within_their_errors_at_40_db(kind: str, tmp_path
     assert found.rms < 0.02 * max(abs(one.measured) for one in found.means)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", CUTS)
 def test_intervals_of_95_percent_hold_the_truth_at_least_nine_times_in_ten(kind: str, tmp_path: Path) -> None:
     inside = []

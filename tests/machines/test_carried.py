@@ -69,7 +69,7 @@ def test_where_a_branch_folds_arc_length_follows() -> None:
     assert len(found.branches[0]) > 1
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_contacts_of_a_lathe_have_the_peaks_of_the_curve() -> None:
     carried, followed = both_ways("lathe.toml", [100.0])
     assert len(carried.peaks) > 400

@@ -356,7 +356,7 @@ def random_cutter(rng: np.random.Generator) -> tuple[Any, Cutting, float]:
     return tool, cutting, float(60 * max(hertz) / rng.uniform(1.5, 8.0))
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_hundred_random_cutters_are_classified_as_two_other_routes_do() -> None:
     rng = np.random.default_rng(20)
     cases, told = list[Case](), list[bool]()

@@ -110,7 +110,7 @@ def test_random_assemblies_with_noise_lie_in_the_stated_band(decibels: float, se
     _in_band(decibels, range(seeds), 0.93)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.parametrize("decibels", [60.0, 40.0])
 def test_sixty_random_assemblies_with_noise_lie_in_the_stated_band(decibels: float) -> None:
     _in_band(decibels, range(60), 0.95)
