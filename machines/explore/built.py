@@ -13,7 +13,7 @@ from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import CheckFailed, InputError, Outcome
 from jointlib.frf import FRF, ReceptanceKind
 
-from ..cutting.amplitude.chattering_tool import chattering, chattering_point
+from ..cutting.amplitude.chattering_tool import chattering, chattering_point, tool_at_rest
 from ..cutting.process.chart import StabilityLobes
 from ..cutting.process.cutting import Cutting
 from ..cutting.rest.solve import stability_lobes
@@ -121,8 +121,8 @@ class Built:
     def quick_lobes(self, speeds: Array, amplitude: float, cutting: Cutting, moving: FRF) -> StabilityLobes:
         """The chart by the fast method of the process, from the modes at rest or the lines of ``moving``."""
         method = preview(cutting.process)
-        if amplitude == 0 and self.model is not None:
-            return stability_lobes(self.model, cutting, speeds, method)
+        if amplitude == 0:
+            return stability_lobes(self.model or tool_at_rest(self.machine), cutting, speeds, method)
         return stability_lobes(moving, cutting, speeds, method, axes=self.machine.tool_axes)
 
     def joints_at(self, frequency: float, amplitude: float, cutting: Cutting | None) -> tuple[Mapping[str, float], str]:

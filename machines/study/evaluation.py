@@ -15,7 +15,7 @@ from jointlib.errors import CheckFailed, InputError
 from jointlib.frf import FRF
 from jointlib.joint import Joint
 
-from ..cutting.amplitude.chattering_tool import operating_receptance
+from ..cutting.amplitude.chattering_tool import operating_receptance, tool_at_rest
 from ..cutting.amplitude.pocket import common_pockets
 from ..cutting.process.cutting import Cutting
 from ..cutting.rest.solve import stability_lobes
@@ -23,6 +23,7 @@ from ..cutting.rest.together import METHODS, limits, peak_receptance, preview, s
 from ..model.joint_places import joint_units
 from ..operating.operating_point import frozen_receptance
 from ..tool.tool_model import ToolModel
+from ..tool.tool_point import ToolPoint
 from .asked import DEPTHS
 from .conditions import Case
 from .inputs import inputs_hash
@@ -146,10 +147,14 @@ class Evaluation:
         for amplitude in self._study.amplitudes:
             for row, of in settings.items():
                 tool: ToolModel | FRF | None = modal.get(row) if amplitude == 0 else None
+                cut: ToolModel | FRF | ToolPoint | None = tool
                 if tool is None:
                     machine, cutting = part.changed(of, *draws), cuttings.get(row)
-                    tool = operating_receptance(machine, amplitude, cutting=cutting).frf
-                tips.add(row, tool, part.machine.tool_axes)
+                    tool = cut = operating_receptance(machine, amplitude, cutting=cutting).frf
+                    if amplitude == 0 and cutting is not None:
+                        cut = tool_at_rest(machine)
+                assert cut is not None
+                tips.add(row, tool, cut, part.machine.tool_axes)
 
     def setting(self, numbers: Array, case: Case) -> Setting:
         """What is changed in which file for a configuration."""
@@ -173,7 +178,7 @@ class Evaluation:
         pockets = bool(set(study.quantities) & DEPTHS - {"minimum-depth"})
         lowest, limit = np.full(len(cuttings), np.inf), np.full(speeds.shape, np.inf)
         together: dict[tuple[tuple[str, ...], str], list[int]] = {}
-        for i, (row, tool, axes) in enumerate(zip(tips.rows, tips.tools, tips.axes, strict=True)):
+        for i, (row, tool, axes) in enumerate(zip(tips.rows, tips.cut, tips.axes, strict=True)):
             method = study.lobes or preview(cuttings[row].process)
             if isinstance(tool, ToolModel) and method in METHODS:
                 together.setdefault((axes, method), []).append(i)
@@ -184,7 +189,7 @@ class Evaluation:
             lowest[row], limit[row] = min(lowest[row], chart.minimum_depth), np.minimum(limit[row], chart.depth)
         for (_, method), members in together.items():
             rows = [tips.rows[i] for i in members]
-            models = [tool for i in members if isinstance(tool := tips.tools[i], ToolModel)]
+            models = [tool for i in members if isinstance(tool := tips.cut[i], ToolModel)]
             found = limits(
                 models, [cuttings[row] for row in rows], method, speeds[rows] if pockets else speeds[rows, :0]
             )
@@ -217,12 +222,15 @@ class _Tips:
 
     rows: list[int] = field(default_factory=list)
     tools: list[ToolModel | FRF] = field(default_factory=list)
+    cut: list[ToolModel | FRF | ToolPoint] = field(default_factory=list)
+    """As `lobes` takes them: what has no modes is known at every frequency for small vibrations."""
     axes: list[tuple[str, ...]] = field(default_factory=list)
 
-    def add(self, row: int, tool: ToolModel | FRF, axes: tuple[str, ...]) -> None:
+    def add(self, row: int, tool: ToolModel | FRF, cut: ToolModel | FRF | ToolPoint, axes: tuple[str, ...]) -> None:
         """A tool point that moves along these axes."""
         self.rows.append(row)
         self.tools.append(tool)
+        self.cut.append(cut)
         self.axes.append(axes)
 
     def peaks(self, count: int) -> Array:

@@ -10,7 +10,9 @@ import pytest
 from random_machines import random_machine
 
 from machines import Machine, lobes_at_amplitude, read_machine
-from machines.cutting.rest.together import limits, preview
+from machines.cutting.amplitude.chattering_tool import tool_at_rest
+from machines.cutting.rest.solve import stability_lobes
+from machines.cutting.rest.together import Limits, limits, preview
 from machines.explore.built import Built
 from machines.lobes import Cutting
 from machines.study.variants import Variant
@@ -26,8 +28,11 @@ def agreed(machine: Machine) -> None:
     speeds, method = np.array([low, (low * high) ** 0.5, high]), preview(cutting.process)
     chart = lobes_at_amplitude(machine, speeds, method=method)
     model = Variant(machine).modes
-    assert model is not None
-    of_study = limits([model], [cutting], method, speeds[None])
+    if model is None:  # no sum of modes is the machine, so a study goes by lines
+        by_lines = stability_lobes(tool_at_rest(machine), cutting, speeds, method)
+        of_study = Limits(np.array([by_lines.minimum_depth]), by_lines.depth[None])
+    else:
+        of_study = limits([model], [cutting], method, speeds[None])
     built = Built(machine, True)
     of_explorer = built.quick_lobes(speeds, 0.0, cutting, built.rest)
     for other in (of_study.minimum_depth[0], of_explorer.minimum_depth):

@@ -16,13 +16,12 @@ from jointlib.arrays import Array
 from jointlib.errors import InputError
 
 from ...model.machine import Machine
-from ...tool.chatter_band import chatter_band
 from ...tool.tool_model import ToolModel
 from ...tool.tool_point import tool_point
 from ..loops.regeneration import loop_eigenvalues
 from ..process import zero_order
 from ..process.cutting import Cutting
-from .chattering_tool import tip_at_rest
+from .chattering_tool import tool_at_rest
 from .frozen_lobes import lobes_at_amplitude
 
 _SPREAD = 1 / 3
@@ -111,8 +110,7 @@ def _preview(machine: Machine, cutting: Cutting, speeds: Array) -> Callable[[tup
 
     Pitches only change the mean of the delays, so the eigenvalues of the tool in the cut are found once.
     """
-    band = chatter_band(machine)
-    tip = band.model or tip_at_rest(machine, band.lines)
+    tip = tool_at_rest(machine)
     point = tool_point(tip, tip.axes, tip.lines) if isinstance(tip, ToolModel) else tip
     waves = (point.lines[-1] - point.lines[0]) * 60 / float(np.min(speeds))
     f = np.union1d(point.lines, np.linspace(point.lines[0], point.lines[-1], int(waves * _A_WAVE) + 2))

@@ -15,6 +15,7 @@ from ...model.machine import Machine
 from ...operating.operating_point import OpenTool, OperatingPoint
 from ...statics.working_point import tangents
 from ...tool.chatter_band import chatter_band
+from ...tool.tool_model import ToolModel
 from ...tool.tool_point import ToolPoint
 from ..process.cutting import Cutting
 from ..process.zero_order import loop_stiffness
@@ -98,6 +99,12 @@ def seconds_of_chart(machine: Machine, cutting: Cutting, amplitude: float, enoug
         if needed > _MANY * enough:
             break
     return needed
+
+
+def tool_at_rest(machine: Machine) -> ToolModel | ToolPoint:
+    """The tool for small vibrations as every verb takes it: as modes, or where no sum of modes is it on any line."""
+    band = chatter_band(machine)
+    return band.model or tip_at_rest(machine, band.lines)
 
 
 def tip_at_rest(machine: Machine, lines: Array) -> ToolPoint:
