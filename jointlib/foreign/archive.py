@@ -68,9 +68,7 @@ def sparse_of(arrays: Mapping[str, np.ndarray]) -> scipy.sparse.csc_matrix:
     refuse_beyond(32.0 * sum(shape), f"a matrix of {shape[0]} rows and {shape[1]} columns")
     data: Any = arrays["data"]
     if form in ("csc", "csr", "bsr"):
-        kind: Any = {"csc": scipy.sparse.csc_matrix, "csr": scipy.sparse.csr_matrix, "bsr": scipy.sparse.bsr_matrix}[
-            form
-        ]
+        kind: Any = getattr(scipy.sparse, f"{form}_matrix")
         found = kind((data, arrays["indices"], arrays["indptr"]), shape=shape)
         found.check_format(full_check=True)
     elif form == "coo":

@@ -184,6 +184,7 @@ class _Tool:
             if not np.any(worse):
                 return new, force
             share = np.where(worse, share / 2, share)
-            new[worse], force[worse] = (z + share[:, None] * delta)[worse], (F * (1 + share * change))[worse]
+            new[worse] = z[worse] + share[worse, None] * delta[worse]
+            force[worse] = F[worse] * (1 + share[worse] * change[worse])
             tried = self.at(worse).residual(new[worse], force[worse], amplitude)[0]
             after[worse] = np.linalg.norm(tried, axis=1)

@@ -36,19 +36,23 @@ class Rig:
 
     def added(self, channel: str, mass: float = 0.0, stiffness: float = 0.0, damping: float = 0.0) -> Rig:
         """The rig with a body found to be heavier by so many kg, or held to ground by so much more."""
-        k, c = self.suspensions.get(channel, (0.0, 0.0))
+        k, c = self.suspension(channel)
         held = {channel: (k + stiffness, c + damping)} if stiffness or damping else {}
         rig = replace(self, suspensions={**self.suspensions, **held})
         if channel == "a1":
             return replace(rig, m1=None if rig.m1 is None else rig.m1 + mass)
         return replace(rig, m2=rig.m2 + mass) if channel == "a2" else replace(rig, m3=rig.m3 + mass)
 
+    def suspension(self, channel: str) -> tuple[float, float]:
+        """Its stiffness and damping where something holds what moves with an accelerometer, else zeros."""
+        return self.suspensions.get(channel, (0.0, 0.0))
+
     def apparent_mass(self, channel: str, omega: Array) -> ComplexArray:
         """Force in N per m/s² of what moves with an accelerometer: m − k/ω² + c/(jω); m at ω = 0, where nothing moves.
 
         The suspension pulls with k x + c ẋ, and x = −a/ω², ẋ = a/(jω). One number where nothing holds the body.
         """
-        m, (k, c) = self.masses[channel], self.suspensions.get(channel, (0.0, 0.0))
+        m, (k, c) = self.masses[channel], self.suspension(channel)
         if not k and not c:
             return np.asarray(m, dtype=complex)
         per_omega = 1 / np.where(omega > 0, omega, np.inf)

@@ -114,9 +114,10 @@ def _fixed_point(g: _Function, Z: ComplexArray, weight: Array) -> ComplexArray |
             return np.asarray((missing - moved) / h).view(float)
 
         system = scipy.sparse.linalg.LinearOperator((2 * len(x), 2 * len(x)), matvec=slope, dtype=float)
-        step = scipy.sparse.linalg.gmres(system, missing.view(float), rtol=_INEXACT, restart=_DIRECTIONS, maxiter=1)[
-            0
-        ].view(complex)
+        solved, _ = scipy.sparse.linalg.gmres(
+            system, missing.view(float), rtol=_INEXACT, restart=_DIRECTIONS, maxiter=1
+        )
+        step = solved.view(complex)
         for share in 0.5 ** np.arange(_HALVINGS):
             there = lack(x + share * step)
             if np.linalg.norm(there) < off:

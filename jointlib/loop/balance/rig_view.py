@@ -70,7 +70,7 @@ class RigView:
         return self.feed
 
     def suspension(self, channel: str) -> tuple[float, float]:
-        return self.observed.rig.suspensions.get(channel, (0.0, 0.0))
+        return self.observed.rig.suspension(channel)
 
     def has(self, channel: str) -> bool:
         return channel in self.observed.spectra.channels

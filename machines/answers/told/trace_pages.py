@@ -8,11 +8,14 @@ from typing import TYPE_CHECKING
 from jointlib.loop.answer.head import assumptions_of, inputs_of, trace_numbers
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from jointlib.loop.answer.report import TraceReport
     from jointlib.measurement import Measurement
 
     from ...cut_loop.report import CutTrace
     from ...loop.report import MachineTrace
+    from ...report import Section
 
 
 def machine_words(report: MachineTrace) -> list[str]:
@@ -31,74 +34,63 @@ def machine_words(report: MachineTrace) -> list[str]:
 
 
 def write_machine_page(report: MachineTrace, test: Measurement, machine: Path, command: str, path: Path) -> None:
-    from importlib.metadata import version
-
-    from jointlib.io.atomic import sha256
-
-    from ...report import Page
     from ...report.machine_trace_section import machine_trace_section
 
     before, after = report.error_before["relative"], report.error_after["relative"]
-    Page(
-        title=f"Trace of {test.source.name}",
-        finding=report.sentence,
-        numbers=[
-            ("verdict", report.verdict.value.replace("_", " ")),
-            ("joint", report.place or "–"),
-            ("error before", f"{100 * before:.3g} %"),
-            ("error after", f"{100 * after:.3g} %"),
-        ],
-        sections=[machine_trace_section(report)],
-        inputs=[(machine.name, sha256(machine)), *inputs_of([test])],
-        assumptions=assumptions_of([test]),
-        warnings=report.warnings,
-        command=command,
-        version=version("jointlib"),
-    ).write(path)
+    numbers = [
+        ("verdict", report.verdict.value.replace("_", " ")),
+        ("joint", report.place or "–"),
+        ("error before", f"{100 * before:.3g} %"),
+        ("error after", f"{100 * after:.3g} %"),
+    ]
+    _write(report, test, numbers, machine_trace_section(report), command, path, machine)
 
 
 def write_cuts_page(report: CutTrace, test: Measurement, machine: Path, command: str, path: Path) -> None:
+    from ...report.cuts_section import cuts_section
+
+    before, after, chosen = report.error_before, report.error_after, report.chosen
+    numbers = [
+        ("verdict", report.verdict.value.replace("_", " ")),
+        ("named", "–" if chosen is None else chosen.family.replace("-", " ")),
+        ("right of held-out cuts, before", f"{100 * before['right']:.0f} %"),
+        ("and after", f"{100 * after['right']:.0f} %"),
+    ]
+    _write(report, test, numbers, cuts_section(report), command, path, machine, [report.next_words()])
+
+
+def write_joint_page(report: TraceReport, test: Measurement, command: str, path: Path) -> None:
+    from ...report.sections import trace_section
+
+    _write(report, test, trace_numbers(report), trace_section(report), command, path)
+
+
+def _write(
+    report: TraceReport | MachineTrace | CutTrace,
+    test: Measurement,
+    numbers: Sequence[tuple[str, str]],
+    section: Section,
+    command: str,
+    path: Path,
+    machine: Path | None = None,
+    answers: Sequence[str] = (),
+) -> None:
+    """The page of a trace: its finding and numbers, what shows them, and what it stands on."""
     from importlib.metadata import version
 
     from jointlib.io.atomic import sha256
 
     from ...report import Page
-    from ...report.cuts_section import cuts_section
 
-    before, after, chosen = report.error_before, report.error_after, report.chosen
     Page(
         title=f"Trace of {test.source.name}",
         finding=report.sentence,
-        answers=[report.next_words()],
-        numbers=[
-            ("verdict", report.verdict.value.replace("_", " ")),
-            ("named", "–" if chosen is None else chosen.family.replace("-", " ")),
-            ("right of held-out cuts, before", f"{100 * before['right']:.0f} %"),
-            ("and after", f"{100 * after['right']:.0f} %"),
-        ],
-        sections=[cuts_section(report)],
-        inputs=[(machine.name, sha256(machine)), *inputs_of([test])],
+        answers=answers,
+        numbers=numbers,
+        sections=[section],
+        inputs=[*([] if machine is None else [(machine.name, sha256(machine))]), *inputs_of([test])],
         assumptions=assumptions_of([test]),
         warnings=report.warnings,
         command=command,
-        version=version("jointlib"),
-    ).write(path)
-
-
-def write_joint_page(report: TraceReport, test: Measurement, command_line: str, path: Path) -> None:
-    from importlib.metadata import version
-
-    from ...report import Page
-    from ...report.sections import trace_section
-
-    Page(
-        title=f"Trace of {test.source.name}",
-        finding=report.sentence,
-        numbers=trace_numbers(report),
-        sections=[trace_section(report)],
-        inputs=inputs_of([test]),
-        assumptions=assumptions_of([test]),
-        warnings=report.warnings,
-        command=command_line,
         version=version("jointlib"),
     ).write(path)
