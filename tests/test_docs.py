@@ -314,6 +314,7 @@ _READERS = {
             )
         ),
     ],
+    "Tool file": ["machines/files/tool_file.py"],
     "Studies": ["machines/study/study_file.py", "machines/study/conditions.py", "machines/study/factors.py"],
     "Cutting file": ["jointlib/cutting_force/cutting_file.py"],
     "Bundles": sorted(str(path.relative_to(ROOT)) for path in (ROOT / "machines" / "bundles").glob("*.py")),
@@ -357,6 +358,7 @@ def test_every_key_that_a_reader_knows_is_documented(kind: str) -> None:
         "Machine": set(operation.CUTTING_UNITS) | {"x", "y", "at", "direction", "law", "schema", "outline"},
         "Bundles": set(),
         "Cutting file": set(COEFFICIENTS) | {"schema"},
+        "Tool file": {"file"},
         "Studies": {"schema", "values", "range", "distribution"},
     }[kind]
     documented = {key for row in rows(section("files.md", kind)) for key in _SPAN.findall(row[0])}
@@ -393,7 +395,7 @@ def test_shipped_files_and_those_of_the_pages_are_read(desk: Path) -> None:
 
     readers = {"joint": read_joint, "measurement": read_measurement, "machine": read_machine, "study": read_study}
     readers |= {"cutting": read_cutting_file}
-    by_machines = ("parts", "component")
+    by_machines = ("parts", "component", "tool", "holder")
     count = 0
     for path in [*(desk / "machines" / "library").rglob("*.toml"), *desk.glob("*.toml")]:
         schema = tomllib.loads(path.read_text("utf-8")).get("schema", "")

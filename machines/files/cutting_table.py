@@ -36,6 +36,13 @@ CUTTING_KEYS = ("process", "material", "file", "teeth", "mode", "speed", "pitch"
 """All keys of ``[cutting]``."""
 
 
+def cutting_keys(section: Section) -> dict[str, Any]:
+    """The keys of ``[cutting]`` in a table of a tool, unread."""
+    found = {key: section.take(key) for key in CUTTING_KEYS if section.has(key)}
+    section.done()
+    return found
+
+
 def laid_over(section: Section) -> Path:
     """The measurement of one ``[[compare]]`` or ``[[cuts]]``."""
     path = section.path("measurement")

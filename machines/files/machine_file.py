@@ -33,14 +33,15 @@ from ..shapes.outline import Outline, take_outlines
 from .changes import change
 from .component_file import names_a_file, of_file
 from .cutting_table import cutting_of, laid_over, response_of, tool_of
-from .named_tools import USE, choose_tool, tools_of
+from .named_tools import USE, choose_tool, in_use, name_tools, tools_of
+from .tool_file import within_tool
 from .unread import Unread
 
 T = TypeVar("T")
 
 
 _PART = ("component", "connection", "bundle", "axis")
-_TOP = (*_PART, "name", "parts", "static", "tool", "response", "cutting", "compare", "cuts")
+_TOP = (*_PART, "name", "parts", "static", "tool", "tools", "spindle", "response", "cutting", "compare", "cuts")
 
 
 def read_machine(path: Path | str, changes: Mapping[str, Any] | None = None) -> Machine:
@@ -59,7 +60,8 @@ def read_machine(path: Path | str, changes: Mapping[str, Any] | None = None) -> 
 
 def _tools(path: Path) -> tuple[str, ...]:
     """Names of the tools in a file that something is wrong with."""
-    opened = Mistakes(0).attempt(lambda: read_toml(path, "machine"))
+    mistakes = Mistakes(0)
+    opened = mistakes.attempt(lambda: read_toml(path, "machine", mistakes))
     return () if opened is None else tools_of(opened)
 
 
@@ -169,8 +171,15 @@ def documents(path: Path, changes: Mapping[str, Any] | None = None, mistakes: Mi
     change([document], {key: own.pop(key) for key in list(own) if key.startswith("parts")}, str(path))
     parts = [_part(document, file) for file in document.words("parts", ())]
     all_of = [*(part for part in parts if part is not None), document]
+    stands = name_tools(document)
+    own, filed = in_use(document, own)
+    late = [key for key in own if key.startswith("cutting.") or (filed and within_tool(key))]
+    # What a tool brings is there when it is in; what it says of the cut goes over the machine's, a change over both.
+    after = {key: own.pop(key) for key in late}
     change(all_of, own, str(path))
-    choose_tool(all_of)
+    held = choose_tool(all_of, stands)
+    all_of[-1:-1] = [] if held is None else [held]
+    change(all_of, after, str(path))
     return all_of
 
 

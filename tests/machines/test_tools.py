@@ -310,3 +310,9 @@ def test_whatever_stands_for_a_table_beside_named_tools_is_refused_or_read(
     path = written(tmp_path, f"{key} = {value}\n{text}")
     done = CliRunner().invoke(cli, ["inspect", str(path)])
     assert done.exit_code == 0 or isinstance(done.exception, InputError), done.exception
+
+
+def test_a_change_of_the_cut_goes_over_that_of_the_tool_as_in_a_study(tmp_path: Path) -> None:
+    long = read_machine(written(tmp_path, BOTH), {"tool.use": "long", "cutting.teeth": 3})
+    assert long.cutting is not None
+    assert long.cutting["teeth"] == 3
