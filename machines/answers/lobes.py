@@ -26,10 +26,11 @@ from ..cutting.amplitude.zones import safe_limit
 from ..cutting.process.chart import StabilityLobes, draw_charts
 from ..cutting.process.cutting import Cutting
 from ..cutting.rest.chart_file import chart_data, default_speeds
-from ..files.opened import machine_of
+from ..files.opened import machine_of, tool_names
 from ..model.machine import Machine
 from ..ranges import DEEPEST, LARGEST_AMPLITUDE
 from ..road.cutting import BUDGET
+from ..road.each_tool import ToolLobes, each_tool, words_of
 from ..road.open_joints import with_joints
 from ..uncertainty.drawn_machines import refuse_certain
 from .told.lobe_files import write_charts
@@ -60,6 +61,8 @@ class Lobes(Shown):
     lines: list[str] = field(default_factory=list)
     """What the verb prints in words."""
     files: list[Path] = field(default_factory=list)
+    tools: tuple[ToolLobes, ...] = ()
+    """Every tool of a file with several, where none was asked for."""
 
     def finding(self) -> str:
         """Below which depth the cut is stable, and the speed and depth that are recommended."""
@@ -78,8 +81,9 @@ class Lobes(Shown):
         return {"amplitude": (np.concatenate(sizes), "m"), **joined}
 
     def plot(self, ax: Any = None) -> Any:
-        """Limiting depth in mm over speed in rpm, a curve an amplitude."""
-        return draw_charts(zip(self.amplitude, self.charts, strict=True), ax)
+        """Limiting depth in mm over speed in rpm, a curve an amplitude, and one for every other tool."""
+        others = [(tool.name, tool.chart) for tool in self.tools if tool.name != self.machine.tool_name]
+        return draw_charts(zip(self.amplitude, self.charts, strict=True), ax, others)
 
 
 def lobes(
@@ -125,7 +129,7 @@ def lobes(
     output
         The file of the charts to write: .npz, .csv or .svg.
     tool
-        Which of several named tools is in the machine.
+        Which of several named tools is in the machine; none: that of the file, with a table of what each cuts.
     progress, said
         Told of every part that takes long, and of all lines that stand before it.
     """
@@ -151,8 +155,13 @@ def lobes(
     if growth:
         data["multiplier"] = growth if sizes else growth[0]
     data["warnings"] = [*remarks, *data["warnings"]]
-    found = Lobes(model, sizes or (0.0,), tuple(charts), data, list(remarks))
+    asked = speeds, method, seconds if not rates else None
+    tools = () if sizes else _tools(machine, model, tool, charts[0], asked, during)
+    found = Lobes(model, sizes or (0.0,), tuple(charts), data, list(remarks), tools=tools)
     lines = found.lines
+    if tools:
+        data["tools"] = [one.as_json() for one in tools]
+        lines += words_of(tools, model.tool_name, speeds if rates else None)
     for i, (A, chart) in enumerate(zip(found.amplitude, charts, strict=True)):
         lines.append(_limit(model, A, chart))
         tell(lines)
@@ -201,6 +210,25 @@ def lobes(
         write_charts(target, found, zones, band, field, safe, during)
         found.files.append(target)
     return found
+
+
+def _tools(
+    machine: Machine | File,
+    model: Machine,
+    tool: str | None,
+    known: StabilityLobes,
+    asked: tuple[Array, str | None, float | None],
+    during: Progress,
+) -> tuple[ToolLobes, ...]:
+    """All tools of a file with several, each over its own range of speeds or at those that were asked for."""
+    names, (speeds, method, budget) = tool_names(machine, tool), asked
+    if isinstance(machine, Machine) or not names:
+        return ()
+
+    def chart_of(other: Machine) -> StabilityLobes:
+        return _charts(other, speeds if budget is None else default_speeds(other), (), method, budget)[0][0]
+
+    return each_tool(model, Path(machine), names, chart_of, known, budget is not None, during)
 
 
 def _charts(

@@ -6,9 +6,11 @@ from pathlib import Path
 
 from jointlib.answers.given import File
 from jointlib.errors import InputError
+from jointlib.io.toml_file import read_toml
 
 from ..model.machine import Machine
 from .machine_file import read_machine
+from .named_tools import tools_of
 
 
 def machine_of(machine: Machine | File, tool: str | None) -> Machine:
@@ -18,6 +20,14 @@ def machine_of(machine: Machine | File, tool: str | None) -> Machine:
             raise InputError(f"{machine.where}: tool {tool!r}, expected a machine file with it: this machine has one")
         return machine
     return read_machine(Path(machine), with_tool(tool))
+
+
+def tool_names(machine: Machine | File, tool: str | None) -> tuple[str, ...]:
+    """The tools of a machine file that has several, where none of them is asked for; else none."""
+    if isinstance(machine, Machine) or tool is not None:
+        return ()
+    found = tools_of(read_toml(Path(machine), "machine"))
+    return found if len(found) > 1 else ()
 
 
 def with_tool(tool: str | None) -> dict[str, str]:

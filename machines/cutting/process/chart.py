@@ -158,12 +158,19 @@ def draw_limit(axes: Any, speed: Array, depth: Array, **look: Any) -> None:
     axes.plot(speed, np.where(np.isfinite(depth), depth * 1e3, np.nan), **look)
 
 
-def draw_charts(charts: Iterable[tuple[float, StabilityLobes]], ax: Any = None) -> Any:
-    """The limits of charts by tool-point amplitude (m), over each other."""
+def draw_charts(
+    charts: Iterable[tuple[float, StabilityLobes]],
+    ax: Any = None,
+    others: Iterable[tuple[str, StabilityLobes | None]] = (),
+) -> Any:
+    """The limits of charts by tool-point amplitude (m), over each other, and those of other tools by name."""
     axes = axes_of(ax)
     for amplitude, chart in charts:
         label = f"limit at {amplitude * 1e6:g} µm" if amplitude else "onset of chatter"
         draw_limit(axes, chart.speed, chart.depth, label=label)
+    for name, other in others:
+        if other is not None:
+            draw_limit(axes, other.speed, other.depth, label=name, linestyle="--")
     axes.set(xlabel="spindle speed [rpm]", ylabel="depth of cut [mm]", ylim=(0.0, None))
     name_curves(axes)
     return axes

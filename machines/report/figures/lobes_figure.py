@@ -22,6 +22,8 @@ _HOPF, _FLIP = ".", "x"
 _CHATTERS, _BISTABLE, _SETTLES, _BAND, _FORCED = "#d9dde3", "#fdba74", "#93c5fd", "#7e22ce", "#0f766e"
 _LEVELS, _LINES = (1, 2, 5), 4
 """Digits of the iso-lines of forced vibration, and how many are drawn."""
+_OTHER, _STYLES = "#b91c1c", ["--", ":", "-.", (0, (6, 1, 1, 1, 1, 1))]
+"""Other tools, by their lines."""
 _ROWS = 400
 _SHOWN = 1e-3
 """Share of the axis that a zone must have somewhere to be drawn and spoken of."""
@@ -34,6 +36,7 @@ def lobes_figure(
     band: Array | None = None,
     unstable: Sequence[UnstableDepths] = (),
     forced: ForcedField | None = None,
+    others: Sequence[tuple[str, StabilityLobes]] = (),
 ) -> Figure:
     """Limiting depth in mm over speed in rpm, one curve per tool-point amplitude (m), over the chatter frequency.
 
@@ -46,7 +49,7 @@ def lobes_figure(
     import matplotlib.ticker
 
     every = [chart for _, chart in charts]
-    speeds, top = every[0].speed.ravel(), axis_top(every)
+    speeds, top = every[0].speed.ravel(), axis_top([*every, *(chart for _, chart in others)])
     safe = safe_limit(every, zones, band)
     found = best_pocket(speeds, safe, cutting)
     said = [
@@ -71,6 +74,8 @@ def lobes_figure(
             for kind, marker in (("hopf", _HOPF), ("flip", _FLIP)):
                 of = chart.kind == kind
                 chatter.plot(chart.speed[of], chart.chatter_frequency[of], marker, color=colour, markersize=width + 2)
+        for (name, chart), style in zip(others, _STYLES * len(others), strict=False):
+            draw_limit(depth, chart.speed, chart.depth, linewidth=1.2, linestyle=style, color=_OTHER, label=name)
         depth.set_ylim(0, top)
         depth.set_xlim(float(np.min(speeds)), float(np.max(speeds)) if len(np.unique(speeds)) > 1 else None)
         if _contours(depth, speeds, top, cutting):
@@ -78,6 +83,10 @@ def lobes_figure(
         if forced is not None and _forced(depth, forced, top):
             said.append(
                 "Thin iso-lines: the vibration of the tool that the teeth force, half its peak-to-peak, chatter aside."
+            )
+        if others:
+            said.append(
+                f"Red: the other tools, {', '.join(name for name, _ in others)}; everything else is of the tool in use."
             )
         if found is not None:
             _mark(depth, found)

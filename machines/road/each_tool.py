@@ -1,0 +1,133 @@
+"""The tools of a machine file beside each other: what each of them cuts, by the same function as the one in use."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from jointlib.arrays import Array
+from jointlib.errors import CheckFailed, InputError
+from jointlib.shown.progress import Progress
+from jointlib.shown.text import table
+
+from ..cutting.amplitude.pocket import Pocket, best_pocket
+from ..cutting.process.chart import StabilityLobes
+from ..cutting.process.cutting import Cutting
+from ..files.machine_file import read_machine
+from ..files.named_tools import USE
+from ..model.machine import Machine
+from .open_joints import with_joints
+
+_NONE = "–"
+
+
+@dataclass(frozen=True, eq=False)
+class ToolLobes:
+    """What one of several tools cuts: its chart for small vibrations, or why there is none."""
+
+    name: str
+    chart: StabilityLobes | None
+    pocket: Pocket | None = None
+    """Speed and depth that are recommended, where the chart is over a range."""
+    failed: str = ""
+
+    @classmethod
+    def of(cls, name: str, machine: Machine, chart: StabilityLobes, over_range: bool) -> ToolLobes:
+        """A chart with the pocket that it holds."""
+        cutting = Cutting(**(machine.cutting or {}))
+        found = best_pocket(chart.speed.ravel(), chart.depth.ravel(), cutting) if over_range else None
+        return cls(name, chart, found)
+
+    def as_json(self) -> dict[str, Any]:
+        """``tool``, ``minimum_depth`` (m), ``minimum_frequency`` (Hz), ``pocket``, ``speed``, ``depth`` …"""
+        found, best = self.chart, self.pocket
+        return {
+            "tool": self.name,
+            "minimum_depth": None if found is None else found.minimum_depth,
+            "minimum_frequency": None if found is None else found.minimum_frequency,
+            "pocket": None if best is None else {"speed": best.speed, "depth": best.depth, "margin": best.margin},
+            "speed": None if found is None else found.speed,
+            "depth": None if found is None else found.depth,
+            "warnings": [] if found is None else list(found.warnings),
+            "failed": self.failed or None,
+        }
+
+
+def each_tool(
+    used: Machine,
+    path: Path,
+    names: Sequence[str],
+    chart_of: Callable[[Machine], StabilityLobes],
+    known: StabilityLobes,
+    over_range: bool,
+    during: Progress,
+) -> tuple[ToolLobes, ...]:
+    """Every tool of a machine file; that in use, whose machine and chart are ``known``, is not computed again."""
+    found = []
+    for name in names:
+        if name == used.tool_name:
+            found.append(ToolLobes.of(name, used, known, over_range))
+            continue
+        with during.step(f"stability lobes of the tool {name}"):
+            try:
+                machine = _with_joints_of(used, read_machine(path, {USE: name}))
+                found.append(ToolLobes.of(name, machine, chart_of(machine), over_range))
+            except (CheckFailed, InputError) as refused:
+                found.append(ToolLobes(name, None, failed=str(refused)))
+    return tuple(found)
+
+
+def _with_joints_of(used: Machine, machine: Machine) -> Machine:
+    """Joints that records tell are those of the machine in use; what belongs to this tool alone is identified."""
+    joints = {c.name: c.joint for c in used.connections}
+    for connection in machine.connections:
+        joint = joints.get(connection.name)
+        if connection.identify is not None and joint is not None:
+            machine = machine.with_joint(connection.name, joint)
+    return with_joints(machine)[0]
+
+
+HEADER = ("tool", "stable below [mm]", "chatter [Hz]")
+RECOMMENDED = ("recommended [rpm]", "depth [mm]")
+
+
+def rows_of(found: Sequence[ToolLobes], speeds: Array | None = None) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Header and rows of a table: what is recommended with each tool, or its depths at given speeds (rpm)."""
+    rows = []
+    for tool in found:
+        count = 2 if speeds is None else len(speeds)
+        if tool.chart is None:
+            rows.append((tool.name, *[_NONE] * (2 + count)))
+            continue
+        best, least = tool.pocket, tool.chart.minimum_depth
+        here = (tool.name, _mm(least), f"{tool.chart.minimum_frequency:.5g}" if np.isfinite(least) else _NONE)
+        if speeds is None:
+            rows.append(
+                (*here, *((_NONE, _NONE) if best is None else (f"{best.speed:.0f}", f"{best.depth * 1e3:.3g}")))
+            )
+        else:
+            rows.append((*here, *(_mm(depth) for depth in tool.chart.depth)))
+    more = RECOMMENDED if speeds is None else tuple(f"at {n:g} rpm [mm]" for n in speeds)
+    return (*HEADER, *more), rows
+
+
+def words_of(found: Sequence[ToolLobes], used: str | None, speeds: Array | None = None) -> list[str]:
+    """The table of the tools, and what is to be said of those that are not in use."""
+    return [*table(*rows_of(found, speeds)), *remarks_of(found, used)]
+
+
+def remarks_of(found: Sequence[ToolLobes], used: str | None) -> list[str]:
+    """Why a tool could not be computed, and what bears on its chart and not on that of the tool in use."""
+    said = [f"The tool {tool.name} is not computed: {tool.failed}." for tool in found if tool.failed]
+    charts = {tool.name: tool.chart for tool in found if tool.chart is not None}
+    known = set(charts[used].warnings) if used in charts else set()
+    more = ((name, text) for name, chart in charts.items() for text in chart.warnings if text not in known)
+    return [*said, *(f"{name}: {text}" for name, text in more)]
+
+
+def _mm(depth: float) -> str:
+    return f"{depth * 1e3:.5g}" if np.isfinite(depth) else "any depth"

@@ -1,0 +1,82 @@
+"""Several tools of one machine file side by side: each as if it were asked for alone."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from jointlib.cli.main import cli
+from machines import lobes
+from tests.machines.test_tool_file import CUT, HOLDER, SIZES, TOOL, TWO, machine, written
+
+SPEEDS = ("--speed", "9000")
+
+
+def shown(*words: str) -> str:
+    done = CliRunner().invoke(cli, list(words), catch_exceptions=False)
+    assert done.exit_code == 0, done.output
+    return done.stdout
+
+
+def told(*words: str) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads(shown(*words, "--json"))
+    return found
+
+
+@pytest.fixture
+def both(tmp_path: Path) -> Path:
+    written(tmp_path, "a.tool.toml", f"{TOOL}{SIZES}{CUT}")
+    written(tmp_path, "a.holder.toml", HOLDER)
+    return machine(tmp_path, tool=TWO)
+
+
+@pytest.mark.parametrize("more", [SPEEDS, ("--method", "zero-order"), (*SPEEDS, "--method", "zero-order")])
+def test_lobes_tells_of_every_tool_what_it_tells_when_asked_for_it(both: Path, more: tuple[str, ...]) -> None:
+    rows = told("lobes", str(both), *more)["tools"]
+    assert [row["tool"] for row in rows] == ["short", "long"]
+    assert rows[0]["minimum_depth"] != rows[1]["minimum_depth"]
+    for row in rows:
+        alone = told("lobes", str(both), "--tool", row["tool"], *more)
+        assert "tools" not in alone
+        for key in ("minimum_depth", "speed", "depth"):
+            assert row[key] == alone[key]
+        assert row["pocket"] == alone.get("pocket")
+
+
+def test_the_table_of_tools_shows_the_same_digits(both: Path) -> None:
+    found = re.findall(
+        r"(?m)^(short|long) +(\S+) +(\S+) +(\S+) +(\S+)$", shown("lobes", str(both), "--method", "zero-order")
+    )
+    assert [row[0] for row in found] == ["short", "long"]
+    for name, least, frequency, speed, depth in found:
+        alone = shown("lobes", str(both), "--tool", name, "--method", "zero-order")
+        assert f"below {least} mm (chatter at {frequency} Hz)" in alone
+        assert f"recommended: {speed} rpm, {depth} mm," in alone
+
+
+def test_the_picture_has_a_curve_for_every_tool(both: Path, tmp_path: Path) -> None:
+    one = told("lobes", str(both), "--tool", "short", "--method", "zero-order", "-o", str(tmp_path / "one.svg"))
+    shown("lobes", str(both), "--method", "zero-order", "-o", str(tmp_path / "both.svg"))
+    red = "#b91c1c"
+    assert red not in (tmp_path / "one.svg").read_text()
+    assert red in (tmp_path / "both.svg").read_text()
+    found = lobes(both, method="zero-order")
+    lines = {line.get_label(): np.asarray(line.get_ydata()) for line in found.plot().get_lines()}
+    np.testing.assert_allclose(lines["onset of chatter"], 1e3 * np.array(one["depth"]))
+    long = told("lobes", str(both), "--tool", "long", "--method", "zero-order")
+    np.testing.assert_allclose(lines["long"], 1e3 * np.array(long["depth"]))
+
+
+def test_a_tool_that_has_no_chart_is_told_and_the_others_stay(both: Path) -> None:
+    text = both.read_text().replace("cutting = { teeth = 2 }", "cutting = { teeth = 2, helix = 30 }")
+    both.write_text(text)
+    rows = told("lobes", str(both), "--method", "zero-order")["tools"]
+    assert rows[0]["failed"] is None
+    assert rows[1]["minimum_depth"] is None
+    assert rows[1]["failed"]
