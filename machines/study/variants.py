@@ -19,7 +19,6 @@ from ..components.component import Component
 from ..components.static_load import axis_of
 from ..cutting.process.cutting import Cutting
 from ..files.machine_file import cutting_table, read_cutting, read_machine
-from ..files.named_tools import USE
 from ..model.joint_places import changed_joints
 from ..model.machine import Machine
 from ..statics.working_point import tangents
@@ -171,7 +170,7 @@ class Machines:
     def _cut(self, of: Setting) -> Cutting:
         if not of.cutting:
             return self.of(of.file, of.document).cutting
-        tool = tuple(one for one in of.document if one[0] == USE)
+        tool = tuple(one for one in of.document if one[0].startswith("tool."))  # its file may tell of the cut
         key = of.file, (*tool, *of.cutting)
         if key not in self._cuts:
             _make_room(self._cuts, _CUTS)

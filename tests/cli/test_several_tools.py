@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from tool_files import CUT, HOLDER, SIZES, TOOL, TWO, machine, written
 
 from jointlib.cli.main import cli
 from machines import lobes
-from tests.machines.test_tool_file import CUT, HOLDER, SIZES, TOOL, TWO, machine, written
 
 SPEEDS = ("--speed", "9000")
 
