@@ -220,13 +220,17 @@ def _tools(
     asked: tuple[Array, str | None, float | None],
     during: Progress,
 ) -> tuple[ToolLobes, ...]:
-    """All tools of a file with several, each over its own range of speeds or at those that were asked for."""
+    """All tools of a file with several, each over its own range of speeds or at those that were asked for.
+
+    Those that are not in use share the budget.
+    """
     names, (speeds, method, budget) = tool_names(machine, tool), asked
     if isinstance(machine, Machine) or not names:
         return ()
+    share = None if budget is None else budget / (len(names) - 1)
 
     def chart_of(other: Machine) -> StabilityLobes:
-        return _charts(other, speeds if budget is None else default_speeds(other), (), method, budget)[0][0]
+        return _charts(other, speeds if share is None else default_speeds(other), (), method, share)[0][0]
 
     return each_tool(model, Path(machine), names, chart_of, known, budget is not None, during)
 

@@ -17,7 +17,7 @@ from ..cutting.process.cutting import Cutting
 from ..harmonic_balance.linear_check import LinearCheck
 from .figures.check_figure import check_figure
 from .figures.joint_figures import gain, gain_over_frequency, static_fit, surface
-from .figures.lobes_figure import lobes_figure
+from .figures.lobes_figure import lobes_figure, tools_figure
 from .page import Figure, Section, Table
 from .parameter_table import parameter_table
 from .response_section import response_section as response_section
@@ -96,3 +96,18 @@ def lobes_section(
         [lobes_figure(charts, cutting, Zones.between(charts), forced=forced)],
         [Table(header, rows)],
     )
+
+
+def tools_section(
+    used: str | None,
+    charts: Sequence[tuple[str, StabilityLobes]],
+    header: tuple[str, ...],
+    rows: Sequence[tuple[str, ...]],
+    remarks: Sequence[str],
+) -> Section:
+    """What each of several tools cuts for small vibrations; the rest of the report is of the one ``used``."""
+    text = [
+        f"The machine file has several tools. This report is of {used}; `--tool` names another. Here they stand beside "
+        "each other, for small vibrations."
+    ]
+    return Section("What each tool cuts", [*text, *remarks], [tools_figure(charts)], [Table(header, list(rows))])

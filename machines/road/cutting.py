@@ -53,6 +53,9 @@ def cutting_pieces(machine: Machine, amplitudes: Sequence[float]) -> list[Piece]
         for A in amplitudes
     ]
     together = partial(_together, amplitudes=tuple(amplitudes))
+    if machine.tool_name is not None and machine.source is not None:
+        alone = f"`jointlib lobes {machine.source}` repeats it alone."
+        charts.append(Piece("tools", "Stability lobes of every tool", _each_tool, alone, needs=needs))
     return [*charts, Piece("lobes", "Stability lobes", together, "The charts are in lobes.npz.", needs=needs), *tried]
 
 
@@ -91,6 +94,26 @@ def _chart(road: Run, amplitude: float) -> None:
         )
 
 
+def _each_tool(road: Run) -> None:
+    """What every tool of the file cuts, where none was asked for."""
+    from ..cutting.amplitude.lobes_over_range import lobes_over_range
+    from ..cutting.rest.chart_file import default_speeds
+    from .each_tool import each_tool, words_of
+
+    used = road.machine
+    if not road.tools or used.source is None:
+        return
+    budget = BUDGET / len(road.tools)  # a piece of a run has an end as well
+
+    def chart_of(machine: Machine) -> StabilityLobes:
+        return lobes_over_range(machine, default_speeds(machine, 100), budget=budget)
+
+    known = road.charts.get(0.0) or chart_of(used)
+    road.tool_lobes = each_tool(used, used.source, road.tools, chart_of, known, True, road.progress)
+    road.said += words_of(road.tool_lobes, used.tool_name)
+    road.steps.append({"step": "tools", "tools": [tool.as_json() for tool in road.tool_lobes]})
+
+
 def _together(road: Run, amplitudes: tuple[float, ...]) -> None:
     from ..cutting.amplitude.milling_at_amplitude import HELD
     from ..cutting.forced.advice import advice
@@ -98,7 +121,7 @@ def _together(road: Run, amplitudes: tuple[float, ...]) -> None:
     from ..cutting.forced.forced_vibration import unforced
     from ..cutting.process.cutting import Cutting
     from ..cutting.rest.chart_file import chart_data, write_lobes
-    from ..report.sections import lobes_section
+    from ..report.sections import lobes_section, tools_section
 
     sizes = [A for A in amplitudes if A in road.charts]
     if not sizes:
@@ -127,6 +150,16 @@ def _together(road: Run, amplitudes: tuple[float, ...]) -> None:
     else:
         road.advice.append(f"No speed and depth are recommended: the limits at {_size(amplitudes[0])} are not known.")
     road.front.insert(0, lobes_section(pairs, cutting, forced))
+    if road.tool_lobes:
+        road.front.insert(1, tools_section(road.machine.tool_name, *_told(road)))
+
+
+def _told(road: Run) -> tuple[list[tuple[str, StabilityLobes]], tuple[str, ...], list[tuple[str, ...]], list[str]]:
+    """Charts of the tools by name, the header and rows of their table, and what is to be said of them."""
+    from .each_tool import remarks_of, rows_of
+
+    charts = [(tool.name, tool.chart) for tool in road.tool_lobes if tool.chart is not None]
+    return charts, *rows_of(road.tool_lobes), remarks_of(road.tool_lobes, road.machine.tool_name)
 
 
 def _test_cuts(road: Run, path: Path) -> None:

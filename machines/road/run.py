@@ -23,12 +23,13 @@ from jointlib.shown.result import Columns, Shown
 
 from ..cutting.process.chart import StabilityLobes, draw_charts
 from ..cutting.rest.chart_file import default_speeds
-from ..files.opened import machine_of
+from ..files.opened import machine_of, tool_names
 from ..forced_response.response import Response
 from ..harmonic_balance.linear_check import LinearCheck
 from ..model.machine import Machine
 from ..ranges import LARGEST_AMPLITUDE
 from ..report.page import Page, Section
+from .each_tool import ToolLobes
 from .mistakes import beside
 from .open_joints import look_ahead
 from .piece import Piece, Step, chosen_steps, walk
@@ -65,7 +66,7 @@ def run(
     command
         What the report says made it.
     tool
-        Which of several named tools is in the machine.
+        Which of several named tools is in the machine; none: that of the file, and what each of them cuts beside it.
     """
     taken = chosen_steps(steps)
     model, sizes = (
@@ -78,6 +79,7 @@ def run(
     target = Path(folder)
     target.mkdir(parents=True, exist_ok=True)
     made = Run(model, target, progress or Silent(), command or f"machines.run({str(model.source)!r}, {str(folder)!r})")
+    made.tools = tool_names(machine, tool)
     made.warnings += model.remarks()
     if bare := ", ".join(model.without_equations):
         made.warnings.append(f"Only FRFs are known of {bare}: not checked against python-control.")
@@ -132,6 +134,10 @@ class Run(Shown):
     """Of a joint that was identified: as it was, and mended."""
     charts: dict[float, StabilityLobes] = field(default_factory=dict)
     """Stability lobes by tool-point amplitude in m."""
+    tools: tuple[str, ...] = ()
+    """Tools of the file to be compared, by name."""
+    tool_lobes: tuple[ToolLobes, ...] = ()
+    """What each of them cuts, for small vibrations."""
 
     def finding(self) -> str:
         """What to set, else what was found, and what was not computed."""

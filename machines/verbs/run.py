@@ -31,13 +31,13 @@ def command(machine: Path, output: Path, amplitude: tuple[float, ...], changes: 
     from .. import run as whole_road
     from ..road.run import AMPLITUDES
 
-    model = read_machine(machine, changes)
-    if model.cutting is None and amplitude:
+    if amplitude and read_machine(machine, changes).cutting is None:
         raise InputError(f"--amplitude: {machine} has no [cutting], so there are no lobes to compute")
     words = ["jointlib", "run", str(machine), "-o", str(output)]
     words += ["--amplitude", *(f"{A:g}" for A in amplitude)] if amplitude else []
     words += ["--tool", *changes.values()] if changes else []
-    road = whole_road(model, output, progress=Steps(), amplitudes=amplitude or AMPLITUDES, command=shlex.join(words))
+    said, tool = shlex.join(words), changes.get("tool.use")
+    road = whole_road(machine, output, progress=Steps(), amplitudes=amplitude or AMPLITUDES, command=said, tool=tool)
     doubts = [f"warning: {doubt}" for doubt in road.doubts]
     lost = [f"failed: {why}" for why in road.failed]
     emit(as_json, road.data, [*road.advice, *doubts, *lost, *road.said, *(wrote(path) for path in road.written)])

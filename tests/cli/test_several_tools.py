@@ -13,7 +13,7 @@ from click.testing import CliRunner
 from tool_files import CUT, HOLDER, SIZES, TOOL, TWO, machine, written
 
 from jointlib.cli.main import cli
-from machines import lobes
+from machines import lobes, lobes_over_range, read_machine, run
 
 SPEEDS = ("--speed", "9000")
 
@@ -80,3 +80,54 @@ def test_a_tool_that_has_no_chart_is_told_and_the_others_stay(both: Path) -> Non
     assert rows[0]["failed"] is None
     assert rows[1]["minimum_depth"] is None
     assert rows[1]["failed"]
+
+
+LUMPED = """
+schema = "jointlib/machine/1"
+[[component]]
+name = "spindle"
+kind = "modal"
+dofs = ["x", "y"]
+frequency = [600, 800]
+damping_ratio = [0.03, 0.03]
+shapes = [[1.0, 0.1], [0.1, 1.2]]
+[[tools]]
+name = "soft"
+x = "spindle.x"
+y = "spindle.y"
+cutting = { specific = 1e9 }
+[[tools]]
+name = "hard"
+x = "spindle.x"
+y = "spindle.y"
+[cutting]
+process = "turning"
+specific = 2e9
+speed = [6000, 12000]
+"""
+
+
+def test_a_run_tells_of_every_tool_what_lobes_tells_of_it(tmp_path: Path) -> None:
+    path = written(tmp_path, "mill.toml", LUMPED)
+    road = run(path, tmp_path / "out", steps=["cutting"], amplitudes=(0.0,))
+    assert not road.failed
+    (rows,) = (
+        step["tools"] for step in json.loads((tmp_path / "out" / "run.json").read_text())["steps"] if "tools" in step
+    )
+    speeds = np.linspace(6000.0, 12000.0, 100)
+    for row in rows:
+        alone = lobes_over_range(read_machine(path, {"tool.use": row["tool"]}), speeds)
+        assert row["minimum_depth"] == alone.minimum_depth
+        assert row["depth"] == alone.depth.tolist()
+    assert [row["tool"] for row in rows] == ["soft", "hard"]
+    page = (tmp_path / "out" / "report.html").read_text("utf-8")
+    assert "What each tool cuts" in page
+    assert any(line.startswith("hard ") for line in road.said)
+
+
+def test_a_run_of_one_tool_is_of_it_alone(tmp_path: Path) -> None:
+    path = written(tmp_path, "mill.toml", LUMPED)
+    road = run(path, tmp_path / "out", steps=["cutting"], amplitudes=(0.0,), tool="hard")
+    assert not road.failed
+    assert "What each tool cuts" not in (tmp_path / "out" / "report.html").read_text("utf-8")
+    assert "tools" not in {step["step"] for step in road.steps}

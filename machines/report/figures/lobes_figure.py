@@ -99,6 +99,18 @@ def lobes_figure(
     return Figure(paper.svg, " ".join(said))
 
 
+def tools_figure(charts: Sequence[tuple[str, StabilityLobes]]) -> Figure:
+    """Limiting depth in mm over speed in rpm, a curve a tool."""
+    with sheet(width=9.5) as paper:
+        styles = ["-", *_STYLES] * len(charts)
+        for (name, chart), style, colour in zip(charts, styles, shades(len(charts) + 1)[1:], strict=False):
+            draw_limit(paper.axes, chart.speed, chart.depth, color=colour, linestyle=style, label=name)
+        paper.axes.set(xlabel="spindle speed [rpm]", ylabel="depth of cut [mm]")
+        paper.axes.set_ylim(0, axis_top([chart for _, chart in charts]))
+        paper.axes.legend()
+    return Figure(paper.svg, f"The limiting depth of cut with each tool: {', '.join(name for name, _ in charts)}.")
+
+
 def axis_top(charts: Sequence[StabilityLobes]) -> float:
     """Upper end of the depth axis in mm: the highest limit, unless a few peaks would press the rest flat."""
     finite = np.concatenate([c.depth[np.isfinite(c.depth)] for c in charts]) * 1e3
