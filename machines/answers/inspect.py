@@ -26,6 +26,7 @@ from jointlib.shown.result import Columns, Shown
 from ..files.component_file import read_component
 from ..files.machine_file import read_machine
 from ..files.opened import with_tool
+from ..files.tool_alone import read_tool
 from ..study.study_file import read_study
 from .told.file_lines import (
     coefficient_lines,
@@ -35,6 +36,7 @@ from .told.file_lines import (
     joint_lines,
     measurement_lines,
     record_lines,
+    tool_lines,
 )
 from .told.machine_told import told
 from .told.picture import draw
@@ -104,7 +106,7 @@ def inspect(
     Parameters
     ----------
     file
-        A measurement, joint, component, machine, study, a record (text, npz, uff, tdms …), or an FMU.
+        A measurement, joint, component, tool, holder, machine, study, a record (text, npz, uff, tdms …), or an FMU.
     output
         Of a machine: the drawing to write, .svg, or .html in which it turns and its modes move.
     mode
@@ -145,6 +147,9 @@ def _opened(file: Path, contacts: bool, tool: str | None) -> tuple[Any, list[str
     if schema == "jointlib/component/1":
         component = read_component(file, "component")
         return component, component_lines(component), ()
+    if schema in ("jointlib/tool/1", "jointlib/holder/1"):
+        parts, joins = read_tool(file, schema.split("/")[1])
+        return parts, tool_lines(parts, joins), ()
     if schema == "jointlib/study/1":
         study = read_study(file)
         return study, asked_lines(study), ()
@@ -157,7 +162,10 @@ def _opened(file: Path, contacts: bool, tool: str | None) -> tuple[Any, list[str
 
 def _schema(file: Path) -> str:
     schema = parsed(file, "a file of this program")[1].get("schema")
-    known = [f"jointlib/{kind}/1" for kind in ("joint", "measurement", "component", "machine", "study", "cutting")]
+    known = [
+        f"jointlib/{kind}/1"
+        for kind in ("joint", "measurement", "component", "machine", "study", "cutting", "tool", "holder")
+    ]
     if not isinstance(schema, str) or schema not in known:
         raise InputError(f"{file}: schema is {schema!r}, expected one of {', '.join(known)}")
     return schema

@@ -79,8 +79,8 @@ def _machine(path: Path, changes: Mapping[str, Any] | None, mistakes: Mistakes) 
         read_axes(all_of)
     document = all_of[-1]
     name = document.text("name", path.name.removesuffix(".toml").removesuffix(".machine"))
-    components, parts = _each(all_of, "component", _component)
-    connections, joins = _each(all_of, "connection", _connection)
+    components, parts = _each(all_of, "component", component_of)
+    connections, joins = _each(all_of, "connection", connection_of)
     bundles, groups = _each(all_of, "bundle", placed)
     for part in all_of[:-1]:
         part.done()
@@ -210,9 +210,10 @@ def _part(document: Section, file: str) -> Section | None:
     return part
 
 
-def _component(section: Section) -> Component:
+def component_of(section: Section) -> Component:
+    """What a ``[[component]]`` says."""
     if names_a_file(section):
-        return _component(of_file(section))
+        return component_of(of_file(section))
     cls: type[Component] = section.kind(
         lambda word, where: plugin("jointlib.components", word, where), list(installed("jointlib.components").found)
     )
@@ -224,7 +225,7 @@ def _component(section: Section) -> Component:
     return component
 
 
-def _connection(section: Section) -> tuple[Connection, ...]:
+def connection_of(section: Section) -> tuple[Connection, ...]:
     """One scalar connection, or those of a flange."""
     name = section.text("name")
     between = section.words("between")

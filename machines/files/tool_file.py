@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from jointlib.arrays import Array
 from jointlib.errors import InputError, nearest
-from jointlib.io.mistakes import Lost
+from jointlib.io.mistakes import Lost, Mistakes
 from jointlib.io.toml import Section
 from jointlib.io.toml_file import parsed, read_toml
 from jointlib.units import quantity
@@ -139,6 +140,28 @@ def _parts(opened: Section, behind: Section, place: Place) -> Section:
     rigid = {"name": _NOSE, "between": [held, place.component], "at": place.at.tolist(), "rigid": True}
     joins.append({**rigid, "holds": list(place.holds)})
     return Section({"component": parts, "connection": joins}, opened.where, opened.folder, opened.mistakes)
+
+
+def alone(path: Path, kind: str, mistakes: Mistakes) -> Section:
+    """The tables that a file of kind tool or holder stands for, without a machine; its components are at the origin."""
+    place = Place("spindle", np.zeros(3), np.eye(3)[2], DIRECTIONS)
+    opened = read_toml(path, kind, mistakes)
+    if kind == "tool":
+        behind = _opened(opened, "holder") if opened.has("holder") else opened
+        cutting_keys(opened.section("cutting"))
+        opened.text("name", None)
+        if behind is None:
+            raise Lost
+        return _parts(opened, behind, place)
+    opened.text("name", None)
+    sections = opened.take("section", [])
+    if opened.has("joint"):
+        opened.section("joint").read(_shank_joint)
+    opened.done()
+    _said(opened, f"{_where(opened, 1, HELD)}: [[segment]]", f"{opened.where}: [[section]]")
+    _said(opened, f"{_where(opened, 1, HELD)}:", f"{opened.where}:")
+    bar = _bar(sections, place.at, place, None, 0.0)
+    return Section({"component": [bar]}, opened.where, opened.folder, mistakes)
 
 
 def _bar(sections: Any, start: Array, place: Place, up_to: Any, loss_factor: Any) -> dict[str, Any]:

@@ -185,3 +185,41 @@ def test_a_tool_that_cannot_be_put_in_is_refused_in_a_sentence(tmp_path: Path, t
     with pytest.raises(InputError, match=words) as refused:
         read_machine(path)
     assert len(refused.value.sentences) == 1, refused.value
+
+
+def test_a_tool_file_is_inspected_by_itself(tmp_path: Path) -> None:
+    written(tmp_path, "a.holder.toml", HOLDER + JOINT)
+    path = written(tmp_path, "a.tool.toml", f'{TOOL}holder = "a.holder.toml"\n{SIZES}{CUT}')
+    done = CliRunner().invoke(cli, ["inspect", str(path)], catch_exceptions=False)
+    assert done.exit_code == 0, done.output
+    steel = 7850 * np.pi / 4 * 0.04 * (0.032**2 - 0.008**2)
+    carbide = 14450 * np.pi / 4 * (0.030 * 0.0096**2 + 0.030 * 0.012**2)
+    assert f"cutter: {carbide:.4g} kg, stations tip, shank" in done.stdout
+    assert f"holder: {steel:.4g} kg, stations front, face" in done.stdout
+    assert "connection shank_x: 6e+07 N/m, 300 N s/m\n" in done.stdout
+    assert "connection shank_ry: 20000 N m/rad, 0.1 N m s/rad\n" in done.stdout
+    assert "connection shank_z: rigid\n" in done.stdout
+    alone = CliRunner().invoke(cli, ["inspect", str(tmp_path / "a.holder.toml")], catch_exceptions=False)
+    assert f"holder: {steel:.4g} kg" in alone.stdout
+
+
+@pytest.mark.parametrize(
+    ("kind", "old", "new", "words"),
+    [
+        ("tool", 'diameter = "12 mm"', 'diameter = "12 kg"', "diameter: unit 'kg'"),
+        ("tool", "teeth = 3", "tooth = 3", "[cutting]: unknown key 'tooth'"),
+        ("holder", 'bore = "8 mm"', 'bore = "80 mm"', "[[section]] 1: bore is 0.08 m"),
+        ("holder", "rotation = 2e4", "turn = 2e4", "[joint]: key 'rotation' is missing"),
+    ],
+)
+def test_what_is_wrong_with_a_tool_file_alone_is_told_with_its_line(
+    tmp_path: Path, kind: str, old: str, new: str, words: str
+) -> None:
+    text = HOLDER + JOINT if kind == "holder" else f"{TOOL}{SIZES}{CUT}"
+    assert text.count(old) == 1
+    path = written(tmp_path, f"a.{kind}.toml", text.replace(old, new))
+    with pytest.raises(InputError) as refused:
+        CliRunner().invoke(cli, ["inspect", str(path)], catch_exceptions=False)
+    (said,) = [said for said in refused.value.sentences if words in said]
+    assert said.startswith(f"{path}: ")
+    assert "(line " in said

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +23,7 @@ from jointlib.shown.text import table
 from jointlib.units import shown
 
 from ...components.component import Component
+from ...components.connection import Connection
 from ...loop.records import open_frfs, said_of
 
 
@@ -102,6 +103,24 @@ def component_lines(component: Component) -> list[str]:
         rows = [(f"{f:.6g}", f"{100 * z:.4g}") for f, z in zip(frequency, ratio, strict=True)]
         lines += table(("mode [Hz]", "damping [%]"), rows)
     return [*lines, *component.remarks()]
+
+
+def tool_lines(parts: Sequence[Component], joins: Sequence[Connection]) -> list[str]:
+    """Mass and stations of cutter and holder, and what lies between them."""
+    lines = []
+    for part in parts:
+        pulled = part.weight(np.array([0.0, 0.0, 1.0]))
+        mass = 0.0 if pulled is None else sum(f for f, dof in zip(pulled, part.dofs, strict=True) if dof.endswith(".z"))
+        stations = dict.fromkeys(dof.partition(".")[0] for dof in part.dofs)
+        lines.append(f"{part.name}: {mass:.4g} kg, stations {', '.join(stations)}")
+        lines += part.remarks()
+    for join in joins:
+        turns = join.between[0].rpartition(".")[2].startswith("r")
+        held = {} if join.joint is None else join.joint.parameters
+        units = ("N m/rad", "N m s/rad") if turns else ("N/m", "N s/m")
+        values = [f"{value:g} {unit}" for value, unit in zip(held.values(), units, strict=False)]
+        lines.append(f"connection {join.name}: {', '.join(values) or 'rigid'}")
+    return lines
 
 
 def measurement_lines(m: Measurement) -> list[str]:
