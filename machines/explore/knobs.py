@@ -211,11 +211,19 @@ def pretty(unit: str) -> str:
 
 
 def _stick_out_controls(machine: Machine, tables: Sequence[Section]) -> tuple[Control, ...]:
-    """The free length of each beam that carries the tool or the workpiece: its last segment, and what stands on it."""
+    """The stick-out of a tool by its sizes; the free length of each beam that carries the tool or the workpiece.
+
+    That is its last segment, and what stands on it.
+    """
     held = {tuple(side.split(".")[:2]) for dof in machine.tool.values() for side in dof.split(" - ")}
     out = []
     for table, _ in _named(tables, "component"):
-        stations = [name for component, name in held if component == table["name"]] if table["kind"] == "beam" else []
+        if table.get("kind") == "tool" and table["name"] in {component for component, *_ in held}:
+            out.append(_stick_out_of_sizes(table))
+            continue
+        stations = (
+            [name for component, name in held if component == table["name"]] if table.get("kind") == "beam" else []
+        )
         if not stations:
             continue
         name, where = table["name"], f"component {table['name']}"
@@ -238,6 +246,16 @@ def _stick_out_controls(machine: Machine, tables: Sequence[Section]) -> tuple[Co
         ends = float(f"{low * 1e3:.3g}"), float(f"{length * 1e3 * _GEOMETRY:.3g}")
         out.append(Control(f"{base}.stick_out", "stick-out", name, "mm", length * 1e3, *ends, scale=1e-3, moves=moves))
     return tuple(out)
+
+
+def _stick_out_of_sizes(table: dict[str, Any]) -> Control:
+    """The stick-out of a tool by its sizes: its flutes stay outside the holder."""
+    where = f"component {table['name']}"
+    length, flutes = (quantity(table[key], "m", where) for key in ("stick_out", "flute_length"))
+    low, high = max(length / _GEOMETRY, flutes), length * _GEOMETRY
+    ends = math.ceil(round(1e4 * low, 6)) / 10, float(f"{1e3 * high:.3g}")
+    path = f"component.{table['name']}.stick_out"
+    return Control(path, "stick-out", table["name"], "mm", 1e3 * length, *ends, scale=1e-3)
 
 
 def _cutting_controls(machine: Machine) -> tuple[Control, ...]:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tool_files import JOINT, SECTION, SIZES, SPINDLE, TOOL
 
 from jointlib import Joint, read_joint
 from jointlib.errors import InputError
@@ -186,6 +187,23 @@ def test_a_tip_at_the_end_of_the_bar_goes_along_by_itself(tmp_path: Path) -> Non
     assert other.by_key[key].changes(150.0) == {"component.bar.segment[1].length": pytest.approx(0.15)}
     one, two = (e.summary({key: 150.0}).static_compliance for e in (explorer, other))
     assert one == pytest.approx(two, rel=1e-9)
+
+
+@pytest.mark.parametrize("joint", ["", JOINT])
+def test_the_stick_out_and_joint_of_a_tool_file_are_controls(tmp_path: Path, joint: str) -> None:
+    band = "[response]\nfrequency = [300, 3000]\n"
+    for name, sizes in (("a", SIZES), ("longer", SIZES.replace('stick_out = "60 mm"', 'stick_out = "75 mm"'))):
+        (tmp_path / f"{name}.tool.toml").write_text(f"{TOOL}{sizes}[[section]]\n{SECTION}{joint}")
+        text = SPINDLE.format(top=f'tool = "{name}.tool.toml"', parts=band, tool="", teeth=4)
+        (tmp_path / f"{name}.toml").write_text(text)
+    explorer, longer = Explorer(tmp_path / "a.toml"), Explorer(tmp_path / "longer.toml")
+    key = "component.cutter.stick_out"
+    control = explorer.by_key[key]
+    assert (control.value, control.low, control.high, control.unit) == (60.0, 30.0, 120.0, "mm")
+    found, wanted = explorer.summary({key: 75.0}).static_compliance, longer.summary({}).static_compliance
+    assert found == pytest.approx(wanted, rel=1e-12)
+    assert found > explorer.summary({}).static_compliance
+    assert ("connection.shank_x.joint.linear.stiffness" in explorer.by_key) == bool(joint)
 
 
 def test_what_is_nothing_may_become_something(tmp_path: Path) -> None:
