@@ -158,6 +158,9 @@ def alone(path: Path, kind: str, mistakes: Mistakes) -> Section:
     if opened.has("joint"):
         opened.section("joint").read(_shank_joint)
     opened.done()
+    if sections == []:
+        opened.fault("no [[section]], expected at least one")
+        raise Lost
     _said(opened, f"{_where(opened, 1, HELD)}: [[segment]]", f"{opened.where}: [[section]]")
     _said(opened, f"{_where(opened, 1, HELD)}:", f"{opened.where}:")
     bar = _bar(sections, place.at, place, None, 0.0)

@@ -209,6 +209,7 @@ def test_a_tool_file_is_inspected_by_itself(tmp_path: Path) -> None:
         ("tool", 'diameter = "12 mm"', 'diameter = "12 kg"', "diameter: unit 'kg'"),
         ("tool", "teeth = 3", "tooth = 3", "[cutting]: unknown key 'tooth'"),
         ("holder", 'bore = "8 mm"', 'bore = "80 mm"', "[[section]] 1: bore is 0.08 m"),
+        ("holder", "length = ", "lenght = ", "[[section]] 1: key 'length' is missing, did you mean it by 'lenght'?"),
         ("holder", "rotation = 2e4", "turn = 2e4", "[joint]: key 'rotation' is missing"),
     ],
 )
