@@ -69,11 +69,11 @@ def undamped(modes: NaturalModes) -> Iterator[str]:
     ratio = modes.damping_ratio[first]
     others = f" (and {len(felt) - 1} more)" if len(felt) > 1 else ""
     if ratio < -_ROUNDING:
-        yield f"the mode at {modes.frequency[first]:.4g} Hz{others} grows by itself: its damping ratio is {ratio:.2g}"
+        yield f"the mode at {modes.frequency[first]:.5g} Hz{others} grows by itself: its damping ratio is {ratio:.2g}"
         return
     because = f"; what little there is comes from {lost[0].strip('()')}" if lost[1] > 0 and ratio > _ROUNDING else ""
     yield (
-        f"the mode at {modes.frequency[first]:.4g} Hz that the tool feels{others} is undamped, its damping ratio is "
+        f"the mode at {modes.frequency[first]:.5g} Hz that the tool feels{others} is undamped, its damping ratio is "
         f"{abs(ratio):.2g}: {held or 'what bends in it'} dissipates nothing{because}; expected 0.01 to 0.1 "
         "of a machine, "
         "give it a damping or a loss_factor, or the depths are too low by as much"

@@ -47,7 +47,7 @@ def short_losses(modes: NaturalModes) -> Iterator[str]:
     ratio = 100 * modes.damping_ratio[first]
     whole = ratio + 100 * np.sum(lacking[:, first])
     yield (
-        f"the mode at {modes.frequency[first]:.4g} Hz that the tool feels{others} has {ratio:.2g} % damping, with the "
+        f"the mode at {modes.frequency[first]:.5g} Hz that the tool feels{others} has {ratio:.2g} % damping, with the "
         f"loss factors of its parts at that frequency {whole:.2g} %: the machine bends "
         f'{most} more slowly than it bends when free; say where it is held, as held = ["STATION"]'
     )

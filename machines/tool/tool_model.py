@@ -33,7 +33,7 @@ class Undamped(InputError):
 
     def __init__(self, pole: complex) -> None:
         super().__init__(
-            f"the mode at {abs(pole) / (2 * np.pi):.4g} Hz that the tool feels has a damping ratio of "
+            f"the mode at {abs(pole) / (2 * np.pi):.5g} Hz that the tool feels has a damping ratio of "
             f"{0.0 - pole.real / (abs(pole) or 1.0):.1g}, so no depth of cut can be told; expected 0.001 to 0.1: "
             "a damping, or a loss_factor"
         )

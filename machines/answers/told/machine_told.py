@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from jointlib.shown.text import table
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 _ROWS = 12
 """Connections up to which each has a line of its own."""
 _MODES = 10
+_SHOWN = {"N/m^2": ("N/mm^2", 1e-6), "m": ("mm", 1e3), "rad": ("deg", 57.29577951308232), "1": ("", 1.0)}
 
 
 def told(machine: Machine, contacts: bool) -> tuple[list[str], list[str]]:
@@ -44,15 +45,30 @@ def told(machine: Machine, contacts: bool) -> tuple[list[str], list[str]]:
     lines += [axis.words() for axis in machine.axes]
     lines += [f"tool {axis}: {dof}" for axis, dof in machine.tool.items()]
     if machine.cutting:
-        lines.append(
-            "cutting: " + ", ".join(f"{key} = {value}" for key, value in machine.cutting.items() if key != "covariance")
-        )
+        lines.append("cutting: " + ", ".join(_cut(machine.cutting)))
     if known:
         lines += _under_load(machine, each)
         lines += _stiffness(machine)
     if modes is not None:
         lines += _first_modes(modes)
     return lines, wrong
+
+
+def _cut(cutting: Mapping[str, Any]) -> Iterator[str]:
+    """What the cut is, each key with its unit."""
+    from ...files.cutting_table import CUTTING_UNITS
+
+    units = {**CUTTING_UNITS, "speed": "rpm", "pitch": "deg", "helix": "deg", "runout": "m"}
+    for key, value in cutting.items():
+        unit, factor = _SHOWN.get(units.get(key, ""), (units.get(key, ""), 1.0))
+        if key == "covariance":
+            continue
+        if isinstance(value, str) or key not in units:
+            yield f"{key} = {value}"
+        elif isinstance(value, Sequence):
+            yield f"{key} = {' '.join(f'{one * factor:.6g}' for one in value)} {unit}"
+        else:
+            yield f"{key} = {value * factor:.6g} {unit}".rstrip()
 
 
 def _modes(machine: Machine) -> NaturalModes | None:

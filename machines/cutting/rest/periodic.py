@@ -138,7 +138,7 @@ def _turned(model: ToolModel, cutting: Cutting, speed: float, resolved: Shape) -
     tooth = cutting.cuts_per_revolution * speed / 60
     share = cutting.rotation[0][["xy".index(axis) for axis in model.axes]]
     for more in range(_RAISES):
-        few = model.up_to(_FAR * resolved.highest * _FAR**more)
+        few = model.up_to(resolved.highest * _FAR**more)
         settled, finer = _collocated(few, cutting, speed, resolved.folded(tooth))
         if not settled.kind:
             return settled, finer, 0.0
