@@ -116,7 +116,12 @@ def cli(ctx: click.Context) -> None:
 
 
 def main() -> None:
-    """Entry point of the ``jointlib`` command."""
+    """Entry point of the ``jointlib`` command.
+
+    Linear algebra gets one thread, unless the environment says otherwise: matrices here are small, and the digits must
+    not depend on the number of cores.
+    """
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # read when a verb imports numpy
     interrupts: list[int] = []
 
     def interrupt(number: int, frame: FrameType | None) -> None:

@@ -109,8 +109,11 @@ class Beam(Component):
     def nodes(self) -> Nodes:
         """The stations in space."""
         along = np.array(list(self.stations.values()))
-        places = self.start + along[:, None] * self.frame[0]
-        return checked_nodes(f"component {self.name!r}", tuple(self.stations), places, self.tolerance)
+        places, ends = (
+            self.start + at[:, None] * self.frame[0]
+            for at in (along, np.array([0.0, sum(s.length for s in self.segments)]))
+        )
+        return checked_nodes(f"component {self.name!r}", tuple(self.stations), places, self.tolerance, ends)
 
     @classmethod
     def from_section(cls, section: Section) -> Beam:

@@ -18,6 +18,33 @@ DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 """Translations along and rotations about the machine axes."""
 TOLERANCE = 1e-4
 """How far, in m, a connection's point may lie from the node that it is meant for, where a file does not say."""
+_TOLD = 4
+
+
+class NoNode(InputError):
+    """A point at which a component has no node; ``station`` in m along a beam would be one."""
+
+    def __init__(self, where: str, point: Array, nearest: str, station: float | None = None) -> None:
+        self.where, self.point, self.nearest, self.station = where, point, nearest, station
+        expected = "" if station is None else f"; expected a [[component.station]] at {station:.4g} m"
+        super().__init__(f"{where}: no node at {_words(point)} m; the nearest, {nearest}{expected}")
+
+
+def no_nodes(found: Sequence[tuple[str, NoNode]]) -> str:
+    """One sentence for all points at which one component has no node, each beside the connection that it is of."""
+    first = found[0][1]
+    if len(found) == 1:
+        return str(first)
+    stations = sorted({one.station for _, one in found if one.station is not None})
+    expected = f"; expected a [[component.station]] at {_listed([f'{at:.4g} m' for at in stations])}"
+    points = f"{len(found)} points of {_listed(list(dict.fromkeys(name for name, _ in found)))}"
+    lies = f"the nearest to {_words(first.point)} m, {first.nearest}"
+    return f"{first.where}: no node at {points}; {lies}{expected if stations else ''}"
+
+
+def _listed(words: Sequence[str]) -> str:
+    """Some of them."""
+    return ", ".join(words if len(words) <= _TOLD else [*words[: _TOLD - 1], f"… {words[-1]}"])
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +57,8 @@ class Nodes:
     names: tuple[str, ...]
     positions: Array
     tolerance: float = TOLERANCE
+    line: Array | None = None
+    """Both ends of the line on which more of them may lie, (2, 3) in m."""
 
     def motion(self, where: str, dofs: Sequence[str], point: Array, direction: Array) -> Array:
         """n·(u + ϑ × ρ) of the nearest node, ρ from the node to the point; rotations that a node lacks are zero.
@@ -76,14 +105,25 @@ class Nodes:
         distance = np.linalg.norm(self.positions - point, axis=1)
         near = int(np.argmin(distance))
         if not distance[near] <= self.tolerance:
-            raise InputError(
-                f"{where}: no node at {_words(point)} m; the nearest, {self.names[near]!r}, lies "
-                f"{distance[near]:.3g} m away at {_words(self.positions[near])} m (tolerance {self.tolerance:g} m)"
-            )
+            lies = f"lies {distance[near]:.3g} m away at {_words(self.positions[near])} m"
+            nearest = f"{self.names[near]!r}, {lies} (tolerance {self.tolerance:g} m)"
+            raise NoNode(where, point, nearest, self._station(point))
         return near
 
+    def _station(self, point: Array) -> float | None:
+        """Where along its line a node of this point would lie, in m; None where none would be near enough."""
+        if self.line is None:
+            return None
+        along = self.line[1] - self.line[0]
+        length = float(np.linalg.norm(along))
+        at = float(np.clip((point - self.line[0]) @ along / length, 0, length))
+        near = np.linalg.norm(self.line[0] + at * along / length - point) <= self.tolerance
+        return at if near else None
 
-def checked_nodes(where: str, names: Sequence[str], positions: Array, tolerance: float = TOLERANCE) -> Nodes:
+
+def checked_nodes(
+    where: str, names: Sequence[str], positions: Array, tolerance: float = TOLERANCE, line: Array | None = None
+) -> Nodes:
     """Nodes with different names, none with a dot, and finite positions."""
     checked_dofs(where, tuple(names))
     for name in names:
@@ -93,7 +133,7 @@ def checked_nodes(where: str, names: Sequence[str], positions: Array, tolerance:
         raise InputError(f"{where}: node positions {positions.tolist()}, expected three finite coordinates each, in m")
     if not (np.isfinite(tolerance) and tolerance >= 0):
         raise InputError(f"{where}: tolerance is {tolerance!r} m, expected at least 0")
-    return Nodes(tuple(names), positions, tolerance)
+    return Nodes(tuple(names), positions, tolerance, line)
 
 
 def read_nodes(section: Section) -> Nodes | None:

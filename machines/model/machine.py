@@ -19,6 +19,7 @@ from jointlib.shown.result import Columns, Shown
 from ..bundles.bundle import Placed
 from ..components.component import Component
 from ..components.connection import Connection, motion_row
+from ..components.nodes import NoNode, no_nodes
 from ..components.static_load import StaticLoad
 from ..shapes.outline import Outline
 from .axes import Axis
@@ -125,12 +126,9 @@ class Machine(Shown):
         return tuple(self.tool[axis] for axis in self.tool_axes)
 
     def _place(self, connection: Connection) -> Array:
-        try:
-            row = connection.row(self.components)
-        except InputError as error:
-            raise InputError(f"{self.where}: {error}") from None
+        row = connection.row(self.components)
         if not np.any(row):
-            raise InputError(f"{self.where}: connection {connection.name!r} holds nothing, expected a side that moves")
+            raise InputError(f"connection {connection.name!r} holds nothing, expected a side that moves")
         return row
 
     @cached_property
@@ -138,15 +136,18 @@ class Machine(Shown):
         """Its connections with their rows, which are asked for many times."""
         placed: dict[str, tuple[Connection, Array]] = {}
         refused: dict[tuple[str, str], str] = {}
+        apart: dict[str, list[tuple[str, NoNode]]] = {}
         for connection in self.connections:
+            bundle = connection.name.rpartition(".")[0] or connection.name
             try:
                 placed[connection.name] = connection, self._place(connection)
+            except NoNode as error:
+                apart.setdefault(error.where, []).append((bundle, error))
             except InputError as error:
                 # The rows of a bundle are refused for one reason.
-                bundle = connection.name.rpartition(".")[0] or connection.name
                 refused.setdefault((bundle, str(error).replace(connection.name, "")), str(error))
-        if refused:
-            raise InputError(*refused.values())
+        if refused or apart:
+            raise InputError(*(f"{self.where}: {said}" for said in [*map(no_nodes, apart.values()), *refused.values()]))
         return placed
 
     def _row(self, connection: Connection) -> Array:

@@ -21,6 +21,8 @@ _FAR = 4.0
 _SLOW = 1e-7
 """Share of the fastest pole below which one is a free motion, which rounding has put beside zero."""
 _ASIDE = 1e-9
+_JOINED = 2.0
+"""Times the highest frequency kept up to which the modes above it are one with inertia."""
 _CACHED = 4096
 """Lines worked on at once, so few that they stay in the processor's cache."""
 _COINCIDE = "collocation: the tool has modes that coincide, such as a free motion; hold it, or use multi-frequency"
@@ -139,13 +141,46 @@ class ToolModel:
         return np.asarray(value.reshape(*jw.shape[:-1], *self.direct.shape) + self.direct)
 
     def up_to(self, frequency: float) -> ToolModel:
-        """The same with modes above a frequency in Hz acting by their flexibility alone."""
+        """The same with modes above a frequency in Hz joined into one a direction, or into their flexibility.
+
+        Σ of those modes is R₀ + s·R₁ + s²·R₂ + … about s = 0. In a direction v the mode in their place has stiffness
+        −R₂/R₄ per mass, R₁/R₂ of damping per mass, and gives the terms in s and s² exactly and, on a tool of little
+        damping, that in s⁴; the rest of R₀ is flexibility. One more than twice above ``frequency`` is left out.
+        """
         fast = np.abs(self.poles) > 2 * np.pi * frequency
         if not fast.any():
             return self
-        far = ToolModel(self.poles[fast], self.inputs[fast], self.outputs[fast], np.zeros_like(self.direct), self.axes)
-        rest, slow = self.direct + far(np.zeros(1))[0].real, ~fast
-        return ToolModel(self.poles[slow], self.inputs[slow], self.outputs[slow], rest, self.axes)
+        far, near = self._part(fast, np.zeros_like(self.direct)), self._part(~fast, self.direct)
+        poles, shapes = far._joined(2 * np.pi * frequency)
+        outputs = shapes / (2j * poles.imag[:, None])
+        one = ToolModel(poles, shapes.astype(complex), outputs, np.zeros_like(self.direct), self.axes)
+        at_rest = np.zeros(1)
+        return ToolModel(
+            np.concatenate([near.poles, one.poles]),
+            np.concatenate([near.inputs, one.inputs]),
+            np.concatenate([near.outputs, one.outputs]),
+            self.direct + (far(at_rest) - one(at_rest))[0].real,
+            self.axes,
+        )
+
+    def _part(self, mask: Mask, direct: Array) -> ToolModel:
+        return ToolModel(self.poles[mask], self.inputs[mask], self.outputs[mask], direct, self.axes)
+
+    def _joined(self, cutoff: float) -> tuple[ComplexArray, Array]:
+        """Poles, (m,), and shapes ψ, (m, n), of the modes ψψᵀ/(s² + cs + k) that stand for all; see `up_to`."""
+        residue = self.weight[:, None, None] * self.outputs[:, :, None] * self.inputs[:, None, :]
+        terms = [np.einsum("pab,p->ab", residue, -(self.poles ** -(k + 1))).real for k in (1, 2, 4)]
+        first, second, fourth = ((term + term.T) / 2 for term in terms)
+        inertia, along = np.linalg.eigh(-second)
+        felt = inertia > _NOTHING * np.max(np.abs(inertia), initial=0.0)
+        unit = along[:, felt] / np.sqrt(inertia[felt])
+        slowness, turned = np.linalg.eigh(unit.T @ fourth @ unit)
+        unit = unit @ turned
+        damping = -np.einsum("am,ab,bm->m", unit, first, unit)
+        near = (slowness * (_JOINED * cutoff) ** 2 > 1) & (damping > 0) & (damping**2 * slowness < 1)
+        stiffness, damping = 1 / slowness[near], damping[near]
+        shapes = stiffness[:, None] * (-second @ unit[:, near]).T
+        return -damping / 2 + 1j * np.sqrt(stiffness - damping**2 / 4), shapes
 
     def along(self, direction: ArrayLike) -> ToolModel:
         """The same tool, free to move along one direction only; see `ToolPoint.along`."""

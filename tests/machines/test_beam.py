@@ -291,3 +291,60 @@ def test_what_is_wrong_is_said_in_one_sentence(tmp_path: Path, old: str, new: st
     assert text.startswith(str(path))
     assert text.count(str(path)) == 1
     assert "\n" not in text
+
+
+def test_all_points_without_a_node_in_one_sentence(tmp_path: Path) -> None:
+    """Carriages on a beam that has no stations there: one sentence, with the places of those that it needs."""
+    guide = """
+[[bundle]]
+name = "guide"
+kind = "linear-guide"
+between = ["carriage", "rail"]
+at = [[0.3, 0, 0.1], [0.5, 0, 0.1]]
+axes = [[1, 0, 0], [0, 0, 1]]
+preload = "1 kN"
+stiffness = "300 N/um"
+width = "20 mm"
+height = "6 mm"
+length = "40 mm"
+points = 1
+"""
+    carriage = """
+[[component]]
+name = "carriage"
+kind = "rigid"
+mass = 20
+inertia = [1, 1, 1]
+centre = [0.4, 0, 0.2]
+"""
+    beam = """schema = "jointlib/machine/1"
+name = "rail"
+
+[[component]]
+name = "rail"
+kind = "beam"
+up = [0, 0, 1]
+tolerance = "120 mm"
+
+[[component.material]]
+name = "steel"
+young = "210 GPa"
+poisson = 0.3
+density = 7850
+
+[[component.segment]]
+length = "1 m"
+width = "60 mm"
+height = "80 mm"
+
+[[component.station]]
+name = "foot"
+at = 0
+"""
+    file = tmp_path / "machine.toml"
+    file.write_text(beam + carriage + guide, encoding="utf-8")
+    with pytest.raises(InputError) as refused:
+        read_machine(file)
+    [said] = [each for each in refused.value.sentences if "no node" in each]
+    assert "component 'rail': no node at 8 points of guide_1, guide_2" in said
+    assert "expected a [[component.station]] at 0.3 m, 0.5 m" in said

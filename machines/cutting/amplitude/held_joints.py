@@ -108,8 +108,8 @@ class _Modes(HeldLoop):
 class HeldInModes(HeldJoints):
     """By collocation.
 
-    Modes more than `_FAR` times above ``highest`` (Hz), the highest line that matters at the tool, act by their
-    flexibility alone; each finer level doubles that reach.
+    Modes more than `_FAR` times above ``highest`` (Hz), the highest line that matters at the tool, act together, see
+    `ToolModel.up_to`; each finer level doubles that reach.
     """
 
     machine: Machine

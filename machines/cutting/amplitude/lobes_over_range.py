@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from jointlib.arrays import Array, ArrayLike
+from jointlib.errors import CheckFailed
 
 from ...indices import Index, Mask
 from ...model.machine import Machine
@@ -51,13 +52,25 @@ def lobes_over_range(
 ) -> StabilityLobes:
     """`lobes_at_amplitude` over a range of speeds (rpm, ascending): what dips between them is among them as well.
 
-    Once ``budget`` (s) is spent the chart ends with the speeds that are known, spread over the range, and says so.
+    Once ``budget`` (s) is spent the chart ends with the speeds that are known, spread over the range, and says so. A
+    speed at which the method does not settle is left out, and that is said.
     """
     speeds, deadline = np.ravel(np.asarray(speed, dtype=float)), time.monotonic() + budget
 
     def at(further: Array) -> StabilityLobes:
-        return lobes_at_amplitude(machine, further, amplitude, method)
+        try:
+            return lobes_at_amplitude(machine, further, amplitude, method)
+        except CheckFailed as error:
+            # A speed that does not settle takes no other with it.
+            if further.size < 2:
+                refused[float(further[0])] = str(error)
+                raise
+            halves = [part for half in np.array_split(further, 2) if (part := _tried(at, half)) is not None]
+            if not halves:
+                raise
+            return _joined(halves)
 
+    refused: dict[float, str] = {}
     tried = np.unique(np.linspace(0, speeds.size - 1, _TRIED).round().astype(int))
     begun = time.monotonic()
     chart = at(speeds if not np.isfinite(budget) else speeds[tried])
@@ -69,6 +82,11 @@ def lobes_over_range(
         return chart  # closed forms have the minimum over every speed
     known = chart.speed.size
     chart = over_the_range(chart, at, deadline)
+    if refused:
+        rpm, said = next(iter(refused.items()))
+        many = f"{len(refused)} speeds, the first of them {rpm:g} rpm," if len(refused) > 1 else f"{rpm:g} rpm"
+        left_out = f"No depth was found at {many} and the chart goes on without: {said}"
+        chart = replace(chart, warnings=(*chart.warnings, left_out))
     if time.monotonic() < deadline:
         return chart
     short = (
@@ -86,11 +104,26 @@ def _until(
     while len(speeds) and time.monotonic() < deadline:
         done = np.concatenate([one.speed for one in known])
         farthest = int(np.argmax(np.min(np.abs(speeds[:, None] - done), axis=1)))
-        known.append(at(speeds[[farthest]]))
+        if (one := _tried(at, speeds[[farthest]])) is not None:
+            known.append(one)
         speeds = np.delete(speeds, farthest)
+    return _joined(known)
+
+
+def _tried(at: Callable[[Array], StabilityLobes], speeds: Array) -> StabilityLobes | None:
+    """The chart at these speeds; None where the method settles at none of them."""
+    try:
+        return at(speeds)
+    except CheckFailed:
+        return None
+
+
+def _joined(known: list[StabilityLobes]) -> StabilityLobes:
+    """One chart of several, with ascending speeds."""
     order = np.argsort(np.concatenate([one.speed for one in known]))
     values: dict[str, Any] = {key: np.concatenate([getattr(one, key) for one in known])[order] for key in _KEYS}
-    return replace(chart, **values, warnings=_widest([said for one in known for said in one.warnings]))
+    least = min(known, key=lambda one: one.minimum_depth)
+    return replace(least, **values, warnings=_widest([said for one in known for said in one.warnings]))
 
 
 def _widest(said: list[str]) -> tuple[str, ...]:
@@ -117,8 +150,10 @@ def over_the_range(
         for part in parts:
             if time.monotonic() > deadline:
                 return
-            more = at(part)
-            order = np.argsort(np.concatenate([known["speed"], part]), kind="stable")
+            more = _tried(at, part)
+            if more is None:
+                continue
+            order = np.argsort(np.concatenate([known["speed"], more.speed.ravel()]), kind="stable")
             for key in _KEYS:
                 known[key] = np.concatenate([known[key], getattr(more, key).ravel()])[order]
 

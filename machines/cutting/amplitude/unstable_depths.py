@@ -40,6 +40,8 @@ DEEPER = 1.1
 """Times the deepest depth that is spoken of up to which stable cuts above a limit are looked for."""
 _SETTLED = {"multi-frequency": 1e-3, "collocation": 1e-2}
 _SHARE = 0.6
+_GAIN = 0.5
+"""Gain round the loop below which a line cannot chatter by itself."""
 _BESIDE = 1e-3
 _WITHIN = 0.98
 """Share of the reach up to which a limit leaves room for anything above it."""
@@ -192,14 +194,16 @@ class _Search:
 
     def _loops(self, speed: float, tooth: float, deepest: float, extra: int) -> tuple[Loop, Loop]:
         """A loop that resolves the depth and a finer one that settles it."""
+        axes = tuple("xy".index(axis) for axis in self.point.axes)
+        stiffest = stiffest_direction(self.cutting, axes)
         if self.model is not None:
-            coarse = arc_map(self.model, self.cutting, speed, MORE // 2 + FINER * extra, _SHARE)
-            return coarse, arc_map(self.model, self.cutting, speed, MORE + FINER * (extra + 1))
+            model = self.model.up_to(self.shape.reaching(_GAIN / (2 * stiffest * deepest)))
+            coarse = arc_map(model, self.cutting, speed, MORE // 2 + FINER * extra, _SHARE)
+            return coarse, arc_map(model, self.cutting, speed, MORE + FINER * (extra + 1))
         P = (int(np.ceil(self.shape.highest / tooth)) + PAST) * 2**extra
         highest = max(float(self.point.lines[-1]), (self.shape.highest + PAST * tooth) * 2)
-        axes = tuple("xy".index(axis) for axis in self.point.axes)
         loop = HarmonicLoop(spectrum(self.point, highest), self.cutting, axes, tooth, P)
-        while left_out(self.shape, loop, stiffest_direction(self.cutting, axes) * deepest) >= 0.5:
+        while left_out(self.shape, loop, stiffest * deepest) >= _GAIN:
             loop = replace(loop, harmonics=2 * loop.harmonics)
         if loop.harmonics > MOST_SEARCHED:
             raise CheckFailed(

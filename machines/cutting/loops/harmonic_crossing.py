@@ -53,12 +53,12 @@ def harmonic_crossing(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> F
         if not search and not first_crossings(finer, fraction):
             return Found(NONE)
         if search and left_out(resolved, coarse, stiffest * search[0].depth) < _GAIN:
-            before, settled = search[0], min((near(finer, one) for one in search), key=lambda one: one.depth)
+            before, settled = search[0], _lowest(finer, search, fraction)
             if settled.kind and abs(settled.depth / before.depth - 1) < SAME:
                 first = replace(loop, harmonics=2 * P), settled
                 while settled.kind and abs(settled.depth / before.depth - 1) > AGREE and finer.harmonics < _MOST:
                     before, finer = settled, replace(loop, harmonics=2 * finer.harmonics)
-                    settled = near(finer, before)
+                    settled = _lowest(finer, [before], fraction)
                 if abs(settled.depth / before.depth - 1) <= AGREE:
                     moved = coarse.motion(settled.fraction, eigenvector(coarse, settled))
                     line = largest_line(settled.fraction + coarse.orders, moved)
@@ -92,13 +92,16 @@ def _strongest(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> Found:
         if level >= faintest and resolved.reaching(needed) > (P + 0.5) * loop.tooth_frequency:
             level = min(needed, level / 1.5)
             continue
-        before, settled = search[0], min((near(finer, one) for one in search), key=lambda one: one.depth)
+        before, settled = search[0], _lowest(finer, search, fraction)
         while settled.kind and abs(settled.depth / before.depth - 1) > AGREE and P < _MOST:
             P *= 2
             before, finer = settled, resolving(loop, 2 * P)
-            settled = near(finer, before)
+            settled = _lowest(finer, [before], fraction)
         if not settled.kind or abs(settled.depth / before.depth - 1) > AGREE:
-            break
+            raise CheckFailed(
+                f"multi-frequency: at a tooth frequency of {loop.tooth_frequency:g} Hz the depth still changes with "
+                f"{P} harmonics, expected less than {AGREE:g} of itself; use collocation"
+            )
         orders = np.arange(-2.0 * P - 1, 2.0 * P + 1)
         lines = loop.receptance((settled.fraction + orders) * loop.tooth_frequency)
         moved = np.einsum("qab,qb->qa", lines, finer.force(eigenvector(finer, settled)))
@@ -108,6 +111,19 @@ def _strongest(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> Found:
         f"multi-frequency: {P} harmonics of a tooth frequency of {loop.tooth_frequency:g} Hz would be needed, expected "
         f"at most {_MOST}; take a faster spindle, or zero-order, near the truth with so many waves between teeth"
     )
+
+
+def _lowest(finer: HarmonicLoop | IteratedLoop, search: list[Crossing], fraction: Array) -> Crossing:
+    """The lowest crossing of a finer loop, found from those of a coarser one.
+
+    Where two crossings are about to meet, as a flip and a Hopf crossing beside it at the edge of a lobe, the finer loop
+    may have them elsewhere: then it is searched itself.
+    """
+    found = [near(finer, one) for one in search]
+    lowest = min(found, key=lambda one: one.depth)
+    if any(not at.kind and one.depth < lowest.depth for one, at in zip(search, found, strict=True)):
+        lowest = min(first_crossings(finer, fraction), key=lambda one: one.depth, default=NONE)
+    return lowest
 
 
 def resolving(loop: HarmonicLoop, harmonics: int) -> HarmonicLoop | IteratedLoop:

@@ -26,6 +26,8 @@ from .multi_frequency import HarmonicLoop
 
 _FIRST = 6
 """Eigenvalues asked for to begin with."""
+SEARCHED = 1e-4
+"""Relative error of eigenvalues that only tell where to look."""
 _BASIS = 24
 _FORMED = 600
 """Rows up to which a product with the matrix is quicker than transforms."""
@@ -51,9 +53,14 @@ class IteratedLoop:
         """Lines times directions."""
         return len(self.loop.orders) * len(self.loop.axes)
 
-    def leftmost(self, fraction: float, bound: float = -np.inf) -> tuple[ComplexArray, ComplexArray]:
-        """All λ with Re λ(1 − e^(−2πjν)) ≤ ``bound`` (1/m) at one ν, some beyond it, and their vectors in columns."""
-        turn, count, applied = complex(regeneration(np.array(fraction))), _FIRST, self._applied(fraction)
+    def leftmost(
+        self, fraction: float, bound: float = -np.inf, count: int = _FIRST, tolerance: float = SEARCHED
+    ) -> tuple[ComplexArray, ComplexArray]:
+        """All λ with Re λ(1 − e^(−2πjν)) ≤ ``bound`` (1/m) at one ν, some beyond it, and their vectors in columns.
+
+        ``count`` are asked for to begin with, to a relative ``tolerance``; 0 is all that numbers can tell.
+        """
+        turn, applied = complex(regeneration(np.array(fraction))), self._applied(fraction)
         operator = scipy.sparse.linalg.LinearOperator(
             (self.rows, self.rows), matvec=lambda x: turn * applied(x), dtype=complex
         )
@@ -61,7 +68,7 @@ class IteratedLoop:
             start = np.exp(1j * np.arange(self.rows) ** 2)
             try:
                 turned, vectors = scipy.sparse.linalg.eigs(
-                    operator, count, which="SR", ncv=_BASIS + 2 * count, v0=start, maxiter=50
+                    operator, count, which="SR", ncv=_BASIS + 2 * count, v0=start, maxiter=50, tol=tolerance
                 )
             except (scipy.sparse.linalg.ArpackNoConvergence, scipy.sparse.linalg.ArpackError):
                 break
@@ -90,7 +97,7 @@ class IteratedLoop:
         if self.rows <= _FACTORED:
             return nearest_of(self(np.array([fraction]))[0], guess)
         turned = guess * complex(regeneration(np.array(fraction)))
-        values, vectors = self.leftmost(fraction, turned.real + _BESIDE * abs(turned))
+        values, vectors = self.leftmost(fraction, turned.real + _BESIDE * abs(turned), tolerance=0.0)
         at = int(np.argmin(np.abs(values - guess)))
         return complex(values[at]), np.asarray(vectors[:, at])
 

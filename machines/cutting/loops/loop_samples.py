@@ -74,7 +74,8 @@ class _Iterated(Samples):
         turn = regeneration(self.fraction)
         for row in np.flatnonzero(needed).tolist():
             if np.max((self._found[row] * turn[row]).real) <= -_BESIDE * level:
-                self._found[row] = self._loop.leftmost(float(self.fraction[row]), -_BESIDE * level)[0]
+                more = 2 * len(self._found[row])
+                self._found[row] = self._loop.leftmost(float(self.fraction[row]), -_BESIDE * level, more)[0]
         self._arrange()
 
     def halve(self, coarse: Mask, level: float) -> None:

@@ -90,8 +90,8 @@ def by_collocation(model: ToolModel, point: ToolPoint, cutting: Cutting, speed: 
         moved = np.einsum("qab,qb->qa", model(line * tooth), force)
         found.append(Found(settled, largest_line(line, np.linalg.norm(moved, axis=1))))
     said = (
-        "Modes far above those that chatter act by their flexibility alone, which moves no depth by more than "
-        f"{apart:.0e} of itself.",
+        "Modes far above those that chatter act together, by their flexibility and inertia, which moves no depth by "
+        f"more than {apart:.0e} of itself.",
     )
     return charted("collocation", found, cutting, speed, said if apart else ())
 
@@ -112,7 +112,7 @@ def _reduced(
         return NONE, arc_map(model.up_to(resolved.highest), cutting, speed), 0.0
     highest = max(whole.line * tooth, resolved.reaching(STRONG * resolved.largest))
     for more in range(_RAISES):
-        few = model.up_to(_FAR * highest * _FAR**more)
+        few = model.up_to(highest * _FAR**more)
         if few is model:
             change = 0.0
         else:

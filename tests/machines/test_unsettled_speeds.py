@@ -1,0 +1,92 @@
+"""Speeds at which a method does not settle: where two crossings meet, and where none is found at all."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from jointlib import CheckFailed
+from jointlib.arrays import ArrayLike
+from machines import lobes_at_amplitude, read_machine
+from machines.cutting.amplitude import lobes_over_range as ranged
+from machines.cutting.loops import harmonic_crossing
+from machines.cutting.loops.critical_depth import near
+from machines.cutting.loops.loop_branches import NONE, Crossing, Loop
+
+ROOT = Path(__file__).parents[2]
+TOOL = """
+schema = "jointlib/machine/1"
+name = "long-cutter"
+
+[[component]]
+name = "tool"
+kind = "modal"
+dofs = ["x", "y"]
+frequency = {frequency}
+damping_ratio = {damping}
+modal_mass = {mass}
+shapes = {shapes}
+
+[tool]
+x = "tool.x"
+y = "tool.y"
+
+[cutting]
+process = "milling"
+teeth = 2
+mode = "down"
+immersion = 0.6
+tangential = "750 N/mm^2"
+normal = "200 N/mm^2"
+feed = "0.06 mm"
+speed = [6000, 24000]
+"""
+FREQUENCIES, DAMPING, MASSES = (880.0, 2887.0, 4047.0), (0.0087, 0.0082, 0.0059), (0.9, 0.42, 0.0068)
+
+
+def round_tool(folder: Path) -> Path:
+    """A tool with the same three modes in both directions: every eigenvalue of its loop has a twin."""
+    twice = [[value for value in values for _ in "xy"] for values in (FREQUENCIES, DAMPING, MASSES)]
+    shapes = [[1, 0] * 3, [0, 1] * 3]
+    file = folder / "tool.toml"
+    file.write_text(TOOL.format(frequency=twice[0], damping=twice[1], mass=twice[2], shapes=shapes), encoding="utf-8")
+    return file
+
+
+@pytest.mark.parametrize("lost", ["first", "every"])
+def test_where_two_crossings_meet(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, lost: str) -> None:
+    """At the edge of a lobe Newton's method may not find on more harmonics what fewer had: those are searched."""
+    machine = read_machine(round_tool(tmp_path))
+    found = lobes_at_amplitude(machine, [7375.5], method="multi-frequency")
+    calls: list[Crossing] = []
+
+    def loses(loop: Loop, crossing: Crossing) -> Crossing:
+        calls.append(crossing)
+        return NONE if lost == "every" or len(calls) == 1 else near(loop, crossing)
+
+    monkeypatch.setattr(harmonic_crossing, "near", loses)
+    again = lobes_at_amplitude(machine, [7375.5], method="multi-frequency")
+    assert calls
+    assert float(again.depth[0]) == pytest.approx(float(found.depth[0]), rel=1e-6)
+    assert again.chatter_frequency[0] == pytest.approx(found.chatter_frequency[0], rel=1e-6)
+
+
+def test_a_speed_that_does_not_settle_takes_no_other_with_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    machine = read_machine(round_tool(tmp_path))
+    speeds = np.linspace(9000, 9040, 5)
+    whole = ranged.lobes_over_range(machine, speeds)
+
+    def refuses(machine: object, speed: ArrayLike, *further: object) -> object:
+        if np.any(np.asarray(speed) == speeds[2]):
+            raise CheckFailed("at 9020 rpm the depth still changes")
+        return lobes_at_amplitude(machine, speed, *further)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(ranged, "lobes_at_amplitude", refuses)
+    for budget in (np.inf, 60.0):
+        chart = ranged.lobes_over_range(machine, speeds, budget=budget)
+        assert speeds[2] not in chart.speed
+        assert np.all(np.isin(np.delete(speeds, 2), chart.speed))
+        assert chart.minimum_depth == pytest.approx(whole.minimum_depth, rel=1e-4)
+        assert any("9020 rpm" in said and "still changes" in said for said in chart.warnings)
