@@ -10,22 +10,15 @@ from scipy.special import logsumexp
 
 from jointlib.arrays import Array
 
-from ..indices import Index
-from ..uncertainty.drawn_machines import draws
+from ..indices import Index, Mask
 from .distances import Place, distances
-from .evidence import of_frequency, of_verdict, scatter, stable
+from .evidence import most_of, of_frequency, of_verdict, scatter, stable
 from .problem import Problem
 from .sampled_tool import SampledTool
 from .suspects import Suspect
 
-_ROUNDS, _MOST, _ENOUGH = 2, 14, 50.0
-"""Times the draws are moved to where the cuts are explained, at least and at most; and how many that count end it."""
-_NEAR = 0.7
-"""Deviations of the prior around the likeliest draw that every second round keeps to: what explains may be narrow."""
-_KEPT = 0.2
-"""Share of the draws that stays with the prior."""
-_FEWEST = 30.0
-"""Effective draws that the next round is guided by; a likelihood that leaves fewer is flattened until it does not."""
+_BY_DRAW = ("rows", "values", "modes", "z", "sigma", "apart", "frequency", "likelihood", "prior", "family")
+_ONE = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +33,8 @@ class Posterior:
         Parameters of the suspect, (draws, parameters).
     modes
         Standard normal numbers that its modes are told by, see `SampledTool.placed`.
+    z
+        All standard normal numbers of each draw: of the parameters, the modes and the scatter of the verdicts.
     sigma
         Scatter of the verdicts, (draws,).
     apart, frequency
@@ -48,23 +43,46 @@ class Posterior:
         ln P(cut | draw), (draws, cuts).
     prior
         ln of prior over proposal, (draws,).
+    family
+        Which draw of the prior each one descends from, (draws,).
+    count
+        Draws that were side by side.
     """
 
     suspect: Suspect
     rows: Index
     values: Array
     modes: Array
+    z: Array
     sigma: Array
     apart: Array
     frequency: Array
     likelihood: Array
     prior: Array
+    family: Index
+    count: int
 
-    def joined(self, other: Posterior) -> Posterior:
-        """The draws of both."""
-        names = ("rows", "values", "modes", "sigma", "apart", "frequency", "likelihood", "prior")
-        both = {name: np.concatenate([getattr(self, name), getattr(other, name)]) for name in names}
-        return replace(self, **both)  # type: ignore[arg-type]
+    @property
+    def total(self) -> Array:
+        """ln P(all cuts | draw), (draws,)."""
+        return np.asarray(np.sum(self.likelihood, axis=1))
+
+    def of(self, pick: Index) -> Posterior:
+        """Some of the draws, in an order, any of them several times."""
+        return self._with({name: getattr(self, name)[pick] for name in _BY_DRAW})
+
+    def _with(self, parts: dict[str, Array]) -> Posterior:
+        return replace(self, **parts)  # type: ignore[arg-type]
+
+    def joined(self, others: Sequence[Posterior]) -> Posterior:
+        """These draws and those of others."""
+        every = [self, *others]
+        return self._with({name: np.concatenate([getattr(one, name) for one in every]) for name in _BY_DRAW})
+
+    def where(self, taken: Mask, other: Posterior) -> Posterior:
+        """These draws, and in the place of some those of another population."""
+        order = np.arange(len(self.rows)) + np.where(taken, len(self.rows), 0)
+        return self.joined([other]).of(order)
 
     def weights(self, without: Sequence[int] = ()) -> Array:
         """Of the draws, summing to 1, by all cuts but some."""
@@ -75,8 +93,28 @@ class Posterior:
 
     @property
     def effective(self) -> float:
-        """Effective number of draws, 1/Σw²."""
-        return float(1 / np.sum(self.weights() ** 2))
+        """Effective number of independent draws.
+
+        Draws that descend from one draw of the prior are alike until they have moved far enough. How much the distances
+        from the border scatter between such families, against how much they scatter at all, tells what they are worth
+        (the variance estimate of Lee & Whiteley 2018, by its share between families); never more than 1/Σw², nor than
+        were side by side. Where the tool is known by whole samples alone, those that count are families as well.
+        """
+        weight, most = self.weights(), float(self.count)
+        if not self.modes.shape[1]:
+            most = min(most, float(1 / np.sum(np.bincount(self.rows, weight) ** 2)))
+        share = np.bincount(self.family, weight, self.count)
+        apart = 1 - np.sum(share**2)
+        if apart < _ONE:
+            return 1.0
+        off = weight[:, None] * (self.apart - weight @ self.apart)
+        between = np.zeros((self.count, off.shape[1]))
+        np.add.at(between, self.family, off)
+        scatter = weight @ (self.apart - weight @ self.apart) ** 2
+        moves = scatter > _ONE
+        inflated = np.sum(between**2, axis=0)[moves] / (scatter[moves] * apart)
+        found = 1 / float(np.mean(inflated)) if np.any(moves) else most
+        return float(max(1.0, min(found, 1 / np.sum(weight**2), most)))
 
     @property
     def strain(self) -> float:
@@ -86,7 +124,7 @@ class Posterior:
     @property
     def evidence(self) -> float:
         """ln P(all cuts | the suspect), with its prior and that of the tool."""
-        return float(logsumexp(self.prior + np.sum(self.likelihood, axis=1)) - np.log(len(self.prior)))
+        return float(logsumexp(self.prior + self.total) - np.log(len(self.prior)))
 
     def predicted(self, held: Sequence[int]) -> float:
         """ln P of some cuts together, from all others."""
@@ -107,103 +145,44 @@ class Posterior:
         }
 
 
-@dataclass(frozen=True, eq=False)
-class Proposal:
-    """Where a round of draws came from: the prior, or for most of them the neighbourhood of weighed draws."""
+def evaluated(
+    suspect: Suspect, problem: Problem, rows: Index, z: Array, family: Index, least: Array | None = None
+) -> Posterior:
+    """Draws with what each of them makes of the cuts.
 
-    centres: Array
-    weight: Array
-    root: Array
-    of_row: Array
-
-    def drawn(self, count: int, rng: np.random.Generator) -> tuple[Index, Array]:
-        """Rows of the tool and standard normal numbers."""
-        fresh = rng.standard_normal((count, self.centres.shape[1]))
-        stays = rng.uniform(size=count) < _KEPT
-        near = self.centres[rng.choice(len(self.centres), count, p=self.weight)] + fresh @ self.root.T
-        rows = np.asarray(rng.choice(len(self.of_row), count, p=self.of_row), dtype=np.intp)
-        return rows, np.where(stays[:, None], fresh, near)
-
-    def over_prior(self, rows: Index, z: Array) -> Array:
-        """ln of its density over the prior's."""
-        plain = -0.5 * np.sum(z**2, axis=1)
-        near = _mixture(z, self.centres, self.weight, self.root)
-        mixed = np.logaddexp(np.log(_KEPT) + plain, np.log(1 - _KEPT) + near) - plain
-        return np.asarray(mixed + np.log(self.of_row[rows] * len(self.of_row)))
-
-
-def posterior(suspect: Suspect, problem: Problem) -> Posterior:
-    """Draw from the prior, then from where the cuts are explained, with the weights that this costs.
-
-    The tool's samples are drawn anew from among themselves, the suspect's parameters and the modes from normal
-    distributions around the weighed draws (population Monte Carlo, Cappé et al. 2004); a fifth of the draws stays with
-    the prior, so that no region is lost. All rounds count, each draw over the mean of what it could have been drawn
-    from (Cornuet et al. 2012).
+    Where ``least`` says how likely, in ln, a draw has to make all cuts, it is left at the first place from which on it
+    cannot, and makes them impossible.
     """
-    count, name = problem.tool.count, f"{suspect.family} {suspect.member}"
-    size = len(suspect.parameters) + problem.tool.freedom  # and the scatter of the verdicts, which comes last
-    z = draws(f"cuts {name}", count, size + 1, problem.seed)
-    rows: Index = np.arange(count, dtype=np.intp)
-    found = _evaluated(suspect, problem, rows, z)
-    proposals = list[Proposal]()
-    for turn in range(_MOST):
-        if turn >= _ROUNDS and found.effective >= _ENOUGH:
-            break
-        rng = np.random.default_rng([problem.seed, turn, len(name)])
-        proposals.append(_around(found, z, count, rng, narrow=turn % 2 == 1))
-        new_rows, new = proposals[-1].drawn(count, rng)
-        fresh = _evaluated(suspect, problem, new_rows, new)
-        z = np.concatenate([z, new])
-        joined = found.joined(fresh)
-        over = [np.zeros(len(z)), *(one.over_prior(joined.rows, z) for one in proposals)]
-        found = replace(joined, prior=np.log(len(over)) - logsumexp(np.array(over), axis=0))
-    return found
-
-
-def _around(found: Posterior, z: Array, count: int, rng: np.random.Generator, narrow: bool) -> Proposal:
-    """The neighbourhood of what explains the cuts."""
-    weight = _flattened(found)
-    heaped = np.asarray(np.bincount(found.rows, weight, count), dtype=float)
-    of_row = (1 - _KEPT) * heaped / np.sum(heaped) + _KEPT / count
-    size = z.shape[1]
-    if narrow:
-        best = z[int(np.argmax(found.prior + np.sum(found.likelihood, axis=1)))]
-        weight = weight * np.exp(-0.5 * np.sum((z - best) ** 2, axis=1) / _NEAR**2) + 1e-12 * weight
-        weight = weight / np.sum(weight)
-    middle = weight @ z
-    spread = (z - middle).T @ ((z - middle) * weight[:, None])
-    effective = 1 / np.sum(weight**2)
-    width = (4 / (size + 2) / effective) ** (1 / (size + 4))  # Silverman's
-    root = np.asarray(np.linalg.cholesky(width**2 * spread + 1e-4 * np.eye(size)), dtype=float)
-    picked = rng.choice(len(z), count, p=weight)
-    return Proposal(z[picked], np.full(count, 1 / count), root, of_row)
-
-
-def _mixture(z: Array, centres: Array, weight: Array, root: Array) -> Array:
-    """ln of a sum of normal densities around weighed centres, but for the constant that the prior shares."""
-    a, b = (np.linalg.solve(root, part.T).T for part in (z, centres))
-    apart = np.sum(a**2, axis=1)[:, None] + np.sum(b**2, axis=1) - 2 * a @ b.T
-    total = logsumexp(np.log(np.maximum(weight, 1e-300)) - 0.5 * apart, axis=1)
-    return np.asarray(total - np.sum(np.log(np.diag(root))))
-
-
-def _evaluated(suspect: Suspect, problem: Problem, rows: Index, z: Array) -> Posterior:
-    own = len(suspect.parameters)
+    own, count, number = len(suspect.parameters), len(rows), len(problem.cuts)
     values, modes, sigma = suspect.values(z[:, :own]), z[:, own:-1], scatter(z[:, -1])
-    told = seen(suspect, problem.tool, problem.places, rows, values, modes)
-    apart, frequency = np.zeros((len(rows), len(problem.cuts))), np.zeros((len(rows), len(problem.cuts)))
-    likelihood = np.zeros((len(rows), len(problem.cuts)))
-    for i, (cut, k) in enumerate(zip(problem.cuts, problem.index, strict=True)):
-        rung = int(np.searchsorted(problem.places[k].depths, cut.depth))
-        apart[:, i], frequency[:, i] = (part[:, rung] for part in told[k])
-        likelihood[:, i] = of_verdict(str(cut.verdict), apart[:, i] / np.hypot(sigma, problem.scatter(k)))
-        if cut.chatter_frequency is not None:
-            at = problem.places[k].at
-            repeats = at.speed / 60 if suspect.by_turn else at.tooth_frequency
-            likelihood[:, i] += of_frequency(
-                cut.chatter_frequency, frequency[:, i], apart[:, i], repeats, problem.flips(k)
-            )
-    return Posterior(suspect, rows, values, modes, sigma, apart, frequency, likelihood, np.zeros(len(rows)))
+    base = problem.tool.placed(problem.tool.drawn().of(rows), modes)
+    apart, frequency, likelihood = np.zeros((count, number)), np.zeros((count, number)), np.zeros((count, number))
+    at = [problem.places[k].at for k in problem.index]
+    repeats = [one.speed / 60 if suspect.by_turn else one.tooth_frequency for one in at]
+    most = np.array([most_of(cut, f) for cut, f in zip(problem.cuts, repeats, strict=True)])
+    alive, left = np.arange(count, dtype=np.intp), np.ones(number, dtype=bool)
+    for k in np.argsort(-np.bincount(problem.index), kind="stable"):
+        place = problem.places[k]
+        told = distances(suspect, problem.tool, place, base.of(alive), rows[alive], values[alive])
+        here = np.flatnonzero(problem.index == k)
+        left[here] = False
+        for i in here:
+            cut = problem.cuts[i]
+            rung = int(np.searchsorted(place.depths, cut.depth))
+            x, f = (part[:, rung] for part in told)
+            apart[alive, i], frequency[alive, i] = x, f
+            of_cut = of_verdict(str(cut.verdict), x, np.hypot(sigma[alive], problem.scatter(k)))
+            if cut.chatter_frequency is not None:
+                of_cut = of_cut + of_frequency(cut.chatter_frequency, f, x, repeats[i], problem.flips(k))
+            likelihood[alive, i] = of_cut
+        if least is not None:
+            able = np.sum(likelihood[alive], axis=1) + np.sum(most[left]) >= least[alive]
+            likelihood[alive[~able]] = -np.inf
+            alive = alive[able]
+            if not len(alive):
+                break
+    none = np.zeros(count)
+    return Posterior(suspect, rows, values, modes, z, sigma, apart, frequency, likelihood, none, family, count)
 
 
 def seen(
@@ -221,16 +200,6 @@ def probability(found: Posterior, problem: Problem, without: Sequence[int] = ())
     for i, k in enumerate(problem.index):
         out[i] = weight @ stable(found.apart[:, i], np.hypot(found.sigma, problem.scatter(k)))
     return out
-
-
-def _flattened(found: Posterior) -> Array:
-    """Weights of the likelihood to a power below 1, as high as leaves enough effective draws."""
-    total = found.prior + np.sum(found.likelihood, axis=1)
-    for power in np.linspace(1.0, 0.05, 20):
-        weight = np.exp(power * total - logsumexp(power * total))
-        if 1 / np.sum(weight**2) >= min(_FEWEST, len(weight) / 4):
-            break
-    return np.asarray(weight)
 
 
 def _quantile(values: Array, weight: Array, share: float) -> float:

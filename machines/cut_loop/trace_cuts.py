@@ -21,11 +21,12 @@ from .advice import Outlook, outlook
 from .borders import conditions_of
 from .contest import NEEDED, ODDS, STRAINED, Entry, Outcome, decided, entry, errors, folds_of, surprising
 from .line_up import suspects_of
-from .posterior import Posterior, posterior
+from .posterior import Posterior
 from .problem import Problem, problem_of
 from .report import CutCandidate, CutRival, CutTold, CutTrace
 from .sampled_tool import SampledTool, sampled_tool
 from .suspects import AsItIs
+from .tempered import posterior
 
 DRAWS, SAFE = 300, 0.95
 _FEWEST = 6

@@ -26,7 +26,7 @@ EFFECTS = (
 LADDER = 1.3
 """Times the depth from one rung to the next."""
 RUNGS = 9
-_STEPS, _TURNS = 160, 80
+_STEPS, TURNS = 160, 80
 """Steps from a tooth to the next, and revolutions of a cut."""
 
 
@@ -233,7 +233,7 @@ def _stepped(mills: Sequence[Mill], speed: Array, depth: Array, teeth: int) -> A
     z, v = np.zeros_like(w), np.zeros_like(w)
     slider = np.zeros_like(w)
     left = np.zeros((teeth * _STEPS, 2, len(mills)))
-    total = _TURNS * teeth * _STEPS
+    total = TURNS * teeth * _STEPS
     sound = np.zeros(((total - total // 2) // _EVERY + 1, len(mills)))
     heard = 0
     slipping = bool(np.any(slips[0] > 0))

@@ -26,7 +26,8 @@ from pathlib import Path  # noqa: E402
 from typing import Any  # noqa: E402
 
 import numpy as np  # noqa: E402
-from cut_shop import DAMPING_ERROR, EFFECTS, FREQUENCY_ERROR, RUNGS, Campaign, drawn, sounds  # noqa: E402
+from cut_shop import DAMPING_ERROR, EFFECTS, FREQUENCY_ERROR, RUNGS, TURNS, Campaign, drawn, sounds  # noqa: E402
+from numpy.typing import NDArray  # noqa: E402
 
 from jointlib import InputError  # noqa: E402
 from jointlib.cuts.heard import Heard, heard  # noqa: E402
@@ -37,10 +38,10 @@ from machines.cut_loop.advice import band, forecast, told_by  # noqa: E402
 from machines.cut_loop.borders import condition, conditions_of  # noqa: E402
 from machines.cut_loop.contest import entry, folds_of  # noqa: E402
 from machines.cut_loop.distances import Place  # noqa: E402
-from machines.cut_loop.posterior import posterior  # noqa: E402
 from machines.cut_loop.problem import problem_of  # noqa: E402
 from machines.cut_loop.sampled_tool import SampledTool, sampled_tool  # noqa: E402
 from machines.cut_loop.suspects import AsItIs  # noqa: E402
+from machines.cut_loop.tempered import posterior  # noqa: E402
 from machines.cut_loop.trace_cuts import trace_cuts  # noqa: E402
 from machines.cutting.process.cutting import Cutting  # noqa: E402
 from machines.model.machine import Machine  # noqa: E402
@@ -133,6 +134,8 @@ def traced(c: Campaign, told: Told) -> Row:
     data = found.as_json()
     row |= {"verdict": data["verdict"], "odds": data["odds"], "seconds": round(time.process_time() - begun, 1)}
     row["named"] = [data["chosen"]["family"], *(r["family"] for r in data["rivals"])] if data["chosen"] else []
+    row["why"] = {f"{k['family']} {k['member']}": k["reason"] for k in data["candidates"] if k["family"] == c.effect}
+    row |= {"effective": data["effective_size"], "strain": data["strain"]}
     row["open"] = [r["family"] for r in data["left_open"]]
     row |= {"before": data["error_before"], "after": data["error_after"]}
     pick = np.random.default_rng([c.seed, 9]).choice(len(found.speed), CHECKED, replace=False)
@@ -151,19 +154,36 @@ def simulated(campaigns: Sequence[Campaign]) -> list[tuple[Campaign, Told]]:
 
 
 def borders(rows: Sequence[Row]) -> None:
-    """Put the depth in m at which cuts begin to sing in the simulation beside the bands; None beyond what is tried."""
+    """Put the depth in m from which on vibration grows in the simulation (`true`), and that at which cuts begin to be
+    heard (`heard`), beside the bands; None beyond what is tried."""
     fine = []
     for row in rows:
         c = drawn(row["seed"], row["effect"])
         fine.append(replace(c, speeds=tuple(row["speed"]), first=0.4 * c.first, step=STEP, rungs=FINE))
     found = {(c.seed, c.effect): (c, told) for c, told in simulated(fine)}
+    grown = {}
+    for teeth in sorted({c.mill.teeth for c in fine}):
+        some = [c for c in fine if c.mill.teeth == teeth]
+        for c, records in zip(some, sounds(some, noise=0.0), strict=True):
+            grown[c.seed, c.effect] = [[grows(x) for x, _ in rungs] for rungs in records]
     for row in rows:
         c, told = found[row["seed"], row["effect"]]
-        row["true"] = []
-        for rungs in told:
-            sings = [k for k, h in enumerate(rungs) if h.verdict != "stable"]
-            first = sings[0] if sings else 0
-            row["true"].append(float(c.depths[first] / STEP**0.5) if first else None)
+        row["heard"] = [first_of(c, [h.verdict != "stable" for h in rungs]) for rungs in told]
+        row["true"] = [first_of(c, rungs) for rungs in grown[row["seed"], row["effect"]]]
+
+
+def first_of(c: Campaign, sings: Sequence[bool]) -> float | None:
+    """The depth in m, between two rungs, at which it begins; None where that is below all or beyond."""
+    first = next((k for k, one in enumerate(sings) if one), 0)
+    return float(c.depths[first] / STEP**0.5) if first else None
+
+
+def grows(x: NDArray[np.float64], turn: int = 0) -> bool:
+    """Whether what changes from turn to turn, in a record without noise, does not die away."""
+    turn = turn or 2 * len(x) // TURNS
+    change = x[turn:] - x[:-turn]
+    early, late = (float(np.sqrt(np.mean(part**2))) for part in np.array_split(change, 2))
+    return not (late < 0.9 * early or late < 1e-6 * float(np.sqrt(np.mean(x**2))))
 
 
 def halving(seed: int, advised: bool, most: int = 24) -> int:
@@ -223,14 +243,15 @@ def summary(rows: Sequence[Row]) -> str:
         lines.append(f"| {effect} | {len(some)} | {alone} | {among} | {left} | {len(some) - among - left} | {wrong} |")
     nulls = [r for r in rows if not r["effect"]]
     lines.append(f"\nnothing: {len(nulls)} campaigns, nothing named on {sum(not r['named'] for r in nulls)}")
-    held = [
-        (low <= true <= high)
-        for r in rows
-        for true, (low, _, high) in zip(r.get("true", []), r.get("band", []), strict=True)
-        if true is not None
-    ]
-    if held:
-        lines.append(f"coverage of the 90 % band: {np.mean(held):.3f} of {len(held)} depths")
+    for name in ("true", "heard"):
+        held = [
+            (low <= depth <= high)
+            for r in rows
+            for depth, (low, _, high) in zip(r.get(name, []), r.get("band", []), strict=True)
+            if depth is not None
+        ]
+        if held:
+            lines.append(f"coverage of the 90 % band ({name}): {np.mean(held):.3f} of {len(held)} depths")
     lines.append(f"seconds on one core: median {np.median([r.get('seconds', np.nan) for r in rows]):.0f}")
     return "\n".join(lines)
 
