@@ -178,7 +178,8 @@ def _rival(one: Entry, best: Entry) -> CutRival:
 def _sentence(outcome: Outcome, base: Entry, problem: Problem, seen: Outlook) -> str:
     odd = int(np.count_nonzero(surprising(base, problem)))
     if outcome.chosen is None and outcome.verdict is Verdict.NOTHING_MISSING:
-        return f"The {len(problem.cuts)} cuts are explained by what the inputs leave open."
+        but = ", but do not rule out that something is missing" if _near(outcome) else ""
+        return f"The {len(problem.cuts)} cuts are explained by what the inputs leave open{but}."
     if outcome.chosen is None:
         why = (
             f"the machine reaches the cuts with {_reach(base)} alone"
@@ -195,9 +196,14 @@ def _sentence(outcome: Outcome, base: Entry, problem: Problem, seen: Outlook) ->
     return f"What the cuts show: {said}{left}."
 
 
+def _near(outcome: Outcome) -> bool:
+    """Whether the cuts come near to a name without reaching one."""
+    return outcome.chosen is None and bool(outcome.left_open) and outcome.odds >= np.log(ODDS) / 2
+
+
 def _nearly(base: Entry, outcome: Outcome) -> list[str]:
     """What comes near to a name where there is none."""
-    if outcome.chosen is not None or outcome.odds < np.log(ODDS) / 2 or not outcome.left_open:
+    if not _near(outcome):
         return []
     of = outcome.left_open[0].posterior
     gain = of.evidence - base.weight
