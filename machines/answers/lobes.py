@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -149,7 +150,9 @@ def lobes(
         model, remarks = with_joints(model)
         if samples:
             refuse_certain(model)
+        begun = time.monotonic()
         charts, speeds = _charts(model, speeds, sizes, method, seconds if not rates else None)
+        took = time.monotonic() - begun
         growth, told = grown(model, speeds, depths, sizes, witness)
     data = chart_data(charts, speeds, sizes)
     if growth:
@@ -194,7 +197,8 @@ def lobes(
         tell(lines)
         lines += _added(data, *_pitches(model, optimise, speeds, during))
     drawn = target is not None and target.suffix == ".svg"
-    zones = zones_of(model, charts, sizes, during) if drawn or sizes else None
+    zones, words = zones_of(model, charts, sizes, took, seconds, during) if drawn or sizes else (None, [])
+    lines += words
     band = np.reshape(data["band"]["depth"], (-1, 3, len(speeds))) if samples else None
     safe = safe_limit(charts, zones, None if band is None else band[0])
     best = None if rates else best_pocket(speeds, safe, Cutting(**(model.cutting or {})))

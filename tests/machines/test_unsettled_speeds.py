@@ -1,4 +1,4 @@
-"""Speeds at which a method does not settle: where two crossings meet, and where none is found at all."""
+"""Charts go on: where two crossings meet, where a speed settles nowhere, and where zones would take too long."""
 
 from __future__ import annotations
 
@@ -7,9 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from jointlib import CheckFailed
+from jointlib import CheckFailed, read_joint
 from jointlib.arrays import ArrayLike
+from jointlib.shown.progress import Silent
 from machines import lobes_at_amplitude, read_machine
+from machines.answers.told.lobes_over_amplitude import zones_of
 from machines.cutting.amplitude import lobes_over_range as ranged
 from machines.cutting.loops import harmonic_crossing
 from machines.cutting.loops.critical_depth import near
@@ -90,3 +92,15 @@ def test_a_speed_that_does_not_settle_takes_no_other_with_it(tmp_path: Path, mon
         assert np.all(np.isin(np.delete(speeds, 2), chart.speed))
         assert chart.minimum_depth == pytest.approx(whole.minimum_depth, rel=1e-4)
         assert any("9020 rpm" in said and "still changes" in said for said in chart.warnings)
+
+
+def test_zones_that_take_longer_than_the_budget_are_left_out() -> None:
+    library = ROOT / "machines" / "library"
+    machine = read_machine(library / "guide_mill.toml").with_joint(
+        "guide", read_joint(library / "guide_mill" / "start.joint.toml")
+    )
+    chart = lobes_at_amplitude(machine, [10460.0])
+    zones, said = zones_of(machine, [chart], (), 100.0, 150.0, Silent())
+    assert zones is None
+    left_out = "Zones over amplitude were left out: 3 charts that take 100 s each are more than the 150 s of --budget."
+    assert said == [left_out]

@@ -69,10 +69,8 @@ def over_amplitude(
     (s).
     """
     from ...cutting.amplitude.amplitude_limits import amplitude_limits, amplitude_range, depends_on_amplitude
-    from ...cutting.amplitude.chattering_tool import seconds_of_chart
     from ...cutting.amplitude.words import LOWER_EDGE
     from ...cutting.forced.beside_cut import told_cuts
-    from ...cutting.forced.forced_vibration import too_many
     from ...cutting.process.cutting import Cutting
 
     if not depends_on_amplitude(model):
@@ -81,16 +79,8 @@ def over_amplitude(
     if unlike:
         left = f"Limits over amplitude are not followed with {unlike}; --amplitude gives the limit at one."
         return {"told": [left]}, [left]
-    if many := too_many(model):
-        cutting = Cutting(**(model.cutting or {}))
-        sizes = amplitude_range(cutting)
-        needed = len(sizes) * seconds_of_chart(model, cutting, float(np.median(sizes)), budget / len(sizes))
-        if needed > budget:
-            left = (
-                f"Limits over amplitude were left out: with {many} joints that depend on it they take about "
-                f"{needed / 60:.0f} minutes, more than the {budget:g} s of --budget."
-            )
-            return {"told": [left]}, [left]
+    if left := _too_long("Limits over amplitude", model, amplitude_range(Cutting(**(model.cutting or {}))), budget):
+        return {"told": [left]}, [left]
     with progress.step("computing limits over amplitude"):
         limits = amplitude_limits(model, speed, method=method)
         said, cycles = told_cuts(model, limits, depth, zones or None, growth)
@@ -160,22 +150,59 @@ def bands(
     return data | {"method": method, "clipped": clipped, "failed": failed}, said
 
 
-def zones_of(model: Any, charts: Sequence[Any], amplitude: Sequence[float], progress: Progress) -> Any:
-    """Safe, bistable and finite chatter over amplitude for a picture: of the charts, else of a few amplitudes more."""
+def _too_long(what: str, model: Any, sizes: Any, budget: float) -> str:
+    """Why something at several amplitudes (m) is left out; empty where it is not.
+
+    With very many joints that depend on amplitude it may take more than the ``budget`` (s).
+    """
+    from ...cutting.amplitude.chattering_tool import seconds_of_chart
+    from ...cutting.forced.forced_vibration import too_many
+    from ...cutting.process.cutting import Cutting
+
+    many = too_many(model)
+    if not many:
+        return ""
+    needed = len(sizes) * seconds_of_chart(
+        model, Cutting(**(model.cutting or {})), float(np.median(sizes)), budget / len(sizes)
+    )
+    if needed <= budget:
+        return ""
+    return (
+        f"{what} were left out: with {many} joints that depend on it they take about {needed / 60:.0f} minutes, more "
+        f"than the {budget:g} s of --budget."
+    )
+
+
+def zones_of(
+    model: Any, charts: Sequence[Any], amplitude: Sequence[float], took: float, budget: float, progress: Progress
+) -> tuple[Any, list[str]]:
+    """Safe, bistable and finite chatter over amplitude for a picture: of the charts, else of a few amplitudes more.
+
+    None where nothing depends on amplitude, or where they would take more than the ``budget`` (s), which is told;
+    the charts there are ``took`` so many seconds.
+    """
     from ...cutting.amplitude.amplitude_limits import amplitude_limits, amplitude_range, depends_on_amplitude
     from ...cutting.amplitude.zones import Zones
     from ...cutting.process.cutting import Cutting
 
     if amplitude:
-        return Zones.between(list(zip(amplitude, charts, strict=True)))
+        return Zones.between(list(zip(amplitude, charts, strict=True))), []
     cutting = Cutting(**(model.cutting or {}))
     if not cutting.plain or not depends_on_amplitude(model):
-        return None
+        return None, []
     largest = amplitude_range(cutting)[-1]
     sizes = largest * np.array(_FEW if cutting.process == "milling" else _MANY)
+    left = _too_long("Zones over amplitude", model, sizes, budget)
+    if not left and len(sizes) * took > budget:
+        left = (
+            f"Zones over amplitude were left out: {len(sizes)} charts that take {took:.0f} s each are more than the "
+            f"{budget:g} s of --budget."
+        )
+    if left:
+        return None, [left]
     cost = ", in milling some minutes" if cutting.process == "milling" else ""
     with progress.step(f"computing limits at {len(sizes)} amplitudes{cost}"):
-        return Zones.of(amplitude_limits(model, charts[0].speed, sizes, charts[0].method))
+        return Zones.of(amplitude_limits(model, charts[0].speed, sizes, charts[0].method)), []
 
 
 def lenses_to(model: Any, chart: Any, deepest: float, progress: Progress) -> tuple[Any, ...]:
