@@ -18,7 +18,7 @@ from .multi_frequency import HarmonicLoop
 
 PAST = 3
 """Harmonics beyond the highest frequency that matters, in the search; the depth itself is settled with more."""
-MOST_SEARCHED, _MOST = 128, 256
+MOST_SEARCHED, _MOST = 128, 512
 AGREE = 1e-4
 SAME = 0.05
 _GAIN = 0.5
