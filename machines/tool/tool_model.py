@@ -128,6 +128,11 @@ class ToolModel:
         return np.where(np.abs(self.poles.imag) > _NOTHING * np.abs(self.poles), 2.0, 1.0)
 
     @property
+    def residues(self) -> ComplexArray:
+        """κ_p·c_p·b_pᵀ, shape (m, n, n)."""
+        return np.asarray(self.weight[:, None, None] * self.outputs[:, :, None] * self.inputs[:, None, :])
+
+    @property
     def fastest(self) -> float:
         """Largest pole in rad/s."""
         return float(np.max(np.abs(self.poles)))
@@ -168,8 +173,7 @@ class ToolModel:
 
     def _joined(self, cutoff: float) -> tuple[ComplexArray, Array]:
         """Poles, (m,), and shapes ψ, (m, n), of the modes ψψᵀ/(s² + cs + k) that stand for all; see `up_to`."""
-        residue = self.weight[:, None, None] * self.outputs[:, :, None] * self.inputs[:, None, :]
-        terms = [np.einsum("pab,p->ab", residue, -(self.poles ** -(k + 1))).real for k in (1, 2, 4)]
+        terms = [np.einsum("pab,p->ab", self.residues, -(self.poles ** -(k + 1))).real for k in (1, 2, 4)]
         first, second, fourth = ((term + term.T) / 2 for term in terms)
         inertia, along = np.linalg.eigh(-second)
         felt = inertia > _NOTHING * np.max(np.abs(inertia), initial=0.0)
@@ -217,8 +221,7 @@ class ToolModels:
         poles, residue = np.full((len(models), most), -1.0 + 0j), np.zeros((len(models), most, n, n), dtype=complex)
         for i, model in enumerate(models):
             poles[i, : len(model.poles)] = model.poles
-            terms = model.weight[:, None, None] * model.outputs[:, :, None] * model.inputs[:, None, :]
-            residue[i, : len(model.poles)] = terms
+            residue[i, : len(model.poles)] = model.residues
         # κ/2·(R/(jω − s) + R̄/(jω − s̄)) = (b + jω·a)/(|s|² − ω² − 2jω·Re s) with a = κ·Re R and b = −κ·Re(R·s̄)
         b = -(residue * poles.conj()[:, :, None, None]).real
         flat = (len(models), most, n * n)

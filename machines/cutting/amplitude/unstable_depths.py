@@ -23,7 +23,7 @@ from ...tool.tool_point import ToolPoint, tool_point
 from ..loops.collocation import FINER, MORE, ArcMap, arc_map
 from ..loops.critical_depth import near
 from ..loops.edges import Edge, edges_of_loop, edges_of_trace, outside
-from ..loops.harmonic_crossing import MOST_SEARCHED, PAST, left_out, stiffest_direction
+from ..loops.harmonic_crossing import GAIN, MOST_SEARCHED, PAST, left_out, stiffest_direction
 from ..loops.loop_branches import NONE, Crossing, Loop
 from ..loops.multi_frequency import HarmonicLoop
 from ..loops.regeneration import Loops, trace
@@ -40,8 +40,6 @@ DEEPER = 1.1
 """Times the deepest depth that is spoken of up to which stable cuts above a limit are looked for."""
 _SETTLED = {"multi-frequency": 1e-3, "collocation": 1e-2}
 _SHARE = 0.6
-_GAIN = 0.5
-"""Gain round the loop below which a line cannot chatter by itself."""
 _BESIDE = 1e-3
 _WITHIN = 0.98
 """Share of the reach up to which a limit leaves room for anything above it."""
@@ -197,13 +195,13 @@ class _Search:
         axes = tuple("xy".index(axis) for axis in self.point.axes)
         stiffest = stiffest_direction(self.cutting, axes)
         if self.model is not None:
-            model = self.model.up_to(self.shape.reaching(_GAIN / (2 * stiffest * deepest)))
+            model = self.model.up_to(self.shape.reaching(GAIN / (2 * stiffest * deepest)))
             coarse = arc_map(model, self.cutting, speed, MORE // 2 + FINER * extra, _SHARE)
             return coarse, arc_map(model, self.cutting, speed, MORE + FINER * (extra + 1))
         P = (int(np.ceil(self.shape.highest / tooth)) + PAST) * 2**extra
         highest = max(float(self.point.lines[-1]), (self.shape.highest + PAST * tooth) * 2)
         loop = HarmonicLoop(spectrum(self.point, highest), self.cutting, axes, tooth, P)
-        while left_out(self.shape, loop, stiffest * deepest) >= _GAIN:
+        while left_out(self.shape, loop, stiffest * deepest) >= GAIN:
             loop = replace(loop, harmonics=2 * loop.harmonics)
         if loop.harmonics > MOST_SEARCHED:
             raise CheckFailed(

@@ -21,7 +21,8 @@ PAST = 3
 MOST_SEARCHED, _MOST = 128, 512
 AGREE = 1e-4
 SAME = 0.05
-_GAIN = 0.5
+GAIN = 0.5
+"""Gain round the loop below which a line cannot chatter by itself."""
 _FEW = 24
 """Harmonics up to which all lines take part in the search."""
 _LARGEST = 240
@@ -52,7 +53,7 @@ def harmonic_crossing(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> F
         search = first_crossings(coarse, fraction)
         if not search and not first_crossings(finer, fraction):
             return Found(NONE)
-        if search and left_out(resolved, coarse, stiffest * search[0].depth) < _GAIN:
+        if search and left_out(resolved, coarse, stiffest * search[0].depth) < GAIN:
             before, settled = search[0], _lowest(finer, search, fraction)
             if settled.kind and abs(settled.depth / before.depth - 1) < SAME:
                 first = replace(loop, harmonics=2 * P), settled
@@ -70,7 +71,7 @@ def harmonic_crossing(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> F
 def _strongest(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> Found:
     """The settled crossing where many teeth pass in a wave of the fastest mode: the strongest lines first.
 
-    A line on which the gain round the loop stays below `_GAIN` at the depth found cannot chatter by itself, so that
+    A line on which the gain round the loop stays below `GAIN` at the depth found cannot chatter by itself, so that
     modes far above the band ask for no harmonics.
     """
     level, faintest = STRONG * resolved.largest, _FAINTEST * resolved.largest
@@ -88,7 +89,7 @@ def _strongest(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> Found:
         if not search:
             level /= 4
             continue
-        needed = _GAIN / (2 * stiffest * search[0].depth)
+        needed = GAIN / (2 * stiffest * search[0].depth)
         if level >= faintest and resolved.reaching(needed) > (P + 0.5) * loop.tooth_frequency:
             level = min(needed, level / 1.5)
             continue
