@@ -92,6 +92,9 @@ def test_a_speed_that_does_not_settle_takes_no_other_with_it(tmp_path: Path, mon
         assert np.all(np.isin(np.delete(speeds, 2), chart.speed))
         assert chart.minimum_depth == pytest.approx(whole.minimum_depth, rel=1e-4)
         assert any("9020 rpm" in said and "still changes" in said for said in chart.warnings)
+    short = ranged.lobes_over_range(machine, speeds[1:4])
+    assert short.speed.tolist() == speeds[[1, 3]].tolist()
+    assert any("9020 rpm" in said for said in short.warnings)
 
 
 def test_zones_that_take_longer_than_the_budget_are_left_out() -> None:

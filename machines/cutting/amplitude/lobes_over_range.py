@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import re
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
@@ -79,14 +79,9 @@ def lobes_over_range(
         slow = slow and not chart.branches
         chart = _until(chart, np.delete(speeds, tried), at, deadline) if slow else at(speeds)
     if chart.branches or chart.speed.size < _FEWEST:
-        return chart  # closed forms have the minimum over every speed
+        return _without(chart, refused)  # closed forms have the minimum over every speed
     known = chart.speed.size
-    chart = over_the_range(chart, at, deadline)
-    if refused:
-        rpm, said = next(iter(refused.items()))
-        many = f"{len(refused)} speeds, the first of them {rpm:g} rpm," if len(refused) > 1 else f"{rpm:g} rpm"
-        left_out = f"No depth was found at {many} and the chart goes on without: {said}"
-        chart = replace(chart, warnings=(*chart.warnings, left_out))
+    chart = _without(over_the_range(chart, at, deadline), refused)
     if time.monotonic() < deadline:
         return chart
     short = (
@@ -94,6 +89,16 @@ def lobes_over_range(
         "dips between them were not looked for to the end."
     )
     return replace(chart, minimum_at=None, notes=(*chart.notes, AT_SPEEDS), warnings=(*chart.warnings, short))
+
+
+def _without(chart: StabilityLobes, refused: Mapping[float, str]) -> StabilityLobes:
+    """The chart with what is to be said of speeds (rpm) that were refused."""
+    if not refused:
+        return chart
+    rpm, said = next(iter(refused.items()))
+    many = f"{len(refused)} speeds, the first of them {rpm:g} rpm," if len(refused) > 1 else f"{rpm:g} rpm"
+    left_out = f"No depth was found at {many} and the chart goes on without: {said}"
+    return replace(chart, warnings=(*chart.warnings, left_out))
 
 
 def _until(
