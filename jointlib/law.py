@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from jointlib import parameter
-from jointlib.arrays import Array, ArrayLike
+from jointlib.arrays import Array, ArrayLike, ComplexArray
 from jointlib.harmonic import FirstHarmonic, numerical_first_harmonic
 from jointlib.motion import Motion
 from jointlib.pieces import Step, in_pieces, turns
@@ -96,6 +96,13 @@ class JointLaw(ABC):
         makes a viscous law +jωc). Amplitudes in m, angular frequencies in rad/s, bias z0 in m; they broadcast.
         """
         return numerical_first_harmonic(self, amplitude, omega, bias)
+
+    def by_bias(self, amplitude: Array, omega: Array, bias: Array) -> tuple[ComplexArray, Array, Array] | None:
+        """∂G/∂z0 (N/m²), ∂N0/∂A and ∂N0/∂z0 (N/m) of the dual-input describing function, where they have closed forms.
+
+        Arrays broadcast as in `first_harmonic`; None for a law that leaves them to differences.
+        """
+        return None
 
     def describing_function(self, amplitude: ArrayLike, omega: ArrayLike = 1.0, bias: ArrayLike = 0.0) -> complex:
         """The gain G(A, ω) in N/m alone (complex, of the broadcast shape)."""

@@ -8,10 +8,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from jointlib.arrays import Array, ArrayLike
+from jointlib.arrays import Array, ArrayLike, ComplexArray
 from jointlib.harmonic import FirstHarmonic, broadcast, closed_form
 from jointlib.law import MemorylessLaw
-from jointlib.laws.hertz_guide import row_harmonics
+from jointlib.laws.hertz_guide import row_harmonics, row_slopes
 from jointlib.parameter import Role, parameter
 
 _SERIES = 1e-3
@@ -64,3 +64,11 @@ class HertzContact(MemorylessLaw):
         slope = np.where(shallow, -3 / 32 * r * np.where(shallow, a, 1.0) ** -1.5, slope)
         scale = self.preload / self.indentation
         return closed_form(scale * first / x, scale / self.indentation * slope, 0.0, self.preload * (mean - 1), A.shape)
+
+    def by_bias(self, amplitude: Array, omega: Array, bias: Array) -> tuple[ComplexArray, Array, Array]:
+        """Those of a ball row, see `row_slopes`."""
+        A, _, z0 = np.broadcast_arrays(amplitude, omega, bias)
+        d0 = self.indentation
+        gain, by_amplitude, mean = row_slopes(1 + z0 / d0, A / d0)
+        scale = self.preload / d0
+        return np.asarray(scale / d0 * gain, dtype=complex), scale * by_amplitude, scale * mean

@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 from scipy.special import ellipe, ellipkm1, hyp2f1
 
-from jointlib.arrays import Array, ArrayLike
+from jointlib.arrays import Array, ArrayLike, ComplexArray
 from jointlib.harmonic import FirstHarmonic, broadcast, closed_form
 from jointlib.law import MemorylessLaw
 from jointlib.parameter import Role, parameter
@@ -90,6 +90,16 @@ class HertzGuide(MemorylessLaw):
         d = self.lift_off_displacement
         return closed_form(gain / d, slope / d**2, 0.0, mean, A.shape)
 
+    def by_bias(self, amplitude: Array, omega: Array, bias: Array) -> tuple[ComplexArray, Array, Array]:
+        """Row by row, see `row_slopes`."""
+        A, _, z0 = np.broadcast_arrays(amplitude, omega, bias)
+        d = self.lift_off_displacement
+        r, u0 = A / d, z0 / d
+        one, other = row_slopes(1 + u0, r), row_slopes(1 - u0, r)
+        scale = 2 * np.sin(self.contact_angle) * self.preload / d
+        gain, by_amplitude, mean = one[0] - other[0], one[1] - other[1], one[2] + other[2]
+        return np.asarray(scale / d * gain, dtype=complex), scale * by_amplitude, scale * mean
+
 
 def centred_gain(r: Array) -> tuple[Array, Array]:
     """Gain g(r) relative to the stiffness at rest, and dg/dr; r is the amplitude over the lift-off displacement.
@@ -111,32 +121,82 @@ def centred_gain(r: Array) -> tuple[Array, Array]:
 
 
 def row_harmonics(a: Array, r: Array) -> tuple[Array, Array, Array]:
-    """One ball row (a + r cos θ)₊^(3/2): I = (1/π)∫ f cos θ dθ, mean M and ∂I/∂r, for r > 0.
-
-    Always touching (a ≥ r): Gauss series in (r/a)². Touching part of the cycle: elliptic integrals of parameter
-    p = (a+r)/(2r). Never touching (a ≤ −r): zero.
-    """
-    a, r = np.broadcast_arrays(np.asarray(a, dtype=float), np.asarray(r, dtype=float))
-    touching = a >= r
-    above = np.where(touching, a, 1.0)
-    x = np.where(touching, r / above, 0.5)
-    I_touch = 1.5 * above**1.5 * x * hyp2f1(-0.25, 0.25, 2.0, x**2)
-    M_touch = above**1.5 * hyp2f1(-0.75, -0.25, 1.0, x**2)
-    Ia_touch = 0.75 * np.sqrt(above) * x * hyp2f1(0.25, 0.75, 2.0, np.minimum(x, 1 - 1e-16) ** 2)
-    parted = np.abs(a) < r
-    p = np.where(parted, (a + r) / (2 * r), 0.5)
-    K, E = _elliptic(p, 1 - p)
-    root = np.sqrt(2 * r)
-    I_part = 4 / (5 * np.pi) * root**3 * (2 * (1 - p + p**2) * E - (1 - p) * (2 - p) * K)
-    M_part = 2 / (3 * np.pi) * root**3 * ((1 - p) * (2 - 3 * p) * K + 2 * (2 * p - 1) * E)
-    Ia_part = 2 / np.pi * root * ((2 * p - 1) * E + (1 - p) * K)
-    first = np.where(touching, I_touch, np.where(parted, I_part, 0.0))
-    mean = np.where(touching, M_touch, np.where(parted, M_part, 0.0))
-    by_a = np.where(touching, Ia_touch, np.where(parted, Ia_part, 0.0))
+    """One ball row (a + r cos θ)₊^(3/2): I = (1/π)∫ f cos θ dθ, mean M and ∂I/∂r, for r > 0."""
+    first, mean, by_a = row_parts(a, r)
     # f is homogeneous of degree 3/2 in (a, r): a ∂I/∂a + r ∂I/∂r = (3/2) I.
     return first, mean, (1.5 * first - a * by_a) / r
+
+
+def row_parts(a: Array, r: Array) -> tuple[Array, Array, Array]:
+    """I and M of `row_harmonics` and ∂I/∂a = 2 ∂M/∂r, for r > 0.
+
+    A row that parts from its contact (abs(a) < r): complete elliptic integrals of parameter p = (a+r)/2r. One that
+    always touches: the same by the reciprocal modulus, of parameter 1/p, and Gauss series in (r/a)² where r is so small
+    that they would cancel. Never touching (a ≤ −r): zero.
+    """
+    a, r = np.broadcast_arrays(np.asarray(a, dtype=float), np.asarray(r, dtype=float))
+    shallow, touching, away = r < _SMALL * a, a >= r, a <= -r
+    above = np.where(shallow, a, 1.0)
+    x = np.where(shallow, r / above, 0.0)
+    near = np.tensordot(_ROW, _powers(x), 1)
+    half = np.sqrt(above)
+    middle = np.where(shallow | away, 0.0, a)
+    size = np.where(shallow | away, 1.0, r)
+    p, rest = (middle + size) / (2 * size), (size - middle) / (2 * size)
+    m = np.where(touching, 1 / p, p)
+    complement = np.where(touching, (middle - size) / (middle + size), rest)
+    K, E = _elliptic(m, complement)
+    turned = np.sqrt(m)
+    K, E = np.where(touching, turned * K, K), np.where(touching, (E - complement * K) / turned, E)
+    root = np.where(away, 0.0, np.sqrt(2 * size))
+    cubed = 2 * size * root
+    first = 4 / (5 * np.pi) * cubed * (2 * (1 - p * rest) * E - rest * (2 - p) * K)
+    mean = 2 / (3 * np.pi) * cubed * (rest * (2 - 3 * p) * K + 2 * (p - rest) * E)
+    by_a = 2 / np.pi * root * ((p - rest) * E + rest * K)
+    return (
+        np.where(shallow, above * half * x * near[0], first),
+        np.where(shallow, above * half * near[1], mean),
+        np.where(shallow, half * x * near[2], by_a),
+    )
+
+
+def row_slopes(a: Array, r: Array) -> tuple[Array, Array, Array]:
+    """∂(I/r)/∂a, ∂M/∂r and ∂M/∂a of one ball row for r ≥ 0, see `row_parts`.
+
+    f is homogeneous, so a ∂M/∂a + r ∂M/∂r = (3/2) M; where a is small beside r, ∂M/∂a = (3/2π)∫ √(a + r cos θ) dθ over
+    the contact, (3/π)·√2r·(E − (1−p)K).
+    """
+    x = np.maximum(r, _STILL * np.maximum(np.abs(a), 1e-3))
+    _, mean, by_a = row_parts(a, x)
+    held = a > x / 2
+    divisor = np.where(held, a, 1.0)
+    p = np.clip((a + x) / (2 * x), 0.0, 1.0)
+    K, E = _elliptic(p, 1 - p)
+    parted = 3 / np.pi * np.sqrt(2 * x) * (E - (1 - p) * K)
+    slope = np.where(held, (1.5 * mean - x * by_a / 2) / divisor, np.where(a > -x, parted, 0.0))
+    return by_a / x, by_a / 2 * (r > 0), slope
 
 
 def _elliptic(p: Array, complement: Array) -> tuple[Array, Array]:
     """Complete elliptic integrals K, E of parameter p; K finite where p = 1 (it enters times 1 − p)."""
     return np.asarray(ellipkm1(np.maximum(complement, 1e-300))), np.asarray(ellipe(p))
+
+
+def _gauss(a: float, b: float, c: float) -> Array:
+    """Coefficients of the series 2F1(a, b; c; y) = Σ (a)_n (b)_n/((c)_n n!) yⁿ."""
+    n = np.arange(_TERMS - 1)
+    return np.concatenate([[1.0], np.cumprod((a + n) * (b + n) / ((c + n) * (1 + n)))])
+
+
+def _powers(x: Array) -> Array:
+    """1, x², x⁴, … on a first axis."""
+    every = np.empty((_TERMS, *x.shape))
+    every[0], every[1:] = 1.0, x * x
+    return np.asarray(np.multiply.accumulate(every, axis=0, out=every))
+
+
+_SMALL, _TERMS = 0.2, 10
+"""r/a below which series stand, with so many terms that the first left out is below rounding."""
+_STILL = 1e-9
+"""r/a in place of one that is zero."""
+_ROW = np.stack([1.5 * _gauss(-0.25, 0.25, 2.0), _gauss(-0.75, -0.25, 1.0), 0.75 * _gauss(0.25, 0.75, 2.0)])

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from jointlib.arrays import Array, ArrayLike
+from jointlib.arrays import Array, ArrayLike, ComplexArray
 from jointlib.harmonic import FirstHarmonic, broadcast, closed_form
 from jointlib.law import MemorylessLaw
 from jointlib.parameter import Role, parameter
@@ -34,3 +34,8 @@ class Linear(MemorylessLaw):
         """G = stiffness."""
         A, w, z0 = broadcast(amplitude, omega, bias)
         return closed_form(self.stiffness, 0.0, 0.0, self.stiffness * z0 + 0.0 * w, A.shape)
+
+    def by_bias(self, amplitude: Array, omega: Array, bias: Array) -> tuple[ComplexArray, Array, Array]:
+        """The mean alone depends on the place."""
+        nothing = np.zeros(np.broadcast_shapes(amplitude.shape, omega.shape, bias.shape))
+        return nothing.astype(complex), nothing, nothing + self.stiffness

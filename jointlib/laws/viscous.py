@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from jointlib.arrays import Array, ArrayLike
+from jointlib.arrays import Array, ArrayLike, ComplexArray
 from jointlib.harmonic import FirstHarmonic, broadcast, closed_form
 from jointlib.law import MemorylessLaw
 from jointlib.parameter import Role, parameter
@@ -34,3 +34,8 @@ class Viscous(MemorylessLaw):
         """G = jω damping."""
         A, w, z0 = broadcast(amplitude, omega, bias)
         return closed_form(1j * w * self.damping, 0.0, 1j * self.damping, 0.0 * z0, A.shape)
+
+    def by_bias(self, amplitude: Array, omega: Array, bias: Array) -> tuple[ComplexArray, Array, Array]:
+        """Nothing depends on the place."""
+        nothing = np.zeros(np.broadcast_shapes(amplitude.shape, omega.shape, bias.shape))
+        return nothing.astype(complex), nothing, nothing

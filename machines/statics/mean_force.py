@@ -11,7 +11,7 @@ import numpy as np
 from jointlib.arrays import Array, ComplexArray
 from jointlib.harmonic import FirstHarmonic
 from jointlib.joint import Joint
-from jointlib.law import Motion
+from jointlib.law import JointLaw, Motion
 
 SLOW = 1e6
 """s; how long a quasi-static step takes."""
@@ -88,23 +88,30 @@ class MeanForce:
         return Motion(displacement, np.zeros_like(displacement), SLOW)
 
     def slopes(self, amplitude: Array, omega: Array, bias: Array) -> Slopes:
-        """Everything Newton's method asks for; differences where the law does not give a derivative itself."""
+        """Everything Newton's method asks for; differences of laws that do not give a derivative themselves."""
         here = self.harmonic(amplitude, omega, bias)
+        parts = [law.by_bias(amplitude, omega, bias) for law in self.joint.laws]
+        known = [part for part in parts if part is not None]
+        if len(known) < len(parts):
+            left = tuple(law for law, part in zip(self.joint.laws, parts, strict=True) if part is None)
+            known.append(self._by_differences(left, amplitude, omega, bias))
+        gain, mean_by_amplitude, mean = (np.sum(every, axis=0) for every in zip(*known, strict=True))
+        return Slopes(here.gain, here.d_amplitude, gain, here.mean, mean_by_amplitude, mean)
+
+    def _by_differences(
+        self, laws: tuple[JointLaw, ...], amplitude: Array, omega: Array, bias: Array
+    ) -> tuple[ComplexArray, Array, Array]:
+        """`JointLaw.by_bias` of some of the laws by central differences."""
+        some = MeanForce(Joint(laws))
         h = _STEP * np.maximum(np.maximum(amplitude, np.abs(bias)), _LEAST)
-        up, down = (self._free.first_harmonic(amplitude, omega, bias + s * h) for s in (1.0, -1.0))
+        up, down = (some._free.first_harmonic(amplitude, omega, bias + s * h) for s in (1.0, -1.0))
         further, nearer = up.mean, down.mean
-        if self._kept.laws:
-            further, nearer = further + self._centre(amplitude, bias + h), nearer + self._centre(amplitude, bias - h)
+        if some._kept.laws:
+            further, nearer = further + some._centre(amplitude, bias + h), nearer + some._centre(amplitude, bias - h)
         a = _STEP * amplitude
-        more, less = (self.mean(amplitude + s * a, omega, bias) for s in (1.0, -1.0))
-        return Slopes(
-            here.gain,
-            here.d_amplitude,
-            (up.gain - down.gain) / (2 * h),
-            here.mean,
-            np.where(a > 0, (more - less) / np.where(a > 0, 2 * a, 1.0), 0.0),
-            (further - nearer) / (2 * h),
-        )
+        more, less = (some.mean(amplitude + s * a, omega, bias) for s in (1.0, -1.0))
+        by_amplitude = np.where(a > 0, (more - less) / np.where(a > 0, 2 * a, 1.0), 0.0)
+        return (up.gain - down.gain) / (2 * h), by_amplitude, (further - nearer) / (2 * h)
 
     def mean_slope(self, amplitude: Array, omega: Array, bias: Array, mean: Array) -> Array:
         """∂N0/∂z0 in N/m beside a known N0, by a difference that is good enough to start a secant."""

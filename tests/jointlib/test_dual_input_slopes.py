@@ -1,0 +1,65 @@
+"""Derivatives of dual-input describing functions by the static position: closed forms against differences."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from jointlib.law import JointLaw
+from jointlib.laws.hertz_contact import HertzContact
+from jointlib.laws.hertz_guide import HertzGuide, row_parts
+from jointlib.laws.linear import Linear
+from jointlib.laws.viscous import Viscous
+
+GUIDE, CONTACT = HertzGuide(2000.0, 5e-8), HertzContact(2000.0, 5e-8)
+OMEGA = np.array(300.0)
+DEPTH = CONTACT.indentation
+
+
+@pytest.mark.parametrize("law", [GUIDE, CONTACT, Linear(3e7), Viscous(200.0)], ids=lambda law: law.kind)
+def test_closed_forms_are_the_differences(law: JointLaw) -> None:
+    """Always touching, lifting off in part of the cycle, far beyond; kinks themselves are left out."""
+    A, z0 = np.meshgrid(DEPTH * np.array([0.03, 0.15, 0.31, 0.8, 1.7, 4.0]), DEPTH * np.array([-1.3, -0.45, 0.0, 0.6]))
+    found = law.by_bias(A, OMEGA, z0)
+    assert found is not None
+    h = 1e-5 * DEPTH
+    up, down = (law.first_harmonic(A, OMEGA, z0 + s * h) for s in (1, -1))
+    more, less = (law.first_harmonic(A + s * h, OMEGA, z0) for s in (1, -1))
+    scale = abs(law.first_harmonic(DEPTH, OMEGA).gain)
+    # Central differences: h²/6 of a third derivative, and rounding over h.
+    for own, other, unit in (
+        (found[0], up.gain - down.gain, scale / DEPTH),
+        (found[1], more.mean - less.mean, scale),
+        (found[2], up.mean - down.mean, scale),
+    ):
+        np.testing.assert_allclose(own, other / (2 * h), rtol=1e-6, atol=1e-6 * unit)
+
+
+@pytest.mark.parametrize("law", [GUIDE, CONTACT], ids=lambda law: law.kind)
+def test_without_vibration_the_mean_has_the_tangent_stiffness(law: HertzGuide | HertzContact) -> None:
+    place = DEPTH * np.array([-1.4, -0.7, 0.0, 0.5])
+    found = law.by_bias(np.zeros(4), OMEGA, place)
+    np.testing.assert_allclose(found[2], law.slopes(place, np.zeros(4))[0], rtol=1e-9)
+    np.testing.assert_array_equal(found[1], np.zeros(4))
+
+
+def test_a_row_has_its_quadrature_on_both_sides_of_every_case() -> None:
+    """2²⁰ points of the circle; (·)₊^(3/2) is smooth enough for 1e-11 even where the row parts."""
+    theta = 2 * np.pi * np.arange(2**20) / 2**20
+    for a, r in [
+        (1.0, 0.199),
+        (1.0, 0.201),
+        (1.0, 0.999),
+        (1.0, 1.001),
+        (0.0, 1.0),
+        (-0.5, 1.0),
+        (-1.0, 0.9),
+        (3.0, 1e-5),
+    ]:
+        load = np.maximum(a + r * np.cos(theta), 0)
+        truth = (
+            2 * np.mean(load**1.5 * np.cos(theta)),
+            np.mean(load**1.5),
+            3 * np.mean(np.sqrt(load) * np.cos(theta)),
+        )
+        np.testing.assert_allclose(row_parts(np.array(a), np.array(r)), truth, rtol=1e-7, atol=1e-11)
