@@ -239,9 +239,11 @@ def _place(section: Section, documents: Sequence[Section]) -> Place:
 def _held(row: dict[str, Any], document: Section) -> tuple[str, ...]:
     """The directions of a component that names its dofs; else all six."""
     table = row
-    if names_a_file(Section(row, "", document.folder)):
+    file = row.get("file")
+    file = file[0] if isinstance(file, list) and file else file
+    if names_a_file(Section({"file": file}, "", document.folder)):
         try:
-            table = parsed(document.folder / row["file"])[1]
+            table = parsed(document.folder / str(file))[1]
         except InputError:  # told where the component is read
             return DIRECTIONS
     dofs = table.get("dofs")
