@@ -13,7 +13,7 @@ from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from jointlib.modulation import Modulation
 from jointlib.parameter import Role
-from machines import Machine, natural_modes, read_machine
+from machines import Machine, linear_check, natural_modes, read_machine
 from machines.components.beam import Beam
 from machines.components.connection import Connection
 from machines.components.modal import Modal
@@ -257,3 +257,8 @@ def test_what_is_wrong_with_files_by_speed_is_one_sentence(tmp_path: Path) -> No
 def test_a_beam_that_turns_is_round() -> None:
     with pytest.raises(InputError, match="turns is 1, expected round sections"):
         Beam("bar", (Segment(0.1, STEEL, width=0.02, height=0.01),), {"a": 0.0}, up=np.eye(3)[2], turns=1.0)
+
+
+def test_python_control_has_the_same_rotating_shaft() -> None:
+    turning = at_speed(simply_supported(1.0, VISCOUS), RPM)
+    assert linear_check(turning, frequency=(50.0, 2000.0)).passed
