@@ -132,7 +132,8 @@ def _place(machine: Machine, name: str, joints: Mapping[str, Joint | None]) -> s
 
 
 def _of_joint(machine: Machine, kind: str, place: str, joints: Mapping[str, Joint | None]) -> Iterator[Control]:
-    rows = [joints[name] for name in rows_of(machine, place)]
+    held = rows_of(machine, place)
+    rows, own = [joints[name] for name in held], next(c for c in machine.connections if c.name == held[0])
     joint = rows[0]
     if joint is None:
         raise InputError(f"{machine.where}: the joint of {place!r} is not known yet, expected it identified")
@@ -140,7 +141,7 @@ def _of_joint(machine: Machine, kind: str, place: str, joints: Mapping[str, Join
         return
     names = [name.partition(".")[2] for name in joint.parameters]
     for (name, value), short in zip(joint.parameters.items(), names, strict=True):
-        unit = joint.units[name]
+        unit = own.own_unit(joint.units[name])
         scale, word = _SHOWN[unit] if unit in _SHOWN else (1 / shown(unit)[0], shown(unit)[1])
         factor = _GEOMETRY if unit == "rad" else _FACTOR
         zero = _ABOUT_ZERO.get(unit)

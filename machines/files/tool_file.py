@@ -27,6 +27,7 @@ CUTTER, HELD = "cutter", "holder"
 """Components that a tool file puts into a machine."""
 _SHANK, _NOSE = "shank", "nose"
 """Connections of it: ``shank_x`` … between cutter and holder, ``nose.x`` … in the spindle."""
+_TILTED = 1e-9
 _OURS = (f"component.{CUTTER}.", f"component.{HELD}.", f"connection.{_SHANK}_")
 
 
@@ -232,6 +233,12 @@ def _place(section: Section, documents: Sequence[Section]) -> Place:
     section.done()
     if not np.linalg.norm(axis) > 0:
         section.fault(f"axis is {list(axis)}, expected a direction that is not zero")
+        raise Lost
+    if np.max(np.abs(axis)) < (1 - _TILTED) * np.linalg.norm(axis):
+        section.fault(
+            f"axis is {list(axis)}, expected the tool along x, y or z of the machine: feed, normal and the shank's "
+            "joint lie along the other two"
+        )
         raise Lost
     return Place(name, np.array(at), np.array(axis), _held(*by_name[name]) if holds is None else holds)
 
