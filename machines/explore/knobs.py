@@ -25,6 +25,7 @@ from ..model.joint_places import rows_of
 from ..model.machine import Machine
 from ..operating.operating_point import operating_point
 from ..tool.chatter_band import frequency_range
+from .choices import tool_controls
 from .controls import AMPLITUDE, Control, bounds, in_si
 
 _FACTOR, _GEOMETRY = 4.0, 2.0
@@ -71,7 +72,8 @@ def controls_of(machine: Machine, changes: Mapping[str, Any] | None = None) -> t
     assert machine.source is not None
     tables = documents(machine.source, changes)
     joints = (*_joint_controls(machine, tables), *_stick_out_controls(machine, tables))
-    return (_amplitude_control(machine), *_axis_controls(machine), *joints, *_cutting_controls(machine))
+    tools = tool_controls(machine, changes or {})
+    return (*tools, _amplitude_control(machine), *_axis_controls(machine), *joints, *_cutting_controls(machine))
 
 
 def _axis_controls(machine: Machine) -> Iterator[Control]:
