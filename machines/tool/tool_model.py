@@ -15,9 +15,6 @@ from .tool_point import share_along
 
 _HELD_APART = 1e8
 _NOTHING = 1e-13
-_FLEXIBLE = 1e-4
-_STRONG = 1e-2
-_FAR = 4.0
 _SLOW = 1e-7
 """Share of the fastest pole below which one is a free motion, which rounding has put beside zero."""
 _ASIDE = 1e-9
@@ -64,11 +61,7 @@ class ToolModel:
 
     @classmethod
     def from_states(cls, A: Array, B: Array, C: Array, D: Array, axes: tuple[str, ...]) -> ToolModel:
-        """From ẋ = Ax + BF, q = Cx + DF. Modes without a share in the tool point are left out.
-
-        Modes four times above every strong one act by their flexibility alone where their peak is below 10⁻⁴ of the
-        highest.
-        """
+        """From ẋ = Ax + BF, q = Cx + DF. Modes without a share in the tool point are left out."""
         return cls.several(A[None], B, C, D, axes)[0]
 
     @classmethod
@@ -92,17 +85,10 @@ class ToolModel:
         kept = (poles.imag >= -_NOTHING * speed) & ~aside & (share > _NOTHING)
         if np.any(poles.real[kept] >= 0):
             raise Undamped(poles[kept][int(np.argmax(poles.real[kept]))])
-        strong = np.max(np.where(kept & (share >= _STRONG), speed, 0.0), axis=1, keepdims=True)
-        stiff = kept & (share < _FLEXIBLE) & (speed > _FAR * strong)
-
-        def part(i: int, mask: Mask, rest: Array) -> ToolModel:
-            return cls(poles[i, mask], inputs[i, mask], outputs[i, mask], rest, axes)
-
-        models = []
-        for i, far in enumerate(stiff):
-            rest = D + part(i, far, np.zeros_like(D))(np.zeros(1))[0].real if far.any() else D
-            models.append(part(i, kept[i] & ~far, rest))
-        return models
+        return [
+            cls(one[mask], to[mask], seen[mask], D, axes)
+            for one, to, seen, mask in zip(poles, inputs, outputs, kept, strict=True)
+        ]
 
     @classmethod
     def from_modes(

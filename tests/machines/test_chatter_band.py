@@ -111,3 +111,26 @@ def test_slow_modes_beside_a_joint_that_is_far_too_stiff_are_found() -> None:
     )
     slow = np.sqrt(1e5 / 25.331) / (2 * np.pi)
     assert _natural(machine)[0] == pytest.approx(slow, rel=1e-3)
+
+
+def test_a_mode_faint_beside_a_soft_foundation_is_kept() -> None:
+    """With a peak of 5e-5 of that of its foundation it has the receptance to itself where it rings."""
+    mass, stiffness = np.array([5000.0, 25.0]), np.array([4.9e6, 4e9])
+    damping = 2 * np.array([0.002, 0.05]) * np.sqrt(stiffness * mass)
+    joints = [Joint((Linear(k), Viscous(c))) for k, c in zip(stiffness, damping, strict=True)]
+    machine = Machine(
+        (Lumped("bed", ("x",), mass[:1, None]), Lumped("head", ("x",), mass[1:, None])),
+        (Connection("mount", ("bed.x", "ground"), joints[0]), Connection("way", ("head.x", "bed.x"), joints[1])),
+        tool={"x": "head.x"},
+        cutting=TURNING,
+    )
+    model = chatter_band(machine).model
+    assert model is not None
+    frequency = np.geomspace(1, 4000, 50)
+    omega = 2 * np.pi * frequency
+    bed, way = stiffness[:, None] + 1j * omega * damping[:, None]
+    # Written out: the head on its way on the bed on its mounts.
+    below = 1 / (bed - mass[0] * omega**2 + 1 / (1 / way - 1 / (mass[1] * omega**2)))
+    alone = 1 / (way - mass[1] * omega**2)
+    truth = alone * (1 + way**2 * below * alone)
+    np.testing.assert_allclose(model(frequency)[:, 0, 0], truth, rtol=1e-8)

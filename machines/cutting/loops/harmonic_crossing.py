@@ -27,7 +27,7 @@ _FEW = 24
 """Harmonics up to which all lines take part in the search."""
 _LARGEST = 240
 """Rows of the matrices of a loop up to which all its eigenvalues are computed."""
-STRONG, _FAINTEST = 0.3, 1e-3
+_STRONG, _FAINTEST = 0.3, 1e-3
 """Shares of the largest receptance: where the search begins, and below which nothing chatters."""
 
 
@@ -74,7 +74,7 @@ def _strongest(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> Found:
     A line on which the gain round the loop stays below `GAIN` at the depth found cannot chatter by itself, so that
     modes far above the band ask for no harmonics.
     """
-    level, faintest = STRONG * resolved.largest, _FAINTEST * resolved.largest
+    level, faintest = _STRONG * resolved.largest, _FAINTEST * resolved.largest
     while True:
         P = int(np.ceil(resolved.reaching(max(level, faintest)) / loop.tooth_frequency)) + PAST
         if level < faintest:

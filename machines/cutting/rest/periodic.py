@@ -16,9 +16,9 @@ from ..loops.collocation import FINER, MORE, MOST_SETTLED, ArcMap, arc_map, node
 from ..loops.critical_depth import eigenvector, first_crossings, near
 from ..loops.harmonic_crossing import (
     AGREE,
+    GAIN,
     PAST,
     SAME,
-    STRONG,
     Found,
     harmonic_crossing,
     largest_line,
@@ -107,10 +107,11 @@ def _reduced(
     axes = tuple("xy".index(axis) for axis in model.axes)
     tooth = cutting.cuts_per_revolution * speed / 60
     every = HarmonicLoop(spectrum(point, 2 * float(point.lines[-1])), cutting, axes, tooth, 0)
-    whole = harmonic_crossing(every, resolved, stiffest_direction(cutting, axes))
+    stiffest = stiffest_direction(cutting, axes)
+    whole = harmonic_crossing(every, resolved, stiffest)
     if not whole.crossing.kind:
         return NONE, arc_map(model.up_to(resolved.highest), cutting, speed), 0.0
-    highest = max(whole.line * tooth, resolved.reaching(STRONG * resolved.largest))
+    highest = max(whole.line * tooth, resolved.reaching(GAIN / (2 * stiffest * whole.crossing.depth)))
     for more in range(_RAISES):
         few = model.up_to(highest * _FAR**more)
         if few is model:
