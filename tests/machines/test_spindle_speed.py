@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tool_files import JOINT, SECTION, SIZES, SPINDLE, TOOL
 
 from jointlib import Joint
 from jointlib.errors import InputError
@@ -16,7 +17,9 @@ from jointlib.parameter import Role
 from machines import Machine, linear_check, natural_modes, read_machine
 from machines.components.beam import Beam
 from machines.components.connection import Connection
+from machines.components.measured import Measured
 from machines.components.modal import Modal
+from machines.cutting.amplitude.best_pitch import best_pitch
 from machines.cutting.amplitude.frozen_lobes import lobes_at_amplitude
 from machines.cutting.amplitude.frozen_modes import multipliers
 from machines.cutting.process.cutting import Cutting
@@ -125,7 +128,7 @@ def whirling_tool(rpm: float) -> ToolModel:
 
 @pytest.mark.parametrize("method", ["multi-frequency", "collocation"])
 def test_lobes_of_a_rotating_shaft_are_those_of_its_whirls(method: str) -> None:
-    machine, speeds = simply_supported(1.0, VISCOUS, CUT), np.array([9000.0, 13000.0, 18000.0])
+    machine, speeds = simply_supported(1.0, VISCOUS, CUT), np.array([9000.0, 18000.0])
     chart = lobes_at_amplitude(machine, speeds, method=method)
     fixed = [stability_lobes(whirling_tool(n), Cutting(**CUT), [n], "collocation").depth[0] for n in speeds]
     np.testing.assert_allclose(chart.depth, fixed, rtol=2e-3)
@@ -261,4 +264,42 @@ def test_a_beam_that_turns_is_round() -> None:
 
 def test_python_control_has_the_same_rotating_shaft() -> None:
     turning = at_speed(simply_supported(1.0, VISCOUS), RPM)
-    assert linear_check(turning, frequency=(50.0, 2000.0)).passed
+    assert linear_check(turning, frequency=np.geomspace(50.0, 2000.0, 60)).passed
+
+
+def test_cutter_and_holder_of_a_tool_file_turn_together(tmp_path: Path) -> None:
+    text = f"{TOOL}{SIZES}turns = -1\n[[section]]\n{SECTION}{JOINT}"
+    (tmp_path / "a.tool.toml").write_text(text)
+    (tmp_path / "m.toml").write_text(SPINDLE.format(top='tool = "a.tool.toml"', parts="", tool="", teeth=4))
+    machine = read_machine(tmp_path / "m.toml")
+    turning = {c.name for c in machine.components if c.known_speeds is not None}
+    assert turning == {"cutter", "holder"}
+    slow, fast = (natural_modes(at_speed(machine, rpm)).frequency[:2] for rpm in (0.0, 40e3))
+    assert slow[1] / slow[0] == pytest.approx(1.0, abs=1e-6)
+    assert fast[1] / fast[0] > 1.0005
+    standing = lobes_at_amplitude(machine, [9000.0], method="zero-order").depth[0]
+    assert lobes_at_amplitude(at_speed(machine, 9000.0), [9000.0], method="zero-order").depth[0] == standing
+
+
+def measured_at(factor: float) -> Measured:
+    """A mass of 2 kg on a spring in two directions, that softens by a factor."""
+    lines = np.linspace(100.0, 3000.0, 1200)
+    w = 2 * np.pi * lines
+    H = np.zeros((len(lines), 2, 2), dtype=complex)
+    for i, (k, c) in enumerate(((6e7, 500.0), (9e7, 700.0))):
+        H[:, i, i] = 1 / (factor * k - 2 * w**2 + 1j * w * c)
+    return Measured("cutter", ("x", "y"), lines, H, interpolation="rational")
+
+
+@pytest.mark.parametrize("method", ["zero-order", "multi-frequency"])
+def test_measured_parts_at_two_speeds_are_between_what_a_softening_spring_is(method: str) -> None:
+    part = BySpeed("cutter", (0.0, 10e3, 20e3), tuple(measured_at(factor) for factor in (1.0, 0.8, 0.6)))
+    machine = spindle(part)
+    speeds = np.array([10e3, 15e3])
+    chart = lobes_at_amplitude(machine, speeds, method=method)
+    exact = [lobes_at_amplitude(spindle(measured_at(1 - 0.4 * n / 20e3)), [n], method=method).depth[0] for n in speeds]
+    np.testing.assert_allclose(chart.depth, exact, rtol=1e-6)
+    assert part.left_out is not None
+    assert part.left_out[0] < 1e-9, "the middle file is told by its neighbours"
+    with pytest.raises(InputError, match="depends on the spindle speed, expected a machine that does not for pitches"):
+        best_pitch(machine, 9000.0, 12000.0)
