@@ -5,9 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from spectral_beams import BEARINGS, LINES, SPINDLE, Bar, noisy, receptance
+from spectral_beams import BAR, BEARINGS, LINES, PLACES, SPINDLE, Bar, in_spindle, noisy, receptance
 
 from jointlib.arrays import Array, ComplexArray
+from machines import uncouple
 
 CUTTER = (Bar(0.034, 0.0128, 560e9, 14500.0, 0.0), Bar(0.026, 0.016, 560e9, 14500.0, 0.0))
 HOLDER = (Bar(0.02, 0.05, time=0.0), Bar(0.025, 0.04, time=0.0))
@@ -89,3 +90,19 @@ def written(
             )
     (folder / "tip.measurement.toml").write_text(text)
     return folder / "tip.measurement.toml"
+
+
+def fresh_end(folder: Path, seed: int) -> None:
+    """The end of the spindle, uncoupled from records of the bar with noise of their own, in place of the library's."""
+    random, library = np.random.default_rng(1000 + seed), Path(__file__).parents[2] / "machines" / "library"
+    (folder / "bar").mkdir()
+    for axis in "xy":
+        H, deviation = noisy(in_spindle(BAR, LINES, axis), 60.0, random)
+        for o, d in ((0, 0), (1, 0), (1, 1)):
+            table = np.column_stack([LINES, H[:, o, d].real, H[:, o, d].imag, deviation[:, o, d]])
+            name = folder / "bar" / f"{PLACES[o]}_{PLACES[d]}_{axis}.csv"
+            np.savetxt(name, table, delimiter=",", header="f,re,im,deviation", comments="")
+    for name in ("bar.measurement.toml", "bar.component.toml"):
+        (folder / name).write_bytes((library / name).read_bytes())
+    files = folder / "bar.measurement.toml", folder / "bar.component.toml"
+    uncouple(files[0], remove=files[1], output=folder / "end.component.toml")

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import shank_records
-from shank_records import BEGUN, TRUE, tip, written
+from shank_records import BEGUN, TRUE, fresh_end, tip, written
 from spectral_beams import LINES
 
 from jointlib.arrays import Array
@@ -141,3 +141,20 @@ def test_friction_in_the_joint_is_named_where_levels_were_measured(tmp_path: Pat
     assert parameters["coulomb.slip_force"].value == pytest.approx(2.0, rel=0.01)
     for name, key in KEYS.items():
         assert parameters[name].value == pytest.approx(TRUE[key], rel=0.02)
+
+
+@pytest.mark.slow
+def test_stated_intervals_hold_the_joint_as_often_as_they_say(tmp_path: Path) -> None:
+    """Twelve campaigns, bar and cutter hit anew in each; fewer than 41 of 48 at 95 % come once in 300 times."""
+    held = 0
+    for seed in range(12):
+        folder = tmp_path / str(seed)
+        folder.mkdir()
+        records = written(folder, seed=seed)
+        fresh_end(folder, seed)
+        found = trace(records, machine=folder / "machine.toml").report
+        assert (found.verdict, found.place, found.chosen.family) == (Verdict.IDENTIFIED, "shank", "refit")
+        for name, key in KEYS.items():
+            low, high = found.chosen.parameters[name].ci95
+            held += low < TRUE[key] < high
+    assert held >= 41
