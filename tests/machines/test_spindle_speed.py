@@ -6,9 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from tool_files import JOINT, SECTION, SIZES, SPINDLE, TOOL
 
 from jointlib import Joint
+from jointlib.cli.main import cli
 from jointlib.errors import InputError
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
@@ -24,6 +26,7 @@ from machines.cutting.amplitude.frozen_lobes import lobes_at_amplitude
 from machines.cutting.amplitude.frozen_modes import multipliers
 from machines.cutting.process.cutting import Cutting
 from machines.cutting.rest.solve import stability_lobes
+from machines.explore.scene import Explorer
 from machines.model.by_speed import BySpeed, stiffness_between
 from machines.model.spindle_speed import at_speed, beyond_speeds, refuse_dependence
 from machines.shapes.profile import Material
@@ -303,3 +306,37 @@ def test_measured_parts_at_two_speeds_are_between_what_a_softening_spring_is(met
     assert part.left_out[0] < 1e-9, "the middle file is told by its neighbours"
     with pytest.raises(InputError, match="depends on the spindle speed, expected a machine that does not for pitches"):
         best_pitch(machine, 9000.0, 12000.0)
+
+
+CUTTING = """
+[cutting]
+process = "milling"
+teeth = 2
+tangential = 6e8
+normal = 2e8
+mode = "down"
+immersion = 0.3
+speed = [8000, 20000]
+"""
+STUDY = """schema = "jointlib/study/1"
+base = "machine.toml"
+[[factor]]
+path = "cutting.immersion"
+values = [0.2, 0.3]
+[[objective]]
+quantity = "minimum-depth"
+goal = "max"
+"""
+
+
+def test_the_explorer_shows_lobes_of_every_speed_and_a_study_of_depths_is_refused(tmp_path: Path) -> None:
+    path = written(tmp_path)
+    path.write_text(path.read_text() + CUTTING)
+    curves = Explorer(path).curves({})
+    alone = [lobes_at_amplitude(read_machine(path), [n], method="zero-order").depth[0] for n in curves.speed[::13]]
+    np.testing.assert_allclose(curves.depth[::13], alone, rtol=1e-12)
+    assert "The spindle depends on its speed: 40 speeds, by zero-order." in curves.notes
+    (tmp_path / "depth.study.toml").write_text(STUDY)
+    words = ["study", "run", str(tmp_path / "depth.study.toml"), "-o", str(tmp_path / "out")]
+    with pytest.raises(InputError, match="component 'cutter' depends on the spindle speed, expected a machine that"):
+        CliRunner().invoke(cli, words, catch_exceptions=False)
