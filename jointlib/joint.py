@@ -88,6 +88,15 @@ class Joint(Shown):
         bare = replace(self, modulations=())
         return bare.with_parameters(scaled) if scaled else bare
 
+    def based(self, condition: str, value: float) -> Joint:
+        """The same joint told by its forces at another value of a condition (SI, `CONDITIONS`)."""
+        moved = tuple(m for m in self.modulations if m.condition == condition)
+        if all(m.reference == value for m in moved):
+            return self
+        others = tuple(m for m in self.modulations if m.condition != condition)
+        here = replace(self, modulations=moved).at({condition: value})
+        return replace(here, modulations=(*others, *(m.based(value) for m in moved)))
+
     @property
     def part_names(self) -> tuple[str, ...]:
         """One name per law, in order."""

@@ -18,8 +18,9 @@ CONDITIONS: Mapping[str, str] = {
     "preload": "N",
     "voltage": "V",
     "speed": "m/s",
+    "spindle-speed": "rpm",
 }
-"""What a factor can depend on, in SI."""
+"""What a factor can depend on, in SI; the speed of a spindle in rpm."""
 
 _ROUNDING = 1e-9
 _BELOW_ZERO = -0.15
@@ -38,7 +39,8 @@ class Modulation:
 
     role: Role
     condition: str
-    """"time" (s), "position" (m), "temperature" (K), "preload" (N), "voltage" (V) or "speed" of a feed (m/s)."""
+    """"time" (s), "position" (m), "temperature" (K), "preload" (N), "voltage" (V), "speed" of a feed (m/s) or
+    "spindle-speed" (rpm)."""
     reference: float
     """Value of the condition, in SI, at which the parameters are those of the joint; the factor is 1 there."""
     table: tuple[tuple[float, float], ...]
@@ -86,6 +88,15 @@ class Modulation:
             return np.asarray(np.interp(values, x, y))
         values = x[0] + (values - x[0]) % self.period
         return np.asarray(np.interp(values, [*x, x[0] + self.period], [*y, y[0]]))
+
+    def based(self, value: float) -> Modulation:
+        """The same, with another value of the condition as its reference, at which the factor is not 0."""
+        here = self.factor(value)
+        if not here > 0:
+            raise InputError(
+                f"modulation of {self.role.value} by {self.condition}: the factor at {value:g} is 0, expected above 0"
+            )
+        return replace(self, reference=value, table=tuple((x, factor / here) for x, factor in self.table))
 
     def covers(self, value: float) -> bool:
         """True where the table tells the factor instead of its nearest end."""

@@ -63,7 +63,7 @@ class Lobes(Shown):
     """What the verb prints in words."""
     files: list[Path] = field(default_factory=list)
     tools: tuple[ToolLobes, ...] = ()
-    """Every tool of a file with several, where none was asked for."""
+    """Every tool of a file with several, where none was asked for, at the first amplitude."""
 
     def finding(self) -> str:
         """Below which depth the cut is stable, and the speed and depth that are recommended."""
@@ -159,13 +159,16 @@ def lobes(
         data["multiplier"] = growth if sizes else growth[0]
     data["warnings"] = [*remarks, *data["warnings"]]
     asked = speeds, method, seconds if not rates else None
-    tools = () if sizes else _tools(machine, model, tool, charts[0], asked, during)
-    found = Lobes(model, sizes or (0.0,), tuple(charts), data, list(remarks), tools=tools)
+    pairs = list(zip(sizes or (0.0,), charts, strict=True))
+    tools = [_tools(machine, model, tool, chart, A, asked, during) for A, chart in pairs]
+    found = Lobes(model, sizes or (0.0,), tuple(charts), data, list(remarks), tools=tools[0])
     lines = found.lines
-    if tools:
-        data["tools"] = [one.as_json() for one in tools]
-        lines += words_of(tools, model.tool_name, speeds if rates else None)
-    for i, (A, chart) in enumerate(zip(found.amplitude, charts, strict=True)):
+    for (A, _), each in zip(pairs, tools, strict=True):
+        if each:
+            data.setdefault("tools", []).extend(one.as_json() | ({"amplitude": A} if A else {}) for one in each)
+            lines += [f"at a tool-point amplitude of {A * 1e6:g} um:"] if A else []
+            lines += words_of(each, model.tool_name, speeds if rates else None)
+    for i, (A, chart) in enumerate(pairs):
         lines.append(_limit(model, A, chart))
         tell(lines)
         if not A:
@@ -221,20 +224,18 @@ def _tools(
     model: Machine,
     tool: str | None,
     known: StabilityLobes,
+    amplitude: float,
     asked: tuple[Array, str | None, float | None],
     during: Progress,
 ) -> tuple[ToolLobes, ...]:
-    """All tools of a file with several, each over its own range of speeds or at those that were asked for.
-
-    Those that are not in use share the budget.
-    """
+    """All tools of a file with several at an amplitude (m), over their own speeds or those asked for; in one budget."""
     names, (speeds, method, budget) = tool_names(machine, tool), asked
     if isinstance(machine, Machine) or not names:
         return ()
     share = None if budget is None else budget / (len(names) - 1)
 
     def chart_of(other: Machine) -> StabilityLobes:
-        return _charts(other, speeds if share is None else default_speeds(other), (), method, share)[0][0]
+        return _charts(other, speeds if share is None else default_speeds(other), (amplitude,), method, share)[0][0]
 
     return each_tool(model, Path(machine), names, chart_of, known, budget is not None, during)
 

@@ -102,7 +102,8 @@ def uncouple(
     measured
         Measurement files of kind "frf" of an assembly; or, with as many in ``remove``, one of each assembly.
     remove
-        Component file of the blank, a beam whose stations are the measured places and the end in the spindle.
+        Component file of the blank, or tool file without a joint: a beam whose stations are the measured places and
+        the end in the spindle.
     output
         The component file to write, .toml.
     at

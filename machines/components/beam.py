@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import ClassVar
 
@@ -24,6 +24,7 @@ from .component import Component, SecondOrder, checked_dofs
 from .craig_bampton import Reduction, craig_bampton
 from .lumped import receptance_of
 from .modal_coordinates import in_modes
+from .mode_sum import modes
 from .nodes import DIRECTIONS, TOLERANCE, Nodes, checked_nodes
 
 _ERROR = 1e-6
@@ -54,6 +55,11 @@ class Beam(Component):
         m; how far a connection's point may lie from a station.
     held
         Stations at which the machine holds the beam: loss factors are those of its modes with these held (`in_modes`).
+    turns
+        Turns about its axis, right-handed, per turn of the spindle: 0 for a beam that stands, 1 or −1 for the spindle.
+        Rotary inertia then couples the planes of bending by C = Ω G with G skew (gyroscopic pairs).
+    speed
+        Spindle speed in rpm.
     notes
         What was assumed when it was read.
     """
@@ -68,6 +74,8 @@ class Beam(Component):
     tolerance: float = TOLERANCE
     dofs: tuple[str, ...] = ()
     held: tuple[str, ...] = ()
+    turns: float = 0.0
+    speed: float = 0.0
     notes: tuple[str, ...] = ()
 
     kind: ClassVar[str] = "beam"
@@ -89,6 +97,10 @@ class Beam(Component):
         if unknown:
             known = ", ".join(self.stations) or "none"
             raise InputError(f"{where}: held has {unknown[0]!r}, expected stations of the beam ({known})")
+        if not (np.isfinite(self.turns) and np.isfinite(self.speed)):
+            raise InputError(f"{where}: turns is {self.turns!r}, expected a finite number of turns per turn")
+        if self.turns and not all(s.lies_any_way for s in self.segments):
+            raise InputError(f"{where}: turns is {self.turns:g}, expected round sections of a beam that turns")
         for key, default in (("start", (0, 0, 0)), ("axis", (1, 0, 0))):
             given = getattr(self, key)
             value = np.array(default if given is None else given, dtype=float)
@@ -137,17 +149,26 @@ class Beam(Component):
         )
         up_to = section.number("up_to", "Hz", 10e3)
         tolerance = section.number("tolerance", "m", TOLERANCE)
-        held = section.words("held", ())
+        held, turns = section.words("held", ()), section.number("turns", "1", 0.0)
         across = None if up is None else np.array(up)
         if lost or not found:
             section.done()
             raise Lost
         return cls(
-            name, tuple(segments), stations, np.array(start), np.array(axis), across, up_to, tolerance, held=held
+            name,
+            tuple(segments),
+            stations,
+            np.array(start),
+            np.array(axis),
+            across,
+            up_to,
+            tolerance,
+            held=held,
+            turns=turns,
         )
 
     @cached_property
-    def _reduced(self) -> tuple[Reduction, SecondOrder, Array]:
+    def _reduced(self) -> tuple[Reduction, SecondOrder, Array, Array]:
         ends = np.cumsum([s.length for s in self.segments])
         places = np.clip(np.array(list(self.stations.values())), 0.0, ends[-1])
         profiles, materials = [s.profile for s in self.segments], [s.material for s in self.segments]
@@ -179,7 +200,11 @@ class Beam(Component):
             moved[FIELDS * v : FIELDS * v + 3] = self.frame
         carried = shapes[:, : len(interface)] @ (found.basis[:, : len(interface)].T @ (mesh.mass @ moved))
         held = [FIELDS * i + k for i, name in enumerate(self.stations) if name in self.held for k in range(FIELDS)]
-        return found, in_modes(model, lossy, np.array(held) if held else None), carried
+        standing = in_modes(model, lossy, np.array(held) if held else None)
+        shapes_of_modes = modes(model.mass, model.stiffness)[1] if self.turns else np.zeros((len(zero), 0))
+        reach = found.basis @ shapes_of_modes
+        G = reach.T @ mesh.gyroscopic @ reach
+        return found, standing, carried, G
 
     def weight(self, gravity: Array) -> Array:
         """Ψᵀ M r g with the static shapes Ψ of the stations: exact forces and moments of the weight spread over it."""
@@ -189,7 +214,26 @@ class Beam(Component):
         return receptance_of(self.second_order(), omega, rows, columns)
 
     def second_order(self) -> SecondOrder:
-        return self._reduced[1]
+        return self._equations
+
+    @cached_property
+    def _equations(self) -> SecondOrder:
+        _, standing, _, G = self._reduced
+        rate = self.turns * self.speed * 2 * np.pi / 60
+        return replace(standing, damping=standing.damping + rate * (G - G.T) / 2) if rate else standing
+
+    @property
+    def known_speeds(self) -> tuple[float, float] | None:
+        """Any, where it turns with the spindle."""
+        return (0.0, np.inf) if self.turns else None
+
+    def at_speed(self, speed: float) -> Beam:
+        """The same beam turning; its reduction, which is that of the beam at a stand, is not made again."""
+        if not self.turns:
+            return self
+        turning = replace(self, speed=float(speed))
+        vars(turning)["_reduced"] = self._reduced
+        return turning
 
     def remarks(self) -> tuple[str, ...]:
         found = self._reduced[0]
@@ -199,6 +243,9 @@ class Beam(Component):
             f"frequencies up to {self.up_to:g} Hz; reduction error at most {found.error:.1g} there.",
             *(f"{self.name}: {note}" for note in self.notes),
         )
+        if self.turns:
+            here = f"at {self.speed:g} rpm where none is asked for"
+            said = (*said, f"{self.name}: turns with the spindle, {here}; its bending planes couple.")
         if not any(s.assumed for s in self.segments):
             return said
         return (*said, f"{self.name}: assumed shear_factors = [5/6, 5/6] where a section is given by its constants.")

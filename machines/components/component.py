@@ -32,6 +32,11 @@ class SecondOrder:
     shapes: Array
 
     @cached_property
+    def reciprocal(self) -> bool:
+        """Whether a force here moves there as one there moves here; gyroscopic pairs, a skew damping, end that."""
+        return bool(np.all(np.abs(self.damping - self.damping.T) <= _SKEW * np.max(np.abs(self.damping), initial=0.0)))
+
+    @cached_property
     def poles(self) -> ModeSum | None:
         """The receptance as a sum over poles, for any number of frequencies."""
         return ModeSum.of(self.mass, self.damping, self.stiffness)
@@ -51,6 +56,7 @@ class FirstOrder:
 
 
 _ROUNDING = 1e-15
+_SKEW = 1e-12
 
 
 class Component(ABC):
@@ -95,6 +101,15 @@ class Component(ABC):
     def band(self) -> tuple[float, float]:
         """Frequencies in Hz that the receptance is known at: all of them, but for measured ones."""
         return 0.0, np.inf
+
+    @property
+    def known_speeds(self) -> tuple[float, float] | None:
+        """Spindle speeds in rpm over which it is told how it depends on them; None where it does not."""
+        return None
+
+    def at_speed(self, speed: float) -> Component:
+        """The component while the spindle turns with ``speed`` in rpm."""
+        return self
 
     def first_order(self) -> FirstOrder | None:
         """The state equations of a component without `second_order`; None where only a receptance is known."""

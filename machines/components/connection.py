@@ -16,6 +16,16 @@ from jointlib.joint import Joint
 from .component import Component
 
 GROUND = "ground"
+ROTATIONS = ("rx", "ry", "rz")
+_OF_MOMENTS = {
+    "N/m": "N m/rad",
+    "N s/m": "N m s/rad",
+    "N": "N m",
+    "m": "rad",
+    "m/s": "rad/s",
+    "N/m^3": "N m/rad^3",
+    "N/m^2": "N m/rad^2",
+}
 
 
 @dataclass(frozen=True)
@@ -68,6 +78,16 @@ class Connection:
             raise InputError(f"{where}: expected at and direction together, or neither")
         if self.direction is not None and not np.linalg.norm(self.direction) > 0:
             raise InputError(f"{where}: direction is {list(self.direction)}, expected a vector that is not zero")
+
+    @property
+    def rotates(self) -> bool:
+        """Whether z is an angle in rad, and the joint's force a moment."""
+        sides = [side.rpartition(".")[2] for side in self.between if side != GROUND]
+        return self.turns or all(word in ROTATIONS for word in sides)
+
+    def own_unit(self, unit: str) -> str:
+        """The unit of a parameter of its joint, which for an angle is that of a moment: N m/rad for N/m."""
+        return _OF_MOMENTS.get(unit, unit) if self.rotates else unit
 
     def row(self, components: Sequence[Component]) -> Array:
         """Row of B: z = B x over the dofs of all components in their order; a lever arm adds ρ × n."""

@@ -17,6 +17,7 @@ from jointlib.measurement import CUTS, Measurement
 from ..components.modal import Modal
 from ..cutting.process.cutting import Cutting
 from ..model.machine import Machine
+from ..model.spindle_speed import refuse_dependence
 from .advice import Outlook, outlook
 from .borders import conditions_of
 from .contest import NEEDED, ODDS, STRAINED, Entry, Outcome, decided, entry, errors, folds_of, surprising
@@ -109,6 +110,7 @@ def _checked(m: Measurement, machine: Machine, judged: Sequence[JudgedCut], safe
         raise InputError(f"{machine.where}: no tool point, expected [tool] with x or y")
     if not 0.5 <= safe < 1:
         raise InputError(f"--safe: {safe:g}, expected a probability from 0.5 to below 1")
+    refuse_dependence(machine, "a trace of cuts")
     table = Cutting(**dict(machine.cutting))
     other = next((one.cut for one in judged if one.cut.teeth != table.cuts_per_revolution), None)
     if other is not None:

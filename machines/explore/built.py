@@ -85,11 +85,15 @@ class Built:
 
     @cached_property
     def static_compliance(self) -> float:
-        """Yield of the tool point under a constant force in m/N, the larger of x and y."""
+        """Yield of the tool point under a constant force in m/N, the larger of x and y.
+
+        Of parts that only a receptance is known of, at the lowest line of all of them.
+        """
         if self.model is not None:
             G = self.model(np.zeros(1))
         else:
-            G = frozen_receptance(self.machine, _STATIC_LINE, 0.0).receptance
+            line = max(_STATIC_LINE, *(part.band[0] for part in self.machine.components), 0.0)
+            G = frozen_receptance(self.machine, line, 0.0).receptance
         return float(np.max(np.abs(np.einsum("fii->fi", G))))
 
     @cached_property
@@ -148,7 +152,7 @@ class Built:
         flexible, omega = self.machine.flexible, np.full(len(amplitude), 2 * np.pi * frequency)
         first: dict[str, int] = {}
         for i in self.assembly.nonlinear:
-            first.setdefault(names[flexible[i].name], i)
+            first.setdefault(names.get(flexible[i].name, flexible[i].name), i)
         return {
             flexible[i].name: np.asarray(self.assembly.joints[i].first_harmonic(amplitude, omega).gain)
             for i in first.values()

@@ -59,10 +59,15 @@ def differences(controls: Sequence[Control], before: Setting | None, now: Settin
     rows = [
         (f"{c.label} [{c.unit}]" if c.unit else c.label, before.values[c.key], now.values[c.key])
         for c in controls
-        if before.values[c.key] != now.values[c.key]
+        if before.values[c.key] != now.values[c.key] and not c.choices
+    ]
+    chosen = [
+        _cells(c.label, c.told(before.values[c.key]), c.told(now.values[c.key]), "–")
+        for c in controls
+        if before.values[c.key] != now.values[c.key] and c.choices
     ]
     results = [(name, a, b) for (name, a), (_, b) in zip(before.results, now.results, strict=True)]
-    body = [_row(*row) for row in [*rows, *results]]
+    body = [*chosen, *(_row(*row) for row in [*rows, *results])]
     head = html.Thead(html.Tr([html.Th(word, scope="col") for word in ("", "A", "now", "change")]))
     return html.Table([head, html.Tbody(body)])
 
@@ -111,5 +116,9 @@ class Setting:
 
 def _row(name: str, a: float, b: float) -> Any:
     change = f"{100 * (b / a - 1):+.3g} %" if np.isfinite([a, b]).all() and a else "–"
-    cells = [html.Td(f"{v:.5g}" if np.isfinite(v) else "any") for v in (a, b)]
-    return html.Tr([html.Th(name, scope="row"), *cells, html.Td("same" if alike(a, b) else change)])
+    told = (f"{v:.5g}" if np.isfinite(v) else "any" for v in (a, b))
+    return _cells(name, *told, "same" if alike(a, b) else change)
+
+
+def _cells(name: str, *told: str) -> Any:
+    return html.Tr([html.Th(name, scope="row"), *map(html.Td, told)])

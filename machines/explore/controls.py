@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -39,13 +40,22 @@ class Control:
     """One ``unit`` in SI."""
     moves: tuple[tuple[str, float], ...] = ()
     """Paths that move together by as much as this does, with their values in SI; empty: the key itself."""
+    choices: tuple[tuple[str, str], ...] = ()
+    """What the numbers 1, 2, … stand for: a name, and what the machine file has then; empty: numbers."""
+
+    def told(self, value: float) -> str:
+        """A value as people read it in a field."""
+        return self.choices[round(value) - 1][0] if self.choices else shown(value)
 
     def checked(self, value: object) -> float:
         """The value as a number within the bounds; text may carry another unit of the same kind."""
-        number = self._number(value)
+        number = self._chosen(value) if self.choices else self._number(value)
         if number == self.value:
             return self.value  # what the file has may lie beyond what is sensible
         slack = _ROUNDING * max(abs(self.low), abs(self.high))
+        if number is None and self.choices:
+            known = ", ".join(name for name, _ in self.choices)
+            raise InputError(f"{self.group}, {self.label}: {str(value)[:40]!r}, expected one of {known}")
         if number is None or not self.low - slack <= number <= self.high + slack:
             shown = repr(value) if len(repr(value)) < 40 else "something long"
             raise InputError(
@@ -53,6 +63,13 @@ class Control:
                 f"{self.low:g} to {self.high:g}{f' {self.unit}' if self.unit else ''}"
             )
         return min(max(number, self.low), self.high)
+
+    def _chosen(self, value: object) -> float | None:
+        """The number of a name, of what stands for it in the file, or of a number that is one of them."""
+        for number, names in enumerate(self.choices, start=1):
+            if value in names or value == number:
+                return float(number)
+        return None
 
     def _number(self, value: object) -> float | None:
         if isinstance(value, str):
@@ -76,10 +93,17 @@ class Control:
         """What is then to stand in the machine file, by path."""
         if value == self.value or self.key == AMPLITUDE:
             return {}
+        if self.choices:
+            return {self.key: self.choices[round(value) - 1][1]}
         if self.moves:
             moved = self.si(value) - self.si(self.value)
             return {path: base + moved for path, base in self.moves}
         return {self.key: round(value) if self.whole else self.si(value)}
+
+
+def shown(value: float) -> str:
+    """A number as people read it in a field."""
+    return re.sub(r"e([+-])0+", r"e\1", f"{value:.5g}").replace("e+", "e")
 
 
 def in_si(value: float, scale: float) -> float:

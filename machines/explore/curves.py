@@ -14,11 +14,15 @@ from ..cutting.amplitude.frozen_lobes import lobes_at_amplitude
 from ..cutting.amplitude.pocket import best_pocket
 from ..cutting.process.chart import Integers, StabilityLobes, Words
 from ..cutting.rest.solve import stability_lobes
+from ..cutting.rest.together import preview
 from ..model.limits import beyond_frequency
+from ..model.spindle_speed import depends_on_speed
 from .built import Built, Moment
 
 SPEEDS = 200
 """Speeds of a chart, as many as `jointlib lobes` draws."""
+_OWN_SPEEDS = 40
+"""Where every speed has its own machine."""
 _GAINS = 120
 _FEW_MODES = 12
 _PREVIEW = (
@@ -73,6 +77,9 @@ def drawn(moment: Moment, places: Mapping[str, str], largest: float, exact: bool
     elif exact:
         moment.refuse_slow(cutting.speed[0])
         chart = lobes_at_amplitude(moment.machine, cutting.speeds(SPEEDS), A)
+    elif depends_on_speed(moment.machine):
+        chart = lobes_at_amplitude(moment.machine, cutting.speeds(_OWN_SPEEDS), A, preview(cutting.process))
+        notes.append(f"The spindle depends on its speed: {_OWN_SPEEDS} speeds, by {chart.method}.")
     else:
         chart = built.quick_lobes(cutting.speeds(SPEEDS), A, cutting, moving)
         notes += [_PREVIEW, *_beside(moment, chart)] if chart.method == "zero-order" else []
@@ -106,13 +113,13 @@ def drawn(moment: Moment, places: Mapping[str, str], largest: float, exact: bool
     )
 
 
-def _beside(moment: Moment, preview: StabilityLobes) -> list[str]:
+def _beside(moment: Moment, quick: StabilityLobes) -> list[str]:
     """What the method of `jointlib lobes` has where one would cut after the preview.
 
     At rest and with few modes only, where that is as quick as the rest.
     """
     model, cutting = moment.built.model, moment.cutting
-    best = None if cutting is None else best_pocket(preview.speed, preview.depth, cutting)
+    best = None if cutting is None else best_pocket(quick.speed, quick.depth, cutting)
     if moment.amplitude or model is None or len(model.poles) > _FEW_MODES or cutting is None or best is None:
         return []
     try:

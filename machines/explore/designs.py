@@ -10,10 +10,10 @@ from dash import ALL, Dash, Input, Output, State, ctx, html, no_update
 
 from jointlib.errors import InputError
 
+from .controls import shown
 from .figures import labelled, scatter_figure
 from .page import ident
 from .scatter import Scatter
-from .state import shown
 
 _MOST = 20
 """Rows that are listed; the others are counted."""

@@ -25,6 +25,7 @@ from ..model.joint_places import rows_of
 from ..model.machine import Machine
 from ..operating.operating_point import operating_point
 from ..tool.chatter_band import frequency_range
+from .choices import tool_controls
 from .controls import AMPLITUDE, Control, bounds, in_si
 
 _FACTOR, _GEOMETRY = 4.0, 2.0
@@ -71,7 +72,8 @@ def controls_of(machine: Machine, changes: Mapping[str, Any] | None = None) -> t
     assert machine.source is not None
     tables = documents(machine.source, changes)
     joints = (*_joint_controls(machine, tables), *_stick_out_controls(machine, tables))
-    return (_amplitude_control(machine), *_axis_controls(machine), *joints, *_cutting_controls(machine))
+    tools = tool_controls(machine, changes or {})
+    return (*tools, _amplitude_control(machine), *_axis_controls(machine), *joints, *_cutting_controls(machine))
 
 
 def _axis_controls(machine: Machine) -> Iterator[Control]:
@@ -132,7 +134,8 @@ def _place(machine: Machine, name: str, joints: Mapping[str, Joint | None]) -> s
 
 
 def _of_joint(machine: Machine, kind: str, place: str, joints: Mapping[str, Joint | None]) -> Iterator[Control]:
-    rows = [joints[name] for name in rows_of(machine, place)]
+    held = rows_of(machine, place)
+    rows, own = [joints[name] for name in held], next(c for c in machine.connections if c.name == held[0])
     joint = rows[0]
     if joint is None:
         raise InputError(f"{machine.where}: the joint of {place!r} is not known yet, expected it identified")
@@ -140,7 +143,7 @@ def _of_joint(machine: Machine, kind: str, place: str, joints: Mapping[str, Join
         return
     names = [name.partition(".")[2] for name in joint.parameters]
     for (name, value), short in zip(joint.parameters.items(), names, strict=True):
-        unit = joint.units[name]
+        unit = own.own_unit(joint.units[name])
         scale, word = _SHOWN[unit] if unit in _SHOWN else (1 / shown(unit)[0], shown(unit)[1])
         factor = _GEOMETRY if unit == "rad" else _FACTOR
         zero = _ABOUT_ZERO.get(unit)

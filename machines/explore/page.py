@@ -11,7 +11,7 @@ from dash import dcc, html
 from .controls import Control
 from .curves import Curves
 from .figures import BRUSHED, CONFIG, labelled
-from .state import STEPS, State, position, shown
+from .state import STEPS, State, position
 
 if TYPE_CHECKING:
     from .scatter import Scatter
@@ -88,14 +88,21 @@ def _control(number: int, control: Control, value: float) -> Any:
         [
             html.Div([html.Label(control.label, htmlFor=_dom(slider)), unit], className="label"),
             html.Label(f"{control.label}, number", htmlFor=_dom(field), className="unseen"),
-            dcc.Input(id=field, type="text", inputMode="decimal", debounce=True, value=shown(value), className="field"),
+            dcc.Input(
+                id=field,
+                type="text",
+                inputMode="text" if control.choices else "decimal",
+                debounce=True,
+                value=control.told(value),
+                className="field",
+            ),
             _button(ident("lock", number), "lock", f"lock {control.label}", className="small", pressed=False),
             _button(ident("reset", number), "reset", f"reset {control.label}", className="small"),
             # The style sheet writes the ends: every part of Dash costs time at every slider that moves.
             html.Div(
                 dcc.Input(id=slider, type="range", min=0, max=STEPS, step=1, value=place, className="slider"),
                 className="travel",
-                **{"data-low": shown(control.low), "data-high": shown(control.high)},
+                **{"data-low": control.told(control.low), "data-high": control.told(control.high)},
             ),
             html.Div("", id=ident("said", number), className="said", role="alert"),
         ],

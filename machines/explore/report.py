@@ -80,7 +80,7 @@ def _changed(controls: Sequence[Control], values: Mapping[str, float]) -> str:
 
 
 def _number(control: Control, value: float) -> str:
-    return f"{value:.6g} {control.unit}".rstrip()
+    return control.told(value) if control.choices else f"{value:.6g} {control.unit}".rstrip()
 
 
 def _settings(controls: Sequence[Control], values: Mapping[str, float]) -> Section:

@@ -138,6 +138,8 @@ def _set(control: Control, value: Any) -> float | None:
     """Where a control stands for a value of a machine file: a number in SI, or one with its unit."""
     anywhere = replace(control, low=-np.inf, high=np.inf)
     with contextlib.suppress(InputError):
+        if control.choices:
+            return control.checked(value)
         if isinstance(value, str):
             parts = number_and_unit(value)
             if parts is not None and parts[1]:

@@ -13,7 +13,7 @@ from jointlib.errors import InputError
 from .controls import Control
 from .page import ident
 from .state import State as Sliders
-from .state import shown, value_at
+from .state import value_at
 
 _BUTTONS = ("reset-all", "back", "keep", "forget", "refine", "save", "export", "report")
 
@@ -115,8 +115,9 @@ def _one_moved(action: Mapping[str, Any], old: Sliders, control: Control) -> Sli
         return old.moved(control, value_at(control, action["position"]))
     if kind == "field":
         # A few digits are shown of a value; they do not stand for another one.
-        text = str(action["text"]).strip().replace(",", ".")
-        return old if text == shown(old.values[control.key]) else old.moved(control, text)
+        text = str(action["text"]).strip()
+        text = text if control.choices else text.replace(",", ".")
+        return old if text == control.told(old.values[control.key]) else old.moved(control, text)
     if kind == "lock":
         return old.toggled(control.key)
     return old.taken({control.key: control.value})

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -47,7 +46,7 @@ class State:
             "values": dict(self.values),
             "locked": sorted(self.locked),
             "order": [position(c, self.values[c.key]) for c in controls],
-            "texts": [shown(self.values[c.key]) for c in controls],
+            "texts": [c.told(self.values[c.key]) for c in controls],
         }
 
     def toggled(self, key: str) -> State:
@@ -91,8 +90,3 @@ def value_at(control: Control, place: object) -> float:
     elif step > 0:
         value = round(value, 1 - math.floor(math.log10(step)))
     return float(min(max(value, low), high))
-
-
-def shown(value: float) -> str:
-    """A number as people read it in a field."""
-    return re.sub(r"e([+-])0+", r"e\1", f"{value:.5g}").replace("e+", "e")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from jointlib.io.toml_file import read_toml
 from jointlib.registry import installed, plugin
 
 from ..components.component import Component
+from ..model.by_speed import BySpeed
 
 _SUFFIX = ".toml"
 
@@ -20,6 +22,25 @@ def names_a_file(section: Section) -> bool:
     """Whether a ``[[component]]`` names a component file."""
     file = section.raw().get("file")
     return isinstance(file, str) and file.endswith(_SUFFIX)
+
+
+def names_files(section: Section) -> bool:
+    """Whether a ``[[component]]`` names several component files, each at a spindle speed."""
+    return isinstance(section.raw().get("file"), list)
+
+
+def of_files(section: Section, read: Callable[[Section], Component]) -> BySpeed:
+    """The component of several files by spindle speed, each of which ``read`` reads from its table."""
+    name, files, speeds = section.text("name"), section.words("file"), section.numbers("speed", "rpm")
+    section.done()
+    parts = tuple(
+        read(of_file(Section({"name": name, "file": file}, section.where, section.folder, section.mistakes)))
+        for file in files
+    )
+    try:
+        return BySpeed(name, tuple(speeds), parts)
+    except InputError as error:
+        raise InputError(f"{section.where}: {str(error).partition(': ')[2]}") from None
 
 
 def read_component(path: Path, name: str) -> Component:

@@ -58,16 +58,19 @@ def tool_of(section: Section) -> tuple[dict[str, str], str | None]:
     return tool, name
 
 
-def response_of(section: Section) -> tuple[str | None, tuple[float, ...], tuple[float, float] | None]:
-    """Drive, forces (N) and band (Hz), each where it is given."""
+def response_of(section: Section) -> tuple[str | None, tuple[float, ...], tuple[float, float] | None, float]:
+    """Drive, forces (N) and band (Hz), each where it is given, and the spindle speed (rpm)."""
     drive, force = section.text("drive", None), section.numbers("force", "N", ())
     frequency = section.numbers("frequency", "Hz", None, length=2)
+    speed = section.number("speed", "rpm", 0.0)
     section.done()
+    if not speed >= 0:
+        section.fault(f"speed is {speed:g} rpm, expected at least 0")
     checks: list[Callable[[], object]] = [partial(checked_forces, force, section.where)] if force else []
     if frequency is not None:
         checks.append(partial(checked_range, frequency, section.where))
     together(*checks)
-    return drive, force, None if frequency is None else (frequency[0], frequency[1])
+    return drive, force, None if frequency is None else (frequency[0], frequency[1]), speed
 
 
 def cutting_of(section: Section) -> dict[str, Any]:

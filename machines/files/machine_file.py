@@ -29,9 +29,10 @@ from ..cutting.process.cutting import Cutting
 from ..forced_response.consistency import check_sound
 from ..model.axes import move, read_axes
 from ..model.machine import Machine
+from ..model.spindle_speed import at_speed
 from ..shapes.outline import Outline, take_outlines
 from .changes import change
-from .component_file import names_a_file, of_file
+from .component_file import names_a_file, names_files, of_file, of_files
 from .cutting_table import cutting_of, laid_over, response_of, tool_of
 from .named_tools import USE, choose_tool, in_use, name_tools, tools_of
 from .tool_file import within_tool
@@ -107,7 +108,7 @@ def _machine(path: Path, changes: Mapping[str, Any] | None, mistakes: Mistakes) 
                 mistakes.note(f"{file}: no such file, expected a measurement file")
     if mistakes.unopened:
         raise Lost
-    drive, force, frequency = response or (None, (), None)
+    drive, force, frequency, speed = response or (None, (), None, 0.0)
     axes_of_tool, tool_name = tool or ({}, None)
     if not components and not parts:
         raise InputError(f"{path}: no component, expected at least one")
@@ -132,6 +133,7 @@ def _machine(path: Path, changes: Mapping[str, Any] | None, mistakes: Mistakes) 
         outlines=outlines,
         source=path,
     )
+    machine = at_speed(machine, speed)
     check_sound(machine, whole=not (parts or joins or groups), doubtful=[str(each.table.get("name")) for each in joins])
     return machine
 
@@ -214,6 +216,8 @@ def component_of(section: Section) -> Component:
     """What a ``[[component]]`` says."""
     if names_a_file(section):
         return component_of(of_file(section))
+    if names_files(section):
+        return of_files(section, component_of)
     cls: type[Component] = section.kind(
         lambda word, where: plugin("jointlib.components", word, where), list(installed("jointlib.components").found)
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -27,6 +27,7 @@ CUTTER, HELD = "cutter", "holder"
 """Components that a tool file puts into a machine."""
 _SHANK, _NOSE = "shank", "nose"
 """Connections of it: ``shank_x`` … between cutter and holder, ``nose.x`` … in the spindle."""
+_TILTED = 1e-9
 _OURS = (f"component.{CUTTER}.", f"component.{HELD}.", f"connection.{_SHANK}_")
 
 
@@ -133,7 +134,7 @@ def _parts(opened: Section, behind: Section, place: Place) -> Section:
     else:
         start = place.at - _length(sections) * place.axis / np.linalg.norm(place.axis)
         cutter["at"] = start.tolist()
-        parts.append(_bar(sections, start, place, cutter.get("up_to"), cutter.get("loss_factor", 0.0)))
+        parts.append(_bar(sections, start, place, cutter))
         joins, held = list(joint.connections(place)), HELD
         _said(opened, f"{_where(opened, 2, HELD)}: [[segment]]", f"{behind.where}: [[section]]")
     _said(opened, f"{first}:", f"{opened.where}:")
@@ -163,12 +164,12 @@ def alone(path: Path, kind: str, mistakes: Mistakes) -> Section:
         raise Lost
     _said(opened, f"{_where(opened, 1, HELD)}: [[segment]]", f"{opened.where}: [[section]]")
     _said(opened, f"{_where(opened, 1, HELD)}:", f"{opened.where}:")
-    bar = _bar(sections, place.at, place, None, 0.0)
+    bar = _bar(sections, place.at, place, {})
     return Section({"component": [bar]}, opened.where, opened.folder, mistakes)
 
 
-def _bar(sections: Any, start: Array, place: Place, up_to: Any, loss_factor: Any) -> dict[str, Any]:
-    """The holder as a beam with stations front, at the shank, and face."""
+def _bar(sections: Any, start: Array, place: Place, cutter: Mapping[str, Any]) -> dict[str, Any]:
+    """The holder as a beam with stations front, at the shank, and face; it damps and turns as the cutter does."""
     of_it = MATERIALS[HOLDER]
     steel = {"name": HOLDER, "young": of_it.young, "poisson": of_it.poisson, "density": of_it.density}
     return {
@@ -177,10 +178,10 @@ def _bar(sections: Any, start: Array, place: Place, up_to: Any, loss_factor: Any
         "start": start.tolist(),
         "axis": place.axis.tolist(),
         "held": ["face"],
-        "material": [{**steel, "loss_factor": loss_factor}],
+        "material": [{**steel, "loss_factor": cutter.get("loss_factor", 0.0)}],
         "segment": sections,
         "station": [{"name": "front", "at": 0.0}, {"name": "face", "at": "end"}],
-        **({} if up_to is None else {"up_to": up_to}),
+        **{key: cutter[key] for key in ("up_to", "turns") if key in cutter},
     }
 
 
@@ -233,15 +234,23 @@ def _place(section: Section, documents: Sequence[Section]) -> Place:
     if not np.linalg.norm(axis) > 0:
         section.fault(f"axis is {list(axis)}, expected a direction that is not zero")
         raise Lost
+    if np.max(np.abs(axis)) < (1 - _TILTED) * np.linalg.norm(axis):
+        section.fault(
+            f"axis is {list(axis)}, expected the tool along x, y or z of the machine: feed, normal and the shank's "
+            "joint lie along the other two"
+        )
+        raise Lost
     return Place(name, np.array(at), np.array(axis), _held(*by_name[name]) if holds is None else holds)
 
 
 def _held(row: dict[str, Any], document: Section) -> tuple[str, ...]:
     """The directions of a component that names its dofs; else all six."""
     table = row
-    if names_a_file(Section(row, "", document.folder)):
+    file = row.get("file")
+    file = file[0] if isinstance(file, list) and file else file
+    if names_a_file(Section({"file": file}, "", document.folder)):
         try:
-            table = parsed(document.folder / row["file"])[1]
+            table = parsed(document.folder / str(file))[1]
         except InputError:  # told where the component is read
             return DIRECTIONS
     dofs = table.get("dofs")

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.linalg import orth
 
 from jointlib.arrays import Array, ArrayLike, ComplexArray
 from jointlib.errors import InputError
@@ -18,6 +19,7 @@ from jointlib.shown.result import Columns, Shown
 from ..coupling.control_model import by_control
 from ..coupling.second_order import MachineEquations, machine_equations
 from ..coupling.state_equations import MachineStates, machine_states
+from ..indices import Mask
 from ..model.limits import amplitude_limit
 from ..model.machine import Machine
 from ..statics.working_point import at_working_point, placed
@@ -27,8 +29,12 @@ Equations = MachineEquations | MachineStates
 TOLERANCE = 1e-8
 _LINES = 400
 _MANY = 24
-_WEAK = 1e-3
-"""A pair that responds less than this, relative to its two driving points, is measured against this share of them."""
+_FREE = 1e-9
+"""Of a unit motion, squared, that rigid connections leave."""
+_WEAK = 1e-2
+"""A pair that responds less than this, relative to its two driving points, is measured against this share of them.
+
+A sum of modes holds to 1e-11 of them (`ModeSum`), which leaves a factor of ten below the tolerance."""
 
 
 @dataclass(frozen=True)
@@ -231,11 +237,18 @@ def _band(machine: Machine, equations: Equations, K: Array, frequency: ArrayLike
 
 
 def _points(machine: Machine) -> tuple[str, ...]:
-    """Degrees of freedom that are compared: all of them in a small machine, else drive and tool."""
+    """Degrees of freedom that are compared: all that can move in a small machine, else drive and tool."""
     if len(machine.dofs) <= _MANY:
-        return machine.dofs
+        return tuple(np.array(machine.dofs)[~_held(machine)].tolist()) or machine.dofs
     chosen = dict.fromkeys([*machine.tool.values(), *([machine.drive] if machine.drive else [])])
     return tuple(chosen) or machine.dofs[:_MANY]
+
+
+def _held(machine: Machine) -> Mask:
+    """Degrees of freedom that rigid connections hold at zero, where both machines have nothing but rounding."""
+    rows = machine.rows([c for c in machine.connections if c.rigid])
+    within = orth(rows.T)
+    return np.asarray(np.sum(within**2, axis=1) > 1 - _FREE)
 
 
 def _difference(first: ComplexArray, second: ComplexArray) -> float:

@@ -55,7 +55,8 @@ def mended_document(
     A bundle is made from its geometry and can hold no other joint, so it is written out as its rows. ``joint.toml``
     is then that of the first row; rows whose joint is another hold theirs themselves.
     """
-    rows = [c for c in mended.flexible if place is not None and (c.name == place or c.name.startswith(f"{place}."))]
+    changed = {c.name for c, given in zip(mended.flexible, machine.flexible, strict=True) if c.joint is not given.joint}
+    rows = [c for c in mended.flexible if place is not None and c.name in changed]
     joints = {c.name: c.joint for c in rows if c.joint is not None}
     tables = {name: joint_table(joint) for name, joint in joints.items()}
     first = next(iter(joints), "")
@@ -72,4 +73,4 @@ def mended_document(
         f"{MACHINE}: the bundle {place} is made from its geometry and cannot hold the mended joint; it is written out "
         f"as its {len(rows)} rows.",
     )
-    return document, joints.get(first), said if rows and rows[0].name != place else ()
+    return document, joints.get(first), said if any("bundle" in joint.provenance for joint in joints.values()) else ()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from importlib.metadata import version
 from typing import Any
@@ -14,6 +14,7 @@ from jointlib.joint import Covariance, Joint
 from jointlib.loop.answer.report import Estimate
 
 from ..model.machine import Machine
+from .explanations.hypothesis import of_rotation
 from .fit import Fitted
 from .forward import with_joints
 from .records import LevelFRF
@@ -22,16 +23,23 @@ _STEP = 1e-5
 
 
 def parameters_of(fitted: Fitted, inflate: float) -> dict[str, Estimate]:
-    """Parameters of the place's stiffest row that the fit moved, with 95 % intervals."""
-    row = fitted.hypothesis.place.rows[int(np.argmax(fitted.hypothesis.place.share))]
-    joint = fitted.hypothesis.joints(fitted.u, exact=True)[row]
-    covariance = _covariance(fitted, row, inflate)
+    """Parameters of the place's stiffest row that the fit moved, with 95 % intervals, and those of its rotations."""
     out = {}
-    for name in covariance.names:
-        value, error = joint.parameters[name], covariance.standard_error(name)
-        interval = (value - 1.96 * error, value + 1.96 * error)
-        out[name] = Estimate(value, joint.units[name], error, interval)
+    for named, row in _told_rows(fitted):
+        joint = fitted.hypothesis.joints(fitted.u, exact=True)[row]
+        connection, covariance = fitted.hypothesis.machine.flexible[row], _covariance(fitted, row, inflate)
+        for name in covariance.names:
+            value, error = joint.parameters[name], covariance.standard_error(name)
+            interval = (value - 1.96 * error, value + 1.96 * error)
+            out[named(name)] = Estimate(value, connection.own_unit(joint.units[name]), error, interval)
     return out
+
+
+def _told_rows(fitted: Fitted) -> list[tuple[Callable[[str], str], int]]:
+    """The rows that stand for a place, its stiffest and a rotation beside deflections, and how they are named."""
+    place = fitted.hypothesis.place
+    turned = [(of_rotation, row) for row, share in zip(place.rows, place.share, strict=True) if share == 0]
+    return [(str, place.rows[int(np.argmax(place.share))]), *turned[:1]]
 
 
 def shifts_of(fitted: Fitted) -> dict[str, float]:

@@ -65,6 +65,23 @@ class LevelFRF:
         return np.full(len(self.frequency), self.force) if self.forces is None else self.forces
 
 
+def within_parts(frfs: Sequence[LevelFRF], machine: Machine, drift: float) -> tuple[LevelFRF, ...]:
+    """The lines at which measured parts are known, whatever a relative drift moves them by."""
+    low = max(part.band[0] for part in machine.components) * (1 + drift)
+    high = min(part.band[1] for part in machine.components) * (1 - drift)
+    if low <= 0 and not np.isfinite(high):
+        return tuple(frfs)
+    found = []
+    for r in frfs:
+        kept = (r.frequency > low) & (r.frequency < high)
+        if not np.any(kept):
+            raise InputError(f"{r.name}: no line between {low:.5g} and {high:.5g} Hz, where all parts are known")
+        forces = None if r.forces is None else r.forces[kept]
+        cut = replace(r, frequency=r.frequency[kept], receptance=r.receptance[kept], forces=forces)
+        found.append(replace(cut, deviation=r.deviation[kept]))
+    return tuple(found)
+
+
 def read_frfs(measurement: Measurement, machine: Machine) -> tuple[LevelFRF, ...]:
     """Open every record of a measurement of kind "frf", in file order, and hold it against the names of a machine.
 

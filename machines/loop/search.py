@@ -11,7 +11,7 @@ from jointlib.arrays import Array, ComplexArray
 
 from ..model.machine import Machine
 from .explanations.families import COULOMB, CUBIC, DAMPING, EFFECTS, STIFFNESS, Family, Motion
-from .explanations.hypothesis import Hypothesis, refit
+from .explanations.hypothesis import Coordinate, Hypothesis, of_rotation, refit
 from .explanations.places import Place
 from .fit import Fitted, Fitting
 from .forward import Answer
@@ -19,6 +19,8 @@ from .implied import Implied, shapes_of
 from .judge import excess
 
 _FACTORS = np.log([0.5, 0.7, 0.85, 0.94, 1.0, 1.06, 1.18, 1.4, 2.0])
+_TURNED = np.log([0.4, 1.0, 2.5])
+"""Factors of a stiffness against rotation."""
 _HOPELESS = 4.0
 _FEW = 3
 """Effects that every place gets a fit of; the others only where these come near the best of all."""
@@ -30,6 +32,11 @@ _JUDGED = 12
 _CHANGES = (-0.3, -0.1, -0.03, 0.03, 0.1, 0.35)
 """Share of the stiffness to begin at."""
 _NEAR = 4.0
+
+
+def _of_rotation(hypothesis: Hypothesis) -> Coordinate | None:
+    """The coordinate of a stiffness against rotation beside deflections."""
+    return next((c for c, _ in hypothesis.own if c.name == of_rotation("linear.stiffness")), None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +111,10 @@ class Search:
         i = int(np.argmax(np.abs(slope)))
         if abs(slope[i]) < 1e-3:
             return [np.zeros(n)]
-        return [np.eye(n)[i] * f / slope[i] for f in _FACTORS]
+        turned = hypothesis.coordinates.index(found) if (found := _of_rotation(hypothesis)) else None
+        further = (0.0,) if turned is None else _TURNED
+        first = [np.eye(n)[i] * f / slope[i] for f in _FACTORS]
+        return [u + (0.0 if turned is None else np.eye(n)[turned] * f) for u in first for f in further]
 
     def alone(self, place: Place, family: Family, starts: Sequence[float]) -> Fitted:
         """One law added, the joint's own parameters held; ``starts`` are of its size."""

@@ -16,7 +16,7 @@ from ..model.machine import Machine
 from .explanations.quick import quick
 from .fit import Fitting
 from .forward import Answer, Forward
-from .noise.drift import FREQUENCY
+from .noise.drift import FARTHEST, FREQUENCY
 from .records import LevelFRF
 from .truncated import correction
 
@@ -61,8 +61,8 @@ class Setting:
         return out
 
     def drifted(self, residual: ComplexArray, records: int) -> Array:
-        """The natural frequencies alone, (records,)."""
-        return np.asarray(self.drifts(residual, records)[:, 1])
+        """The natural frequencies alone, (records,), as far as a drift may go."""
+        return np.clip(self.drifts(residual, records)[:, 1], -FARTHEST * FREQUENCY, FARTHEST * FREQUENCY)
 
     @classmethod
     def of(cls, machine: Machine, frfs: Sequence[LevelFRF], taken: Array | None = None) -> Setting:

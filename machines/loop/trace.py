@@ -19,10 +19,12 @@ from .errors import before_and_after
 from .explanations.families import EFFECTS
 from .explanations.places import places_of
 from .fit import Fold
+from .forward import with_joints
 from .judge import Judged, Judgement, block_folds, excess, judge, judged, level_folds, with_table
 from .mended import mended, parameters_of, shifts_of, spent
-from .noise.drift import FREQUENCY, LEVEL
-from .records import LevelFRF, read_frfs, said_of
+from .noise.drift import FARTHEST, FREQUENCY, LEVEL
+from .noise.parts import with_doubt_of_parts
+from .records import LevelFRF, read_frfs, said_of, within_parts
 from .report import MachineCandidate, MachineRival, MachineTrace
 from .search import Search
 from .separate import Separation, separation
@@ -60,6 +62,7 @@ def trace_frfs(frfs: Sequence[LevelFRF], machine: Machine, *, seed: int = 0) -> 
     seed
         Noted in the report; nothing here is drawn at random.
     """
+    frfs = within_parts(frfs, machine, FARTHEST * FREQUENCY)
     training = tuple(r for r in frfs if not r.sealed)
     if not training:
         raise InputError(f"{machine.where}: every FRF is sealed, expected at least one to trace")
@@ -67,6 +70,13 @@ def trace_frfs(frfs: Sequence[LevelFRF], machine: Machine, *, seed: int = 0) -> 
     if not places:
         raise InputError(f"{machine.where}: no connection carries a joint, expected at least one")
     searched = Searched.of(machine, places, training)
+    best = min(searched.found, key=lambda f: f.loss)
+    doubted = with_doubt_of_parts(frfs, with_joints(machine, best.hypothesis.joints(best.u, exact=True)))
+    if any(a is not b for a, b in zip(doubted, frfs, strict=True)):
+        # What measured parts of the machine err by is known where its response is.
+        frfs = doubted
+        training = tuple(r for r in frfs if not r.sealed)
+        searched = Searched.of(machine, places, training)
     setting, search, pointing = searched.setting, searched.search, searched.pointing
     fitting = search.fitting
     points = fitting.forward.points

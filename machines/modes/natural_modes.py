@@ -158,7 +158,7 @@ def natural_modes(machine: Machine, amplitude: float = 0.0) -> NaturalModes:
         )
     if amplitude > 0 and not machine.tool_axes:
         raise InputError(f"{machine.where}: no tool point, expected [tool] with x or y for an amplitude")
-    in_motions = all(c.second_order() is not None for c in machine.components)
+    in_motions = all((part := c.second_order()) is not None and part.reciprocal for c in machine.components)
     equations = machine_equations(machine) if in_motions else None
     system: Eigenproblem = InStates(machine) if equations is None else InMotions(machine.where, equations)
     probed = _tangents(machine, _PROBE)

@@ -8,6 +8,7 @@ from jointlib.joint import Joint
 from jointlib.loop.answer.report import Verdict, figures
 from jointlib.units import shown
 
+from ..components.connection import Connection
 from ..loop.report import MachineCandidate, MachineTrace
 from .effect_tables import percent
 from .figures.machine_trace_figures import pointing_figure, residual_maps, response_figures
@@ -36,11 +37,16 @@ def _joint(report: MachineTrace) -> Section:
     """The named joint before and after, and its rivals."""
     tables = []
     if report.place is not None:
-        rows = [c for c in report.mended.flexible if c.name == report.place or c.name.startswith(f"{report.place}.")]
-        old = next(c for c in report.machine.flexible if c.name == rows[0].name)
-        if rows[0].joint is not None and old.joint is not None:
-            of = report.place if len(rows) == 1 else f"{rows[0].name}, the first of {len(rows)} rows"
-            tables.append(_mended_table(old.joint, rows[0].joint, of))
+        both = [
+            (new, old)
+            for new, old in zip(report.mended.flexible, report.machine.flexible, strict=True)
+            if new.joint is not old.joint
+        ]
+        first = {new.rotates: (new, old) for new, old in reversed(both)}
+        for new, old in first.values():
+            if new.joint is not None and old.joint is not None:
+                of = report.place if len(both) == 1 else f"{new.name}, the first of {len(both)} rows"
+                tables.append(_mended_table(old.joint, new.joint, of, new))
     if report.rivals:
         header = ("rival", "change", "gain against the chosen one", "measurement that separates them")
         listed = [(r.place, r.family, percent(r.gain_ratio), r.separating_experiment) for r in report.rivals]
@@ -48,11 +54,11 @@ def _joint(report: MachineTrace) -> Section:
     return Section("Which joint, and what changes in it", tables=tables)
 
 
-def _mended_table(old: Joint, new: Joint, of: str) -> Table:
+def _mended_table(old: Joint, new: Joint, of: str, at: Connection) -> Table:
     """Parameters of a joint before and after, in the units people read."""
     rows, before, units = [], old.parameters, new.units
     for name, value in new.parameters.items():
-        factor, unit = shown(units[name])
+        factor, unit = shown(at.own_unit(units[name]))
         error = new.covariance.standard_error(name) if new.covariance else np.nan
         was = f"{before[name] * factor:.6g}" if name in before else "–"
         spread = f"± {error * factor:.2g}" if np.isfinite(error) else "as before" if name in before else "–"

@@ -34,6 +34,8 @@ class Mesh:
     mass: Array
     stiffness: tuple[Array, ...]
     materials: tuple[Material, ...]
+    gyroscopic: Array
+    """Skew; times the angular velocity about the axis in rad/s it is the damping of a beam that turns."""
 
 
 def beam_mesh(
@@ -62,7 +64,7 @@ def beam_mesh(
     used = list(dict.fromkeys(materials[s] for s in owner))
     inside = degree - 1
     size = FIELDS * (len(vertices) + inside * len(owner))
-    mass = np.zeros((size, size))
+    mass, gyroscopic = np.zeros((size, size)), np.zeros((size, size))
     stiffness = tuple(np.zeros((size, size)) for _ in used)
     for e, segment in enumerate(owner):
         own = np.arange(FIELDS)
@@ -71,8 +73,9 @@ def beam_mesh(
         length = vertices[e + 1] - vertices[e]
         M, K = element(profiles[segment], materials[segment], length, degree)
         mass[np.ix_(at, at)] += M
+        gyroscopic[np.ix_(at, at)] += gyroscopic_pairs(profiles[segment], materials[segment], length, degree)
         stiffness[used.index(materials[segment])][np.ix_(at, at)] += K
-    return Mesh(np.array(vertices), mass, stiffness, tuple(used))
+    return Mesh(np.array(vertices), mass, stiffness, tuple(used), gyroscopic)
 
 
 def element(profile: Profile, material: Material, length: float, degree: int = DEGREE) -> tuple[Array, Array]:
@@ -83,8 +86,7 @@ def element(profile: Profile, material: Material, length: float, degree: int = D
     statics are exact and nothing locks. Strains: u1', u2' − ϑ3, u3' + ϑ2, ϑ1', ϑ2', ϑ3'.
     """
     points, weights = leggauss(degree + 1)
-    functions = [Legendre([0.5, -0.5]), Legendre([0.5, 0.5])]
-    functions += [Legendre.basis(k).integ(lbnd=-1) * np.sqrt(k + 0.5) for k in range(1, degree)]
+    functions = _functions(degree)
     N = np.array([f(points) for f in functions]).T
     slope = np.array([f.deriv()(points) for f in functions]).T * 2 / length
     E, G, A = material.young, material.shear, profile.area
@@ -112,6 +114,26 @@ def element(profile: Profile, material: Material, length: float, degree: int = D
         M += weight * motion.T @ (inertia[:, None] * motion)
         K += weight * strain.T @ (modulus[:, None] * strain)
     return M, K
+
+
+def gyroscopic_pairs(profile: Profile, material: Material, length: float, degree: int = DEGREE) -> Array:
+    """∫ ρ(I2 + I3) Nᵀ J N dx of an element turning with 1 rad/s about its axis; J couples ϑ̇3 into the moment about 2.
+
+    The axis leans by (ϑ3, −ϑ2), and with it the spin ρ(I2 + I3)Ω per length, whose change takes the moments
+    ρ(I2 + I3)Ω·(ϑ̇3, −ϑ̇2) about axes 2 and 3 (Nelson, J. Mech. Design 102, 1980).
+    """
+    points, weights = leggauss(degree + 1)
+    N = np.array([f(points) for f in _functions(degree)])
+    spin = material.density * (profile.second_2 + profile.second_3)
+    turned = np.zeros((FIELDS, FIELDS))
+    turned[4, 5], turned[5, 4] = spin, -spin
+    return np.kron((N * weights) @ N.T * length / 2, turned)
+
+
+def _functions(degree: int) -> list[Legendre]:
+    """Of every field: two linear end functions and integrated Legendre polynomials inside."""
+    inside = [Legendre.basis(k).integ(lbnd=-1) * np.sqrt(k + 0.5) for k in range(1, degree)]
+    return [Legendre([0.5, -0.5]), Legendre([0.5, 0.5]), *inside]
 
 
 def shortest_wave(profile: Profile, material: Material, omega: float) -> float:

@@ -21,6 +21,7 @@ from ..cutting.process.cutting import Cutting
 from ..cutting.rest.solve import stability_lobes
 from ..cutting.rest.together import METHODS, limits, peak_receptance, preview, static_compliance
 from ..model.joint_places import joint_units
+from ..model.spindle_speed import refuse_dependence
 from ..operating.operating_point import frozen_receptance
 from ..tool.tool_model import ToolModel
 from ..tool.tool_point import ToolPoint
@@ -144,6 +145,8 @@ class Evaluation:
                 out["static-compliance"][row] = np.max(_direct(at_rest.receptance))
         if not set(out) & (DEPTHS | {"peak-receptance"}):
             return
+        if set(out) & DEPTHS:
+            refuse_dependence(part.machine, "depths in a study")
         for amplitude in self._study.amplitudes:
             for row, of in settings.items():
                 tool: ToolModel | FRF | None = modal.get(row) if amplitude == 0 else None

@@ -10,10 +10,13 @@ import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError, nearest
+from jointlib.io.toml_file import parsed
 
 from ..components.beam import Beam
+from ..components.component import Component
 from ..components.nodes import DIRECTIONS
 from ..files.component_file import read_component
+from ..files.tool_alone import read_tool
 
 _ALONG = 1e-9
 _ACROSS = 1e-6
@@ -111,9 +114,23 @@ class Blank:
         return rows
 
 
+def _of_tool(path: Path) -> Component:
+    """The cutter with its holder in a tool file, where they are one piece."""
+    parts, _ = read_tool(path)
+    if len(parts) != 1:
+        raise InputError(f"{path}: [joint] lies between shank and holder, expected a blank of one piece, without it")
+    return parts[0]
+
+
 def read_blank(path: Path, coupled: str | None, places: Sequence[str]) -> Blank:
-    """The blank in a component file; without ``coupled`` its one station at which nothing was measured is coupled."""
-    part = read_component(path, "blank")
+    """The blank in a component or tool file; without ``coupled`` the end behind it, or else its one silent station.
+
+    Silent is a station at which nothing was measured.
+    """
+    tool = parsed(path)[1].get("schema") == "jointlib/tool/1"
+    part = _of_tool(path) if tool else read_component(path, "blank")
+    if coupled is None and tool and isinstance(part, Beam):
+        coupled = part.held[0]  # what holds a tool is its face, or without a holder its shank
     if not isinstance(part, Beam):
         raise InputError(f"{path}: kind is {part.kind!r}, expected a beam, whose rotations are known")
     if coupled is None:

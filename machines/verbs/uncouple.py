@@ -13,7 +13,7 @@ from jointlib.cli.output import Working, emit, wrote
 
 @click.command("uncouple", cls=Verb)
 @input_file("measured", metavar="MEASURED...", nargs=-1, required=True)
-@click.option("--remove", type=Given(), multiple=True, required=True, help="Component file of the blank, a beam.")
+@click.option("--remove", type=Given(), multiple=True, required=True, help="Component or tool file of the blank.")
 @click.option("-o", "output", type=Target(".toml"), required=True, help="The component file to write.")
 @click.option("--at", help="Station of the blank that is coupled; default: where nothing was measured.")
 @click.option("--band", type=FrequencyRange(), help="lo:hi, the lines that are used.")

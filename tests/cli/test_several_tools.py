@@ -49,6 +49,21 @@ def test_lobes_tells_of_every_tool_what_it_tells_when_asked_for_it(both: Path, m
         assert row["pocket"] == alone.get("pocket")
 
 
+def test_with_amplitudes_there_is_a_table_for_each(both: Path) -> None:
+    asked = ("--amplitude", "2 um", "--amplitude", "5 um", "--method", "zero-order")
+    rows = told("lobes", str(both), *asked, *SPEEDS)["tools"]
+    named = [(row["tool"], row["amplitude"]) for row in rows]
+    assert named == [("short", 2e-6), ("long", 2e-6), ("short", 5e-6), ("long", 5e-6)]
+    for row in rows:
+        at = ("--amplitude", f"{row['amplitude']}", "--method", "zero-order", *SPEEDS)
+        alone = told("lobes", str(both), "--tool", row["tool"], *at)
+        assert row["depth"] == alone["depth"][0]
+    lines = shown("lobes", str(both), *asked, *SPEEDS).splitlines()
+    first, second = (lines.index(f"at a tool-point amplitude of {size} um:") for size in (2, 5))
+    assert lines[first + 2].startswith("short")
+    assert lines[second + 3].startswith("long")
+
+
 def test_the_table_of_tools_shows_the_same_digits(both: Path) -> None:
     found = re.findall(
         r"(?m)^(short|long) +(\S+) +(\S+) +(\S+) +(\S+)$", shown("lobes", str(both), "--method", "zero-order")

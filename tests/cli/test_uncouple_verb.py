@@ -162,3 +162,34 @@ def test_a_blank_heavier_than_the_mass_that_was_measured_is_refused(here: Path) 
     assert "expected a blank lighter than the assembly" in said
     said = refused(f"uncouple free.measurement.toml --remove {BLANK} -o no.toml")
     assert "along x the responses are those of machines/library/bar.component.toml alone" in said
+
+
+TOOL = """schema = "jointlib/tool/1"
+material = "steel"
+young = 210e9
+poisson = 0.3
+density = 7850
+diameter = "40 mm"
+flute_length = 0
+stick_out = "60 mm"
+[[station]]
+name = "neck"
+at = "45 mm"
+"""
+HOLDER = '[[section]]\nlength = "20 mm"\ndiameter = "50 mm"\n[joint]\nstiffness = 1e8\nrotation = 1e4\n'
+
+
+def test_a_tool_file_is_a_blank_as_well(end: Path) -> None:
+    variant("bar.tool.toml", TOOL)
+    done = jointlib(f"uncouple {BAR} --remove bar.tool.toml -o by_tool.component.toml")
+    assert done.status == 0, done.err
+    of_bar, of_tool = (read_component(path, "s") for path in (end, Path("by_tool.component.toml")))
+    assert isinstance(of_bar, Measured)
+    assert isinstance(of_tool, Measured)
+    assert of_tool.nodes is not None
+    assert np.all(of_tool.nodes.positions == 0.0)
+    # The tool has no Kelvin-Voigt damping, of 0.25 % at 2 kHz in the bar.
+    assert np.linalg.norm(of_tool.value - of_bar.value) < 5e-3 * np.linalg.norm(of_bar.value)
+    variant("loose.tool.toml", TOOL + HOLDER)
+    said = refused(f"uncouple {BAR} --remove loose.tool.toml -o no.toml")
+    assert "[joint] lies between shank and holder, expected a blank of one piece" in said

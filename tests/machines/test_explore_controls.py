@@ -227,3 +227,53 @@ def test_bounds_end_where_the_law_ends() -> None:
         "connection.guide.joint.hertz_guide.contact_angle"
     ]
     assert (angle.low, angle.value, angle.high) == (22.5, 45.0, 90.0)
+
+
+def chosen_tools(folder: Path) -> Explorer:
+    """Two tools with holder files, of which the second has a joint at its shank, in one machine."""
+    joint = "[joint]\nstiffness = 6e7\nrotation = 2e4\n"
+    for name, size, more in (("slim", "32", ""), ("wide", "50", joint)):
+        section = SECTION.replace('"32 mm"', f'"{size} mm"')
+        text = f'schema = "jointlib/holder/1"\n[[section]]\n{section}{more}'
+        (folder / f"{name}.holder.toml").write_text(text)
+    rows = ""
+    for name, stick_out in (("short", 60), ("long", 75)):
+        sizes = SIZES.replace('stick_out = "60 mm"', f'stick_out = "{stick_out} mm"')
+        (folder / f"{name}.tool.toml").write_text(f'{TOOL}{sizes}holder = "slim.holder.toml"\n')
+        rows += f'[[tools]]\nname = "{name}"\nfile = "{name}.tool.toml"\n'
+    text = SPINDLE.format(top="", parts="[response]\nfrequency = [300, 3000]\n", tool=rows, teeth=4)
+    (folder / "two.toml").write_text(text)
+    return Explorer(folder / "two.toml")
+
+
+def test_tool_and_holder_are_chosen_by_name(tmp_path: Path) -> None:
+    explorer = chosen_tools(tmp_path)
+    tool, holder = explorer.by_key["tool.use"], explorer.by_key["tool.holder"]
+    assert [tool.told(number) for number in (tool.value, tool.low, tool.high)] == ["short", "short", "long"]
+    assert [holder.told(number) for number in (holder.value, holder.low, holder.high)] == ["slim", "slim", "wide"]
+    other = Explorer(explorer.machine, tool="long")
+    assert "tool.use" not in other.by_key
+    assert explorer.summary({"tool.use": "long"}) == other.summary({})
+    both = explorer.summary({"tool.use": 2, "tool.holder": "wide"})
+    assert both == other.summary({"tool.holder": "wide"})
+    assert both.static_compliance != explorer.summary({"tool.use": "long"}).static_compliance
+    with pytest.raises(InputError, match="tool, holder: 'wider', expected one of slim, wide"):
+        explorer.summary({"tool.holder": "wider"})
+    written = explorer.save({"tool.use": "long", "tool.holder": "wide"}, tmp_path, "chosen")[0]
+    assert Explorer(written).summary({}).minimum_depth == pytest.approx(both.minimum_depth, rel=1e-9)
+
+
+def test_a_spring_against_rotation_has_its_unit(tmp_path: Path) -> None:
+    chosen_tools(tmp_path)
+    text = (
+        (tmp_path / "two.toml")
+        .read_text()
+        .replace('file = "short.tool.toml"', 'file = "short.tool.toml"\nholder = "wide.holder.toml"')
+    )
+    (tmp_path / "two.toml").write_text(text)
+    explorer = Explorer(tmp_path / "two.toml")
+    units = {key: control.unit for key, control in explorer.by_key.items() if key.endswith("linear.stiffness")}
+    assert units["connection.shank_x.joint.linear.stiffness"] == "N/µm"
+    assert units["connection.shank_rx.joint.linear.stiffness"] == "N m/rad"
+    assert explorer.by_key["connection.shank_rx.joint.linear.stiffness"].value == pytest.approx(2e4)
+    assert explorer.summary({"tool.holder": "slim"}).minimum_depth is not None

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from jointlib.errors import InputError
-from machines.explore.controls import Control
-from machines.explore.state import STEPS, State, position, shown, value_at
+from machines.explore.controls import Control, shown
+from machines.explore.state import STEPS, State, position, value_at
 
 PRELOAD = Control("preload", "preload", "guide", "N", 592.44, 148.0, 2370.0, logarithmic=True)
 ANGLE = Control("angle", "contact angle", "guide", "deg", 45.0, 22.5, 90.0)

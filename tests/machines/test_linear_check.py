@@ -138,3 +138,28 @@ def test_frequency_and_amplitude_are_checked() -> None:
         linear_check(machine, -1.0)
     with pytest.raises(InputError, match="ascending"):
         linear_check(machine, frequency=[7e3, 1e3])
+
+
+def test_a_beam_held_by_a_flange_passes_as_what_cannot_move_is_not_compared(tmp_path: Path) -> None:
+    bar = """schema = "jointlib/machine/1"
+[[component]]
+name = "bar"
+kind = "beam"
+axis = [0, 0, 1]
+held = ["foot"]
+material = [{ name = "steel", young = 2.1e11, poisson = 0.3, density = 7850, loss_factor = 0.01 }]
+segment = [{ length = 0.2, diameter = 0.02 }]
+station = [{ name = "tip", at = 0 }, { name = "foot", at = "end" }]
+[[connection]]
+name = "foot"
+between = ["bar", "ground"]
+at = [0, 0, 0.2]
+rigid = true
+[tool]
+x = "bar.tip.x"
+"""
+    path = tmp_path / "bar.toml"
+    path.write_text(bar)
+    found = linear_check(read_machine(path), frequency=(100.0, 2000.0))
+    assert found.passed
+    assert found.coupled.outputs == tuple(f"bar.tip.{word}" for word in ("x", "y", "z", "rx", "ry", "rz"))

@@ -163,6 +163,11 @@ def test_faults_of_machine_and_tool_file_are_told_together_with_their_lines(seed
         ('tool = "b.tool.toml"', "", r"tool refers to .*b\.tool\.toml, which does not exist \(line 3: tool ="),
         ('tool = "a.holder.toml"', "", r"a\.holder\.toml: schema is .*, expected \"jointlib/tool/1\""),
         ('tool = "a.tool.toml"', "[spindle]\naxis = [0, 0, 0]\n", r"\[spindle\]: axis is \[0.0, 0.0, 0.0\]"),
+        (
+            'tool = "a.tool.toml"',
+            "[spindle]\naxis = [0, 0.1, 1]\n",
+            r"axis is \[0.0, 0.1, 1.0\], expected the tool along",
+        ),
         ('tool = "a.tool.toml"', '[spindle]\nholds = ["q"]\n', "holds 'q'"),
         ('tool = "a.tool.toml"', "[spindle]\nat = [0, 0, 1]\n", "no node at"),
         ('tool = "loose.tool.toml"', "", r"\[joint\] lies between shank and holder, expected \[\[section\]\]"),

@@ -115,10 +115,9 @@ def tool_lines(parts: Sequence[Component], joins: Sequence[Connection]) -> list[
         lines.append(f"{part.name}: {mass:.4g} kg, stations {', '.join(stations)}")
         lines += part.remarks()
     for join in joins:
-        turns = join.between[0].rpartition(".")[2].startswith("r")
-        held = {} if join.joint is None else join.joint.parameters
-        units = ("N m/rad", "N m s/rad") if turns else ("N/m", "N s/m")
-        values = [f"{value:g} {unit}" for value, unit in zip(held.values(), units, strict=False)]
+        joint = join.joint
+        held = {} if joint is None else {name: join.own_unit(unit) for name, unit in joint.units.items()}
+        values = [f"{joint.parameters[name]:g} {unit}" for name, unit in held.items()] if joint is not None else []
         lines.append(f"connection {join.name}: {', '.join(values) or 'rigid'}")
     return lines
 

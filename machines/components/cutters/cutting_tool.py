@@ -82,7 +82,14 @@ class CuttingTool:
         return self.stick_out + sum(section.length for section in self.sections)
 
     def beam(
-        self, name: str, at: Array, axis: Array, up_to: float, more: dict[str, float], notes: Sequence[str] = ()
+        self,
+        name: str,
+        at: Array,
+        axis: Array,
+        up_to: float,
+        more: dict[str, float],
+        notes: Sequence[str] = (),
+        turns: float = 0.0,
     ) -> Beam:
         """A beam with stations tip, shank (at the holder) and, behind a holder, face, which lies at ``at`` (m).
 
@@ -94,7 +101,9 @@ class CuttingTool:
         if not size > 0:
             raise InputError(f"component {name!r}: axis is {axis.tolist()}, expected a direction that is not zero")
         start = at - self.length * axis / size
-        return Beam(name, self.segments, stations, start, axis, up_to=up_to, held=(held,), notes=tuple(notes))
+        return Beam(
+            name, self.segments, stations, start, axis, up_to=up_to, held=(held,), turns=turns, notes=tuple(notes)
+        )
 
 
 class ToolBySizes(Component):
@@ -129,12 +138,12 @@ class ToolBySizes(Component):
             more[part.text("name")] = part.number("at", "m")
             part.done()
         at, axis = (section.numbers(key, unit, default, length=3) for key, unit, default in _PLACES)
-        up_to = section.number("up_to", "Hz", 10e3)
+        up_to, turns = section.number("up_to", "Hz", 10e3), section.number("turns", "1", 0.0)
         try:
             tool = CuttingTool(diameter, flutes, shank, stick_out, own, sections, equivalent)
         except InputError as error:
             raise InputError(f"{section.where}: {error}") from None
-        return tool.beam(name, np.array(at), np.array(axis), up_to, more, notes)
+        return tool.beam(name, np.array(at), np.array(axis), up_to, more, notes, turns)
 
 
 _PLACES = (("at", "m", (0.0, 0.0, 0.0)), ("axis", "1", (0.0, 0.0, 1.0)))

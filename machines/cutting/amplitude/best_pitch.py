@@ -16,6 +16,7 @@ from jointlib.arrays import Array
 from jointlib.errors import InputError
 
 from ...model.machine import Machine
+from ...model.spindle_speed import refuse_dependence
 from ...tool.tool_model import ToolModel
 from ...tool.tool_point import tool_point
 from ..loops.regeneration import loop_eigenvalues
@@ -72,6 +73,7 @@ def best_pitch(machine: Machine, low: float, high: float) -> BestPitch:
     cutting = Cutting(**dict(machine.cutting or {}))
     if cutting.process != "milling" or cutting.cuts_per_revolution < 2:
         raise InputError(f"{machine.where}: pitches are those of a milling cutter of two teeth or more")
+    refuse_dependence(machine, "pitches")
     count = _SPEEDS if high > low else 1
     speeds = np.geomspace(low, high, count) if count > 1 else np.array([low])
     preview = _preview(machine, cutting, speeds)

@@ -14,11 +14,12 @@ from ...harmonic_balance.assembly import Assembly
 from ...indices import Mask
 from ...model.limits import beyond_frequency
 from ...model.machine import Machine
+from ...model.spindle_speed import at_speed, beyond_speeds, depends_on_speed
 from ...operating.operating_point import OperatingPoint
 from ...tool.chatter_band import ChatterBand, chatter_band
-from ..process.chart import StabilityLobes
+from ..process.chart import BY_SPEED, StabilityLobes, joined
 from ..process.cutting import Cutting
-from ..rest.solve import stability_lobes
+from ..rest.solve import spindle_speeds, stability_lobes
 from .chattering_tool import LINES, on_lines, operating_receptance, tool_at_rest, wide_receptance
 from .collocated_turning import collocated_turning
 from .milling_at_amplitude import developed_lobes
@@ -28,6 +29,8 @@ _LINE_BY_LINE = (
     "Joints are held, on every line, as they are if the tool vibrated on it alone with this amplitude; with equal "
     "pitches and no helix they are held as the chatter line has them."
 )
+
+_OWN_SPEED = "Every speed is computed with the machine as it is at that speed."
 
 
 def lobes_at_amplitude(
@@ -66,6 +69,53 @@ def frozen_lobes(
     """`lobes_at_amplitude`, and per speed whether a joint is held at its limit at the chatter frequency."""
     if machine.cutting is None:
         raise InputError(f"{machine.where}: no [cutting], lobes need a cutting operation")
+    if depends_on_speed(machine):
+        return _each_at_its_own(machine, spindle_speeds(speed), amplitude, method, points)
+    return _frozen(machine, speed, amplitude, method, points)
+
+
+def _each_at_its_own(
+    machine: Machine, speed: Array, amplitude: float, method: str | None, points: int
+) -> tuple[StabilityLobes, Mask]:
+    """Every speed with the machine as it is at that speed; one method for all of them, that of the lowest."""
+    charts, held = [], []
+    for rpm in speed.ravel():
+        own = at_speed(machine, float(rpm))
+        chart, stuck = _frozen(own, [rpm], amplitude, method, points)
+        method, band = method or chart.method, chatter_band(own).said
+        charts.append(replace(chart, warnings=tuple(said for said in chart.warnings if said not in band)))
+        held.append(stuck)
+    whole, back = joined(charts), np.argsort(np.argsort(speed.ravel(), kind="stable"))
+    shaped = {key: getattr(whole, key)[back].reshape(speed.shape) for key in BY_SPEED}
+    lowest = charts[int(np.argmin([chart.depth[0] for chart in charts]))]
+    outcomes = [chart.outcome for chart in charts if chart.outcome is not Outcome.CONVERGED]
+    whole = replace(
+        whole,
+        **shaped,
+        branches=(),
+        notes=(_OWN_SPEED, *whole.notes),
+        warnings=(*whole.warnings, *_band(machine), *beyond_speeds(machine, speed)),
+        minimum_depth=float(lowest.depth[0]),
+        minimum_frequency=float(lowest.chatter_frequency[0]),
+        minimum_phase=float(60 * lowest.chatter_frequency[0] / (whole.cuts_per_revolution * lowest.speed[0]) % 1),
+        outcome=outcomes[0] if outcomes else Outcome.CONVERGED,
+    )
+    return whole, np.concatenate(held).reshape(speed.shape)
+
+
+def _band(machine: Machine) -> tuple[str, ...]:
+    """What is to be said of the frequencies over which the machine was searched, at the lowest speed of its cut."""
+    lowest = (machine.cutting or {}).get("speed", (0.0,))[0]
+    return tuple(
+        f"{said.removesuffix('.')}, at {lowest:g} rpm." for said in chatter_band(at_speed(machine, lowest)).said
+    )
+
+
+def _frozen(
+    machine: Machine, speed: ArrayLike, amplitude: float, method: str | None, points: int
+) -> tuple[StabilityLobes, Mask]:
+    """The chart of a machine that is one at all speeds."""
+    assert machine.cutting is not None
     axes = machine.tool_axes
     cutting = Cutting(**machine.cutting)
     if cutting.process != "milling" and not cutting.feed_direction and "x" not in axes:
@@ -77,7 +127,7 @@ def frozen_lobes(
         raise InputError(f"{machine.where}: {band.undamped}")
     exact = band.model if amplitude == 0 else None
     if method == "collocation" and exact is None and cutting.process != "milling":
-        turned = frozen_lobes(machine, speed, amplitude, "turning", points)[0]
+        turned = _frozen(machine, speed, amplitude, "turning", points)[0]
         chart = collocated_turning(machine, cutting, turned, amplitude)
         return chart, _held(machine, cutting, chart, amplitude)
     if (

@@ -8,6 +8,7 @@ from jointlib.arrays import Array, ArrayLike
 from jointlib.errors import InputError
 
 from ...model.machine import Machine
+from ...model.spindle_speed import at_speed, depends_on_speed
 from ...tool.chatter_band import chatter_band, modes_at_rest
 from ...tool.machine_model import OpenJoints, machine_model
 from ...tool.tool_model import ToolModel
@@ -28,6 +29,13 @@ def tool_models(machine: Machine, cutting: Cutting, speed: Array, amplitude: flo
     They are at rest, where the joints are springs and dampers. Otherwise K = Re G and C = Im G/ω are taken at the
     chatter frequency of the chart at that amplitude, in milling that of `DevelopedChatter`.
     """
+    if depends_on_speed(machine):
+        return [_at_one(at_speed(machine, rpm), cutting, np.array([rpm]), amplitude)[0] for rpm in speed.tolist()]
+    return _at_one(machine, cutting, speed, amplitude)
+
+
+def _at_one(machine: Machine, cutting: Cutting, speed: Array, amplitude: float) -> list[ToolModel]:
+    """`tool_models` of a machine that is one at these speeds."""
     exact = modes_at_rest(machine) if amplitude == 0 else None
     if exact is not None:
         return [exact]

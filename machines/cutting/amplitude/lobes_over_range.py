@@ -9,12 +9,10 @@ is closed in.
 
 from __future__ import annotations
 
-import re
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
@@ -23,7 +21,7 @@ from jointlib.errors import CheckFailed
 
 from ...indices import Index, Mask
 from ...model.machine import Machine
-from ..process.chart import StabilityLobes
+from ..process.chart import BY_SPEED, StabilityLobes, joined
 from ..process.cutting import Cutting
 from ..process.power_law import touching_ratio
 from ..rest.periodic import AT_SPEEDS
@@ -43,8 +41,6 @@ _DIPS = 1 - 1e-3
 _FEWEST = 3
 _TRIED = 5
 """Speeds that tell how long all of them take."""
-_BOUND = re.compile(r"[0-9.]+e-[0-9]+")
-_KEYS = ("speed", "depth", "chatter_frequency", "kind", "lobe")
 
 
 def lobes_over_range(
@@ -68,7 +64,7 @@ def lobes_over_range(
             halves = [part for half in np.array_split(further, 2) if (part := _tried(at, half)) is not None]
             if not halves:
                 raise
-            return _joined(halves)
+            return joined(halves)
 
     refused: dict[float, str] = {}
     tried = np.unique(np.linspace(0, speeds.size - 1, _TRIED).round().astype(int))
@@ -112,7 +108,7 @@ def _until(
         if (one := _tried(at, speeds[[farthest]])) is not None:
             known.append(one)
         speeds = np.delete(speeds, farthest)
-    return _joined(known)
+    return joined(known)
 
 
 def _tried(at: Callable[[Array], StabilityLobes], speeds: Array) -> StabilityLobes | None:
@@ -121,22 +117,6 @@ def _tried(at: Callable[[Array], StabilityLobes], speeds: Array) -> StabilityLob
         return at(speeds)
     except CheckFailed:
         return None
-
-
-def _joined(known: list[StabilityLobes]) -> StabilityLobes:
-    """One chart of several, with ascending speeds."""
-    order = np.argsort(np.concatenate([one.speed for one in known]))
-    values: dict[str, Any] = {key: np.concatenate([getattr(one, key) for one in known])[order] for key in _KEYS}
-    least = min(known, key=lambda one: one.minimum_depth)
-    return replace(least, **values, warnings=_widest([said for one in known for said in one.warnings]))
-
-
-def _widest(said: list[str]) -> tuple[str, ...]:
-    """Of sentences that differ by a bound alone (3e-05), the one with the largest."""
-    found = {}
-    for sentence in sorted(said, key=lambda one: max(map(float, _BOUND.findall(one)), default=0.0)):
-        found[_BOUND.sub("", sentence)] = sentence
-    return tuple(found.values())
 
 
 def over_the_range(
@@ -148,7 +128,7 @@ def over_the_range(
     until a ``deadline`` by `time.monotonic`.
     """
     grid = chart.speed.ravel()
-    known = {key: getattr(chart, key).ravel() for key in _KEYS}
+    known = {key: getattr(chart, key).ravel() for key in BY_SPEED}
 
     def join(speeds: Array) -> None:
         parts = [speeds] if deadline == np.inf else speeds[:, None]
@@ -159,7 +139,7 @@ def over_the_range(
             if more is None:
                 continue
             order = np.argsort(np.concatenate([known["speed"], more.speed.ravel()]), kind="stable")
-            for key in _KEYS:
+            for key in BY_SPEED:
                 known[key] = np.concatenate([known[key], getattr(more, key).ravel()])[order]
 
     for _ in range(_HALVINGS):
@@ -176,7 +156,7 @@ def over_the_range(
             break
         join(closer)
     kept = np.isin(known["speed"], grid) | _hidden(known, grid)
-    values = {key: known[key][kept] for key in _KEYS}
+    values = {key: known[key][kept] for key in BY_SPEED}
     row = int(np.argmin(known["depth"]))
     lowest, frequency, rpm = (float(known[key][row]) for key in ("depth", "chatter_frequency", "speed"))
     waves = 60 * frequency / (chart.cuts_per_revolution * rpm)

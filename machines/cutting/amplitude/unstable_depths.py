@@ -16,6 +16,7 @@ from jointlib.arrays import ArrayLike
 from jointlib.errors import CheckFailed, InputError
 
 from ...model.machine import Machine
+from ...model.spindle_speed import at_speed, depends_on_speed
 from ...tool.bounded_band import shape, spectrum
 from ...tool.chatter_band import chatter_band
 from ...tool.tool_model import ToolModel
@@ -28,7 +29,7 @@ from ..loops.loop_branches import NONE, Crossing, Loop
 from ..loops.multi_frequency import HarmonicLoop
 from ..loops.regeneration import Loops, trace
 from ..process import turning, zero_order
-from ..process.chart import StabilityLobes
+from ..process.chart import BY_SPEED, StabilityLobes
 from ..process.cutting import Cutting
 from ..rest.cutter_charts import cutter_edges
 from .chattering_tool import tip_at_rest
@@ -93,7 +94,19 @@ def unstable_depths(
     """
     if machine.cutting is None:
         raise InputError(f"{machine.where}: no [cutting], lobes need a cutting operation")
-    cutting = Cutting(**dict(machine.cutting))
+    if not depends_on_speed(machine):
+        return _of_one(machine, chart, deepest)
+    reach = np.broadcast_to(REACH * chart.depth if deepest is None else np.asarray(deepest, float), chart.depth.shape)
+    found: list[UnstableDepths] = []
+    for i, rpm in np.ndenumerate(chart.speed):
+        one = replace(chart, **{key: getattr(chart, key)[i].reshape(1) for key in BY_SPEED})
+        found += _of_one(at_speed(machine, float(rpm)), one, reach[i])
+    return tuple(found)
+
+
+def _of_one(machine: Machine, chart: StabilityLobes, deepest: ArrayLike | None) -> tuple[UnstableDepths, ...]:
+    """`unstable_depths` of a machine that is one at the speeds of the chart."""
+    cutting = Cutting(**dict(machine.cutting or {}))
     band = chatter_band(machine)
     if band.model is not None:
         return unstable_depths_of(band.model, cutting, chart, deepest)

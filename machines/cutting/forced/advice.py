@@ -9,6 +9,7 @@ import numpy as np
 from jointlib.errors import CheckFailed, InputError
 
 from ...model.machine import Machine
+from ...model.spindle_speed import at_speed
 from ...statics.working_point import tangents
 from ...tool.machine_model import machine_model
 from ..amplitude.chattering_tool import chattering_point
@@ -103,6 +104,7 @@ def _reason(machine: Machine, cutting: Cutting, speed: float, amplitude: float, 
     or rises by what stiffness and damping do alone. Nothing is said where they work against each other.
     """
     try:
+        machine = at_speed(machine, speed)
         rest = tangents(machine, chatter)[0]
         held = chattering_point(machine, cutting, chatter, amplitude)[0].gain[0]
         mixed = (rest, held.real + 1j * rest.imag, rest.real + 1j * held.imag)

@@ -11,6 +11,7 @@ from jointlib.arrays import Array
 from jointlib.errors import CheckFailed, InputError
 
 from ...model.machine import Machine
+from ...model.spindle_speed import at_speed
 from ...tool.machine_model import machine_model
 from ..amplitude.amplitude_limits import AmplitudeLimits, Cycle
 from ..amplitude.fate import SMALLEST, fate_at
@@ -47,6 +48,7 @@ def beside_teeth(machine: Machine, limits: AmplitudeLimits, index: int, depth: f
     if too_many(machine):
         return None
     speed = limits.speed[[index]]
+    machine = at_speed(machine, float(speed[0]))
     cutting = Cutting(**dict(machine.cutting or {}))
     try:
         forced = forced_vibration(machine, speed, depth)

@@ -11,6 +11,7 @@ from jointlib.errors import CheckFailed, InputError
 
 from ...harmonic_balance.assembly import is_linear
 from ...model.machine import Machine
+from ...model.spindle_speed import at_speed
 from ...statics.working_point import tangents
 from ...tool.machine_model import machine_model
 from ..process.chart import StabilityLobes
@@ -103,6 +104,7 @@ def _shaken(machine: Machine, cutting: Cutting, speed: float, rest: float, chatt
     """The limit in m at a speed (rpm) with the gains that the chatter line (Hz) sees at the limit at rest (m)."""
     if not np.isfinite(rest):
         return rest
+    machine = at_speed(machine, speed)
     forced = forced_vibration(machine, speed, rest)
     if not forced.settled[0]:
         return np.nan

@@ -22,6 +22,7 @@ from ...harmonic_balance.balance import Balance
 from ...harmonic_balance.harmonics import Harmonics, jumps
 from ...indices import Mask
 from ...model.machine import Machine
+from ...model.spindle_speed import at_speed, depends_on_speed
 from ..process.cutter import Cutter
 from ..process.cutting import Cutting
 from .balanced import SAMPLES, balanced
@@ -140,8 +141,13 @@ def forced_vibration(machine: Machine, speed: ArrayLike, depth: ArrayLike) -> Fo
     if not (np.all(np.isfinite(n) & (n > 0)) and np.all(np.isfinite(b) & (b >= 0))):
         raise InputError("forced vibration: expected speeds above 0 and depths of at least 0, finite")
     solver = _Cuts.of(machine, cutting)
-    parts = [solver.at(n[first : first + _BLOCK], b[first : first + _BLOCK]) for first in range(0, len(n), _BLOCK)]
-    tool, joints, settled, mean = (np.concatenate(same) for same in zip(*parts, strict=True))
+    own = np.unique(n) if depends_on_speed(machine) else np.zeros(0)
+    turning = {rpm: _Cuts.of(at_speed(machine, rpm), cutting) for rpm in own.tolist()}
+    lots = [np.flatnonzero(n == rpm) for rpm in own] if turning else [np.arange(len(n))]
+    blocks = [lot[first : first + _BLOCK] for lot in lots for first in range(0, len(lot), _BLOCK)]
+    parts = [turning.get(float(n[rows[0]]), solver).at(n[rows], b[rows]) for rows in blocks]
+    back = np.argsort(np.concatenate(blocks)) if blocks else np.arange(0)
+    tool, joints, settled, mean = (np.concatenate(same)[back] for same in zip(*parts, strict=True))
     reach = np.array([joint.validity.get("amplitude", (0.0, np.inf))[1] for joint in machine.joints()])
     names = tuple(c.name for c in machine.flexible)
     patterns = solver.forces.cutter.patterns

@@ -15,6 +15,7 @@ from jointlib.errors import CheckFailed, InputError
 
 from ...harmonic_balance.assembly import is_linear
 from ...model.machine import Machine
+from ...model.spindle_speed import at_speed
 from ..amplitude.amplitude_limits import AmplitudeLimits, amplitude_limits
 from ..amplitude.frozen_lobes import lobes_at_amplitude
 from ..process.cutting import Cutting
@@ -41,6 +42,7 @@ def shaken_limit(machine: Machine, speed: float, depth: float, amplitude: float 
     nan where the forced motion, or the limit beside it, is not to be had.
     """
     try:
+        machine = at_speed(machine, speed)
         forced = forced_vibration(machine, speed, depth)
         if not forced.settled[0]:
             return np.nan
@@ -174,7 +176,7 @@ def steady_cut(machine: Machine, speed: float, depth: float) -> SteadyCut | None
     cutting = Cutting(**dict(machine.cutting or {}))
     if cutting.process != "milling" or cutting.feed is None or too_many(machine):
         return None
-    cut = SteadyCut(machine, speed, depth)
+    cut = SteadyCut(at_speed(machine, speed), speed, depth)
     try:
         assert len(cut.forced.speed) == 1
     except (CheckFailed, InputError):

@@ -11,6 +11,7 @@ from jointlib.errors import InputError
 
 from ...indices import Mask
 from ...model.machine import Machine
+from ...model.spindle_speed import at_speed
 from ..amplitude.amplitude_limits import Cycle, amplitude_range
 from ..amplitude.words import mm, story, um
 from ..process.cutter import Cutter
@@ -108,7 +109,7 @@ def witness(
         raise InputError(f"{machine.where}: no [cutting], a simulation of the cut needs a cutting operation")
     if not (np.isfinite(speed) and speed > 0 and np.isfinite(depth) and depth > 0):
         raise InputError(f"witness: {speed!r} rpm and {depth!r} m, expected a speed and a depth above 0")
-    cutting = Cutting(**dict(machine.cutting))
+    machine, cutting = at_speed(machine, speed), Cutting(**dict(machine.cutting or {}))
     given = amplitude_range(cutting, _STARTS) if amplitude is None else np.atleast_1d(np.asarray(amplitude, float))
     if given.ndim != 1 or not np.all(np.isfinite(given)) or np.any(np.diff(given, prepend=0) <= 0):
         raise InputError("witness: amplitudes must be above 0 and ascending, in m")

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -16,6 +17,9 @@ from jointlib.shown.result import Columns, Shown
 
 Words: TypeAlias = NDArray[np.str_]
 Integers: TypeAlias = NDArray[np.int64]
+BY_SPEED = ("speed", "depth", "chatter_frequency", "kind", "lobe")
+"""Fields of a chart with a value per speed."""
+_BOUND = re.compile(r"[0-9.]+e-[0-9]+")
 
 
 @dataclass(frozen=True)
@@ -151,6 +155,22 @@ class StabilityLobes(Shown):
         draw_limit(axes, np.ravel(self.speed), np.ravel(self.depth), label=self.method)
         axes.set(xlabel="spindle speed [rpm]", ylabel="depth of cut [mm]", ylim=(0.0, None))
         return axes
+
+
+def joined(known: Sequence[StabilityLobes]) -> StabilityLobes:
+    """One chart of several, with ascending speeds."""
+    order = np.argsort(np.concatenate([one.speed for one in known]))
+    values: dict[str, Any] = {key: np.concatenate([getattr(one, key) for one in known])[order] for key in BY_SPEED}
+    least = min(known, key=lambda one: one.minimum_depth)
+    return replace(least, **values, warnings=_widest([said for one in known for said in one.warnings]))
+
+
+def _widest(said: list[str]) -> tuple[str, ...]:
+    """Of sentences that differ by a bound alone (3e-05), the one with the largest."""
+    found = {}
+    for sentence in sorted(said, key=lambda one: max(map(float, _BOUND.findall(one)), default=0.0)):
+        found[_BOUND.sub("", sentence)] = sentence
+    return tuple(found.values())
 
 
 def draw_limit(axes: Any, speed: Array, depth: Array, **look: Any) -> None:

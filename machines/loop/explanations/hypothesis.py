@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -42,6 +42,8 @@ class Coordinate:
     centre: float = 0.0
     low: float = -np.inf
     high: float = np.inf
+    rows: frozenset[int] | None = None
+    """Connections whose parameters it moves; None: all of the place."""
 
     def value(self, u: float) -> float:
         """In SI."""
@@ -98,13 +100,14 @@ class Hypothesis:
     def joints(self, u: Array, exact: bool = False) -> tuple[Joint, ...]:
         """All joints of the machine at u; rows that were alike stay alike. ``exact`` is for keeps, else quick."""
         given = self.machine.joints()
-        made: dict[tuple[int, float], Joint] = {}
+        made: dict[tuple[int, float, frozenset[str]], Joint] = {}
         changed = {}
         values = self.values(u)
         for row, share in zip(self.place.rows, self.place.share, strict=True):
-            key = id(given[row]), share
+            own = frozenset(c.name for c, _ in self.own if c.rows is None or row in c.rows)
+            key = id(given[row]), share, own
             if key not in made:
-                made[key] = self._row(given[row], values, share)
+                made[key] = self._row(given[row], values, share, own)
             changed[row] = made[key]
         if exact:
             return self.place.with_joint(given, changed)
@@ -112,17 +115,17 @@ class Hypothesis:
         joints = self.place.with_joint(given, changed)
         return tuple(held.setdefault(id(joint), quick(joint)) for joint in joints)
 
-    def _row(self, joint: Joint, values: Array, share: float) -> Joint:
+    def _row(self, joint: Joint, values: Array, share: float, own: frozenset[str]) -> Joint:
         n = len(self.own)
         known = joint.parameters
         moved = {
             name: known[name] * float(values[i])
-            for i, (_, names) in enumerate(self.own)
+            for i, (coordinate, names) in enumerate(self.own)
             for name in names
-            if name in known
+            if name in known and coordinate.name in own
         }
         out = _admitted(joint, moved) if moved else joint
-        if self.laws is not None:
+        if self.laws is not None and share > 0:
             for law in self.laws(values[n:]):
                 out = out + shared(law, share)
         return out
@@ -157,11 +160,23 @@ def own_coordinates(
 ) -> tuple[tuple[Coordinate, tuple[str, ...]], ...]:
     """A factor for every parameter of the place's joints that a refit may move.
 
-    Rows of a bundle share factors; entries of a list share one, those of a table two: one for the terms of the
-    velocity and one for the others. ``within`` holds them by the standard errors they were identified with.
+    Rows of a bundle share factors, and where a place has both, deflections theirs and rotations theirs; entries of a
+    list share one, those of a table two: one for the terms of the velocity and one for the others. ``within`` holds
+    them by the standard errors they were identified with.
     """
+    turned = frozenset(row for row, share in zip(place.rows, place.share, strict=True) if share == 0)
+    return (
+        *_of_rows(machine, [row for row in place.rows if row not in turned], within, str, not turned),
+        *_of_rows(machine, [row for row in place.rows if row in turned], within, of_rotation, False),
+    )
+
+
+def _of_rows(
+    machine: Machine, rows: Sequence[int], within: bool, named: Callable[[str], str], alone: bool
+) -> tuple[tuple[Coordinate, tuple[str, ...]], ...]:
+    """The coordinates of some rows, all of the place where ``alone``."""
     groups: dict[str, list[str]] = {}
-    for row in place.rows:
+    for row in rows:
         joint = machine.joints()[row]
         roles = {
             f"{part}.{p.name}": p.role
@@ -177,7 +192,9 @@ def own_coordinates(
             group = groups.setdefault(f"{base} of the velocity" if odd else base, [])
             if name not in group:
                 group.append(name)
-    joint = machine.joints()[place.rows[0]]
+    if not rows:
+        return ()
+    joint = machine.joints()[rows[0]]
 
     def coordinate(key: str, name: str) -> Coordinate:
         value, prior = joint.parameters.get(name, 1.0), WEAK
@@ -185,12 +202,12 @@ def own_coordinates(
         if error > 0:
             prior = min(WEAK, error / abs(value))
         low, high = ends(groups[key])
-        return Coordinate(key, value, prior=prior, low=low, high=high)
+        return Coordinate(named(key), value, prior=prior, low=low, high=high, rows=None if alone else frozenset(rows))
 
     def ends(names: list[str]) -> tuple[float, float]:
         """Logarithms of the factors between which every entry stays in the range of its parameter."""
         factors = [(np.exp(-_FAR), np.exp(_FAR))]
-        for held in (machine.joints()[row] for row in place.rows):
+        for held in (machine.joints()[row] for row in rows):
             known = [name for name in names if name in held.parameters]
             for name, *bounds in zip(known, *bounds_of(held, known), strict=True):
                 least, most = sorted(float(bound) / held.parameters[name] for bound in bounds)
@@ -199,6 +216,12 @@ def own_coordinates(
         return min(0.0, float(np.log(low))), max(0.0, float(np.log(high)))
 
     return tuple((coordinate(key, names[0]), tuple(names)) for key, names in groups.items())
+
+
+def of_rotation(parameter: str) -> str:
+    """The name of a parameter of rotations beside deflections: ``linear.rotation_stiffness``, in N m/rad."""
+    part, _, field = parameter.partition(".")
+    return f"{part}.rotation_{field}"
 
 
 def refit(machine: Machine, place: Place, within: bool = False) -> Hypothesis:

@@ -1,9 +1,10 @@
-"""Where on a machine a joint may be wrong: a connection, or a bundle whose rows change together."""
+"""Where on a machine a joint may be wrong: a connection, or several whose rows change together."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from itertools import takewhile
 
 import numpy as np
 
@@ -18,13 +19,15 @@ _SHARED = (Role.STIFFNESS, Role.DAMPING, Role.SLIP_FORCE)
 
 @dataclass(frozen=True)
 class Place:
-    """One connection, or all rows of a bundle."""
+    """One connection, all rows of a bundle, or what joins two nodes in deflection and rotation."""
 
     name: str
     rows: tuple[int, ...]
     """Indices of its connections among `Machine.flexible`."""
     share: tuple[float, ...]
-    """Stiffness of each row over that of the stiffest; a law added to the place is shared out like this."""
+    """Stiffness of each row over that of the stiffest; a law added to the place is shared out like this.
+
+    0 for rotations beside deflections, which have parameters of their own."""
     stiffness: float
     """N/m at rest, of the stiffest row."""
 
@@ -34,21 +37,46 @@ class Place:
 
 
 def places_of(machine: Machine) -> tuple[Place, ...]:
-    """The connections that carry a joint, in order; rows that a bundle made count as one place."""
+    """The connections that carry a joint, in order.
+
+    Rows that a bundle made count as one place, and so do deflections and rotations between the same two nodes, as
+    between shank and holder: a response at the tool sees them together.
+    """
     groups: dict[str, list[int]] = {}
+    pairs = _of_two_nodes(machine)
     for i, connection in enumerate(machine.flexible):
         joint = connection.joint
         bundle = str(joint.provenance["bundle"]).partition(" (")[0] if joint and "bundle" in joint.provenance else ""
         own = bundle and connection.name.startswith(f"{bundle}.")
-        groups.setdefault(bundle if own else connection.name, []).append(i)
+        groups.setdefault(bundle if own else pairs.get(i, connection.name), []).append(i)
     joints = machine.joints()
     out = []
     for name, rows in groups.items():
         k = np.array([at_rest(joints[i]) for i in rows])
-        top = float(np.max(k)) if np.max(k) > 0 else 1.0
-        share = np.where(k > 0, k / top, 1e-3)
+        turns = np.array([machine.flexible[i].rotates for i in rows])
+        mixed = bool(np.any(turns) and not np.all(turns))
+        own_k = k[~turns] if mixed else k
+        top = float(np.max(own_k)) if np.max(own_k) > 0 else 1.0
+        share = np.where(turns & mixed, 0.0, np.where(k > 0, k / top, 1e-3))
         out.append(Place(name, tuple(rows), tuple(float(s) for s in share), top))
     return tuple(out)
+
+
+def _of_two_nodes(machine: Machine) -> dict[int, str]:
+    """Names of places by connection, where several join the same two nodes and some of them, not all, rotations."""
+    groups: dict[tuple[str, ...], list[int]] = {}
+    for i, connection in enumerate(machine.flexible):
+        nodes = tuple(side.rpartition(".")[0] for side in connection.between)
+        if all(node.count(".") == 1 for node in nodes):
+            groups.setdefault(nodes, []).append(i)
+    out: dict[int, str] = {}
+    for rows in groups.values():
+        members = [machine.flexible[i] for i in rows]
+        if len({one.rotates for one in members}) > 1:
+            letters = zip(*(one.name for one in members), strict=False)
+            shared_part = "".join(some[0] for some in takewhile(lambda some: len(set(some)) == 1, letters))
+            out |= dict.fromkeys(rows, shared_part.rstrip("_.- ") or members[0].name)
+    return out
 
 
 def at_rest(joint: Joint) -> float:
