@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from jointlib.arrays import Array, ArrayLike
+from jointlib.arrays import Array, ArrayLike, ComplexArray
 from jointlib.errors import InputError, nearest
 from jointlib.harmonic import FirstHarmonic, broadcast, closed_form
 from jointlib.law import JointLaw, Motion
@@ -216,6 +216,15 @@ class Joint(Shown):
         for law in self.laws:
             total = total + law.first_harmonic(amplitude, omega, bias)
         return total
+
+    def by_bias(self, amplitude: Array, omega: Array, bias: Array) -> tuple[ComplexArray, Array, Array]:
+        """∂G/∂z0 (N/m²), ∂N0/∂A and ∂N0/∂z0 (N/m), sums over the parts; see `JointLaw.by_bias`."""
+        nothing = np.zeros(np.broadcast_shapes(amplitude.shape, omega.shape, bias.shape))
+        gain, by_amplitude, mean = nothing.astype(complex), nothing, nothing
+        for law in self.laws:
+            part = law.by_bias(amplitude, omega, bias)
+            gain, by_amplitude, mean = gain + part[0], by_amplitude + part[1], mean + part[2]
+        return gain, by_amplitude, mean
 
     def finding(self) -> str:
         """Its laws and their first parameters."""

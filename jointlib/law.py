@@ -20,6 +20,17 @@ _FEW_TURNS = 0.25
 """Of the samples of a path; with more turns it is stepped sample by sample."""
 
 
+DIFFERENCE = 1e-4
+"""Differences are taken over this share of the amplitude or position."""
+_LEAST = 1e-9
+"""m; below it the step does not shrink further."""
+
+
+def difference_step(amplitude: Array, bias: Array) -> Array:
+    """Over how many metres of the static position a difference is taken."""
+    return np.asarray(DIFFERENCE * np.maximum(np.maximum(amplitude, np.abs(bias)), _LEAST))
+
+
 class JointLaw(ABC):
     """Restoring force f(z, ż, state) in N; a law remembers nothing, state goes in and comes out.
 
@@ -97,12 +108,16 @@ class JointLaw(ABC):
         """
         return numerical_first_harmonic(self, amplitude, omega, bias)
 
-    def by_bias(self, amplitude: Array, omega: Array, bias: Array) -> tuple[ComplexArray, Array, Array] | None:
-        """∂G/∂z0 (N/m²), ∂N0/∂A and ∂N0/∂z0 (N/m) of the dual-input describing function, where they have closed forms.
+    def by_bias(self, amplitude: Array, omega: Array, bias: Array) -> tuple[ComplexArray, Array, Array]:
+        """∂G/∂z0 (N/m²), ∂N0/∂A and ∂N0/∂z0 (N/m) of the dual-input describing function.
 
-        Arrays broadcast as in `first_harmonic`; None for a law that leaves them to differences.
+        Central differences unless the law has closed forms; arrays broadcast as in `first_harmonic`.
         """
-        return None
+        h, a = difference_step(amplitude, bias), DIFFERENCE * amplitude
+        up, down = (self.first_harmonic(amplitude, omega, bias + s * h) for s in (1.0, -1.0))
+        more, less = (self.first_harmonic(amplitude + s * a, omega, bias).mean for s in (1.0, -1.0))
+        by_amplitude = np.where(a > 0, (more - less) / np.where(a > 0, 2 * a, 1.0), 0.0)
+        return (up.gain - down.gain) / (2 * h), by_amplitude, (up.mean - down.mean) / (2 * h)
 
     def describing_function(self, amplitude: ArrayLike, omega: ArrayLike = 1.0, bias: ArrayLike = 0.0) -> complex:
         """The gain G(A, ω) in N/m alone (complex, of the broadcast shape)."""

@@ -14,9 +14,9 @@ from jointlib.errors import InputError, nearest
 from jointlib.joint import Joint
 
 from .component import Component
+from .static_load import turns
 
 GROUND = "ground"
-ROTATIONS = ("rx", "ry", "rz")
 _OF_MOMENTS = {
     "N/m": "N m/rad",
     "N s/m": "N m s/rad",
@@ -82,8 +82,7 @@ class Connection:
     @property
     def rotates(self) -> bool:
         """Whether z is an angle in rad, and the joint's force a moment."""
-        sides = [side.rpartition(".")[2] for side in self.between if side != GROUND]
-        return self.turns or all(word in ROTATIONS for word in sides)
+        return self.turns or all(turns(side) for side in self.between if side != GROUND)
 
     def own_unit(self, unit: str) -> str:
         """The unit of a parameter of its joint, which for an angle is that of a moment: N m/rad for N/m."""

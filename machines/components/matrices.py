@@ -21,7 +21,7 @@ from .lumped import receptance_of
 from .matrix_rows import aligned, matrix_file, named_rows
 from .modal_coordinates import in_modes
 from .nodes import TOLERANCE, Nodes, checked_nodes
-from .static_load import axis_of
+from .static_load import axis_of, turns
 
 SMALL = 200
 """Models of at most so many rows are not reduced."""
@@ -160,8 +160,8 @@ class Matrices(Component):
         # x in m and rad and N and N m from x and f in the units of the file: K and M of a translation change by the
         # factor, of a rotation by its inverse, between them not at all.
         factor = np.sqrt(_UNITS[self.units])
-        turns = np.array([dof.rpartition(".")[2] in ("rx", "ry", "rz") for dof in self.dofs])
-        shapes = np.where(turns, factor, 1 / factor)[:, None] * shapes
+        rotations = np.array([turns(dof) for dof in self.dofs])
+        shapes = np.where(rotations, factor, 1 / factor)[:, None] * shapes
         return found, in_modes(SecondOrder(M, C, K, shapes), 2 * self.damping_ratio * K)
 
     def between(self, omega: Array, rows: Array, columns: Array) -> ComplexArray:

@@ -92,7 +92,7 @@ class Built:
         if self.model is not None:
             G = self.model(np.zeros(1))
         else:
-            line = max(_STATIC_LINE, *(part.band[0] for part in self.machine.components), 0.0)
+            line = max(_STATIC_LINE, self.machine.known_band[0])
             G = frozen_receptance(self.machine, line, 0.0).receptance
         return float(np.max(np.abs(np.einsum("fii->fi", G))))
 

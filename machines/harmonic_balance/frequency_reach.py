@@ -18,8 +18,8 @@ def held(machine: Machine, omega: Array, highest: int) -> Array:
 
     Steps along a curve may look past the range that was asked for, which is where that receptance may end.
     """
-    bands = np.array([c.band for c in machine.components])
-    return np.clip(omega, 2 * np.pi * np.max(bands[:, 0]), 2 * np.pi * np.min(bands[:, 1]) / highest)
+    low, high = machine.known_band
+    return np.clip(omega, 2 * np.pi * low, np.divide(2 * np.pi * high, highest))
 
 
 def reached(machine: Machine, omega: Array, harmonics: Harmonics) -> Mask:

@@ -38,8 +38,8 @@ def parameters_of(fitted: Fitted, inflate: float) -> dict[str, Estimate]:
 def _told_rows(fitted: Fitted) -> list[tuple[Callable[[str], str], int]]:
     """The rows that stand for a place, its stiffest and a rotation beside deflections, and how they are named."""
     place = fitted.hypothesis.place
-    turned = [(of_rotation, row) for row, share in zip(place.rows, place.share, strict=True) if share == 0]
-    return [(str, place.rows[int(np.argmax(place.share))]), *turned[:1]]
+    stiffest = place.rows[int(np.argmax(place.share))]
+    return [(str, stiffest), *((of_rotation, row) for row in place.turned[:1])]
 
 
 def shifts_of(fitted: Fitted) -> dict[str, float]:

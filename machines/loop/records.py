@@ -67,8 +67,8 @@ class LevelFRF:
 
 def within_parts(frfs: Sequence[LevelFRF], machine: Machine, drift: float) -> tuple[LevelFRF, ...]:
     """The lines at which measured parts are known, whatever a relative drift moves them by."""
-    low = max(part.band[0] for part in machine.components) * (1 + drift)
-    high = min(part.band[1] for part in machine.components) * (1 - drift)
+    low, high = machine.known_band
+    low, high = low * (1 + drift), high * (1 - drift)
     if low <= 0 and not np.isfinite(high):
         return tuple(frfs)
     found = []

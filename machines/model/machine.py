@@ -183,6 +183,12 @@ class Machine(Shown):
             own = (f"The tool is {self.tool_name!r}.", *own)
         return own + unmoved(owner, names, self.rows(self.connections), self.rows(self.flexible), moved)
 
+    @cached_property
+    def known_band(self) -> tuple[float, float]:
+        """Lowest and highest frequency in Hz at which every component is known."""
+        bands = np.array([component.band for component in self.components])
+        return float(np.max(bands[:, 0])), float(np.min(bands[:, 1]))
+
     @property
     def without_equations(self) -> tuple[str, ...]:
         """Components that only a receptance is known of; the check against python-control needs equations."""

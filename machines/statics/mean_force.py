@@ -11,14 +11,10 @@ import numpy as np
 from jointlib.arrays import Array, ComplexArray
 from jointlib.harmonic import FirstHarmonic
 from jointlib.joint import Joint
-from jointlib.law import JointLaw, Motion
+from jointlib.law import DIFFERENCE, Motion, difference_step
 
 SLOW = 1e6
 """s; how long a quasi-static step takes."""
-_STEP = 1e-4
-"""Differences are taken over this share of the amplitude or position."""
-_LEAST = 1e-9
-"""m; below it the step does not shrink further."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,32 +86,22 @@ class MeanForce:
     def slopes(self, amplitude: Array, omega: Array, bias: Array) -> Slopes:
         """Everything Newton's method asks for; differences of laws that do not give a derivative themselves."""
         here = self.harmonic(amplitude, omega, bias)
-        parts = [law.by_bias(amplitude, omega, bias) for law in self.joint.laws]
-        known = [part for part in parts if part is not None]
-        if len(known) < len(parts):
-            left = tuple(law for law, part in zip(self.joint.laws, parts, strict=True) if part is None)
-            known.append(self._by_differences(left, amplitude, omega, bias))
-        gain, mean_by_amplitude, mean = (np.sum(every, axis=0) for every in zip(*known, strict=True))
+        gain, mean_by_amplitude, mean = self._free.by_bias(amplitude, omega, bias)
+        if self._kept.laws:  # whose gain does not depend on the static position
+            by_amplitude, by_bias = self._centre_slopes(amplitude, bias)
+            mean_by_amplitude, mean = mean_by_amplitude + by_amplitude, mean + by_bias
         return Slopes(here.gain, here.d_amplitude, gain, here.mean, mean_by_amplitude, mean)
 
-    def _by_differences(
-        self, laws: tuple[JointLaw, ...], amplitude: Array, omega: Array, bias: Array
-    ) -> tuple[ComplexArray, Array, Array]:
-        """`JointLaw.by_bias` of some of the laws by central differences."""
-        some = MeanForce(Joint(laws))
-        h = _STEP * np.maximum(np.maximum(amplitude, np.abs(bias)), _LEAST)
-        up, down = (some._free.first_harmonic(amplitude, omega, bias + s * h) for s in (1.0, -1.0))
-        further, nearer = up.mean, down.mean
-        if some._kept.laws:
-            further, nearer = further + some._centre(amplitude, bias + h), nearer + some._centre(amplitude, bias - h)
-        a = _STEP * amplitude
-        more, less = (some.mean(amplitude + s * a, omega, bias) for s in (1.0, -1.0))
-        by_amplitude = np.where(a > 0, (more - less) / np.where(a > 0, 2 * a, 1.0), 0.0)
-        return (up.gain - down.gain) / (2 * h), by_amplitude, (further - nearer) / (2 * h)
+    def _centre_slopes(self, amplitude: Array, bias: Array) -> tuple[Array, Array]:
+        """Derivatives in N/m of the mean of the laws with memory, by amplitude and by static position."""
+        h, a = difference_step(amplitude, bias), DIFFERENCE * amplitude
+        by_bias = (self._centre(amplitude, bias + h) - self._centre(amplitude, bias - h)) / (2 * h)
+        change = self._centre(amplitude + a, bias) - self._centre(amplitude - a, bias)
+        return np.where(a > 0, change / np.where(a > 0, 2 * a, 1.0), 0.0), by_bias
 
     def mean_slope(self, amplitude: Array, omega: Array, bias: Array, mean: Array) -> Array:
         """∂N0/∂z0 in N/m beside a known N0, by a difference that is good enough to start a secant."""
-        h = _STEP * np.maximum(np.maximum(amplitude, np.abs(bias)), _LEAST)
+        h = difference_step(amplitude, bias)
         return (self.mean(amplitude, omega, bias + h) - mean) / h
 
     def static(self, displacement: Array) -> tuple[Array, Array]:

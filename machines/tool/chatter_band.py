@@ -31,7 +31,7 @@ _OSCILLATING = 1e-6
 _STIFF = 1e12
 """N/m in place of a joint that is rigid at rest, where only the order of frequencies counts."""
 _SAME = 1e-6
-"""Of the largest receptance; what modes far above the band are taken together costs less."""
+"""Of the largest receptance; the rounding of a decomposition costs less."""
 _COMPARED = 7
 _LINES = 600
 _FIRST_GUESS = 100.0
@@ -145,8 +145,7 @@ def frequency_range(machine: Machine) -> tuple[float, float]:
 
 def _of_records(machine: Machine) -> ChatterBand:
     """What is known of a machine with parts that only an FRF is known of."""
-    bands = [component.band for component in machine.components]
-    known = max(low for low, _ in bands), min(high for _, high in bands)
+    known = machine.known_band
     if not known[0] < known[1]:
         raise InputError(f"{machine.where}: its measured parts have no frequency in common")
     low, high = known if machine.frequency is None else machine.frequency

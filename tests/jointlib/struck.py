@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from scipy.linalg import expm
 
-_FINE = 8
+FINE = 8
 
 
 @dataclass(frozen=True)
@@ -56,8 +56,8 @@ class Structure:
 
 
 def pulses(samples: int, rate: float, at: list[float], peak: list[float], width: float = 1e-3) -> np.ndarray:
-    """A force of sin² pulses on the fine grid that is `_FINE` times the sample rate."""
-    t = np.arange(samples * _FINE) / (rate * _FINE)
+    """A force of sin² pulses on the fine grid that is `FINE` times the sample rate."""
+    t = np.arange(samples * FINE) / (rate * FINE)
     force = np.zeros(len(t))
     for begin, size in zip(at, peak, strict=True):
         inside = (t >= begin) & (t < begin + width)
@@ -65,14 +65,14 @@ def pulses(samples: int, rate: float, at: list[float], peak: list[float], width:
     return force
 
 
-_TAPS = np.arange(-6 * _FINE, 6 * _FINE + 1)
-_LOW_PASS = np.sinc(_TAPS / _FINE) * np.kaiser(len(_TAPS), 8.0)
+_TAPS = np.arange(-6 * FINE, 6 * FINE + 1)
+_LOW_PASS = np.sinc(_TAPS / FINE) * np.kaiser(len(_TAPS), 8.0)
 """The filter before the converter: 7e-4 is lacking at 0.3 of the sample rate, and 7e-4 left of what folds there."""
 
 
 def converted(x: np.ndarray) -> np.ndarray:
     """Signals on the fine grid as a converter shows them, without what would fold into the band."""
-    return np.array([np.convolve(row, _LOW_PASS / np.sum(_LOW_PASS), mode="same")[::_FINE] for row in x])
+    return np.array([np.convolve(row, _LOW_PASS / np.sum(_LOW_PASS), mode="same")[::FINE] for row in x])
 
 
 def sampled(structure: Structure, force: np.ndarray, rate: float, drive: int, kind: int = 2) -> tuple:
@@ -81,7 +81,7 @@ def sampled(structure: Structure, force: np.ndarray, rate: float, drive: int, ki
     The force that acts is straight between fine samples; its spectrum is that of the samples times sinc² of frequency
     over fine rate, here by its series, F + ∇²F/12. What the masses follow of it at once is the same.
     """
-    motion = structure.motion(force, 1 / (rate * _FINE), drive)[kind]
+    motion = structure.motion(force, 1 / (rate * FINE), drive)[kind]
     straight = (np.roll(force, 1) - 2 * force + np.roll(force, -1)) / 12
     if kind == 2:
         motion = motion + (structure.shapes @ structure.shapes[drive])[:, None] * straight

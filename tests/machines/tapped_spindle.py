@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from scipy.linalg import eigh
 from scipy.signal import lfilter
-from struck import _FINE, converted, pulses
+from struck import FINE, converted, pulses
 
 YOUNG, POISSON, DENSITY, TIME = 210e9, 0.3, 7850.0, 1e-6
 """Steel, and the time constant of its Kelvin-Voigt damping in s."""
@@ -105,7 +105,7 @@ def struck(folder: Path, name: str, tool: Sequence[tuple[float, float]], neck: f
         at = [0.01 + 0.16 * k + random.uniform(0, 0.005) for k in range(6)]
         peaks = random.uniform(150.0, 250.0, 6).tolist()
         force = pulses(round(0.98 * RATE), RATE, at, peaks, 1.6e-4)
-        a = converted(states.acceleration(force, 1 / (RATE * _FINE), drive))
+        a = converted(states.acceleration(force, 1 / (RATE * FINE), drive))
         F = converted(force[None])[0]
         noise = random.normal(0, 1, (3, len(F)))
         record = f"{name}_{drive}.npz"

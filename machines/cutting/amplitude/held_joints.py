@@ -198,18 +198,12 @@ class HeldInHarmonics(HeldJoints):
 
         return shape(ToolPoint(receptance, self.lines, self.machine.tool_axes, sampled=False))
 
-    @cached_property
-    def known(self) -> tuple[float, float]:
-        """Lowest and highest frequency in Hz at which the components are known."""
-        bands = np.array([component.band for component in self.machine.components])
-        return float(np.max(bands[:, 0])), float(np.min(bands[:, 1]))
-
     def receptance(self, frequency: Array, chatter: Array, gain: ComplexArray) -> ComplexArray:
         """G in m/N at frequencies in Hz of either sign, (g, lines), shape (g, lines, n, n).
 
         Outside the frequencies known it is carried on as in `Spectrum`, unless ``carried_on`` is false.
         """
-        f, (low, high) = np.abs(frequency), self.known
+        f, (low, high) = np.abs(frequency), self.machine.known_band
         G = self._held(np.clip(f, low, high), chatter, gain)
         for outside, edge, inward in ((f > high, high, 1 / 1.1), (f < low, low, 1.1)):
             if not outside.any():

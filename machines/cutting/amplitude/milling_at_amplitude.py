@@ -113,7 +113,7 @@ def _limits(vibrations: list[Persistent]) -> list[str]:
 
 def _band(method: HeldJoints, vibrations: list[Persistent], speed: Array) -> list[str]:
     """What the ends of a measured band may cost, refused where that is more than the depth itself."""
-    if not isinstance(method, HeldInHarmonics) or not np.isfinite(method.known[1]):
+    if not isinstance(method, HeldInHarmonics) or not np.isfinite(method.machine.known_band[1]):
         return []
     bare = HeldInHarmonics(method.machine, method.cutting, method.lines, method.highest, carried_on=False)
     doubt = np.zeros(len(vibrations))
@@ -122,7 +122,7 @@ def _band(method: HeldJoints, vibrations: list[Persistent], speed: Array) -> lis
             tooth = method.cutting.cuts_per_revolution * rpm / 60
             without = near(bare.loop(rpm, 0, constant(one.line * tooth, one.gain)), one.crossing)
             doubt[i] = abs(without.depth / one.crossing.depth - 1)
-    worst, (low, high) = int(np.argmax(doubt)), method.known
+    worst, (low, high) = int(np.argmax(doubt)), method.machine.known_band
     if doubt[worst] > _UNBOUNDED:
         raise InputError(
             f"multi-frequency: the receptance is known from {low:g} to {high:g} Hz, which decides the depth at "

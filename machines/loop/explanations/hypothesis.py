@@ -164,10 +164,10 @@ def own_coordinates(
     list share one, those of a table two: one for the terms of the velocity and one for the others. ``within`` holds
     them by the standard errors they were identified with.
     """
-    turned = frozenset(row for row, share in zip(place.rows, place.share, strict=True) if share == 0)
+    turned = place.turned
     return (
         *_of_rows(machine, [row for row in place.rows if row not in turned], within, str, not turned),
-        *_of_rows(machine, [row for row in place.rows if row in turned], within, of_rotation, False),
+        *_of_rows(machine, turned, within, of_rotation, False),
     )
 
 

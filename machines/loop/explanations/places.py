@@ -31,6 +31,11 @@ class Place:
     stiffness: float
     """N/m at rest, of the stiffest row."""
 
+    @property
+    def turned(self) -> tuple[int, ...]:
+        """Its rows that are rotations beside deflections."""
+        return tuple(row for row, share in zip(self.rows, self.share, strict=True) if share == 0)
+
     def with_joint(self, joints: tuple[Joint, ...], changed: Mapping[int, Joint]) -> tuple[Joint, ...]:
         """All joints of the machine with these rows changed."""
         return tuple(changed.get(i, joint) for i, joint in enumerate(joints))
