@@ -71,9 +71,10 @@ def force_bound(law: JointLaw, A: float, V: float) -> float:
         case "coulomb" | "jenkins" | "iwan" | "dahl" | "bouc-wen":
             return float(np.sum(p["slip_force"]) + last)
         case _:
-            # Force grows, or stays, from rest to each corner of the range.
+            # Between the ends of the range and the kinks in it the force grows, or falls, all the way.
             assert isinstance(law, MemorylessLaw)
-            z, v = A * np.array([1.0, -1.0, 1.0, -1.0]), V * np.array([1.0, 1.0, -1.0, -1.0])
+            bends = [kink for kink in law.kinks()[0] if abs(kink) < A]
+            z, v = np.meshgrid([A, -A, *bends], [V, -V])
             # A preloaded contact is a difference of row forces: their last digits are a force.
             rounded = 8 * np.finfo(float).eps * p.get("preload", 0.0)
             return float(np.max(np.abs(law.force(z, v)))) + rounded

@@ -212,7 +212,8 @@ def test_friction_of_another_formula_is_named_and_explains_nearly_all(tmp_path: 
 def test_a_lost_contact_is_named_and_the_sealed_error_falls_to_its_floor(tmp_path: Path) -> None:
     report = traced(tmp_path, "contact-loss", 0.04, 40.0, seed=11)
     assert "contact-loss" in named(report), report.sentence
-    assert report.error_before["joint_N"] > 1.3 * report.error_before["joint_floor_N"]
+    # What says that the mended model is complete denies it to the one before.
+    assert report.error_before["joint_N"] > 1.1 * report.error_before["joint_floor_N"]
     assert report.error_after["joint_N"] < 1.1 * report.error_after["joint_floor_N"]
 
 

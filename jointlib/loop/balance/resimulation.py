@@ -62,13 +62,8 @@ def steady_motion(o: Observed, joint: Joint) -> tuple[Array, Array] | None:
 
     def force(Z: ComplexArray) -> ComplexArray:
         z, v = np.fft.irfft(Z, n), np.fft.irfft(1j * omega * Z, n)
-        total: ComplexArray = np.zeros(len(omega), dtype=complex)
-        for law in joint.laws:
-            # Half the samples do for a law that is stepped: its force is an integral of the motion.
-            every = 2 if law.states else 1
-            F = np.fft.rfft(steady_force(law, z[::every], v[::every], every * step)) * every
-            total[: len(F)] += F
-        return total
+        total: Array = np.sum([steady_force(law, z, v, step) for law in joint.laws], axis=0)
+        return np.asarray(np.fft.rfft(total))
 
     Z = _spread(o, o.Z, n)
     F = force(Z)

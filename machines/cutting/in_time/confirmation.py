@@ -113,10 +113,10 @@ def denied(fate: Fate, found: Witness) -> bool:
         there = np.isfinite(end) and end > 0 and abs(np.log(end / told)) < near
         return bool(there or (np.isfinite(end) and abs(trend) > _STANDS and (trend > 0) == (end < told)))
 
-    knocks = np.zeros(len(found.start), dtype=bool) if found.knock is None else found.knock
-    for start, end, rate, knock in zip(found.start, found.end, found.rate, knocks, strict=True):
-        # Without the waves of an earlier pass it becomes a vibration of half its size at least.
-        sizes = (float(start), float(start) / 2) if knock else (float(start),)
+    smallest = found.start if found.least is None else found.least
+    for start, end, rate, least in zip(found.start, found.end, found.rate, smallest, strict=True):
+        between = found.start[(found.start > least) & (found.start < start)]
+        sizes = {float(start), float(least), *between.tolist()}
         if not any(bears_out(size, float(start), float(end), float(rate) * found.duration) for size in sizes):
             return True
     return False

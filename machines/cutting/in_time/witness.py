@@ -35,7 +35,12 @@ _FAR = 1.5
 _NARROW = 2e-3
 _TINY = 1e-300
 _REACH = 100.0
-_WAVED = (1.0, 0.0)
+_WAYS = ((1.0, 0.0, 1.0), (0.0, 0.0, 0.5), (0.0, 1.0, 0.0))
+"""Height of the waves that a vibration meets, whether it is let go from rest, and the least share of it that chatters.
+
+A knock without the waves of an earlier pass becomes a vibration of half its size at least; one that is let go shares
+its size among all modes of the machine.
+"""
 _WINDOW, _BEATING = 12, 60
 """Waves in which an amplitude is read; the lines of milling beat."""
 
@@ -61,8 +66,8 @@ class Witness:
     """Vibrations found to persist: thresholds, and amplitudes on which chatter settles."""
     duration: float
     """Simulated time in s."""
-    knock: Mask | None = None
-    """Which began over a smooth surface; None where none did."""
+    least: Array | None = None
+    """The smallest vibration in m that each may have become at once; None where all are of their ``start``."""
 
     def __str__(self) -> str:
         left = " The edge then leaves the cut once in a while." if np.any(self.lost_contact & self.grows) else ""
@@ -142,23 +147,29 @@ def witness(
 def begun_in_every_way(
     machine: Machine, speed: float, depth: float, amplitude: Array, frequency: float | None = None, waves: int = _WAVES
 ) -> Witness:
-    """As `witness`, each size over the waves that it would have left and, as a knock, over a smooth surface.
+    """As `witness`, each size over the waves that it would have left and, as knocks, over a smooth surface.
 
-    All side by side; near a flip each in two phases. Which chatter a cut settles on, where several last, depends on
-    how it begins.
+    A knock either sets the machine into the harmonic motion of the chatter or bends it aside by a force at the tool and
+    lets go, which its other modes feel as well. All side by side; near a flip each in two phases. Which chatter a cut
+    settles on, where several last, depends on how it begins.
     """
     cutting = Cutting(**dict(machine.cutting or {}))
     hertz = frequency or chatter_of(machine, speed, float(np.sqrt(amplitude[0] * amplitude[-1])))
-    sizes, waved = np.repeat(amplitude, len(_WAVED)), np.tile(_WAVED, len(amplitude))
+    sizes = np.repeat(amplitude, len(_WAYS))
+    waved, pushed, share = (np.tile(part, len(amplitude)) for part in np.array(_WAYS).T)
+    aside = pushed > 0
     phases = (0.0, np.pi / 2) if stands(cutting, speed, hertz) else (0.0,)
-    batches = [vibrate(machine, speed, depth, sizes, hertz, waves, phase=phase, waved=waved) for phase in phases]
+    batches = [
+        vibrate(machine, speed, depth, sizes, hertz, waves, phase=phase, waved=waved, aside=aside) for phase in phases
+    ]
     start, end, rate, grows, lost = (
         np.concatenate([getattr(one, name) for one in batches]) for name in ("start", "end", "rate", "grows", "lost")
     )
-    order, knock = np.argsort(start, kind="stable"), np.tile(waved == 0, len(phases))
-    start, end, rate, grows, lost, knock = (part[order] for part in (start, end, rate, grows, lost, knock))
+    order, least = np.argsort(start, kind="stable"), np.tile(share * sizes, len(phases))
+    start, end, rate, least = (part[order] for part in (start, end, rate, least))
+    grows, lost = grows[order], lost[order]
     line, duration = _lasting(batches[0], hertz), batches[0].run.duration
-    return Witness(speed, depth, start, end, rate, grows, lost, line, (), duration, knock)
+    return Witness(speed, depth, start, end, rate, grows, lost, line, (), duration, least)
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,19 +199,20 @@ def vibrate(
     reach: float | None = None,
     phase: float = 0.0,
     waved: Array | None = None,
+    aside: Mask | None = None,
 ) -> Batch:
     """Simulate one batch: ``depth`` in m may differ from motion to motion, and ``start`` holds their amplitudes in m.
 
     ``hertz`` is the frequency of the starting vibrations and ``phase`` in rad their angle at time 0; motions that
     exceed what the teeth force by ``reach`` (m) are stopped, by default by a hundred times the largest start. ``waved``
     is the height of the waves that they meet as a share of those that they would have left: 1, 0 for a knock over a
-    smooth surface.
+    smooth surface. Those ``aside`` are bent by a force at the tool and let go.
     """
     cutting = Cutting(**dict(machine.cutting or {}))
     cutter = Cutter.of(cutting, runout=cutting.feed is not None)
     refuse_fold(cutter, speed, hertz)
     axes = machine.tool_axes
-    parts, state, joints, tool = vibrating(machine, cutting, hertz, start, phase)
+    parts, state, joints, tool = vibrating(machine, cutting, hertz, start, phase, aside)
     depths = np.array(np.broadcast_to(np.asarray(depth, dtype=float), len(start)))
     uneven = len(cutter.flutes) > 1
     if (cutter.twisted or uneven) and np.ptp(depths) > 0:
