@@ -8,12 +8,13 @@ import numpy as np
 
 from jointlib.arrays import Array
 
+from ...indices import Mask
 from .amplitude_limits import AmplitudeLimits, Cycle
 from .unstable_depths import UnstableDepths
 
 NEAR, ABOUT = 0.08, 0.2
 """Shares by which an amplitude may be missed in turning, and in milling, where it is told as "about"."""
-_STARTS, _LEAST = 9, 0.004
+_STARTS, _LEAST, _WITHIN = 9, 0.004, 1 + 1e-9
 SMALLEST = 0.03
 """Share of what is known up to which a vibration is one of the smallest."""
 
@@ -45,12 +46,19 @@ class Fate:
     @property
     def starts(self) -> Array:
         """Amplitudes in m of which the end is told for certain: none close to a threshold."""
-        near = ABOUT if self.milled else NEAR
-        tried = np.geomspace(_LEAST, 1 / (1 + near), _STARTS) * self.reach
+        tried = np.geomspace(_LEAST, 1 / (1 + self.near), _STARTS) * self.reach
+        return np.asarray(tried[self.certain(tried)])
+
+    @property
+    def near(self) -> float:
+        """Share by which an amplitude may be missed."""
+        return ABOUT if self.milled else NEAR
+
+    def certain(self, start: Array) -> Mask:
+        """Of which amplitudes in m the end is told for certain."""
         edges = np.array([c.amplitude for c in self.cycles if not c.stable])
-        if len(edges):
-            tried = tried[np.all(np.abs(np.log(tried[:, None] / edges)) > near, axis=1)]
-        return np.asarray(tried)
+        apart = np.all(np.abs(np.log(start[:, None] / edges)) > self.near, axis=1)
+        return np.asarray(apart & (start * (1 + self.near) < _WITHIN * self.reach))
 
 
 def fate_at(

@@ -6,13 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from jointlib.arrays import Array
 from jointlib.errors import CheckFailed, InputError
 from jointlib.joint import Joint
 from jointlib.law import Motion
 
+from ...indices import Mask
 from ...model.machine import Machine
 from ..amplitude.amplitude_limits import Cycle
-from ..amplitude.fate import ABOUT, NEAR, Fate
+from ..amplitude.fate import Fate
 from ..amplitude.words import mm, um
 from .witness import Witness, begun_in_every_way
 
@@ -100,7 +102,8 @@ class Seen:
 
 def denied(fate: Fate, found: Witness) -> bool:
     """Whether vibrations simulated in time end elsewhere than is told."""
-    near = ABOUT if fate.milled else NEAR
+    near, lasts = fate.near, np.isfinite(found.end) & (found.end > 0)
+    trend = _of_its_neighbours(found.end, found.rate * found.duration, lasts)
     # What grows for a while may settle below: the largest that were begun must have grown, too.
     grown = bool(np.any(~(found.end <= found.start)[found.start == found.start[-1]]))
 
@@ -114,10 +117,11 @@ def denied(fate: Fate, found: Witness) -> bool:
         return bool(there or (np.isfinite(end) and abs(trend) > _STANDS and (trend > 0) == (end < told)))
 
     smallest = found.start if found.least is None else found.least
-    for start, end, rate, least in zip(found.start, found.end, found.rate, smallest, strict=True):
+    certain = fate.certain(found.start)
+    for start, end, change, least in zip(*(x[certain] for x in (found.start, found.end, trend, smallest)), strict=True):
         between = found.start[(found.start > least) & (found.start < start)]
         sizes = {float(start), float(least), *between.tolist()}
-        if not any(bears_out(size, float(start), float(end), float(rate) * found.duration) for size in sizes):
+        if not any(bears_out(size, float(start), float(end), float(change)) for size in sizes):
             return True
     return False
 
@@ -129,10 +133,12 @@ def seen(found: Witness, reach: float) -> Seen:
     gone = ~left & ((end < _GONE * start) | (end == 0))
     lasts = ~left & ~gone
     at = np.where(left, np.inf, np.where(gone, 0.0, end))
+    trend = _of_its_neighbours(end, trend, lasts)
     for i in np.flatnonzero(lasts & ~(np.abs(trend) <= _STANDS)):  # on its way
-        # It goes on to the next that stays or comes to meet it; not for ever where larger ones have shrunk.
+        # It goes on to the next that stays or comes to meet it; not for ever where all larger ones have shrunk.
         if trend[i] > 0:
-            bounded = np.any(end[start > end[i]] < start[start > end[i]])
+            larger = start > end[i]
+            bounded = np.any(larger) and np.all(end[larger] < start[larger])
             meets = end[lasts & (end > end[i] / (1 + _SAME)) & (trend < _STANDS)]
             at[i] = np.min(meets, initial=np.max(end[lasts]) if bounded else np.inf)
         else:
@@ -153,6 +159,18 @@ def seen(found: Witness, reach: float) -> Seen:
     return Seen(found.speed, found.depth, tuple(groups), reach, found.frequency)
 
 
+def _of_its_neighbours(end: Array, trend: Array, lasts: Mask) -> Array:
+    """Trends; of one that goes against those of about its size, smaller and larger, theirs: another mode dies down."""
+    found = trend.copy()
+    for i in np.flatnonzero(lasts & (np.abs(trend) > _STANDS)):
+        against = lasts & (trend * np.sign(trend[i]) < -_STANDS)
+        beyond = np.log(np.where(against, end, end[i]) / end[i])
+        near = against & (np.abs(beyond) < np.log(1 + _SAME))
+        if np.any(beyond[near] > 0) and np.any(beyond[near] < 0):
+            found[i] = np.mean(trend[near])
+    return found
+
+
 def in_time(machine: Machine, fate: Fate, doubted: bool = False) -> Seen | None:
     """The cut in time where it denies a fate, or where that is ``doubted``; None where it bears it out.
 
@@ -167,9 +185,10 @@ def in_time(machine: Machine, fate: Fate, doubted: bool = False) -> Seen | None:
         found = begun_in_every_way(machine, fate.speed, fate.depth, starts, hertz)
         if not doubted and not denied(fate, found):
             return None
-        closer = np.geomspace(starts[0], _FARTHER * starts[-1], _CLOSER * len(starts))
+        closer = np.union1d(starts, np.geomspace(starts[0], _FARTHER * starts[-1], _CLOSER * len(starts)))
         found = begun_in_every_way(machine, fate.speed, fate.depth, closer, hertz, _LONGER)
-        return seen(found, fate.reach)
+        # What looked like another end may have been on its way.
+        return seen(found, fate.reach) if doubted or denied(fate, found) else None
     except (CheckFailed, InputError):
         return None
 

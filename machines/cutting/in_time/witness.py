@@ -36,10 +36,8 @@ _NARROW = 2e-3
 _TINY = 1e-300
 _REACH = 100.0
 _WAYS = ((1.0, 0.0, 1.0), (0.0, 0.0, 0.5), (0.0, 1.0, 0.0))
-"""Height of the waves that a vibration meets, whether it is let go from rest, and the least share of it that chatters.
-
-A knock without the waves of an earlier pass becomes a vibration of half its size at least; one that is let go shares
-its size among all modes of the machine.
+"""Height of the waves that are met, whether from rest, and the least share of the size that chatters: a knock without
+the waves of an earlier pass becomes a vibration of half its size at least; one let go shares it among all modes.
 """
 _WINDOW, _BEATING = 12, 60
 """Waves in which an amplitude is read; the lines of milling beat."""
