@@ -59,9 +59,9 @@ def solve_prescribed(
     """Solve q + Hzz Tᵀ g = Hzf F and max over the axes of abs(direct F − through Tᵀ g) = ``amplitude`` for q and F.
 
     ``direct`` (nf, axes) and ``through`` (nf, axes, r) are receptances to the tool. Folds in the force are no
-    obstacle, as the force is not given. Starts from the machine at rest, or with its joints held at the gains ``beside``
-    (nf, nj) of a state near by; a line that does not settle is tried again from rest, then with the amplitude raised in
-    steps.
+    obstacle, as the force is not given. Starts from the machine at rest, or with its joints held at the gains
+    ``beside`` (nf, nj) of a state near by; a line that does not settle is tried again from rest, then with the
+    amplitude raised in steps.
     """
     tool = _Tool(Problem.of(view, joints, np.ones(len(view.omega)), cap), direct, through)
     z, force = tool.start(amplitude) if beside is None else tool.held(beside, amplitude)
@@ -110,7 +110,7 @@ class _Tool:
         """Joint motions and force of the machine with its joints held at these gains."""
         p = self.problem
         system = np.eye(p.driven.shape[1]) + p.coordinates.through(p.Hzz, gain - p.base)
-        unit = solve_each(system, p.driven[:, :, None])[:, :, 0].astype(complex)
+        unit: ComplexArray = solve_each(system, p.driven[:, :, None])[:, :, 0].astype(complex)
         force = self.held_force(unit, gain, amplitude)
         return unit * force[:, None], force
 
@@ -191,7 +191,7 @@ class _Tool:
     def _step(
         self, z: ComplexArray, F: Array, delta: ComplexArray, change: Array, r: Array, amplitude: float
     ) -> tuple[ComplexArray, Array, _State]:
-        """A capped step, halved where the residual grows tenfold, and the `residual` there; the force keeps its sign."""
+        """A capped step, halved where the residual grows tenfold; the force keeps its sign. With the `residual` there."""
         motion = self.problem.coordinates.motions(delta)
         longest = np.maximum(np.max(np.abs(motion) / self.problem.cap, axis=1), np.abs(change) / 0.7)
         share = 1 / np.maximum(1.0, longest)

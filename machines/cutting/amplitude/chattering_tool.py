@@ -64,13 +64,14 @@ def operating_receptance(
         lines = np.concatenate(
             [np.geomspace(low / beyond, low, count)[:-1], lines, np.geomspace(high, high * beyond, count)[1:]]
         )
-    point = on_lines(machine, cutting, lines, amplitude)
+    tool = OpenTool(machine, lines)
+    point = chattering(tool, cutting, amplitude)[0]
     ends = np.arange(len(lines) - 1)
     for _ in range(_HALVINGS):
         lines = point.frf.frequency
         middle = (lines[ends] + lines[ends + 1]) / 2
         between = (point.gain[ends] + point.gain[ends + 1]) / 2
-        found = on_lines(machine, cutting, middle, amplitude, between)
+        found = chattering(tool.on(middle), cutting, amplitude, between)[0]
         inverse = np.linalg.inv(point.frf.receptance)
         straight = np.linalg.inv((inverse[ends] + inverse[ends + 1]) / 2)
         error = np.linalg.norm(straight - found.frf.receptance, axis=(1, 2))
@@ -130,11 +131,9 @@ def chattering_receptance(machine: Machine, cutting: Cutting, lines: Array, ampl
     return on_lines(machine, cutting, lines, amplitude).frf.receptance
 
 
-def on_lines(
-    machine: Machine, cutting: Cutting, lines: Array, amplitude: float, beside: ComplexArray | None = None
-) -> OperatingPoint:
-    """The tool point at ascending lines, vibrating along the direction that chatters first; see `chattering`."""
-    return chattering(OpenTool(machine, lines), cutting, amplitude, beside)[0]
+def on_lines(machine: Machine, cutting: Cutting, lines: Array, amplitude: float) -> OperatingPoint:
+    """The tool point at ascending lines, vibrating along the direction that chatters first."""
+    return chattering(OpenTool(machine, lines), cutting, amplitude)[0]
 
 
 def chattering(
