@@ -107,12 +107,17 @@ class _Tool:
         return self.problem.driven * force[:, None], force
 
     def held(self, gain: ComplexArray, amplitude: float) -> tuple[ComplexArray, Array]:
-        """Joint motions and force of the machine with its joints held at these gains."""
+        """Joint motions and force with the joints held at these gains, or at rest where that leads nowhere."""
         p = self.problem
         system = np.eye(p.driven.shape[1]) + p.coordinates.through(p.Hzz, gain - p.base)
         unit: ComplexArray = solve_each(system, p.driven[:, :, None])[:, :, 0].astype(complex)
-        force = self.held_force(unit, gain, amplitude)
-        return unit * force[:, None], force
+        with np.errstate(all="ignore"):
+            force = self.held_force(unit, gain, amplitude)
+            z = unit * force[:, None]
+        lost = ~(np.all(np.isfinite(z), axis=1) & np.isfinite(force))
+        if np.any(lost):
+            z[lost], force[lost] = self.at(lost).start(amplitude)
+        return z, force
 
     def held_force(self, unit: ComplexArray, gain: ComplexArray, amplitude: float) -> Array:
         """The force in N that makes the amplitude where the joints are held, from their motions at a unit force."""
@@ -191,7 +196,7 @@ class _Tool:
     def _step(
         self, z: ComplexArray, F: Array, delta: ComplexArray, change: Array, r: Array, amplitude: float
     ) -> tuple[ComplexArray, Array, _State]:
-        """A capped step, halved where the residual grows tenfold; the force keeps its sign. With the `residual` there."""
+        """A capped step, halved where the residual grows tenfold, and its `residual`; the force keeps its sign."""
         motion = self.problem.coordinates.motions(delta)
         longest = np.maximum(np.max(np.abs(motion) / self.problem.cap, axis=1), np.abs(change) / 0.7)
         share = 1 / np.maximum(1.0, longest)
