@@ -48,29 +48,20 @@ class Prescribed:
 
 
 def solve_prescribed(
-    view: View,
-    joints: Sequence[Joint],
-    cap: Array,
-    direct: ComplexArray,
-    through: ComplexArray,
-    amplitude: float,
-    beside: ComplexArray | None = None,
+    view: View, joints: Sequence[Joint], cap: Array, direct: ComplexArray, through: ComplexArray, amplitude: float
 ) -> Prescribed:
     """Solve q + Hzz Tᵀ g = Hzf F and max over the axes of abs(direct F − through Tᵀ g) = ``amplitude`` for q and F.
 
     ``direct`` (nf, axes) and ``through`` (nf, axes, r) are receptances to the tool. Folds in the force are no
-    obstacle, as the force is not given. Starts from the machine at rest, or with its joints held at the gains
-    ``beside`` (nf, nj) of a state near by; a line that does not settle is tried again from rest, then with the
-    amplitude raised in steps.
+    obstacle, as the force is not given. Starts from the machine at rest; a line that does not settle is tried again
+    with the amplitude raised in steps.
     """
     tool = _Tool(Problem.of(view, joints, np.ones(len(view.omega)), cap), direct, through)
-    z, force = tool.start(amplitude) if beside is None else tool.held(beside, amplitude)
+    z, force = tool.start(amplitude)
     held = by_secants(tool.problem, z, force, lambda lines, q, gain: tool.at(lines).held_force(q, gain, amplitude))
     z, gain, force, converged = held.q, held.gain, held.force, held.settled
-    if beside is not None and len(left := np.flatnonzero(~converged)):
-        part = tool.at(left)
-        z[left], gain[left], force[left], converged[left] = part.newton(*part.held(beside[left], amplitude), amplitude)
-    if len(left := np.flatnonzero(~converged)):
+    left = np.flatnonzero(~converged)
+    if len(left):
         part = tool.at(left)
         z[left], gain[left], force[left], converged[left] = part.newton(*part.start(amplitude), amplitude)
     lost = np.flatnonzero(~converged)
@@ -105,19 +96,6 @@ class _Tool:
         """Joint motions and force of the machine with its gains at rest."""
         force = self.held_force(self.problem.driven, self.problem.base, amplitude)
         return self.problem.driven * force[:, None], force
-
-    def held(self, gain: ComplexArray, amplitude: float) -> tuple[ComplexArray, Array]:
-        """Joint motions and force with the joints held at these gains, or at rest where that leads nowhere."""
-        p = self.problem
-        system = np.eye(p.driven.shape[1]) + p.coordinates.through(p.Hzz, gain - p.base)
-        unit: ComplexArray = solve_each(system, p.driven[:, :, None])[:, :, 0].astype(complex)
-        with np.errstate(all="ignore"):
-            force = self.held_force(unit, gain, amplitude)
-            z = unit * force[:, None]
-        lost = ~(np.all(np.isfinite(z), axis=1) & np.isfinite(force))
-        if np.any(lost):
-            z[lost], force[lost] = self.at(lost).start(amplitude)
-        return z, force
 
     def held_force(self, unit: ComplexArray, gain: ComplexArray, amplitude: float) -> Array:
         """The force in N that makes the amplitude where the joints are held, from their motions at a unit force."""

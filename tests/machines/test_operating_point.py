@@ -143,22 +143,3 @@ def test_bad_requests_are_refused() -> None:
     bare = Machine(machine.components, machine.connections)
     with pytest.raises(InputError, match="no tool point"):
         frozen_receptance(bare, LINES, 1e-6)
-
-
-def test_a_state_near_by_leads_to_the_same_motion_as_rest() -> None:
-    tool, size = OpenTool(plane(2), LINES), 2e-6
-    rest = tool.vibrating(size)
-    beside = rest.gain + 0.5 * (np.roll(rest.gain, 1, axis=0) - rest.gain)
-    found = tool.on(LINES).vibrating(size, beside=beside)
-    assert found.outcomes == rest.outcomes
-    assert np.max(np.abs(beside / rest.gain - 1)) > 1e-3
-    np.testing.assert_allclose(found.gain, rest.gain, rtol=1e-10)
-    np.testing.assert_allclose(found.force, rest.force, rtol=1e-10)
-
-
-def test_a_start_that_leads_nowhere_is_followed_by_rest() -> None:
-    tool, size = OpenTool(plane(2), LINES), 2e-6
-    rest = tool.vibrating(size)
-    found = tool.vibrating(size, beside=np.full_like(rest.gain, np.nan))
-    assert found.outcomes == rest.outcomes
-    np.testing.assert_allclose(found.gain, rest.gain, rtol=1e-10)

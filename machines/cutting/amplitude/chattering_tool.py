@@ -70,8 +70,7 @@ def operating_receptance(
     for _ in range(_HALVINGS):
         lines = point.frf.frequency
         middle = (lines[ends] + lines[ends + 1]) / 2
-        between = (point.gain[ends] + point.gain[ends + 1]) / 2
-        found = chattering(tool.on(middle), cutting, amplitude, between)[0]
+        found = chattering(tool.on(middle), cutting, amplitude)[0]
         inverse = np.linalg.inv(point.frf.receptance)
         straight = np.linalg.inv((inverse[ends] + inverse[ends + 1]) / 2)
         error = np.linalg.norm(straight - found.frf.receptance, axis=(1, 2))
@@ -136,20 +135,15 @@ def on_lines(machine: Machine, cutting: Cutting, lines: Array, amplitude: float)
     return chattering(OpenTool(machine, lines), cutting, amplitude)[0]
 
 
-def chattering(
-    tool: OpenTool, cutting: Cutting, amplitude: float, beside: ComplexArray | None = None
-) -> tuple[OperatingPoint, ComplexArray]:
-    """The tool point on all lines at an amplitude in m, and per line the force direction that chatters first.
-
-    Joints are solved from rest, or from the gains ``beside`` (lines, connections) of a state near by.
-    """
+def chattering(tool: OpenTool, cutting: Cutting, amplitude: float) -> tuple[OperatingPoint, ComplexArray]:
+    """The tool point on all lines at an amplitude in m, and per line the force direction that chatters first."""
     axes = tool.machine.tool_axes
     lines = tool.frequency
     direction: ComplexArray = np.zeros((len(lines), len(axes)), dtype=complex)
     direction[:, 0] = 1.0
     if cutting.process != "milling":
         direction[:] = cutting.rotation[0][["xy".index(axis) for axis in axes]]
-    point = tool.vibrating(amplitude, direction, beside=beside)
+    point = tool.vibrating(amplitude, direction)
     if amplitude == 0 or cutting.process != "milling" or len(axes) == 1:
         return point, direction
     D = loop_stiffness(cutting, axes)
