@@ -51,6 +51,8 @@ class JointLaw(ABC):
     by_turns: ClassVar[bool] = False
     """True if one long step along a path that does not turn ends as many short ones do: the force then depends on where
     the path turned and where it is, not on how fast or how finely."""
+    side_by_side: ClassVar[bool] = False
+    """True if in `first_harmonic` and `by_bias` too parameters may be arrays that broadcast against the motion."""
     states: ClassVar[tuple[str, ...]] = ()
     """Names of the internal states; empty for a law without memory."""
 

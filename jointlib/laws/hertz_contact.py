@@ -29,6 +29,7 @@ class HertzContact(MemorylessLaw):
     kappa: float = parameter("m/N^(2/3)", above=0.0)
 
     kind: ClassVar[str] = "hertz-contact"
+    side_by_side: ClassVar[bool] = True
 
     @property
     def indentation(self) -> float:

@@ -20,6 +20,7 @@ class Viscous(MemorylessLaw):
     damping: float = parameter("N s/m", role=Role.DAMPING, lower=0.0)
 
     kind: ClassVar[str] = "viscous"
+    side_by_side: ClassVar[bool] = True
     linear: ClassVar[bool] = True
 
     def force(self, displacement: Array, velocity: Array) -> Array:

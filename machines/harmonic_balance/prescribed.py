@@ -26,6 +26,9 @@ _RAMP = 12
 _RISE = 10.0
 _SHORTEST = 2.0**-6
 
+_State = tuple[Array, ComplexArray, ComplexArray, ComplexArray, Index]
+"""Residual, gains, slopes, motion of the leading axis of the tool and its index, see `_Tool.residual`."""
+
 
 @dataclass(frozen=True, eq=False)
 class Prescribed:
@@ -98,9 +101,7 @@ class _Tool:
         """The force in N that makes the amplitude where the joints are held, from their motions at a unit force."""
         return np.asarray(amplitude / np.max(np.abs(self.motion(unit, gain, np.ones(len(unit)))), axis=1))
 
-    def residual(
-        self, z: ComplexArray, force: Array, amplitude: float
-    ) -> tuple[Array, ComplexArray, ComplexArray, ComplexArray, Index]:
+    def residual(self, z: ComplexArray, force: Array, amplitude: float) -> _State:
         """Real residual (lines, 2nj + 1), gains, slopes, motion of the leading axis and its index."""
         r, gain, slope = self.problem.residual(z, self.problem.driven * force[:, None])
         every = self.motion(z, gain, force)
@@ -117,9 +118,10 @@ class _Tool:
         z, force, gain = z.copy(), force.copy(), np.zeros((lines, len(self.problem.joints)), dtype=complex)
         converged = np.zeros(lines, dtype=bool)
         left, part, x, F = np.arange(lines), self, z, force
+        state = part.residual(x, F, amplitude)
         for _ in range(_ITERATIONS):
             in_time()
-            r, G, slope, tip, axis = part.residual(x, F, amplitude)
+            r, G, slope, tip, axis = state
             if not np.all(sound := np.all(np.isfinite(r), axis=1)):
                 if not np.any(sound):
                     break
@@ -136,7 +138,7 @@ class _Tool:
             if not np.any(go):
                 break
             left, part = left[go], part.at(go)
-            x, F = part._step(x[go], F[go], delta[go], step[go, -1], r[go], amplitude)
+            x, F, state = part._step(x[go], F[go], delta[go], step[go, -1], r[go], amplitude)
         return z, gain, force, converged
 
     def jacobian(
@@ -171,20 +173,21 @@ class _Tool:
 
     def _step(
         self, z: ComplexArray, F: Array, delta: ComplexArray, change: Array, r: Array, amplitude: float
-    ) -> tuple[ComplexArray, Array]:
-        """A capped step, halved where the residual grows tenfold; the force keeps its sign."""
+    ) -> tuple[ComplexArray, Array, _State]:
+        """A capped step, halved where the residual grows tenfold, and its `residual`; the force keeps its sign."""
         motion = self.problem.coordinates.motions(delta)
         longest = np.maximum(np.max(np.abs(motion) / self.problem.cap, axis=1), np.abs(change) / 0.7)
         share = 1 / np.maximum(1.0, longest)
         before = np.linalg.norm(r, axis=1) + 1e-12
         new, force = z + share[:, None] * delta, F * (1 + share * change)
-        after = np.linalg.norm(self.residual(new, force, amplitude)[0], axis=1)
+        state = self.residual(new, force, amplitude)
         while True:
-            worse = (after > _RISE * before) & (share > _SHORTEST)
+            worse = (np.linalg.norm(state[0], axis=1) > _RISE * before) & (share > _SHORTEST)
             if not np.any(worse):
-                return new, force
+                return new, force, state
             share = np.where(worse, share / 2, share)
             new[worse] = z[worse] + share[worse, None] * delta[worse]
             force[worse] = F[worse] * (1 + share[worse] * change[worse])
-            tried = self.at(worse).residual(new[worse], force[worse], amplitude)[0]
-            after[worse] = np.linalg.norm(tried, axis=1)
+            tried = self.at(worse).residual(new[worse], force[worse], amplitude)
+            for part, found in zip(state, tried, strict=True):
+                part[worse] = found

@@ -113,6 +113,8 @@ class OpenTool:
     machine: Machine
     frequency: Array
     outputs: Sequence[str] | None = None
+    known: Assembly | None = None
+    """What does not depend on the lines, where it is known."""
 
     def __post_init__(self) -> None:
         lines = self.frequency
@@ -131,10 +133,14 @@ class OpenTool:
         """Degrees of freedom of the receptance that is asked for."""
         return self.tool if self.outputs is None else tuple(self.outputs)
 
+    def on(self, lines: Array) -> OpenTool:
+        """The same on other lines (Hz)."""
+        return OpenTool(self.machine, lines, self.outputs, self.assembly)
+
     @cached_property
     def assembly(self) -> Assembly:
         """Between its tool and the outputs, whose first are the tool."""
-        return Assembly(self.machine, tuple(dict.fromkeys([*self.tool, *self.rows])), self.tool)
+        return self.known or Assembly(self.machine, tuple(dict.fromkeys([*self.tool, *self.rows])), self.tool)
 
     @cached_property
     def _view(self) -> View:
@@ -158,7 +164,8 @@ class OpenTool:
         omega = 2 * np.pi * lines
         gains = np.empty((len(lines), len(joints)), dtype=complex)
         for j, joint in enumerate(joints):
-            gains[:, j] = joint.first_harmonic(0.0, omega).gain
+            if amplitude == 0 or j not in moving:
+                gains[:, j] = joint.first_harmonic(0.0, omega).gain
         if amplitude == 0:
             kind = ReceptanceKind.TANGENT if moving else ReceptanceKind.LINEAR
             none = np.zeros((len(lines), len(joints)))

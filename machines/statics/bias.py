@@ -23,7 +23,7 @@ from ..coupling.coordinates import Coordinates
 from ..indices import Mask
 from ..model.machine import Machine
 from ..solved import solve_each
-from .mean_force import MeanForce, Slopes, same_joints
+from .mean_force import MeanForce, Slopes, asked_together
 from .statics import static_point
 from .working_point import about
 
@@ -183,8 +183,8 @@ class Biased:
 
     @cached_property
     def _alike(self) -> list[tuple[MeanForce, list[int]]]:
-        """Equal joints are asked together."""
-        return [(self.means[columns[0]], columns) for columns in same_joints([mean.joint for mean in self.means])]
+        """Joints that are asked together."""
+        return [(MeanForce(joint), columns) for joint, columns in asked_together([m.joint for m in self.means])]
 
     @np.errstate(over="ignore", invalid="ignore")  # of motions beyond all bounds no gain is known
     def gains(self, amplitude: Array, omega: Array) -> tuple[ComplexArray, ComplexArray]:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
+from jointlib.arrays import Array
 from jointlib.law import JointLaw
 from jointlib.laws.hertz_contact import HertzContact
 from jointlib.laws.hertz_guide import HertzGuide, row_parts
@@ -63,3 +66,20 @@ def test_a_row_has_its_quadrature_on_both_sides_of_every_case() -> None:
             3 * np.mean(np.sqrt(load) * np.cos(theta)),
         )
         np.testing.assert_allclose(row_parts(np.array(a), np.array(r)), truth, rtol=1e-7, atol=1e-11)
+
+
+@pytest.mark.parametrize("make", [lambda v: HertzContact(2000.0 * v, 5e-8 / v), lambda v: Viscous(200.0 * v)])
+def test_laws_side_by_side_are_those_one_by_one(make: Callable[[Array], JointLaw]) -> None:
+    share = np.array([0.4, 1.0, 3.0])
+    A = DEPTH * np.array([0.0, 0.03, 0.31, 0.8, 1.7, 4.0])[:, None] * np.ones(3)
+    z0 = DEPTH * np.array([-1.3, -0.45, 0.6])
+    law = make(share)
+    assert type(law).side_by_side
+    every, slopes = law.first_harmonic(A, OMEGA, z0), law.by_bias(A, OMEGA, z0)
+    for j, v in enumerate(share):
+        one = make(v)
+        alone, slope = one.first_harmonic(A[:, j], OMEGA, z0[j]), one.by_bias(A[:, j], OMEGA, z0[j])
+        for name in ("gain", "d_amplitude", "d_omega", "mean"):
+            np.testing.assert_allclose(getattr(every, name)[:, j], getattr(alone, name), rtol=1e-12)
+        for whole, part in zip(slopes, slope, strict=True):
+            np.testing.assert_allclose(whole[:, j], part, rtol=1e-12)

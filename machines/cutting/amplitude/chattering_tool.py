@@ -64,12 +64,13 @@ def operating_receptance(
         lines = np.concatenate(
             [np.geomspace(low / beyond, low, count)[:-1], lines, np.geomspace(high, high * beyond, count)[1:]]
         )
-    point = on_lines(machine, cutting, lines, amplitude)
+    tool = OpenTool(machine, lines)
+    point = chattering(tool, cutting, amplitude)[0]
     ends = np.arange(len(lines) - 1)
     for _ in range(_HALVINGS):
         lines = point.frf.frequency
         middle = (lines[ends] + lines[ends + 1]) / 2
-        found = on_lines(machine, cutting, middle, amplitude)
+        found = chattering(tool.on(middle), cutting, amplitude)[0]
         inverse = np.linalg.inv(point.frf.receptance)
         straight = np.linalg.inv((inverse[ends] + inverse[ends + 1]) / 2)
         error = np.linalg.norm(straight - found.frf.receptance, axis=(1, 2))
