@@ -21,7 +21,7 @@ from ..cutting.process.cutting import Cutting
 from ..cutting.rest.solve import stability_lobes
 from ..cutting.rest.together import METHODS, limits, peak_receptance, preview, static_compliance
 from ..model.joint_places import joint_units
-from ..model.spindle_speed import refuse_dependence
+from ..model.spindle_speed import depends_on_speed
 from ..operating.operating_point import frozen_receptance
 from ..tool.tool_model import ToolModel
 from ..tool.tool_point import ToolPoint
@@ -31,6 +31,7 @@ from .inputs import inputs_hash
 from .settings import Setting, setting
 from .study import Study
 from .study_file import read_study
+from .turning import Turning
 from .variants import Machines, Variant
 
 _STATIC_LINE = 0.1
@@ -145,17 +146,18 @@ class Evaluation:
                 out["static-compliance"][row] = np.max(_direct(at_rest.receptance))
         if not set(out) & (DEPTHS | {"peak-receptance"}):
             return
-        if set(out) & DEPTHS:
-            refuse_dependence(part.machine, "depths in a study")
+        turning = bool(set(out) & DEPTHS) and depends_on_speed(part.machine)
         for amplitude in self._study.amplitudes:
             for row, of in settings.items():
                 tool: ToolModel | FRF | None = modal.get(row) if amplitude == 0 else None
-                cut: ToolModel | FRF | ToolPoint | None = tool
+                cut: ToolModel | FRF | ToolPoint | Turning | None = tool
                 if tool is None:
                     machine, cutting = part.changed(of, *draws), cuttings.get(row)
                     tool = cut = operating_receptance(machine, amplitude, cutting=cutting).frf
-                    if amplitude == 0 and cutting is not None:
+                    if amplitude == 0 and cutting is not None and not turning:
                         cut = tool_at_rest(machine)
+                if turning:
+                    cut = Turning(part.changed(of, *draws), amplitude)
                 assert cut is not None
                 tips.add(row, tool, cut, part.machine.tool_axes)
 
@@ -186,9 +188,12 @@ class Evaluation:
             if isinstance(tool, ToolModel) and method in METHODS:
                 together.setdefault((axes, method), []).append(i)
                 continue
-            chart = stability_lobes(
-                tool, cuttings[row], speeds[row], method, axes=axes if isinstance(tool, FRF) else None
-            )
+            if isinstance(tool, Turning):
+                chart = tool.lobes(cuttings[row], speeds[row], method)
+            else:
+                chart = stability_lobes(
+                    tool, cuttings[row], speeds[row], method, axes=axes if isinstance(tool, FRF) else None
+                )
             lowest[row], limit[row] = min(lowest[row], chart.minimum_depth), np.minimum(limit[row], chart.depth)
         for (_, method), members in together.items():
             rows = [tips.rows[i] for i in members]
@@ -225,11 +230,13 @@ class _Tips:
 
     rows: list[int] = field(default_factory=list)
     tools: list[ToolModel | FRF] = field(default_factory=list)
-    cut: list[ToolModel | FRF | ToolPoint] = field(default_factory=list)
+    cut: list[ToolModel | FRF | ToolPoint | Turning] = field(default_factory=list)
     """As `lobes` takes them: what has no modes is known at every frequency for small vibrations."""
     axes: list[tuple[str, ...]] = field(default_factory=list)
 
-    def add(self, row: int, tool: ToolModel | FRF, cut: ToolModel | FRF | ToolPoint, axes: tuple[str, ...]) -> None:
+    def add(
+        self, row: int, tool: ToolModel | FRF, cut: ToolModel | FRF | ToolPoint | Turning, axes: tuple[str, ...]
+    ) -> None:
         """A tool point that moves along these axes."""
         self.rows.append(row)
         self.tools.append(tool)

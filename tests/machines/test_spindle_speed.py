@@ -31,6 +31,8 @@ from machines.model.by_speed import BySpeed, stiffness_between
 from machines.model.spindle_speed import at_speed, beyond_speeds, refuse_dependence
 from machines.shapes.profile import Material
 from machines.shapes.segment import Segment
+from machines.study.conditions import Case
+from machines.study.evaluation import Evaluation
 from machines.tool.tool_model import ToolModel
 
 STEEL = Material("steel", 2.1e11, 0.3, 7850.0)
@@ -326,17 +328,37 @@ values = [0.2, 0.3]
 [[objective]]
 quantity = "minimum-depth"
 goal = "max"
+[conditions]
+speed = [8000, 20000]
+speeds = 5
+lobes = "zero-order"
 """
 
 
-def test_the_explorer_shows_lobes_of_every_speed_and_a_study_of_depths_is_refused(tmp_path: Path) -> None:
+STUDIED = np.linspace(8e3, 20e3, 5)
+
+
+def test_the_explorer_shows_lobes_of_every_speed(tmp_path: Path) -> None:
     path = written(tmp_path)
     path.write_text(path.read_text() + CUTTING)
     curves = Explorer(path).curves({})
     alone = [lobes_at_amplitude(read_machine(path), [n], method="zero-order").depth[0] for n in curves.speed[::13]]
     np.testing.assert_allclose(curves.depth[::13], alone, rtol=1e-12)
     assert "The spindle depends on its speed: 40 speeds, by zero-order." in curves.notes
+
+
+def test_a_study_takes_every_speed_with_the_machine_at_that_speed(tmp_path: Path) -> None:
+    path = written(tmp_path)
+    path.write_text(path.read_text() + CUTTING)
     (tmp_path / "depth.study.toml").write_text(STUDY)
+    found = Evaluation(tmp_path / "depth.study.toml")(0, 2)["minimum-depth"]
+    for immersion, depth in zip((0.2, 0.3), found, strict=True):
+        machine = read_machine(path, {"cutting.immersion": immersion})
+        alone = [lobes_at_amplitude(machine, [n], method="zero-order").depth[0] for n in STUDIED]
+        assert depth == pytest.approx(min(alone), rel=1e-12)
     words = ["study", "run", str(tmp_path / "depth.study.toml"), "-o", str(tmp_path / "out")]
-    with pytest.raises(InputError, match="component 'cutter' depends on the spindle speed, expected a machine that"):
-        CliRunner().invoke(cli, words, catch_exceptions=False)
+    assert CliRunner().invoke(cli, words, catch_exceptions=False).exit_code == 0
+    assert found[0] != pytest.approx(found[1], rel=1e-3)
+    (tmp_path / "depth.study.toml").write_text(STUDY.replace("[8000, 20000]", "[8000, 24000]"))
+    with pytest.raises(InputError, match="component 'cutter' is known from 0 to 20000 rpm"):
+        Evaluation(tmp_path / "depth.study.toml").each([(np.array([0.2]), Case(""))])
