@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -40,13 +41,20 @@ class Spectrum:
         if self.carried_on:
             for outside, edge, inward in ((above, high, 1 / 1.1), (below, low, 1.1)):
                 if outside.any():
-                    last, before = self.point(np.array([edge, inward * edge])).real
+                    last, before = self._at_ends[edge]
                     G[outside] = carried(last, before, f[outside] / edge, inward)
         else:
             G[above] = 0.0
             G[below] = G[below].real
         G = np.where((frequency.ravel() < 0)[:, None, None], G.conj(), G)
         return np.asarray(G.reshape(*frequency.shape, *G.shape[1:]))
+
+    @cached_property
+    def _at_ends(self) -> dict[float, Array]:
+        """Re G at either end of what is known, and a tenth inward."""
+        low, high = self.known
+        ends = ((low, 1.1), (high, 1 / 1.1))
+        return {edge: self.point(np.array([edge, edge * inward])).real for edge, inward in ends}
 
 
 def carried(last: Array, before: Array, ratio: Array, inward: float) -> Array:
@@ -117,6 +125,7 @@ class Shape:
         return np.append(nu, 0.5)
 
 
+@lru_cache(maxsize=8)
 def shape(point: ToolPoint) -> Shape:
     """Halve the lines of a tool point until the receptance turns by less than a third of itself between them."""
     f = point.lines

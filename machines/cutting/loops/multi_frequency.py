@@ -124,4 +124,4 @@ class HarmonicLoop:
     @staticmethod
     def _felt(out: ComplexArray, G: ComplexArray) -> ComplexArray:
         """vᵀG at every node and line, shape (g, nodes, lines, n)."""
-        return np.asarray(np.einsum("kqa,gqab->gkqb", out, G, optimize=True))
+        return np.asarray(np.einsum("kqa,gqab->gkqb", out, G))
