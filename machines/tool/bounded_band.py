@@ -115,11 +115,12 @@ class Shape:
         order = np.minimum(order, 1 - order)
         gap = np.diff(self.lines, prepend=-np.inf, append=np.inf)
         step = np.minimum(gap[:-1], gap[1:])[worth] / tooth_frequency
-        chosen: list[int] = []
-        for i in np.argsort(step).tolist():  # those that stand close first; others only where none of these is near
-            if all(abs(order[i] - order[j]) >= _CLOSE * step[i] for j in chosen):
-                chosen.append(i)
-        nu = np.concatenate([order[chosen], np.linspace(0.04, 0.46, 12), [1e-3, 0.01, 0.49, 0.499]])
+        chosen: list[float] = []
+        close = np.argsort(step)  # those that stand close first; others only where none of these is near
+        for one, apart in zip(order[close].tolist(), (_CLOSE * step[close]).tolist(), strict=True):
+            if all(abs(one - other) >= apart for other in chosen):
+                chosen.append(one)
+        nu = np.concatenate([chosen, np.linspace(0.04, 0.46, 12), [1e-3, 0.01, 0.49, 0.499]])
         nu = np.unique(np.round(nu, 7))
         nu = nu[(nu >= 1e-4) & (nu < 0.5 - 1e-6)]
         return np.append(nu, 0.5)
