@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -40,13 +41,20 @@ class Spectrum:
         if self.carried_on:
             for outside, edge, inward in ((above, high, 1 / 1.1), (below, low, 1.1)):
                 if outside.any():
-                    last, before = self.point(np.array([edge, inward * edge])).real
+                    last, before = self._at_ends[edge]
                     G[outside] = carried(last, before, f[outside] / edge, inward)
         else:
             G[above] = 0.0
             G[below] = G[below].real
         G = np.where((frequency.ravel() < 0)[:, None, None], G.conj(), G)
         return np.asarray(G.reshape(*frequency.shape, *G.shape[1:]))
+
+    @cached_property
+    def _at_ends(self) -> dict[float, Array]:
+        """Re G at either end of what is known, and a tenth inward."""
+        low, high = self.known
+        ends = ((low, 1.1), (high, 1 / 1.1))
+        return {edge: self.point(np.array([edge, edge * inward])).real for edge, inward in ends}
 
 
 def carried(last: Array, before: Array, ratio: Array, inward: float) -> Array:
@@ -107,16 +115,18 @@ class Shape:
         order = np.minimum(order, 1 - order)
         gap = np.diff(self.lines, prepend=-np.inf, append=np.inf)
         step = np.minimum(gap[:-1], gap[1:])[worth] / tooth_frequency
-        chosen: list[int] = []
-        for i in np.argsort(step).tolist():  # those that stand close first; others only where none of these is near
-            if all(abs(order[i] - order[j]) >= _CLOSE * step[i] for j in chosen):
-                chosen.append(i)
-        nu = np.concatenate([order[chosen], np.linspace(0.04, 0.46, 12), [1e-3, 0.01, 0.49, 0.499]])
+        chosen: list[float] = []
+        close = np.argsort(step)  # those that stand close first; others only where none of these is near
+        for one, apart in zip(order[close].tolist(), (_CLOSE * step[close]).tolist(), strict=True):
+            if all(abs(one - other) >= apart for other in chosen):
+                chosen.append(one)
+        nu = np.concatenate([chosen, np.linspace(0.04, 0.46, 12), [1e-3, 0.01, 0.49, 0.499]])
         nu = np.unique(np.round(nu, 7))
         nu = nu[(nu >= 1e-4) & (nu < 0.5 - 1e-6)]
         return np.append(nu, 0.5)
 
 
+@lru_cache(maxsize=8)
 def shape(point: ToolPoint) -> Shape:
     """Halve the lines of a tool point until the receptance turns by less than a third of itself between them."""
     f = point.lines

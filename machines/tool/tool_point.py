@@ -19,7 +19,7 @@ AXES = (("x",), ("y",), ("x", "y"))
 _SINGULAR = 1e-10
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ToolPoint:
     """Receptance at the tool tip inside a band.
 

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import FrequencyMismatch, InputError
 
+from ...components.measured import Measured
 from ...harmonic_balance.assembly import Assembly
 from ...model.machine import Machine
 from ...operating.operating_point import OpenTool, OperatingPoint
 from ...statics.working_point import tangents
 from ...tool.chatter_band import chatter_band
+from ...tool.tabulated import Tabulated
 from ...tool.tool_model import ToolModel
 from ...tool.tool_point import ToolPoint
 from ..process.cutting import Cutting
@@ -104,8 +107,20 @@ def seconds_of_chart(machine: Machine, cutting: Cutting, amplitude: float, enoug
 
 def tool_at_rest(machine: Machine) -> ToolModel | ToolPoint:
     """The tool for small vibrations as every verb takes it: as modes, or where no sum of modes is it on any line."""
-    band = chatter_band(machine)
-    return band.model or tip_at_rest(machine, band.lines)
+    return chatter_band(machine).model or _asked_often(machine)
+
+
+@lru_cache(maxsize=8)
+def _asked_often(machine: Machine) -> ToolPoint:
+    """`tip_at_rest` from a table, whose pieces end on the lines of records: between those, a receptance is smooth."""
+    lines = chatter_band(machine).lines
+    tip = tip_at_rest(machine, lines)
+    records = [part.frequency for part in machine.components if isinstance(part, Measured)]
+    if not records:
+        return replace(tip, receptance=Tabulated(tip.receptance, lines))
+    known = np.concatenate(records)
+    knots = np.union1d(known[(known > lines[0]) & (known < lines[-1])], lines[[0, -1]])
+    return replace(tip, receptance=Tabulated(tip.receptance, knots))
 
 
 def tip_at_rest(machine: Machine, lines: Array) -> ToolPoint:

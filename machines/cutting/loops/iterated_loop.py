@@ -21,7 +21,7 @@ import scipy
 
 from jointlib.arrays import Array, ComplexArray
 
-from .loop_branches import nearest_of, regeneration
+from .loop_branches import Iterated, nearest_of, regeneration
 from .multi_frequency import HarmonicLoop
 
 _FIRST = 6
@@ -39,7 +39,7 @@ _BESIDE = 0.3
 
 
 @dataclass(frozen=True)
-class IteratedLoop:
+class IteratedLoop(Iterated):
     """A `HarmonicLoop` of which the matrix is applied, not formed."""
 
     loop: HarmonicLoop

@@ -5,9 +5,9 @@ The equations are those of `critical_depth`.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
 
 import numpy as np
 from scipy.linalg.lapack import zgetrf, zgetrs
@@ -21,10 +21,10 @@ Loop = Callable[[Array], ComplexArray]
 """ν, shape (g,) → the matrices of the loop in 1/m, shape (g, m, m)."""
 
 
-@runtime_checkable
-class Iterated(Protocol):
+class Iterated(ABC):
     """A loop too large for its matrices: it finds its own eigenvalues."""
 
+    @abstractmethod
     def nearest(self, fraction: float, guess: complex) -> tuple[complex, ComplexArray]:
         """The eigenvalue nearest to a guess and its vector."""
 

@@ -124,4 +124,6 @@ class HarmonicLoop:
     @staticmethod
     def _felt(out: ComplexArray, G: ComplexArray) -> ComplexArray:
         """vᵀG at every node and line, shape (g, nodes, lines, n)."""
-        return np.asarray(np.einsum("kqa,gqab->gkqb", out, G, optimize=True))
+        (nodes, lines, n), many = out.shape, len(G)
+        felt = np.swapaxes(out, 0, 1) @ G.transpose(1, 2, 0, 3).reshape(lines, n, many * n)
+        return np.asarray(felt.reshape(lines, nodes, many, n).transpose(2, 1, 0, 3))
