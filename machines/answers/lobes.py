@@ -214,7 +214,7 @@ def lobes(
         further, words, field = forced(model, charts[0], depths, best, safe, during)
         lines += _added(data, further, words)
     if target is not None:
-        write_charts(target, found, zones, band, field, safe, during)
+        write_charts(target, found, tools, zones, band, field, safe, during)
         found.files.append(target)
     return found
 
