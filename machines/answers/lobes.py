@@ -20,8 +20,7 @@ from jointlib.shown.text import table
 
 from ..cutting.amplitude.amplitude_limits import depends_on_amplitude
 from ..cutting.amplitude.best_pitch import best_pitch
-from ..cutting.amplitude.frozen_lobes import lobes_at_amplitude
-from ..cutting.amplitude.lobes_over_range import lobes_over_range
+from ..cutting.amplitude.charts_by_amplitude import charts_by_amplitude
 from ..cutting.amplitude.pocket import best_pocket
 from ..cutting.amplitude.zones import safe_limit
 from ..cutting.process.chart import StabilityLobes, draw_charts
@@ -151,14 +150,15 @@ def lobes(
         if samples:
             refuse_certain(model)
         begun = time.monotonic()
-        charts, speeds = _charts(model, speeds, sizes, method, seconds if not rates else None)
+        charts = charts_by_amplitude(model, speeds, sizes or (0.0,), method, seconds if not rates else None)
+        speeds = charts[-1].speed
         took = time.monotonic() - begun
         growth, told = grown(model, speeds, depths, sizes, witness)
     data = chart_data(charts, speeds, sizes)
     if growth:
         data["multiplier"] = growth if sizes else growth[0]
     data["warnings"] = [*remarks, *data["warnings"]]
-    asked = speeds, method, seconds if not rates else None
+    asked = speeds, method, seconds / len(charts) if not rates else None
     pairs = list(zip(sizes or (0.0,), charts, strict=True))
     tools = [_tools(machine, model, tool, chart, A, asked, during) for A, chart in pairs]
     found = Lobes(model, sizes or (0.0,), tuple(charts), data, list(remarks), tools=tools[0])
@@ -172,7 +172,7 @@ def lobes(
         lines.append(_limit(model, A, chart))
         tell(lines)
         if not A:
-            lines += _added(data, *safe_from_knocks(model, chart, during))
+            lines += _added(data, *safe_from_knocks(model, chart, max(seconds - took, 0.0), during))
         if rates:
             lines += _at_speeds(speeds, chart)
         if growth:
@@ -214,7 +214,7 @@ def lobes(
         further, words, field = forced(model, charts[0], depths, best, safe, during)
         lines += _added(data, further, words)
     if target is not None:
-        write_charts(target, found, zones, band, field, safe, during)
+        write_charts(target, found, tools, zones, band, field, safe, during)
         found.files.append(target)
     return found
 
@@ -235,27 +235,10 @@ def _tools(
     share = None if budget is None else budget / (len(names) - 1)
 
     def chart_of(other: Machine) -> StabilityLobes:
-        return _charts(other, speeds if share is None else default_speeds(other), (amplitude,), method, share)[0][0]
+        at = speeds if share is None else default_speeds(other)
+        return charts_by_amplitude(other, at, (amplitude,), method, share)[0]
 
     return each_tool(model, Path(machine), names, chart_of, known, budget is not None, during)
-
-
-def _charts(
-    model: Machine, speeds: Array, sizes: Sequence[float], method: str | None, budget: float | None
-) -> tuple[list[StabilityLobes], Array]:
-    """The charts by amplitude and their speeds.
-
-    At rest over a range, which has a ``budget``, what dips between the speeds is looked for; other amplitudes take the
-    same speeds.
-    """
-    charts = []
-    for A in sizes or (0.0,):
-        if budget is None or A:
-            charts.append(lobes_at_amplitude(model, speeds, A, method))
-        else:
-            charts.append(lobes_over_range(model, speeds, A, method, budget))
-        speeds = charts[-1].speed
-    return charts, speeds
 
 
 def _pitches(model: Machine, what: str, speeds: Array, during: Progress) -> tuple[dict[str, Any], list[str]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import re
 from pathlib import Path
@@ -120,6 +121,31 @@ process = "turning"
 specific = 2e9
 speed = [6000, 12000]
 """
+
+
+@pytest.mark.parametrize("more", [(), ("--speed", "7000", "--speed", "9000", "--amplitude", "0", "--amplitude", "1um")])
+def test_the_file_of_a_chart_holds_the_depths_of_every_tool(more: tuple[str, ...], tmp_path: Path) -> None:
+    path = written(tmp_path, "mill.toml", LUMPED)
+    rows = told("lobes", str(path), *more, "-o", str(tmp_path / "chart.npz"))["tools"]
+    shown("lobes", str(path), *more, "-o", str(tmp_path / "chart.csv"))
+    with np.load(tmp_path / "chart.npz") as file:
+        arrays = dict(file)
+    lines = (tmp_path / "chart.csv").read_text("utf-8").splitlines()
+    table = list(csv.DictReader(lines[1:]))
+    assert {row["tool"] for row in rows} == {"soft", "hard"}
+    for row in rows:
+        name, A = f"depth_{row['tool']}", row.get("amplitude", 0.0)
+        here = arrays[name][arrays["amplitude"].tolist().index(A)]
+        # A speed that only the other tool has is empty.
+        assert (
+            dict(zip(arrays["tool_speed"].tolist(), here.tolist(), strict=True)).items()
+            >= dict(zip(row["speed"], row["depth"], strict=True)).items()
+        )
+        assert np.count_nonzero(~np.isnan(here)) == len(row["speed"])
+        listed = [(float(r["speed"]), float(r[name])) for r in table if float(r["amplitude"]) == A and r[name]]
+        np.testing.assert_allclose(listed, np.transpose([row["speed"], row["depth"]]), rtol=1e-9)
+    own = [float(r["depth"]) for r in table if r["depth"]]
+    np.testing.assert_allclose(own, np.ravel(arrays["depth"]), rtol=1e-9)
 
 
 def test_a_run_tells_of_every_tool_what_lobes_tells_of_it(tmp_path: Path) -> None:

@@ -49,17 +49,29 @@ def tip(
     front, rear = BEARINGS[axis]
     n = len(HOLDER)
     S = receptance([*HOLDER, *SPINDLE], {n + 1: front, n + 2: rear}, lines)[:, :2, :2]
-    G: ComplexArray = np.zeros(len(lines), dtype=complex)
-    for i, w in enumerate(omega):
-        k, kt = joint["stiffness"] + 1j * w * joint["damping"], joint["rotation"] + 1j * w * joint["rotation_damping"]
-        A = 0.0
-        for _ in range(400 if cubic or slip else 1):
-            bent = k + 0.75 * cubic * A**2 + (4j * slip / np.pi / A if slip and A else 0.0)
-            J = np.diag([1 / bent, 1 / kt])
-            inner = np.linalg.solve(R[i, 1:, 1:] + S[i] + J, R[i, 1:, 0])
-            G[i] = R[i, 0, 0] - R[i, 0, 1:] @ inner
-            A = 0.5 * A + 0.5 * abs(inner[0] / bent) * force
-    return G
+    k = joint["stiffness"] + 1j * omega * joint["damping"]
+    kt = joint["rotation"] + 1j * omega * joint["rotation_damping"]
+
+    def moved(A: Array) -> tuple[ComplexArray, Array]:
+        """The receptance, and the joint's amplitude by its gain at the amplitude A."""
+        bent = k + 0.75 * cubic * A**2 + (4j * slip / np.pi / A if slip else 0.0)
+        J = np.zeros((len(lines), 2, 2), dtype=complex)
+        J[:, 0, 0], J[:, 1, 1] = 1 / bent, 1 / kt
+        inner = np.linalg.solve(R[:, 1:, 1:] + S + J, R[:, 1:, :1])[:, :, 0]
+        return R[:, 0, 0] - np.sum(R[:, 0, 1:] * inner, axis=1), np.abs(inner[:, 0] / bent) * force
+
+    if slip:
+        # Next to sticking an iteration from small to small creeps: the amplitude is bracketed instead.
+        low, high = np.full(len(lines), 1e-20), np.full(len(lines), 1e-3)
+        for _ in range(100):
+            A = np.sqrt(low * high)
+            more = moved(A)[1] > A
+            low, high = np.where(more, A, low), np.where(more, high, A)
+        return moved(np.sqrt(low * high))[0]
+    A = np.zeros(len(lines))
+    for _ in range(400 if cubic else 1):
+        A = 0.5 * A + 0.5 * moved(A)[1]
+    return moved(A)[0]
 
 
 def written(

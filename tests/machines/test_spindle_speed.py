@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 
 import numpy as np
@@ -16,12 +17,13 @@ from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from jointlib.modulation import Modulation
 from jointlib.parameter import Role
-from machines import Machine, linear_check, natural_modes, read_machine
+from machines import Machine, linear_check, lobes, natural_modes, read_machine
 from machines.components.beam import Beam
 from machines.components.connection import Connection
 from machines.components.measured import Measured
 from machines.components.modal import Modal
 from machines.cutting.amplitude.best_pitch import best_pitch
+from machines.cutting.amplitude.charts_by_amplitude import within_budget
 from machines.cutting.amplitude.frozen_lobes import lobes_at_amplitude
 from machines.cutting.amplitude.frozen_modes import multipliers
 from machines.cutting.process.cutting import Cutting
@@ -362,3 +364,45 @@ def test_a_study_takes_every_speed_with_the_machine_at_that_speed(tmp_path: Path
     (tmp_path / "depth.study.toml").write_text(STUDY.replace("[8000, 20000]", "[8000, 24000]"))
     with pytest.raises(InputError, match="component 'cutter' is known from 0 to 20000 rpm"):
         Evaluation(tmp_path / "depth.study.toml").each([(np.array([0.2]), Case(""))])
+
+
+GUIDE = """[[connection]]
+name = "guide"
+between = ["cutter.x", "ground"]
+joint = { law = [{ kind = "linear", stiffness = 1e6 }, { kind = "cubic", stiffness3 = 1e17 }] }
+[cutting]
+process = "turning"
+specific = 2e9
+speed = [3000, 18000]
+"""
+
+
+def guided(folder: Path) -> Machine:
+    """A nonlinear machine that is another at every speed."""
+    path = written(folder)
+    path.write_text(path.read_text() + GUIDE)
+    return read_machine(path)
+
+
+def test_charts_at_amplitudes_end_within_their_budget_with_what_is_known(tmp_path: Path) -> None:
+    machine, begun = guided(tmp_path), time.process_time()
+    found = lobes(machine, amplitude=[0.0, 5e-6], budget=0.6)
+    # A speed begun in time may end after it; what a slow machine adds is not counted.
+    assert time.process_time() - begun < 2.0
+    assert len(found.charts[1].speed) < 100
+    (said,) = (w for w in found.charts[1].warnings if w.startswith("Time was up after 0.6 s"))
+    assert f"{len(found.charts[1].speed)} of " in said
+    assert said in found.lines
+    assert found.charts[0].speed.tolist() == found.charts[1].speed.tolist()
+    middle = len(found.charts[1].speed) // 2
+    for A, chart in zip((0.0, 5e-6), found.charts, strict=True):
+        alone = lobes_at_amplitude(machine, [chart.speed[middle]], A)
+        assert chart.depth[middle] == pytest.approx(alone.depth[0], rel=1e-12)
+
+
+def test_with_time_enough_every_speed_is_there_at_every_amplitude(tmp_path: Path) -> None:
+    machine, speeds = guided(tmp_path), np.array([5000.0, 9000.0, 14000.0])
+    charts = within_budget(machine, speeds, (2e-6, 5e-6), None, 60.0, 60.0)
+    for A, chart in zip((2e-6, 5e-6), charts, strict=True):
+        np.testing.assert_array_equal(chart.depth, lobes_at_amplitude(machine, speeds, A).depth)
+        assert not any("Time was up" in said for said in chart.warnings)

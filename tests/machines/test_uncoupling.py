@@ -184,6 +184,20 @@ def test_two_places_sensed_but_one_hit_do_not_tell_the_end() -> None:
     assert not Hits(*(getattr(all_places, n)[rows] for n in fields), all_places.end).tells_all
 
 
+def test_one_mode_does_not_stand_for_the_place_that_was_not_hit() -> None:
+    """G_22 = G_12²/G_11 is near at a resonance, and the end is far off all the same."""
+    whole, S = hits(BAR, LINES, None), spindle(LINES)
+    G = whole.assembly.copy()
+    G[2] = G[1] ** 2 / G[0]
+    off = np.abs(G[2] / whole.assembly[2] - 1)
+    at = int(np.argmin(off))
+    assert off[at] < 0.01
+    alike = Hits(G, whole.deviation, whole.free, whole.response, whole.drive, whole.end)
+    error = np.abs(parts_of(taken_off(alike) - S)) / np.abs(parts_of(S))
+    assert np.max(error[at]) > 0.3
+    assert np.all(np.max(error, axis=1) > 0.05)
+
+
 def test_line_by_line_is_the_formula_of_receptance_coupling() -> None:
     measured, S = hits(BAR, LINES, None), spindle(LINES)
     R = free(BAR, LINES)

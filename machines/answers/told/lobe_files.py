@@ -2,23 +2,40 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import csv
+import io
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from jointlib.arrays import Array
 from jointlib.io.atomic import write_text
 from jointlib.shown.progress import Progress
 
+from ...cutting.rest.chart_file import on_common_speeds, write_lobes
 from .lobes_over_amplitude import lenses_to
 
 if TYPE_CHECKING:
+    from ...road.each_tool import ToolLobes
     from ..lobes import Lobes
 
 
-def write_charts(path: Path, found: Lobes, zones: Any, band: Any, field: Any, safe: Any, progress: Progress) -> None:
-    """The charts by the suffix of the file; with the safe depth and the band (m) where they are known."""
+def write_charts(
+    path: Path,
+    found: Lobes,
+    tools: Sequence[Sequence[ToolLobes]],
+    zones: Any,
+    band: Any,
+    field: Any,
+    safe: Any,
+    progress: Progress,
+) -> None:
+    """The charts by the suffix of the file; with the safe depth and the band (m) where they are known.
+
+    ``tools`` are those of a machine with several, by amplitude.
+    """
     if path.suffix == ".svg":
         _draw(path, found, zones, band, field, progress)
         return
@@ -26,7 +43,9 @@ def write_charts(path: Path, found: Lobes, zones: Any, band: Any, field: Any, sa
     if zones is None and over is not None:
         safe = np.fmin(safe, over["safe_depth"])
     bounded = band is not None or zones is not None or over is not None
-    _write(path, found.charts, found.charts[-1].speed, found.amplitude, safe if bounded else None, band)
+    names = [tool.name for tool in found.tools]
+    others = on_common_speeds({name: [each[i].chart for each in tools] for i, name in enumerate(names)})
+    _write(path, found.charts, found.charts[-1].speed, found.amplitude, others, safe if bounded else None, band)
 
 
 def _draw(path: Path, found: Lobes, zones: Any, band: Any, field: Any, progress: Progress) -> None:
@@ -46,13 +65,19 @@ def _draw(path: Path, found: Lobes, zones: Any, band: Any, field: Any, progress:
 
 
 def _write(
-    path: Path, charts: Sequence[Any], speeds: Any, amplitude: Sequence[float], safe: Any = None, band: Any = None
+    path: Path,
+    charts: Sequence[Any],
+    speeds: Any,
+    amplitude: Sequence[float],
+    tools: tuple[Array, Mapping[str, Array]],
+    safe: Any = None,
+    band: Any = None,
 ) -> None:
     """The charts as numbers, by the suffix of the file; the safe depth (m) and the band (m) where they are known."""
     if path.suffix == ".npz":
-        from ...cutting.rest.chart_file import write_lobes
-
-        more = {} if safe is None else {"safe_depth": safe}
+        more = {f"depth_{name}": depth for name, depth in tools[1].items()}
+        more |= {"tool_speed": tools[0]} if more else {}
+        more |= {} if safe is None else {"safe_depth": safe}
         write_lobes(path, charts, speeds, amplitude, more | ({} if band is None else {"band": band}))
         return
     names = ["amplitude", "speed", "depth", "chatter_frequency", "kind", "lobe"]
@@ -63,9 +88,35 @@ def _write(
         columns: list[Any] = [speeds, c.depth, c.chatter_frequency, c.kind, c.lobe]
         columns += [] if safe is None else [safe]
         columns += [] if band is None else list(band[i])
-        rows += [",".join([f"{A:g}", *map(_cell, row)]) for row in zip(*columns, strict=True)]
+        rows += [[f"{A:g}", *map(_cell, row)] for row in zip(*columns, strict=True)]
+    names += [f"depth_{name}" for name in tools[1]]
+    rows = _with_tools(rows, len(names), amplitude, speeds, tools) if tools[1] else rows
     told = "# m, rpm, m, Hz; an infinite depth is stable at any depth"
-    write_text(path, "\n".join([told, ",".join(names), *rows]) + "\n")
+    table = io.StringIO()
+    csv.writer(table, lineterminator="\n").writerows([names, *rows])
+    write_text(path, f"{told}\n{table.getvalue()}")
+
+
+def _with_tools(
+    rows: Sequence[Sequence[str]],
+    width: int,
+    amplitude: Sequence[float],
+    speeds: Array,
+    tools: tuple[Array, Mapping[str, Array]],
+) -> list[list[str]]:
+    """The rows with the depth of every tool, and one for every speed that only other tools have.
+
+    A cell is empty where nothing was computed.
+    """
+    own = iter(rows)
+    out = []
+    for i, A in enumerate(amplitude):
+        at = dict(zip(speeds.tolist(), own, strict=False))
+        for k, rpm in enumerate(tools[0].tolist()):
+            depths = ["" if np.isnan(depth[i, k]) else _cell(float(depth[i, k])) for depth in tools[1].values()]
+            left = [f"{A:g}", _cell(rpm)] + [""] * (width - len(depths) - 2)
+            out.append([*at.get(rpm, left), *depths])
+    return out
 
 
 def _cell(value: Any) -> str:

@@ -96,17 +96,32 @@ def over_amplitude(
     return {"over_amplitude": rows, "told": said}, said
 
 
-def safe_from_knocks(model: Any, chart: Any, progress: Progress) -> tuple[dict[str, Any], list[str]]:
-    """In turning, where something depends on amplitude: the depth below which knocks die out at every speed."""
+def safe_from_knocks(model: Any, chart: Any, budget: float, progress: Progress) -> tuple[dict[str, Any], list[str]]:
+    """In turning, where something depends on amplitude: the depth below which knocks die out at every speed.
+
+    Left out, which is told, where a machine that is another at every speed would take more than the ``budget`` (s).
+    """
     from ...cutting.amplitude.amplitude_limits import amplitude_range, depends_on_amplitude
+    from ...cutting.amplitude.frozen_lobes import frozen_lobes
     from ...cutting.amplitude.lobes_over_range import least_depth
     from ...cutting.process.cutting import Cutting
+    from ...model.spindle_speed import depends_on_speed
 
     cutting = Cutting(**(model.cutting or {}))
     if chart.method != "turning" or not cutting.plain or not depends_on_amplitude(model):
         return {}, []
+    sizes = amplitude_range(cutting, _KNOCKS)
     with progress.step("computing the least depth over amplitude"):
-        depth, amplitude = least_depth(model, chart, amplitude_range(cutting, _KNOCKS))
+        if depends_on_speed(model):
+            begun = time.monotonic()
+            frozen_lobes(model, chart.speed[:1], float(sizes[0]), chart.method)
+            needed = (time.monotonic() - begun) * chart.speed.size * len(sizes)
+            if needed > budget:
+                return {}, [
+                    f"The depth below which knocks die out was left out: {len(sizes)} amplitudes at each of "
+                    f"{chart.speed.size} speeds take about {needed:.0f} s, more than --budget leaves ({budget:.3g} s)."
+                ]
+        depth, amplitude = least_depth(model, chart, sizes)
     if not np.isfinite(depth):
         return {}, []
     data = {"safe_at_every_speed": {"depth": depth, "amplitude": amplitude}}

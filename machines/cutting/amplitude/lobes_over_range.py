@@ -75,9 +75,9 @@ def lobes_over_range(
         slow = slow and not chart.branches
         chart = _until(chart, np.delete(speeds, tried), at, deadline) if slow else at(speeds)
     if chart.branches or chart.speed.size < _FEWEST:
-        return _without(chart, refused)  # closed forms have the minimum over every speed
+        return without(chart, refused)  # closed forms have the minimum over every speed
     known = chart.speed.size
-    chart = _without(over_the_range(chart, at, deadline), refused)
+    chart = without(over_the_range(chart, at, deadline), refused)
     if time.monotonic() < deadline:
         return chart
     short = (
@@ -87,7 +87,7 @@ def lobes_over_range(
     return replace(chart, minimum_at=None, notes=(*chart.notes, AT_SPEEDS), warnings=(*chart.warnings, short))
 
 
-def _without(chart: StabilityLobes, refused: Mapping[float, str]) -> StabilityLobes:
+def without(chart: StabilityLobes, refused: Mapping[float, str]) -> StabilityLobes:
     """The chart with what is to be said of speeds (rpm) that were refused."""
     if not refused:
         return chart

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from jointlib.arrays import Array
 from jointlib.errors import InputError
 from jointlib.io.atomic import write_npz
 
@@ -51,3 +52,19 @@ def write_lobes(
     fields = ("depth", "chatter_frequency", "lobe", "kind", "minimum_depth")
     arrays = {name: np.array([getattr(c, name) for c in charts]) for name in fields}
     write_npz(path, {"speed": speeds, "amplitude": np.array(amplitude), **arrays, **(more or {})})
+
+
+def on_common_speeds(charts: Mapping[str, Sequence[Any]]) -> tuple[Array, dict[str, Array]]:
+    """The depths of several tools, whose charts may have speeds of their own, on the speeds (rpm) of all of them.
+
+    ``charts`` are by name of the tool, one an amplitude, None where there is none. Returns the speeds, ascending, and
+    by name the depths in m as [amplitude, speed], NaN where that tool was not computed and ∞ where any depth is stable.
+    """
+    known = [np.ravel(chart.speed) for several in charts.values() for chart in several if chart is not None]
+    speeds = np.unique(np.concatenate([np.zeros(0), *known]))
+    depths = {name: np.full((len(several), len(speeds)), np.nan) for name, several in charts.items()}
+    for name, several in charts.items():
+        for row, chart in zip(depths[name], several, strict=True):
+            if chart is not None:
+                row[np.searchsorted(speeds, np.ravel(chart.speed))] = np.ravel(chart.depth)
+    return speeds, depths

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
@@ -22,12 +23,21 @@ def with_doubt_of_parts(frfs: Sequence[LevelFRF], machine: Machine) -> tuple[Lev
 
     A response is analytic in every entry of a measured part, so that an error ε of one moves it by ∂H/∂S ε, whatever
     the phase: a step by the deviation tells its share. Entries err independently, and one stands for both sides of
-    the diagonal.
+    the diagonal. They are common to all records of one response, where the fit takes deviations as independent: the
+    variance is multiplied by their number, so that together they tell no more than one of them.
     """
     others = [(part, other) for part in machine.components for other in _stepped(part)]
     if not others:
         return tuple(frfs)
-    return tuple(replace(r, deviation=np.sqrt(r.deviation**2 + _doubt(machine, r, others) ** 2)) for r in frfs)
+    # An error of a part is the same at every level: more levels do not average it out.
+    shared = Counter((r.drive, r.response) for r in frfs if not r.sealed)
+    return tuple(
+        replace(
+            r,
+            deviation=np.sqrt(r.deviation**2 + max(shared[r.drive, r.response], 1) * _doubt(machine, r, others) ** 2),
+        )
+        for r in frfs
+    )
 
 
 def _doubt(machine: Machine, record: LevelFRF, others: Sequence[tuple[Component, Component]]) -> Array:
