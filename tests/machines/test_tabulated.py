@@ -53,6 +53,20 @@ def test_a_measured_spindle_end_with_a_cutter_is_the_same_from_its_table() -> No
         tip(np.array([high + 100.0]))
 
 
+def test_what_was_asked_of_a_tool_before_changes_no_digit_of_the_next_one() -> None:
+    machine = read_machine(LIBRARY / "end_mill.toml")
+    tip = tool_at_rest(machine)
+    assert isinstance(tip, ToolPoint)
+    low, high = tip.lines[[0, -1]]
+    lines, first = np.linspace(low, high, 300), tip(np.linspace(low, high, 300))
+    for _ in range(20):
+        tip(lines)
+    assert not np.array_equal(tip(lines), first)
+    again = tool_at_rest(machine)
+    assert isinstance(again, ToolPoint)
+    assert np.array_equal(again(lines), first)
+
+
 def test_no_line_is_asked_of_the_receptance_once_the_table_stands() -> None:
     mode = Counted()
     table = asked_enough(Tabulated(mode, KNOTS))

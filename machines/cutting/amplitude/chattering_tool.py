@@ -106,11 +106,17 @@ def seconds_of_chart(machine: Machine, cutting: Cutting, amplitude: float, enoug
 
 
 def tool_at_rest(machine: Machine) -> ToolModel | ToolPoint:
-    """The tool for small vibrations as every verb takes it: as modes, or where no sum of modes is it on any line."""
+    """The tool for small vibrations as every verb takes it: as modes, or where no sum of modes is it on any line.
+
+    What the second answers depends, in its last digits, on how much was asked of it before; each is new.
+    """
     return chatter_band(machine).model or _asked_often(machine)
 
 
-@lru_cache(maxsize=8)
+kept_tool = lru_cache(maxsize=8)(tool_at_rest)
+"""For those who ask one machine speed by speed."""
+
+
 def _asked_often(machine: Machine) -> ToolPoint:
     """`tip_at_rest` from a table, whose pieces end on the lines of records: between those, a receptance is smooth."""
     lines = chatter_band(machine).lines

@@ -20,7 +20,7 @@ from ...tool.chatter_band import ChatterBand, chatter_band
 from ..process.chart import BY_SPEED, StabilityLobes, joined
 from ..process.cutting import Cutting
 from ..rest.solve import spindle_speeds, stability_lobes
-from .chattering_tool import LINES, on_lines, operating_receptance, tool_at_rest, wide_receptance
+from .chattering_tool import LINES, kept_tool, on_lines, operating_receptance, wide_receptance
 from .collocated_turning import collocated_turning
 from .milling_at_amplitude import developed_lobes
 from .rubbed_lobes import rubbed_lobes
@@ -140,7 +140,7 @@ def _frozen(
         chart, held = developed_lobes(machine, cutting, speed, amplitude, method, table)
         return _within(chart, machine, band), held
     if amplitude == 0:
-        chart = stability_lobes(tool_at_rest(machine), cutting, speed, method)
+        chart = stability_lobes(kept_tool(machine), cutting, speed, method)
         return _within(chart, machine, band), np.zeros(chart.depth.shape, dtype=bool)
     point = operating_receptance(machine, amplitude, points)
     chart = stability_lobes(point.frf, cutting, speed, method, axes=axes)
