@@ -285,6 +285,7 @@ def test_where_nothing_is_missing_nothing_is_named(tmp_path: Path) -> None:
         assert found.effective_size["before"] > NEEDED
 
 
+@pytest.mark.thorough
 def test_forces_that_are_larger_than_the_file_says_are_named(tmp_path: Path) -> None:
     machine = machine_of(tmp_path)
     found = trace_cuts(campaign(machine, 5, force=2.2), machine, draws=300)
@@ -307,6 +308,7 @@ def test_few_effective_draws_are_a_residual_and_no_posterior(tmp_path: Path) -> 
     assert (found.verdict.value, found.chosen) == ("unexplained", None)
 
 
+@pytest.mark.thorough
 def test_a_mode_far_off_is_found_where_the_cuts_have_it(tmp_path: Path) -> None:
     machine = machine_of(tmp_path)
     found = trace_cuts(campaign(machine, 6, shift=0.1), machine, draws=300)
@@ -317,6 +319,7 @@ def test_a_mode_far_off_is_found_where_the_cuts_have_it(tmp_path: Path) -> None:
     assert found.error_after["log_score"] > found.error_before["log_score"]
 
 
+@pytest.mark.thorough
 def test_what_has_no_name_leaves_cuts_unexplained(tmp_path: Path) -> None:
     machine = machine_of(tmp_path)
     found = trace_cuts(campaign(machine, 6, shift=0.35), machine, draws=300)

@@ -49,6 +49,7 @@ def test_reference_depths_of_a_semi_discretisation_over_the_revolution(
     assert chart.kind[0] == "hopf"
 
 
+@pytest.mark.thorough
 def test_harmonics_and_collocation_agree_for_every_kind_of_cutter() -> None:
     two = ToolModel.from_modes([620.0, 910.0], [0.03, 0.025], [0.8, 0.6], np.eye(2))
     for more in (

@@ -38,6 +38,7 @@ def test_sentences_are_read_as_fates() -> None:
     assert fates(replace(cut, said=said)) == [Fate(0.0, pytest.approx(0.03 * reach), "lasts")]
 
 
+@pytest.mark.slow
 def test_sentences_about_a_few_random_cuts_hold_in_a_simulation_of_its_own() -> None:
     told, wrong = judged(2, seed=3)
     assert told == 2
