@@ -29,10 +29,12 @@ from .asked import DEPTHS
 from .conditions import Case
 from .inputs import inputs_hash
 from .settings import Setting, setting
+from .speed_dependent import SpeedDependent
 from .study import Study
 from .study_file import read_study
-from .turning import Turning
 from .variants import Machines, Variant
+
+_Cut = ToolModel | FRF | ToolPoint | SpeedDependent
 
 _STATIC_LINE = 0.1
 """Hz; low enough for the receptance to be the static one, high enough for free parts."""
@@ -146,18 +148,19 @@ class Evaluation:
                 out["static-compliance"][row] = np.max(_direct(at_rest.receptance))
         if not set(out) & (DEPTHS | {"peak-receptance"}):
             return
-        turning = bool(set(out) & DEPTHS) and depends_on_speed(part.machine)
+        by_speed = bool(set(out) & DEPTHS) and depends_on_speed(part.machine)
         for amplitude in self._study.amplitudes:
             for row, of in settings.items():
                 tool: ToolModel | FRF | None = modal.get(row) if amplitude == 0 else None
-                cut: ToolModel | FRF | ToolPoint | Turning | None = tool
-                if tool is None:
+                cut: _Cut | None = tool
+                if tool is None or by_speed:
                     machine, cutting = part.changed(of, *draws), cuttings.get(row)
-                    tool = cut = operating_receptance(machine, amplitude, cutting=cutting).frf
-                    if amplitude == 0 and cutting is not None and not turning:
+                    if tool is None:
+                        tool = cut = operating_receptance(machine, amplitude, cutting=cutting).frf
+                    if by_speed:
+                        cut = SpeedDependent(machine, amplitude)
+                    elif amplitude == 0 and cutting is not None:
                         cut = tool_at_rest(machine)
-                if turning:
-                    cut = Turning(part.changed(of, *draws), amplitude)
                 assert cut is not None
                 tips.add(row, tool, cut, part.machine.tool_axes)
 
@@ -188,7 +191,7 @@ class Evaluation:
             if isinstance(tool, ToolModel) and method in METHODS:
                 together.setdefault((axes, method), []).append(i)
                 continue
-            if isinstance(tool, Turning):
+            if isinstance(tool, SpeedDependent):
                 chart = tool.lobes(cuttings[row], speeds[row], method)
             else:
                 chart = stability_lobes(
@@ -230,13 +233,11 @@ class _Tips:
 
     rows: list[int] = field(default_factory=list)
     tools: list[ToolModel | FRF] = field(default_factory=list)
-    cut: list[ToolModel | FRF | ToolPoint | Turning] = field(default_factory=list)
+    cut: list[_Cut] = field(default_factory=list)
     """As `lobes` takes them: what has no modes is known at every frequency for small vibrations."""
     axes: list[tuple[str, ...]] = field(default_factory=list)
 
-    def add(
-        self, row: int, tool: ToolModel | FRF, cut: ToolModel | FRF | ToolPoint | Turning, axes: tuple[str, ...]
-    ) -> None:
+    def add(self, row: int, tool: ToolModel | FRF, cut: _Cut, axes: tuple[str, ...]) -> None:
         """A tool point that moves along these axes."""
         self.rows.append(row)
         self.tools.append(tool)

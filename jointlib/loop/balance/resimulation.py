@@ -62,8 +62,7 @@ def steady_motion(o: Observed, joint: Joint) -> tuple[Array, Array] | None:
 
     def force(Z: ComplexArray) -> ComplexArray:
         z, v = np.fft.irfft(Z, n), np.fft.irfft(1j * omega * Z, n)
-        total: Array = np.sum([steady_force(law, z, v, step) for law in joint.laws], axis=0)
-        return np.asarray(np.fft.rfft(total))
+        return np.asarray(np.fft.rfft(sum((steady_force(law, z, v, step) for law in joint.laws), np.zeros(n))))
 
     Z = _spread(o, o.Z, n)
     F = force(Z)

@@ -108,10 +108,9 @@ def _with_tools(
 
     A cell is empty where nothing was computed.
     """
-    own = iter(rows)
-    out = []
+    out, each = [], len(rows) // len(amplitude)
     for i, A in enumerate(amplitude):
-        at = dict(zip(speeds.tolist(), own, strict=False))
+        at = dict(zip(speeds.tolist(), rows[i * each : (i + 1) * each], strict=True))
         for k, rpm in enumerate(tools[0].tolist()):
             depths = ["" if np.isnan(depth[i, k]) else _cell(float(depth[i, k])) for depth in tools[1].values()]
             left = [f"{A:g}", _cell(rpm)] + [""] * (width - len(depths) - 2)

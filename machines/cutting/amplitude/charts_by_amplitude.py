@@ -16,7 +16,7 @@ from ...model.machine import Machine
 from ...model.spindle_speed import depends_on_speed
 from ..process.chart import BY_SPEED, StabilityLobes, joined
 from .frozen_lobes import lobes_at_amplitude
-from .lobes_over_range import lobes_over_range, without
+from .lobes_over_range import farthest, lobes_over_range, without
 
 
 def charts_by_amplitude(
@@ -69,7 +69,7 @@ def within_budget(
             refused[rpm] = str(error)
         longest = max(longest, time.monotonic() - started)
         known = np.array([*(row[0].speed[0] for row in done), *refused])
-        following = int(np.argmax(np.min(np.abs(left[:, None] - known), axis=1))) if left.size else 0
+        following = farthest(left, known) if left.size else 0
     if not done:
         raise CheckFailed(next(iter(refused.values())))
     charts = [without(joined(column), refused) for column in zip(*done, strict=True)]

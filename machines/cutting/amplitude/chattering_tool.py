@@ -122,9 +122,7 @@ def _asked_often(machine: Machine) -> ToolPoint:
     lines = chatter_band(machine).lines
     tip = tip_at_rest(machine, lines)
     records = [part.frequency for part in machine.components if isinstance(part, Measured)]
-    if not records:
-        return replace(tip, receptance=Tabulated(tip.receptance, lines))
-    known = np.concatenate(records)
+    known = np.concatenate(records or [lines])
     knots = np.union1d(known[(known > lines[0]) & (known < lines[-1])], lines[[0, -1]])
     return replace(tip, receptance=Tabulated(tip.receptance, knots))
 

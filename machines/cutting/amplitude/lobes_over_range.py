@@ -97,6 +97,11 @@ def without(chart: StabilityLobes, refused: Mapping[float, str]) -> StabilityLob
     return replace(chart, warnings=(*chart.warnings, left_out))
 
 
+def farthest(speed: Array, known: Array) -> int:
+    """Index of the speed (rpm) farthest from any that is known."""
+    return int(np.argmax(np.min(np.abs(speed[:, None] - known), axis=1)))
+
+
 def _until(
     chart: StabilityLobes, speeds: Array, at: Callable[[Array], StabilityLobes], deadline: float
 ) -> StabilityLobes:
@@ -104,10 +109,10 @@ def _until(
     known = [chart]
     while len(speeds) and time.monotonic() < deadline:
         done = np.concatenate([one.speed for one in known])
-        farthest = int(np.argmax(np.min(np.abs(speeds[:, None] - done), axis=1)))
-        if (one := _tried(at, speeds[[farthest]])) is not None:
+        following = farthest(speeds, done)
+        if (one := _tried(at, speeds[[following]])) is not None:
             known.append(one)
-        speeds = np.delete(speeds, farthest)
+        speeds = np.delete(speeds, following)
     return joined(known)
 
 

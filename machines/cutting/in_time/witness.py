@@ -35,9 +35,10 @@ _FAR = 1.5
 _NARROW = 2e-3
 _TINY = 1e-300
 _REACH = 100.0
-_WAYS = ((1.0, 0.0, 1.0), (0.0, 0.0, 0.5), (0.0, 1.0, 0.0))
-"""Height of the waves that are met, whether from rest, and the least share of the size that chatters: a knock without
-the waves of an earlier pass becomes a vibration of half its size at least; one let go shares it among all modes.
+_WAVED, _ASIDE, _SHARE = np.array([1.0, 0.0, 0.0]), np.array([False, False, True]), np.array([1.0, 0.5, 0.0])
+"""Ways to begin: height of the waves that are met, whether from rest, and the least share of the size that chatters. A
+knock without the waves of an earlier pass becomes a vibration of half its size at least; one let go shares it among
+all modes.
 """
 _WINDOW, _BEATING = 12, 60
 """Waves in which an amplitude is read; the lines of milling beat."""
@@ -153,9 +154,8 @@ def begun_in_every_way(
     """
     cutting = Cutting(**dict(machine.cutting or {}))
     hertz = frequency or chatter_of(machine, speed, float(np.sqrt(amplitude[0] * amplitude[-1])))
-    sizes = np.repeat(amplitude, len(_WAYS))
-    waved, pushed, share = (np.tile(part, len(amplitude)) for part in np.array(_WAYS).T)
-    aside = pushed > 0
+    sizes = np.repeat(amplitude, len(_WAVED))
+    waved, aside = np.tile(_WAVED, len(amplitude)), np.tile(_ASIDE, len(amplitude))
     phases = (0.0, np.pi / 2) if stands(cutting, speed, hertz) else (0.0,)
     batches = [
         vibrate(machine, speed, depth, sizes, hertz, waves, phase=phase, waved=waved, aside=aside) for phase in phases
@@ -163,7 +163,7 @@ def begun_in_every_way(
     start, end, rate, grows, lost = (
         np.concatenate([getattr(one, name) for one in batches]) for name in ("start", "end", "rate", "grows", "lost")
     )
-    order, least = np.argsort(start, kind="stable"), np.tile(share * sizes, len(phases))
+    order, least = np.argsort(start, kind="stable"), np.tile(np.outer(amplitude, _SHARE).ravel(), len(phases))
     start, end, rate, least = (part[order] for part in (start, end, rate, least))
     grows, lost = grows[order], lost[order]
     line, duration = _lasting(batches[0], hertz), batches[0].run.duration

@@ -15,7 +15,7 @@ from ..model.spindle_speed import beyond_speeds
 
 
 @dataclass(frozen=True, eq=False)
-class Turning:
+class SpeedDependent:
     """A machine that depends on the speed of its spindle, while its tool point vibrates with ``amplitude`` in m."""
 
     machine: Machine
