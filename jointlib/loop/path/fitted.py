@@ -19,6 +19,8 @@ from jointlib.parameter import Role, parameters_of
 
 _FAULT_ROUNDS = 4
 """Rounds in which a fault is undone by what the round before left of it; a lag converges quadratically."""
+_UNKNOWN = 1e100
+"""A standard error that held-out conditions widen so many times says nothing any more."""
 
 
 @dataclass(frozen=True)
@@ -132,7 +134,7 @@ def _judged(evidence: Evidence, model: Model, beta: Array) -> Fitted:
         spread = np.sqrt((count - 1) / count * ((fold_beta - fold_beta.mean(axis=0)) ** 2).sum(axis=0))
         error = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
         widened = spread > error
-        grow = np.maximum(spread / error, 1.0)
+        grow = np.clip(spread / error, 1.0, _UNKNOWN)
         covariance = covariance * np.outer(grow, grow)
     n = len(beta)
     own = Covariance(names, covariance[n:, n:]) if names else None
