@@ -30,4 +30,5 @@ def in_time() -> None:
     """Raise `OutOfTime` once the time is up."""
     end, seconds = _END.get()
     if time.monotonic() > end:
-        raise OutOfTime(f"not done after {seconds / 60:.3g} minutes")
+        spent = f"{seconds / 60:.3g} minutes" if seconds > 90 else f"{seconds:.3g} s"
+        raise OutOfTime(f"not done after {spent}")

@@ -21,6 +21,14 @@ def test_at_a_chosen_speed_the_limits_over_amplitude_are_told(lathe: str) -> Non
     assert data["told"][0] in done.out
 
 
+def test_limits_over_amplitude_end_with_the_budget(lathe: str) -> None:
+    """In a thousandth of a second not even two amplitudes are known, the chart at rest still is."""
+    data = jointlib(f"lobes {lathe} --speed 2350 --budget 0.001 --json").json
+    assert data["told"][-1] == "Limits over amplitude were left out: not done after 0.001 s."
+    assert data["minimum_depth"] == pytest.approx(0.61798e-3, rel=1e-4)
+    assert "over_amplitude" not in data
+
+
 @pytest.mark.thorough
 def test_the_limit_of_a_machine_that_depends_on_amplitude_is_said_to_be_that_of_small_vibrations(lathe: str) -> None:
     """The joint hardens: its least depth over every speed is that at rest, b = 2kζ(1 + ζ)/K_s."""

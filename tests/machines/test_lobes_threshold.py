@@ -19,8 +19,9 @@ from jointlib.laws.viscous import Viscous
 from machines import Connection, Lumped, Machine, lobes_at_amplitude
 from machines.cutting.amplitude import frozen_lobes
 from machines.cutting.amplitude.fate import fate_at
-from machines.cutting.amplitude.words import of_fate, reach_words, told
+from machines.cutting.amplitude.words import of_fate, reach_words, told, told_so_far
 from machines.cutting.process.lost_contact import milling_contact
+from machines.deadline import OutOfTime
 from machines.lobes import AmplitudeLimits, Cutting, amplitude_limits, depth_ratio
 
 SIZES = np.geomspace(1e-6, 2e-4, 31)
@@ -209,6 +210,32 @@ def test_limits_are_known_up_to_where_a_chart_does_not_settle(monkeypatch: pytes
     np.testing.assert_array_equal(first, same)
     (said,) = [w for w in limits.warnings if w.startswith("Limits are known below")]
     assert "26.8 µm only: multi-frequency" in said
+
+
+def test_limits_end_with_the_amplitudes_that_are_known_when_time_is_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole, asked = frozen_lobes.frozen_lobes, list[float]()
+
+    def timed(machine: Machine, speed: Array, size: float, *more: Any) -> Any:
+        asked.append(size)
+        if len(asked) > count:
+            raise OutOfTime("not done after 5 minutes")
+        return whole(machine, speed, size, *more)
+
+    machine, sizes = lathe(Cubic(CUBIC)), np.geomspace(1e-6, 1e-4, 9)
+    before = amplitude_limits(machine, [3000.0], sizes, rounds=0)
+    monkeypatch.setattr("machines.cutting.amplitude.amplitude_limits.frozen_lobes", timed)
+    count = 4
+    limits = amplitude_limits(machine, [3000.0], sizes)
+    assert before.whole
+    assert not limits.whole
+    np.testing.assert_array_equal(limits.amplitude, sizes[[0, 4, 8]])
+    np.testing.assert_array_equal(limits.depth, before.depth[np.isin(before.amplitude, limits.amplitude)])
+    first, second = told_so_far(limits, 300.0)
+    assert first.startswith("Time was up after 300 s: limits over amplitude are known at 3 amplitudes from 1 µm to 100")
+    assert second == f"At 3000 rpm the lowest of them is {limits.safe[0] * 1e3:.3g} mm, at 100 µm."
+    count, asked = 2, []
+    with pytest.raises(OutOfTime):
+        amplitude_limits(machine, [3000.0], sizes)
 
 
 def test_a_cycle_is_told_as_near_as_charts_settle(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,6 +11,8 @@ import numpy as np
 from jointlib.errors import CheckFailed, InputError
 from jointlib.shown.progress import Progress
 
+from ...deadline import OutOfTime, within
+
 _KNOCKS = 10
 """Tool amplitudes behind the depth that is safe from knocks at every speed."""
 _FEW = (0.1, 0.3, 1.0)
@@ -65,11 +67,11 @@ def over_amplitude(
     """Limits over amplitude at the chosen speeds, where something in the machine or its cut depends on it.
 
     ``zones`` are the unstable depths at rest and ``growth`` the multipliers, [speed][depth], if known. With very many
-    joints that depend on amplitude they are left out, and that is said, where they would take more than the ``budget``
-    (s).
+    joints that depend on amplitude they are left out, and that is said, where they would take far more than the
+    ``budget`` (s); where it ends before all amplitudes are known, what is known is told.
     """
     from ...cutting.amplitude.amplitude_limits import amplitude_limits, amplitude_range, depends_on_amplitude
-    from ...cutting.amplitude.words import LOWER_EDGE
+    from ...cutting.amplitude.words import LOWER_EDGE, told_so_far
     from ...cutting.forced.beside_cut import told_cuts
     from ...cutting.process.cutting import Cutting
 
@@ -81,17 +83,25 @@ def over_amplitude(
         return {"told": [left]}, [left]
     if left := _too_long("Limits over amplitude", model, amplitude_range(Cutting(**(model.cutting or {}))), budget):
         return {"told": [left]}, [left]
-    with progress.step("computing limits over amplitude"):
-        limits = amplitude_limits(model, speed, method=method)
-        said, cycles = told_cuts(model, limits, depth, zones or None, growth)
-        said += [LOWER_EDGE] if any(one.lenses for one in zones) else []
+    try:
+        with progress.step(f"computing limits over amplitude, in at most {budget:.3g} s"), within(budget):
+            limits = amplitude_limits(model, speed, method=method)
+    except OutOfTime as short:
+        left = f"Limits over amplitude were left out: {short}."
+        return {"told": [left]}, [left]
+    if limits.whole:
+        with progress.step("following vibrations over amplitude"):
+            said, cycles = told_cuts(model, limits, depth, zones or None, growth)
+    else:
+        said, cycles = told_so_far(limits, budget), []
+    said += [LOWER_EDGE] if any(one.lenses for one in zones) else []
     rows: dict[str, Any] = {
         "safe_depth": limits.safe,
         "safe_amplitude": limits.safe_amplitude,
         "onset_depth": limits.onset,
         "largest_amplitude": limits.largest,
     }
-    if depth:
+    if depth and limits.whole:
         rows["cycles"] = [[[vars(c) for c in at] for at in row] for row in cycles]
     return {"over_amplitude": rows, "told": said}, said
 
@@ -215,9 +225,13 @@ def zones_of(
         )
     if left:
         return None, [left]
-    cost = ", in milling some minutes" if cutting.process == "milling" else ""
-    with progress.step(f"computing limits at {len(sizes)} amplitudes{cost}"):
-        return Zones.of(amplitude_limits(model, charts[0].speed, sizes, charts[0].method)), []
+    try:
+        with progress.step(f"computing limits at {len(sizes)} amplitudes, in at most {budget:.3g} s"), within(budget):
+            limits = amplitude_limits(model, charts[0].speed, sizes, charts[0].method)
+    except OutOfTime as short:
+        return None, [f"Zones over amplitude were left out: {short}."]
+    some = f"Time was up after {budget:g} s: zones over amplitude are those of {len(limits.amplitude)} amplitudes."
+    return Zones.of(limits), [] if limits.whole else [some]
 
 
 def lenses_to(model: Any, chart: Any, deepest: float, progress: Progress) -> tuple[Any, ...]:

@@ -12,6 +12,7 @@ import scipy
 from jointlib.arrays import Array, ArrayLike
 from jointlib.errors import CheckFailed, InputError
 
+from ...deadline import OutOfTime, in_time
 from ...harmonic_balance.assembly import is_linear
 from ...indices import Mask
 from ...model.machine import Machine
@@ -19,7 +20,7 @@ from ..process.chart import Integers, StabilityLobes
 from ..process.cutting import Cutting
 from .fed_chip import contact_amplitude, with_chip
 from .frozen_lobes import frozen_lobes
-from .sampled_amplitudes import between_lobes, near_lowest
+from .sampled_amplitudes import between_lobes, far_apart_first, near_lowest
 
 _LARGEST = 2e-4
 _DECADES = 3.0
@@ -76,6 +77,8 @@ class AmplitudeLimits:
     contact
         Amplitude in m, (n,), above which edges leave a milling cut so much that the depths are no longer those of the
         joints alone; inf without a feed, and in turning, where the depths hold the loss of contact.
+    whole
+        False where time was up before every amplitude was computed and the lowest depths were looked at closer.
     """
 
     speed: Array
@@ -90,6 +93,7 @@ class AmplitudeLimits:
     warnings: tuple[str, ...]
     at: Callable[[float], tuple[Array, Array]]
     contact: Array
+    whole: bool = True
 
     @property
     def known(self) -> Array:
@@ -212,7 +216,7 @@ def amplitude_limits(
     amplitude
         m, ascending and above 0; default: 31 of them (16 in milling) over three decades up to the feed, or to 200 µm
         where no feed is given. For up to 8 speeds more are added around the lowest depth, in ``rounds``, and
-        where chatter passes to another lobe.
+        where chatter passes to another lobe. Those far apart come first, so that time may end (`deadline.within`).
     """
     speeds = np.atleast_1d(np.asarray(speed, dtype=float))
     onset, _ = frozen_lobes(machine, speeds, 0.0, method)
@@ -226,23 +230,35 @@ def amplitude_limits(
     def layer(size: float) -> tuple[StabilityLobes, Mask]:
         try:
             chart, held = frozen_lobes(machine, speeds, size, onset.method)
+        except OutOfTime:
+            raise
         except CheckFailed as failed:
             unsettled[size] = f"Limits are known below an amplitude of {size * 1e6:.3g} µm only: {failed}."
             return replace(onset, depth=np.full(speeds.shape, np.nan)), np.ones(speeds.shape, dtype=bool)
         return with_chip(machine, chart, cutting, size), held
 
-    layers = {float(size): layer(float(size)) for size in A}
+    layers = dict[float, tuple[StabilityLobes, Mask]]()
+    whole = False
 
     @cache
     def at(size: float) -> tuple[Array, Array]:
         chart, _ = layer(size)
         return chart.depth, chart.chatter_frequency
 
-    for turn in range(_HALVINGS if len(speeds) <= _CHOSEN else 0):
-        charts = [layers[size][0] for size in sorted(layers)]
-        closer = between_lobes(sorted(layers), np.array([chart.lobe for chart in charts]))
-        closer += near_lowest({size: chart.depth for size, (chart, _) in layers.items()}) if turn < rounds else []
-        layers |= {size: layer(size) for size in closer if size not in layers}
+    try:
+        for size in far_apart_first(A):
+            in_time()
+            layers[size] = layer(size)
+        for turn in range(_HALVINGS if len(speeds) <= _CHOSEN else 0):
+            charts = [layers[size][0] for size in sorted(layers)]
+            closer = between_lobes(sorted(layers), np.array([chart.lobe for chart in charts]))
+            closer += near_lowest({size: chart.depth for size, (chart, _) in layers.items()}) if turn < rounds else []
+            for size in closer:
+                layers[size] = layers.get(size) or layer(size)
+        whole = True
+    except OutOfTime:
+        if len(layers) < 2:
+            raise
     A = np.array(sorted(layers))
     charts = [layers[size][0] for size in A.tolist()]
     past = np.maximum.accumulate([layers[size][1] for size in A.tolist()], axis=0)
@@ -265,6 +281,7 @@ def amplitude_limits(
             speeds,
             np.where(np.isfinite(onset.depth), onset.chatter_frequency, charts[0].chatter_frequency),
         ),
+        whole=whole,
     )
 
 
@@ -276,9 +293,6 @@ def depends_on_amplitude(machine: Machine) -> bool:
 
 
 def amplitude_range(cutting: Cutting, count: int | None = None) -> Array:
-    """Tool-point amplitudes in m over three decades up to the feed, or to 200 µm where no feed is given.
-
-    31 of them; 16 in milling, where each costs more.
-    """
+    """Amplitudes in m over three decades up to the feed, or to 200 µm without; 31, or 16 in milling, where each is dear."""
     largest = cutting.feed or _LARGEST
     return np.geomspace(largest * 10**-_DECADES, largest, count or (_FEWER if cutting.process == "milling" else _COUNT))

@@ -1,4 +1,4 @@
-"""At which amplitudes more is computed: near the lowest depth, and where chatter passes to another lobe."""
+"""At which amplitudes limits are computed first, and where more: near the lowest depth, and between lobes."""
 
 from __future__ import annotations
 
@@ -9,8 +9,17 @@ import numpy as np
 from jointlib.arrays import Array
 
 from ..process.chart import Integers
+from .lobes_over_range import farthest
 
 _CLOSE = 1.03
+
+
+def far_apart_first(size: Array) -> list[float]:
+    """All of them, ascending and above 0, in an order in which each is as far as can be from those before it."""
+    order = [0]
+    while len(order) < len(size):
+        order.append(farthest(np.log(size), np.log(size[order])))
+    return [float(one) for one in size[order]]
 
 
 def near_lowest(depths: dict[float, Array]) -> list[float]:

@@ -45,6 +45,23 @@ def told(limits: AmplitudeLimits, index: int = 0, teeth: tuple[float, float] | N
     return tuple(said)
 
 
+def told_so_far(limits: AmplitudeLimits, budget: float) -> list[str]:
+    """The lowest depths of limits that ended with their time, of ``budget`` s; what lies between is not told."""
+    sizes = limits.amplitude
+    said = [
+        f"Time was up after {budget:g} s: limits over amplitude are known at {len(sizes)} amplitudes from "
+        f"{um(sizes[0])} to {um(sizes[-1])}; what lies between them and becomes of a cut was not looked for."
+    ]
+    for rpm, low, size in zip(limits.speed, limits.safe, limits.safe_amplitude, strict=True):
+        at = f"at {um(size)}" if size else "of the smallest vibrations"
+        said.append(
+            f"At {rpm:g} rpm the lowest of them is {mm(low)}, {at}."
+            if np.isfinite(low)
+            else f"At {rpm:g} rpm none of them bounds the depth."
+        )
+    return said
+
+
 def of_fate(fate: Fate, reach: str, forced: float = 0.0) -> str:
     """A fate in a sentence; ``reach`` says up to where amplitudes are known."""
     at = f"At {fate.speed:g} rpm and {mm(fate.depth)}"
