@@ -293,6 +293,6 @@ def depends_on_amplitude(machine: Machine) -> bool:
 
 
 def amplitude_range(cutting: Cutting, count: int | None = None) -> Array:
-    """Amplitudes in m over three decades up to the feed, or to 200 µm without; 31, or 16 in milling, where each is dear."""
+    """Amplitudes in m over three decades up to the feed, or to 200 µm without: 31, in milling 16, which are dear."""
     largest = cutting.feed or _LARGEST
     return np.geomspace(largest * 10**-_DECADES, largest, count or (_FEWER if cutting.process == "milling" else _COUNT))

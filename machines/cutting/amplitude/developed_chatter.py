@@ -127,6 +127,7 @@ class DevelopedChatter:
         for group in self.groups:
             tried: list[Persistent] = []
             for _ in range(_TRIES):
+                in_time()
                 ceiling = min((one.crossing.depth for one in settled), default=np.inf)
                 some = self._crossings(speed, level, group, tried, ceiling)
                 if some is None:
