@@ -166,6 +166,7 @@ def test_the_browser_would_refuse_a_foreign_request(chromium: Browser, site: Sit
     chromium.close(tab)
 
 
+@pytest.mark.thorough
 def test_a_second_user_does_not_disturb_the_first(chromium: Browser, tab: Tab, site: Site) -> None:
     tab.type_into(part("field", PRELOAD), "700")
     tab.type_into("#read-at", "5000")
@@ -353,6 +354,7 @@ def test_the_machine_is_drawn_with_its_modes(tab: Tab) -> None:
     tab.wait(lambda: tab.evaluate(shown) != before, "the machine is seen from above")
 
 
+@pytest.mark.thorough
 def test_what_was_measured_is_laid_over_the_receptance_and_follows_the_sliders(
     chromium: Browser, tmp_path_factory: pytest.TempPathFactory
 ) -> None:

@@ -86,7 +86,9 @@ def test_a_linear_machine_is_exact_at_any_step(step: float, fmi: int) -> None:
 
 
 @pytest.mark.parametrize(
-    "machine", [BENT, RUBBING, BY_VELOCITY, LIFTING], ids=["bent", "rubbing", "by velocity", "lifting"]
+    "machine",
+    [BENT, pytest.param(RUBBING, marks=pytest.mark.thorough), BY_VELOCITY, LIFTING],
+    ids=["bent", "rubbing", "by velocity", "lifting"],
 )
 def test_the_error_falls_with_the_tolerance_of_the_host(machine: Machine) -> None:
     """Beside explicit steps that locate stick, slip and contact."""
@@ -206,6 +208,7 @@ def test_the_error_of_fixed_steps_bounds_what_finer_ones_change() -> None:
     assert np.max(changed / np.max(np.abs(fine), axis=0)) > 1e-9
 
 
+@pytest.mark.thorough
 def test_a_stiff_machine_has_no_explicit_steps_and_repeats_its_run(tmp_path: Path) -> None:
     """A base of 700 kHz: explicit steps would be bound by it."""
     system = system_of_machine(STIFF)

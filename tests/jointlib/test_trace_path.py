@@ -547,6 +547,7 @@ print(report.candidates[0].family, resource.getrusage(resource.RUSAGE_SELF).ru_m
     assert int(peak) < 2 * 1024**2
 
 
+@pytest.mark.thorough
 def test_a_mass_that_nobody_declared_is_the_first_thing_that_is_missing(tmp_path: Path) -> None:
     """Without a carriage in the file, moved fast enough that inertia is most of the force."""
     record = drive(dry(4.0), cycle((0.2, 0.4, 0.6), 3))

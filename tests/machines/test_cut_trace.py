@@ -275,6 +275,7 @@ def test_the_size_of_an_effect_is_that_of_quadrature(tmp_path: Path) -> None:
     assert found.evidence == pytest.approx(marginal, abs=3 * np.sqrt(4 / found.effective))
 
 
+@pytest.mark.thorough
 def test_where_nothing_is_missing_nothing_is_named(tmp_path: Path) -> None:
     machine = machine_of(tmp_path)
     for seed in range(2):
@@ -327,6 +328,7 @@ def test_what_has_no_name_leaves_cuts_unexplained(tmp_path: Path) -> None:
     assert any(cut.unexplained for cut in found.cuts)
 
 
+@pytest.mark.thorough
 def test_the_next_cut_lies_where_the_border_is_in_doubt(tmp_path: Path) -> None:
     machine = machine_of(tmp_path)
     found = trace_cuts(campaign(machine, 0), machine, draws=250, safe=0.9)
@@ -349,6 +351,7 @@ def test_a_trace_of_cuts_shows_itself(tmp_path: Path) -> None:
     assert any(line.startswith("tells most: ") for line in found.words())
 
 
+@pytest.mark.thorough
 def test_the_same_seed_gives_the_same_bytes(tmp_path: Path) -> None:
     machine = machine_of(tmp_path)
     cuts = campaign(machine, 1)

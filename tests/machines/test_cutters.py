@@ -183,6 +183,7 @@ def test_process_damping_in_turning_is_the_closed_form(speed: float) -> None:
     assert chart.depth[0] > none.depth[0]
 
 
+@pytest.mark.thorough
 def test_process_damping_lifts_the_slow_lobes_of_a_mill_and_leaves_the_fast_ones() -> None:
     rubbed = replace(STRAIGHT, process_damping=2e4, diameter=0.02)
     rise = []
@@ -219,7 +220,7 @@ def mill(**more: Any) -> Machine:
         ({"helix": 40.0}, 120, 5e-3),
         ({"process_damping": 3e4}, 120, 5e-3),
         ({"pitch": PAIRS}, 120, 5e-3),
-        ({"helix": (40.0, 38.0, 40.0, 38.0)}, 120, 5e-3),
+        pytest.param({"helix": (40.0, 38.0, 40.0, 38.0)}, 120, 5e-3, marks=pytest.mark.thorough),
         pytest.param({"pitch": UNLIKE, "helix": 30.0}, 400, 0.02, marks=pytest.mark.thorough),
         pytest.param({"pitch": UNLIKE}, 900, 0.02, marks=pytest.mark.thorough),
         # With a feed the edges leave the cut where the chip ends, which the multipliers do not know.

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from random_machines import random_machine
+from repeats import repeats
 
 from jointlib import read_joint
 from machines import Machine, lobes_at_amplitude, read_machine
@@ -72,7 +73,7 @@ def test_a_mill_of_two_hundred_lines(speed: float) -> None:
     agreed(read_machine(BED_MILL), speed)
 
 
-@pytest.mark.parametrize("seed", [107, 108, 109, 110, 120])
+@pytest.mark.parametrize("seed", repeats([107, 108, 109, 110, 120], lambda seed: seed != 109))
 def test_random_machines(seed: int) -> None:
     """With parts of up to 215 kHz; the flexibility of one at 14 kHz is 6e-4 off if only lines near by are seen."""
     agreed_at_random(seed)

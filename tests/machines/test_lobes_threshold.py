@@ -127,6 +127,7 @@ def test_in_milling_the_onset_and_the_vibration_are_computed_by_one_method() -> 
     assert np.isnan(limits.depth[-1, 0])
 
 
+@pytest.mark.thorough
 def test_few_amplitudes_miss_no_chatter_on_the_flank_of_a_peak_between_lobes() -> None:
     """A joint that hardens through three lobes, at twice its onset: in time chatter settles at 39.1 and at 78.3 µm."""
     joint = Joint((Linear(240752.11230746587), Viscous(10.509284919073526), Cubic(70329700383237.46)))

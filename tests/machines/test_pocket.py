@@ -21,7 +21,7 @@ CUT = Cutting(**(TOOL.cutting or {}))
 
 @pytest.fixture(scope="module")
 def chart() -> StabilityLobes:
-    return lobes_at_amplitude(TOOL, np.linspace(4000.0, 25000.0, 800))
+    return lobes_at_amplitude(TOOL, np.linspace(4000.0, 25000.0, 400))
 
 
 @pytest.mark.thorough
