@@ -20,6 +20,7 @@ class Cubic(MemorylessLaw):
     stiffness3: float = parameter("N/m^3", role=Role.STIFFNESS)
 
     kind: ClassVar[str] = "cubic"
+    side_by_side: ClassVar[bool] = True
 
     def force(self, displacement: Array, velocity: Array) -> Array:
         z, v = np.broadcast_arrays(displacement, velocity)

@@ -31,6 +31,7 @@ class HertzGuide(MemorylessLaw):
     contact_angle: float = parameter("rad", above=0.0, upper=np.pi / 2, default=np.pi / 4)
 
     kind: ClassVar[str] = "hertz-guide"
+    side_by_side: ClassVar[bool] = True
 
     @property
     def indentation(self) -> float:

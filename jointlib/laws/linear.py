@@ -20,6 +20,7 @@ class Linear(MemorylessLaw):
     stiffness: float = parameter("N/m", role=Role.STIFFNESS)
 
     kind: ClassVar[str] = "linear"
+    side_by_side: ClassVar[bool] = True
     linear: ClassVar[bool] = True
 
     def force(self, displacement: Array, velocity: Array) -> Array:

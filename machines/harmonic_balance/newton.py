@@ -14,6 +14,7 @@ from ..coupling.coordinates import Coordinates
 from ..deadline import in_time
 from ..indices import Index, Mask
 from ..solved import solve_each
+from ..statics.asked_together import laws_together
 from ..statics.bias import Together, force_slopes
 from .assembly import View
 
@@ -208,18 +209,15 @@ def at_rest(joints: Sequence[Joint], count: int, omega: Array) -> ComplexArray:
 
 
 def gains(joints: Sequence[Joint], amplitude: Array, omega: Array) -> tuple[ComplexArray, ComplexArray]:
-    """G and dG/dA of every joint at every point, shape (points, nj); equal joints are asked together.
+    """G and dG/dA of every joint at every point, shape (points, nj), summed over their laws.
 
     Where the mean forces of joints move together (`Together`), dG/dA has shape (points, nj, nj): by every amplitude.
     """
     if isinstance(joints, Together):
         return joints.biased.gains(amplitude, omega)
-    gain = np.empty(amplitude.shape, dtype=complex)
-    slope = np.empty_like(gain)
-    together: dict[int, list[int]] = {}
-    for j, joint in enumerate(joints):
-        together.setdefault(id(joint), []).append(j)
-    for columns in together.values():
-        found = joints[columns[0]].first_harmonic(amplitude[:, columns], omega[:, None])
-        gain[:, columns], slope[:, columns] = found.gain, found.d_amplitude
+    gain, slope = np.zeros(amplitude.shape, dtype=complex), np.zeros(amplitude.shape, dtype=complex)
+    for law, columns in laws_together(joints):
+        found = law.first_harmonic(amplitude[:, columns], omega[:, None])
+        gain[:, columns] += found.gain
+        slope[:, columns] += found.d_amplitude
     return gain, slope

@@ -23,7 +23,8 @@ from ..coupling.coordinates import Coordinates
 from ..indices import Mask
 from ..model.machine import Machine
 from ..solved import solve_each
-from .mean_force import MeanForce, Slopes, asked_together
+from .asked_together import asked_together
+from .mean_force import MeanForce, Slopes
 from .statics import static_point
 from .working_point import about
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -12,7 +11,6 @@ from jointlib.arrays import Array, ComplexArray
 from jointlib.harmonic import FirstHarmonic
 from jointlib.joint import Joint
 from jointlib.law import DIFFERENCE, Motion, difference_step
-from jointlib.parameter import parameters_of
 
 SLOW = 1e6
 """s; how long a quasi-static step takes."""
@@ -116,33 +114,3 @@ class MeanForce:
             force = force + self._kept.step(self._slowly(z), virgin)[0]
             stiffness = stiffness + self._kept.jacobian(self._slowly(z), virgin)[0]
         return force, stiffness
-
-
-def same_joints(joints: Sequence[Joint]) -> list[list[int]]:
-    """Joints by their place, those together that are the same one and so can be asked together."""
-    groups: dict[int, list[int]] = {}
-    for i, joint in enumerate(joints):
-        groups.setdefault(id(joint), []).append(i)
-    return list(groups.values())
-
-
-def asked_together(joints: Sequence[Joint]) -> list[tuple[Joint, list[int]]]:
-    """Joints by their place, in as few as can be asked: equal ones, and those of the same laws, whose parameters are
-    then arrays over them (`JointLaw.side_by_side`)."""
-    groups: dict[object, list[int]] = {}
-    for i, joint in enumerate(joints):
-        kinds = tuple(type(law) for law in joint.laws)
-        groups.setdefault(kinds if all(kind.side_by_side for kind in kinds) else id(joint), []).append(i)
-    return [(_side_by_side([joints[i] for i in columns]), columns) for columns in groups.values()]
-
-
-def _side_by_side(joints: Sequence[Joint]) -> Joint:
-    """One joint whose parameters are arrays over those of several of the same laws."""
-    first = joints[0]
-    if all(joint is first for joint in joints):
-        return first
-    laws = []
-    for k, law in enumerate(first.laws):
-        every = {p.name: np.array([getattr(joint.laws[k], p.name) for joint in joints]) for p in parameters_of(law)}
-        laws.append(type(law)(**every))
-    return Joint(tuple(laws))

@@ -13,7 +13,8 @@ from jointlib.errors import InputError
 
 from ..coupling.second_order import MachineEquations, machine_equations
 from ..model.machine import Machine
-from .mean_force import MeanForce, same_joints
+from .asked_together import same_joints
+from .mean_force import MeanForce
 
 _ITERATIONS = 200
 _SETTLED = 1e-12

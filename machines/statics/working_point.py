@@ -14,7 +14,8 @@ from jointlib.joint import Joint
 from jointlib.law import JointLaw, Motion
 
 from ..model.machine import Machine
-from .mean_force import SLOW, same_joints
+from .asked_together import same_joints
+from .mean_force import SLOW
 from .statics import static_point
 
 

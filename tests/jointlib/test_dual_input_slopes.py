@@ -9,6 +9,7 @@ import pytest
 
 from jointlib.arrays import Array
 from jointlib.law import JointLaw
+from jointlib.laws.cubic import Cubic
 from jointlib.laws.hertz_contact import HertzContact
 from jointlib.laws.hertz_guide import HertzGuide, row_parts
 from jointlib.laws.linear import Linear
@@ -68,7 +69,16 @@ def test_a_row_has_its_quadrature_on_both_sides_of_every_case() -> None:
         np.testing.assert_allclose(row_parts(np.array(a), np.array(r)), truth, rtol=1e-7, atol=1e-11)
 
 
-@pytest.mark.parametrize("make", [lambda v: HertzContact(2000.0 * v, 5e-8 / v), lambda v: Viscous(200.0 * v)])
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda v: HertzContact(2000.0 * v, 5e-8 / v),
+        lambda v: HertzGuide(2000.0 * v, 5e-8 / v, 0.5 + 0.1 * v),
+        lambda v: Viscous(200.0 * v),
+        lambda v: Linear(3e7 * v),
+        lambda v: Cubic(4e17 * v),
+    ],
+)
 def test_laws_side_by_side_are_those_one_by_one(make: Callable[[Array], JointLaw]) -> None:
     share = np.array([0.4, 1.0, 3.0])
     A = DEPTH * np.array([0.0, 0.03, 0.31, 0.8, 1.7, 4.0])[:, None] * np.ones(3)

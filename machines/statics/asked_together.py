@@ -1,0 +1,64 @@
+"""Joints that are asked together: equal ones at once, and those of the same laws as arrays over them."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+
+import numpy as np
+
+from jointlib.joint import Joint
+from jointlib.law import JointLaw
+from jointlib.parameter import parameters_of
+
+
+def same_joints(joints: Sequence[Joint]) -> list[list[int]]:
+    """Joints by their place, those together that are the same one and so can be asked together."""
+    groups: dict[int, list[int]] = {}
+    for i, joint in enumerate(joints):
+        groups.setdefault(id(joint), []).append(i)
+    return list(groups.values())
+
+
+def asked_together(joints: Sequence[Joint]) -> list[tuple[Joint, list[int]]]:
+    """Joints by their place, in as few as can be asked: equal ones, and those of the same laws, whose parameters are
+    then arrays over them (`JointLaw.side_by_side`)."""
+    groups: dict[object, list[int]] = {}
+    for i, joint in enumerate(joints):
+        kinds = tuple(type(law) for law in joint.laws)
+        groups.setdefault(kinds if all(kind.side_by_side for kind in kinds) else id(joint), []).append(i)
+    found = []
+    for columns in groups.values():
+        some = [joints[i] for i in columns]
+        parts = zip(*(joint.laws for joint in some), strict=True)
+        found.append((some[0] if len(some) == 1 else Joint(tuple(_side_by_side(laws) for laws in parts)), columns))
+    return found
+
+
+def laws_together(joints: Sequence[Joint]) -> list[tuple[JointLaw, list[int]]]:
+    """The laws of joints with the places of those that hold them, all first laws before all second ones: equal laws at
+    once, and those of one kind as arrays over the joints where that may be (`JointLaw.side_by_side`).
+    """
+    groups: dict[tuple[int, Hashable], list[int]] = {}
+    for i, joint in enumerate(joints):
+        for k, law in enumerate(joint.laws):
+            groups.setdefault((k, type(law) if law.side_by_side else _alike(law)), []).append(i)
+    order = sorted(groups, key=lambda group: group[0])
+    return [(_side_by_side([joints[i].laws[k] for i in groups[k, kind]]), groups[k, kind]) for k, kind in order]
+
+
+def _alike(law: JointLaw) -> Hashable:
+    """What equal laws share; a law that holds a table is equal to itself alone."""
+    try:
+        hash(law)
+    except TypeError:
+        return id(law)
+    return law
+
+
+def _side_by_side(laws: Sequence[JointLaw]) -> JointLaw:
+    """One law whose parameters are arrays over those of several of its kind; equal ones are one."""
+    first = laws[0]
+    if all(law is first or law == first for law in laws):
+        return first
+    every = {p.name: np.array([getattr(law, p.name) for law in laws]) for p in parameters_of(first)}
+    return type(first)(**every)
