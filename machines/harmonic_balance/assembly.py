@@ -17,6 +17,7 @@ from ..coupling.coupling import joined
 from ..indices import Index, Mask
 from ..model.limits import Limit, amplitude_limit
 from ..model.machine import Machine
+from ..statics.asked_together import Several
 from ..statics.bias import Biased, Drifting, Together, keeps_mean
 from ..statics.statics import static_point
 from ..statics.working_point import at_working_point
@@ -103,7 +104,7 @@ class Assembly:
     def moving(self) -> Sequence[Joint]:
         """The nonlinear joints, as the solvers take them."""
         joints = tuple(self.joints[i] for i in self.nonlinear)
-        return joints if self.biased is None or len(joints) == 1 else Together(joints, self.biased)
+        return Several(joints) if self.biased is None or len(joints) == 1 else Together(joints, self.biased)
 
     @cached_property
     def nonlinear(self) -> tuple[int, ...]:

@@ -14,7 +14,7 @@ from ..coupling.coordinates import Coordinates
 from ..deadline import in_time
 from ..indices import Index, Mask
 from ..solved import solve_each
-from ..statics.asked_together import laws_together
+from ..statics.asked_together import Several, laws_together
 from ..statics.bias import Together, force_slopes
 from .assembly import View
 
@@ -216,7 +216,7 @@ def gains(joints: Sequence[Joint], amplitude: Array, omega: Array) -> tuple[Comp
     if isinstance(joints, Together):
         return joints.biased.gains(amplitude, omega)
     gain, slope = np.zeros(amplitude.shape, dtype=complex), np.zeros(amplitude.shape, dtype=complex)
-    for law, columns in laws_together(joints):
+    for law, columns in joints.laws if isinstance(joints, Several) else laws_together(joints):
         found = law.first_harmonic(amplitude[:, columns], omega[:, None])
         gain[:, columns] += found.gain
         slope[:, columns] += found.d_amplitude

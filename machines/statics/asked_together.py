@@ -2,13 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import overload
 
 import numpy as np
 
 from jointlib.joint import Joint
 from jointlib.law import JointLaw
 from jointlib.parameter import parameters_of
+
+
+@dataclass(frozen=True, eq=False)
+class Several(Sequence[Joint]):
+    """Joints that are asked again and again."""
+
+    joints: tuple[Joint, ...]
+
+    def __len__(self) -> int:
+        return len(self.joints)
+
+    @overload
+    def __getitem__(self, index: int) -> Joint: ...
+    @overload
+    def __getitem__(self, index: slice) -> Sequence[Joint]: ...
+    def __getitem__(self, index: int | slice) -> Joint | Sequence[Joint]:
+        return self.joints[index]
+
+    def __iter__(self) -> Iterator[Joint]:
+        return iter(self.joints)
+
+    @cached_property
+    def laws(self) -> list[tuple[JointLaw, list[int]]]:
+        """`laws_together` of them."""
+        return laws_together(self.joints)
 
 
 def same_joints(joints: Sequence[Joint]) -> list[list[int]]:

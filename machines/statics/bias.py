@@ -7,10 +7,10 @@ balance fixes all z0, so that gains are functions of the amplitudes again, and t
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar, overload
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from ..coupling.coordinates import Coordinates
 from ..indices import Mask
 from ..model.machine import Machine
 from ..solved import solve_each
-from .asked_together import asked_together
+from .asked_together import Several, asked_together
 from .mean_force import MeanForce, Slopes
 from .statics import static_point
 from .working_point import about
@@ -266,24 +266,10 @@ class Drifting(JointLaw):
 
 
 @dataclass(frozen=True, eq=False)
-class Together(Sequence[Joint]):
+class Together(Several):
     """Several joints whose means move together; `gains` takes the amplitudes of all of them."""
 
-    joints: tuple[Joint, ...]
     biased: Biased
-
-    def __len__(self) -> int:
-        return len(self.joints)
-
-    @overload
-    def __getitem__(self, index: int) -> Joint: ...
-    @overload
-    def __getitem__(self, index: slice) -> Sequence[Joint]: ...
-    def __getitem__(self, index: int | slice) -> Joint | Sequence[Joint]:
-        return self.joints[index]
-
-    def __iter__(self) -> Iterator[Joint]:
-        return iter(self.joints)
 
 
 def force_slopes(z: ComplexArray, gain: ComplexArray, slope: ComplexArray) -> tuple[ComplexArray, ComplexArray]:

@@ -18,7 +18,7 @@ from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from machines import Connection, Lumped, Machine, lobes_at_amplitude, read_machine
 from machines.cutting.amplitude.chattering_tool import wide_receptance
-from machines.cutting.amplitude.held_joints import constant
+from machines.cutting.amplitude.held_joints import Constant
 from machines.cutting.amplitude.milling_at_amplitude import developed_chatter
 from machines.cutting.loops.critical_depth import first_crossings
 from machines.cutting.loops.loop_branches import Crossing
@@ -109,7 +109,7 @@ def test_the_joint_is_moved_by_the_force_that_the_crossing_has() -> None:
     chatter = developed_chatter(machine, cutting, 6e-6, wide_receptance(machine, 6e-6), "collocation", modes=True)
     found = chatter.persistent(4000.0)
     assert found.gain is not None
-    loop = chatter.method.loop(4000.0, 1, constant(found.line * tooth, found.gain))
+    loop = chatter.method.loop(4000.0, 1, Constant(found.line * tooth, found.gain))
     order, direction = loop.strongest(found.crossing)
     assert order == found.order
     again = chatter.point(np.array([found.line * tooth]), direction)
@@ -156,7 +156,7 @@ def test_no_other_line_of_the_band_chatters_at_a_lower_depth(speed: float, ampli
     lowest = found.crossing.depth
     for frequency in np.geomspace(120.0, 1700.0, 260).tolist():
         gain = table.gain[np.argmin(np.abs(table.frf.frequency - frequency))]
-        loop = chatter.search.loop(speed, 0, constant(frequency, gain), coarse=True)
+        loop = chatter.search.loop(speed, 0, Constant(frequency, gain), coarse=True)
 
         def own(crossing: Crossing, loop=loop, frequency=frequency) -> bool:  # type: ignore[no-untyped-def]
             line = abs(loop.strongest(crossing)[0] + crossing.fraction) * tooth

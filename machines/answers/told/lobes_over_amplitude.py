@@ -15,6 +15,8 @@ from ...deadline import OutOfTime, within
 
 _KNOCKS = 10
 """Tool amplitudes behind the depth that is safe from knocks at every speed."""
+_WORTH_IT = 3
+"""Amplitudes that must be in reach of the budget for any to be begun."""
 _FEW = (0.1, 0.3, 1.0)
 _MANY = (0.001, 0.003, 0.01, 0.03, *np.linspace(0.06, 1.0, 24))
 """Tool amplitudes behind the zones of a picture over the largest, in milling, where each costs more, and in turning."""
@@ -178,7 +180,7 @@ def bands(
 def _too_long(what: str, model: Any, sizes: Any, budget: float) -> str:
     """Why something at several amplitudes (m) is left out; empty where it is not.
 
-    With very many joints that depend on amplitude it may take more than the ``budget`` (s).
+    With very many joints that depend on amplitude not even a few may be reached in the ``budget`` (s).
     """
     from ...cutting.amplitude.chattering_tool import seconds_of_chart
     from ...cutting.forced.forced_vibration import too_many
@@ -187,14 +189,13 @@ def _too_long(what: str, model: Any, sizes: Any, budget: float) -> str:
     many = too_many(model)
     if not many:
         return ""
-    needed = len(sizes) * seconds_of_chart(
-        model, Cutting(**(model.cutting or {})), float(np.median(sizes)), budget / len(sizes)
-    )
-    if needed <= budget:
+    enough = budget / _WORTH_IT
+    needed = seconds_of_chart(model, Cutting(**(model.cutting or {})), float(np.median(sizes)), enough)
+    if needed <= enough:
         return ""
     return (
-        f"{what} were left out: with {many} joints that depend on it they take about {needed / 60:.0f} minutes, more "
-        f"than the {budget:g} s of --budget."
+        f"{what} were left out: with {many} joints that depend on it each of {len(sizes)} amplitudes takes about "
+        f"{needed / 60:.2g} minutes, so that fewer than {_WORTH_IT} are known after the {budget:g} s of --budget."
     )
 
 

@@ -27,18 +27,22 @@ LINES = 600
 _TRIED = (3, 24)
 _MANY = 4.0
 _HALVINGS = 4
-_STRAIGHT = 1e-4
+_STRAIGHT, _ROUGH = 1e-4, 1e-2
+"""Share by which a receptance may be off between its lines, and where it only tells where to start."""
 _ROUNDS = 3
 _ALIGNED = 1e-6
 _SIDE_LINES = 4.0
 
 
 def wide_receptance(machine: Machine, amplitude: float, points: int = LINES) -> OperatingPoint:
-    """The receptance over a band that holds side lines of the chatter too, where all components are known there."""
+    """About the receptance over a band that holds side lines of the chatter too, where all components are known there.
+
+    It tells where its resonances are and what the joints do there; lines between are not close enough to interpolate.
+    """
     try:
-        return operating_receptance(machine, amplitude, points, _SIDE_LINES)
+        return operating_receptance(machine, amplitude, points, _SIDE_LINES, straight=_ROUGH)
     except FrequencyMismatch:
-        return operating_receptance(machine, amplitude, points)
+        return operating_receptance(machine, amplitude, points, straight=_ROUGH)
 
 
 def operating_receptance(
@@ -47,13 +51,14 @@ def operating_receptance(
     points: int = LINES,
     beyond: float = 1.0,
     cutting: Cutting | None = None,
+    straight: float = _STRAIGHT,
 ) -> OperatingPoint:
     """Tool-point receptance at an amplitude in m, on lines over the machine's band that are close enough.
 
-    Lines are halved where the inverse receptance, which the lobe solver interpolates, is not nearly straight between
-    them. Where the joint jumps from one state to another no spacing is close enough; there the halving ends. The band
-    is widened by the factor ``beyond`` at both ends. In milling the tool vibrates as the ``cutting`` drives it, by
-    default that of the machine.
+    Lines are halved where the inverse receptance, which the lobe solver interpolates, is off by more than a share of
+    ``straight`` between them. Where the joint jumps from one state to another no spacing is close enough; there the
+    halving ends. The band is widened by the factor ``beyond`` at both ends. In milling the tool vibrates as the
+    ``cutting`` drives it, by default that of the machine.
     """
     if cutting is None:
         if machine.cutting is None:
@@ -75,9 +80,9 @@ def operating_receptance(
         middle = (lines[ends] + lines[ends + 1]) / 2
         found = chattering(tool.on(middle), cutting, amplitude)[0]
         inverse = np.linalg.inv(point.frf.receptance)
-        straight = np.linalg.inv((inverse[ends] + inverse[ends + 1]) / 2)
-        error = np.linalg.norm(straight - found.frf.receptance, axis=(1, 2))
-        coarse = error > _STRAIGHT * np.linalg.norm(found.frf.receptance, axis=(1, 2))
+        between = np.linalg.inv((inverse[ends] + inverse[ends + 1]) / 2)
+        error = np.linalg.norm(between - found.frf.receptance, axis=(1, 2))
+        coarse = error > straight * np.linalg.norm(found.frf.receptance, axis=(1, 2))
         point = _merged(point, found)
         # Both halves of an interval that was too coarse are looked at again.
         after = np.searchsorted(point.frf.frequency, middle[coarse])

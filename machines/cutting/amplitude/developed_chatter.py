@@ -26,7 +26,7 @@ from ...tool.bounded_band import Shape
 from ..loops.critical_depth import first_crossings, near
 from ..loops.loop_branches import NONE, Crossing
 from ..process.cutting import Cutting
-from .held_joints import Held, HeldJoints, constant
+from .held_joints import Constant, Held, HeldJoints
 
 _CLOSE = 1.5
 """Times the lowest depth so far up to which a resonance is searched: its joints are not yet those of the crossing."""
@@ -147,7 +147,7 @@ class DevelopedChatter:
         tooth = self.cutting.cuts_per_revolution * speed / 60
         frequency, gain = self.starts[group[0]]
         centres = np.log([f for f, _ in self.starts])
-        held = constant(frequency, gain)
+        held = Constant(frequency, gain)
         loop = self.search.loop(speed, level, held, coarse=True)
         seen: dict[Crossing, tuple[int, ComplexArray]] = {}
 

@@ -37,9 +37,16 @@ _REDUCED = 1e-5
 _HALF = 0.5
 
 
-def constant(frequency: float, gain: ComplexArray) -> Held:
-    """The same joints at every ν."""
-    return lambda fraction: (np.full(len(fraction), frequency), np.repeat(gain[None], len(fraction), axis=0))
+@dataclass(frozen=True, eq=False)
+class Constant:
+    """The same joints at every ν, as they are at a frequency in Hz."""
+
+    frequency: float
+    gain: ComplexArray
+    """N/m, (connections,)."""
+
+    def __call__(self, fraction: Array) -> tuple[Array, ComplexArray]:
+        return np.full(len(fraction), self.frequency), np.repeat(self.gain[None], len(fraction), axis=0)
 
 
 class HeldLoop(ABC):
@@ -156,7 +163,11 @@ class _Harmonics(HeldLoop):
 @dataclass(frozen=True, eq=False)
 class HeldInHarmonics(HeldJoints):
     """By multi-frequency; ``lines`` in Hz is where the search for resonances starts, ``highest``
-    in Hz is the last frequency that matters."""
+    in Hz is the last frequency that matters.
+
+    A machine of which ``modes`` are known is seen by them where its joints are held alike at every ν, which is where
+    crossings are looked for: a sum of modes costs a hundredth of coupling all its parts on every line.
+    """
 
     machine: Machine
     cutting: Cutting
@@ -164,6 +175,7 @@ class HeldInHarmonics(HeldJoints):
     highest: float
     carried_on: bool = True
     tolerance: float = 1e-4
+    modes: bool = False
 
     @cached_property
     def assembly(self) -> Assembly:
@@ -187,16 +199,36 @@ class HeldInHarmonics(HeldJoints):
         def receptance(frequency: Array) -> ComplexArray:
             return self.receptance(frequency, *held(frequency[:, frequency.shape[1] // 2] / tooth))
 
+        if self.modes and isinstance(held, Constant):
+            receptance = self._model(held)
         axes = tuple("xy".index(axis) for axis in self.machine.tool_axes)
         return _Harmonics(HarmonicLoop(receptance, self.cutting, axes, tooth, P))
 
     def resolved(self, frequency: float, gain: ComplexArray) -> Shape:
-        at = constant(frequency, gain)
+        at = Constant(frequency, gain)
+        if self.modes:
+            model = self._model(at)
+            return shape(ToolPoint(model, model.lines, model.axes, sampled=False))
 
         def receptance(f: Array) -> ComplexArray:
             return self.receptance(f[:, None], *at(f))[:, 0]
 
         return shape(ToolPoint(receptance, self.lines, self.machine.tool_axes, sampled=False))
+
+    @cached_property
+    def _open(self) -> OpenJoints:
+        return OpenJoints.of(self.machine)
+
+    @cached_property
+    def _models(self) -> dict[tuple[float, bytes], ToolModel]:
+        return {}
+
+    def _model(self, at: Constant) -> ToolModel:
+        """The tool with these joints; one start is asked for again at every speed."""
+        key = (at.frequency, at.gain.tobytes())
+        if key not in self._models:
+            self._models[key] = self._open.models(at.gain[None], at.frequency)[0]
+        return self._models[key]
 
     def receptance(self, frequency: Array, chatter: Array, gain: ComplexArray) -> ComplexArray:
         """G in m/N at frequencies in Hz of either sign, (g, lines), shape (g, lines, n, n).

@@ -23,7 +23,7 @@ from ..process.cutting import Cutting
 from ..rest.periodic import charted
 from ..rest.solve import default_method, known_method, said_before, spindle_speeds
 from .developed_chatter import DevelopedChatter, Persistent
-from .held_joints import HeldInHarmonics, HeldInModes, HeldJoints, constant
+from .held_joints import Constant, HeldInHarmonics, HeldInModes, HeldJoints
 
 _UNBOUNDED, _WORTH_TELLING = 1.0, 1e-4
 
@@ -53,7 +53,7 @@ def developed_lobes(
     name = default_method(model or point, cutting, speeds) if method is None else known_method(method, cutting)
     # Where so many oscillations are in a cut that harmonics are chosen, the search in modes would not end either.
     few = model is not None and "collocation" in (name, default_method(model, cutting, speeds))
-    chatter = developed_chatter(machine, cutting, amplitude, table, name, few)
+    chatter = developed_chatter(machine, cutting, amplitude, table, name, few, model is not None)
     vibrations = [chatter.persistent(rpm) for rpm in speeds.ravel().tolist()]
     found = [Found(one.crossing, one.line) for one in vibrations]
     said = (
@@ -78,12 +78,13 @@ def developed_chatter(
     table: OperatingPoint,
     method: str,
     modes: bool,
+    known: bool = True,
 ) -> DevelopedChatter:
-    """What vibrates in a cut; ``modes`` says whether collocation is to be had."""
+    """What vibrates in a cut; ``modes`` says whether collocation is to be had, ``known`` whether the machine's are."""
     cutting.refuse_unlike("chatter of an amplitude by modes")
     point = tool_point(table.frf, machine.tool_axes)
     highest = shape(point).highest
-    harmonics = HeldInHarmonics(machine, cutting, table.frf.frequency, highest)
+    harmonics = HeldInHarmonics(machine, cutting, table.frf.frequency, highest, modes=known)
     search: HeldJoints = HeldInModes(machine, cutting, highest) if modes else harmonics
     return DevelopedChatter(
         cutting,
@@ -120,7 +121,7 @@ def _band(method: HeldJoints, vibrations: list[Persistent], speed: Array) -> lis
     for i, (one, rpm) in enumerate(zip(vibrations, speed.tolist(), strict=True)):
         if one.crossing.kind and one.gain is not None:
             tooth = method.cutting.cuts_per_revolution * rpm / 60
-            without = near(bare.loop(rpm, 0, constant(one.line * tooth, one.gain)), one.crossing)
+            without = near(bare.loop(rpm, 0, Constant(one.line * tooth, one.gain)), one.crossing)
             doubt[i] = abs(without.depth / one.crossing.depth - 1)
     worst, (low, high) = int(np.argmax(doubt)), method.machine.known_band
     if doubt[worst] > _UNBOUNDED:
