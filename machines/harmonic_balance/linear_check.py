@@ -27,7 +27,8 @@ from .assembly import Assembly, mean_displacement
 
 Equations = MachineEquations | MachineStates
 TOLERANCE = 1e-8
-_LINES = 400
+_LINES, _FEWEST, _SMALL = 400, 40, 700
+"""Lines over a band; each costs the third power of the states, so that beyond ``_SMALL`` of them fewer serve."""
 _MANY = 24
 _FREE = 1e-9
 """Of a unit motion, squared, that rigid connections leave."""
@@ -147,10 +148,11 @@ def linear_check(machine: Machine, amplitude: float | None = None, frequency: Ar
         machine = placed(loaded, place)
         joints, excluded = _kept(machine, False)
         K, C, resonance = _linearised(equations, joints, amplitude)
-    lines = _band(machine, equations, K, frequency)
+    states = machine_states(machine)
+    lines = _band(machine, equations, states, K, frequency)
     names = _points(machine)
     coupled = Assembly(machine, names, names).coupled(2 * np.pi * lines, K + 2j * np.pi * lines[:, None] * C)
-    second = by_control(machine, machine_states(machine), machine.dof_rows(names, "check"), K, C, 2 * np.pi * lines)
+    second = by_control(machine, states, machine.dof_rows(names, "check"), K, C, 2 * np.pi * lines)
     difference = _difference(coupled, second)
     return LinearCheck(
         difference,
@@ -224,7 +226,9 @@ def _first(equations: Equations, K: Array) -> float:
     return float(found[found > 0][0]) if np.any(found > 0) else 0.0
 
 
-def _band(machine: Machine, equations: Equations, K: Array, frequency: ArrayLike | None) -> Array:
+def _band(
+    machine: Machine, equations: Equations, states: MachineStates, K: Array, frequency: ArrayLike | None
+) -> Array:
     given = machine.frequency if frequency is None else frequency
     if given is None:
         found = equations.natural_frequencies(K)
@@ -233,7 +237,10 @@ def _band(machine: Machine, equations: Equations, K: Array, frequency: ArrayLike
     values = np.asarray(given, dtype=float)
     if values.ndim != 1 or not np.all(np.isfinite(values)) or np.any(values <= 0) or np.any(np.diff(values) <= 0):
         raise InputError("check: frequency must be [low, high] or ascending lines in Hz, finite and above 0")
-    return np.geomspace(values[0], values[1], _LINES) if len(values) == 2 else values
+    if len(values) > 2:
+        return values
+    share = (_SMALL / max(sum(len(block.A) for block in states.blocks), 1)) ** 3
+    return np.geomspace(values[0], values[1], int(np.clip(_LINES * share, _FEWEST, _LINES)))
 
 
 def _points(machine: Machine) -> tuple[str, ...]:

@@ -74,6 +74,17 @@ def with_joint(*laws: Any) -> Machine:
     return Machine((lumped("m", [[60.0]]),), (Connection("guide", ("m.x", "ground"), Joint(laws)),), tool={"x": "m.x"})
 
 
+def test_a_state_space_of_many_states_is_checked_on_fewer_lines(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Half as many states as it has: an eighth of the lines, which are spread over the same band."""
+    machine = read_machine("machines/library/two_mass.toml")
+    every = linear_check(machine)
+    monkeypatch.setattr("machines.harmonic_balance.linear_check._SMALL", 2)
+    few = linear_check(machine)
+    assert few.passed
+    assert (len(every.frequency), len(few.frequency)) == (400, 50)
+    np.testing.assert_allclose(few.frequency[[0, -1]], every.frequency[[0, -1]])
+
+
 def test_ideal_friction_has_no_tangent_at_rest_and_is_named() -> None:
     machine = with_joint(Linear(6e8), Viscous(500.0), Coulomb(10.0))
     check = linear_check(machine)
