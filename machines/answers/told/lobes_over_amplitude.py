@@ -25,11 +25,13 @@ _MANY = (0.001, 0.003, 0.01, 0.03, *np.linspace(0.06, 1.0, 24))
 def grown(
     model: Any, speeds: Any, depth: Sequence[float], amplitude: Sequence[float], witness: bool
 ) -> tuple[list[Any], list[str]]:
-    """|μ| at every amplitude, speed and depth; where it cannot be had and the cut is simulated anyway, why."""
+    """|μ| at every amplitude, speed and depth; why, where it cannot be had, or the cut is simulated anyway."""
     from ...cutting.amplitude.frozen_modes import multipliers
 
     try:
         return [multipliers(model, speeds, depth, A) for A in amplitude or (0.0,)] if depth else [], []
+    except CheckFailed as failed:
+        return [], [f"No multiplier: {failed}"]
     except InputError as refused:
         if not witness:
             raise
@@ -111,7 +113,8 @@ def over_amplitude(
 def safe_from_knocks(model: Any, chart: Any, budget: float, progress: Progress) -> tuple[dict[str, Any], list[str]]:
     """In turning, where something depends on amplitude: the depth below which knocks die out at every speed.
 
-    Left out, which is told, where a machine that is another at every speed would take more than the ``budget`` (s).
+    Left out, which is told, where it takes more than the ``budget`` (s), or would in a machine that is another at every
+    speed.
     """
     from ...cutting.amplitude.amplitude_limits import amplitude_range, depends_on_amplitude
     from ...cutting.amplitude.frozen_lobes import frozen_lobes
@@ -123,7 +126,7 @@ def safe_from_knocks(model: Any, chart: Any, budget: float, progress: Progress) 
     if chart.method != "turning" or not cutting.plain or not depends_on_amplitude(model):
         return {}, []
     sizes = amplitude_range(cutting, _KNOCKS)
-    with progress.step("computing the least depth over amplitude"):
+    with progress.step(f"computing the least depth over amplitude, in at most {budget:.3g} s"):
         if depends_on_speed(model):
             begun = time.monotonic()
             frozen_lobes(model, chart.speed[:1], float(sizes[0]), chart.method)
@@ -133,7 +136,11 @@ def safe_from_knocks(model: Any, chart: Any, budget: float, progress: Progress) 
                     f"The depth below which knocks die out was left out: {len(sizes)} amplitudes at each of "
                     f"{chart.speed.size} speeds take about {needed:.0f} s, more than --budget leaves ({budget:.3g} s)."
                 ]
-        depth, amplitude = least_depth(model, chart, sizes)
+        try:
+            with within(budget):
+                depth, amplitude = least_depth(model, chart, sizes)
+        except OutOfTime as short:
+            return {}, [f"The depth below which knocks die out was left out: {short}."]
     if not np.isfinite(depth):
         return {}, []
     data = {"safe_at_every_speed": {"depth": depth, "amplitude": amplitude}}

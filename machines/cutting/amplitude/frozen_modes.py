@@ -12,7 +12,7 @@ from ...model.spindle_speed import at_speed, depends_on_speed
 from ...tool.chatter_band import chatter_band, modes_at_rest
 from ...tool.machine_model import OpenJoints, machine_model
 from ...tool.tool_model import ToolModel
-from ..cutters.pattern_multipliers import largest_multipliers
+from ..cutters.settled_multipliers import settled_multipliers
 from ..process.cutting import Cutting
 from .chattering_tool import wide_receptance
 from .collocated_turning import turned_tool
@@ -70,8 +70,8 @@ def multipliers(machine: Machine, speed: ArrayLike, depth: ArrayLike, amplitude:
             raise InputError(f"lobes: {name} must be finite and positive")
     models = tool_models(machine, cutting, speeds, amplitude)
     if len(models) == 1:
-        return largest_multipliers(models[0], cutting, speeds, depths)
+        return settled_multipliers(models[0], cutting, speeds, depths)
     parts = [
-        largest_multipliers(model, cutting, np.array([rpm]), depths) for model, rpm in zip(models, speeds, strict=True)
+        settled_multipliers(model, cutting, np.array([rpm]), depths) for model, rpm in zip(models, speeds, strict=True)
     ]
     return np.concatenate(parts)

@@ -19,6 +19,7 @@ import numpy as np
 from jointlib.arrays import Array, ArrayLike
 from jointlib.errors import CheckFailed
 
+from ...deadline import in_time
 from ...indices import Index, Mask
 from ...model.machine import Machine
 from ..process.chart import BY_SPEED, StabilityLobes, joined
@@ -241,6 +242,7 @@ def least_depth(machine: Machine, chart: StabilityLobes, amplitude: Array) -> tu
     bent = min(1.0, touching_ratio(cutting.exponent)) if cutting.feed is not None else 1.0
     least, known = chart.minimum_depth, 0.0
     for size in amplitude.tolist():
+        in_time()
         layer, held = frozen_lobes(machine, chart.speed, size, chart.method)
         if np.any(held):
             break

@@ -14,7 +14,7 @@ from ...statics.working_point import tangents
 from ...tool.machine_model import machine_model
 from ..amplitude.chattering_tool import chattering_point
 from ..amplitude.pocket import WANDER, pocket, safe_depth
-from ..cutters.pattern_multipliers import largest_multipliers
+from ..cutters.settled_multipliers import settled_multipliers
 from ..process.chart import StabilityLobes
 from ..process.cutting import Cutting
 from .quiet_pocket import pocket_in_cut
@@ -109,7 +109,7 @@ def _reason(machine: Machine, cutting: Cutting, speed: float, amplitude: float, 
         held = chattering_point(machine, cutting, chatter, amplitude)[0].gain[0]
         mixed = (rest, held.real + 1j * rest.imag, rest.real + 1j * held.imag)
         models = [machine_model(machine, chatter, G) for G in mixed]
-        mu = [largest_multipliers(model, cutting, np.array([speed]), np.array([depth]))[0, 0] for model in models]
+        mu = [settled_multipliers(model, cutting, np.array([speed]), np.array([depth]))[0, 0] for model in models]
     except (CheckFailed, InputError):
         return ""
     none, *alone = np.log(mu)

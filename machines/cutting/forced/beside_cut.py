@@ -17,7 +17,7 @@ from ..amplitude.amplitude_limits import AmplitudeLimits, Cycle
 from ..amplitude.fate import SMALLEST, fate_at
 from ..amplitude.unstable_depths import DEEPER, UnstableDepths, unstable_depths_of
 from ..amplitude.words import moved_by_teeth, of_fate, reach_words, told
-from ..cutters.pattern_multipliers import largest_multipliers
+from ..cutters.settled_multipliers import settled_multipliers
 from ..in_time.confirmation import in_time
 from ..process.cutting import Cutting
 from ..rest.solve import stability_lobes
@@ -64,7 +64,7 @@ def beside_teeth(machine: Machine, limits: AmplitudeLimits, index: int, depth: f
         omega = 2 * np.pi * chatter
         gain = np.array([complex(joint.first_harmonic(SMALL, omega).gain) for joint in moved.joints()])
         model = machine_model(moved, chatter, gain)
-        multiplier = float(largest_multipliers(model, cutting, speed, np.array([depth]))[0, 0])
+        multiplier = float(settled_multipliers(model, cutting, speed, np.array([depth]))[0, 0])
         chart = stability_lobes(model, cutting, speed, "collocation")
     except (CheckFailed, InputError):
         return None

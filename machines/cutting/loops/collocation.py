@@ -31,7 +31,7 @@ MORE = 10
 _LONGEST = 60.0
 """θ above which a stretch is split."""
 FINER = 4
-_MOST_NODES, MOST_SETTLED = 1000, 4000
+MOST_NODES, MOST_SETTLED = 1000, 4000
 """Nodes up to which the map is searched, and up to which a crossing is followed on it."""
 
 
@@ -99,7 +99,7 @@ def arc_map(
     speed: float | Array,
     more: int = MORE,
     share: float = 1.0,
-    most: int = _MOST_NODES,
+    most: int = MOST_NODES,
 ) -> ArcMap:
     """The map over one tooth period at a speed in rpm, with ⌈``share``·θ⌉ + ``more`` nodes per stretch of cut.
 
