@@ -257,12 +257,12 @@ def _of_resonances(name: str, a: Any, b: Any, against: str) -> list[Difference]:
 
 
 def sentence(first: Side, others: Sequence[Side], found: Sequence[Difference]) -> str:
-    """The largest differences, or that there is none above the uncertainty."""
+    """The largest differences, those of the depth of cut first, or that there is none above the uncertainty."""
     names = " and ".join(other.name for other in others)
     if not found:
         return f"{names} and {first.name}: no difference above the uncertainty."
     both = [d for d in found if not np.isnan(d.first) and not np.isnan(d.other)]
     largest = sorted(both, key=lambda d: -abs(np.log(abs(d.other / d.first))) if d.first and d.other else -np.inf)
-    told = [d.words() for d in (largest or found)[:3]]
+    told = [d.words() for d in sorted(largest or found, key=lambda d: "depth" not in d.what)[:3]]
     more = f"; {len(found) - len(told)} more" if len(found) > len(told) else ""
     return f"{names} against {first.name}: {'; '.join(told)}{more}."

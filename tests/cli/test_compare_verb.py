@@ -42,6 +42,7 @@ def test_machines_differ_in_resonance_and_depth(lathe: str) -> None:
     rows = {row["what"].split(", ")[-1]: row for row in done.json["differences"]}
     assert rows["frequency"]["other"] / rows["frequency"]["first"] == pytest.approx((25.33 / 30) ** 0.5, rel=1e-3)
     assert {"frequency", "damping", "compliance", "lowest stable depth", "chatter there"} <= set(rows)
+    assert done.json["sentence"].startswith(f"heavy.toml against {Path(lathe).name}: lowest stable depth: ")
     assert Path("both.svg").read_text().startswith("<svg")
 
 
