@@ -11,11 +11,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-import scipy
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
 
+from ...indices import Mask
 from ...tool.tool_point import ToolPoint
 from ..loops.regeneration import loop_eigenvalues
 from ..process.cutter import Cutter
@@ -23,11 +23,16 @@ from ..process.cutter import Cutter
 _A_WAVE = 48
 """Frequencies to a wave of the longest delay, on which crossings are looked for."""
 _EXACT = 1e-14
+_LEVEL = 1e-9
+_TURNS, _BISECTED = 100, 6
+"""Steps towards a crossing at most, and at every how many the interval is halved instead."""
 
 
-def mean_crossings(point: ToolPoint, cutter: Cutter, speed: float) -> list[tuple[float, float, bool]]:
+def mean_crossings(
+    point: ToolPoint, cutter: Cutter, speed: float, deepest: float = np.inf
+) -> list[tuple[float, float, bool]]:
     """Every depth in m at which a vibration keeps itself alive at a speed in rpm, ascending, with its frequency in Hz
-    and whether it grows above.
+    and whether it grows above; up to a ``deepest``, of which 0 asks for the lowest alone.
 
     The tool and the cut move along ``point.axes``; in turning x is along the chip thickness.
     """
@@ -44,22 +49,59 @@ def mean_crossings(point: ToolPoint, cutter: Cutter, speed: float) -> list[tuple
         value = np.where(swapped[:, None], value[:, ::-1], value)
     before, after = value[:-1], value[1:]
     crosses = (before.imag * after.imag <= 0) & (np.minimum(before.real, after.real) < 0) & (before != after)
-    found = list[tuple[float, float, bool]]()
-    for i, branch in zip(*np.nonzero(crosses), strict=True):
-        start, end, a, b = before[i, branch], after[i, branch], lines[i], lines[i + 1]
+    i, branch = np.nonzero(crosses)
+    start, end, a, b = before[i, branch], after[i, branch], lines[i], lines[i + 1]
+    # A crossing lies between the ends of its piece, or beyond by no more than they are apart.
+    surely, perhaps = np.minimum(-start.real, -end.real), np.maximum(-start.real, -end.real) + np.abs(end - start)
+    level = 1 / deepest if deepest else np.max(surely, initial=0.0)
+    worth = perhaps >= level
+    start, end, a, b = start[worth], end[worth], a[worth], b[worth]
 
-        def on_branch(f: float, start: complex = start, end: complex = end, a: float = a, b: float = b) -> complex:
-            expected = start + (end - start) * (f - a) / (b - a)
-            values = loop(np.array([f]))[0]
-            return complex(values[np.argmin(np.abs(values - expected))])
+    def on_branch(f: Array, some: Mask) -> ComplexArray:
+        expected = start[some] + (end - start)[some] * (f - a[some]) / (b - a)[some]
+        values = loop(f)
+        nearest = np.argmin(np.abs(values - expected[:, None]), axis=1)
+        return np.asarray(np.take_along_axis(values, nearest[:, None], axis=1)[:, 0])
 
-        if np.sign(on_branch(a).imag) == np.sign(on_branch(b).imag):
-            continue
-        f = float(scipy.optimize.brentq(lambda f, one=on_branch: one(f).imag, a, b, xtol=_EXACT * b))
-        at = on_branch(f)
-        if at.real < 0 and abs(at.imag) < 1e-6 * abs(at):
-            found.append((-1 / at.real, f, bool(end.imag > start.imag)))
-    return sorted(set(found))
+    f, at, kept = _closed(on_branch, a, b)
+    kept &= (at.real < 0) & (np.abs(at.imag) < 1e-6 * np.abs(at))
+    rising = end.imag > start.imag
+    every = zip(at[kept], f[kept], rising[kept], strict=True)
+    found = sorted({(-1 / float(value.real), float(hertz), bool(up)) for value, hertz, up in every})
+    if deepest:
+        return [one for one in found if one[0] <= deepest]
+    if level and not (found and found[0][0] * level <= 1 + _LEVEL):  # what bounded it was no crossing
+        return mean_crossings(point, cutter, speed)[:1]
+    return found[:1]
+
+
+def _closed(
+    on_branch: Callable[[Array, Mask], ComplexArray], low: Array, high: Array
+) -> tuple[Array, ComplexArray, Mask]:
+    """Where Im λ is zero between frequencies, λ there, and whether it changes sign between them at all.
+
+    All at once, by false position with the weight of an end that stays halved (Illinois), bisected where that is slow.
+    """
+    every = np.ones(len(low), dtype=bool)
+    left, right = low.copy(), high.copy()
+    at = on_branch(right, every)
+    below, above = on_branch(left, every).imag, at.imag.copy()
+    kept = np.sign(below) != np.sign(above)
+    f, open_ = right.copy(), kept & (above != 0)
+    for turn in range(_TURNS):
+        if not open_.any():
+            break
+        l, r, fl, fr = left[open_], right[open_], below[open_], above[open_]
+        new = (l + r) / 2 if turn % _BISECTED == _BISECTED - 1 else r - fr * (r - l) / (fr - fl)
+        new = np.clip(np.where(np.isfinite(new), new, (l + r) / 2), np.minimum(l, r), np.maximum(l, r))
+        value = on_branch(new, open_)
+        passed = np.sign(value.imag) != np.sign(fr)
+        left[open_], below[open_] = np.where(passed, r, l), np.where(passed, fr, fl / 2)
+        f[open_], right[open_], above[open_], at[open_] = new, new, value.imag, value
+        done = (value.imag == 0) | (np.abs(left[open_] - new) <= _EXACT * np.abs(new))
+        done |= np.abs(value.imag) <= _EXACT * np.abs(value)
+        open_[np.flatnonzero(open_)[done]] = False
+    return f, at, kept
 
 
 def _loop(point: ToolPoint, cutter: Cutter, speed: float) -> Callable[[Array], ComplexArray]:
