@@ -14,7 +14,7 @@ from jointlib.joint import Joint
 from jointlib.shown.pictures import axes_of, draw_magnitude, literal, name_curves, shades
 from jointlib.shown.result import Columns, Shown
 
-from ..compare.side_by_side import Difference, Side, differences, sentence, side
+from ..compare.side_by_side import Difference, Side, differences, sentence, side, there
 from ..model.machine import Machine
 from ..report.figures.receptance_figure import Curve, Lobes, receptance_figure
 from ..study.findings.design_sides import design_sides
@@ -95,6 +95,8 @@ def compare(
         raise InputError("--results: expected a study file alone, its designs are compared")
     target = given_target(output, ".svg", ".png")
     if results is None:
+        for path in (Path(one) for one in (first, *others) if not isinstance(one, Machine | Joint)):
+            there(path)
         sides = [side(one if isinstance(one, Machine | Joint) else Path(one)) for one in (first, *others)]
     elif isinstance(first, Machine | Joint):
         raise InputError("--results: expected the file of a study with it")

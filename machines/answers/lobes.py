@@ -170,11 +170,11 @@ def lobes(
             lines += words_of(each, model.tool_name, speeds if rates else None)
     for i, (A, chart) in enumerate(pairs):
         lines.append(_limit(model, A, chart))
+        if rates:
+            lines += _at_speeds(speeds, chart)
         tell(lines)
         if not A:
             lines += _added(data, *safe_from_knocks(model, chart, max(seconds - took, 0.0), during))
-        if rates:
-            lines += _at_speeds(speeds, chart)
         if growth:
             header = ("speed [rpm]", *(f"|μ| at {w * 1e3:g} mm" for w in depths))
             rows = [(f"{n:g}", *(f"{v:.6g}" for v in row)) for n, row in zip(speeds, growth[i], strict=True)]
@@ -183,7 +183,7 @@ def lobes(
     lines += told
     if rates and not sizes:
         tell(lines)
-        further, unstable, words = lenses(model, charts[0], depths, during)
+        further, unstable, words = lenses(model, charts[0], depths, seconds, during)
         lines += _added(data, further, words)
         tell(lines)
         first = growth[0] if growth else None

@@ -96,18 +96,23 @@ class Difference:
         return f"{self.what}: {share(self.other / self.first - 1)}"
 
 
+def there(path: Path) -> None:
+    """Refuse what is no file and no folder of a run, before anything is computed of the others."""
+    if path.is_dir() and not (path / "run.json").is_file():
+        raise InputError(f"{path}: a folder without run.json, expected that of a run, or a file")
+    if not path.exists():
+        raise InputError(f"{path}: no such file, expected a machine, a joint, a measurement or the folder of a run")
+
+
 def side(path: Path | Machine | Joint) -> Side:
     """What to compare of a machine or a joint, of a file, by its schema, or of the folder of a run."""
     if isinstance(path, Joint):
         return _of_joint(f"joint {path.name!r}", path)
     if isinstance(path, Machine):
         return _of_machine(path.where, path)
-    if (path / "run.json").is_file():
-        return _of_run(path)
+    there(path)
     if path.is_dir():
-        raise InputError(f"{path}: a folder without run.json, expected that of a run, or a file")
-    if not path.is_file():
-        raise InputError(f"{path}: no such file, expected a machine, a joint, a measurement or the folder of a run")
+        return _of_run(path)
     kind = str(read(path).get("schema", "")).split("/")[1:2]
     if kind == ["joint"]:
         return _of_joint(str(path), read_joint(path))

@@ -13,7 +13,9 @@ from jointlib.errors import CheckFailed, InputError
 from jointlib.frf import FRF
 from machines import lobes_at_amplitude, read_machine
 from machines.cutting.amplitude.frozen_modes import multipliers
+from machines.cutting.amplitude.unstable_depths import unstable_depths
 from machines.cutting.loops.multipliers import largest_multipliers
+from machines.deadline import OutOfTime, within
 from machines.lobes import Cutting, stability_lobes
 from machines.tool.tool_model import ToolModel
 
@@ -204,6 +206,14 @@ def test_a_chart_at_rest_and_the_points_below_it_agree() -> None:
     for i, speed in enumerate(chart.speed):
         mu = multipliers(machine, speed, chart.depth[i] * np.array([0.999, 1.001]))
         assert (mu[0] > 1).tolist() == [False, True]
+
+
+def test_stable_cuts_above_the_limits_are_looked_for_in_time() -> None:
+    machine = read_machine(LIBRARY / "two_mode_tool.toml")
+    chart = lobes_at_amplitude(machine, [6000.0])
+    assert len(unstable_depths(machine, chart)[0].intervals)
+    with within(-1.0), pytest.raises(OutOfTime):
+        unstable_depths(machine, chart)
 
 
 @pytest.mark.thorough

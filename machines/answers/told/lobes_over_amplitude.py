@@ -39,18 +39,19 @@ def grown(
 
 
 def lenses(
-    model: Any, chart: Any, depth: Sequence[float], progress: Progress
+    model: Any, chart: Any, depth: Sequence[float], budget: float, progress: Progress
 ) -> tuple[dict[str, Any], list[Any], list[str]]:
     """Every unstable interval of depth at the chosen speeds, at rest: as JSON, as they are, and told.
 
-    They are looked for as deep as the deepest ``depth`` (m) at least.
+    They are looked for as deep as the deepest ``depth`` (m) at least, for as long as the ``budget`` (s).
     """
     from ...cutting.amplitude.unstable_depths import DEEPER, REACH, unstable_depths
     from ...cutting.amplitude.words import told_lenses
 
     with progress.step("looking for stable cuts above the limits"):
         try:
-            found = unstable_depths(model, chart, np.fmax(REACH * chart.depth, DEEPER * max(depth, default=0.0)))
+            with within(budget):
+                found = unstable_depths(model, chart, np.fmax(REACH * chart.depth, DEEPER * max(depth, default=0.0)))
         except (CheckFailed, InputError) as refused:
             return {}, [], [f"Stable cuts above the limits were not looked for: {refused}"]
     rows = [[vars(zone) for zone in one.intervals] for one in found]

@@ -15,6 +15,7 @@ import numpy as np
 from jointlib.arrays import ArrayLike
 from jointlib.errors import CheckFailed, InputError
 
+from ...deadline import in_time
 from ...model.machine import Machine
 from ...model.spindle_speed import at_speed, depends_on_speed
 from ...tool.bounded_band import shape, spectrum
@@ -194,6 +195,7 @@ class _Search:
         tooth = self.cutting.cuts_per_revolution * speed / 60
         fraction = self.shape.folded(tooth)
         for extra in range(_RAISES):
+            in_time()
             loop, finer = self._loops(speed, tooth, deepest, extra)
             found = _settled(edges_of_loop(loop, fraction, deepest), finer, _SETTLED[self.method])
             whole = found and abs(found[0].depth / first - 1) < _BESIDE and min(_counts(found)) >= 0

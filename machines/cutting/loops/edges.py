@@ -14,6 +14,7 @@ import numpy as np
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import CheckFailed
 
+from ...deadline import in_time
 from . import crossing, loop_branches
 from .crossing import Brackets
 from .loop_branches import Bracket, Crossing, Loop, nearest, regeneration
@@ -56,6 +57,7 @@ def edges_of_loop(loop: Loop, fraction: Array, deepest: float) -> list[Edge]:
     known = samples(loop, nu)
     brackets: list[Bracket] = []
     for _ in range(_ROUNDS):
+        in_time()
         matters = (known.bound[:-1] >= level) | (known.bound[1:] >= level)
         needed = np.append(matters, False) | np.insert(matters, 0, False)
         needed[-2:] = True

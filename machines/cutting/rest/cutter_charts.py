@@ -9,6 +9,7 @@ import numpy as np
 from jointlib.arrays import Array
 from jointlib.errors import CheckFailed
 
+from ...deadline import in_time
 from ...tool.bounded_band import Shape, shape, spectrum
 from ...tool.tool_model import ToolModel
 from ...tool.tool_point import ToolPoint
@@ -143,6 +144,7 @@ def cutter_edges(
     method: str, point: ToolPoint, model: ToolModel | None, cutting: Cutting, speed: float, deepest: float
 ) -> list[Edge]:
     """Every crossing of the border of a cut that is not `Cutting.plain`, up to a depth in m, at a speed in rpm."""
+    in_time()
     if method in ("turning", "zero-order") or cutting.process != "milling":
         every = mean_crossings(along_cut(point, cutting), Cutter.of(cutting), speed, deepest)
         return [Edge(depth, f, "hopf", outwards) for depth, f, outwards in every]

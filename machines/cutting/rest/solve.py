@@ -141,8 +141,11 @@ def stability_lobes(
 def spindle_speeds(speed: ArrayLike) -> Array:
     """Spindle speeds in rpm, checked."""
     speeds = np.asarray(speed, dtype=float)
-    if speeds.size == 0 or not np.all(np.isfinite(speeds) & (speeds > 0)):
-        raise InputError("lobes: spindle speeds must be finite, positive and at least one, in rpm")
+    if speeds.size == 0:
+        raise InputError("lobes: no spindle speed, expected at least one")
+    wrong = speeds[~(np.isfinite(speeds) & (speeds > 0))]
+    if wrong.size:
+        raise InputError(f"lobes: a spindle speed of {wrong[0]:g} rpm, expected finite ones above 0")
     return speeds
 
 
