@@ -83,7 +83,7 @@ def _numbers(study: Study, verdict: Verdict) -> list[tuple[str, str]]:
 
 
 def _assumptions(study: Study) -> list[str]:
-    method = study.lobes or "the fast one of the process (zero order in milling, a preview)"
+    method = study.lobes or "that of turning, or in milling zero order, a preview"
     plan = f"Plan: {study.method}, seed {study.seed}"
     said = [f"{plan}; {len(study.numbers())} configurations.", f"Method of the stability lobes: {method}."]
     amplitudes = ", ".join(f"{A * 1e6:g} µm" if A else "vanishing" for A in study.amplitudes)
