@@ -188,5 +188,5 @@ def test_receptances_that_cannot_be_used_are_refused() -> None:
 
 @pytest.mark.parametrize("speed", [0.0, -100.0, np.nan, [], [5000.0, np.inf]])
 def test_speeds_that_cannot_be_are_refused(speed: float | list[float]) -> None:
-    with pytest.raises(InputError, match="spindle speeds"):
+    with pytest.raises(InputError, match="spindle speed"):
         stability_lobes(tool, SLOT, speed, frequency=np.arange(2.0, 3000.0, 2.0))
