@@ -44,13 +44,13 @@ def cutting_pieces(machine: Machine, amplitudes: Sequence[float]) -> list[Piece]
         Piece(
             "lobes",
             f"Stability lobes at {_size(A)}",
-            partial(_chart, amplitude=A),
+            partial(_chart, amplitude=A, before=tuple(amplitudes[:i])),
             f"`jointlib lobes {machine.source} --amplitude {A:g}` repeats it alone; fewer speeds (`--speed`) or "
             "another `--method` ask for less.",
             _size(A),
             needs,
         )
-        for A in amplitudes
+        for i, A in enumerate(amplitudes)
     ]
     together = partial(_together, amplitudes=tuple(amplitudes))
     if machine.tool_name is not None and machine.source is not None:
@@ -70,8 +70,8 @@ def _sizes(amplitudes: Sequence[float]) -> str:
     return f"tool-point amplitudes of {', '.join(words[:-1])} and {words[-1]} um"
 
 
-def _chart(road: Run, amplitude: float) -> None:
-
+def _chart(road: Run, amplitude: float, before: Sequence[float] = ()) -> None:
+    """The chart at an amplitude; with very many joints none is begun after one ``before`` that was not done."""
     from ..cutting.amplitude.amplitude_limits import depends_on_amplitude
     from ..cutting.amplitude.chattering_tool import seconds_of_chart
     from ..cutting.amplitude.frozen_lobes import lobes_at_amplitude
@@ -84,6 +84,9 @@ def _chart(road: Run, amplitude: float) -> None:
     speeds = default_speeds(road.machine, 100) if onset is None else onset.speed
     with road.progress.step(f"stability lobes at {_size(amplitude)}"):
         if amplitude and depends_on_amplitude(road.machine) and too_many(road.machine):
+            lost = [A for A in before if A and A not in road.charts]
+            if lost:
+                raise CheckFailed(f"not begun, as it takes as long as that at {_size(lost[0])}, which was not done")
             needed = seconds_of_chart(road.machine, Cutting(**(road.machine.cutting or {})), amplitude, BUDGET)
             if needed > BUDGET:
                 raise CheckFailed(f"it would take about {needed / 60:.0f} minutes, more than {BUDGET / 60:g}")

@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 from test_static_bias import two_guides
 
+from jointlib.arrays import Array
 from machines import Machine, Newton, read_machine, response, run
 from machines.deadline import OutOfTime, in_time, within
 from machines.harmonic_balance import mean_motions, prescribed
 from machines.harmonic_balance.secants import Held, by_secants
+from machines.lobes import StabilityLobes
 from machines.operating.operating_point import OperatingPoint, operating_point
 from machines.road import piece
 
@@ -86,3 +88,20 @@ def test_a_run_ends_with_a_report_where_a_part_takes_too_long(tmp_path: Path, mo
     lost = {step["step"]: step["failed"] for step in made.data["steps"] if "failed" in step}
     assert "not done after" in lost["frf"]
     assert "Forced response: not computed" in (tmp_path / "report.html").read_text()
+
+
+def test_no_chart_is_begun_after_one_as_long_that_was_not_done(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of two amplitudes the first runs out of time."""
+    begun = list[float]()
+
+    def timed(machine: Machine, speed: Array, amplitude: float) -> StabilityLobes:
+        begun.append(amplitude)
+        raise OutOfTime("not done after 10 minutes")
+
+    monkeypatch.setattr("machines.cutting.forced.forced_vibration._MANY", 0)
+    monkeypatch.setattr("machines.cutting.amplitude.frozen_lobes.lobes_at_amplitude", timed)
+    made = run(LIBRARY / "lathe.toml", tmp_path, steps=["cutting"], amplitudes=[1e-5, 2e-5])
+    lost = [step["failed"] for step in made.data["steps"] if "failed" in step]
+    assert begun == [1e-5]
+    assert lost[0] == "not done after 10 minutes"
+    assert lost[1].startswith("not begun, as it takes as long as that at a tool-point amplitude of 10 um")
