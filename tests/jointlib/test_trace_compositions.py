@@ -154,7 +154,7 @@ def test_a_drive_moved_by_pulses_shows_friction_and_uneven_drag_together(tmp_pat
     assert report.error_after["relative"] < 0.02
 
 
-@pytest.mark.thorough
+@pytest.mark.slow  # on one of two processors it ends at Stribeck friction
 def test_two_effects_that_hide_one_another_are_seen_together(tmp_path: Path) -> None:
     """Damping that grows with speed looks like friction with the wrong sign: alone, neither lowers the error."""
     columns = pulsed(1)
