@@ -52,9 +52,10 @@ def test_dragging_a_slider_moves_every_curve(tab: Tab) -> None:
     tab.drag((x + width / 2, y + height / 2), (x + 0.6 * width, y + height / 2), (x + 0.8 * width, y + height / 2))
     for graph, old in before.items():
         until_drawn(tab, old, graph)
-    assert 1200 < float(value(tab, PRELOAD)) < 1700
+    # The curves of the first place on the way may be drawn before the slider tells of the last.
+    tab.wait(lambda: 1200 < float(value(tab, PRELOAD)) < 1700, "the slider tells where it was let go")
     # A guide under more preload is stiffer, its describing function at rest is larger.
-    assert curve(tab, "gain")[0][0] > 1.05 * before["gain"][0][0]
+    tab.wait(lambda: curve(tab, "gain")[0][0] > 1.2 * before["gain"][0][0], "the gain is that of the last preload")
 
 
 def test_pictures_of_sliders_are_not_lost_to_others_that_are_asked_for_at_the_same_time(tab: Tab) -> None:
