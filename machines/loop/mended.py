@@ -11,6 +11,7 @@ import numpy as np
 
 from jointlib.arrays import Array
 from jointlib.joint import Covariance, Joint
+from jointlib.loop.answer.refit import bounds_of
 from jointlib.loop.answer.report import Estimate
 
 from ..model.machine import Machine
@@ -28,9 +29,10 @@ def parameters_of(fitted: Fitted, inflate: float) -> dict[str, Estimate]:
     for named, row in _told_rows(fitted):
         joint = fitted.hypothesis.joints(fitted.u, exact=True)[row]
         connection, covariance = fitted.hypothesis.machine.flexible[row], _covariance(fitted, row, inflate)
-        for name in covariance.names:
+        for name, lower, upper in zip(covariance.names, *bounds_of(joint, covariance.names), strict=True):
             value, error = joint.parameters[name], covariance.standard_error(name)
-            interval = (value - 1.96 * error, value + 1.96 * error)
+            # Within the range of the parameter: a smoothing velocity may be zero, as that of dry friction is.
+            interval = (max(value - 1.96 * error, float(lower)), min(value + 1.96 * error, float(upper)))
             out[named(name)] = Estimate(value, connection.own_unit(joint.units[name]), error, interval)
     return out
 

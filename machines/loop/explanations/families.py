@@ -34,6 +34,9 @@ _WIDE = 2.5
 _ELEMENTS = np.array([0.2, 0.6, 1.4, 3.0])
 """Slip distances of an Iwan chain over its mean one."""
 _LENGTHS = (-4.0, -3.2, -2.4, -1.8, -1.2, -0.6, 0.0, 0.6, 1.2)
+_SHARP = -12.0
+"""Logarithm of the smallest smoothing velocity that is tried over that to begin with. Dry friction has none, and small
+levels beside large ones see the corner of a larger one."""
 _BUMP = 5.0
 """Stribeck velocity over smoothing velocity."""
 
@@ -72,7 +75,8 @@ class Family:
         for name, (reference, log, _) in zip(self.fields, laid, strict=True):
             key = f"{(self.member or self.name).replace('-', '_')}.{name}"
             if log:
-                added.append(Coordinate(key, reference, True, _WIDE, low=-9.0, high=7.0))
+                low = _SHARP if name.startswith("smoothing") else -9.0
+                added.append(Coordinate(key, reference, True, _WIDE, low=low, high=7.0))
             else:
                 added.append(Coordinate(key, reference, False, 3.0, low=-10.0, high=10.0))
         starts = tuple(product(*(grid for _, _, grid in laid)))
