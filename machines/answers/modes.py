@@ -19,7 +19,6 @@ from jointlib.shown.pictures import write_picture
 from jointlib.shown.progress import Progress, Silent
 from jointlib.shown.result import Columns, Shown
 
-from ..cutting.process.cutting import Cutting
 from ..files.opened import machine_of
 from ..measured_modes.measured_responses import read_responses
 from ..measured_modes.modal_component import component_of, write_component
@@ -184,8 +183,6 @@ def modes(
             remarks = (*remarks, f"{error}.")
     told = range(len(found.pole)) if all else shown_modes(found)
     said = (*warnings(found, compliance), *(depth.warnings if depth is not None else ()), *remarks)
-    if model.tool and model.cutting is not None and not (cut := Cutting(**model.cutting)).plain:
-        said = (*said, f"Which mode and joint limit the depth is not told with {cut.unlike}.")
     return MachineModes(found, energies, compliance, depth, tuple(int(i) for i in told), said)
 
 

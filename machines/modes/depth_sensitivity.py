@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from ..cutting.amplitude.frozen_lobes import lobes_at_amplitude
 from ..cutting.process import turning, zero_order
 from ..cutting.process.chart import StabilityLobes
 from ..cutting.process.cutting import Cutting
+from ..cutting.process.flutes import UNLIKE
 from ..harmonic_balance.assembly import Assembly
 from ..model.machine import Machine
 from ..statics.working_point import tangents
@@ -31,6 +32,10 @@ class DepthSensitivity:
     own, and stays so while the stiffness of one of them changes: what that does to the amplitudes of the joints, and so
     to their gains, is left out. In turning that depth is exact; in milling it is that of the zero-order approximation,
     which alone is smooth in the joints: the depths of exact methods touch it or pass from lobe to lobe.
+
+    It is told of straight edges, evenly spaced, that rub on nothing. A helix leaves the mean of the cut as it is, with
+    unequal pitches no depth of the mean is lower (−b Re λ = Re 1/(1 − p) ≥ 1/2, as the mean p of the delays has
+    |p| ≤ 1), and what flanks damp fades as the speed grows.
     """
 
     depth: float
@@ -45,6 +50,8 @@ class DepthSensitivity:
     warnings: tuple[str, ...]
     amplitude: float = 0.0
     """Tool-point amplitude in m that the joints are held at; 0: at rest."""
+    instead: str = ""
+    """What the cut has that it is told without, in words."""
 
 
 def lowest_depth(machine: Machine) -> StabilityLobes:
@@ -69,9 +76,11 @@ def depth_sensitivity(modes: NaturalModes) -> DepthSensitivity | None:
     machine = modes.machine
     if machine.cutting is None:
         raise InputError(f"{machine.where}: no [cutting], the depth needs a cutting operation")
-    cutting, axes = Cutting(**machine.cutting), machine.tool_axes
-    if not cutting.plain:
-        return None
+    unlike, axes = Cutting(**machine.cutting).unlike, machine.tool_axes
+    if unlike:
+        machine = replace(machine, cutting={k: v for k, v in machine.cutting.items() if k not in UNLIKE})
+        modes = replace(modes, machine=machine)
+    cutting = Cutting(**(machine.cutting or {}))
     milling = cutting.process == "milling"
     if milling:
         D = zero_order.loop_stiffness(cutting, axes)
@@ -98,6 +107,7 @@ def depth_sensitivity(modes: NaturalModes) -> DepthSensitivity | None:
         int(np.argmin(added.real)),
         held.warnings,
         modes.amplitude,
+        unlike,
     )
 
 

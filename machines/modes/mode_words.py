@@ -98,6 +98,7 @@ def leading(modes: NaturalModes, energies: ModeEnergies, depth: DepthSensitivity
                 f"The depth depends most on {best}: 10 % more stiffness gives {_gained(by_bundle[best], depth)}."
             )
         how = "of the zero-order approximation" if depth.method == "zero-order" else "in turning"
+        how += f" without the {depth.instead}" if depth.instead else ""
         sentences.append(
             f"The depth is the lowest over all speeds {how}, {_joints(depth)}: {depth.depth * 1e3:.4g} mm, chatter at "
             f"{depth.frequency:.4g} Hz."

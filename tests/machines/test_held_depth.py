@@ -81,3 +81,30 @@ def test_the_depth_is_the_minimum_of_the_chart_at_that_amplitude_and_the_words_s
     said = leading(modes, mode_energies(modes), found)
     assert "with the joints as they are held at a tool-point amplitude of 2 um: " in said[-1]
     assert "at rest" not in " ".join(said)
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ({"helix": 30.0}, "helix"),
+        ({"pitch": (70.0, 110.0, 70.0, 110.0), "helix": 30.0}, "unequal pitches and helix"),
+        ({"process_damping": 5e3}, "process damping"),
+    ],
+    ids=["helix", "pitches", "flank"],
+)
+def test_what_limits_an_unlike_cutter_is_told_of_the_even_one(more: dict[str, object], words: str) -> None:
+    """The mean of a cut by a helix is that by straight edges; unequal pitches and flanks leave no depth below it."""
+    machine = shipped("guide_mill")
+    even = depth_sensitivity(natural_modes(machine))
+    modes = natural_modes(replace(machine, cutting={**(machine.cutting or {}), **more}))
+    found = depth_sensitivity(modes)
+    assert even is not None and found is not None
+    assert (found.depth, found.mode, found.instead) == (even.depth, even.mode, words)
+    np.testing.assert_array_equal(found.joints, even.joints)
+    said = leading(modes, mode_energies(modes), found)
+    assert f"without the {words}" in said[-1]
+    assert "that limits the depth" in said[0]
+    depths = lobes_at_amplitude(modes.machine, np.linspace(3000, 12000, 60), 0.0, "zero-order").depth
+    assert np.min(depths) > (1 - 1e-6) * found.depth
+    if words == "helix":
+        assert np.min(depths) < 1.05 * found.depth

@@ -90,6 +90,7 @@ def _depth(modes: NaturalModes, depth: DepthSensitivity) -> dict[str, Any]:
         "depth": depth.depth,
         "chatter_frequency": depth.frequency,
         "method": depth.method,
+        "without": depth.instead or None,
         "mode": modes.frequency[depth.mode],
         "amplitude": depth.amplitude,
         "sensitivities": [

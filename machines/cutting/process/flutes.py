@@ -7,6 +7,8 @@ from numbers import Integral, Real
 
 from jointlib.errors import InputError
 
+UNLIKE = ("pitch", "helix", "process_damping", "indentation", "wear_land", "clearance")
+"""Keys of a cut by edges that are not straight and even, or that rub."""
 _ROUND, _EVEN = 0.01, 1e-7
 """Degrees by which pitches may miss a turn in all, and differ and still be the same."""
 
