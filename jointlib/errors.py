@@ -17,13 +17,17 @@ _QUOTED = 60
 _UNBROKEN = re.compile(rf"\S{{{_QUOTED + 1},}}|'[^']{{{_QUOTED + 1},}}'")
 _NEAREST = 5
 """Words of a list that are told where it holds more."""
+_PLACE = re.compile(r"\[\[\w+\]\] \d+(?: \([^)]*\))?|\b(?:connection|component) '[^']*'(?=: )")
+_QUOTE = re.compile(r" \(line \d+: .*\)$", re.DOTALL)
+"""What names the place of a fault in a file, and what quotes it."""
 
 
 class InputError(ValueError):
     """Input that cannot be used; each sentence says where, what was found and what was expected.
 
     One sentence is the text; of several, as of a file with several faults, each has a line of its own below their
-    number, the first twenty. The command line prints them, with ``--json`` all as data, and exits with status 2.
+    number, the first twenty; what is wrong in the same words at several places is one. The command line prints them,
+    with ``--json`` all as data, and exits with status 2.
     """
 
     @property
@@ -39,7 +43,7 @@ class InputError(ValueError):
         return self._listed(told)
 
     def _listed(self, form: Callable[[str], str]) -> str:
-        said = self.sentences
+        said = _once(self.sentences)
         more = (f"and {len(said) - MOST} more",) if len(said) > MOST else ()
         return "\n".join(map(form, said) if len(said) < 2 else (f"{len(said)} faults", *map(form, said[:MOST]), *more))
 
@@ -80,6 +84,18 @@ def together(*checks: Callable[[], object]) -> None:
             said |= dict.fromkeys(error.sentences)
     if said:
         raise InputError(*said)
+
+
+def _once(said: tuple[str, ...]) -> list[str]:
+    """Sentences, those that differ by their place alone as the first of them with the number of the others."""
+    groups: dict[str, list[str]] = {}
+    for one in said:
+        words = _PLACE.sub("", one)
+        groups.setdefault(one if words == one else _QUOTE.sub("", words), []).append(one)
+    return [
+        same[0] if len(same) == 1 else _PLACE.sub(rf"\g<0> and {len(same) - 1} more", same[0], count=1)
+        for same in groups.values()
+    ]
 
 
 def nearest(word: str, valid: Iterable[str]) -> str:

@@ -229,3 +229,20 @@ def test_a_line_that_is_no_toml_is_shown(library: Path) -> None:
     (sentence,) = told(jointlib("inspect broken.toml"))
     assert sentence.startswith("broken.toml: not valid TOML: ")
     assert sentence.endswith("(line 3: [[component])")
+
+
+def test_what_is_wrong_in_the_same_words_at_many_places_is_one_sentence(tmp_path: Path) -> None:
+    text = (LIBRARY / "lathe.toml").read_text()
+    machine = tmp_path / "lathe.toml"
+    machine.write_text(text.replace('name = "bed"', 'name = "bbed"').replace("[tool]", "[tol]"))
+    for joint in LIBRARY.glob("*.joint.toml"):
+        shutil.copy(joint, tmp_path)
+    done = jointlib(f"inspect {machine}")
+    said = done.err.splitlines()
+    assert (done.status, said[0]) == (2, "jointlib: 2 faults")
+    assert sum("'bed'" in line for line in said) == 1
+    assert any(
+        "connection 'front.a1' and 10 more: no component 'bed', did you mean 'bbed'? (line 7: " in s for s in said
+    )
+    every = [fault["fault"] for fault in jointlib(f"inspect {machine} --json").json["faults"]]
+    assert sum("no component 'bed'" in fault for fault in every) == 11
