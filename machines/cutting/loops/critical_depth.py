@@ -41,8 +41,9 @@ def first_crossings(
     norm of the loop shows that no eigenvalue can matter, none is computed.
     """
     known = samples(loop, fraction)
-    known.know(fraction == fraction[-1], _LEVELS[0] * float(np.max(known.bound)))
-    found = _flips(known.values[-1], accepted)
+    level = _LEVELS[0] * float(np.max(known.bound))
+    known.know(fraction == fraction[-1], level)
+    found = _flips(known.values[-1], accepted, max(level, 1 / (_CLOSE * ceiling)))
     for share in _LEVELS:
         level = max(share * float(np.max(known.bound)), 1 / (_CLOSE * _lowest(found, ceiling)))
         for _ in range(_ROUNDS):
@@ -52,7 +53,7 @@ def first_crossings(
             if not coarse.any():
                 break
             known.halve(coarse, level)
-        found = _flips(known.values[-1], accepted)
+        found = _flips(known.values[-1], accepted, level)
         for bracket in sorted(between, key=lambda one: one.floor):
             if bracket.floor > _CLOSE * _lowest(found, ceiling):
                 break
@@ -61,6 +62,7 @@ def first_crossings(
                 found.append(closed_at)
         if 1 / (_CLOSE * _lowest(found, ceiling)) >= level:
             break
+    found = found or _flips(known.values[-1], accepted, 1 / (_CLOSE * ceiling))
     lowest = _lowest(found, ceiling)
     return sorted({one for one in found if one.depth <= _CLOSE * lowest}, key=lambda one: one.depth)
 
@@ -99,8 +101,8 @@ def eigenvector(loop: Loop, crossing: Crossing) -> ComplexArray:
     return nearest(loop, crossing.fraction, crossing.eigenvalue)[1]
 
 
-def _flips(values: ComplexArray, accepted: Callable[[Crossing], bool] | None) -> list[Crossing]:
-    """The two lowest period doublings, from the eigenvalues at ν = 1/2."""
-    real = values.real[(np.abs(values.imag) <= _REAL * np.max(np.abs(values))) & (values.real < 0)]
+def _flips(values: ComplexArray, accepted: Callable[[Crossing], bool] | None, level: float) -> list[Crossing]:
+    """The two lowest period doublings, from the eigenvalues at ν = 1/2, down to the depth 1/``level`` in m."""
+    real = values.real[(np.abs(values.imag) <= _REAL * np.max(np.abs(values))) & (values.real < -0.5 * level)]
     every = (Crossing(-0.5 / value, 0.5, complex(value)) for value in np.sort(real).tolist())
     return list(islice(every if accepted is None else filter(accepted, every), 2))
