@@ -87,13 +87,14 @@ def search(evidence: Evidence, joint: Joint, effects: Sequence[Effect], seed: in
     field = _Field(evidence, joint, tuple(effects), ColumnStore(evidence.recorded), seed)
     start = Composition((Step(None, fit(evidence, Model(joint))),))
     start, children = _grown(replace(field, quick=False), start, 1)
-    alone = bool(children) and _explained(start, children[0]) >= NAMED_FROM
+    alone, simpler = bool(children) and _explained(start, children[0]) >= NAMED_FROM, list[Composition]()
     if alone:
         clear = _CLEARLY * deciding_excess(children[0].fitted)
-        alone = not any(deciding_excess(pair.fitted) < clear for pair in _paired(field, start))
+        simpler = [c for c in _simpler(field, start, children[0]) if deciding_excess(c.fitted) < clear]
+        alone = not simpler and not any(deciding_excess(pair.fitted) < clear for pair in _paired(field, start))
     field = replace(field, quick=not alone)
     if not alone:
-        children += _grown(field, start, _WIDTH)[1][len(children) :]
+        children += [*_grown(field, start, _WIDTH)[1][len(children) :], *simpler]
     best, others = _followed(field, start, children, 1 if alone else _WIDTH)
     parts: tuple[Part, ...] = ()
     for _ in range(_EXCHANGES):
@@ -192,6 +193,28 @@ def _paired(field: _Field, c: Composition) -> list[Composition]:
             here = replace(c.steps[-1], rows=settled(current, rows, pair.rows[0], field.store))
             added = [Step(term, fitted, action="paired") for term in terms]
             out.append(Composition((*c.steps[:-1], here, *added), (*c.terms, *terms)))
+    return out
+
+
+def _simpler(field: _Field, start: Composition, alone: Composition) -> list[Composition]:
+    """In place of the one effect that explains enough, one that it is hardly told from and has less to fit, at the
+    shape that both have, with what passes beside it: the further shape may have stood for a second effect."""
+    (term,), shape = alone.terms, alone.terms[0].trial.shape
+    near = [
+        row
+        for row in start.steps[-1].rows
+        if row.entry.physical and row.assessment.accepted and row.entry.best.shape.keys() < shape.keys()
+        if is_declared_pair(row.entry.effect, term.effect)
+    ]
+    if is_quiet(alone.fitted) or not near:
+        return []
+    row = max(near, key=lambda r: r.assessment.gain)
+    same = {key: shape[key] for key in row.entry.best.shape}
+    out = []
+    for trial in trials_of(row.entry.effect, [same], start.fitted, field.store):
+        if trial.model is not None:
+            first = Term(row.entry.effect, trial, row.assessment)
+            out += _grown(field, Composition((*start.steps, Step(first, field.fit(trial.model))), (first,)), 1)[1]
     return out
 
 
