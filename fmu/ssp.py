@@ -24,6 +24,7 @@ from .system.system import System, system_of_connection
 from .systems.ssd import INNER_SSD, SSD, Connector, Element, End, Structure, check_structure, inner, ssd_text
 from .systems.ssp_notes import runtime_notes, step_notes
 from .systems.ssp_verify import verify_ssp
+from .systems.ssv import SSV, check_parameters, ssv_text
 
 
 @dataclass(frozen=True)
@@ -94,7 +95,9 @@ def export_ssp(
     slowest = float(min((f for f in natural_frequencies(loop) if f > 0), default=1.0))
     for name, shown in ((SSD, structure), (INNER_SSD, inner(structure))):
         members[name] = ssd_text(shown, coupling, recommended, 10 / slowest, fmi).encode("utf-8")
+    members[SSV] = ssv_text(f"joints of {parts.word}", systems, fmi).encode("utf-8")
     check_structure(path, members)
+    check_parameters(path, members)
     data = archive_bytes(members)
     verify_ssp(path, data, parts, loop, jacobi, fmi)
     atomic.write(path, lambda file: file.write(data))
@@ -156,7 +159,7 @@ def _structure(parts: Parts, systems: Mapping[str, System]) -> Structure:
             wires.append(((link.name, f"force_{side}"), (body, f"force_{port}")))
             wires += [((body, f"{q}_{port}"), (link.name, f"{q}_{side}")) for q in ("displacement", "velocity")]
     order = sorted(wires, key=lambda wire: [end[0] or "" for end in wire] + [end[1] for end in wire])
-    return Structure(parts.word, tuple(connectors), tuple(elements.values()), tuple(order))
+    return Structure(parts.word, tuple(connectors), tuple(elements.values()), tuple(order), SSV)
 
 
 def _element(name: str, system: System) -> Element:

@@ -63,6 +63,8 @@ class Structure:
     """In the order in which a sequential master steps them."""
     wires: tuple[tuple[End, End], ...]
     """From where a value comes to where it goes."""
+    parameters: str = ""
+    """Path in the archive of the parameter set that is bound to it."""
 
 
 def inner(structure: Structure) -> Structure:
@@ -84,6 +86,9 @@ def ssd_text(
     root.attrib |= {"version": VERSIONS[fmi], "name": structure.name, "generationTool": TOOL}
     system = ElementTree.SubElement(root, "ssd:System", name=structure.name)
     _connectors(system, structure.connectors, fmi)
+    if structure.parameters:
+        bindings = ElementTree.SubElement(system, "ssd:ParameterBindings")
+        ElementTree.SubElement(bindings, "ssd:ParameterBinding", source=structure.parameters)
     elements = ElementTree.SubElement(system, "ssd:Elements")
     for element in structure.elements:
         attributes = {"name": element.name, "type": "application/x-fmu-sharedlibrary", "source": element.source}

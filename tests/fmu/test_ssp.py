@@ -11,6 +11,7 @@ import sys
 import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -19,7 +20,7 @@ import pytest
 from click.testing import CliRunner
 from fmpy import read_model_description, simulate_fmu
 from fmpy.ssp.simulation import simulate_ssp
-from fmpy.ssp.ssd import read_ssd
+from fmpy.ssp.ssd import read_ssd, read_ssv
 from scipy.integrate import solve_ivp
 from tools import package
 
@@ -32,6 +33,7 @@ from fmu.ssp import SspExport, export_ssp
 from fmu.systems.ssd import INNER_SSD, NAMESPACES, SSD, check_structure
 from fmu.systems.ssp_notes import step_notes
 from fmu.systems.ssp_verify import verify_ssp
+from fmu.systems.ssv import SSV, check_parameters
 from jointlib import read_joint
 from jointlib.arrays import Array
 from jointlib.cli.main import cli
@@ -191,15 +193,35 @@ def test_a_second_document_is_the_same_without_connectors_of_the_system(soft: Ma
     assert len(inside.connections) == len(shown.connections) - 3
 
 
-@pytest.mark.thorough
-def test_identified_values_are_start_values_and_no_binding_is_needed(soft: Made, tmp_path: Path) -> None:
+def test_the_parameter_set_holds_what_the_joints_start_with(soft: Made, tmp_path: Path) -> None:
     members = read_archive(soft.file)
-    assert b"ParameterBinding" not in members[SSD]
+    assert f'<ssd:ParameterBinding source="{SSV}" />'.encode() in members[SSD]
     (tmp_path / "mount.fmu").write_bytes(members["resources/mount.fmu"])
     starts = {v.name: v.start for v in read_model_description(str(tmp_path / "mount.fmu")).modelVariables}
-    assert float(starts["linear.stiffness"]) == SOFT_K
-    assert float(starts["cubic.stiffness3"]) == SOFT_K3
-    assert float(starts["viscous.damping"]) == SOFT_C
+    listed = {p.name: float(p.value) for p in read_ssv(str(soft.file), SSV, validate=True).parameters}
+    assert listed == {f"mount.{name}": float(starts[name]) for name in starts if f"mount.{name}" in listed}
+    assert listed == {
+        "mount.linear.stiffness": SOFT_K,
+        "mount.cubic.stiffness3": SOFT_K3,
+        "mount.viscous.damping": SOFT_C,
+    }
+    wrong = members[SSV].replace(repr(SOFT_C).encode(), b"151.0")
+    with pytest.raises(CheckFailed, match=r"mount\.viscous\.damping = 151\.0, its FMU starts with 150\.0"):
+        check_parameters(Path("wrong.ssp"), {**members, SSV: wrong})
+
+
+def test_a_set_that_was_edited_is_the_machine_with_that_joint(soft: Made, tmp_path: Path) -> None:
+    """FMPy takes no set by itself, but one that it is handed."""
+    edited = tmp_path / "joints.ssv"
+    edited.write_bytes(read_archive(soft.file)[SSV].replace(repr(SOFT_C).encode(), b"300.0"))
+    assert soft.done.max_step is not None
+    step = soft.done.max_step / 4
+    run = partial(simulate_ssp, stop_time=200 * step, step_size=step, input={"force_x": lambda t: 10.0})
+    bound = run(str(soft.file), parameter_set=read_ssv(str(edited), validate=True))
+    export_ssp(soft_machine(soft_joint(300.0)), tmp_path / "other.ssp")
+    expected, as_exported = (run(str(file)) for file in (tmp_path / "other.ssp", soft.file))
+    np.testing.assert_array_equal(bound["displacement_x"], expected["displacement_x"])
+    assert np.max(np.abs(bound["displacement_x"] - as_exported["displacement_x"])) > 0
 
 
 @pytest.mark.thorough
