@@ -9,7 +9,7 @@ from jointlib.joint import Joint
 from jointlib.loop.answer.naming import NAMED_FROM, is_declared_pair
 from jointlib.loop.path.acceptance import SHARE, TIE, Assessment, assess
 from jointlib.loop.path.columns import ColumnStore
-from jointlib.loop.path.composed.follower import Follower
+from jointlib.loop.path.composed.choice import LEAST, is_another, is_nested, leaders, least_gain, pays, widest
 from jointlib.loop.path.composed.pairs import pairs_beside
 from jointlib.loop.path.evidence import Evidence, Model
 from jointlib.loop.path.fitted import Fitted, fit
@@ -25,7 +25,6 @@ from jointlib.loop.path.steps import (
     is_quiet,
     rank,
     settled,
-    winner_of,
 )
 from jointlib.loop.path.trials import Effect, trials_of
 from jointlib.parameter import Role, parameters_of
@@ -35,13 +34,8 @@ _WIDTH = 3
 _MOST_TERMS = 4
 _PAIRS = 2
 """Pairs of effects that hide one another which are followed beside what passes alone."""
-_LEAST, _LEAST_ALIKE = 0.01, 0.05
-"""Of the excess there was at first, that a further term must remove, and one that looks like a term before: what is
-smaller is the form of that one."""
 _CLEARLY = 0.25
 """Of what the best single effect leaves; a pair that hid one another and leaves less competes with it."""
-_NEARLY = 0.05
-"""Members of a family that gain so much less than its best are followed in its stead if they are simpler."""
 _EXCHANGES = 3
 """Rounds of exchange and further growth at most."""
 
@@ -102,7 +96,7 @@ def search(evidence: Evidence, joint: Joint, effects: Sequence[Effect], seed: in
         if swapped is None:
             break
         best = _followed(field, swapped, _grown(field, swapped, 1)[1], 1)[0]
-    if len(parts) > 1 and not all(_pays(best, p) for p in parts):
+    if len(parts) > 1 and not all(pays(best, p) for p in parts):
         best, parts = _certain(field, best, parts)
     if len(best.terms) > 1 and not alone:
         last = replace(best.steps[-1], fitted=fit(evidence, best.fitted.model))
@@ -112,7 +106,7 @@ def search(evidence: Evidence, joint: Joint, effects: Sequence[Effect], seed: in
 
 def _certain(field: _Field, c: Composition, parts: Sequence[Part]) -> tuple[Composition, tuple[Part, ...]]:
     """A composition without the terms that the others make up for, and what those left are worth."""
-    kept = [p.term for p in parts if _pays(c, p)]
+    kept = [p.term for p in parts if pays(c, p)]
     fitted = field.replayed(kept) if kept else None
     if fitted is None:
         return c, tuple(parts)
@@ -144,20 +138,13 @@ def _followed(
                 known = grown.get(child.members)
                 if known is None or deciding_excess(child.fitted) < deciding_excess(known.fitted):
                     grown[child.members] = child
-        beam = sorted(grown.values(), key=lambda c: deciding_excess(c.fitted))[:width]
+        beam = widest(grown.values(), width)
     done.sort(key=lambda c: deciding_excess(c.fitted))
     total, least = (deciding_excess(f) for f in (start.steps[0].fitted, done[0].fitted))
     near, alike = least / (1 - SHARE), least + TIE * (total - least)
-    tied = [c for c in done if deciding_excess(c.fitted) <= (alike if _is_nested(c, done[0]) else near)]
+    tied = [c for c in done if deciding_excess(c.fitted) <= (alike if is_nested(c, done[0]) else near)]
     best = min(tied, key=lambda c: (c.complexity, deciding_excess(c.fitted)))
     return best, [c for c in done if c is not best]
-
-
-def _is_nested(c: Composition, best: Composition) -> bool:
-    """True if two compositions differ in one effect each, which ordinary records hardly tell apart."""
-    new = [t for t in c.terms if t.family not in {b.family for b in best.terms}]
-    old = [t for t in best.terms if t.family not in {o.family for o in c.terms}]
-    return len(new) == len(old) == 1 and is_declared_pair(new[0].effect, old[0].effect)
 
 
 def _grown(field: _Field, c: Composition, width: int) -> tuple[Composition, list[Composition]]:
@@ -166,10 +153,10 @@ def _grown(field: _Field, c: Composition, width: int) -> tuple[Composition, list
     current, rows = c.fitted, c.steps[-1].rows or field.rank(c.fitted)
     full = is_quiet(current) or len(c.terms) == _MOST_TERMS
     children = []
-    for row in [] if full else _leaders([r for r in rows if not _is_another(r, c.terms)], width):
+    for row in [] if full else leaders([r for r in rows if not is_another(r, c.terms)], width):
         assert row.entry.best.model is not None
         fitted = field.fit(row.entry.best.model, len(c.terms) + 1)
-        if deciding_excess(fitted) < deciding_excess(current) - _least(c, row.entry.effect):
+        if deciding_excess(fitted) < deciding_excess(current) - least_gain(c, row.entry.effect):
             term = Term(row.entry.effect, row.entry.best, row.assessment)
             here = replace(c.steps[-1], rows=settled(current, rows, row, field.store))
             children.append(Composition((*c.steps[:-1], here, Step(term, fitted)), (*c.terms, term)))
@@ -183,10 +170,10 @@ def _grown(field: _Field, c: Composition, width: int) -> tuple[Composition, list
 def _paired(field: _Field, c: Composition) -> list[Composition]:
     """A composition, whose contest is known, with each of the best pairs of effects that hide one another."""
     current, rows, out = c.fitted, c.steps[-1].rows, []
-    beside = [r for r in rows if not _is_another(r, c.terms)]
+    beside = [r for r in rows if not is_another(r, c.terms)]
     for pair in pairs_beside(current, beside, field.store, field.seed)[:_PAIRS]:
         fitted = field.fit(pair.model, len(c.terms) + 2)
-        least = _LEAST * deciding_excess(c.steps[0].fitted) if c.terms else 0.0
+        least = LEAST * deciding_excess(c.steps[0].fitted) if c.terms else 0.0
         if deciding_excess(fitted) < deciding_excess(current) - least:
             three = zip(pair.rows, pair.trials, pair.found[:0:-1], strict=True)
             terms = [Term(row.entry.effect, trial, found) for row, trial, found in three]
@@ -218,52 +205,6 @@ def _simpler(field: _Field, start: Composition, alone: Composition) -> list[Comp
     return out
 
 
-def _least(c: Composition, effect: Effect) -> float:
-    """Excess that an effect has to remove beside the terms of a composition."""
-    others = [t.effect for t in c.terms if t.effect is not effect]
-    if not others:
-        return 0.0
-    alike = any(effect.family in o.look_alikes or o.family in effect.look_alikes for o in others)
-    return (_LEAST_ALIKE if alike else _LEAST) * deciding_excess(c.steps[0].fitted)
-
-
-def _pays(c: Composition, part: Part) -> bool:
-    """True where a term passes every test over all the others, and by enough."""
-    left = deciding_excess(c.fitted)
-    return part.adds.accepted and left * part.adds.share / max(1 - part.adds.share, 1e-300) >= _least(
-        c, part.term.effect
-    )
-
-
-def _is_another(row: Row, terms: Sequence[Term]) -> bool:
-    """True for a second element of an effect that a composition holds: of its family, or one that contains the other.
-
-    No contact has the corner of a formula; what a second element gains there is no second effect.
-    """
-    return any(
-        row.entry.family == t.family
-        or row.entry.family in t.effect.declared_pairs
-        or t.family in row.entry.effect.declared_pairs
-        for t in terms
-        if not isinstance(t.effect, Follower)
-    )
-
-
-def _leaders(rows: Sequence[Row], width: int) -> list[Row]:
-    """The winner, and the best of other families that pass; of each the simplest member that does nearly as well."""
-    winner = winner_of(rows)
-    if winner is None:
-        return []
-    passed = [r for r in rows if r.entry.physical and r.assessment.accepted]
-    best = {winner.entry.family: winner}
-    for family in dict.fromkeys(r.entry.family for r in sorted(passed, key=lambda r: -r.assessment.gain)):
-        own = [r for r in passed if r.entry.family == family]
-        enough = (1 - _NEARLY) * max(r.assessment.gain for r in own)
-        near = [r for r in own if r.assessment.gain >= enough]
-        best.setdefault(family, min(near, key=lambda r: (r.entry.complexity, -r.assessment.gain)))
-    return list(best.values())[:width]
-
-
 def _weighed(field: _Field, c: Composition) -> tuple[Composition | None, tuple[Part, ...]]:
     """What each term of a composition is worth; or instead the composition with one of them exchanged for an effect
     that passes the tests against the whole."""
@@ -278,7 +219,7 @@ def _weighed(field: _Field, c: Composition) -> tuple[Composition | None, tuple[P
             continue
         rows = c.steps[-2].rows if last else field.rank(base)
         own = next((r for r in rows if (r.entry.family, r.entry.member) == (term.family, term.member)), None)
-        first = next((r for r in rows if not _is_another(r, others)), None)
+        first = next((r for r in rows if not is_another(r, others)), None)
         if not last and first is not None and first is not own and first.entry.physical:
             found = assess(current.deciding_loss, first.entry.deciding_loss, floor, folds, field.seed)
             swapped = _with(field, c, others, first, found) if found.accepted else None

@@ -1,0 +1,87 @@
+"""Which effects and compositions a search goes on with, and what a term must be worth."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from jointlib.loop.answer.naming import is_declared_pair
+from jointlib.loop.path.composed.follower import Follower
+from jointlib.loop.path.steps import Composition, Part, Row, Term, deciding_excess, winner_of
+from jointlib.loop.path.trials import Effect
+
+LEAST, LEAST_ALIKE = 0.01, 0.05
+"""Of the excess there was at first, that a further term must remove, and one that looks like a term before: what is
+smaller is the form of that one."""
+_NEARLY = 0.05
+"""Members of a family that gain so much less than its best are followed in its stead if they are simpler."""
+
+
+def widest(grown: Iterable[Composition], width: int) -> list[Composition]:
+    """Of every number of terms the best few, and the best of further families until so many sets of these are in.
+
+    Members of one family do nearly as well as each other and would leave no place for another effect; more terms
+    always explain more.
+    """
+    ranked = sorted(grown, key=lambda c: deciding_excess(c.fitted))
+    kept = []
+    for count in sorted({len(c.terms) for c in ranked}):
+        families = set[tuple[str, ...]]()
+        for place, c in enumerate(c for c in ranked if len(c.terms) == count):
+            own = tuple(sorted(t.family for t in c.terms))
+            if place < width or (own not in families and len(families) < width):
+                kept.append(c)
+                families.add(own)
+    return kept
+
+
+def is_nested(c: Composition, best: Composition) -> bool:
+    """True if two compositions differ in one effect each, which ordinary records hardly tell apart."""
+    new = [t for t in c.terms if t.family not in {b.family for b in best.terms}]
+    old = [t for t in best.terms if t.family not in {o.family for o in c.terms}]
+    return len(new) == len(old) == 1 and is_declared_pair(new[0].effect, old[0].effect)
+
+
+def least_gain(c: Composition, effect: Effect) -> float:
+    """Excess that an effect has to remove beside the terms of a composition."""
+    others = [t.effect for t in c.terms if t.effect is not effect]
+    if not others:
+        return 0.0
+    alike = any(effect.family in o.look_alikes or o.family in effect.look_alikes for o in others)
+    return (LEAST_ALIKE if alike else LEAST) * deciding_excess(c.steps[0].fitted)
+
+
+def pays(c: Composition, part: Part) -> bool:
+    """True where a term passes every test over all the others, and by enough."""
+    left = deciding_excess(c.fitted)
+    return part.adds.accepted and left * part.adds.share / max(1 - part.adds.share, 1e-300) >= least_gain(
+        c, part.term.effect
+    )
+
+
+def is_another(row: Row, terms: Sequence[Term]) -> bool:
+    """True for a second element of an effect that a composition holds: of its family, or one that contains the other.
+
+    No contact has the corner of a formula; what a second element gains there is no second effect.
+    """
+    return any(
+        row.entry.family == t.family
+        or row.entry.family in t.effect.declared_pairs
+        or t.family in row.entry.effect.declared_pairs
+        for t in terms
+        if not isinstance(t.effect, Follower)
+    )
+
+
+def leaders(rows: Sequence[Row], width: int) -> list[Row]:
+    """The winner, and the best of other families that pass; of each the simplest member that does nearly as well."""
+    winner = winner_of(rows)
+    if winner is None:
+        return []
+    passed = [r for r in rows if r.entry.physical and r.assessment.accepted]
+    best = {winner.entry.family: winner}
+    for family in dict.fromkeys(r.entry.family for r in sorted(passed, key=lambda r: -r.assessment.gain)):
+        own = [r for r in passed if r.entry.family == family]
+        enough = (1 - _NEARLY) * max(r.assessment.gain for r in own)
+        near = [r for r in own if r.assessment.gain >= enough]
+        best.setdefault(family, min(near, key=lambda r: (r.entry.complexity, -r.assessment.gain)))
+    return list(best.values())[:width]
