@@ -291,7 +291,8 @@ def denied(cut: Cut, chatter: np.ndarray, forced: np.ndarray, escaped: np.ndarra
         sized = {True: chatter[0, k] if forced[-1, 0] > 0 else kicked[k], False: start}
         if start > reach / (1 + NEAR) or any(abs(np.log(sized[knock] / t)) < near for t, near, knock in edges):
             continue
-        trend = -1.0 if died else float(np.log(end / chatter[-3, k])) / 2 if end > 0 else -1.0
+        before = max(float(chatter[-3, k]), 1e-300)  # a cut that escaped may not have been looked at then
+        trend = -1.0 if died else float(np.log(end / before)) / 2 if end > 0 else -1.0
         for fate in told:
             if not fate.low < sized[fate.knock] < fate.high:
                 continue
