@@ -18,10 +18,13 @@ import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
 
+from ...indices import Index
 from ..loops.multi_frequency import Spectrum
-from ..process.cutter import Cutter
+from ..process.cutter import Cutter, Flute
 
 _BLOCK = 400_000
+_KEPT = 1_000_000
+"""Lines whose receptance is kept."""
 
 
 @dataclass(frozen=True)
@@ -47,45 +50,89 @@ class SideLines:
     @cached_property
     def _of_cut(self) -> tuple[ComplexArray, ComplexArray]:
         """h(r·n)/Θ of u·vᵀ and of v·vᵀ for r = −(lines − 1) … lines − 1, (r, n, n)."""
-        many, axes = len(self.orders), list(self.axes)
-        r = np.arange(1.0 - many, many) * self.cutter.patterns
+        axes = list(self.axes)
         return tuple(  # type: ignore[return-value]
-            part[:, axes][:, :, axes] / self.cutter.pattern for part in self.cutter.harmonics(r)
+            part[:, axes][:, :, axes] / self.cutter.pattern for part in self.cutter.harmonics(self._apart)
         )
 
     def closed(self, fraction: Array, depth: float) -> ComplexArray:
         """b·A at ν = ω/ω_P, (g,) → (g, lines·n, lines·n), at a depth b in m."""
         size = len(self.orders) * len(self.axes)
         step = max(1, _BLOCK // size**2)
-        parts = [self._closed(fraction[i : i + step], depth) for i in range(0, len(fraction), step)]
-        return np.concatenate(parts)
+        cut = self._of_depth(depth)
+        found = np.empty((len(fraction), size, size), dtype=complex)
+        for i in range(0, len(fraction), step):
+            found[i : i + step] = self._closed(fraction[i : i + step], depth, cut)
+        return found
 
-    def _closed(self, fraction: Array, depth: float) -> ComplexArray:
+    def _of_depth(self, depth: float) -> list[ComplexArray]:
+        """b·h(r·n)·e^(−jrnψ)·S/Θ of every flute whose delay is one, and last what rubs, (q, p·n, n).
+
+        The same at every ν: what a line q meets of all lines p.
+        """
+        many, n, r = len(self.orders), len(self.axes), self._apart
+        force, rub = self._of_cut
+        held = [np.exp(-1j * r * f.place) * over_depth(r * f.lag * depth) for f in self.cutter.flutes]
+        parts = [force * of[:, None, None] for f, of in zip(self.cutter.flutes, held, strict=True) if not f.spread]
+        if self.cutter.rubbing(self.speed):
+            parts.append(self.cutter.rubbing(self.speed) * rub * np.sum(held, axis=0)[:, None, None])
+        return [(depth * part)[self._across].reshape(many, many * n, n) for part in parts]
+
+    def _closed(self, fraction: Array, depth: float, cut: list[ComplexArray]) -> ComplexArray:
         many, n = len(self.orders), len(self.axes)
         turning = 2 * np.pi * self.speed / 60
         omega = 2 * np.pi * self.frequency * (fraction[:, None] + self.orders)
-        r = np.arange(1.0 - many, many) * self.cutter.patterns
-        across = (np.arange(many)[:, None] - np.arange(many)) + many - 1
-        met = np.zeros((len(fraction), many, many), dtype=complex)
-        rubbed = np.zeros(2 * many - 1, dtype=complex)
+        G, bent = self._tool(fraction), [flute for flute in self.cutter.flutes if flute.spread]
+        whole = np.zeros((len(fraction), many, many * n, n), dtype=complex)
+        rest = iter(cut)
         for flute in self.cutter.flutes:
-            place = np.exp(-1j * r * flute.place)
-            held = place * over_depth(r * flute.lag * depth)
-            rubbed += held
-            late = np.exp(-1j * omega * flute.behind / turning)[:, None, :]
-            if flute.spread:
-                bent = (r * flute.lag * depth)[across] + (omega * flute.spread * depth / turning)[:, None, :]
-                met += held[across] - late * place[across] * over_depth(bent)
-            else:
-                met += held[across] * (1 - late)
-        force, rub = self._of_cut
-        G = self.receptance(omega / (2 * np.pi))
-        whole = force[across] @ G[:, None] * met[..., None, None]
-        share = self.cutter.rubbing(self.speed)
-        if share:
-            moving = 1j * omega[:, :, None, None] * G
-            whole += share * (rubbed[:, None, None] * rub)[across] @ moving[:, None]
-        return np.asarray(depth * whole.swapaxes(2, 3).reshape(len(fraction), many * n, many * n))
+            if not flute.spread:
+                back = 1 - np.exp(-1j * omega * flute.behind / turning)
+                whole += next(rest) @ (G * back[:, :, None, None])
+        for rubbing in rest:
+            whole += rubbing @ (1j * omega[:, :, None, None] * G)
+        if bent:
+            met = depth * np.sum([self._met(flute, depth, omega) for flute in bent], axis=0)
+            felt = self._of_cut[0][self._across] * met[..., None, None]
+            whole += felt.reshape(whole.shape) @ G
+        return np.asarray(whole.swapaxes(1, 2).reshape(len(fraction), many * n, many * n))
+
+    def _met(self, flute: Flute, depth: float, omega: Array) -> ComplexArray:
+        """What a flute whose delay changes along the depth makes of lines q at lines p, (g, q, p)."""
+        turning = 2 * np.pi * self.speed / 60
+        r = self._apart
+        place = np.exp(-1j * r * flute.place)
+        late = np.exp(-1j * omega * flute.behind / turning)[:, :, None]
+        bent = (r * flute.lag * depth)[self._across] + (omega * flute.spread * depth / turning)[:, :, None]
+        held = place * over_depth(r * flute.lag * depth)
+        return np.asarray(held[self._across] - late * place[self._across] * over_depth(bent))
+
+    @property
+    def _apart(self) -> Array:
+        """r·n for r = p − q = −(lines − 1) … lines − 1."""
+        return np.arange(1.0 - len(self.orders), len(self.orders)) * self.cutter.patterns
+
+    @property
+    def _across(self) -> Index:
+        """The place of p − q among those, (q, p)."""
+        every = np.arange(len(self.orders))
+        return np.asarray(every - every[:, None] + len(every) - 1)
+
+    def _tool(self, fraction: Array) -> ComplexArray:
+        """G at every line of some ν, (g, lines, n, n); each is asked for once, at many depths."""
+        known = self._known
+        if len(known) * len(self.orders) > _KEPT:
+            known.clear()
+        missing = np.array([nu for nu in dict.fromkeys(fraction.tolist()) if nu not in known])
+        if len(missing):
+            known |= zip(
+                missing.tolist(), self.receptance((missing[:, None] + self.orders) * self.frequency), strict=True
+            )
+        return np.stack([known[nu] for nu in fraction.tolist()])
+
+    @cached_property
+    def _known(self) -> dict[float, ComplexArray]:
+        return {}
 
     def motion(self, fraction: float, carried: ComplexArray) -> Array:
         """Size of the tool's displacement at ω + qω_P for an eigenvector, (lines,)."""
