@@ -158,7 +158,7 @@ def page(rows: Sequence[Row]) -> str:
 TEXT = """Records of a force along a path, made by `tests/acceptance/path_records.py` with formulas of its own: sums of
 sines, random or as strokes to and fro, 12 s at each of three levels. Each effect has 20 to 30 % of the rms of the
 force of spring, damper and mass, a lag 12 to 20 ms; the noise of the force lies 60 or 40 dB below its rms, that of
-the displacement 20 dB further down. {runs} traces, seeds 0 to {last}, the last of them in part. Named means that the
+the displacement 20 dB further down. {runs} traces, seeds 0 to {last}. Named means that the
 verdict is `identified` or `ambiguous` and that all that is hidden is among the terms or their rivals. In the strokes
 a lag moves 2 % of the force, a hundredth of what friction leaves: beside friction it is taken for the form of that.
 Without anything hidden, at 60 dB, what is left is below 0.1 % of the force and called `unexplained`.
