@@ -8,13 +8,14 @@ import subprocess
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from jointlib.errors import InputError
-from machines import Machine, Piece, Run, Step, read_machine, run, steps
+from machines import Machine, Piece, Run, Step, lobes_at_amplitude, read_machine, run, steps
 from machines.report import Section
 
 LIBRARY = Path(__file__).parents[2] / "machines" / "library"
@@ -169,3 +170,18 @@ def test_the_machine_is_exported_whole_and_in_parts_with_the_joints_of_the_run(t
     assert (tmp_path / "loaded" / "machine.fmu").is_file()
     assert not (tmp_path / "loaded" / "machine.ssp").exists()
     assert any("is not exported" in said and "[static]" in said for said in again.said)
+
+
+def test_a_depth_is_called_safe_at_every_speed_only_where_it_was_looked_for_between_them() -> None:
+    from machines.cutting.process.cutting import Cutting
+    from machines.road.cutting import _figures
+
+    machine = read_machine(LIBRARY / "two_mode_tool.toml")
+    cutting = Cutting(**(machine.cutting or {}))
+    few = lobes_at_amplitude(machine, np.array([9000.0, 15000.0]), 0.0, "multi-frequency")
+    told = dict(_figures([few], cutting))
+    assert told["lowest depth at the speeds computed"] == f"{few.minimum_depth * 1e3:.3g} mm"
+    every = replace(few, minimum_at=12000.0)
+    assert "safe depth at every speed" in dict(_figures([every], cutting))
+    zero = lobes_at_amplitude(machine, few.speed, 0.0, "zero-order")
+    assert "safe depth at every speed" in dict(_figures([zero], cutting))
