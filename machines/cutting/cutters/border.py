@@ -25,6 +25,7 @@ _APART = 1e-6
 _SERVES = 0.2
 """Share of the last step that one with slopes kept may have."""
 _LOOSE = 1e-5
+_QUARTER = 0.25
 
 Closed = Callable[[Array, float], ComplexArray]
 """b·A at ν, (g,), and a depth b in m: (g, m, m)."""
@@ -58,14 +59,30 @@ def changes(closed: Closed, fraction: Array, low: float, high: float, first: boo
 
 
 def stable_below(closed: Closed, fraction: Array, depth: float) -> float:
-    """A depth in m up to which nothing grows, by the size of the loop: halved from ``depth`` until it is below 1."""
+    """A depth in m up to which nothing grows, by the size of the loop: lowered from ``depth`` until it is below 1 there
+    and at the half and the quarter of it.
+
+    The size is the norm of the loop with every line in a unit of its own, which leaves its eigenvalues as they are: a
+    line on which the tool hardly moves weighs little.
+    """
+    share = 1.0
     for _ in range(60):
-        size = np.linalg.norm(closed(fraction, depth), ord=2, axis=(1, 2))
-        largest = float(np.max(size))
-        if largest < 1:
-            return depth
-        depth *= min(0.5, 0.9 / largest)
+        largest = _largest(closed(fraction, share * depth))
+        if largest >= 1:
+            depth *= min(0.95, 0.95 / largest)
+            share = 1.0
+        elif share <= _QUARTER:
+            break
+        else:
+            share /= 2
     return depth
+
+
+def _largest(matrices: ComplexArray) -> float:
+    """The largest norm of some matrices, rows and columns scaled against each other."""
+    unit = np.sqrt(np.linalg.norm(matrices, axis=1))
+    unit = np.maximum(unit, 1e-9 * np.max(unit, initial=1e-300))
+    return float(np.max(np.linalg.norm(matrices * (unit[:, :, None] / unit[:, None, :]), ord=2, axis=(1, 2))))
 
 
 def settled(closed: Closed, crossing: Crossing, within: float = _OUTSIDE) -> Crossing:

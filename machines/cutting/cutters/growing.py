@@ -40,6 +40,8 @@ def growing(closed: Callable[[Array], ComplexArray], fraction: Array) -> tuple[i
 
 
 def _determinant(matrices: ComplexArray) -> tuple[ComplexArray, Array]:
-    """Its direction, and the logarithm of its size."""
-    sign, size = np.linalg.slogdet(matrices + np.eye(matrices.shape[-1]))
+    """The direction of det(1 + A), and the logarithm of its size; the matrices are changed."""
+    along = np.arange(matrices.shape[-1])
+    matrices[:, along, along] += 1
+    sign, size = np.linalg.slogdet(matrices)
     return sign, size
