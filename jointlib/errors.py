@@ -20,13 +20,15 @@ _NEAREST = 5
 _PLACE = re.compile(r"\[\[\w+\]\] \d+(?: \([^)]*\))?|\b(?:connection|component) '[^']*'(?=: )")
 _QUOTE = re.compile(r" \(line \d+: .*\)$", re.DOTALL)
 """What names the place of a fault in a file, and what quotes it."""
+_ABSENT = re.compile(r"no component '|which does not exist")
+"""What one wrong name does at every place that refers to it."""
 
 
 class InputError(ValueError):
     """Input that cannot be used; each sentence says where, what was found and what was expected.
 
     One sentence is the text; of several, as of a file with several faults, each has a line of its own below their
-    number, the first twenty; what is wrong in the same words at several places is one. The command line prints them,
+    number, the first twenty; what several places refer to and is not there is told once. The command line prints them,
     with ``--json`` all as data, and exits with status 2.
     """
 
@@ -87,11 +89,10 @@ def together(*checks: Callable[[], object]) -> None:
 
 
 def _once(said: tuple[str, ...]) -> list[str]:
-    """Sentences, those that differ by their place alone as the first of them with the number of the others."""
+    """Sentences, those of a thing that is not there as the first of them with the number of the others."""
     groups: dict[str, list[str]] = {}
     for one in said:
-        words = _PLACE.sub("", one)
-        groups.setdefault(one if words == one else _QUOTE.sub("", words), []).append(one)
+        groups.setdefault(_QUOTE.sub("", _PLACE.sub("", one)) if _ABSENT.search(one) else one, []).append(one)
     return [
         same[0] if len(same) == 1 else _PLACE.sub(rf"\g<0> and {len(same) - 1} more", same[0], count=1)
         for same in groups.values()

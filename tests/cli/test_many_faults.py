@@ -231,7 +231,7 @@ def test_a_line_that_is_no_toml_is_shown(library: Path) -> None:
     assert sentence.endswith("(line 3: [[component])")
 
 
-def test_what_is_wrong_in_the_same_words_at_many_places_is_one_sentence(tmp_path: Path) -> None:
+def test_what_many_places_refer_to_and_is_not_there_is_one_sentence(tmp_path: Path) -> None:
     text = (LIBRARY / "lathe.toml").read_text()
     machine = tmp_path / "lathe.toml"
     machine.write_text(text.replace('name = "bed"', 'name = "bbed"').replace("[tool]", "[tol]"))
