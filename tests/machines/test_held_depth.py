@@ -98,7 +98,8 @@ def test_what_limits_an_unlike_cutter_is_told_of_the_even_one(more: dict[str, ob
     even = depth_sensitivity(natural_modes(machine))
     modes = natural_modes(replace(machine, cutting={**(machine.cutting or {}), **more}))
     found = depth_sensitivity(modes)
-    assert even is not None and found is not None
+    assert even is not None
+    assert found is not None
     assert (found.depth, found.mode, found.instead) == (even.depth, even.mode, words)
     np.testing.assert_array_equal(found.joints, even.joints)
     said = leading(modes, mode_energies(modes), found)
