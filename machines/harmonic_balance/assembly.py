@@ -17,7 +17,7 @@ from ..coupling.coupling import joined
 from ..indices import Index, Mask
 from ..model.limits import Limit, amplitude_limit
 from ..model.machine import Machine
-from ..statics.asked_together import Several
+from ..statics.asked_together import Several, asked_together
 from ..statics.bias import Biased, Drifting, Together, keeps_mean
 from ..statics.statics import static_point
 from ..statics.working_point import at_working_point
@@ -114,6 +114,11 @@ class Assembly:
         return tuple(i for i, joint in enumerate(joints) if not (is_linear(joint) and (resting or keeps_mean(joint))))
 
     @cached_property
+    def _linear(self) -> list[tuple[Joint, list[int]]]:
+        """The joints that are coupled before anything nonlinear begins, by their place among these."""
+        return asked_together([joint for i, joint in enumerate(self.joints) if i not in self.nonlinear])
+
+    @cached_property
     def limits(self) -> tuple[Limit, ...]:
         """Up to where each nonlinear joint may be used."""
         limits = tuple(amplitude_limit(self.joints[i]) for i in self.nonlinear)
@@ -189,7 +194,9 @@ class Assembly:
         R, C = np.concatenate([ports, shown]), np.concatenate([ports, driven])
         H, first, last = self._free(omega, R, C), len(linear), len(chosen)
         if linear:
-            gain = np.stack([joints[i].first_harmonic(0.0, omega).gain for i in linear], axis=-1)
+            gain = np.empty((len(omega), first), dtype=complex)
+            for joint, columns in self._linear:
+                gain[:, columns] = joint.first_harmonic(np.zeros(len(columns)), omega[:, None]).gain
             held = joined(H[:, :first, :first], H[:, :first, first:], H[:, :, :first], H[:, :, first:], gain)
             H = np.concatenate([H[:, :, :first], held], axis=2)
         motions = np.empty((len(omega), len(joints) + len(self.outputs), H.shape[2] - first), dtype=complex)
