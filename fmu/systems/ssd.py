@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from xml.etree import ElementTree
@@ -109,13 +109,22 @@ def ssd_text(
         master = {"description": "oms-ma", "stepSize": repr(step)}
         tolerance = {"absoluteTolerance": "1e-4", "relativeTolerance": "1e-4"}
         ElementTree.SubElement(_master(system, told | tolerance), "oms:FixedStepMaster", master | tolerance)
-    units = ElementTree.SubElement(root, "ssd:Units")
     every = [*structure.connectors, *(c for e in structure.elements for c in e.connectors)]
-    for name in sorted({connector.unit for connector in every}):
-        base = {key: str(power) for key, power in (exponents(name) or {}).items()}
-        ElementTree.SubElement(ElementTree.SubElement(units, "ssc:Unit", name=name), "ssc:BaseUnit", base)
+    list_units(ElementTree.SubElement(root, "ssd:Units"), {connector.unit for connector in every})
     ElementTree.SubElement(root, "ssd:DefaultExperiment", startTime="0", stopTime=repr(stop_time))
     ElementTree.SubElement(_annotation(root, TOOL), "Coupling", dict(coupling))
+    return document(root)
+
+
+def list_units(parent: ElementTree.Element, names: Iterable[str]) -> None:
+    """Units of SI by what they are made of."""
+    for name in sorted(names):
+        base = {key: str(power) for key, power in (exponents(name) or {}).items()}
+        ElementTree.SubElement(ElementTree.SubElement(parent, "ssc:Unit", name=name), "ssc:BaseUnit", base)
+
+
+def document(root: ElementTree.Element) -> str:
+    """An element as an XML document, indented."""
     ElementTree.indent(root)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
 
@@ -200,10 +209,15 @@ def _variables(path: Path, source: str, members: Mapping[str, bytes]) -> dict[st
     """Causality and unit of the inputs and outputs of an FMU."""
     if source not in members:
         raise CheckFailed(f"{path}: {source} is not in the archive")
-    description = ElementTree.fromstring(read_archive(Path(source), members[source])["modelDescription.xml"])
-    found = {}
-    for variable in description.iterfind("ModelVariables/*"):
-        real = variable if variable.tag == "Float64" else variable.find("Real")
-        if variable.get("causality") in {"input", "output"} and real is not None:
-            found[variable.get("name", "")] = variable.get("causality", ""), real.get("unit", "")
-    return found
+    return {
+        variable.get("name", ""): (variable.get("causality", ""), real.get("unit", ""))
+        for variable, real in reals_of(source, members[source])
+        if variable.get("causality") in {"input", "output"}
+    }
+
+
+def reals_of(source: str, data: bytes) -> list[tuple[ElementTree.Element, ElementTree.Element]]:
+    """The variables of an FMU that are numbers, each with the element that holds its unit and its start."""
+    description = ElementTree.fromstring(read_archive(Path(source), data)["modelDescription.xml"])
+    found = ((v, v if v.tag == "Float64" else v.find("Real")) for v in description.iterfind("ModelVariables/*"))
+    return [(variable, real) for variable, real in found if real is not None]

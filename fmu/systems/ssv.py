@@ -8,11 +8,9 @@ from xml.etree import ElementTree
 
 from jointlib.errors import CheckFailed
 
-from ..members.archive import read_archive
-from ..system.si_unit import exponents
 from ..system.system import System, prefixed
 from ..system.variables import variables_of
-from .ssd import NAMESPACES, TOOL, VERSIONS
+from .ssd import NAMESPACES, TOOL, VERSIONS, document, list_units, reals_of
 
 SSV = "resources/joints.ssv"
 _NAMESPACE = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
@@ -37,12 +35,8 @@ def ssv_text(name: str, systems: Mapping[str, System], fmi: int = 2) -> str:
                 entry = ElementTree.SubElement(listed, "ssv:Parameter", name=full)
                 ElementTree.SubElement(entry, _KINDS[fmi], value=repr(variable.start), unit=variable.unit)
                 units.add(variable.unit)
-    told = ElementTree.SubElement(root, "ssv:Units")
-    for unit in sorted(units):
-        base = {key: str(power) for key, power in (exponents(unit) or {}).items()}
-        ElementTree.SubElement(ElementTree.SubElement(told, "ssc:Unit", name=unit), "ssc:BaseUnit", base)
-    ElementTree.indent(root)
-    return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
+    list_units(ElementTree.SubElement(root, "ssv:Units"), units)
+    return document(root)
 
 
 def check_parameters(path: Path, members: Mapping[str, bytes]) -> None:
@@ -50,14 +44,13 @@ def check_parameters(path: Path, members: Mapping[str, bytes]) -> None:
 
     ``path`` is the archive's name in messages.
     """
-    starts: dict[str, float] = {}
-    for member, data in members.items():
-        if member.endswith(".fmu"):
-            description = ElementTree.fromstring(read_archive(Path(member), data)["modelDescription.xml"])
-            for variable in description.iterfind("ModelVariables/*[@causality='parameter']"):
-                real = variable if variable.tag == "Float64" else variable.find("Real")
-                if real is not None:
-                    starts[f"{Path(member).stem}.{variable.get('name')}"] = float(real.get("start", "nan"))
+    starts = {
+        f"{Path(member).stem}.{variable.get('name')}": float(real.get("start", "nan"))
+        for member, data in members.items()
+        if member.endswith(".fmu")
+        for variable, real in reals_of(member, data)
+        if variable.get("causality") == "parameter"
+    }
     spaces = {"ssv": _NAMESPACE}
     for entry in ElementTree.fromstring(members[SSV]).iterfind("ssv:Parameters/ssv:Parameter", spaces):
         name, value = entry.get("name", ""), float(entry[0].get("value", "nan"))

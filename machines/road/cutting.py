@@ -196,8 +196,7 @@ def _figures(charts: Sequence[StabilityLobes], cutting: Cutting) -> list[tuple[s
     lowest, best = min(charts, key=lambda chart: chart.minimum_depth), pocket(charts, cutting)
     said = [] if best is None else [("recommended", f"{best.depth * 1e3:.3g} mm at {best.speed:.0f} rpm")]
     if np.isfinite(lowest.minimum_depth):
-        known = lowest.reach != "these speeds"
-        where = "safe depth at every speed" if known else "lowest depth at the speeds computed"
+        where = "safe depth at every speed" if lowest.everywhere else "lowest depth at the speeds computed"
         said.append((where, f"{lowest.minimum_depth * 1e3:.3g} mm"))
         said.append(("chatter that limits it", f"{lowest.minimum_frequency:.0f} Hz"))
     return said

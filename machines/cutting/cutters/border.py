@@ -25,7 +25,6 @@ _APART = 1e-6
 _SERVES = 0.2
 """Share of the last step that one with slopes kept may have."""
 _LOOSE = 1e-5
-_QUARTER = 0.25
 
 Closed = Callable[[Array, float], ComplexArray]
 """b·A at ν, (g,), and a depth b in m: (g, m, m)."""
@@ -65,16 +64,12 @@ def stable_below(closed: Closed, fraction: Array, depth: float) -> float:
     The size is the norm of the loop with every line in a unit of its own, which leaves its eigenvalues as they are: a
     line on which the tool hardly moves weighs little.
     """
-    share = 1.0
     for _ in range(60):
-        largest = _largest(closed(fraction, share * depth))
-        if largest >= 1:
-            depth *= min(0.95, 0.95 / largest)
-            share = 1.0
-        elif share <= _QUARTER:
+        sizes = (_largest(closed(fraction, share * depth)) for share in (1.0, 0.5, 0.25))
+        too_large = next((size for size in sizes if size >= 1), None)
+        if too_large is None:
             break
-        else:
-            share /= 2
+        depth *= 0.95 / too_large
     return depth
 
 

@@ -107,12 +107,12 @@ class SideLines:
         held = place * over_depth(r * flute.lag * depth)
         return np.asarray(held[self._across] - late * place[self._across] * over_depth(bent))
 
-    @property
+    @cached_property
     def _apart(self) -> Array:
         """r·n for r = p − q = −(lines − 1) … lines − 1."""
         return np.arange(1.0 - len(self.orders), len(self.orders)) * self.cutter.patterns
 
-    @property
+    @cached_property
     def _across(self) -> Index:
         """The place of p − q among those, (q, p)."""
         every = np.arange(len(self.orders))

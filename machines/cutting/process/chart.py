@@ -123,11 +123,16 @@ class StabilityLobes(Shown):
         return tuple((branch.speed(lobe), branch.depth) for branch in self.branches)
 
     @property
+    def everywhere(self) -> bool:
+        """Whether the minimum depth is that of all speeds in its range, not of those computed alone."""
+        return bool(self.branches) or self.minimum_at is not None
+
+    @property
     def reach(self) -> str:
         """The speeds that the minimum depth is of, in words."""
         if self.minimum_at is not None:
             return f"every speed from {float(np.min(self.speed)):g} to {float(np.max(self.speed)):g} rpm"
-        return "every speed" if self.branches else "these speeds"
+        return "every speed" if self.everywhere else "these speeds"
 
     def finding(self) -> str:
         """Below which depth the cut is stable, and the chatter above it."""

@@ -74,14 +74,16 @@ class _Field:
 def search(evidence: Evidence, joint: Joint, effects: Sequence[Effect], seed: int) -> Finding:
     """The effect that explains what is missing, or else the composition of effects that does.
 
-    Where the best single effect explains enough to be named, further ones are added one by one as long as one passes
-    every test. Else the best few compositions are followed side by side, each with the effects that pass beside it,
+    Where the best single effect explains enough to be named, and neither a pair that hid one another nor a simpler
+    effect beside a second one leaves clearly less, further ones are added one by one as long as one passes every test.
+    Else the best few compositions are followed side by side, each with the effects that pass beside it,
     and all are refitted as a whole. Every earlier term of the best may then be exchanged for another effect.
     """
     field = _Field(evidence, joint, tuple(effects), ColumnStore(evidence.recorded), seed)
     start = Composition((Step(None, fit(evidence, Model(joint))),))
     start, children = _grown(replace(field, quick=False), start, 1)
-    alone, simpler = bool(children) and _explained(start, children[0]) >= NAMED_FROM, list[Composition]()
+    alone = bool(children) and _explained(start, children[0]) >= NAMED_FROM
+    simpler: list[Composition] = []
     if alone:
         clear = _CLEARLY * deciding_excess(children[0].fitted)
         simpler = [c for c in _simpler(field, start, children[0]) if deciding_excess(c.fitted) < clear]
@@ -186,7 +188,8 @@ def _paired(field: _Field, c: Composition) -> list[Composition]:
 def _simpler(field: _Field, start: Composition, alone: Composition) -> list[Composition]:
     """In place of the one effect that explains enough, one that it is hardly told from and has less to fit, at the
     shape that both have, with what passes beside it: the further shape may have stood for a second effect."""
-    (term,), shape = alone.terms, alone.terms[0].trial.shape
+    (term,) = alone.terms
+    shape = term.trial.shape
     near = [
         row
         for row in start.steps[-1].rows

@@ -64,9 +64,7 @@ def is_another(row: Row, terms: Sequence[Term]) -> bool:
     No contact has the corner of a formula; what a second element gains there is no second effect.
     """
     return any(
-        row.entry.family == t.family
-        or row.entry.family in t.effect.declared_pairs
-        or t.family in row.entry.effect.declared_pairs
+        row.entry.family == t.family or is_declared_pair(row.entry.effect, t.effect)
         for t in terms
         if not isinstance(t.effect, Follower)
     )
