@@ -14,7 +14,7 @@ from jointlib.answers.given import File, Quantities, Quantity, one, several
 from jointlib.arrays import Array
 from jointlib.errors import InputError, nearest
 from jointlib.io.atomic import given_target, write_text
-from jointlib.shown.pictures import axes_of, write_picture
+from jointlib.shown.pictures import axes_of, name_curves, write_picture
 from jointlib.shown.progress import Progress, Silent
 from jointlib.shown.result import Columns, Shown
 from jointlib.shown.text import table
@@ -74,10 +74,13 @@ class StickOuts(Shown):
     def plot(self, ax: Any = None) -> Any:
         """Limiting depth in mm over the stick-out in mm, the pockets marked."""
         axes = axes_of(ax)
-        axes.plot(1e3 * self.stick_out, 1e3 * np.where(np.isfinite(self.depth), self.depth, np.nan), ".-")
+        curve = np.where(np.isfinite(self.depth), self.depth, np.nan)
+        axes.plot(1e3 * self.stick_out, 1e3 * curve, ".-", label="stable below, as computed")
         found = [(1e3 * p.stick_out, 1e3 * p.depth) for p in self.pockets if np.isfinite(p.depth)]
-        axes.plot([x for x, _ in found], [y for _, y in found], "o", mfc="none")
+        if found:
+            axes.plot(*zip(*found, strict=True), "o", mfc="none", label="a pocket at that speed")
         axes.set(xlabel="stick-out [mm]", ylabel=f"depth at {self.speed:.5g} rpm [mm]")
+        name_curves(axes)
         return axes
 
     def as_json(self) -> dict[str, Any]:

@@ -22,8 +22,8 @@ _HOPF, _FLIP = ".", "x"
 _CHATTERS, _BISTABLE, _SETTLES, _BAND, _FORCED = "#d9dde3", "#fdba74", "#93c5fd", "#7e22ce", "#0f766e"
 _LEVELS, _LINES = (1, 2, 5), 4
 """Digits of the iso-lines of forced vibration, and how many are drawn."""
-_OTHER, _STYLES = "#b91c1c", ["--", ":", "-.", (0, (6, 1, 1, 1, 1, 1))]
-"""Other tools, by their lines."""
+_OTHERS, _STYLES = ["#b91c1c", "#b45309", "#15803d", "#0e7490"], ["--", ":", "-.", (0, (6, 1, 1, 1, 1, 1))]
+"""Other tools, by their colours and lines."""
 _ROWS = 400
 _SHOWN = 1e-3
 """Share of the axis that a zone must have somewhere to be drawn and spoken of."""
@@ -69,13 +69,14 @@ def lobes_figure(
             said.append(_band(depth, speeds, band))
         widths = np.linspace(3.0, 1.2, len(charts))
         for (amplitude, chart), colour, width in zip(charts, shades(len(charts) + 1)[1:], widths, strict=True):
-            name = _named(amplitude, len(charts))
+            name = _named(amplitude, len(charts)) + (", tool in use" if others else "")
             draw_limit(depth, chart.speed, chart.depth, color=colour, linewidth=width, label=name)
             for kind, marker in (("hopf", _HOPF), ("flip", _FLIP)):
                 of = chart.kind == kind
                 chatter.plot(chart.speed[of], chart.chatter_frequency[of], marker, color=colour, markersize=width + 2)
-        for (name, chart), style in zip(others, _STYLES * len(others), strict=False):
-            draw_limit(depth, chart.speed, chart.depth, linewidth=1.2, linestyle=style, color=_OTHER, label=name)
+        looks = list(zip(_STYLES, _OTHERS, strict=True)) * len(others)
+        for (name, chart), (style, colour) in zip(others, looks, strict=False):
+            draw_limit(depth, chart.speed, chart.depth, linewidth=1.2, linestyle=style, color=colour, label=name)
         depth.set_ylim(0, top)
         depth.set_xlim(float(np.min(speeds)), float(np.max(speeds)) if len(np.unique(speeds)) > 1 else None)
         if _contours(depth, speeds, top, cutting):
@@ -85,9 +86,8 @@ def lobes_figure(
                 "Thin iso-lines: the vibration of the tool that the teeth force, half its peak-to-peak, chatter aside."
             )
         if others:
-            said.append(
-                f"Red: the other tools, {', '.join(name for name, _ in others)}; everything else is of the tool in use."
-            )
+            names = ", ".join(name for name, _ in others)
+            said.append(f"By name: the other tools, {names}; everything else is of the tool in use.")
         if found is not None:
             _mark(depth, found)
             said.append(f"Box: the recommended pocket, {found.words()}.")
