@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -49,7 +50,7 @@ class MachineModes(Shown):
     """Indices of the modes that are told: all, or the first and those that the tool feels."""
     warnings: tuple[str, ...]
 
-    @property
+    @cached_property
     def sentences(self) -> tuple[str, ...]:
         """Which mode leads at the tool and what would make it stiffer."""
         return leading(self.modes, self.energies, self.depth)

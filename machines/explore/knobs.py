@@ -21,7 +21,7 @@ from ..bundles import expand
 from ..cutting.process.cutting import Cutting
 from ..files.machine_file import documents
 from ..harmonic_balance.assembly import Assembly
-from ..model.joint_places import rows_of
+from ..model.joint_places import bundles, rows_of
 from ..model.machine import Machine
 from ..operating.operating_point import operating_point
 from ..tool.chatter_band import frequency_range
@@ -108,27 +108,31 @@ def _joint_controls(machine: Machine, tables: Sequence[Section]) -> tuple[Contro
 
     Of a bundle the numbers in its own table, and the parameters of its rows where it was given a joint.
     """
-    bundles = {table["name"]: (table, folder) for table, folder in _named(tables, "bundle")}
+    given = {table["name"]: (table, folder) for table, folder in _named(tables, "bundle")}
     joints = {c.name: c.joint for c in machine.flexible}
-    bundled = {row for name in bundles for row in rows_of(machine, name)} - {
+    bundled = {row for name in given for row in rows_of(machine, name)} - {
         t["name"] for t, _ in _named(tables, "connection")
     }
-    places = dict.fromkeys(_place(machine, name, joints) for name in joints if name not in bundled)
+    groups = {row: group for group, rows in bundles(machine.flexible).items() for row in rows}
+    places = dict.fromkeys(
+        _place(machine, name, groups[row], joints) for row, name in enumerate(joints) if name not in bundled
+    )
     out = [c for place in places for c in _of_joint(machine, "connection", place, joints)]
-    for name, (table, folder) in bundles.items():
+    for name, (table, folder) in given.items():
         out += _of_bundle(machine, name, table, folder)
         if "joint" in table:
             out += _of_joint(machine, "bundle", name, joints)
     return tuple(out)
 
 
-def _place(machine: Machine, name: str, joints: Mapping[str, Joint | None]) -> str:
-    """The shortest beginning of a connection's name, up to a dot or underscore, that stands for equal joints only."""
-    for match in re.finditer(r"[._]", name):
-        start = name[: match.start()]
-        found = [joints[row] for row in rows_of(machine, start)]
-        laws = [None if joint is None else joint.laws for joint in found]
-        if start not in joints and all(law is not None and law == laws[0] for law in laws):
+def _place(machine: Machine, name: str, group: str, joints: Mapping[str, Joint | None]) -> str:
+    """What stands for a connection and others whose joints are equal: the shortest beginning of its name, up to a dot
+    or underscore, or what joins the same two nodes."""
+    starts = [name[: match.start()] for match in re.finditer(r"[._]", name)]
+    for start in (*starts, group):
+        held = rows_of(machine, start)
+        laws = [None if (joint := joints[row]) is None else joint.laws for row in held]
+        if start not in joints and name in held and all(law is not None and law == laws[0] for law in laws):
             return start
     return name
 

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from itertools import takewhile
+
+import numpy as np
 
 from jointlib.errors import InputError, nearest
 from jointlib.joint import Joint
 
+from ..components.connection import Connection
+from ..indices import Index
 from .machine import Machine
 
 
@@ -25,12 +30,48 @@ def changed_joints(machine: Machine, changes: tuple[tuple[str, float], ...]) -> 
     return tuple(j for j in joints.values() if j is not None)
 
 
+def bundles(connections: Sequence[Connection]) -> dict[str, Index]:
+    """The joints that one machine element stands for, by its name; a connection outside any bundle by its own.
+
+    Deflections and rotations between the same two nodes, as between shank and holder, are two: ``shank`` and
+    ``shank rotation``.
+    """
+    found: dict[str, list[int]] = {}
+    pairs = between_two_nodes(connections)
+    for i, connection in enumerate(connections):
+        word = str(connection.joint.provenance.get("bundle", "")) if connection.joint is not None else ""
+        name = pairs.get(i, connection.name)
+        if i in pairs and connection.rotates:
+            name = f"{name} rotation"
+        found.setdefault(word.partition(" (")[0] or name, []).append(i)
+    return {name: np.array(rows) for name, rows in found.items()}
+
+
+def between_two_nodes(connections: Sequence[Connection]) -> dict[int, str]:
+    """What the names of connections begin with, by row, that join the same two nodes and are some of them rotations."""
+    groups: dict[tuple[str, ...], list[int]] = {}
+    for i, connection in enumerate(connections):
+        nodes = tuple(side.rpartition(".")[0] for side in connection.between)
+        if all(node.count(".") == 1 for node in nodes):
+            groups.setdefault(nodes, []).append(i)
+    out: dict[int, str] = {}
+    for rows in groups.values():
+        members = [connections[i] for i in rows]
+        if len({one.rotates for one in members}) > 1:
+            letters = zip(*(one.name for one in members), strict=False)
+            shared_part = "".join(some[0] for some in takewhile(lambda some: len(set(some)) == 1, letters))
+            out |= dict.fromkeys(rows, shared_part.rstrip("_.- ") or members[0].name)
+    return out
+
+
 def rows_of(machine: Machine, place: str) -> list[str]:
-    """Flexible connections that a name stands for: itself, or the rows of a bundle."""
+    """Flexible connections that a name stands for: itself, or those of `bundles`, or all that begin with it."""
     names = [c.name for c in machine.flexible]
-    return (
-        [n for n in names if n == place or n.startswith((f"{place}.", f"{place}_"))] if place not in names else [place]
-    )
+    if place in names:
+        return [place]
+    if place in (known := bundles(machine.flexible)):
+        return [names[i] for i in known[place]]
+    return [n for n in names if n.startswith((f"{place}.", f"{place}_"))]
 
 
 def joint_place(machine: Machine, path: str) -> tuple[str, str]:

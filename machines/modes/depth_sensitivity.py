@@ -8,6 +8,7 @@ import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
+from jointlib.laws.linear import Linear
 
 from ..cutting.amplitude.frozen_lobes import lobes_at_amplitude
 from ..cutting.process import turning, zero_order
@@ -15,10 +16,11 @@ from ..cutting.process.chart import StabilityLobes
 from ..cutting.process.cutting import Cutting
 from ..cutting.process.flutes import UNLIKE
 from ..harmonic_balance.assembly import Assembly
+from ..indices import Index
 from ..model.machine import Machine
-from ..statics.working_point import tangents
+from ..statics.working_point import at_working_point, tangents
 from .held_depth import HeldDepth, held_depth
-from .natural_modes import NaturalModes
+from .natural_modes import NaturalModes, natural_modes
 
 _ANY_SPEED = 1000.0
 """rpm; the lowest depth over all speeds does not depend on it."""
@@ -48,17 +50,33 @@ class DepthSensitivity:
     mode: int
     """The mode that limits the depth: the one that adds most to the negative real part of the loop there."""
     warnings: tuple[str, ...]
+    machine: Machine
+    """The machine that it is told of."""
+    gain: ComplexArray
+    """Gain of every joint in N/m at the chatter frequency, (joints,)."""
     amplitude: float = 0.0
     """Tool-point amplitude in m that the joints are held at; 0: at rest."""
     instead: str = ""
     """What the cut has that it is told without, in words."""
 
+    def stiffer(self, joints: Index, share: float) -> float:
+        """The depth in m, computed again, where these joints have ``share`` more stiffness than `gain`.
+
+        They get a spring beside them, so that their damping stays. The slope tells of small changes only: past a
+        maximum of the depth, or where another mode begins to limit it, more stiffness may do the opposite.
+        """
+        springs = {self.machine.flexible[i].name: Linear(share * float(self.gain[i].real)) for i in joints}
+        still = at_working_point(self.machine)
+        changed = tuple(
+            replace(c, joint=c.joint + springs[c.name]) if c.joint is not None and c.name in springs else c
+            for c in still.connections
+        )
+        return _lowest(replace(still, connections=changed), self.amplitude).depth
+
 
 def lowest_depth(machine: Machine) -> StabilityLobes:
     """The chart whose `minimum_depth` is the lowest depth over all speeds, at rest."""
-    assert machine.cutting is not None
-    method = "zero-order" if machine.cutting.get("process") == "milling" else "turning"
-    return lobes_at_amplitude(machine, [_ANY_SPEED], 0.0, method)
+    return lobes_at_amplitude(machine, [_ANY_SPEED], 0.0, _method(machine))
 
 
 def depth_sensitivity(modes: NaturalModes) -> DepthSensitivity | None:
@@ -80,14 +98,7 @@ def depth_sensitivity(modes: NaturalModes) -> DepthSensitivity | None:
     if unlike:
         machine = replace(machine, cutting={k: v for k, v in machine.cutting.items() if k not in UNLIKE})
         modes = replace(modes, machine=machine)
-    cutting = Cutting(**(machine.cutting or {}))
-    milling = cutting.process == "milling"
-    if milling:
-        D = zero_order.loop_stiffness(cutting, axes)
-    else:
-        share = cutting.rotation[0][["xy".index(axis) for axis in axes]]
-        D = turning.loop_stiffness(cutting)[0, 0] * np.outer(share, share)
-    held = held_depth(modes, cutting, D) if modes.amplitude > 0 else _at_rest(machine)
+    D, held = _loop(machine), _lowest(machine, modes.amplitude, modes)
     if not np.isfinite(held.depth):
         return None
     f, gain = held.frequency, held.gain
@@ -102,16 +113,36 @@ def depth_sensitivity(modes: NaturalModes) -> DepthSensitivity | None:
     return DepthSensitivity(
         held.depth,
         f,
-        "zero-order" if milling else "turning",
+        _method(machine),
         np.asarray(slope),
         int(np.argmin(added.real)),
         held.warnings,
+        machine,
+        gain,
         modes.amplitude,
         unlike,
     )
 
 
-def _at_rest(machine: Machine) -> HeldDepth:
+def _method(machine: Machine) -> str:
+    assert machine.cutting is not None
+    return "zero-order" if machine.cutting.get("process") == "milling" else "turning"
+
+
+def _loop(machine: Machine) -> Array:
+    """D in N/m² between the axes of the tool."""
+    cutting, axes = Cutting(**(machine.cutting or {})), machine.tool_axes
+    if cutting.process == "milling":
+        return zero_order.loop_stiffness(cutting, axes)
+    share = cutting.rotation[0][["xy".index(axis) for axis in axes]]
+    return np.asarray(turning.loop_stiffness(cutting)[0, 0] * np.outer(share, share))
+
+
+def _lowest(machine: Machine, amplitude: float, modes: NaturalModes | None = None) -> HeldDepth:
+    """The lowest depth over all speeds, at rest or at an amplitude in m, and the joints there."""
+    if amplitude > 0:
+        held = modes or natural_modes(machine, amplitude)
+        return held_depth(held, Cutting(**(machine.cutting or {})), _loop(machine))
     chart = lowest_depth(machine)
     f = chart.minimum_frequency
     gain = tangents(machine, f)[0] if np.isfinite(chart.minimum_depth) else np.zeros(0, dtype=complex)

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from jointlib.arrays import Array
 
-from ..components.connection import Connection
-from ..indices import Index
 from .natural_modes import NaturalModes
 
 
@@ -70,12 +67,3 @@ def mode_energies(modes: NaturalModes) -> ModeEnergies:
 def _shares(part: Array, whole: Array) -> Array:
     total = np.sum(whole, axis=0)
     return np.asarray(np.where(total != 0, part / np.where(total != 0, total, 1.0), 0.0))
-
-
-def bundles(connections: Sequence[Connection]) -> dict[str, Index]:
-    """The joints that one machine element stands for, by its name; a connection outside any bundle by its own."""
-    found: dict[str, list[int]] = {}
-    for i, connection in enumerate(connections):
-        word = str(connection.joint.provenance.get("bundle", "")) if connection.joint is not None else ""
-        found.setdefault(word.partition(" (")[0] or connection.name, []).append(i)
-    return {name: np.array(rows) for name, rows in found.items()}

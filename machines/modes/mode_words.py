@@ -7,14 +7,17 @@ from collections.abc import Mapping
 import numpy as np
 
 from ..indices import Index
+from ..model.joint_places import bundles
 from .depth_sensitivity import DepthSensitivity
-from .mode_energy import ModeEnergies, bundles
+from .mode_energy import ModeEnergies
 from .natural_modes import NaturalModes
 
 _FIRST = 10
 _SHOWN = 1e-2
 """Share of the largest compliance at the tool from which on a mode beyond the first ten is shown."""
-_STIFFER = 1.1
+_STIFFER = 0.1
+_MOST = 1.2
+"""Times the change by the joint that holds the energy from which on another joint is told beside it."""
 _WORTH = 0.005
 """Least relative change that is spoken of."""
 
@@ -64,7 +67,7 @@ def leading(modes: NaturalModes, energies: ModeEnergies, depth: DepthSensitivity
     """Which mode matters, what holds its energy, and what more stiffness there would give.
 
     It is the mode that limits the depth, where there is a cut that chatters, else the one that is most compliant at the
-    tool, else the first. The figure for 10 % more stiffness carries the sensitivity on as a power, 1.1^S.
+    tool, else the first. For 10 % more stiffness the depth is computed again; the frequency f is carried on, f·1.1^S.
     """
     if not len(modes.pole):
         return ("nothing in this machine swings: no mode has stiffness and mass that oscillate.",)
@@ -74,10 +77,8 @@ def leading(modes: NaturalModes, energies: ModeEnergies, depth: DepthSensitivity
         which = "that limits the depth"
     else:
         which = "that the tool feels most" if np.any(peak) else "that comes first"
-    gain = depth.joints if depth is not None else energies.sensitivity[:, mode]
     found = holders(modes, energies, mode)
     groups = bundles(modes.machine.flexible)
-    by_bundle = {name: float(np.sum(gain[rows])) for name, rows in groups.items()}
     said = f"the mode at {modes.frequency[mode]:.4g} Hz {which} bends "
     whole = sorted(found.items(), key=lambda item: -item[1])
     in_joints = [name for name, _ in whole if name in groups]
@@ -90,19 +91,23 @@ def leading(modes: NaturalModes, energies: ModeEnergies, depth: DepthSensitivity
         said += f"{in_joints[0]} ({percent(found[in_joints[0]])} of its energy)"
     else:
         return (said + "no joint.",)
-    sentences = [f"{said}: 10 % more stiffness there gives {_gained(by_bundle[in_joints[0]], depth)}."]
-    if depth is not None:
-        best = max(by_bundle, key=lambda name: abs(by_bundle[name]))
-        if best != in_joints[0] and abs(by_bundle[best]) > 1.2 * abs(by_bundle[in_joints[0]]):
-            sentences.append(
-                f"The depth depends most on {best}: 10 % more stiffness gives {_gained(by_bundle[best], depth)}."
-            )
-        how = "of the zero-order approximation" if depth.method == "zero-order" else "in turning"
-        how += f" without the {depth.instead}" if depth.instead else ""
-        sentences.append(
-            f"The depth is the lowest over all speeds {how}, {_joints(depth)}: {depth.depth * 1e3:.4g} mm, chatter at "
-            f"{depth.frequency:.4g} Hz."
-        )
+    first = in_joints[0]
+    if depth is None:
+        more = (1 + _STIFFER) ** float(np.sum(energies.sensitivity[groups[first], mode])) - 1
+        return (f"{said}: 10 % more stiffness there gives {_frequency(more)}.",)
+    more = depth.stiffer(groups[first], _STIFFER) / depth.depth - 1
+    sentences = [f"{said}: 10 % more stiffness there gives {_depth(more)}."]
+    best = max(groups, key=lambda name: abs(float(np.sum(depth.joints[groups[name]]))))
+    if best != first:
+        most = depth.stiffer(groups[best], _STIFFER) / depth.depth - 1
+        if abs(most) > _MOST * abs(more):
+            sentences.append(f"The depth depends most on {best}: 10 % more stiffness gives {_depth(most)}.")
+    how = "of the zero-order approximation" if depth.method == "zero-order" else "in turning"
+    how += f" without the {depth.instead}" if depth.instead else ""
+    sentences.append(
+        f"The depth is the lowest over all speeds {how}, {_joints(depth)}: {depth.depth * 1e3:.4g} mm, chatter at "
+        f"{depth.frequency:.4g} Hz."
+    )
     return tuple(sentences)
 
 
@@ -113,11 +118,15 @@ def _joints(depth: DepthSensitivity) -> str:
     return f"with the joints as they are held at a tool-point amplitude of {depth.amplitude * 1e6:g} um"
 
 
-def _gained(sensitivity: float, depth: DepthSensitivity | None) -> str:
-    """What 10 % more stiffness gives, as words."""
-    change = _STIFFER**sensitivity - 1
-    if depth is None:
-        return f"{100 * change:.2g} % more frequency" if abs(change) >= _WORTH / 10 else "no other frequency"
+def _frequency(change: float) -> str:
+    if abs(change) < _WORTH / 10:
+        return "no other frequency"
+    return f"{100 * abs(change):.2g} % {'more' if change > 0 else 'less'} frequency"
+
+
+def _depth(change: float) -> str:
+    if not np.isfinite(change):
+        return "a cut that never chatters"
     if abs(change) < _WORTH:
         return f"hardly any depth ({100 * change:+.1f} %)"
     return f"{100 * abs(change):.2g} % {'more' if change > 0 else 'less'} depth"

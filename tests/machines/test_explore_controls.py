@@ -203,7 +203,7 @@ def test_the_stick_out_and_joint_of_a_tool_file_are_controls(tmp_path: Path, joi
     found, wanted = explorer.summary({key: 75.0}).static_compliance, longer.summary({}).static_compliance
     assert found == pytest.approx(wanted, rel=1e-12)
     assert found > explorer.summary({}).static_compliance
-    assert ("connection.shank_x.joint.linear.stiffness" in explorer.by_key) == bool(joint)
+    assert ("connection.shank.joint.linear.stiffness" in explorer.by_key) == bool(joint)
 
 
 def test_what_is_nothing_may_become_something(tmp_path: Path) -> None:
@@ -273,7 +273,7 @@ def test_a_spring_against_rotation_has_its_unit(tmp_path: Path) -> None:
     (tmp_path / "two.toml").write_text(text)
     explorer = Explorer(tmp_path / "two.toml")
     units = {key: control.unit for key, control in explorer.by_key.items() if key.endswith("linear.stiffness")}
-    assert units["connection.shank_x.joint.linear.stiffness"] == "N/µm"
-    assert units["connection.shank_rx.joint.linear.stiffness"] == "N m/rad"
-    assert explorer.by_key["connection.shank_rx.joint.linear.stiffness"].value == pytest.approx(2e4)
+    assert units["connection.shank.joint.linear.stiffness"] == "N/µm"
+    assert units["connection.shank rotation.joint.linear.stiffness"] == "N m/rad"
+    assert explorer.by_key["connection.shank rotation.joint.linear.stiffness"].value == pytest.approx(2e4)
     assert explorer.summary({"tool.holder": "slim"}).minimum_depth is not None

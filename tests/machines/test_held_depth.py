@@ -10,6 +10,7 @@ import pytest
 
 import machines
 from jointlib.io.joint_file import read_joint
+from jointlib.laws.linear import Linear
 from machines import Machine, lobes_at_amplitude, natural_modes, read_machine, stability_lobes
 from machines.cutting.amplitude.chattering_tool import on_lines
 from machines.cutting.process.cutting import Cutting
@@ -17,6 +18,7 @@ from machines.harmonic_balance.assembly import Assembly
 from machines.modes.depth_sensitivity import depth_sensitivity
 from machines.modes.mode_energy import mode_energies
 from machines.modes.mode_words import leading
+from machines.statics.working_point import at_working_point
 
 LIBRARY = Path(machines.__file__).parent / "library"
 
@@ -109,3 +111,15 @@ def test_what_limits_an_unlike_cutter_is_told_of_the_even_one(more: dict[str, ob
     assert np.min(depths) > (1 - 1e-6) * found.depth
     if words == "helix":
         assert np.min(depths) < 1.05 * found.depth
+
+
+def test_what_more_stiffness_gives_at_an_amplitude_is_the_depth_of_the_stiffer_machine() -> None:
+    machine = shipped("guide_mill")
+    found = depth_sensitivity(natural_modes(machine, 5e-6))
+    assert found is not None
+    still = at_working_point(machine)
+    joint = still.joints()[0] + Linear(0.1 * float(found.gain[0].real))
+    again = depth_sensitivity(natural_modes(still.with_joint(still.flexible[0].name, joint), 5e-6))
+    assert again is not None
+    assert found.stiffer(np.array([0]), 0.1) == pytest.approx(again.depth, rel=1e-9)
+    assert found.stiffer(np.array([0]), 1e-3) / found.depth - 1 == pytest.approx(1e-3 * found.joints[0], rel=0.2)

@@ -11,10 +11,15 @@ from test_mixed_machines import random_machine
 from test_natural_modes import chain
 
 import machines
+from jointlib.joint import Joint
 from jointlib.laws.linear import Linear
+from jointlib.laws.viscous import Viscous
 from machines import Machine, natural_modes, read_machine
+from machines.components.connection import Connection
+from machines.components.lumped import Lumped
+from machines.model.joint_places import bundles
 from machines.modes.depth_sensitivity import depth_sensitivity, lowest_depth
-from machines.modes.mode_energy import bundles, mode_energies
+from machines.modes.mode_energy import mode_energies
 from machines.modes.mode_words import leading
 from machines.modes.static_compliance import static_compliance
 from machines.statics.working_point import at_working_point
@@ -130,3 +135,31 @@ def test_static_compliance_of_a_state_space_is_that_of_the_same_part_in_motions(
     found = static_compliance(natural_modes(machine))["x"]
     slow = machines.frozen_receptance(machine, [1e-2], 0.0).receptance[0, 0, 0].real
     assert found == pytest.approx(slow, rel=1e-5)
+
+
+def on_a_base(stiffness: float) -> Machine:
+    """Turning with a mass on a spring on a damped base, that takes up its vibration best at one stiffness."""
+    parts = (Lumped("base", ("x",), np.eye(1) * 8.0), Lumped("tool", ("x",), np.eye(1)))
+    rows = (
+        Connection("base", ("base.x", "ground"), Joint((Linear(stiffness), Viscous(1500.0)))),
+        Connection("holder", ("tool.x", "base.x"), Joint((Linear(4e6), Viscous(40.0)))),
+    )
+    return Machine(parts, rows, tool={"x": "tool.x"}, cutting={"process": "turning", "specific": 1e9})
+
+
+def test_what_more_stiffness_gives_is_computed_again_and_not_carried_past_a_maximum() -> None:
+    grid = np.geomspace(5e6, 5e7, 60)
+    depths = [lowest_depth(on_a_base(k)).minimum_depth for k in grid]
+    best = int(np.argmax(depths))
+    assert 0 < best < len(grid) - 1
+    K = grid[best] / 1.02
+    modes = natural_modes(on_a_base(K))
+    found = depth_sensitivity(modes)
+    assert found is not None
+    again = lowest_depth(on_a_base(1.1 * K)).minimum_depth
+    assert found.stiffer(np.array([0]), 0.1) == pytest.approx(again, rel=1e-9)
+    assert found.joints[0] > 0
+    assert again < found.depth
+    said = leading(modes, mode_energies(modes), found)
+    (sentence,) = (one for one in said if "base" in one and "10 % more" in one)
+    assert sentence.endswith(f"{100 * (1 - again / found.depth):.2g} % less depth.")

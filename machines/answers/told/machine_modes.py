@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from jointlib.shown.text import table
 
-from ...modes.mode_energy import bundles
+from ...model.joint_places import bundles
 from ...modes.mode_words import dissipaters, holders, largest, movers
 
 if TYPE_CHECKING:

@@ -135,7 +135,7 @@ def _under_load(machine: Machine, each: bool) -> list[str]:
     from jointlib.errors import InputError
 
     from ...bundles.bundle import said_by
-    from ...modes.mode_energy import bundles
+    from ...model.joint_places import bundles
     from ...statics.statics import static_point
 
     lines = list(said_by(machine.joints()))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from itertools import takewhile
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from jointlib.joint import Joint
 from jointlib.law import JointLaw, Motion
 from jointlib.parameter import Role, parameters_of
 
+from ...model.joint_places import between_two_nodes
 from ...model.machine import Machine
 
 _SHARED = (Role.STIFFNESS, Role.DAMPING, Role.SLIP_FORCE)
@@ -48,7 +48,7 @@ def places_of(machine: Machine) -> tuple[Place, ...]:
     between shank and holder: a response at the tool sees them together.
     """
     groups: dict[str, list[int]] = {}
-    pairs = _of_two_nodes(machine)
+    pairs = between_two_nodes(machine.flexible)
     for i, connection in enumerate(machine.flexible):
         joint = connection.joint
         bundle = str(joint.provenance["bundle"]).partition(" (")[0] if joint and "bundle" in joint.provenance else ""
@@ -65,23 +65,6 @@ def places_of(machine: Machine) -> tuple[Place, ...]:
         share = np.where(turns & mixed, 0.0, np.where(k > 0, k / top, 1e-3))
         out.append(Place(name, tuple(rows), tuple(float(s) for s in share), top))
     return tuple(out)
-
-
-def _of_two_nodes(machine: Machine) -> dict[int, str]:
-    """Names of places by connection, where several join the same two nodes and some of them, not all, rotations."""
-    groups: dict[tuple[str, ...], list[int]] = {}
-    for i, connection in enumerate(machine.flexible):
-        nodes = tuple(side.rpartition(".")[0] for side in connection.between)
-        if all(node.count(".") == 1 for node in nodes):
-            groups.setdefault(nodes, []).append(i)
-    out: dict[int, str] = {}
-    for rows in groups.values():
-        members = [machine.flexible[i] for i in rows]
-        if len({one.rotates for one in members}) > 1:
-            letters = zip(*(one.name for one in members), strict=False)
-            shared_part = "".join(some[0] for some in takewhile(lambda some: len(set(some)) == 1, letters))
-            out |= dict.fromkeys(rows, shared_part.rstrip("_.- ") or members[0].name)
-    return out
 
 
 def at_rest(joint: Joint) -> float:
