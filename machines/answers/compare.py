@@ -36,6 +36,14 @@ class Differences(Shown):
         """What could not be compared, and why."""
         return [remark for each in self.sides for remark in each.remarks]
 
+    @property
+    def depths(self) -> list[str]:
+        """How the lowest depths were found, a sentence, or one for each side where they were found differently."""
+        ways = [(each.name, each.depths) for each in self.sides if each.depths]
+        if len({way for _, way in ways}) == 1:
+            return [f"Depths are by {ways[0][1]}."]
+        return [f"The depth of {name} is by {way}." for name, way in ways]
+
     def finding(self) -> str:
         """The largest differences, or that there is none above the uncertainty."""
         base, *rest = self.sides

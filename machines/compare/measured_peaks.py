@@ -17,6 +17,10 @@ _PROMINENT = np.log(np.sqrt(2.0))
 _NOISE = 8.0
 """Deviations by which it does so too: the largest of thousands of noisy lines and the smallest lie seven apart."""
 _FEWEST = 5
+_ONE_MODE = 0.05
+"""How far 1/|H|² of one mode may be off its parabola, relative, root mean square: neighbours bend it."""
+_DEVIATIONS = 2.0
+"""Times its noise by which it may be off beside that."""
 _NEAR = 0.1
 """Share of a frequency over which the parabola through the top of a mode may reach."""
 _LOCAL = 9
@@ -30,7 +34,8 @@ class Resonance:
     frequency: float
     """Hz."""
     damping_ratio: float
-    """From the half-power width of the parabola through the top; nan where too few lines tell it."""
+    """From the half-power width of the parabola through the top; nan where too few lines tell it, or several modes
+    share the peak."""
     compliance: float
     """m/N."""
     frequency_error: float = 0.0
@@ -80,7 +85,10 @@ def _fitted(frequency: Array, size: Array, k: int, deviation: Array | None) -> R
     step = 1e-6 / norm
     slope = np.stack([(read(p + step * e) - read(p - step * e)) / (2 * step) for e in np.eye(3)], axis=1)
     error = np.sqrt(np.diag(slope @ spread @ slope.T)) if deviation is not None else np.zeros(3)
-    damping = float(value[1]) if enough else np.nan
+    off = design @ p * H**2 - 1
+    expected = 0.0 if deviation is None else float(np.mean((2 * noise) ** 2))
+    alone = wide or np.mean(off**2) <= _ONE_MODE**2 + _DEVIATIONS**2 * expected
+    damping = float(value[1]) if enough and alone else np.nan
     return Resonance(float(value[0]), damping, float(value[2]), *error.tolist())
 
 

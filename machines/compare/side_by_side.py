@@ -32,6 +32,7 @@ _SURE = 2.0
 """Standard errors of a difference below which it is none."""
 _SAME = 1e-6
 """Share by which numbers without an error must differ."""
+_READ = {"m": (1e3, "mm"), "m/N": (1e6, "um/N")}
 
 
 @dataclass(frozen=True)
@@ -69,6 +70,8 @@ class Side:
     remarks: tuple[str, ...] = ()
     """What could not be compared, and why."""
     limits: Limits | None = None
+    depths: str = ""
+    """How its lowest depth was found, in words."""
 
     @property
     def short(self) -> str:
@@ -148,7 +151,8 @@ def _of_machine(name: str, machine: Machine) -> Side:
         facts["lowest stable depth"] = Fact(chart.minimum_depth, "m")
         facts["chatter there"] = Fact(chart.minimum_frequency, "Hz")
         limits = Limits(chart.speed, chart.depth, chart.chatter_frequency)
-    return Side(name, "machine", facts, curves, limits=limits)
+    depths = "" if limits is None else f"{chart.method}, at {_SPEEDS} speeds from {slowest:g} to {fastest:g} rpm"
+    return Side(name, "machine", facts, curves, limits=limits, depths=depths)
 
 
 def receptances(machine: Machine) -> dict[str, tuple[Array, ComplexArray, Array | None]]:
@@ -259,6 +263,15 @@ def _of_resonances(name: str, a: Any, b: Any, against: str) -> list[Difference]:
                 at = f"{name}, resonance at {p.frequency:.5g} Hz, {word}"
                 found.append(Difference(at, unit, x.value, y.value, against))
     return found
+
+
+def as_told(difference: Difference) -> tuple[str, str, str, str, str]:
+    """A row of it in the units in which such numbers are read: mm of depth, µm/N, % of damping."""
+    unit = difference.unit
+    factor, word = (100.0, "%") if unit == "" and difference.what.endswith("damping") else _READ.get(unit, (1.0, unit))
+    values = (f"{factor * x:.6g}" if x == x else "–" for x in (difference.first, difference.other))
+    first, other = values
+    return difference.what, first, other, word or "–", difference.against
 
 
 def sentence(first: Side, others: Sequence[Side], found: Sequence[Difference]) -> str:

@@ -40,21 +40,21 @@ def command(
       jointlib compare machines/library/paper_sdof.toml machines/library/paper_sdof_hertz.toml
     """
     from ..answers.compare import compare
+    from ..compare.side_by_side import as_told
 
     with working("comparing"):
         found = compare(first, *others, results=results, designs=designs, output=output, plot=plot)
-    rows = [
-        (d.what, *(f"{value:.6g}" if value == value else "–" for value in (d.first, d.other)), d.unit or "–", d.against)
-        for d in found.differences
-    ]
+    rows = [as_told(d) for d in found.differences]
     lines = [
         found.finding(),
+        *found.depths,
         *(f"warning: {remark}" for remark in found.remarks),
         *(table(("what", "first", "other", "unit", "other is"), rows) if rows else []),
     ]
     data = {
         "differences": [vars(d) for d in found.differences],
         "sentence": found.finding(),
+        "depths": found.depths,
         "files": [str(path) for path in found.files],
         "warnings": found.remarks,
     }

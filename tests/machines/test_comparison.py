@@ -96,6 +96,22 @@ def test_a_deviation_that_the_file_tells_is_taken_as_it_is() -> None:
     assert np.array_equal(at_the_peaks(record), told)
 
 
+@pytest.mark.parametrize(("apart", "told"), [(0.0, True), (0.8, False), (40.0, True)])
+def test_no_damping_is_told_of_a_peak_that_two_modes_share(apart: float, told: bool) -> None:
+    """Two modes of 2 % damping, their frequencies 0.8 half-power widths apart: one peak has the width of both."""
+    first, damping = 100.0, 0.02
+    second = first * (1 + 2 * damping * apart)
+    lines = np.linspace(60.0, 400.0, 4000)
+    H = sum(1 / (f**2 - lines**2 + 2j * damping * f * lines) for f in (first, second))
+    found = resonances(lines, np.asarray(H))
+    one = max(found, key=lambda r: r.compliance)
+    if told:
+        assert one.damping_ratio == pytest.approx(damping, rel=0.02)
+    else:
+        assert np.isnan(one.damping_ratio)
+        assert np.isfinite(one.frequency)
+
+
 def test_resonances_are_paired_with_the_nearest_or_left_alone() -> None:
     a, b = [Resonance(f, 0.01, 1e-7) for f in (100.0, 300.0)], [Resonance(f, 0.01, 1e-7) for f in (104.0, 700.0)]
     found = [(p.measured and p.measured.frequency, p.predicted and p.predicted.frequency) for p in paired(a, b)]
