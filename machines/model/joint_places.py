@@ -31,20 +31,26 @@ def changed_joints(machine: Machine, changes: tuple[tuple[str, float], ...]) -> 
 
 
 def bundles(connections: Sequence[Connection]) -> dict[str, Index]:
-    """The joints that one machine element stands for, by its name; a connection outside any bundle by its own.
+    """The joints that one machine element stands for, by its `element_names`."""
+    found: dict[str, list[int]] = {}
+    for i, name in enumerate(element_names(connections)):
+        found.setdefault(name, []).append(i)
+    return {name: np.array(rows) for name, rows in found.items()}
 
-    Deflections and rotations between the same two nodes, as between shank and holder, are two: ``shank`` and
+
+def element_names(connections: Sequence[Connection]) -> list[str]:
+    """The machine element that each joint is a part of: its bundle, else the connection itself.
+
+    Deflections and rotations between the same two nodes, as between shank and holder, are two elements: ``shank`` and
     ``shank rotation``.
     """
-    found: dict[str, list[int]] = {}
     pairs = between_two_nodes(connections)
+    names = []
     for i, connection in enumerate(connections):
         word = str(connection.joint.provenance.get("bundle", "")) if connection.joint is not None else ""
-        name = pairs.get(i, connection.name)
-        if i in pairs and connection.rotates:
-            name = f"{name} rotation"
-        found.setdefault(word.partition(" (")[0] or name, []).append(i)
-    return {name: np.array(rows) for name, rows in found.items()}
+        turned = " rotation" if i in pairs and connection.rotates else ""
+        names.append(word.partition(" (")[0] or pairs.get(i, connection.name) + turned)
+    return names
 
 
 def between_two_nodes(connections: Sequence[Connection]) -> dict[int, str]:

@@ -229,3 +229,22 @@ def test_what_is_wrong_with_a_tool_file_alone_is_told_with_its_line(
     (said,) = [said for said in refused.value.sentences if words in said]
     assert said.startswith(f"{path}: ")
     assert "(line " in said
+
+
+def test_what_turns_is_told_in_units_of_turning(tmp_path: Path) -> None:
+    written(tmp_path, "a.holder.toml", HOLDER + JOINT)
+    written(tmp_path, "a.tool.toml", f'{TOOL}holder = "a.holder.toml"\n{SIZES}{CUT}')
+    top = 'tool = "a.tool.toml"'
+    path = written(
+        tmp_path, "m.toml", SPINDLE.format(top=top, parts="[static]\ngravity = [0, -9.8, 0]\n", tool="", teeth=4)
+    )
+    done = CliRunner().invoke(cli, ["inspect", str(path)], catch_exceptions=False)
+    rows = [line.split() for line in done.stdout.splitlines()]
+    turned = next(i for i, row in enumerate(rows) if row[:4] == ["turned", "by", "the", "load"])
+    assert rows[turned][4:] == ["at", "[urad]", "moment", "[N", "m]"]
+    assert rows[turned + 1][0] in ("shank_rx", "shank")
+    stiff = rows.index(["stiffness", "of", "a", "rotation", "[kN", "m/rad]"])
+    assert rows[stiff + 1 : stiff + 3] == [["shank_rx", "20"], ["shank_ry", "20"]]
+    along = rows.index(["stiffness", "along", "itself", "[N/um]"])
+    assert ["shank_x", "60"] in rows[along + 1 : stiff]
+    assert "shank_rx" not in [row[0] for row in rows[along + 1 : stiff]]

@@ -118,9 +118,12 @@ def _connections(machine: Machine) -> list[str]:
 
 def _summary(machine: Machine) -> list[str]:
     """Connections by bundle; those outside any bundle by what they join and by what."""
+    from ...model.joint_places import element_names
+
     groups: dict[tuple[str, ...], list[str]] = {}
-    for c in machine.connections:
+    for c, element in zip(machine.connections, element_names(machine.connections), strict=True):
         bundle = str(c.joint.provenance.get("bundle", "")) if c.joint is not None else ""
+        bundle = bundle or (element if c.joint is not None and element != c.name else "")
         sides = tuple(side.partition(".")[0] for side in c.between)
         groups.setdefault((bundle, " – ".join(sides), _what(c)), []).append(c.name)
     lines = []
@@ -132,6 +135,8 @@ def _summary(machine: Machine) -> list[str]:
 
 
 def _under_load(machine: Machine, each: bool) -> list[str]:
+    import numpy as np
+
     from jointlib.errors import InputError
 
     from ...bundles.bundle import said_by
@@ -145,17 +150,28 @@ def _under_load(machine: Machine, each: bool) -> list[str]:
         point = static_point(machine)
     except InputError as error:  # what is wrong with the load stands among the mistakes, and this beside it
         return [*lines, str(error).removeprefix(f"{machine.where}: ")]
-    rounding = 1e-12 * max((abs(f) for f in point.table[2]), default=0.0)
-    groups = {name: [i] for i, name in enumerate(point.connections)} if each else bundles(machine.flexible)
-    rows = []
-    for name, members in groups.items():
-        z, force = point.displacement[members], point.force[members]
-        f = [value if abs(value) > rounding else 0.0 for value in (force.min(), force.max())]
-        if len(members) == 1:
-            rows.append((name, f"{z[0] * 1e6:.4f}", f"{f[0]:.4g}"))
-        else:
-            rows.append((name, f"{z.min() * 1e6:.4f} to {z.max() * 1e6:.4f}", f"{f[0]:.4g} to {f[1]:.4g}"))
-    return [*lines, *table(("under static load", "at [um]", "force [N]"), rows), *point.warnings]
+    groups: Mapping[str, Any] = bundles(machine.flexible)
+    if each:
+        groups = {name: [i] for i, name in enumerate(point.connections)}
+    force = np.where(np.abs(point.force) > 1e-12 * np.max(np.abs(point.force), initial=0.0), point.force, 0.0)
+    turned = [name for name, members in groups.items() if machine.flexible[members[0]].rotates]
+    for header, names in (
+        (("under static load", "at [um]", "force [N]"), [name for name in groups if name not in turned]),
+        (("turned by the load", "at [urad]", "moment [N m]"), turned),
+    ):
+        rows = [
+            (name, _span(1e6 * point.displacement[groups[name]], "{:.4f}"), _span(force[groups[name]], "{:.4g}"))
+            for name in names
+        ]
+        lines += table(header, rows) if rows else []
+    return [*lines, *point.warnings]
+
+
+def _span(values: Any, form: str) -> str:
+    """The least and the largest of several numbers, or the only one; what rounding leaves of 0 is 0."""
+    ends = [form.format(x) for x in (values.min(), values.max())]
+    ends = [form.format(0.0) if float(end) == 0 else end for end in ends]
+    return ends[0] if ends[0] == ends[1] else " to ".join(ends)
 
 
 def _stiffness(machine: Machine) -> list[str]:
@@ -172,10 +188,18 @@ def _stiffness(machine: Machine) -> list[str]:
     for sides, members in alone.items():
         name = " – ".join(sides) if len(members) > 1 else members[0].name
         rows.append((name, *_six(_together(members).six)))
-    header = ("stiffness [N/um, kN m/rad]", "x", "y", "z", "rx", "ry", "rz")
-    lines = table(header, rows) if rows else []
-    plain = [(e.name, f"{float(e.stiffness.sum()) * 1e-6:.4g}") for e in elements(machine, False) if e.at is None]
-    return lines + (table(("stiffness along itself", "[N/um]"), plain) if plain else [])
+    lines = table(("stiffness [N/um, kN m/rad]", "x", "y", "z", "rx", "ry", "rz"), rows) if rows else []
+    for header, turns, factor in (
+        (("stiffness along itself", "[N/um]"), False, 1e-6),
+        (("stiffness of a rotation", "[kN m/rad]"), True, 1e-3),
+    ):
+        plain = [
+            (e.name, f"{float(e.stiffness.sum()) * factor:.4g}")
+            for e in elements(machine, False)
+            if e.at is None and machine.flexible[e.rows[0]].rotates == turns
+        ]
+        lines += table(header, plain) if plain else []
+    return lines
 
 
 def _together(members: list[Element]) -> Element:
