@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from jointlib.arrays import Array
+
 from .compare import PREVIEW
 from .curves import Curves
 from .measured import Measured
@@ -18,6 +20,7 @@ BLUE, ORANGE, GREEN, BLACK, GREY = "#0072b2", "#d55e00", "#007a5e", "#1b1f24", "
 """Okabe and Ito's blue, vermilion and green (a little darker), told apart by every eye and on a pale projector."""
 _SIZE = 16
 _MARKS = ("circle", "square", "diamond", "triangle-up", "cross", "x")
+_WIDE = 30.0
 _RPM = "spindle speed [rpm]"
 _LOOK: dict[str, Any] = {"displaylogo": False, "responsive": True, "showTips": False}
 # Buttons are named one by one: among those that plotly would show is one that sends the chart to its makers.
@@ -44,9 +47,15 @@ def response_figure(now: Curves, before: Curves | None, records: Sequence[Measur
     return _figure(
         traces,
         "frf",
-        xaxis=_axis("frequency [Hz]"),
+        xaxis=_axis("frequency [Hz]", **_spread(now.frequency)),
         yaxis=_axis("|receptance| [µm/N]", type="log", exponentformat="none", dtick=1),
     )
+
+
+def _spread(frequency: Array) -> dict[str, Any]:
+    """A band of several decades by its logarithm: low modes would be a stroke at the left end."""
+    wide = frequency[0] > 0 and frequency[-1] > _WIDE * frequency[0]
+    return {"type": "log", "exponentformat": "none", "dtick": "D2"} if wide else {}
 
 
 def gain_figure(now: Curves, before: Curves | None, connection: str) -> Figure:

@@ -40,9 +40,18 @@ def grouped(controls: Sequence[Control]) -> tuple[Control, ...]:
 
 
 def layout(
-    name: str, folder: str, controls: Sequence[Control], first: Curves, study: Scatter | None, measured: bool = False
+    name: str,
+    folder: str,
+    controls: Sequence[Control],
+    first: Curves,
+    study: Scatter | None,
+    measured: bool = False,
+    leading: str | None = None,
 ) -> Any:
-    """The whole page for controls in the order of :func:`grouped`; ``measured``: whether records are laid over it."""
+    """The whole page for controls in the order of :func:`grouped`.
+
+    ``measured`` says whether records are laid over it, ``leading`` whose describing function is shown first.
+    """
     start = State.start(controls)
     empty = ("kept", "action", "answer", "speed", "read-off", "exact", "settled", "drawn", "view", "wish", *ORDERS)
     stores = {"state": start.data(controls), **dict.fromkeys(empty)}
@@ -57,7 +66,10 @@ def layout(
                     html.Span("computing …", id="working"),
                 ]
             ),
-            html.Div([_sliders(controls, start), _pictures(name, folder, first, study, measured)], className="columns"),
+            html.Div(
+                [_sliders(controls, start), _pictures(name, folder, first, study, measured, leading)],
+                className="columns",
+            ),
         ],
         id="explorer",
     )
@@ -111,7 +123,7 @@ def _control(number: int, control: Control, value: float) -> Any:
     )
 
 
-def _pictures(name: str, folder: str, first: Curves, study: Scatter | None, measured: bool) -> Any:
+def _pictures(name: str, folder: str, first: Curves, study: Scatter | None, measured: bool, leading: str | None) -> Any:
     reading = html.Div(
         [
             html.Label("read at", htmlFor="read-at"),
@@ -127,9 +139,7 @@ def _pictures(name: str, folder: str, first: Curves, study: Scatter | None, meas
     connection = html.Div(
         [
             html.Label("of", htmlFor="connection"),
-            dcc.Dropdown(
-                list(first.gains), next(iter(first.gains), None), id="connection", clearable=False, searchable=False
-            ),
+            dcc.Dropdown(list(first.gains), leading, id="connection", clearable=False, searchable=False),
         ],
         className="pick",
     )

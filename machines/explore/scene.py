@@ -21,6 +21,8 @@ from ..cutting.amplitude.pocket import Pocket, best_pocket
 from ..files.named_tools import USE
 from ..model.joint_places import changed_joints, rows_of
 from ..model.machine import Machine
+from ..modes.mode_energy import mode_energies
+from ..modes.natural_modes import natural_modes
 from ..report.comparison_section import comparison_section
 from ..study.study import Study
 from ..study.variants import Machines, with_joints
@@ -138,6 +140,22 @@ class Explorer:
         takes seconds.
         """
         return self._curves(self._setting(values), exact)
+
+    def leading(self, curves: Curves) -> str | None:
+        """Of the joints in `Curves.gains` that with most energy in the mode that the tool feels most; None without one.
+
+        Of a bundle and of joints that are alike the whole counts.
+        """
+        share: dict[str, float] = dict.fromkeys(self._places.values(), 0.0)
+        try:
+            modes = natural_modes(self.base)
+        except InputError:  # a part is known by its receptance only
+            return next(iter(curves.gains), None)
+        if len(modes.pole):
+            strain = mode_energies(modes).strain[:, int(np.argmax(modes.tool_peak))]
+            for connection, held in zip(self.base.flexible, strain.tolist(), strict=True):
+                share[self._places[connection.name]] += held
+        return max(curves.gains, key=lambda name: share[self._places[name]], default=None)
 
     def at(self, values: Mapping[str, object], speed: object) -> Reading:
         """The limit at a spindle speed in rpm, by the method of `jointlib lobes`."""

@@ -10,7 +10,10 @@ from jointlib.arrays import Array
 
 from ..indices import Index
 
-COLOURS = ("#4477aa", "#cc8800", "#228833", "#aa3377", "#66aacc", "#996633", "#7755bb", "#cc5544", "#558877", "#999933")
+COLOURS = (
+    *("#4477aa", "#cc8800", "#228833", "#aa3377", "#66aacc", "#996633", "#7755bb", "#cc5544", "#558877", "#999933"),
+    *("#bb8899", "#ee77ee", "#663344", "#ff4477", "#0088ff", "#00bb99", "#880088", "#aa99dd", "#335500", "#990033"),
+)
 """Of components, in their order."""
 INK, STEEL, DARK = "#1b1f24", "#8b949e", "#57606a"
 JOINT, RIGID, GROUND, TOOL, DRIVE, TRAVEL = "#b45309", "#1b1f24", "#6b7280", "#c2410c", "#0f766e", "#6d28d9"

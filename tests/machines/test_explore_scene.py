@@ -6,6 +6,7 @@ import json
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,10 @@ from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from machines import frozen_receptance, lobes_at_amplitude, read_machine
 from machines.explore import Curves, Explorer
+from machines.explore.figures import response_figure
+from machines.model.joint_places import bundles
+from machines.modes.mode_energy import mode_energies
+from machines.modes.natural_modes import natural_modes
 from machines.road.open_joints import with_joints
 
 LIBRARY = Path(__file__).parents[2] / "machines" / "library"
@@ -214,3 +219,22 @@ def test_a_file_that_says_nothing_of_tool_or_band_is_refused(tmp_path: Path, gon
     (tmp_path / "m.toml").write_text(text[:start] + text[end if end > 0 else len(text) :])
     with pytest.raises(InputError, match=said):
         Explorer(tmp_path / "m.toml")
+
+
+def test_the_describing_function_shown_first_is_of_the_joint_that_holds_the_leading_mode() -> None:
+    lathe = Explorer(LIBRARY / "lathe.toml")
+    curves = lathe.curves({})
+    modes = natural_modes(lathe.base)
+    leading = int(np.argmax(modes.tool_peak))
+    strain = mode_energies(modes).strain[:, leading]
+    groups = bundles(lathe.base.flexible)
+    shares = {name: float(np.sum(strain[rows])) for name, rows in groups.items()}
+    drawn = {name.partition(".")[0]: name for name in curves.gains}
+    assert len(drawn) > 1
+    best = max(drawn, key=lambda name: shares.get(name, 0.0))
+    assert lathe.leading(curves) == drawn[best]
+    turned = dict(reversed(list(curves.gains.items())))
+    assert lathe.leading(replace(curves, gains=turned)) == drawn[best] != next(iter(turned))
+    axis = response_figure(curves, None)["layout"]["xaxis"]
+    wide = curves.frequency[-1] > 30 * curves.frequency[0]
+    assert (axis.get("type") == "log") == wide
