@@ -121,7 +121,8 @@ def read_assembly(
         one = next(iter(places)) or "one place"
         raise InputError(f"{where}: all responses are those of {one}, which tells no rotation of {tool}, {_PLACES}")
     if len(responses.frequency) < 2 * _FEW:
-        raise InputError(f"{where}: {len(responses.frequency)} lines, expected at least {2 * _FEW}")
+        inside = "" if band is None else f" from {band[0]:g} to {band[1]:g} Hz (--band)"
+        raise InputError(f"{where}: {len(responses.frequency)} lines{inside}, expected at least {2 * _FEW}")
     blank = read_blank(tool, coupled, places)
     known = [f"{s}.{p.words[0]}" for s in blank.beam.stations for p in blank.planes]
     for dof in responses.dofs:
