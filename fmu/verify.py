@@ -20,12 +20,11 @@ from .members.archive import read_archive, unpack
 from .members.description import ANNOTATION, TOKEN, TOOL, fingerprint
 from .members.native_members import BUILD, SOURCES
 from .playback.fresh_process import answer_of
-from .playback.reference import CSV, FOLDER, LOOSEST, MANIFEST, STILL, ReferenceRun, read_csv, sizes
+from .playback.model_exchange import exchanged
+from .playback.reference import CSV, FOLDER, LOOSEST, MANIFEST, SMALL, STILL, ReferenceRun, read_csv, sizes, unit_of
 
 TOLERANCE = 1e-12
 """Largest difference allowed, relative to the largest value of the run, where the FMU states none."""
-_SMALL = 1e-6
-"""An output that stays below this share of the largest of its unit is held against that share."""
 _MANY = 400
 """Variables."""
 _PIECE = r"(?:[A-Za-z_][A-Za-z0-9_]*|'(?:[^'\\]|\\.)+')(?:\[\d+(?:,\d+)*\])?"
@@ -48,6 +47,11 @@ class Verification:
     """Largest difference of an output from the reference, relative to its largest absolute value."""
     step_time: float | None = None
     """What a step of the default experiment takes here in s, through FMPy; None where there is no such step."""
+    exchange: float | None = None
+    """How far FMPy's model exchange is from its co-simulation under smooth inputs, relative to the largest value of an
+    output; None where it was not run or did not end."""
+    exchange_said: str = ""
+    """Why there is no such difference."""
 
 
 @dataclass(frozen=True)
@@ -62,10 +66,12 @@ class _Content:
     run: ReferenceRun
 
 
-def verify_fmu(path: Path | str, data: bytes | None = None) -> Verification:
+def verify_fmu(path: Path | str, data: bytes | None = None, *, exchange: bool = False) -> Verification:
     """Validate an FMU for co-simulation (FMI 2.0 or 3.0) and replay its reference run in FMPy.
 
-    With ``data`` those bytes are verified, before they become the file ``path``. Raises InputError for a file that
+    With ``data`` those bytes are verified, before they become the file ``path``. With ``exchange`` an FMU that offers
+    model exchange as well is run by both, which tells how well that client's solver takes it; that is no fault of the
+    FMU and fails nothing. Raises InputError for a file that
     cannot be used, CheckFailed for an FMU that contradicts itself.
     """
     path = Path(path)
@@ -87,9 +93,18 @@ def verify_fmu(path: Path | str, data: bytes | None = None) -> Verification:
         if allowed > LOOSEST:
             raise InputError(f"{path}: referenceTolerance is {allowed:g}, expected at most {LOOSEST:g}")
         difference, step_time = _replay(path, request, found.description, found.run, allowed)
+        apart, said = exchanged(path, folder, found.description, found.run) if exchange else (None, "")
     limit = _stated(path, found, "maxStep")
     return Verification(
-        path, found.platforms, limit, (f"FMPy {version('fmpy')}",), len(found.run.rows), difference, step_time
+        path,
+        found.platforms,
+        limit,
+        (f"FMPy {version('fmpy')}",),
+        len(found.run.rows),
+        difference,
+        step_time,
+        apart,
+        said,
     )
 
 
@@ -258,7 +273,7 @@ def _replay(
     if not np.array_equal(first, second):
         raise CheckFailed(f"{path}: after a reset the FMU does not repeat itself")
     expected = run.rows[:, [column[name] for name in outputs]]
-    size = sizes(expected, [_unit(scalars[name]) for name in outputs], STILL if "tolerance" in model else _SMALL)
+    size = sizes(expected, [unit_of(scalars[name]) for name in outputs], STILL if "tolerance" in model else SMALL)
     difference = np.abs(first - expected) / size
     if not np.all(difference <= tolerance):
         row, place = np.unravel_index(np.argmax(np.nan_to_num(difference, nan=np.inf)), difference.shape)
@@ -267,11 +282,6 @@ def _replay(
             f"has {float(expected[row, place])!r}, a difference of {difference[row, place]:.1e} of its largest value"
         )
     return float(np.max(difference)), step_time
-
-
-def _unit(scalar: ElementTree.Element) -> str:
-    real = scalar.find("Real")
-    return (scalar if real is None else real).get("unit", "")
 
 
 def _nominal(scalar: ElementTree.Element) -> float:

@@ -22,6 +22,23 @@ from jointlib.io import atomic
 FLAGS = ("-std=c99", "-O3", "-ffp-contract=off", "-fvisibility=hidden", "-shared", "-s")
 """No contraction into fused operations and no fast math: the same numbers from every compiler."""
 _TIME_LIMIT = 600.0
+OLD_GLIBC = "old_glibc.h"
+_OLD_GLIBC = """#if defined(__linux__) && (defined(__x86_64__) || defined(__aarch64__))
+#include <features.h>
+#if defined(__GLIBC__)
+#if defined(__x86_64__)
+#define JL_FIRST "GLIBC_2.2.5"
+#else
+#define JL_FIRST "GLIBC_2.17"
+#endif
+"""
+_OLD_GLIBC += "".join(
+    f'__asm__(".symver {name},{name}@" JL_FIRST);\n' for name in ("exp", "expm1", "log", "log1p", "pow", "tanh")
+)
+_OLD_GLIBC += "#endif\n#endif\n"
+"""Binds functions to the first of their versions in glibc. Later ones differ in how they report a range error, which
+nobody asks for here, and a library that wants them is refused by every Linux
+that is older than the compiler's."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +86,7 @@ def compilers() -> tuple[Compiler, ...]:
     if mingw:
         known.setdefault("x86_64-windows", (mingw,))
     # Without the last flag mingw's linker writes the time into the library.
-    special = {".dll": ("-static-libgcc", "-Wl,--no-insert-timestamp")}
+    special = {".dll": ("-static-libgcc", "-Wl,--no-insert-timestamp"), ".so": ("-include", OLD_GLIBC)}
     return tuple(Compiler(p, known[p.fmi3], special.get(p.suffix, ())) for p in PLATFORMS if known.get(p.fmi3))
 
 
@@ -126,6 +143,8 @@ def library(compiler: Compiler, files: Mapping[str, str], unit: str, identifier:
     name = identifier + compiler.platform.suffix
     position = () if compiler.platform.suffix == ".dll" else ("-fPIC",)
     libraries = () if compiler.platform.suffix == ".dll" else ("-lm",)
+    if OLD_GLIBC in compiler.flags:
+        files = {**files, OLD_GLIBC: _OLD_GLIBC}
     arguments = (*FLAGS, *position, "-I.", unit, "-o", name, *compiler.flags, *libraries)
     digest = hashlib.sha256()
     for text in (

@@ -6,6 +6,7 @@ import csv
 import io
 from collections.abc import Sequence
 from dataclasses import dataclass
+from xml.etree import ElementTree
 
 import numpy as np
 
@@ -29,6 +30,8 @@ INTEGRATED = 1e-6
 
 Both keep 1e-10 a step; what remains is the hysteresis of the events, 1e-6 of the play or the slip of a joint."""
 
+SMALL = 1e-6
+"""An output that stays below this share of the largest of its unit is held against that share."""
 LOOSEST = 1e-3
 """No FMU may ask for more than that to be overlooked: what fixed steps leave of joints that slip and ring."""
 STILL = 1e-3
@@ -135,6 +138,12 @@ def sizes(values: Array, units: Sequence[str], small: float) -> Array:
     own = np.max(np.abs(values), axis=0)
     shared = [max(x for x, other in zip(own, units, strict=True) if other == unit) for unit in units]
     return np.asarray(np.maximum(np.maximum(own, small * np.array(shared)), np.finfo(float).tiny))
+
+
+def unit_of(scalar: ElementTree.Element) -> str:
+    """Unit of a variable of a model description."""
+    real = scalar.find("Real")
+    return (scalar if real is None else real).get("unit", "")
 
 
 def csv_text(run: ReferenceRun) -> str:

@@ -10,6 +10,9 @@ from jointlib.cli.arguments import Given, Target, Verb, input_file, json_option,
 from jointlib.cli.output import Workings, emit, working, wrote
 from jointlib.errors import InputError
 
+_APART = 1e-2
+"""Share of the largest value from which on model exchange in FMPy is not to be taken."""
+
 
 @click.command("fmu", cls=Verb)
 @input_file("model", required=False)
@@ -78,7 +81,7 @@ def _verify(path: Path, as_json: bool) -> None:
     from ..verify import verify_fmu
 
     with working("verifying"):
-        done = verify_fmu(path)
+        done = verify_fmu(path, exchange=True)
     data = {
         "file": str(done.file),
         "platforms": list(done.platforms),
@@ -86,9 +89,19 @@ def _verify(path: Path, as_json: bool) -> None:
         "verified_with": list(done.verified_with),
         "samples": done.samples,
         "difference": done.difference,
+        "exchange": done.exchange,
+        "exchange_said": done.exchange_said,
     }
+    if done.exchange is None:
+        exchanged = f"model exchange was not run: {done.exchange_said}"
+    else:
+        exchanged = (
+            f"model exchange by FMPy's CVode is up to {done.exchange:.2g} of the largest value from co-simulation"
+        )
+        exchanged += "; take co-simulation in that client" if done.exchange > _APART else ""
     lines = [
         f"{path}: verified with {', '.join(done.verified_with)}",
         f"replayed {done.samples} samples, largest difference {done.difference:.2g} of the largest value",
+        exchanged,
     ]
     emit(as_json, data, lines)

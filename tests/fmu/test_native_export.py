@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import dataclasses
 import functools
+import re
 import subprocess
 import tempfile
 from collections.abc import Callable
@@ -37,6 +38,7 @@ from fmu.verify import verify_fmu
 from jointlib.arrays import Array
 from jointlib.errors import CheckFailed, InputError
 from jointlib.joint import Covariance, Joint
+from jointlib.law import JointLaw
 from jointlib.laws.bouc_wen import BoucWen
 from jointlib.laws.gap import Gap
 from jointlib.laws.jenkins import Jenkins
@@ -302,6 +304,42 @@ def test_every_law_exports_validates_and_repeats_its_reference_run(joint: Joint,
     fmu = Exchange(tmp_path / "a", fmi)
     fmu.at(0.0, 1e-6, 1e-3, np.zeros(fmu.size))
     assert np.isfinite([fmu.force(), *fmu.moved()]).all()
+
+
+@both_versions
+@pytest.mark.parametrize(
+    ("laws", "least", "most"),
+    [((Viscous(30.0), Gap(6e8, 1.5e-6)), 0.0, 1e-5), ((Maxwell(4e7, 1.2e4),), 1e-9, 0.05)],
+    ids=["no memory", "a spring that relaxes"],
+)
+def test_model_exchange_is_run_beside_co_simulation_and_told(
+    laws: tuple[JointLaw, ...], least: float, most: float, fmi: int, tmp_path: Path
+) -> None:
+    """A force without memory is the same in both, to the width of an event; one with states is held over intervals."""
+    require("cc")
+    file = export_fmu(Joint(laws), tmp_path / "a.fmu", fmi=fmi, runtime="c").file
+    done = verify_fmu(file, exchange=True)
+    assert done.exchange is not None
+    assert least <= done.exchange <= most
+    assert done.exchange_said == ""
+    assert verify_fmu(file).exchange is None
+
+
+def test_an_fmu_without_model_exchange_says_so(tmp_path: Path) -> None:
+    file = export_fmu(GUIDE, tmp_path / "a.fmu", runtime="python").file
+    assert verify_fmu(file, exchange=True).exchange_said == "the FMU offers none"
+
+
+@pytest.mark.parametrize("law", [BoucWen(4e7, 36.0, 1.5), Viscous(10.0)], ids=["pow", "none"])
+def test_a_library_by_gcc_runs_on_systems_of_ten_years_ago(law: JointLaw, tmp_path: Path) -> None:
+    """Its symbols are of glibc 2.17 or before: exp, log and pow have had newer versions since 2.29."""
+    require("gcc")
+    told = export_fmu(Joint((law,)), tmp_path / "a.fmu", runtime="c")
+    folder = platform if platform in told.platforms else platform_tuple
+    (name,) = (n for n in read_archive(told.file) if n.startswith(f"binaries/{folder}/"))
+    found = {int(minor) for minor in re.findall(rb"GLIBC_2\.(\d+)", read_archive(told.file)[name])}
+    assert found
+    assert max(found) <= 17
 
 
 @pytest.mark.thorough
