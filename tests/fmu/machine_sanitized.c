@@ -1,5 +1,6 @@
 /* A whole machine FMU linked into one program for the sanitizers: steps, events, partials, saved states, both kinds. */
 #include <stdarg.h>
+#include <stdlib.h>
 #include "all.c"
 
 static int failures;
@@ -75,8 +76,37 @@ static void exchange(void)
     fmi2FreeInstance(c);
 }
 
-int main(void)
+/* Many steps under forces that jump, with a state kept and put back now and then. */
+static void many(long count)
 {
+    fmi2Component c = start(0, 0.0);
+    fmi2FMUstate saved = NULL;
+    const unsigned int force = 1;
+    unsigned long long noise = 88172645463325252ull;
+    double y[JL_OUTPUTS], time = 0.0, then = 0.0;
+    long i;
+    for (i = 0; i < count && failures < 10; i++) {
+        double level;
+        noise ^= noise << 13, noise ^= noise >> 7, noise ^= noise << 17;
+        level = ((double)(noise % 2001) - 1000.0) * 0.1;
+        if (i % 1000 == 0) CHECK(fmi2GetFMUstate(c, &saved) == fmi2OK), then = time;
+        if (i % 1000 == 500) CHECK(fmi2SetFMUstate(c, saved) == fmi2OK), time = then;
+        CHECK(fmi2SetReal(c, &force, 1, &level) == fmi2OK);
+        CHECK(fmi2DoStep(c, time, 1e-4, fmi2True) == fmi2OK);
+        time += 1e-4;
+    }
+    outputs(c, y);
+    CHECK(y[0] - y[0] == 0.0);
+    if (saved) CHECK(fmi2FreeFMUstate(c, &saved) == fmi2OK);
+    fmi2FreeInstance(c);
+}
+
+int main(int count, char **words)
+{
+    if (count > 1) {
+        many(atol(words[1]));
+        return failures != 0;
+    }
     steps(0.0);
     steps(1e-5); /* the joints closed at their tangents, where they can be */
     exchange();

@@ -651,13 +651,29 @@ def test_drive_that_is_not_the_tool_has_a_force_of_its_own_and_reciprocity_holds
     assert one == pytest.approx(two, rel=0, abs=1e-8 * float(np.max(np.abs(one))))
 
 
+def sanitized_host(machine: Machine, folder: Path) -> Path:
+    """A program that holds a machine's FMU, built with the sanitizers."""
+    for name, text in native_sources(system_of_machine(machine), 2, "model", "token").items():
+        (folder / Path(name).name).write_text(text)
+    host = Path(__file__).with_name("machine_sanitized.c")
+    command = [require("gcc"), *STRICT, *SANITIZED, f"-I{folder}", str(host), "-o", str(folder / "host"), "-lm"]
+    subprocess.run(command, check=True)
+    return folder / "host"
+
+
 @pytest.mark.thorough
 @pytest.mark.parametrize("machine", [library_machine("guide_mill"), _RUBBING, _REMEMBERING, STOPPED])
 def test_memory_and_arithmetic_of_a_machine_are_sound(machine: Machine, tmp_path: Path) -> None:
-    for name, text in native_sources(system_of_machine(machine), 2, "model", "token").items():
-        (tmp_path / Path(name).name).write_text(text)
-    host = Path(__file__).with_name("machine_sanitized.c")
-    command = [require("gcc"), *STRICT, *SANITIZED, f"-I{tmp_path}", str(host), "-o", str(tmp_path / "host"), "-lm"]
-    subprocess.run(command, check=True)
-    done = subprocess.run([str(tmp_path / "host")], capture_output=True, text=True, env={}, timeout=120)
+    for words in ([], ["2000"]):
+        command = [str(sanitized_host(machine, tmp_path)), *words]
+        done = subprocess.run(command, capture_output=True, text=True, env={}, timeout=120)
+        assert (done.stdout, done.stderr, done.returncode) == ("", "", 0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("machine", [library_machine("guide_mill"), _RUBBING, _REMEMBERING, STOPPED])
+def test_ten_million_steps_of_machines_are_sound(machine: Machine, tmp_path: Path) -> None:
+    """A quarter of them each."""
+    command = [str(sanitized_host(machine, tmp_path)), "2500000"]
+    done = subprocess.run(command, capture_output=True, text=True, env={}, timeout=7200)
     assert (done.stdout, done.stderr, done.returncode) == ("", "", 0)
