@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,10 +15,12 @@ from .curves import Curves
 from .measured import Measured
 from .scatter import Scatter
 from .scene import Reading
+from .tried import Tried
 
 BLUE, ORANGE, GREEN, BLACK, GREY = "#0072b2", "#d55e00", "#007a5e", "#1b1f24", "#5c6670"
 """Okabe and Ito's blue, vermilion and green (a little darker), told apart by every eye and on a pale projector."""
 _SIZE = 16
+_VERDICTS = {"stable": (GREEN, "circle"), "marginal": (BLACK, "triangle-up"), "chatter": (ORANGE, "x")}
 _MARKS = ("circle", "square", "diamond", "triangle-up", "cross", "x")
 _WIDE = 30.0
 _RPM = "spindle speed [rpm]"
@@ -86,8 +88,10 @@ def gain_figure(now: Curves, before: Curves | None, connection: str) -> Figure:
     )
 
 
-def lobes_figure(now: Curves, before: Curves | None, speed: float | None, reading: Reading | None) -> Figure:
-    """Limiting depth in mm over speed, above the chatter frequency; A thin; where one reads is marked."""
+def lobes_figure(
+    now: Curves, before: Curves | None, speed: float | None, reading: Reading | None, tried: Sequence[Tried] = ()
+) -> Figure:
+    """Limiting depth in mm over speed, above the chatter frequency; A thin; where one reads is marked, and cuts are."""
     # Nothing drawn, but a click finds a speed on it where the depth has no bound.
     floor = {"x": _packed(now.speed), "y": _packed(0 * now.speed), "mode": "lines", "line": {"width": 0}}
     traces: list[Any] = [{**floor, "hoverinfo": "none", "showlegend": False}]
@@ -108,15 +112,38 @@ def lobes_figure(now: Curves, before: Curves | None, speed: float | None, readin
         traces.append(_points([reading.speed], [reading.depth * 1e3], "reading", BLACK, "circle-open", 16))
         traces.append(_points([reading.speed], [reading.chatter_frequency], "reading", BLACK, "circle-open", 16, "y2"))
         traces[-1]["showlegend"] = False
+    traces += [trace for verdict, look in _VERDICTS.items() for trace in _cuts(tried, verdict, *look)]
+    top = max([_top([now, *([before] if before else [])]), *(1.08e3 * one.cut.depth for one in tried)])
     return _figure(
         traces,
         "lobes",
         shapes=marks,
         hoverdistance=-1,
         xaxis=_axis(_RPM, anchor="y2", tickformat=",d"),
-        yaxis=_axis("depth [mm]", domain=[0.42, 1.0], range=[0.0, _top([now, *([before] if before else [])])]),
+        yaxis=_axis("depth [mm]", domain=[0.42, 1.0], range=[0.0, top]),
         yaxis2=_axis("chatter [Hz]", domain=[0.0, 0.33]),
     )
+
+
+def _cuts(tried: Sequence[Tried], verdict: str, colour: str, symbol: str) -> Iterator[dict[str, Any]]:
+    """Test cuts of a verdict on the chart, those made otherwise than the file cuts pale, and what was heard of them."""
+    for alike in (True, False):
+        found = [one.cut for one in tried if one.alike == alike and one.cut.verdict == verdict]
+        if not found:
+            continue
+        name = f"cut: {verdict}" if alike else f"cut: {verdict}, made otherwise"
+        heard = [cut for cut in found if cut.chatter_frequency is not None]
+        for cuts, values, axis in (
+            (found, [1e3 * cut.depth for cut in found], "y"),
+            (heard, [cut.chatter_frequency for cut in heard], "y2"),
+        ):
+            trace = _points([cut.speed for cut in cuts], values, name, colour, symbol, 13, axis)
+            trace["text"] = [cut.name for cut in cuts]
+            trace["hovertemplate"] = "%{text}: %{y:.5g}<extra>" + name + "</extra>"
+            trace["marker"]["opacity"] = 1.0 if alike else 0.35
+            trace["showlegend"] = axis == "y"
+            if cuts:
+                yield trace
 
 
 def _pieces(curves: Curves, of: Any) -> tuple[Any, Any]:

@@ -95,7 +95,7 @@ def connect_pictures(app: Dash, explorer: Explorer, controls: Sequence[Control])
             pair = now.curves, old.curves if old else None
             reading = _reading(read, speed, values)
             answer |= {
-                "lobes": figures.lobes_figure(*pair, speed, reading),
+                "lobes": figures.lobes_figure(*pair, speed, reading, explorer.tried),
                 "frf": figures.response_figure(*pair, explorer.records[0]),
                 "gain": figures.gain_figure(*pair, str(connection)),
                 "headline": headline(now.curves),

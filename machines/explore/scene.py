@@ -21,8 +21,6 @@ from ..cutting.amplitude.pocket import Pocket, best_pocket
 from ..files.named_tools import USE
 from ..model.joint_places import changed_joints, rows_of
 from ..model.machine import Machine
-from ..modes.mode_energy import mode_energies
-from ..modes.natural_modes import natural_modes
 from ..report.comparison_section import comparison_section
 from ..study.study import Study
 from ..study.variants import Machines, with_joints
@@ -31,10 +29,12 @@ from .built import Built, Moment
 from .controls import AMPLITUDE, Control, chosen
 from .curves import Curves, drawn
 from .knobs import controls_of
+from .leading import leading
 from .measured import Measured, laid_over, records_of
 from .report import setting_page
 from .save import free_target, save_machine, write_new
 from .scatter import Scatter, designs, study_of, widened
+from .tried import Tried, tried_of
 
 __all__ = ["Curves", "Explorer", "Reading", "Scatter", "Summary"]
 
@@ -106,7 +106,7 @@ class Explorer:
             raise InputError(f"{self.machine}: no frequency in [response], expected the band to look at")
         if (self.study is None) != (self.results is None):
             raise InputError("explore: a study and the folder of its results, expected both or neither")
-        _ = self._study, self.records  # a study or measurement of another machine is refused at once
+        _ = self._study, self.records, self.tried  # a study or measurement of another machine is refused at once
 
     @cached_property
     def base(self) -> Machine:
@@ -117,6 +117,11 @@ class Explorer:
     def records(self) -> tuple[tuple[Measured, ...], tuple[str, ...]]:
         """Measured frequency responses of the tool point, and what is to be said of them."""
         return records_of(self.base, (*self.base.compare, *self.measured))
+
+    @cached_property
+    def tried(self) -> tuple[Tried, ...]:
+        """Test cuts of the machine file, to be marked on the lobes."""
+        return tried_of(self.base)
 
     def laid_over(self, curves: Curves) -> tuple[Comparison, ...]:
         """Each of them over the receptance that is drawn."""
@@ -142,20 +147,8 @@ class Explorer:
         return self._curves(self._setting(values), exact)
 
     def leading(self, curves: Curves) -> str | None:
-        """Of the joints in `Curves.gains` that with most energy in the mode that the tool feels most; None without one.
-
-        Of a bundle and of joints that are alike the whole counts.
-        """
-        share: dict[str, float] = dict.fromkeys(self._places.values(), 0.0)
-        try:
-            modes = natural_modes(self.base)
-        except InputError:  # a part is known by its receptance only
-            return next(iter(curves.gains), None)
-        if len(modes.pole):
-            strain = mode_energies(modes).strain[:, int(np.argmax(modes.tool_peak))]
-            for connection, held in zip(self.base.flexible, strain.tolist(), strict=True):
-                share[self._places[connection.name]] += held
-        return max(curves.gains, key=lambda name: share[self._places[name]], default=None)
+        """Of the joints in `Curves.gains` the one that holds the leading mode; None without any."""
+        return leading(self.base, self._places, curves)
 
     def at(self, values: Mapping[str, object], speed: object) -> Reading:
         """The limit at a spindle speed in rpm, by the method of `jointlib lobes`."""
