@@ -16,6 +16,8 @@ from jointlib.lab.separator import Separator, candidates
 _HEAD, _TAIL = 400, 60
 _GLITCHES = 2
 """Rows of numbers that may still belong to the text before a table."""
+_MOST = 0.5
+"""Share of the lines of a file that are rows of its table."""
 _OTHER_MARK = re.compile(r"\d[;,\t|]|[;,\t|]\d")
 
 
@@ -76,6 +78,8 @@ def decide(lines: list[str], told: Told, begin: int = 0, every: bool = False) ->
         found += _readings(lines, separator, told, begin, every)
     if not found:
         raise InputError("no row of numbers, expected columns of numbers under a header row")
+    if every and len({r.separator for r in found}) > 1:
+        found = [r for r in found if all(len(r.row(line)) <= r.count for line in lines[r.start :])] or found
     clean = [r for r in found if not {"text", "mixed"} & set(r.kinds)] or [r for r in found if "mixed" not in r.kinds]
     found = _by_header(clean or _least_mixed(found), told)
     sample = _sample(lines, min(r.start for r in found), every)
@@ -155,7 +159,7 @@ def _least_mixed(found: list[Reading]) -> list[Reading]:
 
 
 def _readings(lines: list[str], separator: Separator, told: Told, begin: int, every: bool) -> list[Reading]:
-    place = _block(lines, separator, begin)
+    place = _block(lines, separator, begin, every)
     if place is None:
         return []
     start, count = place
@@ -195,9 +199,11 @@ def _loose_kind(column: Sequence[str]) -> str:
     return "number" if sum(bool(LOOSE.fullmatch(cell)) for cell in filled) > 0 else "text"
 
 
-def _block(lines: list[str], separator: Separator, begin: int) -> tuple[int, int] | None:
+def _block(lines: list[str], separator: Separator, begin: int, every: bool) -> tuple[int, int] | None:
     """First row of the numbers and how many cells each has."""
     last = _model(lines, separator)
+    if _named_behind(lines, separator, len(last)) or (every and _remarked(lines[begin:], separator, len(last))):
+        last = [*last, ""]
     places = [i for i, cell in enumerate(last) if LOOSE.fullmatch(cell) and not DATE.fullmatch(cell)]
     if not places or (separator.mark and len(last) < 2):
         return None
@@ -217,6 +223,23 @@ def _block(lines: list[str], separator: Separator, begin: int) -> tuple[int, int
     return (start, len(last)) if start >= 0 else None
 
 
+def _named_behind(lines: list[str], separator: Separator, count: int) -> bool:
+    """Whether a row of names has one more than the rows below it have values, which all end with a mark."""
+    if not separator.mark or separator.pairs or any(separator.cells(x)[count:] != [""] for x in lines[-_TAIL:][-2:]):
+        return False
+    rows = (separator.cells(line) for line in lines[:_TAIL])
+    return any(len(row) == count + 1 and all(row) and not any(map(LOOSE.fullmatch, row)) for row in rows)
+
+
+def _remarked(lines: list[str], separator: Separator, count: int) -> bool:
+    """Whether a column of remarks stands behind the last mark, which few rows have: "knocked", "stop"."""
+    if not separator.mark or separator.pairs:
+        return False
+    wide = [cells for line in lines if len(cells := separator.cells(line)) == count + 1]
+    said = sum(bool(cells[-1]) and LOOSE.fullmatch(cells[-1]) is None for cells in wide)
+    return 0 < said < len(wide) and len(wide) > _MOST * len(lines)
+
+
 def _model(lines: list[str], separator: Separator) -> list[str]:
     """The cells of the last row, or of the one before it where the last one was cut off."""
     rows = [separator.cells(line) for line in lines[-_TAIL:]]
@@ -234,12 +257,14 @@ def _sample(lines: list[str], start: int, every: bool) -> list[int]:
 
 
 def _values(reading: Reading, lines: list[str]) -> object:
-    """What a reading makes of rows; equal where two readings differ in words alone."""
+    """What a reading makes of rows; equal where two readings differ in words, or in empty cells at the ends, alone."""
     fits = reading.numerals.pattern.fullmatch
     rows = []
     for line in lines:
         cells = reading.row(line)
         row = [reading.numerals.value(c) if c and fits(c) else c for c in cells]
+        while row and row[-1] == "":
+            row.pop()
         rows.append(tuple(None if v != v else v for v in row))
     return tuple(rows)
 

@@ -46,8 +46,8 @@ def header_above(lines: list[str], start: int, separator: Separator, count: int)
 def count_matches(lines: list[str], start: int, separator: Separator, count: int) -> bool:
     """Whether a row of names above, cut as the numbers are, has as many cells as they."""
     for i in range(start - 1, max(-1, start - 1 - _ABOVE), -1):
-        line = lines[i].strip()
-        if not line:
+        line = lines[i].strip(" \r\n" if separator.mark == "\t" else None)
+        if not line.strip():
             continue
         if not separator.mark or separator.pairs:
             found = len(Separator(",").cells(line)) if separator.pairs else 1 + bool(re.search(r"[;,\t|]", line))

@@ -79,6 +79,11 @@ def _modes() -> dict[str, np.ndarray]:
     }
 
 
+def _decay() -> dict[str, np.ndarray]:
+    t = np.arange(10 * COUNT) / RATE
+    return {"acc_front": np.exp(-3 * t) * np.cos(2 * np.pi * 90 * t), "force": np.cos(60 * t)}
+
+
 def _matrix() -> np.ndarray:
     return np.array([[3e7, -1e7, 0.0], [-1e7, 2e7, -1e7], [0.0, -1e7, 1e7]])
 
@@ -127,6 +132,7 @@ def _mat_sparse() -> bytes:
 
 ARRAYS = {
     "signals": lambda: {**_signals(), "fs": np.array(RATE)},
+    "decay": _decay,
     "responses": _responses,
     "modes": _modes,
     "matrix": lambda: {"K": _matrix()},
@@ -460,6 +466,85 @@ LINES = (
     "fmu guide.joint.toml -o 1.fmu --fmi 4",
 )
 
+SPINDLE = """schema = "jointlib/machine/1"
+tool = "a.tool.toml"
+[[component]]
+name = "spindle"
+kind = "beam"
+axis = [0, 0, 1]
+[[component.material]]
+name = "steel"
+young = 210e9
+poisson = 0.3
+density = 7850
+viscous = 2e-6
+[[component.segment]]
+length = "200 mm"
+diameter = "60 mm"
+[[component.station]]
+name = "nose"
+at = 0
+[[component.station]]
+name = "rear"
+at = "end"
+[[connection]]
+name = "housing"
+between = ["spindle", "ground"]
+at = [0, 0, "200 mm"]
+rigid = true
+[spindle]
+component = "spindle"
+[cutting]
+process = "milling"
+mode = "down"
+teeth = 2
+tangential = 8e8
+normal = 2e8
+immersion = 0.5
+speed = [6000, 12000]
+"""
+DECAY = """schema = "jointlib/measurement/1"
+kind = "ringdown"
+sample_rate = "1 kHz"
+modal_mass = "2 kg"
+[[channel]]
+name = "acc_front"
+quantity = "acceleration"
+unit = "m/s^2"
+[[record]]
+file = "a.npz"
+"""
+PATH = """schema = "jointlib/measurement/1"
+kind = "path"
+sample_rate = "1 kHz"
+carriage = "25 kg"
+[[channel]]
+name = "acc_front"
+quantity = "displacement"
+unit = "mm"
+[[channel]]
+name = "force"
+quantity = "force"
+unit = "N"
+[[record]]
+file = "a.npz"
+condition = "slow"
+"""
+
+
+def _text(words: str) -> Callable[[], bytes]:
+    return words.encode
+
+
+def _sheet() -> bytes:
+    """As a lab writes it: names over units, thousands apart by dots, decimals by commas, notes behind."""
+    rows = ["Prüfstand 3;Datum: 03.11.2026;;", "Abtastrate;1 000 Hz;;", "", "t;F;s;Bemerkung", "ms;kN;\xb5m;"]
+    for i, (f, a) in enumerate(zip(*_signals().values(), strict=True)):
+        line = f"{1e3 * i / RATE:.1f};{f / 1e3:.6f};{1e4 * a:,.3f}"
+        rows.append(line.replace(",", " ").replace(".", ",") + (";Stoß" if i == 7 else ";"))
+    return "\r\n".join(rows).encode("latin-1") + b"\r\n"
+
+
 KINDS = {
     kind.name: kind
     for kind in (
@@ -531,6 +616,58 @@ KINDS = {
                 "guide_mill/start.joint.toml": _shipped("guide_mill/start.joint.toml"),
             },
         ),
+        Kind(
+            "tool",
+            {
+                "a.tool.toml": _shipped("tools/end_mill_16.tool.toml"),
+                "shrink_fit.holder.toml": _shipped("tools/collet.holder.toml"),
+            },
+            mutations.toml,
+            ("inspect mill.toml", "modes mill.toml", "lobes mill.toml --speed 9000 --method zero-order"),
+            {
+                "mill.toml": _text(SPINDLE),
+                "a.tool.toml": _shipped("tools/end_mill_16.tool.toml"),
+                "shrink_fit.holder.toml": _shipped("tools/collet.holder.toml"),
+            },
+        ),
+        Kind(
+            "component",
+            {"bar.component.toml": _shipped("bar.component.toml")},
+            mutations.toml,
+            ("inspect {file}", "uncouple bar.measurement.toml --remove {file} -o out.component.toml"),
+            {
+                "bar.measurement.toml": _shipped("bar.measurement.toml"),
+                **{f"bar/{path.name}": _shipped(f"bar/{path.name}") for path in (LIBRARY / "bar").iterdir()},
+            },
+        ),
+        Kind(
+            "cuts",
+            {"cuts.measurement.toml": _shipped("end_mill_cuts/cuts.measurement.toml")},
+            mutations.toml,
+            ("inspect {file}",),
+        ),
+        Kind(
+            "cutting forces",
+            {"forces.measurement.toml": _shipped("end_mill_forces/forces.measurement.toml")},
+            mutations.toml,
+            ("inspect {file}", "identify {file} -o out.cutting.toml"),
+            {
+                path.name: _shipped(f"end_mill_forces/{path.name}")
+                for path in (LIBRARY / "end_mill_forces").glob("*.csv")
+            }
+            | {
+                path.name: _shipped(f"end_mill_forces/{path.name}")
+                for path in (LIBRARY / "end_mill_forces").glob("*.npz")
+            },
+        ),
+        Kind(
+            "decay and path",
+            {"decay.measurement.toml": _text(DECAY), "path.measurement.toml": _text(PATH)},
+            mutations.toml,
+            ("inspect {file}", "identify {file} -o out.joint.toml", "identify {file} --law linear -o out.joint.toml"),
+            {"a.npz": lambda: _npz("decay")},
+        ),
+        Kind("sheet", {"a.csv": _sheet}, mutations.lines, RECORD),
         Kind("csv", {"a.csv": _csv, "b.csv": _european, "c.txt": _frf_csv}, mutations.lines, RECORD),
         Kind(
             "csv response",

@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from rig_samples import CHANNELS, PERIOD, RATE, measurement, noisy, record, shaken
 
 from jointlib.errors import InputError
+from jointlib.lab.importing.preamble import rates_above
+from jointlib.lab.numerals import Numerals
 from jointlib.loop.answer.import_checks import best_lag, check_period, flat_tops, without_dead_channels
 from jointlib.loop.balance.spectra import spectra_of
 from jointlib.measurement import Correction
@@ -233,3 +235,20 @@ def test_a_quiet_record_may_be_silent() -> None:
     quiet = record({**good, "P": np.zeros(len(good["P"]))}, "q.npz")
     quiet = replace(quiet, source=replace(quiet.source, role="quiet", file=Path("q.npz")))
     assert without_dead_channels(measurement(), [record(good), quiet]) == (measurement(), ())
+
+
+@pytest.mark.parametrize(
+    ("line", "rate"),
+    [
+        ("Abtastrate;1 000 Hz;;", 1000.0),
+        ("Sample rate: 51 200", 51200.0),
+        ("Sample rate: 1'000'000 Hz", 1e6),
+        ("Abtastrate;12\u202f800 Hz", 12800.0),
+        ("Sample rate 2.5 kHz", 2500.0),
+        ("Abtastrate: 5.000,0 Hz", 5000.0),
+        ("Sample rate: 100 Hz 2026", 100.0),
+    ],
+)
+def test_a_rate_above_may_have_marks_between_its_thousands(line: str, rate: float) -> None:
+    numerals = Numerals("," if "," in line else ".")
+    assert [found for found, _ in rates_above([line], numerals)] == [rate]

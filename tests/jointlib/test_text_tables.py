@@ -234,3 +234,16 @@ def test_cells_in_quotation_marks_may_begin_late(tmp_path: Path) -> None:
     table = read_table(saved(tmp_path, "\n".join(['"a","b"', *rows])))
     assert [len(c) for c in table.columns] == [2000, 2000]
     assert all(np.all(c == v) for c, v in zip(table.columns, (1.0, 2.0), strict=True))
+
+
+@pytest.mark.parametrize("remarks", [{}, {7: "knocked"}, {0: "start", 30: "stop 2"}, {59: "end"}], ids=len)
+@pytest.mark.parametrize("mark", [";", "\t", "|"])
+def test_a_column_of_remarks_that_few_rows_have_is_left_out(mark: str, remarks: dict[int, str], tmp_path: Path) -> None:
+    rows = ["Rig 3;Date: 3 November", "t;F;s;remark", "ms;kN;um;"]
+    rows += [f"{i};{0.5 * i:.2f};{3.0 - i:.1f};{remarks.get(i, '')}" for i in range(60)]
+    (tmp_path / "a.csv").write_text("\n".join(rows).replace(";", mark) + "\n")
+    found = read_table(tmp_path / "a.csv")
+    assert found.names == ("t", "F", "s")
+    assert found.units == ("ms", "kN", "um")
+    assert found.left_out == ("remark",)
+    np.testing.assert_array_equal(found.columns[1], 0.5 * np.arange(60))

@@ -22,6 +22,8 @@ _HERTZ = {"hz": 1.0, "khz": 1e3, "mhz": 1e6, "1/s": 1.0, "s/s": 1.0, "sps": 1.0,
 _SECONDS = {"s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "": 1.0}
 _UNITS = re.compile(r"^\W*(units?|einheit(en)?|unités?|y[_ ]unit\w*)\b", re.IGNORECASE)
 _PARTS = re.compile(r"[;\t|]| *[:=,] +|[:=]|,(?=\D)")
+_GROUPS = re.compile(r"(?<![\w.,])\d{1,3}(?:[ '\u2019\u00a0\u202f]\d{3})+(?!\w)")
+"""Digits with a blank or a stroke between thousands."""
 
 
 def rates_above(lines: Sequence[str], numerals: Numerals) -> list[tuple[float, str]]:
@@ -39,6 +41,7 @@ def rates_above(lines: Sequence[str], numerals: Numerals) -> list[tuple[float, s
 
 def _number(rest: str, numerals: Numerals, scales: dict[str, float]) -> float | None:
     """The first number of a text in the unit before or behind it; None where it has none, or another unit."""
+    rest = _GROUPS.sub(lambda found: re.sub(r"\D", "", found[0]), rest)
     for match in re.finditer(r"[^\s;:=|\[\]()]+", rest):
         word = match[0].rstrip(",")
         if not (LOOSE.fullmatch(word) and word[0] in "0123456789"):
