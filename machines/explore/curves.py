@@ -1,4 +1,4 @@
-"""What is drawn of one setting: receptance, describing functions, lobes."""
+"""What is drawn of one setting: receptance, describing functions, lobes, and which of them first."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
-from jointlib.errors import CheckFailed
+from jointlib.errors import CheckFailed, InputError
 
 from ..cutting.amplitude.frozen_lobes import lobes_at_amplitude
 from ..cutting.amplitude.pocket import best_pocket
@@ -16,7 +16,10 @@ from ..cutting.process.chart import Integers, StabilityLobes, Words
 from ..cutting.rest.solve import stability_lobes
 from ..cutting.rest.together import preview
 from ..model.limits import beyond_frequency
+from ..model.machine import Machine
 from ..model.spindle_speed import depends_on_speed
+from ..modes.mode_energy import mode_energies
+from ..modes.natural_modes import natural_modes
 from .built import Built, Moment
 
 SPEEDS = 200
@@ -133,3 +136,20 @@ def _beside(moment: Moment, quick: StabilityLobes) -> list[str]:
 
 def _direct(built: Built, receptance: ComplexArray) -> dict[str, ComplexArray]:
     return {axis: receptance[:, i, i] for i, axis in enumerate(built.machine.tool_axes)}
+
+
+def leading(machine: Machine, places: Mapping[str, str], curves: Curves) -> str | None:
+    """Of the joints in `Curves.gains` that with most energy in the mode that the tool feels most; None without one.
+
+    Of a bundle and of joints that are alike, ``places`` by connection, the whole counts.
+    """
+    try:
+        modes = natural_modes(machine)
+    except InputError:  # a part is known by its receptance only
+        return next(iter(curves.gains), None)
+    share: dict[str, float] = dict.fromkeys(places.values(), 0.0)
+    if len(modes.pole):
+        strain = mode_energies(modes).strain[:, int(np.argmax(modes.tool_peak))]
+        for connection, held in zip(machine.flexible, strain.tolist(), strict=True):
+            share[places[connection.name]] += held
+    return max(curves.gains, key=lambda name: share[places[name]], default=None)

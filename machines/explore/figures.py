@@ -12,10 +12,9 @@ from jointlib.arrays import Array
 
 from .compare import PREVIEW
 from .curves import Curves
-from .measured import Measured
+from .measured import Measured, Tried
 from .scatter import Scatter
 from .scene import Reading
-from .tried import Tried
 
 BLUE, ORANGE, GREEN, BLACK, GREY = "#0072b2", "#d55e00", "#007a5e", "#1b1f24", "#5c6670"
 """Okabe and Ito's blue, vermilion and green (a little darker), told apart by every eye and on a pale projector."""

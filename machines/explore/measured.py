@@ -1,8 +1,8 @@
-"""Measured frequency responses of the tool point over the receptance of a setting: by curve and by resonance."""
+"""What was measured of a machine over what is computed of a setting: responses of the tool point, and test cuts."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -10,6 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from jointlib import read_measurement
+from jointlib.cuts.judged import judged_cuts
+from jointlib.cuts.tried_cut import TriedCut
 from jointlib.frf import FRF
 
 from ..compare.comparison import Comparison, frac, paired
@@ -70,3 +72,29 @@ def laid_over(measured: Measured, curves: Curves) -> Comparison:
             f"{known[0]:.4g} to {known[-1]:.4g} Hz: beyond it nothing is compared.",
         )
     return Comparison(record, lines, predicted, frac(theirs, predicted), pairs, said)
+
+
+@dataclass(frozen=True)
+class Tried:
+    """A cut that somebody made, and whether it was made as the machine file cuts."""
+
+    cut: TriedCut
+    alike: bool
+    """Whether mode, immersion, feed and teeth are those of ``[cutting]``."""
+
+
+def tried_of(machine: Machine) -> tuple[Tried, ...]:
+    """The cuts of every ``[[cuts]]`` that were judged, in order."""
+    given = machine.cutting or {}
+    return tuple(
+        Tried(one.cut, _alike(one.cut, given))
+        for path in machine.cuts
+        for one in judged_cuts(read_measurement(path))
+        if one.cut.verdict != "unknown"
+    )
+
+
+def _alike(cut: TriedCut, cutting: Mapping[str, object]) -> bool:
+    own = {name: getattr(cut, name) for name in ("mode", "immersion", "feed")}
+    same = all(value is None or cutting.get(name) in (None, value) for name, value in own.items())
+    return same and cutting.get("teeth", cut.teeth) == cut.teeth

@@ -27,14 +27,12 @@ from ..study.variants import Machines, with_joints
 from ..tool.chatter_band import modes_at_rest
 from .built import Built, Moment
 from .controls import AMPLITUDE, Control, chosen
-from .curves import Curves, drawn
+from .curves import Curves, drawn, leading
 from .knobs import controls_of
-from .leading import leading
-from .measured import Measured, laid_over, records_of
+from .measured import Measured, Tried, laid_over, records_of, tried_of
 from .report import setting_page
 from .save import free_target, save_machine, write_new
 from .scatter import Scatter, designs, study_of, widened
-from .tried import Tried, tried_of
 
 __all__ = ["Curves", "Explorer", "Reading", "Scatter", "Summary"]
 

@@ -37,7 +37,7 @@ MEMORY = 4 << 30
 LONGEST = 300
 GOOD = ("done", "refused", "check failed")
 OUTCOMES = (*GOOD, "badly said", "not a number", "warned", "half written", "slow", "traceback", "died")
-_NOT_FINITE = re.compile(r"(?<![\w.'\"])[+-]?(?:nan|inf)(?![\w.'\":])")
+_NOT_FINITE = re.compile(r"(?<![\w.'\"-])[+-]?(?:nan|inf)(?![\w.'\":])")
 
 _QUOTED = re.compile(rb'"[^"\n]*(?:nan|inf)[^"\n]*"')
 """Words of a file in which the letters stand as such."""
