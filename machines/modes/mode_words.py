@@ -16,6 +16,8 @@ _FIRST = 10
 _SHOWN = 1e-2
 """Share of the largest compliance at the tool from which on a mode beyond the first ten is shown."""
 _STIFFER = 0.1
+_STEEPEST = 10.0
+"""Of d ln f/d ln K, which is half where a joint alone holds a mode; beyond it is rounding."""
 _MOST = 1.2
 """Times the change by the joint that holds the energy from which on another joint is told beside it."""
 _WORTH = 0.005
@@ -93,7 +95,10 @@ def leading(modes: NaturalModes, energies: ModeEnergies, depth: DepthSensitivity
         return (said + "no joint.",)
     first = in_joints[0]
     if depth is None:
-        more = (1 + _STIFFER) ** float(np.sum(energies.sensitivity[groups[first], mode])) - 1
+        slope = float(np.sum(energies.sensitivity[groups[first], mode]))
+        if not abs(slope) < _STEEPEST:
+            return (f"{said}.",)
+        more = (1 + _STIFFER) ** slope - 1
         return (f"{said}: 10 % more stiffness there gives {_frequency(more)}.",)
     more = depth.stiffer(groups[first], _STIFFER) / depth.depth - 1
     sentences = [f"{said}: 10 % more stiffness there gives {_depth(more)}."]

@@ -142,6 +142,12 @@ class Segment:
         return self.area is not None and self.shear_factors is None
 
 
+_LONGEST = 1e6
+"""m; products of six lengths and more are formed of it."""
+
+
 def _positive(key: str, value: float | None, unit: str) -> None:
     if value is not None and not (np.isfinite(value) and value > 0):
         raise InputError(f"segment: {key} is {value!r} {unit}".rstrip() + ", expected more than 0")
+    if value is not None and unit == "m" and value > _LONGEST:
+        raise InputError(f"segment: {key} is {value:g} m, expected at most {_LONGEST:g} m")

@@ -33,6 +33,8 @@ _STIFF = 1e12
 _SAME = 1e-6
 """Of the largest receptance; the rounding of a decomposition costs less."""
 _COMPARED = 7
+_HIGHEST = 1e9
+"""Hz; a wave of sound in steel is a few micrometres long there."""
 _LINES = 600
 _FIRST_GUESS = 100.0
 """Hz at which joints are linearised before a mode is known."""
@@ -102,6 +104,11 @@ def chatter_band(machine: Machine) -> ChatterBand:
         if typed is None:
             raise InputError(f"{machine.where}: the tool feels no mode that vibrates, expected frequency in [response]")
         return ChatterBand(*typed, np.zeros(0), np.linspace(*typed, _LINES), model, (0.0, np.inf), ())
+    if np.abs(felt[-1]) > 2 * np.pi * _HIGHEST:
+        raise InputError(
+            f"{machine.where}: the tool feels a mode at {np.abs(felt[-1]) / (2 * np.pi):.3g} Hz, expected none above "
+            f"{_HIGHEST:g} Hz: a joint is far too stiff, or a part far too light; one that does not give way is rigid"
+        )
     natural, width = np.abs(felt) / (2 * np.pi), _WIDTHS * np.abs(felt.real) / (2 * np.pi)
     low, high = float(natural[0] / _BEYOND), float(natural[-1] * _BEYOND)
     span = _span(float(natural[0]), float(natural[-1]))
