@@ -18,7 +18,7 @@ FIELDS = 6
 DEGREE = 6
 """Polynomial degree: an element half a wavelength long has a relative frequency error of about 1e-7."""
 
-MOST_ELEMENTS = 200
+MOST_ELEMENTS = 80
 """Of one beam; they are put together in full matrices."""
 
 
@@ -56,7 +56,7 @@ def beam_mesh(
         if not len(vertices) + count <= MOST_ELEMENTS:
             raise InputError(
                 f"a piece of {right - left:g} m is {count:.3g} half waves long at {up_to:g} Hz, expected at most "
-                f"{MOST_ELEMENTS} elements in a beam (lower up_to, or look at the units of its section)"
+                f"{MOST_ELEMENTS} elements in a beam (lower up_to, or look at the units of its section and of young)"
             )
         pieces = max(1, int(np.ceil(count)))
         vertices += list(np.linspace(left, right, pieces + 1)[1:])
