@@ -89,7 +89,7 @@ class CutterSearch:
             every = changes(loop.closed, nu, low, deepest)
             return [replace(one, crossing=self.settle(loop, one.crossing)) for one in every], deepest
         straight = replace(self.cutting, helix=None)
-        mean = mean_crossings(along_cut(self.point, self.cutting), Cutter.of(straight), speed, 0.0)
+        mean = mean_crossings(along_cut(self.point, self.cutting), Cutter.of(straight), speed, 0.0, self.resolved)
         low = stable_below(loop.closed, nu, mean[0][0] if mean else 1.0)
         reach = max(_ALONE * low, _REACH * mean[0][0] if mean else 0.0)
         reach = min(reach, 0.99 * self.cutter.deepest)
@@ -146,7 +146,7 @@ def cutter_edges(
     """Every crossing of the border of a cut that is not `Cutting.plain`, up to a depth in m, at a speed in rpm."""
     in_time()
     if method in ("turning", "zero-order") or cutting.process != "milling":
-        every = mean_crossings(along_cut(point, cutting), Cutter.of(cutting), speed, deepest)
+        every = mean_crossings(along_cut(point, cutting), Cutter.of(cutting), speed, deepest, shape(point))
         return [Edge(depth, f, "hopf", outwards) for depth, f, outwards in every]
     found, _ = CutterSearch.of(point, cutting, model).found(speed, deepest)
     return [Edge(one.crossing.depth, one.crossing.fraction, one.crossing.kind, one.above > one.below) for one in found]
@@ -197,7 +197,7 @@ def _flank_words(cutting: Cutting, chart: StabilityLobes) -> tuple[str, ...]:
 
 def _of_mean(point: ToolPoint, cutting: Cutting, speed: float) -> Found:
     """The lowest depth of a cut that is taken as its mean."""
-    every = mean_crossings(along_cut(point, cutting), Cutter.of(cutting), speed, 0.0)
+    every = mean_crossings(along_cut(point, cutting), Cutter.of(cutting), speed, 0.0, shape(point))
     if not every:
         return Found(NONE)
     depth, f, _ = every[0]
