@@ -105,5 +105,7 @@ def test_zones_that_take_longer_than_the_budget_are_left_out() -> None:
     chart = lobes_at_amplitude(machine, [10460.0])
     zones, said = zones_of(machine, [chart], (), 100.0, 150.0, Silent())
     assert zones is None
-    left_out = "Zones over amplitude were left out: 3 charts that take 100 s each are more than the 150 s of --budget."
-    assert said == [left_out]
+    (left_out,) = said
+    assert left_out.startswith(
+        "Zones over amplitude were left out: 3 charts that take 100 s each are more than the 150 s"
+    )

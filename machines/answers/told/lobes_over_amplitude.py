@@ -10,6 +10,7 @@ import numpy as np
 
 from jointlib.errors import CheckFailed, InputError
 from jointlib.shown.progress import Progress
+from jointlib.shown.text import table
 
 from ...deadline import OutOfTime, within
 
@@ -36,6 +37,16 @@ def grown(
         if not witness:
             raise
         return [], [f"No multiplier: {refused}"]
+
+
+def growth_tables(growth: Sequence[Any], speeds: Any, depth: Sequence[float], amplitude: Sequence[float]) -> list[str]:
+    """|μ| at speeds (rpm) and depths (m), a table an amplitude (m)."""
+    header, lines = ("speed [rpm]", *(f"|μ| at {w * 1e3:g} mm" for w in depth)), list[str]()
+    for A, of_size in zip(amplitude or (0.0,), growth, strict=True):
+        rows = [(f"{n:g}", *(f"{v:.6g}" for v in row)) for n, row in zip(speeds, of_size, strict=True)]
+        lines += [f"at a tool-point amplitude of {A * 1e6:g} um:"] if A else []
+        lines += table(header, rows)
+    return lines
 
 
 def lenses(
@@ -91,8 +102,8 @@ def over_amplitude(
     try:
         with progress.step(f"computing limits over amplitude, in at most {budget:.3g} s"), within(budget):
             limits = amplitude_limits(model, speed, method=method)
-    except OutOfTime as short:
-        left = f"Limits over amplitude were left out: {short}."
+    except OutOfTime:
+        left = f"Limits over amplitude were left out: not done in the {budget:.3g} s that --budget leaves."
         return {"told": [left]}, [left]
     if limits.whole:
         with progress.step("following vibrations over amplitude"):
@@ -140,8 +151,9 @@ def safe_from_knocks(model: Any, chart: Any, budget: float, progress: Progress) 
         try:
             with within(budget):
                 depth, amplitude = least_depth(model, chart, sizes)
-        except OutOfTime as short:
-            return {}, [f"The depth below which knocks die out was left out: {short}."]
+        except OutOfTime:
+            left = f"not done in the {budget:.3g} s that --budget leaves"
+            return {}, [f"The depth below which knocks die out was left out: {left}."]
     if not np.isfinite(depth):
         return {}, []
     data = {"safe_at_every_speed": {"depth": depth, "amplitude": amplitude}}
@@ -203,7 +215,8 @@ def _too_long(what: str, model: Any, sizes: Any, budget: float) -> str:
         return ""
     return (
         f"{what} were left out: with {many} joints that depend on it each of {len(sizes)} amplitudes takes about "
-        f"{needed / 60:.2g} minutes, so that fewer than {_WORTH_IT} are known after the {budget:g} s of --budget."
+        f"{needed / 60:.2g} minutes, so that fewer than {_WORTH_IT} are known after the {budget:.3g} s that "
+        "--budget leaves."
     )
 
 
@@ -230,16 +243,16 @@ def zones_of(
     if not left and len(sizes) * took > budget:
         left = (
             f"Zones over amplitude were left out: {len(sizes)} charts that take {took:.0f} s each are more than the "
-            f"{budget:g} s of --budget."
+            f"{budget:.3g} s that --budget leaves."
         )
     if left:
         return None, [left]
     try:
         with progress.step(f"computing limits at {len(sizes)} amplitudes, in at most {budget:.3g} s"), within(budget):
             limits = amplitude_limits(model, charts[0].speed, sizes, charts[0].method)
-    except OutOfTime as short:
-        return None, [f"Zones over amplitude were left out: {short}."]
-    some = f"Time was up after {budget:g} s: zones over amplitude are those of {len(limits.amplitude)} amplitudes."
+    except OutOfTime:
+        return None, [f"Zones over amplitude were left out: not done in the {budget:.3g} s that --budget leaves."]
+    some = f"Time was up after {budget:.3g} s: zones over amplitude are those of {len(limits.amplitude)} amplitudes."
     return Zones.of(limits), [] if limits.whole else [some]
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from jointlib.arrays import Array
 from jointlib.errors import CheckFailed
+from jointlib.shown.progress import each
 
 from ...deadline import in_time
 from ...tool.bounded_band import Shape, shape, spectrum
@@ -158,12 +159,12 @@ def cutter_chart(
     """The chart of a cutter that is not `Cutting.plain`, by a method of `stability_lobes`, at speeds in rpm."""
     said = [_RUBBING] if cutting.process_damping else []
     if name in ("turning", "zero-order") or cutting.process != "milling":
-        found = [_of_mean(point, cutting, rpm) for rpm in speed.tolist()]
+        found = [_of_mean(point, cutting, rpm) for rpm in each("speeds", speed.tolist(), len(speed))]
         notes = NOTES if name != "zero-order" else (_MEAN, *NOTES)
     else:
         search = CutterSearch.of(point, cutting, model if name == "collocation" else None)
         found, none = list[Found](), list[float]()
-        for rpm in speed.tolist():
+        for rpm in each("speeds", speed.tolist(), len(speed)):
             first, reach = search.found(rpm)
             if not first:
                 none.append(reach)

@@ -8,6 +8,7 @@ import numpy as np
 
 from jointlib.arrays import Array
 from jointlib.errors import CheckFailed, InputError, Outcome
+from jointlib.shown.progress import each
 
 from ...tool.bounded_band import Shape, Spectrum, shape, spectrum
 from ...tool.tool_model import ToolModel
@@ -59,7 +60,7 @@ def by_harmonics(point: ToolPoint, cutting: Cutting, speed: Array) -> StabilityL
     refuse_resonant_ends(receptance, resolved)
     found = [
         harmonic_crossing(HarmonicLoop(receptance, cutting, axes, cuts * rpm / 60, 0), resolved, stiffest)
-        for rpm in speed.tolist()
+        for rpm in each("speeds", speed.tolist(), len(speed))
     ]
     said = _band_said(receptance, found, stiffest, speed)
     return charted("multi-frequency", found, cutting, speed, said)
@@ -70,7 +71,7 @@ def by_collocation(model: ToolModel, point: ToolPoint, cutting: Cutting, speed: 
     resolved = shape(point)
     far = model.fastest > _FAR * 2 * np.pi * resolved.highest
     found, apart = [], 0.0
-    for rpm in speed.tolist():
+    for rpm in each("speeds", speed.tolist(), len(speed)):
         tooth = cutting.cuts_per_revolution * rpm / 60
         if (far or cutting.process == "milling") and node_count(model, cutting, rpm) > _MANY_NODES:
             if cutting.process == "milling":
