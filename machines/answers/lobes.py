@@ -35,11 +35,10 @@ from ..road.open_joints import with_joints
 from ..uncertainty.drawn_machines import refuse_certain
 from .told.lobe_files import write_charts
 from .told.lobes_forced import forced
+from .told.lobes_growth import grown, growth_tables
 from .told.lobes_of_tools import Asked, charts_of_tools
 from .told.lobes_over_amplitude import (
     bands,
-    grown,
-    growth_tables,
     lenses,
     over_amplitude,
     safe_from_knocks,

@@ -1,4 +1,4 @@
-"""What ``jointlib lobes`` says beyond the chart: growth at a depth, limits over amplitude, bands, the simulated cut."""
+"""What ``jointlib lobes`` says beyond the chart: limits over amplitude, bands, the simulated cut."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ import numpy as np
 
 from jointlib.errors import CheckFailed, InputError
 from jointlib.shown.progress import Progress
-from jointlib.shown.text import table
 
 from ...deadline import OutOfTime, within
 
@@ -21,32 +20,6 @@ _WORTH_IT = 3
 _FEW = (0.1, 0.3, 1.0)
 _MANY = (0.001, 0.003, 0.01, 0.03, *np.linspace(0.06, 1.0, 24))
 """Tool amplitudes behind the zones of a picture over the largest, in milling, where each costs more, and in turning."""
-
-
-def grown(
-    model: Any, speeds: Any, depth: Sequence[float], amplitude: Sequence[float], witness: bool
-) -> tuple[list[Any], list[str]]:
-    """|μ| at every amplitude, speed and depth; why, where it cannot be had, or the cut is simulated anyway."""
-    from ...cutting.amplitude.frozen_modes import multipliers
-
-    try:
-        return [multipliers(model, speeds, depth, A) for A in amplitude or (0.0,)] if depth else [], []
-    except CheckFailed as failed:
-        return [], [f"No multiplier: {failed}"]
-    except InputError as refused:
-        if not witness:
-            raise
-        return [], [f"No multiplier: {refused}"]
-
-
-def growth_tables(growth: Sequence[Any], speeds: Any, depth: Sequence[float], amplitude: Sequence[float]) -> list[str]:
-    """|μ| at speeds (rpm) and depths (m), a table an amplitude (m)."""
-    header, lines = ("speed [rpm]", *(f"|μ| at {w * 1e3:g} mm" for w in depth)), list[str]()
-    for A, of_size in zip(amplitude or (0.0,), growth, strict=True):
-        rows = [(f"{n:g}", *(f"{v:.6g}" for v in row)) for n, row in zip(speeds, of_size, strict=True)]
-        lines += [f"at a tool-point amplitude of {A * 1e6:g} um:"] if A else []
-        lines += table(header, rows)
-    return lines
 
 
 def lenses(
