@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from jointlib.errors import CheckFailed, InputError
-from jointlib.shown.progress import Progress
+from jointlib.shown.progress import Progress, each
 
 from ...deadline import OutOfTime, within
 
@@ -27,20 +28,27 @@ def lenses(
 ) -> tuple[dict[str, Any], list[Any], list[str]]:
     """Every unstable interval of depth at the chosen speeds, at rest: as JSON, as they are, and told.
 
-    They are looked for as deep as the deepest ``depth`` (m) at least, for as long as the ``budget`` (s).
+    They are looked for as deep as the deepest ``depth`` (m) at least, for as long as the ``budget`` (s). None at a
+    speed at which they cannot be had, which is told.
     """
     from ...cutting.amplitude.unstable_depths import DEEPER, REACH, unstable_depths
     from ...cutting.amplitude.words import told_lenses
+    from ...cutting.process.chart import BY_SPEED
 
-    with progress.step("looking for stable cuts above the limits"):
-        try:
-            with within(budget):
-                found = unstable_depths(model, chart, np.fmax(REACH * chart.depth, DEEPER * max(depth, default=0.0)))
-        except (CheckFailed, InputError) as refused:
-            return {}, [], [f"Stable cuts above the limits were not looked for: {refused}"]
-    rows = [[vars(zone) for zone in one.intervals] for one in found]
-    data = {"unstable": {"deepest": [one.deepest for one in found], "intervals": rows}}
-    return data, list(found), [sentence for one in found for sentence in told_lenses(one)]
+    found, words = list[Any](), list[str]()
+    with progress.step("looking for stable cuts above the limits"), within(budget):
+        for i in each("speeds", range(chart.speed.size), chart.speed.size):
+            one = replace(chart, **{key: getattr(chart, key)[i : i + 1] for key in BY_SPEED})
+            try:
+                found += unstable_depths(model, one, np.fmax(REACH * one.depth, DEEPER * max(depth, default=0.0)))
+                words += told_lenses(found[-1])
+            except (CheckFailed, InputError) as refused:
+                found.append(None)
+                at = f" at {chart.speed[i]:g} rpm" if chart.speed.size > 1 else ""
+                words.append(f"Stable cuts above the limits{at} are not known: {refused}")
+    rows = [None if one is None else [vars(zone) for zone in one.intervals] for one in found]
+    data = {"unstable": {"deepest": [None if one is None else one.deepest for one in found], "intervals": rows}}
+    return ({}, [], words) if all(row is None for row in rows) else (data, found, words)
 
 
 def over_amplitude(
@@ -83,7 +91,7 @@ def over_amplitude(
             said, cycles = told_cuts(model, limits, depth, zones or None, growth)
     else:
         said, cycles = told_so_far(limits, budget), []
-    said += [LOWER_EDGE] if any(one.lenses for one in zones) else []
+    said += [LOWER_EDGE] if any(one is not None and one.lenses for one in zones) else []
     rows: dict[str, Any] = {
         "safe_depth": limits.safe,
         "safe_amplitude": limits.safe_amplitude,
