@@ -16,8 +16,6 @@ from ...deadline import OutOfTime, within
 
 _KNOCKS = 10
 """Tool amplitudes behind the depth that is safe from knocks at every speed."""
-_WORTH_IT = 3
-"""Amplitudes that must be in reach of the budget for any to be begun."""
 _FEW = (0.1, 0.3, 1.0)
 _MANY = (0.001, 0.003, 0.01, 0.03, *np.linspace(0.06, 1.0, 24))
 """Tool amplitudes behind the zones of a picture over the largest, in milling, where each costs more, and in turning."""
@@ -67,7 +65,8 @@ def over_amplitude(
     joints that depend on amplitude they are left out, and that is said, where they would take far more than the
     ``budget`` (s); where it ends before all amplitudes are known, what is known is told.
     """
-    from ...cutting.amplitude.amplitude_limits import amplitude_limits, amplitude_range, depends_on_amplitude
+    from ...cutting.amplitude.amplitude_limits import amplitude_limits, depends_on_amplitude
+    from ...cutting.amplitude.sampled_amplitudes import amplitude_range
     from ...cutting.amplitude.words import LOWER_EDGE, told_so_far
     from ...cutting.forced.beside_cut import told_cuts
     from ...cutting.process.cutting import Cutting
@@ -83,8 +82,8 @@ def over_amplitude(
     try:
         with progress.step(f"computing limits over amplitude, in at most {budget:.3g} s"), within(budget):
             limits = amplitude_limits(model, speed, method=method)
-    except OutOfTime:
-        left = f"Limits over amplitude were left out: not done in the {budget:.3g} s that --budget leaves."
+    except OutOfTime as short:
+        left = f"Limits over amplitude were left out, {budget:.3g} s being left of --budget: {short}."
         return {"told": [left]}, [left]
     if limits.whole:
         with progress.step("following vibrations over amplitude"):
@@ -109,9 +108,10 @@ def safe_from_knocks(model: Any, chart: Any, budget: float, progress: Progress) 
     Left out, which is told, where it takes more than the ``budget`` (s), or would in a machine that is another at every
     speed.
     """
-    from ...cutting.amplitude.amplitude_limits import amplitude_range, depends_on_amplitude
+    from ...cutting.amplitude.amplitude_limits import depends_on_amplitude
     from ...cutting.amplitude.frozen_lobes import frozen_lobes
     from ...cutting.amplitude.lobes_over_range import least_depth
+    from ...cutting.amplitude.sampled_amplitudes import amplitude_range
     from ...cutting.process.cutting import Cutting
     from ...model.spindle_speed import depends_on_speed
 
@@ -183,6 +183,7 @@ def _too_long(what: str, model: Any, sizes: Any, budget: float) -> str:
 
     With very many joints that depend on amplitude not even a few may be reached in the ``budget`` (s).
     """
+    from ...cutting.amplitude.amplitude_limits import FEWEST
     from ...cutting.amplitude.chattering_tool import seconds_of_chart
     from ...cutting.forced.forced_vibration import too_many
     from ...cutting.process.cutting import Cutting
@@ -190,13 +191,13 @@ def _too_long(what: str, model: Any, sizes: Any, budget: float) -> str:
     many = too_many(model)
     if not many:
         return ""
-    enough = budget / _WORTH_IT
+    enough = budget / FEWEST
     needed = seconds_of_chart(model, Cutting(**(model.cutting or {})), float(np.median(sizes)), enough)
     if needed <= enough:
         return ""
     return (
         f"{what} were left out: with {many} joints that depend on it each of {len(sizes)} amplitudes takes about "
-        f"{needed / 60:.2g} minutes, so that fewer than {_WORTH_IT} are known after the {budget:.3g} s that "
+        f"{needed / 60:.2g} minutes, so that fewer than {FEWEST} are known after the {budget:.3g} s that "
         "--budget leaves."
     )
 
@@ -209,7 +210,8 @@ def zones_of(
     None where nothing depends on amplitude, or where they would take more than the ``budget`` (s), which is told;
     the charts there are ``took`` so many seconds.
     """
-    from ...cutting.amplitude.amplitude_limits import amplitude_limits, amplitude_range, depends_on_amplitude
+    from ...cutting.amplitude.amplitude_limits import amplitude_limits, depends_on_amplitude
+    from ...cutting.amplitude.sampled_amplitudes import amplitude_range
     from ...cutting.amplitude.zones import Zones
     from ...cutting.process.cutting import Cutting
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import FrequencyMismatch, InputError
+from jointlib.shown.progress import each
 
 from ...components.measured import Measured
 from ...harmonic_balance.assembly import Assembly
@@ -75,7 +76,7 @@ def operating_receptance(
     tool = OpenTool(machine, lines)
     point = chattering(tool, cutting, amplitude)[0]
     ends = np.arange(len(lines) - 1)
-    for _ in range(_HALVINGS):
+    for _ in each("refinements of the lines", range(_HALVINGS), _HALVINGS):
         lines = point.frf.frequency
         middle = (lines[ends] + lines[ends + 1]) / 2
         found = chattering(tool.on(middle), cutting, amplitude)[0]
