@@ -56,8 +56,8 @@ def wrote(path: Any) -> str:
     return f"wrote {path}"
 
 
-_SHOW_AFTER, _AGAIN = 2.0, 15.0
-"""Seconds after which a part is told, and how often how far it is."""
+_SHOW_AFTER, _AGAIN, _AGAIN_IN_LONG = 2.0, 15.0, 60.0
+"""Seconds after which a part is told, and how often how far it is; in a job of hours less often."""
 
 
 @contextmanager
@@ -114,7 +114,7 @@ class Steps:
 
     @contextmanager
     def step(self, what: str) -> Iterator[None]:
-        """Announce a step, say how far it is every quarter of a minute, and how long it took unless it was short."""
+        """Announce a step, say how far it is every minute, and how long it took or why it ended early."""
         begun = time.perf_counter()
         click.echo(f"{what} …", err=True)
 
@@ -122,7 +122,7 @@ class Steps:
             click.echo(f"  {said}", err=True)
 
         try:
-            with _told(line, line, _AGAIN, _AGAIN):
+            with _told(line, line, _AGAIN_IN_LONG, _AGAIN_IN_LONG):
                 yield
         except Exception as error:
             line(f"ended after {time.perf_counter() - begun:.0f} s: {str(error) or type(error).__name__}")

@@ -40,6 +40,7 @@ def test_a_part_that_takes_long_tells_again_and_again_how_far_it_is(
 ) -> None:
     monkeypatch.setattr(output, "_SHOW_AFTER", 0.02)
     monkeypatch.setattr(output, "_AGAIN", 0.02)
+    monkeypatch.setattr(output, "_AGAIN_IN_LONG", 0.02)
     with progress.step("computing"):
         remark("takes long")
         for _ in each("speeds", range(4), 4):
