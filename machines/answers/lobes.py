@@ -159,7 +159,6 @@ def lobes(
     lines = list(remarks)
     for A, chart in zip(sizes or (0.0,), charts, strict=True):
         lines += [_limit(model, A, chart), *(_at_speeds(speeds, chart) if rates else [])]
-    tell(lines)
     with during.step("computing multipliers"):
         growth, told = grown(model, speeds, depths, sizes, witness)
     data = chart_data(charts, speeds, sizes)

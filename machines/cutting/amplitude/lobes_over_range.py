@@ -78,7 +78,9 @@ def lobes_over_range(
         needed = (time.monotonic() - begun) * speeds.size / tried.size
         slow = needed > budget / 2 and not chart.branches
         if needed > _LONG and not chart.branches:
-            remark(f"{speeds.size} speeds by {chart.method} take about {needed:.0f} s; zero-order is a fast preview")
+            faster = "multi-frequency is faster, " if chart.method == "collocation" and not _plain(machine) else ""
+            long = f"{speeds.size} speeds by {chart.method} take about {needed:.0f} s"
+            remark(f"{long}; {faster}zero-order is a fast preview")
         chart = _until(chart, np.delete(speeds, tried), at, deadline) if slow else at(speeds)
     if chart.branches or chart.speed.size < _FEWEST:
         return without(chart, refused)  # closed forms have the minimum over every speed
@@ -95,6 +97,11 @@ def lobes_over_range(
     )
     notes = tuple(dict.fromkeys((*chart.notes, AT_SPEEDS)))
     return replace(chart, minimum_at=None, notes=notes, warnings=(*chart.warnings, short))
+
+
+def _plain(machine: Machine) -> bool:
+    """Whether the cutter has equal pitches, no helix and no flank that rubs."""
+    return Cutting(**dict(machine.cutting or {})).plain
 
 
 def without(chart: StabilityLobes, refused: Mapping[float, str]) -> StabilityLobes:
