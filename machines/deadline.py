@@ -32,3 +32,21 @@ def in_time() -> None:
     if time.monotonic() > end:
         spent = f"{seconds / 60:.3g} minutes" if seconds > 90 else f"{seconds:.3g} s"
         raise OutOfTime(f"not done after {spent}")
+
+
+class Turns:
+    """Pieces of work of about the same length: none is begun that would not be done in time, or if too few would."""
+
+    def __init__(self, what: str, fewest: int) -> None:
+        self.what, self.fewest, self.done, self.longest = what, fewest, 0, 0.0
+
+    @contextmanager
+    def another(self) -> Iterator[None]:
+        """The next one, else `OutOfTime`."""
+        in_time()
+        begun = time.monotonic()
+        reached = self.done + (_END.get()[0] - begun) / self.longest if self.longest else float("inf")
+        if reached < max(self.fewest, self.done + 1):
+            raise OutOfTime(f"{int(reached)} {self.what} are in reach, each takes about {self.longest:.3g} s")
+        yield
+        self.done, self.longest = self.done + 1, max(self.longest, time.monotonic() - begun)

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from jointlib.cli.arguments import Given, Target, Verb, input_file, json_option, tool_option
-from jointlib.cli.output import Workings, emit, working, wrote
+from jointlib.cli.output import Working, emit, working, wrote
 from jointlib.errors import InputError
 
 _APART = 1e-2
@@ -62,7 +62,7 @@ def command(
         runtime=runtime,
         platforms=platforms,
         tool=changes.get("tool.use"),
-        progress=Workings(),
+        progress=Working(),
     )
     data = {
         "file": str(done.file),

@@ -6,14 +6,16 @@ import json
 import re
 import sys
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
+from threading import Event, Thread
 from typing import Any
 
 import click
 
 from jointlib.errors import InputError, told
 from jointlib.shown.json_values import plain
+from jointlib.shown.progress import Follower, followed
 
 
 def emit(as_json: bool, data: Mapping[str, Any], lines: Sequence[str]) -> None:
@@ -54,35 +56,57 @@ def wrote(path: Any) -> str:
     return f"wrote {path}"
 
 
-_SHOW_AFTER = 2.0
+_SHOW_AFTER, _AGAIN, _AGAIN_IN_LONG = 2.0, 15.0, 60.0
+"""Seconds after which a part is told, and how often how far it is; in a job of hours less often."""
 
 
 @contextmanager
 def working(what: str) -> Iterator[None]:
-    """Say on standard error what is being done: a spinner on a terminal, a line once it took two seconds elsewhere."""
+    """Say on standard error what is being done, and how far it is.
+
+    A spinner on a terminal; elsewhere a line once it took two seconds, and one every quarter of a minute from there on.
+    """
     if sys.stderr.isatty():
         from rich.console import Console
 
-        with Console(stderr=True).status(what):
+        console = Console(stderr=True)
+        spinner = console.status(what)
+        with spinner, _told(lambda how_far: spinner.update(f"{what}: {how_far}"), console.print, 1.0, 1.0):
             yield
         return
-    import threading
+    begun = Event()
 
-    timer = threading.Timer(_SHOW_AFTER, lambda: click.echo(f"{what} …", err=True))
-    timer.daemon = True
-    timer.start()
-    try:
+    def say(text: str) -> None:
+        if not begun.is_set():
+            begun.set()
+            click.echo(f"{what} …", err=True)
+        if text:
+            click.echo(f"  {text}", err=True)
+
+    with _told(lambda how_far: say(how_far if begun.is_set() else ""), say, _SHOW_AFTER, _AGAIN):
         yield
+
+
+@contextmanager
+def _told(line: Callable[[str], None], remark: Callable[[str], None], first: float, again: float) -> Iterator[None]:
+    """Call ``line`` with how far what is done inside is, after ``first`` seconds and ``again`` and again."""
+    follower, done, begun = Follower(remark), Event(), time.perf_counter()
+
+    def tell() -> None:
+        wait = first
+        while not done.wait(wait):
+            wait = again
+            spent = f"{time.perf_counter() - begun:.0f} s"
+            line(f"{follower} ({spent})" if follower.loops else spent)
+
+    thread = Thread(target=tell, daemon=True)
+    thread.start()
+    try:
+        with followed(follower):
+            yield
     finally:
-        timer.cancel()
-
-
-class Workings:
-    """Parts of a job that usually is short: each is said as :func:`working` says it."""
-
-    def step(self, what: str) -> AbstractContextManager[None]:
-        """Say it if it takes long."""
-        return working(what)
+        done.set()
+        thread.join()
 
 
 class Steps:
@@ -90,13 +114,22 @@ class Steps:
 
     @contextmanager
     def step(self, what: str) -> Iterator[None]:
-        """Announce a step, and say how long it took if that was more than two seconds."""
+        """Announce a step, say how far it is every minute, and how long it took or why it ended early."""
         begun = time.perf_counter()
         click.echo(f"{what} …", err=True)
-        yield
+
+        def line(said: str) -> None:
+            click.echo(f"  {said}", err=True)
+
+        try:
+            with _told(line, line, _AGAIN_IN_LONG, _AGAIN_IN_LONG):
+                yield
+        except Exception as error:
+            line(f"ended after {time.perf_counter() - begun:.0f} s: {str(error) or type(error).__name__}")
+            raise
         spent = time.perf_counter() - begun
         if spent > _SHOW_AFTER:
-            click.echo(f"  {spent:.0f} s", err=True)
+            line(f"{spent:.0f} s")
 
 
 class Working:

@@ -30,14 +30,15 @@ from ..files.opened import machine_of, tool_names
 from ..model.machine import Machine
 from ..ranges import DEEPEST, LARGEST_AMPLITUDE
 from ..road.cutting import BUDGET
-from ..road.each_tool import ToolLobes, each_tool, words_of
+from ..road.each_tool import ToolLobes
 from ..road.open_joints import with_joints
 from ..uncertainty.drawn_machines import refuse_certain
 from .told.lobe_files import write_charts
 from .told.lobes_forced import forced
+from .told.lobes_growth import grown, growth_tables
+from .told.lobes_of_tools import Asked, charts_of_tools
 from .told.lobes_over_amplitude import (
     bands,
-    grown,
     lenses,
     over_amplitude,
     safe_from_knocks,
@@ -125,7 +126,8 @@ def lobes(
     samples
         Band of the depths from so many samples of what is uncertain, at least 40.
     budget
-        Seconds for the chart over the range, which then ends with what is known.
+        Seconds of the whole, beside what is asked for at ``speed``: charts over the range, of all tools of a file, end
+        with what is known, and what comes after them is left out where it takes longer.
     output
         The file of the charts to write: .npz, .csv or .svg.
     tool
@@ -143,51 +145,50 @@ def lobes(
     if samples is not None and samples < 40:
         raise InputError(f"--samples: {samples}, expected at least 40")
     during, tell = progress or Silent(), said or (lambda lines: None)
-    model = machine_of(machine, tool)
+    model, names, begun = machine_of(machine, tool), tool_names(machine, tool), time.monotonic()
     speeds = np.array(rates) if rates else default_speeds(model)
-    with during.step("computing lobes"):
+    share = None if rates else seconds / max(1, len(names))
+    with during.step("computing lobes" if share is None else f"computing lobes, in at most {share:.3g} s"):
         model, remarks = with_joints(model)
         if samples:
             refuse_certain(model)
-        begun = time.monotonic()
-        charts = charts_by_amplitude(model, speeds, sizes or (0.0,), method, seconds if not rates else None)
+        started = time.monotonic()
+        charts = charts_by_amplitude(model, speeds, sizes or (0.0,), method, share)
         speeds = charts[-1].speed
-        took = time.monotonic() - begun
+        took = time.monotonic() - started
+    lines = list(remarks)
+    for A, chart in zip(sizes or (0.0,), charts, strict=True):
+        lines += [_limit(model, A, chart), *(_at_speeds(speeds, chart) if rates else [])]
+    with during.step("computing multipliers"):
         growth, told = grown(model, speeds, depths, sizes, witness)
     data = chart_data(charts, speeds, sizes)
+    data["warnings"] = [*remarks, *data["warnings"]]
     if growth:
         data["multiplier"] = growth if sizes else growth[0]
-    data["warnings"] = [*remarks, *data["warnings"]]
-    asked = speeds, method, seconds / len(charts) if not rates else None
-    pairs = list(zip(sizes or (0.0,), charts, strict=True))
-    tools = [_tools(machine, model, tool, chart, A, asked, during) for A, chart in pairs]
-    found = Lobes(model, sizes or (0.0,), tuple(charts), data, list(remarks), tools=tools[0])
-    lines = found.lines
-    for (A, _), each in zip(pairs, tools, strict=True):
-        if each:
-            data.setdefault("tools", []).extend(one.as_json() | ({"amplitude": A} if A else {}) for one in each)
-            lines += [f"at a tool-point amplitude of {A * 1e6:g} um:"] if A else []
-            lines += words_of(each, model.tool_name, speeds if rates else None)
-    for i, (A, chart) in enumerate(pairs):
-        lines.append(_limit(model, A, chart))
-        if rates:
-            lines += _at_speeds(speeds, chart)
-        tell(lines)
-        if not A:
-            lines += _added(data, *safe_from_knocks(model, chart, max(seconds - took, 0.0), during))
-        if growth:
-            header = ("speed [rpm]", *(f"|μ| at {w * 1e3:g} mm" for w in depths))
-            rows = [(f"{n:g}", *(f"{v:.6g}" for v in row)) for n, row in zip(speeds, growth[i], strict=True)]
-            lines += table(header, rows)
-        lines += chart.warnings
-    lines += told
+        lines += growth_tables(growth, speeds, depths, sizes)
+    lines += [*dict.fromkeys(said for chart in charts for said in chart.warnings), *told]
+    tell(lines)
+    each = None if isinstance(machine, Machine) else Path(machine)
+    asked = Asked(model, each, names, method, speeds if rates else None, begun + seconds)
+    tools = charts_of_tools(asked, list(zip(sizes or (0.0,), charts, strict=True)), during, lines, tell)
+    if any(tools):
+        data["tools"] = [
+            one.as_json() | ({"amplitude": A} if A else {})
+            for A, each in zip(sizes or (0.0,), tools, strict=True)
+            for one in each
+        ]
+    # What is asked for at given speeds is no part of the budget, which is that of all else.
+    ends = seconds + (time.monotonic() if rates else begun)
+    found = Lobes(model, sizes or (0.0,), tuple(charts), data, lines, tools=tools[0])
+    if not sizes:
+        lines += _added(data, *safe_from_knocks(model, charts[0], _left(ends), during))
     if rates and not sizes:
         tell(lines)
-        further, unstable, words = lenses(model, charts[0], depths, seconds, during)
+        further, unstable, words = lenses(model, charts[0], depths, _left(ends), during)
         lines += _added(data, further, words)
         tell(lines)
         first = growth[0] if growth else None
-        lines += _added(data, *over_amplitude(model, rates, depths, method, unstable, first, seconds, during))
+        lines += _added(data, *over_amplitude(model, rates, depths, method, unstable, first, _left(ends), during))
     if samples:
         tell(lines)
         data["band"], words = bands(model, charts, sizes, samples, during)
@@ -200,7 +201,7 @@ def lobes(
         tell(lines)
         lines += _added(data, *_pitches(model, optimise, speeds, during))
     drawn = target is not None and target.suffix == ".svg"
-    zones, words = zones_of(model, charts, sizes, took, seconds, during) if drawn or sizes else (None, [])
+    zones, words = zones_of(model, charts, sizes, took, _left(ends), during) if drawn or sizes else (None, [])
     lines += words
     band = np.reshape(data["band"]["depth"], (-1, 3, len(speeds))) if samples else None
     safe = safe_limit(charts, zones, None if band is None else band[0])
@@ -219,26 +220,9 @@ def lobes(
     return found
 
 
-def _tools(
-    machine: Machine | File,
-    model: Machine,
-    tool: str | None,
-    known: StabilityLobes,
-    amplitude: float,
-    asked: tuple[Array, str | None, float | None],
-    during: Progress,
-) -> tuple[ToolLobes, ...]:
-    """All tools of a file with several at an amplitude (m), over their own speeds or those asked for; in one budget."""
-    names, (speeds, method, budget) = tool_names(machine, tool), asked
-    if isinstance(machine, Machine) or not names:
-        return ()
-    share = None if budget is None else budget / (len(names) - 1)
-
-    def chart_of(other: Machine) -> StabilityLobes:
-        at = speeds if share is None else default_speeds(other)
-        return charts_by_amplitude(other, at, (amplitude,), method, share)[0]
-
-    return each_tool(model, Path(machine), names, chart_of, known, budget is not None, during)
+def _left(ends: float) -> float:
+    """Seconds until a time of `time.monotonic`."""
+    return max(0.0, ends - time.monotonic())
 
 
 def _pitches(model: Machine, what: str, speeds: Array, during: Progress) -> tuple[dict[str, Any], list[str]]:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from jointlib.shown.progress import each
+
 from .response import Response, response
 from .tool_peaks import tool_peaks
 
@@ -13,7 +15,7 @@ def both(machine: Any, drive: str | None, force: Any = None, band: Any = None, *
     """The response to a force on ``drive`` or, where neither that nor the file names one, along each tool axis."""
     free = drive is None and machine.drive is None
     drives = list(dict.fromkeys(machine.tool.values())) if free and machine.tool else [drive]
-    return [response(machine, force, band, name, **keywords) for name in drives]
+    return [response(machine, force, band, name, **keywords) for name in each("directions", drives, len(drives))]
 
 
 def peak_rows(results: Sequence[Response]) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .piece import Piece, Step, open_joints
+from .piece import BUDGET, Piece, Step, open_joints
 
 if TYPE_CHECKING:
     from .. import Machine
@@ -106,7 +106,7 @@ def _force(road: Run) -> None:
 
     # Every step of a cycle that is sampled costs, so joints that remember keep one harmonic, and its error is said.
     harmonics = 1 if any(joint.states for joint in road.machine.joints()) else "auto"
-    with road.progress.step("forced response at each force"):
+    with road.progress.step(f"forced response at each force, in at most {BUDGET / 60:g} minutes"):
         results = both(road.machine, None, harmonics=harmonics, stability="auto")
     road.responses = results
     result = results[0]

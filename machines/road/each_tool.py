@@ -65,20 +65,31 @@ def each_tool(
     known: StabilityLobes,
     over_range: bool,
     during: Progress,
+    told: Callable[[ToolLobes], None] = lambda tool: None,
 ) -> tuple[ToolLobes, ...]:
-    """Every tool of a machine file; that in use, whose machine and chart are ``known``, is not computed again."""
-    found = []
+    """Every tool of a machine file, ``told`` when it is there; that in use, whose machine and chart are ``known``, is
+    not computed again.
+    """
+    found = list[ToolLobes]()
     for name in names:
         if name == used.tool_name:
             found.append(ToolLobes.of(name, used, known, over_range))
-            continue
-        with during.step(f"stability lobes of the tool {name}"):
-            try:
-                machine = _with_joints_of(used, read_machine(path, {USE: name}))
-                found.append(ToolLobes.of(name, machine, chart_of(machine), over_range))
-            except (CheckFailed, InputError) as refused:
-                found.append(ToolLobes(name, None, failed=str(refused)))
+        else:
+            with during.step(f"stability lobes of the tool {name}"):
+                found.append(_other(name, used, path, chart_of, over_range))
+        told(found[-1])
     return tuple(found)
+
+
+def _other(
+    name: str, used: Machine, path: Path, chart_of: Callable[[Machine], StabilityLobes], over_range: bool
+) -> ToolLobes:
+    """A tool that is not in use."""
+    try:
+        machine = _with_joints_of(used, read_machine(path, {USE: name}))
+        return ToolLobes.of(name, machine, chart_of(machine), over_range)
+    except (CheckFailed, InputError) as refused:
+        return ToolLobes(name, None, failed=str(refused))
 
 
 def _with_joints_of(used: Machine, machine: Machine) -> Machine:
@@ -97,22 +108,31 @@ RECOMMENDED = ("recommended [rpm]", "depth [mm]")
 
 def rows_of(found: Sequence[ToolLobes], speeds: Array | None = None) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     """Header and rows of a table: what is recommended with each tool, or its depths at given speeds (rpm)."""
-    rows = []
-    for tool in found:
-        count = 2 if speeds is None else len(speeds)
-        if tool.chart is None:
-            rows.append((tool.name, *[_NONE] * (2 + count)))
-            continue
-        best, least = tool.pocket, tool.chart.minimum_depth
-        here = (tool.name, _mm(least), f"{tool.chart.minimum_frequency:.5g}" if np.isfinite(least) else _NONE)
-        if speeds is None:
-            rows.append(
-                (*here, *((_NONE, _NONE) if best is None else (f"{best.speed:.0f}", f"{best.depth * 1e3:.3g}")))
-            )
-        else:
-            rows.append((*here, *(_mm(depth) for depth in tool.chart.depth)))
     more = RECOMMENDED if speeds is None else tuple(f"at {n:g} rpm [mm]" for n in speeds)
-    return (*HEADER, *more), rows
+    return (*HEADER, *more), [_cells(tool, speeds) for tool in found]
+
+
+def _cells(tool: ToolLobes, speeds: Array | None) -> tuple[str, ...]:
+    """A row of the table."""
+    if tool.chart is None:
+        return (tool.name, *[_NONE] * (2 + (2 if speeds is None else len(speeds))))
+    best, least = tool.pocket, tool.chart.minimum_depth
+    here = (tool.name, _mm(least), f"{tool.chart.minimum_frequency:.5g}" if np.isfinite(least) else _NONE)
+    if speeds is not None:
+        return (*here, *(_mm(depth) for depth in tool.chart.depth))
+    return (*here, *((_NONE, _NONE) if best is None else (f"{best.speed:.0f}", f"{best.depth * 1e3:.3g}")))
+
+
+def header_of(names: Sequence[str], speeds: Array | None = None) -> str:
+    """The first line of a table of tools whose rows come one by one, as wide as their ``names`` ask for."""
+    header, _ = rows_of([], speeds)
+    return table(header, [(name, *[""] * (len(header) - 1)) for name in names])[0]
+
+
+def row_of(tool: ToolLobes, names: Sequence[str], speeds: Array | None = None) -> str:
+    """A row under `header_of`."""
+    header, rows = rows_of([tool], speeds)
+    return table(header, [*((name, *[""] * (len(header) - 1)) for name in names), rows[0]])[-1]
 
 
 def words_of(found: Sequence[ToolLobes], used: str | None, speeds: Array | None = None) -> list[str]:

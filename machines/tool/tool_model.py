@@ -22,6 +22,10 @@ _JOINED = 2.0
 """Times the highest frequency kept up to which the modes above it are one with inertia."""
 _CACHED = 4096
 """Lines worked on at once, so few that they stay in the processor's cache."""
+_BLOCK = 2**16
+_ALIKE = 48
+"""Lines times modes at once: memory of that size is used again, larger pieces are fetched and cleared each time; in
+multiples of so many lines, in which a product has the same bits as in one piece."""
 _COINCIDE = "collocation: the tool has modes that coincide, such as a free motion; hold it, or use multi-frequency"
 
 
@@ -125,11 +129,15 @@ class ToolModel:
 
     def __call__(self, frequency: Array) -> ComplexArray:
         """G at frequencies in Hz of either sign, shape (…, n, n)."""
-        jw = 2j * np.pi * np.asarray(frequency)[..., None]
+        f = np.asarray(frequency)
         residue = (self.weight / 2)[:, None, None] * self.outputs[:, :, None] * self.inputs[:, None, :]
         flat = residue.reshape(len(self.poles), int(np.prod(residue.shape[1:])))
-        value = (1 / (jw - self.poles)) @ flat + (1 / (jw - self.poles.conj())) @ flat.conj()
-        return np.asarray(value.reshape(*jw.shape[:-1], *self.direct.shape) + self.direct)
+        value = np.empty((f.size, flat.shape[1]), dtype=complex)
+        lines = max(_ALIKE, _BLOCK // max(1, len(self.poles)) // _ALIKE * _ALIKE)
+        for first in range(0, f.size, lines):
+            jw = 2j * np.pi * f.ravel()[first : first + lines, None]
+            value[first : first + lines] = (1 / (jw - self.poles)) @ flat + (1 / (jw - self.poles.conj())) @ flat.conj()
+        return np.asarray(value.reshape(*f.shape, *self.direct.shape) + self.direct)
 
     def up_to(self, frequency: float) -> ToolModel:
         """The same with modes above a frequency in Hz joined into one a direction, or into their flexibility.

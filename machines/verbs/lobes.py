@@ -9,6 +9,7 @@ import click
 
 from jointlib.cli.arguments import Quantity, Target, Verb, input_file, json_option, tool_option
 from jointlib.cli.output import SoFar, Working, emit, wrote
+from jointlib.shown.progress import Silent
 
 from ..road.cutting import BUDGET
 from .quantities import AMPLITUDE, DEPTH
@@ -41,8 +42,8 @@ from .quantities import AMPLITUDE, DEPTH
     "--budget",
     type=Quantity("s", lower=0),
     default=BUDGET,
-    help=f"Time for the chart over the range, which then ends with what is known, and for limits over amplitude, which "
-    f"are left out where they take longer; default: {BUDGET:g} s.",
+    help="Time of the whole, beside what is asked for at --speed: charts over the range, of all tools, end with what "
+    f"is known when it is up, and what comes after them is left out where it takes longer; default: {BUDGET:g} s.",
 )
 @click.option("-o", "output", type=Target(".npz", ".csv", ".svg"), help="Also write the charts: numbers or a picture.")
 @tool_option
@@ -59,7 +60,8 @@ def command(machine: Path, changes: dict[str, str], as_json: bool, **asked: Any)
     from ..answers.lobes import lobes
 
     so_far = SoFar(as_json)
-    found = lobes(machine, tool=changes.get("tool.use"), progress=Working(), said=so_far, **asked)
+    during = Silent() if as_json else Working()
+    found = lobes(machine, tool=changes.get("tool.use"), progress=during, said=so_far, **asked)
     found.lines.extend(map(wrote, found.files))
     so_far(found.lines)
     if as_json:

@@ -173,3 +173,29 @@ def test_a_run_of_one_tool_is_of_it_alone(tmp_path: Path) -> None:
     assert not road.failed
     assert "What each tool cuts" not in (tmp_path / "out" / "report.html").read_text("utf-8")
     assert "tools" not in {step["step"] for step in road.steps}
+
+
+def test_the_budget_is_that_of_all_tools_and_each_is_told_when_it_is_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from machines.answers import lobes as verb
+    from machines.answers.told import lobes_of_tools
+
+    path, lines, seen = written(tmp_path, "mill.toml", LUMPED), list[str](), list[tuple[float, bool]]()
+    real = lobes_of_tools.charts_by_amplitude
+
+    def charts(*of: Any) -> Any:
+        seen.append((of[-1], any(line.startswith("soft ") for line in lines)))
+        return real(*of)
+
+    def said(so_far: Any) -> None:
+        lines[:] = so_far
+
+    for module in (verb, lobes_of_tools):
+        monkeypatch.setattr(module, "charts_by_amplitude", charts)
+    lobes(path, budget=40.0, said=said)
+    (first, before), (second, after) = seen
+    assert first == 20.0
+    assert 0 < second <= 40.0
+    assert (before, after) == (False, True)
+    assert [line.split()[0] for line in lines if line.startswith(("soft ", "hard "))] == ["soft", "hard"]

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
+from machines import Cutting, stability_lobes
 from machines.tool.tool_model import ToolModel
 
 LOW = 1000.0
@@ -48,3 +51,19 @@ def test_many_modes_beyond(seed: int) -> None:
     rest = model(np.zeros(1))[0].real - flexible(np.zeros(1))[0].real
     alone = np.linalg.norm((flexible(np.array([400.0])) + rest - model(np.array([400.0])))[0].real)
     assert error(400.0) < alone / 20
+
+
+@pytest.mark.parametrize("more", [{"helix": 38.0}, {"pitch": (85.0, 95.0, 85.0, 95.0)}])
+def test_collocation_of_a_cutter_joins_modes_that_would_ask_for_thousands_of_nodes(more: dict[str, Any]) -> None:
+    """A mode at 300 kHz turns 8000 rad in a tooth period: no map could follow it, and nothing chatters there."""
+    stiff = ToolModel.from_modes(
+        [80.0, 900.0, 1100.0, 6e3, 3e5], [0.03] * 5, [400.0, 0.5, 0.6, 0.2, 0.01], [[1, 1, 0, 1, 1], [0, 0, 1, 1, -1]]
+    )
+    cutting = Cutting(
+        process="milling", teeth=4, tangential=1.9e9, normal=6.5e8, immersion=0.5, mode="down", diameter=0.016, **more
+    )
+    speeds = np.array([4000.0])
+    nodes, lines = (stability_lobes(stiff, cutting, speeds, method) for method in ("collocation", "multi-frequency"))
+    np.testing.assert_allclose(nodes.depth, lines.depth, rtol=3e-5)
+    assert any("act together" in said for said in nodes.warnings)
+    assert not any("act together" in said for said in lines.warnings)

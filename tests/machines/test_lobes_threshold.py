@@ -21,7 +21,7 @@ from machines.cutting.amplitude import frozen_lobes
 from machines.cutting.amplitude.fate import fate_at
 from machines.cutting.amplitude.words import of_fate, reach_words, told, told_so_far
 from machines.cutting.process.lost_contact import milling_contact
-from machines.deadline import OutOfTime
+from machines.deadline import OutOfTime, within
 from machines.lobes import AmplitudeLimits, Cutting, amplitude_limits, depth_ratio
 
 SIZES = np.geomspace(1e-6, 2e-4, 31)
@@ -237,6 +237,28 @@ def test_limits_end_with_the_amplitudes_that_are_known_when_time_is_up(monkeypat
     count, asked = 2, []
     with pytest.raises(OutOfTime):
         amplitude_limits(machine, [3000.0], sizes)
+
+
+def test_no_amplitude_is_begun_where_fewer_than_three_are_in_reach(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole, asked, clock = frozen_lobes.frozen_lobes, list[float](), [0.0]
+
+    def slow(machine: Machine, speed: Array, size: float, *more: Any) -> Any:
+        asked.append(size)
+        clock[0] += 40.0 if size else 0.0
+        return whole(machine, speed, size, *more)
+
+    monkeypatch.setattr("machines.cutting.amplitude.amplitude_limits.frozen_lobes", slow)
+    monkeypatch.setattr("time.monotonic", lambda: clock[0])
+    machine, sizes = lathe(Cubic(CUBIC)), np.geomspace(1e-6, 1e-4, 9)
+    with within(100.0), pytest.raises(OutOfTime, match="2 amplitudes are in reach, each takes about 40 s"):
+        amplitude_limits(machine, [3000.0], sizes)
+    assert asked == [0.0, sizes[0]]
+    asked.clear()
+    with within(150.0):  # a fourth would not be done
+        limits = amplitude_limits(machine, [3000.0], sizes)
+    assert len(asked) == 1 + 3
+    assert len(limits.amplitude) == 3
+    assert not limits.whole
 
 
 def test_a_cycle_is_told_as_near_as_charts_settle(monkeypatch: pytest.MonkeyPatch) -> None:

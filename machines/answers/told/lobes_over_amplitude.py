@@ -1,41 +1,24 @@
-"""What ``jointlib lobes`` says beyond the chart: growth at a depth, limits over amplitude, bands, the simulated cut."""
+"""What ``jointlib lobes`` says beyond the chart: limits over amplitude, bands, the simulated cut."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from jointlib.errors import CheckFailed, InputError
-from jointlib.shown.progress import Progress
+from jointlib.shown.progress import Progress, each
 
 from ...deadline import OutOfTime, within
 
 _KNOCKS = 10
 """Tool amplitudes behind the depth that is safe from knocks at every speed."""
-_WORTH_IT = 3
-"""Amplitudes that must be in reach of the budget for any to be begun."""
 _FEW = (0.1, 0.3, 1.0)
 _MANY = (0.001, 0.003, 0.01, 0.03, *np.linspace(0.06, 1.0, 24))
 """Tool amplitudes behind the zones of a picture over the largest, in milling, where each costs more, and in turning."""
-
-
-def grown(
-    model: Any, speeds: Any, depth: Sequence[float], amplitude: Sequence[float], witness: bool
-) -> tuple[list[Any], list[str]]:
-    """|μ| at every amplitude, speed and depth; why, where it cannot be had, or the cut is simulated anyway."""
-    from ...cutting.amplitude.frozen_modes import multipliers
-
-    try:
-        return [multipliers(model, speeds, depth, A) for A in amplitude or (0.0,)] if depth else [], []
-    except CheckFailed as failed:
-        return [], [f"No multiplier: {failed}"]
-    except InputError as refused:
-        if not witness:
-            raise
-        return [], [f"No multiplier: {refused}"]
 
 
 def lenses(
@@ -43,20 +26,27 @@ def lenses(
 ) -> tuple[dict[str, Any], list[Any], list[str]]:
     """Every unstable interval of depth at the chosen speeds, at rest: as JSON, as they are, and told.
 
-    They are looked for as deep as the deepest ``depth`` (m) at least, for as long as the ``budget`` (s).
+    They are looked for as deep as the deepest ``depth`` (m) at least, for as long as the ``budget`` (s). None at a
+    speed at which they cannot be had, which is told.
     """
     from ...cutting.amplitude.unstable_depths import DEEPER, REACH, unstable_depths
     from ...cutting.amplitude.words import told_lenses
+    from ...cutting.process.chart import BY_SPEED
 
-    with progress.step("looking for stable cuts above the limits"):
-        try:
-            with within(budget):
-                found = unstable_depths(model, chart, np.fmax(REACH * chart.depth, DEEPER * max(depth, default=0.0)))
-        except (CheckFailed, InputError) as refused:
-            return {}, [], [f"Stable cuts above the limits were not looked for: {refused}"]
-    rows = [[vars(zone) for zone in one.intervals] for one in found]
-    data = {"unstable": {"deepest": [one.deepest for one in found], "intervals": rows}}
-    return data, list(found), [sentence for one in found for sentence in told_lenses(one)]
+    found, words = list[Any](), list[str]()
+    with progress.step("looking for stable cuts above the limits"), within(budget):
+        for i in each("speeds", range(chart.speed.size), chart.speed.size):
+            one = replace(chart, **{key: getattr(chart, key)[i : i + 1] for key in BY_SPEED})
+            try:
+                found += unstable_depths(model, one, np.fmax(REACH * one.depth, DEEPER * max(depth, default=0.0)))
+                words += told_lenses(found[-1])
+            except (CheckFailed, InputError) as refused:
+                found.append(None)
+                at = f" at {chart.speed[i]:g} rpm" if chart.speed.size > 1 else ""
+                words.append(f"Stable cuts above the limits{at} are not known: {refused}")
+    rows = [None if one is None else [vars(zone) for zone in one.intervals] for one in found]
+    data = {"unstable": {"deepest": [None if one is None else one.deepest for one in found], "intervals": rows}}
+    return ({}, [], words) if all(row is None for row in rows) else (data, found, words)
 
 
 def over_amplitude(
@@ -75,7 +65,8 @@ def over_amplitude(
     joints that depend on amplitude they are left out, and that is said, where they would take far more than the
     ``budget`` (s); where it ends before all amplitudes are known, what is known is told.
     """
-    from ...cutting.amplitude.amplitude_limits import amplitude_limits, amplitude_range, depends_on_amplitude
+    from ...cutting.amplitude.amplitude_limits import amplitude_limits, depends_on_amplitude
+    from ...cutting.amplitude.sampled_amplitudes import amplitude_range
     from ...cutting.amplitude.words import LOWER_EDGE, told_so_far
     from ...cutting.forced.beside_cut import told_cuts
     from ...cutting.process.cutting import Cutting
@@ -86,20 +77,21 @@ def over_amplitude(
     if unlike:
         left = f"Limits over amplitude are not followed with {unlike}; --amplitude gives the limit at one."
         return {"told": [left]}, [left]
-    if left := _too_long("Limits over amplitude", model, amplitude_range(Cutting(**(model.cutting or {}))), budget):
+    sizes = amplitude_range(Cutting(**(model.cutting or {})))
+    if left := _too_long("Limits over amplitude", model, sizes, budget, progress):
         return {"told": [left]}, [left]
     try:
         with progress.step(f"computing limits over amplitude, in at most {budget:.3g} s"), within(budget):
             limits = amplitude_limits(model, speed, method=method)
     except OutOfTime as short:
-        left = f"Limits over amplitude were left out: {short}."
+        left = f"Limits over amplitude were left out, {budget:.3g} s being left of --budget: {short}."
         return {"told": [left]}, [left]
     if limits.whole:
         with progress.step("following vibrations over amplitude"):
             said, cycles = told_cuts(model, limits, depth, zones or None, growth)
     else:
         said, cycles = told_so_far(limits, budget), []
-    said += [LOWER_EDGE] if any(one.lenses for one in zones) else []
+    said += [LOWER_EDGE] if any(one is not None and one.lenses for one in zones) else []
     rows: dict[str, Any] = {
         "safe_depth": limits.safe,
         "safe_amplitude": limits.safe_amplitude,
@@ -117,9 +109,10 @@ def safe_from_knocks(model: Any, chart: Any, budget: float, progress: Progress) 
     Left out, which is told, where it takes more than the ``budget`` (s), or would in a machine that is another at every
     speed.
     """
-    from ...cutting.amplitude.amplitude_limits import amplitude_range, depends_on_amplitude
+    from ...cutting.amplitude.amplitude_limits import depends_on_amplitude
     from ...cutting.amplitude.frozen_lobes import frozen_lobes
     from ...cutting.amplitude.lobes_over_range import least_depth
+    from ...cutting.amplitude.sampled_amplitudes import amplitude_range
     from ...cutting.process.cutting import Cutting
     from ...model.spindle_speed import depends_on_speed
 
@@ -140,8 +133,9 @@ def safe_from_knocks(model: Any, chart: Any, budget: float, progress: Progress) 
         try:
             with within(budget):
                 depth, amplitude = least_depth(model, chart, sizes)
-        except OutOfTime as short:
-            return {}, [f"The depth below which knocks die out was left out: {short}."]
+        except OutOfTime:
+            left = f"not done in the {budget:.3g} s that --budget leaves"
+            return {}, [f"The depth below which knocks die out was left out: {left}."]
     if not np.isfinite(depth):
         return {}, []
     data = {"safe_at_every_speed": {"depth": depth, "amplitude": amplitude}}
@@ -185,11 +179,12 @@ def bands(
     return data | {"method": method, "clipped": clipped, "failed": failed}, said
 
 
-def _too_long(what: str, model: Any, sizes: Any, budget: float) -> str:
+def _too_long(what: str, model: Any, sizes: Any, budget: float, progress: Progress) -> str:
     """Why something at several amplitudes (m) is left out; empty where it is not.
 
     With very many joints that depend on amplitude not even a few may be reached in the ``budget`` (s).
     """
+    from ...cutting.amplitude.amplitude_limits import FEWEST
     from ...cutting.amplitude.chattering_tool import seconds_of_chart
     from ...cutting.forced.forced_vibration import too_many
     from ...cutting.process.cutting import Cutting
@@ -197,14 +192,17 @@ def _too_long(what: str, model: Any, sizes: Any, budget: float) -> str:
     many = too_many(model)
     if not many:
         return ""
-    enough = budget / _WORTH_IT
-    needed = seconds_of_chart(model, Cutting(**(model.cutting or {})), float(np.median(sizes)), enough)
-    if needed <= enough:
-        return ""
-    return (
-        f"{what} were left out: with {many} joints that depend on it each of {len(sizes)} amplitudes takes about "
-        f"{needed / 60:.2g} minutes, so that fewer than {_WORTH_IT} are known after the {budget:g} s of --budget."
-    )
+    # The largest comes second, and is the dearest by far where joints slip.
+    for size, enough in ((float(np.max(sizes)), budget), (float(np.median(sizes)), budget / FEWEST)):
+        with progress.step(f"looking how long a chart at {size * 1e6:.3g} um takes"):
+            needed = seconds_of_chart(model, Cutting(**(model.cutting or {})), size, enough)
+        if needed > enough:
+            return (
+                f"{what} were left out: with {many} joints that depend on it {size * 1e6:.3g} um takes "
+                f"{needed / 60:.2g} minutes or more, so that fewer than {FEWEST} of {len(sizes)} amplitudes are known "
+                f"after the {budget:.3g} s that --budget leaves."
+            )
+    return ""
 
 
 def zones_of(
@@ -215,7 +213,8 @@ def zones_of(
     None where nothing depends on amplitude, or where they would take more than the ``budget`` (s), which is told;
     the charts there are ``took`` so many seconds.
     """
-    from ...cutting.amplitude.amplitude_limits import amplitude_limits, amplitude_range, depends_on_amplitude
+    from ...cutting.amplitude.amplitude_limits import amplitude_limits, depends_on_amplitude
+    from ...cutting.amplitude.sampled_amplitudes import amplitude_range
     from ...cutting.amplitude.zones import Zones
     from ...cutting.process.cutting import Cutting
 
@@ -226,20 +225,20 @@ def zones_of(
         return None, []
     largest = amplitude_range(cutting)[-1]
     sizes = largest * np.array(_FEW if cutting.process == "milling" else _MANY)
-    left = _too_long("Zones over amplitude", model, sizes, budget)
+    left = _too_long("Zones over amplitude", model, sizes, budget, progress)
     if not left and len(sizes) * took > budget:
         left = (
             f"Zones over amplitude were left out: {len(sizes)} charts that take {took:.0f} s each are more than the "
-            f"{budget:g} s of --budget."
+            f"{budget:.3g} s that --budget leaves."
         )
     if left:
         return None, [left]
     try:
         with progress.step(f"computing limits at {len(sizes)} amplitudes, in at most {budget:.3g} s"), within(budget):
             limits = amplitude_limits(model, charts[0].speed, sizes, charts[0].method)
-    except OutOfTime as short:
-        return None, [f"Zones over amplitude were left out: {short}."]
-    some = f"Time was up after {budget:g} s: zones over amplitude are those of {len(limits.amplitude)} amplitudes."
+    except OutOfTime:
+        return None, [f"Zones over amplitude were left out: not done in the {budget:.3g} s that --budget leaves."]
+    some = f"Time was up after {budget:.3g} s: zones over amplitude are those of {len(limits.amplitude)} amplitudes."
     return Zones.of(limits), [] if limits.whole else [some]
 
 

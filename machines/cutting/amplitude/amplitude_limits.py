@@ -11,8 +11,9 @@ import scipy
 
 from jointlib.arrays import Array, ArrayLike
 from jointlib.errors import CheckFailed, InputError
+from jointlib.shown.progress import each
 
-from ...deadline import OutOfTime, in_time
+from ...deadline import OutOfTime, Turns
 from ...harmonic_balance.assembly import is_linear
 from ...indices import Mask
 from ...model.machine import Machine
@@ -20,15 +21,14 @@ from ..process.chart import Integers, StabilityLobes
 from ..process.cutting import Cutting
 from .fed_chip import contact_amplitude, with_chip
 from .frozen_lobes import frozen_lobes
-from .sampled_amplitudes import between_lobes, far_apart_first, near_lowest
+from .sampled_amplitudes import amplitude_range, between_lobes, far_apart_first, near_lowest
 
-_LARGEST = 2e-4
-_DECADES = 3.0
-_COUNT, _FEWER = 31, 16
 _SETTLED = 1e-6
 _ROUNDS, _HALVINGS = 3, 6
 _CHOSEN = 8
 _FLAT = 1e-9
+FEWEST = 3
+"""Amplitudes from which on something is told where time is up."""
 _BELOW = 1e-3
 
 
@@ -245,19 +245,24 @@ def amplitude_limits(
         chart, _ = layer(size)
         return chart.depth, chart.chatter_frequency
 
+    turns = Turns("amplitudes", FEWEST)
+
+    def begin(size: float) -> None:
+        with turns.another():
+            layers[size] = layers.get(size) or layer(size)
+
     try:
-        for size in far_apart_first(A):
-            in_time()
-            layers[size] = layer(size)
+        for size in each("amplitudes", far_apart_first(A), len(A)):
+            begin(size)
         for turn in range(_HALVINGS if len(speeds) <= _CHOSEN else 0):
             charts = [layers[size][0] for size in sorted(layers)]
             closer = between_lobes(sorted(layers), np.array([chart.lobe for chart in charts]))
             closer += near_lowest({size: chart.depth for size, (chart, _) in layers.items()}) if turn < rounds else []
-            for size in closer:
-                layers[size] = layers.get(size) or layer(size)
+            for size in each("amplitudes between them", closer, len(closer)):
+                begin(size)
         whole = True
     except OutOfTime:
-        if len(layers) < 2:
+        if len(layers) < FEWEST:
             raise
     A = np.array(sorted(layers))
     charts = [layers[size][0] for size in A.tolist()]
@@ -290,9 +295,3 @@ def depends_on_amplitude(machine: Machine) -> bool:
     cutting = Cutting(**dict(machine.cutting or {}))
     bent_cut = cutting.process != "milling" and cutting.feed is not None
     return bent_cut or not all(is_linear(joint) for joint in machine.joints())
-
-
-def amplitude_range(cutting: Cutting, count: int | None = None) -> Array:
-    """Amplitudes in m over three decades up to the feed, or to 200 µm without: 31, in milling 16, which are dear."""
-    largest = cutting.feed or _LARGEST
-    return np.geomspace(largest * 10**-_DECADES, largest, count or (_FEWER if cutting.process == "milling" else _COUNT))

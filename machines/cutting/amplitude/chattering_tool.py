@@ -10,8 +10,10 @@ import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import FrequencyMismatch, InputError
+from jointlib.shown.progress import each
 
 from ...components.measured import Measured
+from ...deadline import OutOfTime, in_time, within
 from ...harmonic_balance.assembly import Assembly
 from ...model.machine import Machine
 from ...operating.operating_point import OpenTool, OperatingPoint
@@ -25,7 +27,7 @@ from ..process.zero_order import loop_stiffness
 
 LINES = 600
 _TRIED = (3, 24)
-_MANY = 4.0
+_MANY, _PATIENCE = 4.0, 5.0
 _HALVINGS = 4
 _STRAIGHT, _ROUGH = 1e-4, 1e-2
 """Share by which a receptance may be off between its lines, and where it only tells where to start."""
@@ -75,7 +77,7 @@ def operating_receptance(
     tool = OpenTool(machine, lines)
     point = chattering(tool, cutting, amplitude)[0]
     ends = np.arange(len(lines) - 1)
-    for _ in range(_HALVINGS):
+    for _ in each("refinements of the lines", range(_HALVINGS), _HALVINGS):
         lines = point.frf.frequency
         middle = (lines[ends] + lines[ends + 1]) / 2
         found = chattering(tool.on(middle), cutting, amplitude)[0]
@@ -95,16 +97,20 @@ def operating_receptance(
 def seconds_of_chart(machine: Machine, cutting: Cutting, amplitude: float, enough: float = np.inf) -> float:
     """About how long `wide_receptance` takes at an amplitude in m, from a few of its lines.
 
-    Fewer serve where they tell of many times ``enough`` (s) already.
+    Fewer serve where they tell of many times ``enough`` (s) already, and they are not waited for to the end.
     """
     band = chatter_band(machine)
     needed = 0.0
     for tried in _TRIED:
         tool = OpenTool(machine, np.geomspace(band.low, band.high, tried))
         tool.vibrating(0.0)
-        begun = time.process_time()
-        chattering(tool, cutting, amplitude)
-        needed = (time.process_time() - begun) * max(LINES, len(band.lines)) / tried * (1 + _HALVINGS / 2)
+        begun, times = time.process_time(), max(LINES, len(band.lines)) / tried * (1 + _HALVINGS / 2)
+        try:
+            with within(max(_PATIENCE, 2 * _MANY * enough / times)):
+                chattering(tool, cutting, amplitude)
+        except OutOfTime:
+            in_time()
+        needed = (time.process_time() - begun) * times
         if needed > _MANY * enough:
             break
     return needed

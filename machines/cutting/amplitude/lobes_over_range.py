@@ -10,7 +10,7 @@ is closed in.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from itertools import pairwise
 
@@ -18,6 +18,7 @@ import numpy as np
 
 from jointlib.arrays import Array, ArrayLike
 from jointlib.errors import CheckFailed
+from jointlib.shown.progress import each, remark
 
 from ...deadline import in_time
 from ...indices import Index, Mask
@@ -42,6 +43,8 @@ _DIPS = 1 - 1e-3
 _FEWEST = 3
 _TRIED = 5
 """Speeds that tell how long all of them take."""
+_LONG = 60.0
+"""Seconds from which on that is said before the others are begun."""
 
 
 def lobes_over_range(
@@ -72,20 +75,33 @@ def lobes_over_range(
     begun = time.monotonic()
     chart = at(speeds if not np.isfinite(budget) else speeds[tried])
     if chart.speed.size < speeds.size:
-        slow = (time.monotonic() - begun) * speeds.size / tried.size > budget / 2
-        slow = slow and not chart.branches
+        needed = (time.monotonic() - begun) * speeds.size / tried.size
+        slow = needed > budget / 2 and not chart.branches
+        if needed > _LONG and not chart.branches:
+            faster = "multi-frequency is faster, " if chart.method == "collocation" and not _plain(machine) else ""
+            long = f"{speeds.size} speeds by {chart.method} take about {needed:.0f} s"
+            remark(f"{long}; {faster}zero-order is a fast preview")
         chart = _until(chart, np.delete(speeds, tried), at, deadline) if slow else at(speeds)
     if chart.branches or chart.speed.size < _FEWEST:
         return without(chart, refused)  # closed forms have the minimum over every speed
-    known = chart.speed.size
+    missing = speeds.size - chart.speed.size - np.count_nonzero(np.isin(list(refused), speeds))
+    known = speeds.size - missing
     chart = without(over_the_range(chart, at, deadline), refused)
-    if time.monotonic() < deadline:
+    if AT_SPEEDS not in chart.notes and not missing:
         return chart
-    short = (
-        f"Time was up after {budget:g} s: {known} of {speeds.size} speeds are computed, spread over the range, and "
-        "dips between them were not looked for to the end."
+    short = f"Time was up after {budget:.3g} s: " + (
+        f"{known} of {speeds.size} speeds are computed, spread over the range; the others are left out, and what dips "
+        "between them was not looked for."
+        if missing
+        else f"of what dips between the {speeds.size} speeds not all was looked for."
     )
-    return replace(chart, minimum_at=None, notes=(*chart.notes, AT_SPEEDS), warnings=(*chart.warnings, short))
+    notes = tuple(dict.fromkeys((*chart.notes, AT_SPEEDS)))
+    return replace(chart, minimum_at=None, notes=notes, warnings=(*chart.warnings, short))
+
+
+def _plain(machine: Machine) -> bool:
+    """Whether the cutter has equal pitches, no helix and no flank that rubs."""
+    return Cutting(**dict(machine.cutting or {})).plain
 
 
 def without(chart: StabilityLobes, refused: Mapping[float, str]) -> StabilityLobes:
@@ -108,12 +124,16 @@ def _until(
 ) -> StabilityLobes:
     """The chart with further speeds, those farthest from any that is known first, until the deadline."""
     known = [chart]
-    while len(speeds) and time.monotonic() < deadline:
-        done = np.concatenate([one.speed for one in known])
-        following = farthest(speeds, done)
-        if (one := _tried(at, speeds[[following]])) is not None:
+
+    def spread(left: Array) -> Iterator[Array]:
+        while len(left) and time.monotonic() < deadline:
+            following = farthest(left, np.concatenate([one.speed for one in known]))
+            yield left[[following]]
+            left = np.delete(left, following)
+
+    for rpm in each("speeds", spread(speeds), len(speeds)):
+        if (one := _tried(at, rpm)) is not None:
             known.append(one)
-        speeds = np.delete(speeds, following)
     return joined(known)
 
 
@@ -131,15 +151,17 @@ def over_the_range(
     """The chart with the lowest place of every interval that dips below both its ends, and the minimum over all speeds.
 
     ``chart`` has ascending speeds and comes from a method that computes speed by speed; ``at`` computes further ones,
-    until a ``deadline`` by `time.monotonic`.
+    until a ``deadline`` by `time.monotonic`; where that came before the end the minimum stays that at the speeds given.
     """
-    grid = chart.speed.ravel()
+    grid, whole = chart.speed.ravel(), True
     known = {key: getattr(chart, key).ravel() for key in BY_SPEED}
 
     def join(speeds: Array) -> None:
+        nonlocal whole
         parts = [speeds] if deadline == np.inf else speeds[:, None]
-        for part in parts:
+        for part in each("speeds between them", parts, len(parts)):
             if time.monotonic() > deadline:
+                whole = False
                 return
             more = _tried(at, part)
             if more is None:
@@ -172,8 +194,8 @@ def over_the_range(
         minimum_depth=lowest,
         minimum_frequency=frequency,
         minimum_phase=waves % 1,
-        minimum_at=rpm if np.isfinite(lowest) else None,
-        notes=tuple(note for note in chart.notes if note != AT_SPEEDS),
+        minimum_at=rpm if whole and np.isfinite(lowest) else None,
+        notes=tuple(note for note in chart.notes if note != AT_SPEEDS or not whole),
     )
 
 

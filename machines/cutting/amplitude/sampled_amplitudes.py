@@ -9,9 +9,19 @@ import numpy as np
 from jointlib.arrays import Array
 
 from ..process.chart import Integers
+from ..process.cutting import Cutting
 from .lobes_over_range import farthest
 
 _CLOSE = 1.03
+_LARGEST = 2e-4
+_DECADES = 3.0
+_COUNT, _FEWER = 31, 16
+
+
+def amplitude_range(cutting: Cutting, count: int | None = None) -> Array:
+    """Amplitudes in m over three decades up to the feed, or to 200 µm without: 31, in milling 16, which are dear."""
+    largest = cutting.feed or _LARGEST
+    return np.geomspace(largest * 10**-_DECADES, largest, count or (_FEWER if cutting.process == "milling" else _COUNT))
 
 
 def far_apart_first(size: Array) -> list[float]:

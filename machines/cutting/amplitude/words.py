@@ -49,7 +49,7 @@ def told_so_far(limits: AmplitudeLimits, budget: float) -> list[str]:
     """The lowest depths of limits that ended with their time, of ``budget`` s; what lies between is not told."""
     sizes = limits.amplitude
     said = [
-        f"Time was up after {budget:g} s: limits over amplitude are known at {len(sizes)} amplitudes from "
+        f"Time was up after {budget:.3g} s: limits over amplitude are known at {len(sizes)} amplitudes from "
         f"{um(sizes[0])} to {um(sizes[-1])}; what lies between them and becomes of a cut was not looked for."
     ]
     for rpm, low, size in zip(limits.speed, limits.safe, limits.safe_amplitude, strict=True):

@@ -21,6 +21,8 @@ STEP = 1.04
 """Ratio of neighbouring depths that are looked at: an island narrower than this may be missed."""
 _CLOSED, _OUTSIDE = 1e-3, 0.02
 _NEWTON, _SETTLED = 30, 1e-11
+_TRIED = 12
+"""Places where the determinant is small that are tried for a crossing, the smallest first."""
 _APART = 1e-6
 _SERVES = 0.2
 """Share of the last step that one with slopes kept may have."""
@@ -137,11 +139,13 @@ def _between(closed: Closed, fraction: Array, low: tuple[float, int], high: tupl
     middle = (a + b) / 2
     _, nu, size = growing(lambda nu: closed(nu, middle), fraction)
     ends = [Crossing(middle, nu[i], complex(-1 / middle)) for i in (0, -1)]
-    inner = Crossing(middle, float(nu[1 + int(np.argmin(size[1:-1]))]), complex(-1 / middle))
     ends.sort(key=lambda one: size[0] if one.fraction == 0 else size[-1])
-    tried = [*ends, inner] if (above - below) % 2 else [inner, *ends]
+    # The determinant is small near a crossing, and may be smaller where something else nearly crosses.
+    low_at = 1 + np.flatnonzero((size[1:-1] <= size[:-2]) & (size[1:-1] <= size[2:]))
+    inner = [Crossing(middle, float(nu[i]), complex(-1 / middle)) for i in low_at[np.argsort(size[low_at])][:_TRIED]]
+    tried = [*ends, *inner] if (above - below) % 2 else [*inner, *ends]
     for guess in tried:
         exact = settled(closed, guess, 4 * _CLOSED)
         if exact.kind:
             return [Change(exact, below, above)]
-    return [Change(inner, below, above)]
+    return [Change(tried[0], below, above)]

@@ -16,6 +16,7 @@ from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
 
 from ...indices import Mask
+from ...tool.bounded_band import Shape
 from ...tool.tool_point import ToolPoint
 from ..loops.regeneration import loop_eigenvalues
 from ..process.cutter import Cutter
@@ -24,23 +25,47 @@ _A_WAVE = 48
 """Frequencies to a wave of the longest delay, on which crossings are looked for."""
 _EXACT = 1e-14
 _LEVEL = 1e-9
+_WEAK = 0.02
+"""Share of the largest |λ| that there may be, up to which the lowest depth is looked for first."""
+_BETWEEN = 1.5
+"""Times the larger receptance of two lines of a `Shape` up to which that between them goes."""
 _TURNS, _BISECTED = 100, 6
 """Steps towards a crossing at most, and at every how many the interval is halved instead."""
 
 
 def mean_crossings(
-    point: ToolPoint, cutter: Cutter, speed: float, deepest: float = np.inf
+    point: ToolPoint, cutter: Cutter, speed: float, deepest: float, seen: Shape
 ) -> list[tuple[float, float, bool]]:
     """Every depth in m at which a vibration keeps itself alive at a speed in rpm, ascending, with its frequency in Hz
     and whether it grows above; up to a ``deepest``, of which 0 asks for the lowest alone.
 
-    The tool and the cut move along ``point.axes``; in turning x is along the chip thickness.
+    The tool and the cut move along ``point.axes``; in turning x is along the chip thickness. By the lines on which the
+    tool is ``seen`` no frequency is asked above those at which |λ| ≤ (2·|D| + ω·(C/v)·|N|)·|G| may bring the depth down
+    to those asked for: a machine has modes far above all that chatters.
     """
-    loop = _loop(point, cutter, speed)
+    loop, stiffest = _loop(point, cutter, speed)
     low, high = float(point.lines[0]), float(point.lines[-1])
     longest = max(flute.behind for flute in cutter.flutes) / (2 * np.pi * speed / 60)
     count = int(np.ceil((high - low) * longest * _A_WAVE)) + 2
     lines = np.union1d(point.lines, np.linspace(low, high, count))
+    strong = _BETWEEN * stiffest(seen.lines) * seen.size
+    strong = np.maximum(strong, np.append(strong[1:], 0))  # up to the next line
+
+    def reached(depth: float) -> Array:
+        """The lines up to the last at which so small a depth may be a limit."""
+        last = np.flatnonzero(strong * depth >= 1)
+        ends = seen.lines[min(last[-1] + 1, len(seen.lines) - 1)] if len(last) else low
+        return lines[: int(np.searchsorted(lines, ends, side="right")) + 1]
+
+    if deepest:
+        return _crossings(loop, reached(deepest), deepest)
+    # The lowest where the tool is weak tells up to where a lower one may lie.
+    first = _crossings(loop, reached(float(1 / (_WEAK * np.max(strong)))), 0.0)
+    return _crossings(loop, reached(first[0][0]) if first else lines, 0.0)
+
+
+def _crossings(loop: Callable[[Array], ComplexArray], lines: Array, deepest: float) -> list[tuple[float, float, bool]]:
+    """`mean_crossings` on some lines in Hz."""
     value = loop(lines)
     if value.shape[1] == 2:  # columns exchanged so that each runs on
         straight = np.abs(np.diff(value, axis=0)).sum(axis=1)
@@ -71,7 +96,7 @@ def mean_crossings(
     if deepest:
         return [one for one in found if one[0] <= deepest]
     if level and not (found and found[0][0] * level <= 1 + _LEVEL):  # what bounded it was no crossing
-        return mean_crossings(point, cutter, speed)[:1]
+        return _crossings(loop, lines, np.inf)[:1]
     return found[:1]
 
 
@@ -104,8 +129,10 @@ def _closed(
     return f, at, kept
 
 
-def _loop(point: ToolPoint, cutter: Cutter, speed: float) -> Callable[[Array], ComplexArray]:
-    """λ in 1/m over frequency in Hz, (nf,) → (nf, n)."""
+def _loop(
+    point: ToolPoint, cutter: Cutter, speed: float
+) -> tuple[Callable[[Array], ComplexArray], Callable[[Array], Array]]:
+    """λ in 1/m over frequency in Hz, (nf,) → (nf, n); how many times |G| it is at most, N/m², (nf,)."""
     if any(flute.spread for flute in cutter.flutes):
         raise InputError(
             "zero-order: the flutes have different helices, so the delays change along the depth, expected one helix; "
@@ -125,4 +152,5 @@ def _loop(point: ToolPoint, cutter: Cutter, speed: float) -> Callable[[Array], C
         K = D * delayed[:, None, None] + 1j * omega[:, None, None] * rubbing * N
         return loop_eigenvalues(K, point(f))
 
-    return loop
+    stiff, rubs = float(np.linalg.norm(D)), float(rubbing * np.linalg.norm(N))
+    return loop, lambda f: 2 * stiff + 2 * np.pi * f * rubs

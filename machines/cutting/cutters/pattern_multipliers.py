@@ -15,7 +15,7 @@ from jointlib.errors import CheckFailed
 from ...indices import Index
 from ...tool.tool_model import ToolModel
 from ..loops import multipliers
-from ..loops.characteristic import coefficients, largest_multiplier
+from ..loops.characteristic import coefficients, decided, largest_multiplier
 from ..process.cutter import Cutter
 from ..process.cutting import Cutting
 from .pattern_map import FINER, MORE, Answers, PatternMap, pattern_map, pattern_nodes
@@ -26,8 +26,9 @@ _FEW = 0.25
 """Share of the speeds that must be proved for more depths to be worth while: with helix there may be kinks in depth."""
 _TOGETHER, _ALIKE = 60, 1.25
 """Speeds at once, and how many times the slowest of them the fastest may be."""
-_COARSE, _KEPT, _ROUNDS = 3, 24, 3
-"""Nodes of the maps that are interpolated, beyond the phase; multipliers that take part, and rounds to find them."""
+_COARSE, _KEPT, _ROUNDS, _RESIDUAL = 3, 24, 3, 1e-5
+"""Nodes of the maps that are interpolated, beyond the phase; multipliers that take part, rounds to find them, and
+by how much of itself the largest may fail to be one."""
 
 
 def largest_multipliers(model: ToolModel, cutting: Cutting, speed: Array, depth: Array) -> Array:
@@ -139,7 +140,9 @@ def _coefficients(model: ToolModel, cutter: Cutter, speed: Array, depth: Array, 
 def _strongest(M: Array) -> ComplexArray:
     """The multipliers that are largest, at least of `_KEPT` of them the first half to all digits that matter.
 
-    Those of a large map on the subspace that its powers turn any vectors into: they fall off so fast that few do.
+    Those of a large map on the subspace that its powers turn any vectors into: they fall off so fast that few do. Where
+    the largest there is no eigenvalue of the map, as on a machine whose many slow modes hardly die out over a pattern,
+    all are computed: of every map as many.
     """
     size = M.shape[-1]
     if size <= 2 * _KEPT:
@@ -147,7 +150,15 @@ def _strongest(M: Array) -> ComplexArray:
     V = np.broadcast_to(np.cos(np.arange(size)[:, None] * np.arange(1, _KEPT + 1) ** 2), (len(M), size, _KEPT))
     for _ in range(_ROUNDS):
         V, _ = np.linalg.qr(M @ (M @ V))
-    return np.linalg.eigvals(V.swapaxes(1, 2) @ (M @ V)).astype(complex)
+    moved = M @ V
+    own = V.swapaxes(1, 2) @ moved
+    found, vectors = np.linalg.eig(own)
+    largest = np.argmax(np.abs(found), axis=1)[:, None]
+    value, vector = np.take_along_axis(found, largest, axis=1), np.take_along_axis(vectors, largest[:, None], axis=2)
+    left = np.linalg.norm(moved @ vector - value[..., None] * (V @ vector), axis=(1, 2))
+    if np.all(left <= _RESIDUAL * np.abs(value[:, 0])):
+        return np.asarray(found.astype(complex))
+    return np.linalg.eigvals(M).astype(complex)
 
 
 def _exact(model: ToolModel, cutter: Cutter, speed: Array, depth: float, more: int) -> Array:
@@ -158,12 +169,12 @@ def _one_by_one(model: ToolModel, cutter: Cutter, speed: float, depth: Array) ->
     """Largest |μ| over a pattern at one speed, every depth by itself."""
     rpm, check = np.array([speed]), np.unique([np.max(depth), np.median(depth)])
     more = MORE
-    before = np.array([_exact(model, cutter, rpm, b, more)[0] for b in check.tolist()])
+    sizes = [np.array([_exact(model, cutter, rpm, b, more)[0] for b in check.tolist()])]
     for _ in range(_RAISES):
-        after = np.array([_exact(model, cutter, rpm, b, more + FINER)[0] for b in check.tolist()])
-        if np.all(np.abs(after - before) <= _GUARD * np.maximum(after, 1)):
+        sizes.append(np.array([_exact(model, cutter, rpm, b, more + FINER)[0] for b in check.tolist()]))
+        if np.all(np.abs(sizes[-1] - sizes[-2]) <= _GUARD * np.maximum(sizes[-1], 1)):
             return np.array([_exact(model, cutter, rpm, b, more)[0] for b in depth.tolist()])
-        more, before = more + FINER, after
-    raise CheckFailed(
-        f"collocation: at {speed:g} rpm the multipliers still change with the number of nodes; lower the depth"
-    )
+        more += FINER
+    if len(check) == len(depth) and (sure := decided(sizes)) is not None:
+        return sure[np.searchsorted(check, depth)]
+    raise CheckFailed(f"collocation: at {speed:g} rpm the multipliers still change with the number of nodes")

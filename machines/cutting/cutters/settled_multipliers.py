@@ -10,6 +10,7 @@ from jointlib.errors import CheckFailed
 from ...tool.bounded_band import shape
 from ...tool.tool_model import ToolModel
 from ...tool.tool_point import ToolPoint
+from ..loops.characteristic import decided
 from ..loops.collocation import MOST_NODES, node_count
 from ..loops.harmonic_crossing import GAIN, stiffest_direction
 from ..process.cutting import Cutting
@@ -24,7 +25,8 @@ def settled_multipliers(model: ToolModel, cutting: Cutting, speed: Array, depth:
 
     Where the fastest mode asks for more nodes than there may be, those above the last line on which the deepest cut
     could feed a vibration act together (`ToolModel.up_to`), and that line is raised until it changes no multiplier by
-    more than 10⁻⁵ of itself (of 1 where it is smaller). `CheckFailed` where it still does.
+    more than 10⁻⁵ of itself (of 1 where it is smaller). What still changes is told to the digits that are known where
+    they say on which side of 1 it is; else `CheckFailed`.
     """
     slowest = float(np.min(speed))
     if node_count(model, cutting, slowest) <= MOST_NODES:
@@ -34,12 +36,15 @@ def settled_multipliers(model: ToolModel, cutting: Cutting, speed: Array, depth:
     stiffest = stiffest_direction(cutting, axes) if milled else abs(float(cutting.mean_stiffness[0, 0]))
     level = GAIN / (2 * stiffest * float(np.max(depth)))
     seen = shape(ToolPoint(model, model.lines, model.axes, sampled=False))
-    highest, before = max(seen.reaching(level), float(seen.lines[np.argmax(seen.size)])), None
+    highest, sizes = max(seen.reaching(level), float(seen.lines[np.argmax(seen.size)])), list[Array]()
     for _ in range(_RAISES):
         found = largest_multipliers(model.up_to(highest), cutting, speed, depth)
-        if before is not None and np.all(np.abs(found - before) <= _SETTLED * np.maximum(found, 1)):
+        if sizes and np.all(np.abs(found - sizes[-1]) <= _SETTLED * np.maximum(found, 1)):
             return found
-        before, highest = found, _FURTHER * highest
+        sizes.append(found)
+        highest *= _FURTHER
+    if (sure := decided(sizes)) is not None:
+        return sure
     raise CheckFailed(
         f"collocation: at {slowest:g} rpm the growth of a vibration still changes with the modes that are kept"
     )

@@ -102,7 +102,7 @@ def told_cuts(
                 sentence = moved_by_teeth(limits, b, i)
             else:
                 zones, mu = (None if unstable is None else unstable[i]), (None if growth is None else growth[i][k])
-                fate = fate_at(limits, b, i, zones, None if mu is None else float(mu))
+                fate = fate_at(limits, b, i, zones, None if mu is None or np.isnan(mu) else float(mu))
                 sentence = of_fate(fate, reach_words(limits, i))
             found = in_time(machine, fate, doubted=shaking and cut is None)
             later.append(sentence if found is None else str(found))

@@ -12,7 +12,8 @@ from jointlib.errors import InputError
 from ...indices import Mask
 from ...model.machine import Machine
 from ...model.spindle_speed import at_speed
-from ..amplitude.amplitude_limits import Cycle, amplitude_range
+from ..amplitude.amplitude_limits import Cycle
+from ..amplitude.sampled_amplitudes import amplitude_range
 from ..amplitude.words import mm, story, um
 from ..process.cutter import Cutter
 from ..process.cutting import Cutting

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
@@ -11,6 +13,7 @@ from ...indices import Index
 _SQUARINGS, _NORMALISED = 30, 3
 _ZERO, _VANISHED = -(10**7), -300
 """Binary exponents: of 0, and of what counts for nothing beside 1."""
+_SURE = 10.0
 
 
 def coefficients(mu: ComplexArray) -> Array:
@@ -49,6 +52,18 @@ def largest_multiplier(a: Array) -> Array:
         a = squared
     g = np.max(np.abs(a[1:]) ** (1 / _along(np.arange(1, len(a)), a.ndim)), axis=0)
     return np.asarray(np.exp2(size + np.log2(g) / 2.0**_SQUARINGS))
+
+
+def decided(sizes: Sequence[Array]) -> Array | None:
+    """Sizes of multipliers, finer and finer, to the digits that all share; None where one may be on either side of 1.
+
+    Whether a vibration grows needs no more: the last |μ| must be `_SURE` times further from 1 than from any before it.
+    """
+    apart = np.max(np.abs(np.array(sizes) - sizes[-1]), axis=0)
+    if np.any(_SURE * apart >= np.abs(sizes[-1] - 1)):
+        return None
+    unit = 10.0 ** np.ceil(np.log10(np.maximum(apart, 1e-12)))
+    return np.asarray(np.round(sizes[-1] / unit) * unit)
 
 
 def _along(values: Index, dimensions: int) -> Index:

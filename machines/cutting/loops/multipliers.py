@@ -20,7 +20,7 @@ from jointlib.errors import CheckFailed
 from ...indices import Index
 from ...tool.tool_model import ToolModel
 from ..process.cutting import Cutting
-from .characteristic import coefficients, largest_multiplier
+from .characteristic import coefficients, decided, largest_multiplier
 from .collocation import FINER, MORE, ArcMap, arc_map, node_count
 
 _GUARD = 1e-7
@@ -163,18 +163,17 @@ def _one_by_one(model: ToolModel, cutting: Cutting, speed: float, depth: Array) 
     """Largest |μ| at one speed, every depth by itself."""
     check = np.unique([np.max(depth), np.median(depth)])
     coarse = arc_map(model, cutting, speed)
-    before = np.max(np.abs(coarse.multipliers(check)), axis=-1)
+    sizes = [np.max(np.abs(coarse.multipliers(check)), axis=-1)]
     for raised in range(_RAISES):
         found = arc_map(model, cutting, speed, MORE + FINER * (raised + 1))
-        after = np.max(np.abs(found.multipliers(check)), axis=-1)
-        if np.all(np.abs(after - before) <= _GUARD * np.maximum(after, 1.0)):
+        sizes.append(np.max(np.abs(found.multipliers(check)), axis=-1))
+        if np.all(np.abs(sizes[-1] - sizes[-2]) <= _GUARD * np.maximum(sizes[-1], 1.0)):
             break
-        coarse, before = found, after
+        coarse = found
     else:
-        raise CheckFailed(
-            f"collocation: at {speed:g} rpm the multipliers still change with the number of nodes; "
-            "lower the depth, or use multi-frequency"
-        )
+        if len(check) == len(depth) and (sure := decided(sizes)) is not None:
+            return np.asarray(sure[np.searchsorted(check, depth)])
+        raise CheckFailed(f"collocation: at {speed:g} rpm the multipliers still change with the number of nodes")
     block = max(1, _BLOCK // coarse.size**2)
     parts = [coarse.multipliers(depth[start : start + block]) for start in range(0, len(depth), block)]
     return np.concatenate([np.max(np.abs(part), axis=-1) for part in parts])

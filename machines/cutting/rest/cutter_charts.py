@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
 from jointlib.arrays import Array
 from jointlib.errors import CheckFailed
+from jointlib.shown.progress import each, remark
 
 from ...deadline import in_time
 from ...tool.bounded_band import Shape, shape, spectrum
@@ -15,16 +18,16 @@ from ...tool.tool_model import ToolModel
 from ...tool.tool_point import ToolPoint
 from ..cutters.border import STEP, Change, Closed, changes, settled, stable_below
 from ..cutters.mean_cut import mean_crossings
-from ..cutters.pattern_map import FINER, MORE, pattern_map
+from ..cutters.pattern_map import FINER, MORE, pattern_map, pattern_nodes
 from ..cutters.side_lines import SideLines
 from ..loops.edges import Edge
-from ..loops.harmonic_crossing import AGREE, PAST, Found, largest_line, stiffest_direction
+from ..loops.harmonic_crossing import AGREE, GAIN, PAST, Found, largest_line, stiffest_direction
 from ..loops.loop_branches import NONE, Crossing, nearest_of
 from ..process.chart import StabilityLobes
 from ..process.cutter import Cutter
 from ..process.cutting import Cutting
 from ..process.flank import linear_down_to
-from .periodic import AT_SPEEDS, charted, refuse_resonant_ends
+from .periodic import AT_SPEEDS, FAR, JOINED, MANY_NODES, charted, joined_words, refuse_resonant_ends
 
 NOTES = ("Not covered: runout, axial and torsional motion, loss of contact.", AT_SPEEDS)
 _MEAN = "Zero-order approximation: tooth forces are replaced by their mean, in which a helix takes no part."
@@ -38,6 +41,8 @@ _REACH, _ALONE = 2.5, 60.0
 """Times the depth of the mean cut up to which a first crossing is looked for; times the surely stable one without."""
 _GAIN = 0.5
 _MOST, _RAISES = 256, 5
+_MAPS, _LONG = 16, 60.0
+"""Maps of a pattern that settle a crossing, and seconds from which on that is told before."""
 _GUARD, _GUARD_BENT = 1e-6, 2e-5
 """Of depths by collocation; where delays change along the depth what is looked back at has kinks inside elements."""
 
@@ -89,7 +94,7 @@ class CutterSearch:
             every = changes(loop.closed, nu, low, deepest)
             return [replace(one, crossing=self.settle(loop, one.crossing)) for one in every], deepest
         straight = replace(self.cutting, helix=None)
-        mean = mean_crossings(along_cut(self.point, self.cutting), Cutter.of(straight), speed, 0.0)
+        mean = mean_crossings(along_cut(self.point, self.cutting), Cutter.of(straight), speed, 0.0, self.resolved)
         low = stable_below(loop.closed, nu, mean[0][0] if mean else 1.0)
         reach = max(_ALONE * low, _REACH * mean[0][0] if mean else 0.0)
         reach = min(reach, 0.99 * self.cutter.deepest)
@@ -105,12 +110,13 @@ class CutterSearch:
     def settle(self, loop: SideLines, crossing: Crossing) -> Crossing:
         """The crossing by the method, with a finer loop that proves it."""
         speed, before = loop.speed, crossing
+        model = None if self.model is None else self._kept(self.model, loop, crossing)
         for raised in range(_RAISES):
-            if self.model is None:
+            if model is None:
                 finer = replace(loop, harmonics=loop.harmonics * 2 ** (raised + 1))
                 after, within = settled(finer.closed, before), AGREE
             else:
-                after = settled(self._map(speed, MORE + FINER * raised), before)
+                after = settled(self._map(model, before, speed, MORE + FINER * raised), before)
                 within = _GUARD_BENT if any(flute.spread for flute in self.cutter.flutes) else _GUARD
             if after.kind and abs(after.depth / before.depth - 1) <= within:
                 return after
@@ -121,10 +127,42 @@ class CutterSearch:
             f"{'harmonics' if self.model is None else 'nodes'}"
         )
 
-    def _map(self, speed: float, more: int) -> Closed:
-        assert self.model is not None
-        model = self.model
-        return lambda nu, depth: pattern_map(model, self.cutter, np.array([speed]), depth, more).closed(nu)
+    def _map(self, model: ToolModel, crossing: Crossing, speed: float, more: int) -> Closed:
+        at = lru_cache(maxsize=2)(lambda depth: pattern_map(model, self.cutter, np.array([speed]), depth, more))
+        begun = time.perf_counter()
+        at(crossing.depth)
+        needed = _MAPS * (time.perf_counter() - begun)
+        if needed > _LONG and more == MORE:
+            remark(
+                f"collocation at {speed:g} rpm takes about {needed:.0f} s; multi-frequency, which has "
+                f"{crossing.depth * 1e3:.5g} mm there, is faster"
+            )
+        return lambda nu, depth: at(depth).closed(nu)
+
+    def joins(self, speed: float, depth: float) -> bool:
+        """Whether the fastest modes ask for so many nodes at a speed (rpm) and depth (m) that they act together."""
+        if self.model is None:
+            return False
+        return len(pattern_nodes(self.model, self.cutter, depth, speed).places) > MANY_NODES
+
+    def _kept(self, model: ToolModel, loop: SideLines, crossing: Crossing) -> ToolModel:
+        """The tool with its fastest modes joined, where they ask for too many nodes: as many are kept as the crossing,
+        by harmonics of both, asks for.
+        """
+        if not self.joins(loop.speed, crossing.depth):
+            return model
+        tooth = self.cutting.cuts_per_revolution * loop.speed / 60
+        weak = GAIN / (2 * stiffest_direction(self.cutting, loop.axes) * crossing.depth)
+        highest = max(self.line(loop, crossing) * tooth, self.resolved.reaching(weak))
+        for more in range(_RAISES):
+            few = model.up_to(highest * FAR**more)
+            beside = settled(replace(loop, receptance=few).closed, crossing)
+            if beside.kind and abs(beside.depth / crossing.depth - 1) <= JOINED:
+                return few
+        raise CheckFailed(
+            f"collocation: at {loop.speed:g} rpm the depth still changes with the modes that are kept; use "
+            "multi-frequency"
+        )
 
     def line(self, loop: SideLines, crossing: Crossing) -> float:
         """The line, in tooth frequencies, at which the tool moves most."""
@@ -146,7 +184,7 @@ def cutter_edges(
     """Every crossing of the border of a cut that is not `Cutting.plain`, up to a depth in m, at a speed in rpm."""
     in_time()
     if method in ("turning", "zero-order") or cutting.process != "milling":
-        every = mean_crossings(along_cut(point, cutting), Cutter.of(cutting), speed, deepest)
+        every = mean_crossings(along_cut(point, cutting), Cutter.of(cutting), speed, deepest, shape(point))
         return [Edge(depth, f, "hopf", outwards) for depth, f, outwards in every]
     found, _ = CutterSearch.of(point, cutting, model).found(speed, deepest)
     return [Edge(one.crossing.depth, one.crossing.fraction, one.crossing.kind, one.above > one.below) for one in found]
@@ -158,12 +196,12 @@ def cutter_chart(
     """The chart of a cutter that is not `Cutting.plain`, by a method of `stability_lobes`, at speeds in rpm."""
     said = [_RUBBING] if cutting.process_damping else []
     if name in ("turning", "zero-order") or cutting.process != "milling":
-        found = [_of_mean(point, cutting, rpm) for rpm in speed.tolist()]
+        found = [_of_mean(point, cutting, rpm) for rpm in each("speeds", speed.tolist(), len(speed))]
         notes = NOTES if name != "zero-order" else (_MEAN, *NOTES)
     else:
         search = CutterSearch.of(point, cutting, model if name == "collocation" else None)
         found, none = list[Found](), list[float]()
-        for rpm in speed.tolist():
+        for rpm in each("speeds", speed.tolist(), len(speed)):
             first, reach = search.found(rpm)
             if not first:
                 none.append(reach)
@@ -172,6 +210,8 @@ def cutter_chart(
             crossing = first[0].crossing
             found.append(Found(crossing, search.line(search.loop(rpm), crossing)))
         notes = (*NOTES, _ISLANDS)
+        at = [(rpm, one.crossing.depth) for rpm, one in zip(speed.tolist(), found, strict=True) if one.crossing.kind]
+        said += [joined_words(JOINED)] if any(search.joins(*one) for one in at) else []
         if none:
             said.append(
                 f"At {len(none)} of {len(found)} speeds nothing chatters up to the depths that were looked at, "
@@ -197,7 +237,7 @@ def _flank_words(cutting: Cutting, chart: StabilityLobes) -> tuple[str, ...]:
 
 def _of_mean(point: ToolPoint, cutting: Cutting, speed: float) -> Found:
     """The lowest depth of a cut that is taken as its mean."""
-    every = mean_crossings(along_cut(point, cutting), Cutter.of(cutting), speed, 0.0)
+    every = mean_crossings(along_cut(point, cutting), Cutter.of(cutting), speed, 0.0, shape(point))
     if not every:
         return Found(NONE)
     depth, f, _ = every[0]

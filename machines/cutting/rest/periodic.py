@@ -8,6 +8,7 @@ import numpy as np
 
 from jointlib.arrays import Array
 from jointlib.errors import CheckFailed, InputError, Outcome
+from jointlib.shown.progress import each
 
 from ...tool.bounded_band import Shape, Spectrum, shape, spectrum
 from ...tool.tool_model import ToolModel
@@ -40,11 +41,11 @@ _WORTH_TELLING = 1e-4
 _RESONANT, _TURNED = 0.5, 0.3
 _UNSEEN_PEAK = 50.0
 """Height over its flexibility of a mode beyond the band, with a damping ratio of 0.01."""
-_FAR = 2.0
+FAR = 2.0
 """Times the highest mode that matters from which on one is far above it."""
-_MANY_NODES = 300
+MANY_NODES = 300
 """Nodes beyond which harmonics search and collocation settles."""
-_REDUCED = 3e-5
+JOINED = 3e-5
 _RAISES = 6
 _GUARD = 1e-6
 
@@ -59,7 +60,7 @@ def by_harmonics(point: ToolPoint, cutting: Cutting, speed: Array) -> StabilityL
     refuse_resonant_ends(receptance, resolved)
     found = [
         harmonic_crossing(HarmonicLoop(receptance, cutting, axes, cuts * rpm / 60, 0), resolved, stiffest)
-        for rpm in speed.tolist()
+        for rpm in each("speeds", speed.tolist(), len(speed))
     ]
     said = _band_said(receptance, found, stiffest, speed)
     return charted("multi-frequency", found, cutting, speed, said)
@@ -68,11 +69,11 @@ def by_harmonics(point: ToolPoint, cutting: Cutting, speed: Array) -> StabilityL
 def by_collocation(model: ToolModel, point: ToolPoint, cutting: Cutting, speed: Array) -> StabilityLobes:
     """Collocation chart; n nodes are settled when n + 4 change the depth by less than 10⁻⁶ of itself."""
     resolved = shape(point)
-    far = model.fastest > _FAR * 2 * np.pi * resolved.highest
+    far = model.fastest > FAR * 2 * np.pi * resolved.highest
     found, apart = [], 0.0
-    for rpm in speed.tolist():
+    for rpm in each("speeds", speed.tolist(), len(speed)):
         tooth = cutting.cuts_per_revolution * rpm / 60
-        if (far or cutting.process == "milling") and node_count(model, cutting, rpm) > _MANY_NODES:
+        if (far or cutting.process == "milling") and node_count(model, cutting, rpm) > MANY_NODES:
             if cutting.process == "milling":
                 settled, finer, change = _reduced(model, point, cutting, rpm, resolved)
             else:
@@ -89,11 +90,15 @@ def by_collocation(model: ToolModel, point: ToolPoint, cutting: Cutting, speed: 
         line = settled.fraction + orders
         moved = np.einsum("qab,qb->qa", model(line * tooth), force)
         found.append(Found(settled, largest_line(line, np.linalg.norm(moved, axis=1))))
-    said = (
+    return charted("collocation", found, cutting, speed, (joined_words(apart),) if apart else ())
+
+
+def joined_words(share: float) -> str:
+    """What is said of modes that act together and move depths by up to a share of themselves."""
+    return (
         "Modes far above those that chatter act together, by their flexibility and inertia, which moves no depth by "
-        f"more than {apart:.0e} of itself.",
+        f"more than {share:.0e} of itself."
     )
-    return charted("collocation", found, cutting, speed, said if apart else ())
 
 
 def _reduced(
@@ -113,7 +118,7 @@ def _reduced(
         return NONE, arc_map(model.up_to(resolved.highest), cutting, speed), 0.0
     highest = max(whole.line * tooth, resolved.reaching(GAIN / (2 * stiffest * whole.crossing.depth)))
     for more in range(_RAISES):
-        few = model.up_to(highest * _FAR**more)
+        few = model.up_to(highest * FAR**more)
         if few is model:
             change = 0.0
         else:
@@ -121,7 +126,7 @@ def _reduced(
             pair = [resolving(replace(loop, receptance=one), whole.harmonics) for one in (model, few)]
             beside = [near(one, whole.crossing) for one in pair]
             change = abs(beside[1].depth / beside[0].depth - 1) if beside[1].kind else np.inf
-        if change > _REDUCED:
+        if change > JOINED:
             continue
         before, finer = (arc_map(few, cutting, speed, MORE + extra, most=MOST_SETTLED) for extra in (0, FINER))
         settled = near(before, whole.crossing)
@@ -139,7 +144,7 @@ def _turned(model: ToolModel, cutting: Cutting, speed: float, resolved: Shape) -
     tooth = cutting.cuts_per_revolution * speed / 60
     share = cutting.rotation[0][["xy".index(axis) for axis in model.axes]]
     for more in range(_RAISES):
-        few = model.up_to(resolved.highest * _FAR**more)
+        few = model.up_to(resolved.highest * FAR**more)
         settled, finer = _collocated(few, cutting, speed, resolved.folded(tooth))
         if not settled.kind:
             return settled, finer, 0.0
@@ -148,7 +153,7 @@ def _turned(model: ToolModel, cutting: Cutting, speed: float, resolved: Shape) -
         at = int(np.argmin(np.abs(cutting.mean_stiffness[0, 0] * closed - settled.eigenvalue)))
         whole = complex(share @ model(line.ravel()[at : at + 1])[0] @ share)
         change = abs(whole / complex(closed[at]) - 1)
-        if change <= _REDUCED:
+        if change <= JOINED:
             return settled, finer, change
     raise CheckFailed(
         f"collocation: at {speed:g} rpm the depth still changes with the modes that are kept; use the method turning"

@@ -1,0 +1,63 @@
+"""What a long computation tells of where it is."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+
+from jointlib.cli import output
+from jointlib.shown.progress import Follower, each, followed, remark
+
+
+def test_loops_inside_each_other_are_told_with_the_outermost_first() -> None:
+    said, follower = list[str](), Follower(lambda text: None)
+    with followed(follower):
+        for _ in each("amplitudes", [1, 2], 2):
+            for _ in each("speeds", [1, 2, 3], 3):
+                said.append(", ".join(part for part in follower.loops if "about" not in part))
+    assert said[:3] == [f"0 of 2 amplitudes, {n} of 3 speeds" for n in range(3)]
+    assert follower.loops == []
+
+
+def test_nobody_has_to_follow() -> None:
+    assert list(each("speeds", iter("abc"), 3)) == ["a", "b", "c"]
+    remark("heard by nobody")
+
+
+def test_a_loop_that_is_left_early_leaves_nothing_behind() -> None:
+    follower = Follower(lambda text: None)
+    with followed(follower):
+        for n in each("speeds", range(9), 9):
+            if n == 3:
+                break
+        assert follower.loops == []
+
+
+@pytest.mark.parametrize("progress", [output.Working(), output.Steps()])
+def test_a_part_that_takes_long_tells_again_and_again_how_far_it_is(
+    progress: output.Working | output.Steps, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(output, "_SHOW_AFTER", 0.02)
+    monkeypatch.setattr(output, "_AGAIN", 0.02)
+    monkeypatch.setattr(output, "_AGAIN_IN_LONG", 0.02)
+    with progress.step("computing"):
+        remark("takes long")
+        for _ in each("speeds", range(4), 4):
+            time.sleep(0.05)
+    out, err = capsys.readouterr()
+    assert not out
+    assert err.startswith("computing …\n  takes long\n")
+    assert "  3 of 4 speeds, about 0 s more (0 s)\n" in err
+
+
+def test_a_short_part_tells_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    with output.Working().step("computing"):
+        pass
+    assert capsys.readouterr().err == ""
+
+
+def test_a_step_that_ends_early_says_so(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(ValueError, match="time is up"), output.Steps().step("computing"):
+        raise ValueError("time is up")
+    assert capsys.readouterr().err == "computing …\n  ended after 0 s: time is up\n"
