@@ -34,6 +34,8 @@ from ..tool.chatter_band import chatter_band, frequency_range
 from .consistency import unmoved
 
 _POINTS = 600
+_FEW = 50
+"""Lines for which poles of the whole machine do not pay."""
 
 
 @dataclass(frozen=True)
@@ -199,7 +201,8 @@ def response(
     forces = _forces(machine, force)
     lines, refine = _lines(machine, frequency, points)
     names = tuple(dict.fromkeys([*machine.tool.values(), driven] if outputs is None else outputs))
-    assembly = Assembly(machine, names, (driven,))
+    low, high = 2 * np.pi * float(lines[0]), 2 * np.pi * float(lines[-1])
+    assembly = Assembly(machine, names, (driven,), (low, high) if len(lines) > _FEW else None)
     found = _first_harmonic(assembly, forces, lines, refine, method)
     estimated = with_errors(assembly, forces, [part.branches for part in found])
     found, remarks = refined(assembly, forces, lines, found, estimated, wanted)
