@@ -103,7 +103,9 @@ class ModeSum:
         dynamic[:, every, every] += squared - omega[:, None] ** 2
         own = 1 / np.sqrt(np.abs(dynamic[:, every, every]))
         probe = np.cos(np.outer(every, [0.0, 1.0, np.sqrt(2.0)]))
-        error = self._in_modes(np.eye(len(squared)), probe.T).at(omega) - np.linalg.solve(dynamic, probe.astype(complex))
+        error = self._in_modes(np.eye(len(squared)), probe.T).at(omega) - np.linalg.solve(
+            dynamic, probe.astype(complex)
+        )
         return bool(np.max(np.abs(error) / (own * np.max(own, axis=1, keepdims=True))[:, :, None]) < _AGREES)
 
     def receptance(self, omega: Array, rows: Array, columns: Array) -> ComplexArray:

@@ -22,10 +22,9 @@ from .all_curves import Starts, passes, raised, started
 from .curve_results import Followed, by_arc_length
 from .line_by_line import solved
 from .validation import Elsewhere, doubtful, elsewhere
+from .windows import edges_of, stretches
 
 _PROBES = 9
-_MARGIN, _SHARE = 2, 5
-"""A window reaches so many lines past what is doubtful, or a fifth of its own width."""
 _SAME = 1e-6
 
 
@@ -78,7 +77,7 @@ def by_windows(assembly: Assembly, forces: Array, lines: Array) -> list[Followed
 
 
 def _followed(assembly: Assembly, here: _Lines, bad: Mask, others: Elsewhere, f: int) -> list[_Window]:
-    todo, done = _stretches(bad), list[_Window]()
+    todo, done = stretches(bad), list[_Window]()
     while todo:
         i, j = todo.pop(0)
         while done and done[-1].last > i:
@@ -110,7 +109,7 @@ def _wider(
     down, up = (_strays(here, part, at, side, assembly) for at, side in ((i, 0), (j, -1)))
     if not (down and i > 0) and not (up and j < len(bad) - 1):
         return None
-    return _edges(bad, i - (j - i) if down else i, j + (j - i) if up else j)
+    return edges_of(bad, i - (j - i) if down else i, j + (j - i) if up else j)
 
 
 def _on(assembly: Assembly, part: Followed, starts: Starts, k: int) -> bool:
@@ -125,28 +124,6 @@ def _on(assembly: Assembly, part: Followed, starts: Starts, k: int) -> bool:
         )
         for b in part.branches
     )
-
-
-def _stretches(bad: Mask) -> list[tuple[int, int]]:
-    """First and last line of every window, neither of them doubtful where the range does not end."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], bad, [False]]).astype(int))).reshape(-1, 2)
-    out: list[tuple[int, int]] = []
-    for a, b in edges.tolist():
-        margin = max(_MARGIN, (b - a) // _SHARE)
-        i, j = _edges(bad, a - margin, b - 1 + margin)
-        if out and i <= out[-1][1]:
-            i, j = out[-1][0], max(j, out.pop()[1])
-        out.append((i, j))
-    return out
-
-
-def _edges(bad: Mask, i: int, j: int) -> tuple[int, int]:
-    i, j = max(i, 0), min(j, len(bad) - 1)
-    while i > 0 and bad[i]:
-        i -= 1
-    while j < len(bad) - 1 and bad[j]:
-        j += 1
-    return i, j
 
 
 def _starts(assembly: Assembly, here: _Lines, others: Elsewhere, f: int, edges: tuple[int, int]) -> Starts:

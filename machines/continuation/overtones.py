@@ -19,6 +19,7 @@ from ..stability.labels import TOLERANCE, Branches, with_errors, with_outcomes, 
 from .all_curves import from_branches
 from .carried import carried
 from .curve_results import Followed, by_arc_length
+from .overtone_windows import pieced
 
 _FAR = 0.2
 _HIGHEST = 1000
@@ -140,6 +141,10 @@ def _solved(
         remarks.append("a joint pulls harder one way than the other; its mean displacement is held at 0")
     chosen = forces[need]
     beside = [carried(assembly, float(forces[f]), lines, several, out[f].branches) for f in need]
+    beside = [
+        pieced(assembly, float(forces[f]), lines, several, out[f].branches) if part is None else part
+        for f, part in zip(need, beside, strict=True)
+    ]
     rest = [f for f, part in zip(need, beside, strict=True) if part is None]
     starts = from_branches(assembly, [out[f].branches for f in rest], several)
     traced = iter(by_arc_length(assembly, forces[rest], lines, several, starts) if rest else [])

@@ -70,7 +70,11 @@ class Balance:
         dynamic = [h for h in harmonics if h]
         nh = len(dynamic)
         lines, place = np.unique((np.array(dynamic)[:, None] * omega).ravel(), return_inverse=True)
-        view = assembly.at(lines, motions=False).at(place) if held is None else held.at(np.searchsorted(held.omega, lines)[place])
+        view = (
+            assembly.at(lines, motions=False).at(place)
+            if held is None
+            else held.at(np.searchsorted(held.omega, lines)[place])
+        )
         nj = len(joints)
 
         base = at_rest(joints if biased is None else assembly.moving, nj, view.omega)

@@ -142,7 +142,8 @@ class _Around:
         cls, assembly: Assembly, laws: tuple[_Parts, ...], balance: Balance, z: ComplexArray, slow: Array
     ) -> _Around:
         coordinates, own = assembly.coordinates, balance.harmonics
-        C = (coordinates.T @ assembly.at(slow).Hzz[0] @ coordinates.T.T).real
+        # Far below the range free bodies outweigh what is elastic; line by line less is lost to rounding.
+        C = (coordinates.T @ assembly.by_components(slow).Hzz[0] @ coordinates.T.T).real
         start = coordinates.of_motions(z)
         forces = balance.forces(start, _SAMPLES)
         J = balance.jacobian(forces)

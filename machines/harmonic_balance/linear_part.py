@@ -67,7 +67,6 @@ class LinearPart:
         forces = np.concatenate([rows, driven])
         return cls(poles.between(rows, forces), poles.between(seen, forces), len(ports))
 
-
     def agrees(self, view: Callable[[Array], View], low: float, high: float) -> bool:
         """Whether it is what a view of the machine says between two frequencies (rad/s), next to resonances as well,
         and far below and above."""
@@ -82,7 +81,9 @@ class LinearPart:
             H = np.concatenate([left, right], axis=2)
             apart, size = np.abs(part.at(omega) - H), np.abs(H)
             # An entry is measured by the largest of its row and of its column.
-            own = np.sqrt(np.max(size, axis=1, keepdims=True) * np.max(size, axis=2, keepdims=True, initial=0.0))
+            own = np.sqrt(
+                np.max(size, axis=1, keepdims=True, initial=0.0) * np.max(size, axis=2, keepdims=True, initial=0.0)
+            )
             if not np.all(apart <= most * own):
                 return False
         return True
