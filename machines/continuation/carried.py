@@ -21,11 +21,11 @@ from ..harmonic_balance.balance import excess, solve_complex
 from ..harmonic_balance.harmonics import Harmonics, with_mean
 from ..indices import Mask
 from ..operating.branches import Branch, End
+from ..operating.tops import tops
 from .all_curves import started
 from .arclength import Path, Stop
 from .curve_results import Followed, followed
 from .solution_curves import Curve, first_harmonics
-from .tops import tops
 from .validation import departs
 
 _STRAY = 0.2

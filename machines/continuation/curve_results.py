@@ -20,10 +20,10 @@ from ..indices import Mask
 from ..operating.branches import Branch, End, Stability, without_repeats
 from ..operating.peaks import Peak
 from ..operating.resonances import NO_MOTION, distinct
+from ..operating.tops import tops
 from .all_curves import Starts, follow
 from .arclength import Path, Stop
 from .solution_curves import Curve, first_harmonics
-from .tops import tops
 
 _ENDS = {Stop.RANGE: End.RANGE, Stop.LIMIT: End.LIMIT, Stop.GAVE_UP: End.LOST, Stop.CLOSED: End.FOLD}
 _HALF_POWER = np.sqrt(0.5)

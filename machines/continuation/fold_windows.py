@@ -21,7 +21,7 @@ from ..operating.solutions import Solutions, by_newton
 from .all_curves import Starts, passes, raised, started
 from .curve_results import Followed, by_arc_length
 from .line_by_line import solved
-from .validation import Elsewhere, doubtful, elsewhere
+from .validation import Elsewhere, Tangents, doubtful, elsewhere
 from .windows import edges_of, stretches
 
 _PROBES = 9
@@ -56,9 +56,10 @@ def by_windows(assembly: Assembly, forces: Array, lines: Array) -> list[Followed
     or raising the force threefold and lowering it again leads elsewhere. A window in which a curve reaches an edge
     away from Newton's solution is widened.
     """
-    found = doubtful(assembly, forces, by_newton(assembly, forces, lines))[0]
+    tangents: Tangents = {}
+    found = doubtful(assembly, forces, by_newton(assembly, forces, lines), tangents)[0]
     found, peaks = solved(assembly, forces, found.frequency, True, None, found)
-    found, jumps = doubtful(assembly, forces, found)
+    found, jumps = doubtful(assembly, forces, found, tangents)
     others = elsewhere(assembly, forces, found)
     out = []
     for f, force in enumerate(forces.tolist()):
