@@ -17,8 +17,9 @@ from jointlib.errors import Outcome
 
 from ..blocks import blocks
 from ..harmonic_balance.assembly import Assembly
-from ..harmonic_balance.balance import excess, solve_complex
+from ..harmonic_balance.balance import excess
 from ..harmonic_balance.harmonics import Harmonics, with_mean
+from ..harmonic_balance.tangent import Tangent
 from ..indices import Mask
 from ..operating.branches import Branch, End
 from ..operating.tops import tops
@@ -163,12 +164,12 @@ def _settled_block(
     z, balance = start.astype(complex), path.balance(omega, force)
     floor = 0.0 if path.assembly.biased is None else path.assembly.biased.floor
     forces = balance.forces(z)
-    J = balance.jacobian(forces)
+    tangent = Tangent(balance, forces)
     # What the tangents are good for asks no more than the start gives.
-    slope = solve_complex(J, -path.by_p(z, omega, force, balance).reshape(z.shape))
+    slope = tangent.solve(-path.by_p(z, omega, force, balance).reshape(z.shape))
     before = np.inf
     for _ in range(_CHORDS):
-        step = solve_complex(J, -balance.residual(z, forces.force))
+        step = tangent.solve(-balance.residual(z, forces.force))
         z = z + step
         size = _largest(z)
         if not np.all(_largest(z - start) <= _STRAY * size):
@@ -179,7 +180,7 @@ def _settled_block(
         # The tangents of the start serve as long as they lead on fast.
         turn = length > _FAST * before
         forces = balance.forces(z, slopes=turn)
-        J, before = (balance.jacobian(forces), np.inf) if turn else (J, length)
+        tangent, before = (Tangent(balance, forces), np.inf) if turn else (tangent, length)
     else:
         return None
     forces = balance.forces(z, slopes=False)

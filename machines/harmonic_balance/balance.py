@@ -89,7 +89,7 @@ class Balance:
         driven = np.asarray(both[:points, :, r], dtype=complex)
         return cls(tuple(joints), harmonics, omega, force, base, H, driven, view.coordinates, biased)
 
-    def at(self, points: Index | Mask) -> Balance:
+    def at(self, points: Index | Mask | slice) -> Balance:
         """The same equations at some of the points."""
         return replace(
             self,
