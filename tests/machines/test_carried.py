@@ -10,7 +10,7 @@ import pytest
 
 from machines import read_machine
 from machines.continuation import overtones
-from machines.continuation.tops import tops
+from machines.operating.tops import tops
 from machines.forced_response.response import Response, response
 
 LIBRARY = Path(__file__).parents[2] / "machines" / "library"
