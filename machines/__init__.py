@@ -37,7 +37,8 @@ if TYPE_CHECKING:
     from .cutting.process.cutting import Cutting
     from .cutting.rest.solve import stability_lobes
     from .files.machine_file import read_machine
-    from .forced_response.response import AmplitudeMap, ArcLength, Newton, Response, response
+    from .forced_response.methods import AmplitudeMap, ArcLength, Newton
+    from .forced_response.response import Response, response
     from .harmonic_balance.assembly import mean_displacement
     from .harmonic_balance.linear_check import LinearCheck, linear_check
     from .loop.report import MachineTrace

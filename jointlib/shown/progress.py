@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
 from typing import Protocol
 
 
@@ -19,3 +20,15 @@ class Silent:
     def step(self, what: str) -> AbstractContextManager[None]:
         """Nothing."""
         return nullcontext()
+
+
+@dataclass(frozen=True)
+class Named:
+    """One of several like computations: what is told begins with its name."""
+
+    progress: Progress
+    name: str
+
+    def step(self, what: str) -> AbstractContextManager[None]:
+        """Told with the name."""
+        return self.progress.step(f"{self.name}: {what}")

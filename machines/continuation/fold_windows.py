@@ -11,6 +11,7 @@ import numpy as np
 from jointlib.arrays import Array
 from jointlib.errors import Outcome
 from jointlib.frf import FRF, ReceptanceKind
+from jointlib.shown.progress import Progress
 
 from ..harmonic_balance.assembly import Assembly
 from ..indices import Index, Mask
@@ -49,7 +50,7 @@ class _Window:
     part: Followed
 
 
-def by_windows(assembly: Assembly, forces: Array, lines: Array) -> list[Followed]:
+def by_windows(assembly: Assembly, forces: Array, lines: Array, during: Progress) -> list[Followed]:
     """Per force all branches between the first and the last line (Hz), with more lines round the peaks.
 
     Arc length takes over wherever Newton's method stalls, passes a fold or a limit, jumps from one line to the next,
@@ -57,10 +58,13 @@ def by_windows(assembly: Assembly, forces: Array, lines: Array) -> list[Followed
     away from Newton's solution is widened.
     """
     tangents: Tangents = {}
-    found = doubtful(assembly, forces, by_newton(assembly, forces, lines), tangents)[0]
-    found, peaks = solved(assembly, forces, found.frequency, True, None, found)
-    found, jumps = doubtful(assembly, forces, found, tangents)
-    others = elsewhere(assembly, forces, found)
+    with during.step(f"solving {len(lines)} lines at {len(forces)} forces"):
+        found = doubtful(assembly, forces, by_newton(assembly, forces, lines), tangents)[0]
+    with during.step("closing in on the peaks"):
+        found, peaks = solved(assembly, forces, found.frequency, True, None, found)
+    with during.step(f"looking for jumps between {len(found.frequency)} lines"):
+        found, jumps = doubtful(assembly, forces, found, tangents)
+    others = elsewhere(assembly, forces, found, during)
     out = []
     for f, force in enumerate(forces.tolist()):
         row = np.full(len(found.frequency), -1)
@@ -72,12 +76,14 @@ def by_windows(assembly: Assembly, forces: Array, lines: Array) -> list[Followed
         own = [p for p in peaks if p.force == force]
         lost = [p.frequency for p in own if p.outcome is Outcome.STALLED and np.isfinite(p.frequency)]
         bad[np.minimum(np.searchsorted(found.frequency, lost), len(bad) - 1)] = True
-        windows = _followed(assembly, here, bad, others, f)
+        windows = _followed(assembly, here, bad, others, f, during)
         out.append(_whole(assembly, here, own, windows))
     return out
 
 
-def _followed(assembly: Assembly, here: _Lines, bad: Mask, others: Elsewhere, f: int) -> list[_Window]:
+def _followed(
+    assembly: Assembly, here: _Lines, bad: Mask, others: Elsewhere, f: int, during: Progress
+) -> list[_Window]:
     todo, done = stretches(bad), list[_Window]()
     while todo:
         i, j = todo.pop(0)
@@ -86,15 +92,17 @@ def _followed(assembly: Assembly, here: _Lines, bad: Mask, others: Elsewhere, f:
         while todo and todo[0][0] < j:
             j = max(j, todo.pop(0)[1])
         lines = here.found.frequency[i : j + 1]
-        starts, force = _starts(assembly, here, others, f, (i, j)), np.array([here.force])
-        part = by_arc_length(assembly, force, lines, (1,), starts)[0]
-        wider = _wider(assembly, here, bad, part, (i, j))
-        if wider is None:
-            further = raised(assembly, force, 2 * np.pi * np.linspace(lines[0], lines[-1], _PROBES + 2)[1:-1])
-            new = [k for k in range(len(further.omega)) if not _on(assembly, part, further, k)]
-            if new:
-                part = by_arc_length(assembly, force, lines, (1,), starts.and_then(further.at(new)))[0]
-                wider = _wider(assembly, here, bad, part, (i, j))
+        left = f", then {len(todo)} more" if todo else ""
+        with during.step(f"following curves at {here.force:g} N from {lines[0]:.5g} to {lines[-1]:.5g} Hz{left}"):
+            starts, force = _starts(assembly, here, others, f, (i, j)), np.array([here.force])
+            part = by_arc_length(assembly, force, lines, (1,), starts)[0]
+            wider = _wider(assembly, here, bad, part, (i, j))
+            if wider is None:
+                further = raised(assembly, force, 2 * np.pi * np.linspace(lines[0], lines[-1], _PROBES + 2)[1:-1])
+                new = [k for k in range(len(further.omega)) if not _on(assembly, part, further, k)]
+                if new:
+                    part = by_arc_length(assembly, force, lines, (1,), starts.and_then(further.at(new)))[0]
+                    wider = _wider(assembly, here, bad, part, (i, j))
         if wider is None:
             done.append(_Window(i, j, part))
         else:

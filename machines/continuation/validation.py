@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass
 
 import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
+from jointlib.shown.progress import Progress
 
 from ..blocks import blocks
 from ..harmonic_balance.assembly import Assembly, View
@@ -112,7 +114,7 @@ def _size(z: ComplexArray) -> Array:
     return np.asarray(np.max(np.abs(z), axis=tuple(range(1, z.ndim))))
 
 
-def elsewhere(assembly: Assembly, forces: Array, found: Solutions) -> Elsewhere:
+def elsewhere(assembly: Assembly, forces: Array, found: Solutions, during: Progress) -> Elsewhere:
     """Where the force, raised from little to three times the largest and lowered again, leads to another solution.
 
     A second solution at a force is joined to the first by a curve over the force. Where that turns back below three
@@ -125,7 +127,7 @@ def elsewhere(assembly: Assembly, forces: Array, found: Solutions) -> Elsewhere:
     hits = [(none, none, np.empty((0, nj), dtype=complex))]
     for some in blocks(n, len(assembly.coordinates.rows) ** 2 + assembly.entries // 8):
         lines = _Lines(assembly, assembly.at(2 * np.pi * found.frequency[some], motions=False), table[:, some])
-        hits += [(F, L + some.start, z) for F, L, z in lines.swept(forces)]
+        hits += [(F, L + some.start, z) for F, L, z in lines.swept(forces, during)]
     F, L, z = (np.concatenate([hit[k] for hit in hits]) for k in range(3))
     met = np.zeros((len(forces), n), dtype=bool)
     met[F, L] = True
@@ -151,12 +153,13 @@ class _Lines:
         found, fine, _ = joints_balanced(self.assembly, self.view, every, start, ramp=False)
         return found.z, fine & ~found.turning if start is None else fine
 
-    def swept(self, forces: Array) -> list[tuple[Index, Index, ComplexArray]]:
+    def swept(self, forces: Array, during: Progress) -> list[tuple[Index, Index, ComplexArray]]:
         """Force, line and motions of solutions other than those known."""
         most = int(np.argmax(forces))
         top = _FURTHER * forces[most]
         z0 = self.known[most]
-        raised, fine = self.solve(top, None)
+        with during.step(f"raising the force threefold on {len(self.view.omega)} lines"):
+            raised, fine = self.solve(top, None)
         apart = np.max(np.abs(raised * forces[most] / top - z0), axis=1)
         bent = ~(fine & (apart <= _PROPORTIONAL * np.max(np.abs(z0), axis=1)))
         chosen = np.flatnonzero(~np.isnan(z0[:, 0]) & bent)
@@ -166,21 +169,25 @@ class _Lines:
         steps = int(np.ceil(np.log(top / least) / np.log(_STEP)))
         levels = np.unique(np.concatenate([forces, np.geomspace(least, top, steps)]))
         part = self.at(chosen)
+        begun = time.perf_counter()
         low, fine = part.solve(levels[0], None)
+        needed = 2 * len(levels) * (time.perf_counter() - begun)
         part, chosen, low = part.at(fine), chosen[fine], low[fine]
         sweep = _Sweep(low, low * 0, np.full(len(low), levels[0]), np.zeros(len(low)))
         hits = []
         # Below the least of the forces nothing is compared any more.
-        for order in (levels[1:], levels[levels >= np.min(forces)][::-1]):
-            going = np.ones(len(chosen), dtype=bool)
-            for level in order:
-                moving = going & ((sweep.force < level) if order[0] < order[-1] else (sweep.force > level))
-                sweep, ok = sweep.to(part, float(level), moving)
-                going &= ok | ~moving
-                for f in np.flatnonzero(forces == level):
-                    other = moving & ok & ~(_size(sweep.z - part.known[f]) <= _SAME * _size(part.known[f]))
-                    rows = np.flatnonzero(other & ~np.isnan(part.known[f, :, 0]))
-                    hits.append((np.full(len(rows), f), chosen[rows], sweep.z[rows]))
+        ways = (levels[1:], levels[levels >= np.min(forces)][::-1])
+        with during.step(f"raising the force to {top:g} N and back on {len(chosen)} lines, about {needed:.0f} s"):
+            for order in ways:
+                going = np.ones(len(chosen), dtype=bool)
+                for level in order:
+                    moving = going & ((sweep.force < level) if order[0] < order[-1] else (sweep.force > level))
+                    sweep, ok = sweep.to(part, float(level), moving)
+                    going &= ok | ~moving
+                    for f in np.flatnonzero(forces == level):
+                        other = moving & ok & ~(_size(sweep.z - part.known[f]) <= _SAME * _size(part.known[f]))
+                        rows = np.flatnonzero(other & ~np.isnan(part.known[f, :, 0]))
+                        hits.append((np.full(len(rows), f), chosen[rows], sweep.z[rows]))
         return hits
 
 
