@@ -57,8 +57,8 @@ if TYPE_CHECKING:
 sys.meta_path.append(Moved())
 
 _HOME = {
-    "AmplitudeMap": "forced_response.response",
-    "ArcLength": "forced_response.response",
+    "AmplitudeMap": "forced_response.methods",
+    "ArcLength": "forced_response.methods",
     "Beam": "components.beam",
     "Component": "components.component",
     "Connection": "components.connection",
@@ -75,7 +75,7 @@ _HOME = {
     "Measured": "components.measured",
     "Modal": "components.modal",
     "NaturalModes": "modes.natural_modes",
-    "Newton": "forced_response.response",
+    "Newton": "forced_response.methods",
     "OperatingPoint": "operating.operating_point",
     "Peak": "operating.peaks",
     "Piece": "road.piece",

@@ -73,7 +73,8 @@ def followed(path: Path, force: float, curves: Sequence[Curve], lines: Array, de
 
     ``dense`` says that points lie so close that the tops between them follow from them.
     """
-    seen = [_seen(path, force, curve, lines) for curve in curves]
+    # A start past a limit is a single point, and no solution that may be used.
+    seen = [_seen(path, force, curve, lines) for curve in curves if len(curve.p) > 1]
     peaks = _peaks(path, force, seen, dense)
     missing = [outcome for s in seen for _, outcome in s.curve.ends if outcome is not Outcome.CONVERGED]
     missing = missing or [p.outcome for p in peaks if p.outcome not in (Outcome.CONVERGED, Outcome.PEAK_AT_EDGE)]

@@ -52,7 +52,8 @@ def pieced(
             curves += [] if curve is None else [curve]
         for i, j in windows if not wide else ():
             found = _followed(path, force, lines, harmonics, grid[[i, j]], branches)
-            fits = all(_met(found, curves, 2 * np.pi * grid[k]) for k in {i, j} - {0, len(grid) - 1})
+            edges_here = 2 * np.pi * grid[[i, j]]
+            fits = all(_met(found, curves, edges_here, k) for k in (0, 1) if (i, j)[k] not in (0, len(grid) - 1))
             wide += [] if fits else [(i, j)]
             curves += found
         if not wide:
@@ -96,10 +97,10 @@ def _followed(
     return follow(inside, np.array([force]), from_branches(path.assembly, [cut], harmonics), 2 * np.pi * lines)[0]
 
 
-def _met(found: Sequence[Curve], beside: Sequence[Curve], edge: float) -> bool:
-    """Whether the curve beside a window goes on in it, and no other leaves it there."""
-    inner = [end for curve in found for end in _ends(curve) if end.p[-1] == edge]
-    outer = [end for curve in beside for end in _ends(curve) if end.p[-1] == edge]
+def _met(found: Sequence[Curve], beside: Sequence[Curve], edges: Array, k: int) -> bool:
+    """Whether the curve beside an edge of a window goes on in it, and no other leaves it there."""
+    inner = [end for curve in found for end in _ends(curve) if np.argmin(np.abs(end.p[-1] - edges)) == k]
+    outer = [end for curve in beside for end in _ends(curve) if end.p[-1] == edges[k]]
     return len(inner) == 1 and any(_same(inner[0], end) for end in outer)
 
 

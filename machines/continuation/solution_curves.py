@@ -100,11 +100,8 @@ class _Segments:
         change = distance[:, None] * self.base.tangent + (distance / self.step)[:, None] ** 2 * bow
         return self.base.moved(change)
 
-    def point(
-        self, path: Path, distance: Array, start: tuple[ComplexArray, Array] | None = None
-    ) -> tuple[Points, Mask]:
-        """The curve at these distances along each piece, from ``start`` or what lies between the ends."""
-        start = self.between(distance) if start is None else start
+    def point(self, path: Path, distance: Array, start: tuple[ComplexArray, Array]) -> tuple[Points, Mask]:
+        """The curve at these distances along each piece, from a start."""
         found, _, done = path.correct(self.base, self.base.tangent, distance, start)
         return found, done
 
@@ -212,7 +209,7 @@ def _up_to_limits(path: Path, traces: list[Trace]) -> list[Trace]:
         past = excess(forces, path.assembly.coordinates.motions(points.z), path.harmonics, path.assembly.limits)
         return np.asarray(np.max(past, axis=1) + _INSIDE)
 
-    low, high = over(parts.base), over(parts.point(path, parts.step)[0])
+    low, high = over(parts.base), over(parts.point(path, parts.step, parts.between(parts.step))[0])
     apart = np.flatnonzero((low < 0) & (high > 0))
     points, x, fine = parts.at(apart).root(path, lambda q, _: over(q), low[apart], high[apart])
     for k, i in enumerate(some):
