@@ -18,7 +18,8 @@ from jointlib.errors import Outcome
 from ..blocks import blocks
 from ..harmonic_balance.assembly import Assembly
 from ..harmonic_balance.balance import excess
-from ..harmonic_balance.harmonics import Harmonics, with_mean
+from ..harmonic_balance.cycle import Harmonics
+from ..harmonic_balance.harmonics import with_mean
 from ..harmonic_balance.tangent import Tangent
 from ..indices import Mask
 from ..operating.branches import Branch, End

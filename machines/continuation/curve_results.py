@@ -15,7 +15,8 @@ from jointlib.frf import FRF, ReceptanceKind
 
 from ..blocks import blocks
 from ..harmonic_balance.assembly import Assembly
-from ..harmonic_balance.harmonics import Harmonics, overtones_of, with_mean
+from ..harmonic_balance.cycle import Harmonics
+from ..harmonic_balance.harmonics import overtones_of, with_mean
 from ..indices import Mask
 from ..operating.branches import Branch, End, Stability, without_repeats
 from ..operating.peaks import Peak

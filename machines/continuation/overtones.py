@@ -13,8 +13,8 @@ from jointlib.errors import InputError, Outcome
 from jointlib.shown.progress import Progress
 
 from ..harmonic_balance.assembly import Assembly
+from ..harmonic_balance.cycle import Harmonics
 from ..harmonic_balance.frequency_reach import reached, too_short
-from ..harmonic_balance.harmonics import Harmonics
 from ..harmonic_balance.truncation import more_harmonics, odd, unsuited
 from ..stability.labels import TOLERANCE, Branches, with_errors, with_outcomes, worst
 from .all_curves import from_branches

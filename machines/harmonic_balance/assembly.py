@@ -110,6 +110,17 @@ class Assembly:
         return Several(joints) if self.biased is None or len(joints) == 1 else Together(joints, self.biased)
 
     @cached_property
+    def sampled(self) -> Several:
+        """The nonlinear joints one by one, about where they stand."""
+        return Several(tuple(self.joints[i] for i in self.nonlinear))
+
+    @cached_property
+    def carrying(self) -> Several:
+        """The nonlinear joints as they carry a static load, from where nothing is loaded."""
+        assert self.biased is not None
+        return Several(tuple(mean.joint for mean in self.biased.means))
+
+    @cached_property
     def nonlinear(self) -> tuple[int, ...]:
         """Indices of the joints whose gain depends on amplitude."""
         joints = self.standing

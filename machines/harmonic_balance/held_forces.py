@@ -23,8 +23,8 @@ from ..solved import solve_each
 from ..statics.mean_force import SLOW
 from .assembly import Assembly, is_linear
 from .balance import Balance
+from .cycle import Harmonics
 from .frequency_reach import reached
-from .harmonics import Harmonics
 
 _SAMPLES, _CYCLES = 64, 30
 _PUSH = 1e3

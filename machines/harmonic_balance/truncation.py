@@ -9,8 +9,9 @@ from jointlib.arrays import Array, ComplexArray
 from ..blocks import blocks
 from .assembly import Assembly
 from .balance import Balance
+from .cycle import Harmonics
 from .frequency_reach import reached
-from .harmonics import Harmonics, is_odd, jumps, with_mean
+from .harmonics import is_odd, jumps, with_mean
 from .tangent import Tangent
 
 _SAMPLES = 256
