@@ -18,11 +18,12 @@ from .all_curves import follow, from_branches
 from .arclength import Path, Stop
 from .carried import carried_curve
 from .curve_results import Followed, followed
-from .solution_curves import Curve
+from .solution_curves import Curve, first_harmonics
 from .windows import stretches
 
 _SAME = 1e-6
 _PARTS = ("z", "p", "line", "fold", "top")
+_LITTLE, _STILL = 0.25, 1e-9
 _LEAST = 5
 """Points of a piece that is carried over."""
 
@@ -45,22 +46,27 @@ def pieced(
         pieces = [(a, b) for a, b in zip(edges[::2], edges[1::2], strict=True) if a < b]
         if any(b - a < _LEAST for a, b in pieces):
             return None
-        curves, wide = [], []
+        curves = list[Curve]()
+        wide = np.zeros((len(windows), 2), dtype=int)
         for a, b in pieces:
             rows, (branch,) = _within(grid[a], grid[b], branches)
             curve = carried_curve(path, force, lines, harmonics, branch.frequency[rows], branch.joint[rows])
-            wide += [window for window in windows if curve is None and (window[0] == b or window[1] == a)]
-            curves += [] if curve is None else [curve]
-        for i, j in windows if not wide else ():
+            if curve is None:
+                wide += [[max((j - i) // 2, 1) * (i == b), max((j - i) // 2, 1) * (j == a)] for i, j in windows]
+            else:
+                curves.append(curve)
+        for n, (i, j) in enumerate(windows if not np.any(wide) else ()):
             found = _followed(path, force, lines, harmonics, grid[[i, j]], branches)
-            edges_here = 2 * np.pi * grid[[i, j]]
-            fits = all(_met(found, curves, edges_here, k) for k in (0, 1) if (i, j)[k] not in (0, len(grid) - 1))
-            wide += [] if fits else [(i, j)]
+            for side, k in enumerate((i, j)):
+                if k not in (0, len(grid) - 1):
+                    wide[n, side] = _wider(path, force, found, curves, 2 * np.pi * grid[[i, j]], side) * max(
+                        (j - i) // 2, 4
+                    )
             curves += found
-        if not wide:
+        if not np.any(wide):
             return followed(path, force, _spliced(curves), lines)
-        for i, j in wide:
-            bad[max(i - (j - i) // 2, 0) : j + (j - i) // 2 + 1] = True
+        for (i, j), (before, after) in zip(windows, wide.tolist(), strict=True):
+            bad[max(i - before, 0) : j + after + 1] |= before + after > 0
     return None
 
 
@@ -98,11 +104,20 @@ def _followed(
     return follow(inside, np.array([force]), from_branches(path.assembly, [cut], harmonics), 2 * np.pi * lines)[0]
 
 
-def _met(found: Sequence[Curve], beside: Sequence[Curve], edges: Array, k: int) -> bool:
-    """Whether the curve beside an edge of a window goes on in it, and no other leaves it there."""
-    inner = [end for curve in found for end in _ends(curve) if np.argmin(np.abs(end.p[-1] - edges)) == k]
-    outer = [end for curve in beside for end in _ends(curve) if end.p[-1] == edges[k]]
-    return len(inner) == 1 and any(_same(inner[0], end) for end in outer)
+def _wider(path: Path, force: float, found: Sequence[Curve], beside: Sequence[Curve], edges: Array, side: int) -> float:
+    """By how much of its half a window is to grow on a side, 0 where the curve beside it goes on in it alone.
+
+    A little where a joint moves most on the edge itself, so that neither side shows its top.
+    """
+    inner = [end for curve in found for end in _ends(curve) if np.argmin(np.abs(end.p[-1] - edges)) == side]
+    outer = [end for curve in beside for end in _ends(curve) if end.p[-1] == edges[side]]
+    if len(inner) != 1 or len(outer) != 1 or not _same(inner[0], outer[0]):
+        return 1.0
+    three = [(inner[0], -1), *((end, -2) for end in (inner[0], outer[0]) if len(end.p) > 1)]
+    z, p = np.array([end.z[at] for end, at in three]), np.array([end.p[at] for end, at in three])
+    size = np.abs(first_harmonics(path, z, p, np.full(len(p), force))[:, : len(path.assembly.joints)])
+    top = (size[0] > np.max(size[1:], axis=0, initial=0.0)) & (size[0] > _STILL * np.max(size))
+    return _LITTLE if len(p) > 2 and np.any(top) else 0.0
 
 
 def _ends(curve: Curve) -> list[Curve]:
