@@ -36,6 +36,10 @@ class Cycle:
         rate = 1j * self.harmonics * omega[:, None] * z
         return Motion((z @ self.basis).real, (rate @ self.basis).real)
 
+    def displacement(self, z: ComplexArray) -> Array:
+        """Displacement of cases z (cases, nh), (cases, samples)."""
+        return np.asarray((z @ self.basis).real)
+
     def project(self, force: Array) -> ComplexArray:
         """Phasors of a sampled force, (cases, nh)."""
         return np.asarray(force @ self.basis.conj().T * np.where(self.harmonics > 0, 2, 1) / len(self.angle))

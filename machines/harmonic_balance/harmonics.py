@@ -10,16 +10,20 @@ import numpy as np
 from jointlib.arrays import Array, ComplexArray
 from jointlib.joint import Joint
 from jointlib.law import JointLaw, MemorylessLaw
+from jointlib.parameter import Role, parameters_of
 
+from ..indices import Mask
 from ..statics.asked_together import Several, same_joints
 from .cycle import Cycle, Harmonics, shares, slopes_of_harmonics, tangent
 from .newton import gains
-from .remembering import with_memory
+from .remembering import stays, with_memory
 
 _SMOOTH, _BENT, _REMEMBERING = 64, 1024, 512
 """Samples of a cycle for laws that are smooth, for those that are not, and for those that remember."""
 _BLOCK = 2**23
 """Samples of all harmonics held at a time; bounds the memory."""
+_FAR = 2.0
+"""Of the largest motion, the distance from where a law bends at which the force is smooth."""
 _PROBE = np.geomspace(1e-9, 1e-3, 25)
 _EVEN = 1e-9
 
@@ -116,12 +120,51 @@ def _bent(law: JointLaw) -> bool:
 def _one(
     joint: Joint, z: ComplexArray, omega: Array, harmonics: Harmonics, most: int, rest: Array, slopes: bool = True
 ) -> tuple[ComplexArray, ComplexArray, ComplexArray, Array]:
-    """Force, its two derivatives and the travel of one joint over cases z (cases, nh)."""
+    """Force, its two derivatives and the travel of one joint over cases z (cases, nh).
+
+    Cases that stay far from where the law bends, or in which its sliders stick, are smooth and need few samples.
+    """
+    nh, fine = len(harmonics), _cycle(joint, harmonics, most)
+    coarse = Cycle.of(harmonics, max(_SMOOTH, 16 * max(harmonics)))
+    travel = np.max(np.abs(fine.displacement(z) - rest[:, None]), axis=1)
+    if len(coarse.angle) >= len(fine.angle):
+        return *_sampled(joint, z, omega, harmonics, fine, slopes), travel
+    smooth = _is_smooth(joint, z, harmonics)
+    out = np.empty(z.shape, dtype=complex), *np.empty((2, len(z), nh, nh), dtype=complex)
+    for cycle, rows in ((coarse, np.flatnonzero(smooth)), (fine, np.flatnonzero(~smooth))):
+        if len(rows):
+            for whole, part in zip(out, _sampled(joint, z[rows], omega[rows], harmonics, cycle, slopes), strict=True):
+                whole[rows] = part
+    return *out, travel
+
+
+def _is_smooth(joint: Joint, z: ComplexArray, harmonics: Harmonics) -> Mask:
+    """Cases z (cases, nh) in which no law of a joint comes near a place where it bends, and no slider slips."""
+    dynamic = np.array(harmonics) > 0
+    reach, mean = np.sum(np.abs(z[:, dynamic]), axis=1), np.sum(z[:, ~dynamic].real, axis=1)
+    out = np.ones(len(z), dtype=bool)
+    for law in joint.laws:
+        if law.linear:
+            continue
+        if isinstance(law, MemorylessLaw):
+            places, speeds = law.kinks()
+            # There a law such as (d + z)^(3/2) has harmonics that fall by four from one to the next.
+            out &= not speeds
+            for place in places:
+                out &= np.abs(place - mean) >= _FAR * reach
+        else:
+            gap = any(getattr(law, p.name) for p in parameters_of(law) if p.role is Role.CLEARANCE)
+            out &= not gap and stays(Joint((law,)), mean + reach, mean - reach)
+    return out
+
+
+def _sampled(
+    joint: Joint, z: ComplexArray, omega: Array, harmonics: Harmonics, cycle: Cycle, slopes: bool
+) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
     linear, bent = joint.parted(lambda law: law.linear)
     remembering, memoryless = bent.parted(lambda law: bool(law.states))
     h, share = np.array(harmonics), shares(harmonics)
     nh, every = len(h), np.arange(len(h))
-    cycle = _cycle(joint, harmonics, most)
     force = np.zeros(z.shape, dtype=complex)
     by_z = np.zeros((len(z), nh, nh), dtype=complex)
     by_conjugate = np.zeros_like(by_z)
@@ -130,8 +173,8 @@ def _one(
         force += gain * z
         by_z[:, every, every] += gain * share
         by_conjugate[:, every, every] += gain * (1 - share)
-    motion = cycle.motion(z, omega)
     if memoryless.laws:
+        motion = cycle.motion(z, omega)
         force += cycle.project(memoryless.step(motion, np.empty((*motion.displacement.shape, 0)))[0])
         if slopes:
             tangents = tangent(memoryless, cycle, motion, 2 * max(harmonics))
@@ -140,7 +183,7 @@ def _one(
     if remembering.laws:
         first, second, third = with_memory(remembering, cycle, z, omega, slopes)
         force, by_z, by_conjugate = force + first, by_z + second, by_conjugate + third
-    return force, by_z, by_conjugate, np.max(np.abs(motion.displacement - rest[:, None]), axis=1)
+    return force, by_z, by_conjugate
 
 
 def tangent_harmonics(

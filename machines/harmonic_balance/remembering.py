@@ -29,7 +29,8 @@ def with_memory(
     cases, nh = z.shape
     out = np.empty((cases, nh), dtype=complex), *np.zeros((2, cases, nh, nh), dtype=complex)
     motion = cycle.motion(z, omega)
-    still = _stays(joint, motion)
+    x = motion.displacement
+    still = stays(joint, np.max(x, axis=1), np.min(x, axis=1))
     if np.any(still):
         part = Motion(motion.displacement[still], motion.velocity[still])
         start = joint.initial_state(np.zeros_like(part.displacement))
@@ -45,14 +46,13 @@ def with_memory(
     return out
 
 
-def _stays(joint: Joint, motion: Motion) -> Mask:
-    """Where a law that may be stepped from turn to turn stays in the state in which it was put on along a cycle."""
-    x = motion.displacement
+def stays(joint: Joint, high: Array, low: Array) -> Mask:
+    """Where laws that may be stepped from turn to turn stay, between two displacements (m), as they were put on."""
     if not all(law.by_turns for law in joint.laws):
-        return np.zeros(len(x), dtype=bool)
-    start, fine = joint.initial_state(np.zeros(len(x))), np.ones(len(x), dtype=bool)
-    for turn in (np.max(x, axis=1), np.min(x, axis=1)):
-        state = joint.step(Motion(turn, np.zeros(len(x)), SLOW), start)[1]
+        return np.zeros(len(high), dtype=bool)
+    start, fine = joint.initial_state(np.zeros(len(high))), np.ones(len(high), dtype=bool)
+    for turn in (high, low):
+        state = joint.step(Motion(turn, np.zeros(len(high)), SLOW), start)[1]
         fine &= np.all(state == start, axis=1)
     return fine
 

@@ -12,11 +12,13 @@ import numpy as np
 import pytest
 
 from jointlib.joint import Joint
+from jointlib.laws.hertz_contact import HertzContact
 from jointlib.laws.jenkins import Jenkins
 from machines import frf, read_machine, response
 from machines.continuation import overtones
 from machines.forced_response.response import Response
 from machines.forced_response.tool_peaks import tool_peaks
+from machines.harmonic_balance import harmonics as harmonics_of
 from machines.harmonic_balance import remembering, tangent
 from machines.harmonic_balance.assembly import Assembly
 from machines.harmonic_balance.balance import Balance
@@ -165,6 +167,20 @@ def test_a_slider_that_sticks_pulls_as_its_steps_say() -> None:
     omega, cycle = np.full(3, 1e3), Cycle.of(harmonics, 512)
     quick = remembering.with_memory(joint, cycle, z, omega, True)
     plain = remembering._stepped(joint, cycle, z, omega, True)
-    assert remembering._stays(joint, cycle.motion(z, omega)).tolist() == [True, True, False]
+    x = cycle.displacement(z)
+    assert remembering.stays(joint, np.max(x, axis=1), np.min(x, axis=1)).tolist() == [True, True, False]
     for ours, theirs in zip(quick, plain, strict=True):
         assert np.max(np.abs(ours - theirs)) <= 1e-8 * np.max(np.abs(theirs))
+
+
+def test_few_samples_tell_a_contact_that_stays_far_from_where_it_is_lost() -> None:
+    joint, harmonics = Joint((HertzContact(preload=500.0, kappa=4e-8),)), (1, 2, 3, 0)
+    depth = joint.laws[0].indentation
+    z = np.array([[0.4, 0.02, 0.01j, -0.05], [0.6, 0.02, 0.01j, -0.05]])[:, :, None] * depth
+    omega = np.full(2, 1e3)
+    assert harmonics_of._is_smooth(joint, z[:, :, 0], harmonics).tolist() == [True, False]
+    quick = harmonics_of.joint_forces([joint], z, omega, harmonics)
+    with patch.object(harmonics_of, "_is_smooth", return_value=np.zeros(2, dtype=bool)):
+        plain = harmonics_of.joint_forces([joint], z, omega, harmonics)
+    for ours, theirs in ((quick.force, plain.force), (quick.by_z, plain.by_z), (quick.travel, plain.travel)):
+        assert np.max(np.abs(ours - theirs)) <= 1e-12 * np.max(np.abs(theirs))
