@@ -17,14 +17,16 @@ from .peaks import Peak
 from .solutions import Solutions, along, balance_at
 from .tops import tops
 
-_ROUNDS = 8
+_ROUNDS, _STILL = 8, 1e-12
+_SURE = 1e-9
+"""Of the amplitude, by how much the polynomials may differ."""
 
 
 def on_one_curve(assembly: Assembly, force: float, found: Solutions, f: int) -> dict[int, list[Peak]] | None:
     """Peaks of every connection, by its place, at force number f; None where not every line has one solution before
     any fold, or one between the lines is not found.
 
-    Solutions are added round every top until polynomials through seven and through five of them agree to 1e-6; a top
+    Solutions are added round every top until polynomials through seven and through five of them agree to 1e-9; a top
     that stays in doubt is known to the spacing that is left, which four times less every round.
     """
     rows = _one_curve(found, f)
@@ -33,7 +35,7 @@ def on_one_curve(assembly: Assembly, force: float, found: Solutions, f: int) -> 
     joints = len(assembly.joints)
     omega, size = 2 * np.pi * found.frequency, np.abs(found.motion[rows, :joints])
     for _ in range(_ROUNDS):
-        top = tops(omega, size)
+        top = tops(omega, size, _SURE, _STILL)
         further = top.wanted(omega)
         if not len(further):
             break
@@ -43,7 +45,7 @@ def on_one_curve(assembly: Assembly, force: float, found: Solutions, f: int) -> 
             return None
         place = np.searchsorted(omega, further)
         omega, size = np.insert(omega, place, further), np.insert(size, place, np.abs(moved[:, :joints]), axis=0)
-    top = tops(omega, size)
+    top = tops(omega, size, _SURE, _STILL)
     peaks: dict[int, list[Peak]] = {}
     for k, w, A, width in zip(top.motion.tolist(), top.omega, top.amplitude, top.width, strict=True):
         name, at = assembly.machine.flexible[k].name, float(w) / (2 * np.pi)

@@ -61,8 +61,10 @@ class Tops:
         return np.array(kept)
 
 
-def tops(omega: Array, amplitude: Array) -> Tops:
-    """Tops of amplitudes (points, motions) in m over ascending frequencies (rad/s)."""
+def tops(omega: Array, amplitude: Array, sure: float = _SURE, still: float = _STILL) -> Tops:
+    """Tops of amplitudes (points, motions) in m over ascending frequencies (rad/s), in doubt by more than ``sure``;
+    what rises by less than ``still`` of the largest motion is rounding.
+    """
     count = amplitude.shape[1]
     places = [local_maxima(amplitude[:, k]) for k in range(count)]
     motion = np.repeat(np.arange(count), [len(rows) for rows in places])
@@ -70,15 +72,15 @@ def tops(omega: Array, amplitude: Array) -> Tops:
     near = np.clip(row[:, None] + np.arange(1, _WIDE // 2 + 1) * np.array([[[-1]], [[1]]]), 0, max(len(omega) - 1, 0))
     lowest = np.min(amplitude[near, motion[:, None]], axis=2, initial=np.inf)
     rise = amplitude[row, motion] - np.max(lowest, axis=0, initial=0.0)
-    moving = rise > _STILL * np.max(amplitude[row], axis=1, initial=0.0)
+    moving = rise > still * np.max(amplitude[row], axis=1, initial=0.0)
     motion, row = motion[moving], row[moving]
     if not len(row) or len(omega) < _WIDE:
         return Tops(motion, row, omega[row], amplitude[row, motion], np.zeros(len(row)), np.zeros(len(row), dtype=bool))
     found = [_lowest(omega, amplitude, motion, row, count) for count in (_WIDE, _NARROW)]
     (at, size, width), (at_narrow, size_narrow, _) = found
-    sure = np.abs(size_narrow - size) <= _SURE * size
-    sure &= np.abs(at_narrow - at) <= _PLACED * at
-    return Tops(motion, row, at, size, width, sure)
+    agreed = np.abs(size_narrow - size) <= sure * size
+    agreed &= np.abs(at_narrow - at) <= _PLACED * at
+    return Tops(motion, row, at, size, width, agreed)
 
 
 def _lowest(omega: Array, amplitude: Array, motion: Index, row: Index, count: int) -> tuple[Array, Array, Array]:
