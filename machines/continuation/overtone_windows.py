@@ -37,6 +37,8 @@ def pieced(
     is carried over beside it, or beside which nothing is, is widened. A single solution is carried over as it is: a
     curve apart from it that only further harmonics make is not looked for there.
     """
+    if not branches:
+        return None
     grid = np.unique(np.concatenate([b.frequency for b in branches]))
     path = Path(assembly, with_mean(harmonics, assembly.biased is not None), 2 * np.pi * grid[0], 2 * np.pi * grid[-1])
     bad = _not_one(grid, branches)
