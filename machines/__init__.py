@@ -37,7 +37,8 @@ if TYPE_CHECKING:
     from .cutting.process.cutting import Cutting
     from .cutting.rest.solve import stability_lobes
     from .files.machine_file import read_machine
-    from .forced_response.response import AmplitudeMap, ArcLength, Newton, Response, response
+    from .forced_response.methods import AmplitudeMap, ArcLength, Newton
+    from .forced_response.response import Response, response
     from .harmonic_balance.assembly import mean_displacement
     from .harmonic_balance.linear_check import LinearCheck, linear_check
     from .loop.report import MachineTrace
@@ -56,8 +57,8 @@ if TYPE_CHECKING:
 sys.meta_path.append(Moved())
 
 _HOME = {
-    "AmplitudeMap": "forced_response.response",
-    "ArcLength": "forced_response.response",
+    "AmplitudeMap": "forced_response.methods",
+    "ArcLength": "forced_response.methods",
     "Beam": "components.beam",
     "Component": "components.component",
     "Connection": "components.connection",
@@ -74,7 +75,7 @@ _HOME = {
     "Measured": "components.measured",
     "Modal": "components.modal",
     "NaturalModes": "modes.natural_modes",
-    "Newton": "forced_response.response",
+    "Newton": "forced_response.methods",
     "OperatingPoint": "operating.operating_point",
     "Peak": "operating.peaks",
     "Piece": "road.piece",

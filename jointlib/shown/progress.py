@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from contextvars import ContextVar
+from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
 _Item = TypeVar("_Item")
@@ -28,6 +29,18 @@ class Silent:
     def step(self, what: str) -> AbstractContextManager[None]:
         """Nothing."""
         return nullcontext()
+
+
+@dataclass(frozen=True)
+class Named:
+    """One of several like computations: what is told begins with its name."""
+
+    progress: Progress
+    name: str
+
+    def step(self, what: str) -> AbstractContextManager[None]:
+        """Told with the name."""
+        return self.progress.step(f"{self.name}: {what}")
 
 
 class Follower:

@@ -150,8 +150,8 @@ def frf(
         )
         if samples:
             refuse_certain(model, cut=False)
-        drive = model.driven_dof(drive) if samples else drive
-        results = both(model, drive, forces or None, band, points=points, harmonics=wanted, stability="auto")
+    drive = model.driven_dof(drive) if samples else drive
+    results = both(model, drive, forces or None, band, during, points=points, harmonics=wanted, stability="auto")
     further: dict[str, Any] = {}
     if samples:
         further["band"] = _band_of(model, results[0], points, samples, _harmonics(harmonics or "1"), during)

@@ -103,44 +103,66 @@ class ModeSum:
         dynamic[:, every, every] += squared - omega[:, None] ** 2
         own = 1 / np.sqrt(np.abs(dynamic[:, every, every]))
         probe = np.cos(np.outer(every, [0.0, 1.0, np.sqrt(2.0)]))
-        error = self._in_modes(omega, np.eye(len(squared)), probe.T) - np.linalg.solve(dynamic, probe.astype(complex))
+        error = self._in_modes(np.eye(len(squared)), probe.T).at(omega) - np.linalg.solve(
+            dynamic, probe.astype(complex)
+        )
         return bool(np.max(np.abs(error) / (own * np.max(own, axis=1, keepdims=True))[:, :, None]) < _AGREES)
 
     def receptance(self, omega: Array, rows: Array, columns: Array) -> ComplexArray:
         """rows · H · columnsᵀ at angular frequencies (rad/s), (nf, rows, columns); both in the coordinates p."""
-        left, right = rows @ self.shapes, columns @ self.shapes
-        out = np.empty((len(omega), len(rows), len(columns)), dtype=complex)
-        step = max(16, _BLOCK // max(1, len(rows) * len(columns), 2 * self.shapes.shape[1]))
-        for start in range(0, len(omega), step):
-            now = slice(start, start + step)
-            out[now] = self._in_modes(omega[now], left, right)
-        return out
+        return self.between(rows, columns).at(omega)
 
-    def _in_modes(self, omega: Array, left: Array, right: Array) -> ComplexArray:
+    def between(self, rows: Array, columns: Array) -> Residues:
+        """The sum between rows and columns, both in the coordinates p, ready for any number of frequencies."""
+        return self._in_modes(rows @ self.shapes, columns @ self.shapes)
+
+    def _in_modes(self, left: Array, right: Array) -> Residues:
         """The sum between rows and columns over the modes."""
-        s = np.asarray(1j * omega[:, None], dtype=complex)
-        p = self.pairs
         ahead, back = left @ self.right, self.left @ right.T
         residue = ahead.T[:, :, None] * back[:, None, :]
-        below = np.asarray(1 / (np.abs(p) ** 2 - omega[:, None] ** 2 - 2 * s * p.real), dtype=complex)
-        basis: list[ComplexArray] = [below]
-        weight: list[Array] = [-2 * (residue * p.conj()[:, None, None]).real]
+        weight: list[Array] = [-2 * (residue * self.pairs.conj()[:, None, None]).real]
         if self.mixed:
-            basis.append(s * below)
             weight.append(2 * residue.real)
         if len(self.real):
-            basis.append(np.asarray(1 / (s - self.real), dtype=complex))
             weight.append((left @ self.right_real).T[:, :, None] * (self.left_real @ right.T)[:, None, :])
         if len(self.free):
-            basis.append(np.asarray(-1 / omega[:, None] ** 2, dtype=complex))
             weight.append((left[:, self.free] @ right[:, self.free].T)[None])
-        table = np.concatenate(basis, axis=1)
-        W = np.concatenate(weight).reshape(table.shape[1], -1)
-        parts = np.concatenate([table.real, table.imag]) @ W
-        n = len(omega)
-        out = np.empty((n, W.shape[1]), dtype=complex)
-        out.real, out.imag = parts[:n], parts[n:]
-        return out.reshape(n, len(left), len(right))
+        return Residues(self, np.concatenate(weight))
+
+
+@dataclass(frozen=True, eq=False)
+class Residues:
+    """A sum over poles between some rows and columns."""
+
+    poles: ModeSum
+    weights: Array
+    """α_r, β_r, ρ_k and ρ_0 as far as there are any, (terms, rows, columns)."""
+
+    def at(self, omega: Array) -> ComplexArray:
+        """The receptance in m/N at angular frequencies (rad/s), (nf, rows, columns)."""
+        terms, *shape = self.weights.shape
+        flat = self.weights.reshape(terms, -1)
+        out = np.empty((len(omega), flat.shape[1]), dtype=complex)
+        step = max(16, _BLOCK // max(1, flat.shape[1], 2 * len(self.poles.shapes)))
+        for start in range(0, len(omega), step):
+            now = slice(start, start + step)
+            table = self._terms(omega[now])
+            parts = np.concatenate([table.real, table.imag]) @ flat
+            out[now].real, out[now].imag = parts[: len(table)], parts[len(table) :]
+        return out.reshape(len(omega), *shape)
+
+    def _terms(self, omega: Array) -> ComplexArray:
+        """What the weights stand by, (nf, terms)."""
+        s, p = np.asarray(1j * omega[:, None], dtype=complex), self.poles.pairs
+        below = np.asarray(1 / (np.abs(p) ** 2 - omega[:, None] ** 2 - 2 * s * p.real), dtype=complex)
+        terms: list[ComplexArray] = [below]
+        if self.poles.mixed:
+            terms.append(s * below)
+        if len(self.poles.real):
+            terms.append(np.asarray(1 / (s - self.poles.real), dtype=complex))
+        if len(self.poles.free):
+            terms.append(np.asarray(-1 / omega[:, None] ** 2, dtype=complex))
+        return np.concatenate(terms, axis=1)
 
 
 def modes(mass: Array, stiffness: Array) -> tuple[Array, Array, float]:

@@ -11,7 +11,8 @@ from jointlib.arrays import Array, ComplexArray
 
 from ..harmonic_balance import newton as nonlinear
 from ..harmonic_balance.assembly import Assembly
-from ..harmonic_balance.harmonics import Harmonics, with_mean
+from ..harmonic_balance.cycle import Harmonics
+from ..harmonic_balance.harmonics import with_mean
 from ..indices import Index
 from ..operating.branches import Branch, End
 from ..operating.solutions import caps_of

@@ -17,15 +17,17 @@ from jointlib.errors import Outcome
 
 from ..blocks import blocks
 from ..harmonic_balance.assembly import Assembly
-from ..harmonic_balance.balance import excess, solve_complex
-from ..harmonic_balance.harmonics import Harmonics, with_mean
+from ..harmonic_balance.balance import excess
+from ..harmonic_balance.cycle import Harmonics
+from ..harmonic_balance.harmonics import with_mean
+from ..harmonic_balance.tangent import Tangent
 from ..indices import Mask
 from ..operating.branches import Branch, End
+from ..operating.tops import tops
 from .all_curves import started
 from .arclength import Path, Stop
 from .curve_results import Followed, followed
 from .solution_curves import Curve, first_harmonics
-from .tops import tops
 from .validation import departs
 
 _STRAY = 0.2
@@ -73,30 +75,71 @@ def carried(
     (branch,) = branches
     own = with_mean(harmonics, assembly.biased is not None)
     frequency, rows = np.unique(branch.frequency, return_index=True)
-    omega = 2 * np.pi * frequency
-    path = Path(assembly, own, float(omega[0]), float(omega[-1]))
-    first = branch.joint[rows][:, list(assembly.nonlinear)]
-    points = _settled(path, force, omega, started(assembly, harmonics, first, omega))
+    path = Path(assembly, own, 2 * np.pi * float(frequency[0]), 2 * np.pi * float(frequency[-1]))
+    points = _beside(path, force, harmonics, 2 * np.pi * frequency, branch.joint[rows])
+    if points is None:
+        return None
+    found = tops(points.omega, np.abs(points.moved))
+    # Those of the outputs are points in the end.
+    points = _at(path, force, points, found.omega[found.motion >= len(assembly.joints)])
+    if points is None or np.any(_rough(points)):
+        return None
+    return followed(path, force, [_curve(points, lines)], lines, dense=True)
+
+
+def carried_curve(
+    path: Path, force: float, lines: Array, harmonics: Harmonics, frequency: Array, joint: ComplexArray
+) -> Curve | None:
+    """The curve in several harmonics beside solutions in one, motions ``joint`` (m) of all joints over ascending
+    frequencies (Hz), with the tops of the joints among its points; None where not sure."""
+    points = _beside(path, force, harmonics, 2 * np.pi * frequency, joint)
+    if points is None:
+        return None
+    found = tops(points.omega, np.abs(points.moved))
+    points = _at(path, force, points, found.omega)
+    if points is None or np.any(_rough(points)):
+        return None
+    curve = _curve(points, lines)
+    own = found.motion < len(path.assembly.joints)
+    motion, place = found.motion[own], np.searchsorted(points.omega, found.omega[own])
+    first = np.unique(place, return_index=True)[1]
+    curve.top[place[first]] = motion[first]
+    # Where several joints have their top at one point, it counts once for each.
+    more = np.setdiff1d(np.arange(len(place)), first)
+    rows = np.insert(np.arange(len(curve.p)), place[more], place[more])
+    top, line = (np.insert(part, place[more], by) for part, by in ((curve.top, motion[more]), (curve.line, -1)))
+    return Curve(curve.z[rows], curve.p[rows], line, curve.fold[rows], top, curve.ends)
+
+
+def _curve(points: _Points, lines: Array) -> Curve:
+    """Points as a curve without folds through its range."""
+    none, nowhere = np.full(len(points.omega), -1), np.zeros(len(points.omega), dtype=bool)
+    place = np.minimum(np.searchsorted(2 * np.pi * lines, points.omega), len(lines) - 1)
+    on = np.where(2 * np.pi * lines[place] == points.omega, place, none)
+    end = (Stop.RANGE, Outcome.CONVERGED)
+    return Curve(points.z, points.omega, on, nowhere, none, (end, end))
+
+
+def _beside(path: Path, force: float, harmonics: Harmonics, omega: Array, joint: ComplexArray) -> _Points | None:
+    """Points in several harmonics beside those in one, close enough for their tops to follow."""
+    first = joint[:, list(path.assembly.nonlinear)]
+    points = _settled(path, force, omega, started(path.assembly, harmonics, first, omega))
     for _ in range(_HALVINGS):
         rough = np.flatnonzero(_rough(points)) if points is not None else np.empty(0, dtype=int)
         if points is None or not len(rough):
             break
         points = _with(path, force, points, (points.omega[rough] + points.omega[rough + 1]) / 2)
-    for last in (False,) * _ROUNDS + (True,):
+    for _ in range(_ROUNDS):
         if points is None:
             return None
-        found = tops(points.omega, np.abs(points.moved))
-        # Those of the outputs are points in the end.
-        further = found.omega[found.motion >= len(assembly.joints)] if last else found.wanted(points.omega)
-        further = np.setdiff1d(further, points.omega)
-        points = _with(path, force, points, further) if len(further) else points
-    if points is None or np.any(_rough(points)):
-        return None
-    none, nowhere = np.full(len(points.omega), -1), np.zeros(len(points.omega), dtype=bool)
-    place = np.minimum(np.searchsorted(2 * np.pi * lines, points.omega), len(lines) - 1)
-    on = np.where(2 * np.pi * lines[place] == points.omega, place, none)
-    end = (Stop.RANGE, Outcome.CONVERGED)
-    return followed(path, force, [Curve(points.z, points.omega, on, nowhere, none, (end, end))], lines, dense=True)
+        points = _at(path, force, points, tops(points.omega, np.abs(points.moved)).wanted(points.omega))
+    return points
+
+
+def _at(path: Path, force: float, points: _Points, omega: Array) -> _Points | None:
+    """With points at these frequencies as well."""
+    further = np.setdiff1d(omega, points.omega)
+    return _with(path, force, points, further) if len(further) else points
 
 
 def _with(path: Path, force: float, points: _Points, omega: Array) -> _Points | None:
@@ -122,12 +165,12 @@ def _settled_block(
     z, balance = start.astype(complex), path.balance(omega, force)
     floor = 0.0 if path.assembly.biased is None else path.assembly.biased.floor
     forces = balance.forces(z)
-    J = balance.jacobian(forces)
+    tangent = Tangent(balance, forces)
     # What the tangents are good for asks no more than the start gives.
-    slope = solve_complex(J, -path.by_p(z, omega, force, balance).reshape(z.shape))
+    slope = tangent.solve(-path.by_p(z, omega, force, balance).reshape(z.shape))
     before = np.inf
     for _ in range(_CHORDS):
-        step = solve_complex(J, -balance.residual(z, forces.force))
+        step = tangent.solve(-balance.residual(z, forces.force))
         z = z + step
         size = _largest(z)
         if not np.all(_largest(z - start) <= _STRAY * size):
@@ -138,7 +181,7 @@ def _settled_block(
         # The tangents of the start serve as long as they lead on fast.
         turn = length > _FAST * before
         forces = balance.forces(z, slopes=turn)
-        J, before = (balance.jacobian(forces), np.inf) if turn else (J, length)
+        tangent, before = (Tangent(balance, forces), np.inf) if turn else (tangent, length)
     else:
         return None
     forces = balance.forces(z, slopes=False)

@@ -15,15 +15,16 @@ from jointlib.frf import FRF, ReceptanceKind
 
 from ..blocks import blocks
 from ..harmonic_balance.assembly import Assembly
-from ..harmonic_balance.harmonics import Harmonics, overtones_of, with_mean
+from ..harmonic_balance.cycle import Harmonics
+from ..harmonic_balance.harmonics import overtones_of, with_mean
 from ..indices import Mask
 from ..operating.branches import Branch, End, Stability, without_repeats
 from ..operating.peaks import Peak
 from ..operating.resonances import NO_MOTION, distinct
+from ..operating.tops import tops
 from .all_curves import Starts, follow
 from .arclength import Path, Stop
 from .solution_curves import Curve, first_harmonics
-from .tops import tops
 
 _ENDS = {Stop.RANGE: End.RANGE, Stop.LIMIT: End.LIMIT, Stop.GAVE_UP: End.LOST, Stop.CLOSED: End.FOLD}
 _HALF_POWER = np.sqrt(0.5)
@@ -73,7 +74,8 @@ def followed(path: Path, force: float, curves: Sequence[Curve], lines: Array, de
 
     ``dense`` says that points lie so close that the tops between them follow from them.
     """
-    seen = [_seen(path, force, curve, lines) for curve in curves]
+    # A start past a limit is a single point, and no solution that may be used.
+    seen = [_seen(path, force, curve, lines) for curve in curves if len(curve.p) > 1]
     peaks = _peaks(path, force, seen, dense)
     missing = [outcome for s in seen for _, outcome in s.curve.ends if outcome is not Outcome.CONVERGED]
     missing = missing or [p.outcome for p in peaks if p.outcome not in (Outcome.CONVERGED, Outcome.PEAK_AT_EDGE)]

@@ -11,6 +11,7 @@ import numpy as np
 from jointlib.arrays import Array
 from jointlib.errors import Outcome
 from jointlib.frf import FRF, ReceptanceKind
+from jointlib.shown.progress import Progress
 
 from ..harmonic_balance.assembly import Assembly
 from ..indices import Index, Mask
@@ -21,11 +22,10 @@ from ..operating.solutions import Solutions, by_newton
 from .all_curves import Starts, passes, raised, started
 from .curve_results import Followed, by_arc_length
 from .line_by_line import solved
-from .validation import Elsewhere, doubtful, elsewhere
+from .validation import Elsewhere, Tangents, doubtful, elsewhere
+from .windows import edges_of, stretches
 
 _PROBES = 9
-_MARGIN, _SHARE = 2, 5
-"""A window reaches so many lines past what is doubtful, or a fifth of its own width."""
 _SAME = 1e-6
 
 
@@ -50,17 +50,21 @@ class _Window:
     part: Followed
 
 
-def by_windows(assembly: Assembly, forces: Array, lines: Array) -> list[Followed]:
+def by_windows(assembly: Assembly, forces: Array, lines: Array, during: Progress) -> list[Followed]:
     """Per force all branches between the first and the last line (Hz), with more lines round the peaks.
 
     Arc length takes over wherever Newton's method stalls, passes a fold or a limit, jumps from one line to the next,
     or raising the force threefold and lowering it again leads elsewhere. A window in which a curve reaches an edge
     away from Newton's solution is widened.
     """
-    found = doubtful(assembly, forces, by_newton(assembly, forces, lines))[0]
-    found, peaks = solved(assembly, forces, found.frequency, True, None, found)
-    found, jumps = doubtful(assembly, forces, found)
-    others = elsewhere(assembly, forces, found)
+    tangents: Tangents = {}
+    with during.step(f"solving {len(lines)} lines at {len(forces)} forces"):
+        found = doubtful(assembly, forces, by_newton(assembly, forces, lines), tangents)[0]
+    with during.step("closing in on the peaks"):
+        found, peaks = solved(assembly, forces, found.frequency, True, None, found)
+    with during.step(f"looking for jumps between {len(found.frequency)} lines"):
+        found, jumps = doubtful(assembly, forces, found, tangents)
+    others = elsewhere(assembly, forces, found, during)
     out = []
     for f, force in enumerate(forces.tolist()):
         row = np.full(len(found.frequency), -1)
@@ -72,13 +76,15 @@ def by_windows(assembly: Assembly, forces: Array, lines: Array) -> list[Followed
         own = [p for p in peaks if p.force == force]
         lost = [p.frequency for p in own if p.outcome is Outcome.STALLED and np.isfinite(p.frequency)]
         bad[np.minimum(np.searchsorted(found.frequency, lost), len(bad) - 1)] = True
-        windows = _followed(assembly, here, bad, others, f)
+        windows = _followed(assembly, here, bad, others, f, during)
         out.append(_whole(assembly, here, own, windows))
     return out
 
 
-def _followed(assembly: Assembly, here: _Lines, bad: Mask, others: Elsewhere, f: int) -> list[_Window]:
-    todo, done = _stretches(bad), list[_Window]()
+def _followed(
+    assembly: Assembly, here: _Lines, bad: Mask, others: Elsewhere, f: int, during: Progress
+) -> list[_Window]:
+    todo, done = stretches(bad), list[_Window]()
     while todo:
         i, j = todo.pop(0)
         while done and done[-1].last > i:
@@ -86,15 +92,17 @@ def _followed(assembly: Assembly, here: _Lines, bad: Mask, others: Elsewhere, f:
         while todo and todo[0][0] < j:
             j = max(j, todo.pop(0)[1])
         lines = here.found.frequency[i : j + 1]
-        starts, force = _starts(assembly, here, others, f, (i, j)), np.array([here.force])
-        part = by_arc_length(assembly, force, lines, (1,), starts)[0]
-        wider = _wider(assembly, here, bad, part, (i, j))
-        if wider is None:
-            further = raised(assembly, force, 2 * np.pi * np.linspace(lines[0], lines[-1], _PROBES + 2)[1:-1])
-            new = [k for k in range(len(further.omega)) if not _on(assembly, part, further, k)]
-            if new:
-                part = by_arc_length(assembly, force, lines, (1,), starts.and_then(further.at(new)))[0]
-                wider = _wider(assembly, here, bad, part, (i, j))
+        left = f", then {len(todo)} more" if todo else ""
+        with during.step(f"following curves at {here.force:g} N from {lines[0]:.5g} to {lines[-1]:.5g} Hz{left}"):
+            starts, force = _starts(assembly, here, others, f, (i, j)), np.array([here.force])
+            part = by_arc_length(assembly, force, lines, (1,), starts)[0]
+            wider = _wider(assembly, here, bad, part, (i, j))
+            if wider is None:
+                further = raised(assembly, force, 2 * np.pi * np.linspace(lines[0], lines[-1], _PROBES + 2)[1:-1])
+                new = [k for k in range(len(further.omega)) if not _on(assembly, part, further, k)]
+                if new:
+                    part = by_arc_length(assembly, force, lines, (1,), starts.and_then(further.at(new)))[0]
+                    wider = _wider(assembly, here, bad, part, (i, j))
         if wider is None:
             done.append(_Window(i, j, part))
         else:
@@ -110,7 +118,7 @@ def _wider(
     down, up = (_strays(here, part, at, side, assembly) for at, side in ((i, 0), (j, -1)))
     if not (down and i > 0) and not (up and j < len(bad) - 1):
         return None
-    return _edges(bad, i - (j - i) if down else i, j + (j - i) if up else j)
+    return edges_of(bad, i - (j - i) if down else i, j + (j - i) if up else j)
 
 
 def _on(assembly: Assembly, part: Followed, starts: Starts, k: int) -> bool:
@@ -125,28 +133,6 @@ def _on(assembly: Assembly, part: Followed, starts: Starts, k: int) -> bool:
         )
         for b in part.branches
     )
-
-
-def _stretches(bad: Mask) -> list[tuple[int, int]]:
-    """First and last line of every window, neither of them doubtful where the range does not end."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], bad, [False]]).astype(int))).reshape(-1, 2)
-    out: list[tuple[int, int]] = []
-    for a, b in edges.tolist():
-        margin = max(_MARGIN, (b - a) // _SHARE)
-        i, j = _edges(bad, a - margin, b - 1 + margin)
-        if out and i <= out[-1][1]:
-            i, j = out[-1][0], max(j, out.pop()[1])
-        out.append((i, j))
-    return out
-
-
-def _edges(bad: Mask, i: int, j: int) -> tuple[int, int]:
-    i, j = max(i, 0), min(j, len(bad) - 1)
-    while i > 0 and bad[i]:
-        i -= 1
-    while j < len(bad) - 1 and bad[j]:
-        j += 1
-    return i, j
 
 
 def _starts(assembly: Assembly, here: _Lines, others: Elsewhere, f: int, edges: tuple[int, int]) -> Starts:

@@ -15,12 +15,15 @@ from ..harmonic_balance.assembly import Assembly
 from ..operating.branches import Branch, Chain, Stability, chains
 from ..operating.folds import fold_lines
 from ..operating.peaks import Peak
-from ..operating.resonances import resonances
+from ..operating.resonances import known_between, resonances
+from ..operating.smooth_peaks import round_tops_of_outputs
 from ..operating.solutions import Solutions, by_amplitude_map, by_newton
 from .curve_results import Followed
 
 _AROUND = np.sinh(np.linspace(-3.0, 3.0, 33))
 """Lines round a peak, in half-power half widths."""
+_ROUNDS = 3
+"""In which lines close in on the tops of the outputs."""
 _APART = 0.55
 """Of the spacing of its own lines, what a peak has to the nearest line of another at most."""
 
@@ -56,6 +59,10 @@ def solved(
         extra = extra[(extra > lines[0]) & (extra < lines[-1]) & ~np.isin(extra, lines)]
         if len(extra):
             found = found.merged(solve(extra))
+        between = known_between(assembly, lines)
+        for last in (*(False,) * _ROUNDS, True) if between and not mapped else ():
+            extra = round_tops_of_outputs(assembly, found, last)
+            found = found.merged(solve(extra)) if len(extra) else found
     if mapped:
         closing = fold_lines(assembly, forces, found)
         if len(closing):

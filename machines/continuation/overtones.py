@@ -10,15 +10,17 @@ import numpy as np
 
 from jointlib.arrays import Array
 from jointlib.errors import InputError, Outcome
+from jointlib.shown.progress import Progress
 
 from ..harmonic_balance.assembly import Assembly
+from ..harmonic_balance.cycle import Harmonics
 from ..harmonic_balance.frequency_reach import reached, too_short
-from ..harmonic_balance.harmonics import Harmonics
 from ..harmonic_balance.truncation import more_harmonics, odd, unsuited
 from ..stability.labels import TOLERANCE, Branches, with_errors, with_outcomes, worst
 from .all_curves import from_branches
 from .carried import carried
 from .curve_results import Followed, by_arc_length
+from .overtone_windows import pieced
 
 _FAR = 0.2
 _HIGHEST = 1000
@@ -61,6 +63,7 @@ def refined(
     found: Sequence[Followed],
     estimated: Branches,
     wanted: Overtones,
+    during: Progress,
 ) -> tuple[list[Followed], tuple[str, ...]]:
     """Solutions with the harmonics that are wanted, and what is to be said about them.
 
@@ -74,7 +77,7 @@ def refined(
         remarks += _first_only(forces, estimated)
     else:
         need = [f for f, branches in enumerate(estimated) if not automatic or worst(branches) > TOLERANCE]
-        remarks += _solved(assembly, forces, lines, out, need, several) if need else []
+        remarks += _solved(assembly, forces, lines, out, need, several, during) if need else []
     unknown = Outcome.HARMONICS_SIGNIFICANT if unsuited(assembly) else Outcome.FRF_TOO_SHORT
     if not any(part.outcome is Outcome.FRF_TOO_SHORT for part in out):
         remarks += _unknown(assembly, [part.branches for part in out])
@@ -120,7 +123,13 @@ def _first_only(forces: Array, branches: Branches) -> list[str]:
 
 
 def _solved(
-    assembly: Assembly, forces: Array, lines: Array, out: list[Followed], need: list[int], several: Harmonics
+    assembly: Assembly,
+    forces: Array,
+    lines: Array,
+    out: list[Followed],
+    need: list[int],
+    several: Harmonics,
+    during: Progress,
 ) -> list[str]:
     """Replace what was found at the forces in need by solutions in several harmonics; what is to be said."""
     if len(lines) < 2:
@@ -139,12 +148,18 @@ def _solved(
     if assembly.biased is None and not odd(assembly):
         remarks.append("a joint pulls harder one way than the other; its mean displacement is held at 0")
     chosen = forces[need]
-    beside = [carried(assembly, float(forces[f]), lines, several, out[f].branches) for f in need]
+    beside = []
+    for f in need:
+        with during.step(f"solving harmonics {', '.join(map(str, several))} at {forces[f]:g} N"):
+            part = carried(assembly, float(forces[f]), lines, several, out[f].branches)
+            beside.append(part or pieced(assembly, float(forces[f]), lines, several, out[f].branches))
     rest = [f for f, part in zip(need, beside, strict=True) if part is None]
     starts = from_branches(assembly, [out[f].branches for f in rest], several)
-    traced = iter(by_arc_length(assembly, forces[rest], lines, several, starts) if rest else [])
+    with during.step(f"following curves in harmonics {', '.join(map(str, several))} at {len(rest)} forces"):
+        traced = iter(by_arc_length(assembly, forces[rest], lines, several, starts) if rest else [])
     new = [next(traced) if part is None else part for part in beside]
-    with_error = with_errors(assembly, chosen, [part.branches for part in new])
+    with during.step("estimating what further harmonics change there"):
+        with_error = with_errors(assembly, chosen, [part.branches for part in new])
     for f, part, branches in zip(need, new, with_error, strict=True):
         if branches:
             out[f] = replace(part, branches=branches)

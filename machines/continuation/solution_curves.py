@@ -93,35 +93,47 @@ class _Segments:
             self.base.at(rows), self.step[rows], self.z[rows], self.p[rows], self.trace[rows], self.place[rows]
         )
 
-    def point(self, path: Path, distance: Array) -> tuple[Points, Mask]:
-        """The curve at these distances along each piece."""
+    def between(self, distance: Array) -> tuple[ComplexArray, Array]:
+        """Motions and p at these distances along each piece, by the parabola through its ends."""
         end = self.base.change(self.z, self.p)
         bow = end - self.step[:, None] * self.base.tangent
         change = distance[:, None] * self.base.tangent + (distance / self.step)[:, None] ** 2 * bow
-        found, _, done = path.correct(self.base, self.base.tangent, distance, self.base.moved(change))
+        return self.base.moved(change)
+
+    def point(self, path: Path, distance: Array, start: tuple[ComplexArray, Array]) -> tuple[Points, Mask]:
+        """The curve at these distances along each piece, from a start."""
+        found, _, done = path.correct(self.base, self.base.tangent, distance, start)
         return found, done
 
     def root(
         self, path: Path, value: Callable[[Points, Index], Array], low: Array, high: Array
     ) -> tuple[Points, Array, Mask]:
-        """Where a function of the points, given at both ends of every piece, is 0 (regula falsi, Illinois)."""
+        """Where a function of the points, given at both ends of every piece, is 0.
+
+        Regula falsi, the value at an end that stays twice halved (Illinois: Dowell and Jarratt, BIT 11 (1971) 168).
+        """
         a, b = np.zeros(len(self.step)), self.step.copy()
         fa, fb = low.copy(), high.copy()
+        enough = _SETTLED * np.minimum(np.abs(low), np.abs(high))
         left, x = np.arange(len(a)), b.copy()
-        points, fine = self.base, np.ones(len(a), dtype=bool)
-        for _ in range(_PASSES):
+        points, fine, before = self.base, np.ones(len(a), dtype=bool), np.zeros(len(a), dtype=int)
+        for round_ in range(_PASSES):
             if not len(left):
                 break
             new = (a[left] * fb[left] - b[left] * fa[left]) / (fb[left] - fa[left])
-            found, done = self.at(left).point(path, new)
+            here, last = self.at(left), points.at(left)
+            ahead = (new - x[left]) / np.sum(last.tangent * here.base.tangent, axis=1)
+            start = here.between(new) if round_ == 0 else last.moved(ahead[:, None] * last.tangent)
+            found, done = here.point(path, new, start)
             fine[left] &= done
             f = value(found, left)
-            same = (f > 0) == (fa[left] > 0)
-            a[left], b[left] = np.where(same, new, a[left]), np.where(same, b[left], new)
-            fa[left], fb[left] = np.where(same, f, fa[left] / 2), np.where(same, fb[left] / 2, f)
-            moved, x[left] = np.abs(new - x[left]), new
+            side = np.where((f > 0) == (fa[left] > 0), 1, -1)
+            first, share = side > 0, np.where(side == before[left], 0.5, 1.0)
+            a[left], b[left] = np.where(first, new, a[left]), np.where(first, b[left], new)
+            fa[left], fb[left] = np.where(first, f, fa[left] * share), np.where(first, fb[left] * share, f)
+            moved, x[left], before[left] = np.abs(new - x[left]), new, side
             points = points.put(left, found)
-            left = left[done & (moved > _SETTLED * self.step[left]) & (f != 0)]
+            left = left[done & (moved > _SETTLED * self.step[left]) & (np.abs(f) > enough[left])]
         return points, x, fine
 
 
@@ -197,7 +209,7 @@ def _up_to_limits(path: Path, traces: list[Trace]) -> list[Trace]:
         past = excess(forces, path.assembly.coordinates.motions(points.z), path.harmonics, path.assembly.limits)
         return np.asarray(np.max(past, axis=1) + _INSIDE)
 
-    low, high = over(parts.base), over(parts.point(path, parts.step)[0])
+    low, high = over(parts.base), over(parts.point(path, parts.step, parts.between(parts.step))[0])
     apart = np.flatnonzero((low < 0) & (high > 0))
     points, x, fine = parts.at(apart).root(path, lambda q, _: over(q), low[apart], high[apart])
     for k, i in enumerate(some):

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass
 
 import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
+from jointlib.shown.progress import Progress
 
 from ..blocks import blocks
-from ..harmonic_balance.assembly import Assembly
+from ..harmonic_balance.assembly import Assembly, View
 from ..harmonic_balance.harmonics import with_mean
 from ..indices import Index, Mask
-from ..operating.solutions import Solutions, balance_at, by_newton
+from ..operating.solutions import Solutions, by_newton, joints_balanced
 from ..solved import solve_each
 from .all_curves import started
 from .arclength import Path
@@ -39,40 +41,41 @@ class Elsewhere:
     """Motions of the nonlinear joints in m, (rows, nj)."""
 
 
-def doubtful(assembly: Assembly, forces: Array, found: Solutions) -> tuple[Solutions, Mask]:
+Tangents = dict[tuple[int, float], ComplexArray]
+"""dz/dω of the coordinates, by force number and frequency in Hz."""
+
+
+def doubtful(assembly: Assembly, forces: Array, found: Solutions, known: Tangents) -> tuple[Solutions, Mask]:
     """Solutions on more lines, and (forces, lines) where they still do not look like one smooth curve.
 
     The change from one line to the next is compared with what the tangents dz/dω on both promise. Where they differ by
     more than a quarter the interval is halved, three times at most: a resonance is then resolved, a jump is not.
+    Tangents that are ``known`` are taken from there, the others left there.
     """
     for _ in range(_HALVINGS):
-        rough = _rough(assembly, forces, found)
+        rough = _rough(assembly, forces, found, known)
         if not np.any(rough):
             break
         wide = np.flatnonzero(np.any(rough, axis=0))
         middle = (found.frequency[wide] + found.frequency[wide + 1]) / 2
         found = found.merged(by_newton(assembly, forces, middle))
     else:
-        rough = _rough(assembly, forces, found)
+        rough = _rough(assembly, forces, found, known)
     ends = np.zeros((len(forces), len(found.frequency)), dtype=bool)
     ends[:, :-1] |= rough
     ends[:, 1:] |= rough
     return found, ends
 
 
-def _rough(assembly: Assembly, forces: Array, found: Solutions) -> Mask:
+def _rough(assembly: Assembly, forces: Array, found: Solutions, known: Tangents) -> Mask:
     """(forces, intervals) between neighbouring lines with a solution each that do not fit together."""
     n = len(found.frequency)
     omega = 2 * np.pi * found.frequency
-    path = Path(assembly, with_mean((1,), assembly.biased is not None), float(omega[0]), float(omega[-1]))
-    z = started(assembly, (1,), found.motion[:, list(assembly.nonlinear)], omega[found.line])
-    q, half = z[:, 0], z[0].size if len(z) else 0
-    slope = np.empty((len(z), 2 * half))
-    for some in blocks(len(z), 3 * z.shape[1] ** 2 * assembly.entries):
-        one = np.ones(some.stop - some.start)
-        J = path.system(z[some], omega[found.line[some]], forces[found.force[some]], one, one)[1]
-        slope[some] = -solve_each(J[:, :, :-1], J[:, :, -1:])[:, :, 0]
-    tangent: ComplexArray = (slope[:, :half] + 1j * slope[:, half:])[:, : q.shape[1]]
+    points = list(zip(found.force.tolist(), found.frequency[found.line].tolist(), strict=True))
+    new = np.array([i for i, point in enumerate(points) if point not in known], dtype=int)
+    q = assembly.coordinates.of_motions(found.motion[:, list(assembly.nonlinear)])
+    known |= dict(zip((points[i] for i in new), _tangents(assembly, forces, found, new), strict=True))
+    tangent = np.array([known[point] for point in points], dtype=complex).reshape(q.shape)
     following = np.flatnonzero((np.diff(found.line) == 1) & (np.diff(found.force) == 0))
     a, b = following, following + 1
     width = np.diff(omega)[found.line[a]][:, None]
@@ -81,6 +84,21 @@ def _rough(assembly: Assembly, forces: Array, found: Solutions) -> Mask:
     out = np.zeros((len(forces), n - 1), dtype=bool)
     out[found.force[a[wrong]], found.line[a[wrong]]] = True
     return out
+
+
+def _tangents(assembly: Assembly, forces: Array, found: Solutions, rows: Index) -> ComplexArray:
+    """dz/dω of the coordinates at some of the solutions, (rows, r)."""
+    omega, force = 2 * np.pi * found.frequency[found.line[rows]], forces[found.force[rows]]
+    low, high = 2 * np.pi * found.frequency[[0, -1]]
+    path = Path(assembly, with_mean((1,), assembly.biased is not None), float(low), float(high))
+    z = started(assembly, (1,), found.motion[rows][:, list(assembly.nonlinear)], omega)
+    half, r = z[0].size if len(z) else 0, len(assembly.coordinates.rows)
+    slope = np.empty((len(z), 2 * half))
+    for some in blocks(len(z), 3 * z.shape[1] ** 2 * assembly.entries):
+        one = np.ones(some.stop - some.start)
+        J = path.system(z[some], omega[some], force[some], one, one)[1]
+        slope[some] = -solve_each(J[:, :, :-1], J[:, :, -1:])[:, :, 0]
+    return np.asarray((slope[:, :half] + 1j * slope[:, half:])[:, :r])
 
 
 def departs(change: ComplexArray, before: ComplexArray, after: ComplexArray, size: Array) -> Mask:
@@ -96,47 +114,81 @@ def _size(z: ComplexArray) -> Array:
     return np.asarray(np.max(np.abs(z), axis=tuple(range(1, z.ndim))))
 
 
-def elsewhere(assembly: Assembly, forces: Array, found: Solutions) -> Elsewhere:
+def elsewhere(assembly: Assembly, forces: Array, found: Solutions, during: Progress) -> Elsewhere:
     """Where the force, raised from little to three times the largest and lowered again, leads to another solution.
 
     A second solution at a force is joined to the first by a curve over the force. Where that turns back below three
     times the force, the solution there is far from proportional; only those lines are swept.
     """
     n, nj = len(found.frequency), len(assembly.nonlinear)
-    most = int(np.argmax(forces))
     table = np.full((len(forces), n, nj), np.nan, dtype=complex)
     table[found.force, found.line] = found.motion[:, list(assembly.nonlinear)]
-    top = _FURTHER * forces[most]
-    z0 = table[most]
-    raised, fine = _solve(assembly, found.frequency, np.full(n, top), None)
-    apart = np.max(np.abs(raised * forces[most] / top - z0), axis=1)
-    swept = np.flatnonzero(~np.isnan(z0[:, 0]) & ~(fine & (apart <= _PROPORTIONAL * np.max(np.abs(z0), axis=1))))
-    if not len(swept):
-        none = np.empty(0, dtype=int)
-        return Elsewhere(np.zeros((len(forces), n), dtype=bool), none, none, np.empty((0, nj), dtype=complex))
-    least = _LEAST * np.min(forces)
-    steps = int(np.ceil(np.log(top / least) / np.log(_STEP)))
-    levels = np.unique(np.concatenate([forces, np.geomspace(least, top, steps)]))
-    frequency, known = found.frequency[swept], table[:, swept]
-    low, fine = _solve(assembly, frequency, np.full(len(swept), levels[0]), None)
-    swept, frequency, known, low = swept[fine], frequency[fine], known[:, fine], low[fine]
-    sweep = _Sweep(low, low * 0, np.full(len(low), levels[0]), np.zeros(len(low)))
-    hits: list[tuple[Index, Index, ComplexArray]] = []
-    for order in (levels[1:], levels[::-1]):
-        going = np.ones(len(swept), dtype=bool)
-        for level in order:
-            moving = going & ((sweep.force < level) if order[0] < order[-1] else (sweep.force > level))
-            sweep, ok = sweep.to(assembly, frequency, float(level), moving)
-            going &= ok | ~moving
-            for f in np.flatnonzero(forces == level):
-                other = moving & ok & ~(_size(sweep.z - known[f]) <= _SAME * _size(known[f]))
-                rows = np.flatnonzero(other & ~np.isnan(known[f, :, 0]))
-                hits.append((np.full(len(rows), f), swept[rows], sweep.z[rows]))
+    none = np.empty(0, dtype=int)
+    hits = [(none, none, np.empty((0, nj), dtype=complex))]
+    for some in blocks(n, len(assembly.coordinates.rows) ** 2 + assembly.entries // 8):
+        lines = _Lines(assembly, assembly.at(2 * np.pi * found.frequency[some], motions=False), table[:, some])
+        hits += [(F, L + some.start, z) for F, L, z in lines.swept(forces, during)]
     F, L, z = (np.concatenate([hit[k] for hit in hits]) for k in range(3))
     met = np.zeros((len(forces), n), dtype=bool)
     met[F, L] = True
     order = np.lexsort((L, F))
     return Elsewhere(met, F[order], L[order], z[order])
+
+
+@dataclass(frozen=True, eq=False)
+class _Lines:
+    """Some lines with what is known on them."""
+
+    assembly: Assembly
+    view: View
+    known: ComplexArray
+    """Motions of the nonlinear joints at every force, (forces, lines, nj); nan where there is none."""
+
+    def at(self, lines: Index | Mask) -> _Lines:
+        return _Lines(self.assembly, self.view.at(lines), self.known[:, lines])
+
+    def solve(self, force: float, start: ComplexArray | None) -> tuple[ComplexArray, Mask]:
+        """Joint motions by Newton's method, without a ramp, and where they may be used."""
+        every = np.full(len(self.view.omega), force)
+        found, fine, _ = joints_balanced(self.assembly, self.view, every, start, ramp=False)
+        return found.z, fine & ~found.turning if start is None else fine
+
+    def swept(self, forces: Array, during: Progress) -> list[tuple[Index, Index, ComplexArray]]:
+        """Force, line and motions of solutions other than those known."""
+        most = int(np.argmax(forces))
+        top = _FURTHER * forces[most]
+        z0 = self.known[most]
+        with during.step(f"raising the force threefold on {len(self.view.omega)} lines"):
+            raised, fine = self.solve(top, None)
+        apart = np.max(np.abs(raised * forces[most] / top - z0), axis=1)
+        bent = ~(fine & (apart <= _PROPORTIONAL * np.max(np.abs(z0), axis=1)))
+        chosen = np.flatnonzero(~np.isnan(z0[:, 0]) & bent)
+        if not len(chosen):
+            return []
+        least = _LEAST * np.min(forces)
+        steps = int(np.ceil(np.log(top / least) / np.log(_STEP)))
+        levels = np.unique(np.concatenate([forces, np.geomspace(least, top, steps)]))
+        part = self.at(chosen)
+        begun = time.perf_counter()
+        low, fine = part.solve(levels[0], None)
+        needed = 2 * len(levels) * (time.perf_counter() - begun)
+        part, chosen, low = part.at(fine), chosen[fine], low[fine]
+        sweep = _Sweep(low, low * 0, np.full(len(low), levels[0]), np.zeros(len(low)))
+        hits = []
+        # Below the least of the forces nothing is compared any more.
+        ways = (levels[1:], levels[levels >= np.min(forces)][::-1])
+        with during.step(f"raising the force to {top:g} N and back on {len(chosen)} lines, about {needed:.0f} s"):
+            for order in ways:
+                going = np.ones(len(chosen), dtype=bool)
+                for level in order:
+                    moving = going & ((sweep.force < level) if order[0] < order[-1] else (sweep.force > level))
+                    sweep, ok = sweep.to(part, float(level), moving)
+                    going &= ok | ~moving
+                    for f in np.flatnonzero(forces == level):
+                        other = moving & ok & ~(_size(sweep.z - part.known[f]) <= _SAME * _size(part.known[f]))
+                        rows = np.flatnonzero(other & ~np.isnan(part.known[f, :, 0]))
+                        hits.append((np.full(len(rows), f), chosen[rows], sweep.z[rows]))
+        return hits
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,7 +200,7 @@ class _Sweep:
     force: Array
     last: Array
 
-    def to(self, assembly: Assembly, frequency: Array, level: float, moving: Mask) -> tuple[_Sweep, Mask]:
+    def to(self, lines: _Lines, level: float, moving: Mask) -> tuple[_Sweep, Mask]:
         """Solutions at another force, by the secant; those that are not found stay where they were."""
         rows, ok = np.flatnonzero(moving), np.zeros(len(moving), dtype=bool)
         if not len(rows):
@@ -156,17 +208,10 @@ class _Sweep:
         gap = self.force[rows] - self.last[rows]
         share = np.where(gap != 0, (level - self.force[rows]) / np.where(gap != 0, gap, 1.0), 0.0)
         guess = self.z[rows] + share[:, None] * (self.z[rows] - self.before[rows])
-        new, fine = _solve(assembly, frequency[rows], np.full(len(rows), level), guess)
+        new, fine = lines.at(rows).solve(level, guess)
         good = rows[fine]
         ok[good] = True
         z, before, force, last = self.z.copy(), self.before.copy(), self.force.copy(), self.last.copy()
         before[good], last[good] = z[good], force[good]
         z[good], force[good] = new[fine], level
         return _Sweep(z, before, force, last), ok
-
-
-def _solve(assembly: Assembly, frequency: Array, force: Array, start: ComplexArray | None) -> tuple[ComplexArray, Mask]:
-    """Joint motions by Newton's method, without a ramp, and where they may be used."""
-    motion, _, fine, rising, _ = balance_at(assembly, frequency, force, start, ramp=False)
-    usable = fine & rising if start is None else fine
-    return motion[:, list(assembly.nonlinear)], usable

@@ -5,17 +5,29 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from jointlib.shown.progress import each
+from jointlib.shown.progress import Named, Progress, Silent
 
 from .response import Response, response
 from .tool_peaks import tool_peaks
 
 
-def both(machine: Any, drive: str | None, force: Any = None, band: Any = None, **keywords: Any) -> list[Any]:
+def both(
+    machine: Any,
+    drive: str | None,
+    force: Any = None,
+    band: Any = None,
+    progress: Progress | None = None,
+    **keywords: Any,
+) -> list[Any]:
     """The response to a force on ``drive`` or, where neither that nor the file names one, along each tool axis."""
     free = drive is None and machine.drive is None
     drives = list(dict.fromkeys(machine.tool.values())) if free and machine.tool else [drive]
-    return [response(machine, force, band, name, **keywords) for name in each("directions", drives, len(drives))]
+    axes, told = {dof: axis for axis, dof in machine.tool.items()}, progress or Silent()
+    found = []
+    for k, name in enumerate(drives, start=1):
+        own = Named(told, f"{axes.get(name, name)}, {k} of {len(drives)}") if len(drives) > 1 else told
+        found.append(response(machine, force, band, name, progress=own, **keywords))
+    return found
 
 
 def peak_rows(results: Sequence[Response]) -> dict[str, Any]:

@@ -12,49 +12,28 @@ from jointlib.arrays import Array
 from jointlib.errors import InputError, Outcome, nearest
 from jointlib.frf import FRF
 from jointlib.shown.pictures import axes_of, draw_magnitude, literal, name_curves, shades
+from jointlib.shown.progress import Progress, Silent
 from jointlib.shown.result import Columns, Shown, package
 
 from ..bundles.bundle import said_by
-from ..continuation.all_curves import by_raising_the_force, from_branches
-from ..continuation.curve_results import Followed, by_arc_length
-from ..continuation.fold_windows import by_windows
-from ..continuation.line_by_line import by_lines
 from ..continuation.overtones import Overtones, refined
 from ..harmonic_balance.assembly import Assembly
 from ..model.limits import beyond_frequency
 from ..model.machine import Machine, checked_forces, checked_range
 from ..operating.branches import Branch, Stability
 from ..operating.peaks import Peak
-from ..operating.resonances import NO_MOTION, known_between
+from ..operating.resonances import known_between
 from ..stability.disturbances import AFFORDABLE, Disturbances
 from ..stability.labels import held_means, with_errors, with_held_forces
 from ..stability.perturbations import labelled, nothing_stable, of_peaks, with_stability
 from ..statics.statics import static_point
 from ..tool.chatter_band import chatter_band, frequency_range
 from .consistency import unmoved
+from .methods import AmplitudeMap, ArcLength, Newton, in_one_harmonic
 
 _POINTS = 600
-
-
-@dataclass(frozen=True)
-class AmplitudeMap:
-    """For one nonlinear joint: all branches, their folds and stability. ``amplitudes`` is the size of the axis."""
-
-    amplitudes: int = 150
-
-
-@dataclass(frozen=True)
-class Newton:
-    """For any number of nonlinear joints: the branch that grows out of the linear response, line by line."""
-
-
-@dataclass(frozen=True)
-class ArcLength:
-    """For any number of nonlinear joints: curves followed round their folds over a range of frequency.
-
-    They are begun at the edges of the range and, so that isolated curves are found as well, on every branch of the
-    amplitude map (one joint) or wherever raising the force from nothing to three times the largest leads (several).
-    """
+_FEW = 50
+"""Lines for which poles of the whole machine do not pay."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -161,6 +140,7 @@ def response(
     points: int = _POINTS,
     harmonics: int | str | Sequence[int] = 1,
     stability: str = "folds",
+    progress: Progress | None = None,
 ) -> Response:
     """Steady response to harmonic forces, each joint replaced by its describing function at its own amplitude.
 
@@ -191,7 +171,10 @@ def response(
         "folds"; "hill": what small disturbances do as well, where there are equations of motion: by Hill's method in
         one harmonic of joints that do not remember, else by the step of the laws over a cycle; "auto": that where it
         takes some ten seconds at most, for the peaks alone where every point would take longer.
+    progress
+        Told of every part that takes long.
     """
+    during = progress or Silent()
     wanted = Overtones.of(harmonics, machine.static is not None)
     if stability not in ("folds", "hill", "auto"):
         raise InputError(f"response: stability is {stability!r}, expected 'folds', 'hill' or 'auto'")
@@ -199,14 +182,18 @@ def response(
     forces = _forces(machine, force)
     lines, refine = _lines(machine, frequency, points)
     names = tuple(dict.fromkeys([*machine.tool.values(), driven] if outputs is None else outputs))
-    assembly = Assembly(machine, names, (driven,))
-    found = _first_harmonic(assembly, forces, lines, refine, method)
-    estimated = with_errors(assembly, forces, [part.branches for part in found])
-    found, remarks = refined(assembly, forces, lines, found, estimated, wanted)
+    low, high = 2 * np.pi * float(lines[0]), 2 * np.pi * float(lines[-1])
+    assembly = Assembly(machine, names, (driven,), (low, high) if len(lines) > _FEW else None)
+    found = in_one_harmonic(assembly, forces, lines, refine, method, during)
+    points = sum(len(b.frequency) for part in found for b in part.branches)
+    with during.step(f"estimating what further harmonics change at {points} points"):
+        estimated = with_errors(assembly, forces, [part.branches for part in found])
+    found, remarks = refined(assembly, forces, lines, found, estimated, wanted, during)
     if not known_between(assembly, lines):
         remarks = ("a part is known on the lines only, so peaks are the largest values on them", *remarks)
     connections = tuple(c.name for c in machine.flexible)
-    branches = labelled(with_held_forces(assembly, forces, [part.branches for part in found]))
+    with during.step("estimating what forces change that sliders may hold"):
+        branches = labelled(with_held_forces(assembly, forces, [part.branches for part in found]))
     remarks = (*remarks, *held_means(forces, branches))
     if stability != "folds" and connections:
         disturbed = Disturbances.of(machine)
@@ -214,7 +201,8 @@ def response(
             remarks = (*remarks, disturbed) if stability == "hill" else remarks
         else:
             most = AFFORDABLE if stability == "auto" else np.inf
-            branches, said = with_stability(branches, [part.peaks for part in found], connections, disturbed, most)
+            with during.step("looking at what small disturbances do"):
+                branches, said = with_stability(branches, [part.peaks for part in found], connections, disturbed, most)
             remarks = (*remarks, *([said] if said else []), *nothing_stable(forces, branches))
     peaks = [p for part, own in zip(found, branches, strict=True) for p in of_peaks(part.peaks, own, connections)]
     still = unmoved(machine, driven, (b for part in found for b in part.branches))
@@ -235,39 +223,6 @@ def response(
 def _warnings(machine: Machine, low: float, high: float) -> tuple[str, ...]:
     under_load = () if machine.static is None else static_point(machine).warnings
     return (*beyond_frequency(machine, low, high), *said_by(machine.joints()), *under_load)
-
-
-def _first_harmonic(
-    assembly: Assembly, forces: Array, lines: Array, refine: bool, method: AmplitudeMap | Newton | ArcLength | None
-) -> list[Followed]:
-    """Branches of describing functions, per force."""
-    count = len(assembly.nonlinear)
-    if isinstance(method, AmplitudeMap) and count > 1:
-        raise InputError(
-            f"{assembly.machine.where}: the amplitude map takes one nonlinear joint and there are {count}; "
-            "use ArcLength() or Newton()"
-        )
-    if _at_rest(assembly, lines):
-        return by_lines(assembly, forces, lines, refine, None)
-    traced = isinstance(method, ArcLength)
-    if method is None and count > 1 and refine:
-        return by_windows(assembly, forces, lines)
-    if traced and len(lines) > 1 and count > 1:
-        low, high = 2 * np.pi * float(lines[0]), 2 * np.pi * float(lines[-1])
-        return by_arc_length(assembly, forces, lines, (1,), by_raising_the_force(assembly, forces, low, high))
-    mapped = count == 1 and not isinstance(method, Newton)
-    axis = (method if isinstance(method, AmplitudeMap) else AmplitudeMap()).amplitudes
-    found = by_lines(assembly, forces, lines, refine, axis if mapped else None)
-    if traced and len(lines) > 1 and count:
-        starts = from_branches(assembly, [part.branches for part in found], (1,))
-        return by_arc_length(assembly, forces, lines, (1,), starts)
-    return found
-
-
-def _at_rest(assembly: Assembly, lines: Array) -> bool:
-    """Whether the force moves no nonlinear joint, so that there is no amplitude to map or to follow."""
-    view = assembly.at(2 * np.pi * lines[[0, len(lines) // 2, -1]])
-    return bool(np.max(np.abs(view.Hzf), initial=0.0) <= NO_MOTION * np.max(np.abs(view.Hof), initial=0.0))
 
 
 def _forces(machine: Machine, force: float | Sequence[float] | None) -> Array:

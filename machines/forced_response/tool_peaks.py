@@ -9,12 +9,15 @@ import numpy as np
 
 from jointlib.arrays import Array
 
+from ..indices import Index
 from ..operating.branches import Branch, Stability
 from ..operating.peaks import local_maxima
 from .response import Response
 
 _LOPSIDED = 2.0
 """Ratio of the two halves of a half-power width above which it is no measure of damping."""
+_ALIKE = 1e-6
+"""Of the largest motion: contacts that move alike, of which the first is named."""
 _FEWEST = 4
 """Lines inside a half-power width below which it is not resolved."""
 
@@ -61,25 +64,39 @@ def _peaks(result: Response, force: float, branches: Sequence[Branch], output: s
     lines = np.unique(np.concatenate([branch.frequency for branch in branches])) if branches else np.empty(0)
     size = np.full(len(lines), np.nan)
     mover, error, held = np.full(len(lines), -1), np.full(len(lines), np.nan), np.zeros(len(lines))
-    for branch in branches:
-        reached = _reached(branch)
-        at = np.searchsorted(lines, branch.frequency)
-        value = np.abs(branch.output[:, o]) / force
-        better = reached & ~(value <= np.nan_to_num(size[at], nan=-1.0))
-        size[at[better]] = value[better]
-        error[at[better]] = branch.error[better] if branch.error.size else np.nan
-        held[at[better]] = branch.held[better] if branch.held.size else 0.0
+    owner, place = np.full(len(lines), -1), np.full(len(lines), -1)
+    for n, branch in enumerate(branches):
+        # Branches side by side have points of their own: each counts between them as well.
+        at = np.flatnonzero((lines >= branch.frequency[0]) & (lines <= branch.frequency[-1]))
+        value = np.interp(lines[at], branch.frequency, np.abs(branch.output[:, o]) / force)
+        row = _nearest(branch.frequency, lines[at])
+        better = _reached(branch)[row] & ~(value <= np.nan_to_num(size[at], nan=-1.0))
+        at, value, row = at[better], value[better], row[better]
+        size[at], owner[at], place[at] = value, n, row
+        error[at] = branch.error[row] if branch.error.size else np.nan
+        held[at] = branch.held[row] if branch.held.size else 0.0
         if branch.joint.shape[1]:
-            mover[at[better]] = np.argmax(np.abs(branch.joint[better]), axis=1)
+            moved = np.abs(branch.joint[row])
+            mover[at] = np.argmax(moved >= (1 - _ALIKE) * np.max(moved, axis=1, keepdims=True), axis=1)
     known = np.isfinite(size) & (size > 0)
     lines, size, mover, error, held = (part[known] for part in (lines, size, mover, error, held))
+    owner, place = owner[known], place[known]
     for k in local_maxima(size):
-        frequency, compliance = _top(lines, size, int(k))
+        own = branches[owner[k]]
+        frequency, compliance = _top(own.frequency, np.abs(own.output[:, o]) / force, int(place[k]))
         name = result.connections[mover[k]] if mover[k] >= 0 else ""
         damping = _damping(lines, size, int(k), frequency, compliance)
         yield ToolPeak(
             force, result.drive, output, frequency, compliance, damping, name, *map(float, (error[k], held[k]))
         )
+
+
+def _nearest(frequency: Array, lines: Array) -> Index:
+    """The point that lies nearest to each line."""
+    after = np.clip(np.searchsorted(frequency, lines), 1, max(len(frequency) - 1, 1))
+    after = np.minimum(after, len(frequency) - 1)
+    before = np.maximum(after - 1, 0)
+    return np.where(lines - frequency[before] < frequency[after] - lines, before, after)
 
 
 def _reached(branch: Branch) -> Array:
@@ -89,15 +106,16 @@ def _reached(branch: Branch) -> Array:
 
 
 def _top(lines: Array, size: Array, k: int) -> tuple[float, float]:
-    """Minimum of the parabola through 1/|x/F|² at three lines; the line itself where there is none between them."""
+    """Minimum of the parabola through 1/|x/F|² at three points of a branch; the point itself where there is none
+    between them, or the branch ends."""
+    if not 0 < k < len(lines) - 1 or not lines[k - 1] < lines[k] < lines[k + 1]:
+        return float(lines[k]), float(size[k])
     f, y = lines[k - 1 : k + 2], size[k - 1 : k + 2] ** -2.0
     curve = np.polyfit(f - f[1], y, 2)
     shift = -curve[1] / (2 * curve[0]) if curve[0] > 0 else np.inf
-    lowest = float(np.polyval(curve, shift)) if f[0] <= f[1] + shift <= f[2] else 0.0
-    # A jump beside the top bends the parabola away from it.
-    if lowest < y[1] / 2:
+    if not f[0] <= f[1] + shift <= f[2]:
         return float(f[1]), float(size[k])
-    return float(f[1] + shift), lowest**-0.5
+    return float(f[1] + shift), float(np.polyval(curve, shift)) ** -0.5
 
 
 def _damping(lines: Array, size: Array, k: int, frequency: float, compliance: float) -> float:

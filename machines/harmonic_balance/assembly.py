@@ -21,6 +21,7 @@ from ..statics.asked_together import Several, asked_together
 from ..statics.bias import Biased, Drifting, Together, keeps_mean
 from ..statics.statics import static_point
 from ..statics.working_point import at_working_point
+from .linear_part import LinearPart
 
 _PROBE = np.geomspace(1e-10, 1e-1, 46)
 _SINGULAR = 1e13
@@ -76,6 +77,8 @@ class Assembly:
     machine: Machine
     outputs: tuple[str, ...]
     inputs: tuple[str, ...]
+    swept: tuple[float, float] | None = None
+    """Range in rad/s in which so many lines will be asked for that poles of the whole machine pay."""
 
     @cached_property
     def joints(self) -> tuple[Joint, ...]:
@@ -105,6 +108,17 @@ class Assembly:
         """The nonlinear joints, as the solvers take them."""
         joints = tuple(self.joints[i] for i in self.nonlinear)
         return Several(joints) if self.biased is None or len(joints) == 1 else Together(joints, self.biased)
+
+    @cached_property
+    def sampled(self) -> Several:
+        """The nonlinear joints one by one, about where they stand."""
+        return Several(tuple(self.joints[i] for i in self.nonlinear))
+
+    @cached_property
+    def carrying(self) -> Several:
+        """The nonlinear joints as they carry a static load, from where nothing is loaded."""
+        assert self.biased is not None
+        return Several(tuple(mean.joint for mean in self.biased.means))
 
     @cached_property
     def nonlinear(self) -> tuple[int, ...]:
@@ -184,8 +198,31 @@ class Assembly:
                 "give the modal ones more modes, or hold less"
             )
 
-    def at(self, omega: Array) -> View:
-        """The view at angular frequencies in rad/s, from no more columns of receptance than it has."""
+    @cached_property
+    def _whole(self) -> LinearPart | None:
+        """All that is linear as one sum over poles, where it may be."""
+        if self.swept is None:
+            return None
+        machine, coordinates = self.machine, self.coordinates
+        own = machine.rows(machine.flexible)
+        ports = own[[self.nonlinear[k] for k in coordinates.rows]]
+        own[list(self.nonlinear)] = coordinates.T @ ports
+        shown, driven = (machine.dof_rows(dofs, "receptance") for dofs in (self.outputs, self.inputs))
+        linear = {i: joint for i, joint in enumerate(self.joints) if i not in self.nonlinear}
+        found = LinearPart.of(machine, linear, ports, np.concatenate([own, shown]), driven)
+        return found if found is not None and found.agrees(self.by_components, *self.swept) else None
+
+    def at(self, omega: Array, motions: bool = True) -> View:
+        """The view at angular frequencies in rad/s; without ``motions`` that of the nonlinear joints alone."""
+        whole = self._whole
+        if whole is None:
+            return self.by_components(omega)
+        H, r = whole.joints.at(omega), whole.ports
+        moved = whole.motions.at(omega) if motions else H[:, :0]
+        return View(omega, H[:, :, :r], H[:, :, r:], moved[:, :, :r], moved[:, :, r:], self.coordinates)
+
+    def by_components(self, omega: Array) -> View:
+        """The view from the components' receptances line by line, from no more columns than it has."""
         machine, joints, coordinates = self.machine, self.joints, self.coordinates
         linear = [i for i in range(len(joints)) if i not in self.nonlinear]
         chosen = [*linear, *(self.nonlinear[k] for k in coordinates.rows)]

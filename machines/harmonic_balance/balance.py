@@ -18,8 +18,9 @@ from ..model.limits import Limit
 from ..solved import solve_each
 from ..statics.bias import Biased
 from .assembly import Assembly, View
+from .cycle import Harmonics
 from .dual_input import dual_input_forces
-from .harmonics import Forces, Harmonics, joint_forces
+from .harmonics import Forces, joint_forces
 from .newton import at_rest, real_form
 
 _ITERATIONS = 30
@@ -39,7 +40,7 @@ class Balance:
     which r are independent; where that is not all of them, Z stands for these, the joints move by T Z.
     """
 
-    joints: tuple[Joint, ...]
+    joints: Sequence[Joint]
     harmonics: Harmonics
     omega: Array
     """rad/s, (points,)."""
@@ -63,14 +64,16 @@ class Balance:
         ``held`` is the view at all frequencies that occur, ascending, where they are known beforehand.
         """
         biased = assembly.biased if 0 in harmonics else None
-        joints: Sequence[Joint] = [assembly.joints[i] for i in assembly.nonlinear]
-        if biased is not None:
-            joints = [mean.joint for mean in biased.means]
+        joints = assembly.sampled if biased is None else assembly.carrying
         points = len(omega)
         dynamic = [h for h in harmonics if h]
         nh = len(dynamic)
         lines, place = np.unique((np.array(dynamic)[:, None] * omega).ravel(), return_inverse=True)
-        view = assembly.at(lines).at(place) if held is None else held.at(np.searchsorted(held.omega, lines)[place])
+        view = (
+            assembly.at(lines, motions=False).at(place)
+            if held is None
+            else held.at(np.searchsorted(held.omega, lines)[place])
+        )
         nj = len(joints)
 
         base = at_rest(joints if biased is None else assembly.moving, nj, view.omega)
@@ -83,9 +86,9 @@ class Balance:
             H = np.concatenate([H, np.broadcast_to(biased.compliance, (points, 1, r, r))], axis=1)
             base = np.concatenate([base, np.broadcast_to(biased.reference, (points, 1, nj))], axis=1)
         driven = np.asarray(both[:points, :, r], dtype=complex)
-        return cls(tuple(joints), harmonics, omega, force, base, H, driven, view.coordinates, biased)
+        return cls(joints, harmonics, omega, force, base, H, driven, view.coordinates, biased)
 
-    def at(self, points: Index | Mask) -> Balance:
+    def at(self, points: Index | Mask | slice) -> Balance:
         """The same equations at some of the points."""
         return replace(
             self,

@@ -10,7 +10,7 @@ from jointlib.errors import FrequencyMismatch
 from ..components.component import Component
 from ..indices import Mask
 from ..model.machine import Machine
-from .harmonics import Harmonics
+from .cycle import Harmonics
 
 
 def held(machine: Machine, omega: Array, highest: int) -> Array:

@@ -4,28 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.joint import Joint
-from jointlib.law import JointLaw, MemorylessLaw, Motion
+from jointlib.law import JointLaw, MemorylessLaw
+from jointlib.parameter import Role, parameters_of
 
-from ..statics.mean_force import SLOW
-from .creeping import look_ahead
+from ..indices import Mask
+from ..statics.asked_together import Several, same_joints
+from .cycle import Cycle, Harmonics, shares, slopes_of_harmonics, tangent
 from .newton import gains
-
-Harmonics = tuple[int, ...]
-"""Multiples of the driving frequency, ascending from 1; 0, the mean, stands last where it is solved for."""
+from .remembering import stays, with_memory
 
 _SMOOTH, _BENT, _REMEMBERING = 64, 1024, 512
 """Samples of a cycle for laws that are smooth, for those that are not, and for those that remember."""
 _BLOCK = 2**23
 """Samples of all harmonics held at a time; bounds the memory."""
-_CYCLES = 200
-_REPEATS = 1e-10
-_NUDGE = 1e-6
+_FAR = 2.0
+"""Of the largest motion, the distance from where a law bends at which the force is smooth."""
 _PROBE = np.geomspace(1e-9, 1e-3, 25)
 _EVEN = 1e-9
 
@@ -73,7 +71,7 @@ def joint_forces(
         np.empty((len(z), len(harmonics), *z.shape[1:]), dtype=complex),
         np.empty((len(z), z.shape[2])),
     )
-    for columns in _together(joints):
+    for columns in joints.alike if isinstance(joints, Several) else same_joints(joints):
         joint, c = joints[columns[0]], len(columns)
         cases = np.moveaxis(z[:, :, columns], 1, 2).reshape(-1, len(harmonics))
         place = np.tile(np.broadcast_to(rest, len(joints))[columns], len(z))
@@ -115,18 +113,6 @@ def jumps(joint: Joint) -> bool:
     return False
 
 
-def _together(joints: Sequence[Joint]) -> list[list[int]]:
-    columns: dict[int, list[int]] = {}
-    for j, joint in enumerate(joints):
-        columns.setdefault(id(joint), []).append(j)
-    return list(columns.values())
-
-
-def _shares(harmonics: Harmonics) -> Array:
-    """What of a derivative goes to Z: the mean is real, so half of its goes to Z*."""
-    return np.where(np.array(harmonics) > 0, 1.0, 0.5)
-
-
 def _bent(law: JointLaw) -> bool:
     return isinstance(law, MemorylessLaw) and any(len(where) for where in law.kinks())
 
@@ -134,12 +120,51 @@ def _bent(law: JointLaw) -> bool:
 def _one(
     joint: Joint, z: ComplexArray, omega: Array, harmonics: Harmonics, most: int, rest: Array, slopes: bool = True
 ) -> tuple[ComplexArray, ComplexArray, ComplexArray, Array]:
-    """Force, its two derivatives and the travel of one joint over cases z (cases, nh)."""
+    """Force, its two derivatives and the travel of one joint over cases z (cases, nh).
+
+    Cases that stay far from where the law bends, or in which its sliders stick, are smooth and need few samples.
+    """
+    nh, fine = len(harmonics), _cycle(joint, harmonics, most)
+    coarse = Cycle.of(harmonics, max(_SMOOTH, 16 * max(harmonics)))
+    travel = np.max(np.abs(fine.displacement(z) - rest[:, None]), axis=1)
+    if len(coarse.angle) >= len(fine.angle):
+        return *_sampled(joint, z, omega, harmonics, fine, slopes), travel
+    smooth = _is_smooth(joint, z, harmonics)
+    out = np.empty(z.shape, dtype=complex), *np.empty((2, len(z), nh, nh), dtype=complex)
+    for cycle, rows in ((coarse, np.flatnonzero(smooth)), (fine, np.flatnonzero(~smooth))):
+        if len(rows):
+            for whole, part in zip(out, _sampled(joint, z[rows], omega[rows], harmonics, cycle, slopes), strict=True):
+                whole[rows] = part
+    return *out, travel
+
+
+def _is_smooth(joint: Joint, z: ComplexArray, harmonics: Harmonics) -> Mask:
+    """Cases z (cases, nh) in which no law of a joint comes near a place where it bends, and no slider slips."""
+    dynamic = np.array(harmonics) > 0
+    reach, mean = np.sum(np.abs(z[:, dynamic]), axis=1), np.sum(z[:, ~dynamic].real, axis=1)
+    out = np.ones(len(z), dtype=bool)
+    for law in joint.laws:
+        if law.linear:
+            continue
+        if isinstance(law, MemorylessLaw):
+            places, speeds = law.kinks()
+            # There a law such as (d + z)^(3/2) has harmonics that fall by four from one to the next.
+            out &= not speeds
+            for place in places:
+                out &= np.abs(place - mean) >= _FAR * reach
+        else:
+            gap = any(getattr(law, p.name) for p in parameters_of(law) if p.role is Role.CLEARANCE)
+            out &= not gap and stays(Joint((law,)), mean + reach, mean - reach)
+    return out
+
+
+def _sampled(
+    joint: Joint, z: ComplexArray, omega: Array, harmonics: Harmonics, cycle: Cycle, slopes: bool
+) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
     linear, bent = joint.parted(lambda law: law.linear)
     remembering, memoryless = bent.parted(lambda law: bool(law.states))
-    h, share = np.array(harmonics), _shares(harmonics)
+    h, share = np.array(harmonics), shares(harmonics)
     nh, every = len(h), np.arange(len(h))
-    cycle = _cycle(joint, harmonics, most)
     force = np.zeros(z.shape, dtype=complex)
     by_z = np.zeros((len(z), nh, nh), dtype=complex)
     by_conjugate = np.zeros_like(by_z)
@@ -148,67 +173,17 @@ def _one(
         force += gain * z
         by_z[:, every, every] += gain * share
         by_conjugate[:, every, every] += gain * (1 - share)
-    motion = cycle.motion(z, omega)
     if memoryless.laws:
+        motion = cycle.motion(z, omega)
         force += cycle.project(memoryless.step(motion, np.empty((*motion.displacement.shape, 0)))[0])
         if slopes:
             tangents = tangent(memoryless, cycle, motion, 2 * max(harmonics))
             first, second = slopes_of_harmonics(tangents, harmonics, omega)
             by_z, by_conjugate = by_z + first, by_conjugate + second
     if remembering.laws:
-        first, second, third = _with_memory(remembering, cycle, z, omega, slopes)
+        first, second, third = with_memory(remembering, cycle, z, omega, slopes)
         force, by_z, by_conjugate = force + first, by_z + second, by_conjugate + third
-    return force, by_z, by_conjugate, np.max(np.abs(motion.displacement - rest[:, None]), axis=1)
-
-
-@dataclass(frozen=True, eq=False)
-class Cycle:
-    """Equal samples of a cycle, and the harmonics of a motion there."""
-
-    angle: Array
-    harmonics: Array
-    basis: ComplexArray
-    """e^(jhθ), (nh, samples)."""
-
-    @staticmethod
-    @lru_cache(maxsize=16)
-    def of(harmonics: Harmonics, samples: int) -> Cycle:
-        angle = 2 * np.pi * np.arange(samples) / samples
-        h = np.array(harmonics, dtype=float)
-        return Cycle(angle, h, np.exp(1j * h[:, None] * angle))
-
-    def motion(self, z: ComplexArray, omega: Array) -> Motion:
-        """Displacement and velocity of cases z (cases, nh), each (cases, samples)."""
-        rate = 1j * self.harmonics * omega[:, None] * z
-        return Motion((z @ self.basis).real, (rate @ self.basis).real)
-
-    def project(self, force: Array) -> ComplexArray:
-        """Phasors of a sampled force, (cases, nh)."""
-        return np.asarray(force @ self.basis.conj().T * np.where(self.harmonics > 0, 2, 1) / len(self.angle))
-
-
-def tangent(joint: Joint, cycle: Cycle, motion: Motion, highest: int) -> tuple[ComplexArray, ComplexArray]:
-    """Fourier coefficients 0 … highest of the tangent stiffness and damping along a cycle, (cases, highest + 1)."""
-    k, c = joint.jacobian(motion, np.empty((*motion.displacement.shape, 0)))
-    wave = np.exp(-1j * cycle.angle[:, None] * np.arange(highest + 1)) / len(cycle.angle)
-    return k @ wave, c @ wave
-
-
-def slopes_of_harmonics(
-    slopes: tuple[ComplexArray, ComplexArray], harmonics: Harmonics, omega: Array
-) -> tuple[ComplexArray, ComplexArray]:
-    """∂g_h/∂Z_m = κ_(h−m) + jmω γ_(h−m) and ∂g_h/∂Z_m* = κ_(h+m) − jmω γ_(h+m), (cases, nh, nh); half for h = 0."""
-    h = np.array(harmonics)
-    difference, total = h[:, None] - h, h[:, None] + h
-    rate = 1j * omega[:, None, None] * h
-
-    def at(coefficient: ComplexArray, n: np.ndarray) -> ComplexArray:
-        value = coefficient[:, np.abs(n)]
-        return np.asarray(np.where(n < 0, value.conj(), value))
-
-    (k, c), share = slopes, _shares(harmonics)[:, None]
-    by_z, by_conjugate = at(k, difference) + rate * at(c, difference), at(k, total) - rate * at(c, total)
-    return share * by_z, share * by_conjugate
+    return force, by_z, by_conjugate
 
 
 def tangent_harmonics(
@@ -226,70 +201,3 @@ def tangent_harmonics(
 def _cycle(joint: Joint, harmonics: Harmonics, most: int = _BENT) -> Cycle:
     samples = _REMEMBERING if joint.states else _BENT if any(_bent(law) for law in joint.laws) else _SMOOTH
     return Cycle.of(harmonics, max(min(samples, most), 16 * max(harmonics)))
-
-
-def _with_memory(
-    joint: Joint, cycle: Cycle, z: ComplexArray, omega: Array, slopes: bool
-) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
-    """Force and derivatives by small changes of every part, all stepped side by side; without slopes they are 0."""
-    cases, nh = z.shape
-    if not slopes:
-        none = np.zeros((cases, nh, nh), dtype=complex)
-        return cycle.project(_steady_force(joint, cycle, z, omega)), none, none
-    size = np.maximum(np.max(np.abs(z), axis=1), 1e-300)
-    nudges = np.zeros((2 * nh + 1, nh), dtype=complex)
-    nudges[1 : nh + 1], nudges[nh + 1 :] = _NUDGE * np.eye(nh), 1j * _NUDGE * np.eye(nh)
-    moved = z[:, None] + size[:, None, None] * nudges
-    steady = _steady_force(joint, cycle, moved.reshape(-1, nh), np.repeat(omega, 2 * nh + 1))
-    g = cycle.project(steady).reshape(cases, 2 * nh + 1, nh)
-    change = (g[:, 1:] - g[:, :1]) / (_NUDGE * size[:, None, None])
-    by_real, by_imaginary = (np.swapaxes(part, 1, 2) for part in (change[:, :nh], change[:, nh:]))
-    return g[:, 0], (by_real - 1j * by_imaginary) / 2, (by_real + 1j * by_imaginary) / 2
-
-
-def _steady_force(joint: Joint, cycle: Cycle, z: ComplexArray, omega: Array) -> Array:
-    """Force over the steady cycle, (cases, samples); nan where it does not repeat."""
-    return _steady(joint, cycle, z, omega)[0]
-
-
-def steady_states(joint: Joint, cycle: Cycle, z: ComplexArray, omega: Array) -> Array:
-    """States before the step to every sample of the steady cycle, (cases, samples, states); nan as for the force."""
-    return _steady(joint, cycle, z, omega)[1]
-
-
-def _steady(joint: Joint, cycle: Cycle, z: ComplexArray, omega: Array) -> tuple[Array, Array]:
-    """Force at the samples and states before them, begun at the largest displacement, slowly loaded from 0.
-
-    So a slider that sticks all along holds no force in the mean of a motion about 0.
-    """
-    motion, n = cycle.motion(z, omega), len(cycle.angle)
-    begin = np.argmax(motion.displacement, axis=1)
-    order = (begin[:, None] + np.arange(n)) % n
-    x, v = (np.take_along_axis(part, order, axis=1) for part in (motion.displacement, motion.velocity))
-    step = 2 * np.pi / n / omega
-    state = joint.step(Motion(x[:, 0], np.zeros(len(x)), SLOW), joint.initial_state(np.zeros(len(x))))[1]
-    # Samples first, and a single law without the detour over the sum: the step is what all this waits for.
-    advance = joint.laws[0].step if len(joint.laws) == 1 else joint.step
-    x, v = np.ascontiguousarray(x.T), np.ascontiguousarray(v.T)
-    rolled, states = np.full_like(x, np.nan), np.full((n + 1, *state.shape), np.nan)
-    left, before = np.arange(len(z)), np.full(state.shape, np.nan)
-    for _ in range(_CYCLES):
-        pulled, through = np.empty_like(x), np.empty((n + 1, *state.shape))
-        through[0] = state
-        for i in range(n):
-            pulled[i], state = advance(Motion(x[i], v[i], step), state)
-            through[i + 1] = state
-        moved, spread = state - through[0], np.ptp(through, axis=0)
-        closing = _REPEATS * spread + 1e-14 * np.max(np.abs(through), axis=0)
-        open_ = np.any(np.abs(moved) > closing, axis=1)
-        closed = left[~open_]
-        rolled[:, closed], states[:, closed] = pulled[:, ~open_], through[:, ~open_]
-        left = left[open_]
-        if not len(left):
-            break
-        x, v, step = x[:, open_], v[:, open_], step[open_]
-        state, before = look_ahead(state[open_], moved[open_], before[open_])
-    force, at = np.empty((len(z), n)), np.empty((len(z), n, state.shape[-1]))
-    np.put_along_axis(force, order, rolled.T, axis=1)
-    np.put_along_axis(at, order[:, :, None], np.swapaxes(states[:-1], 0, 1), axis=1)
-    return force, at

@@ -23,8 +23,8 @@ from ..solved import solve_each
 from ..statics.mean_force import SLOW
 from .assembly import Assembly, is_linear
 from .balance import Balance
+from .cycle import Harmonics
 from .frequency_reach import reached
-from .harmonics import Harmonics
 
 _SAMPLES, _CYCLES = 64, 30
 _PUSH = 1e3
@@ -132,17 +132,20 @@ class _Around:
     """Of the Jacobian, (points, 2m, 2m)."""
     mean: Array
     """Where the joints stand, m, (points, nj)."""
+    reference: Array
+    """Stiffness in N/m that these joints are held by, (nj,): free bodies would outweigh all that is elastic."""
     compliance: Array
-    """C in m/N, (nj, nj)."""
+    """(I + C K)⁻¹ C in m/N with that stiffness, (nj, nj)."""
     back: Array
-    """(I + C ∂N/∂δ)⁻¹, (points, nj, nj)."""
+    """Inverse of I + that times (∂N/∂δ − K), (points, nj, nj)."""
 
     @classmethod
     def of(
         cls, assembly: Assembly, laws: tuple[_Parts, ...], balance: Balance, z: ComplexArray, slow: Array
     ) -> _Around:
         coordinates, own = assembly.coordinates, balance.harmonics
-        C = (coordinates.T @ assembly.at(slow).Hzz[0] @ coordinates.T.T).real
+        # Line by line less is lost where free bodies move far.
+        C = (coordinates.T @ assembly.by_components(slow).Hzz[0] @ coordinates.T.T).real
         start = coordinates.of_motions(z)
         forces = balance.forces(start, _SAMPLES)
         J = balance.jacobian(forces)
@@ -150,9 +153,12 @@ class _Around:
         mean = z[:, own.index(0)].real if 0 in own else np.zeros_like(A)
         one = np.broadcast_to(np.eye(J.shape[1]), J.shape)
         K = _stiffness(laws, A, balance.omega, mean)
-        back = solve_each(np.eye(len(C)) + C * K[:, None, :], np.broadcast_to(np.eye(len(C)), (len(A), *C.shape)))
+        reference = np.maximum(np.mean(K, axis=0), 0.0)
+        C = np.linalg.solve(np.eye(len(C)) + C * reference, C)
+        still = np.broadcast_to(np.eye(len(C)), (len(A), *C.shape))
+        back = solve_each(np.eye(len(C)) + C * (K - reference)[:, None, :], still)
         left = balance.residual(start, forces.force)
-        return cls(laws, balance, start, forces.force, left, solve_each(J, one), mean, C, back)
+        return cls(laws, balance, start, forces.force, left, solve_each(J, one), mean, reference, C, back)
 
     def changed(self, sliders: Index) -> Array:
         """Largest relative change of the first harmonic by what each of these joints may hold, (sliders, points)."""
@@ -220,7 +226,7 @@ class _Around:
         going = np.ones(len(A), dtype=bool)
         carried, bent = _carried(self.laws, A, omega, mean + aside)
         for _ in range(_STEPS):
-            step = self._chord(aside + (carried - at_rest - pull) @ C.T, points)
+            step = self._chord(aside + (carried - at_rest - pull - aside * self.reference) @ C.T, points)
             length = np.max(np.abs(step), axis=1)
             enough = _FINE * np.max(np.abs(aside), axis=1) + _SETTLED * np.max(A, axis=1)
             settled = going & (length <= enough)
@@ -231,7 +237,7 @@ class _Around:
             carried, bent = _carried(self.laws, A, omega, mean + aside)
         lost = np.flatnonzero(~settled)
         if len(lost):
-            found, fine = _raised(self.laws, C, A[lost], omega[lost], mean[lost], pull[lost])
+            found, fine = _raised(self.laws, C, self.reference, A[lost], omega[lost], mean[lost], pull[lost])
             aside[lost] = np.where(fine[:, None], found, np.nan)
             bent[lost] = _carried(self.laws, A[lost], omega[lost], mean[lost] + aside[lost])[1]
         return aside, np.where([part.bends for part in self.laws], bent - gain, 0.0)
@@ -267,15 +273,18 @@ def _stiffness(laws: tuple[_Parts, ...], A: Array, omega: Array, place: Array) -
     return np.asarray((up - down) / (2 * nudge))
 
 
-def _raised(laws: tuple[_Parts, ...], C: Array, A: Array, omega: Array, mean: Array, pull: Array) -> tuple[Array, Mask]:
+def _raised(
+    laws: tuple[_Parts, ...], C: Array, reference: Array, A: Array, omega: Array, mean: Array, pull: Array
+) -> tuple[Array, Mask]:
     """δ of all joints in m, (rows, nj), while held forces (N) rise from nothing, and where it settled."""
     aside = np.zeros_like(A)
     at_rest, length = _carried(laws, A, omega, mean)[0], np.full(len(A), np.inf)
     for share in np.arange(1, _RAMP + 1) / _RAMP:
         for _ in range(_STEPS):
             K = _stiffness(laws, A, omega, mean + aside)
-            left = aside + (_carried(laws, A, omega, mean + aside)[0] - at_rest - share * pull) @ C.T
-            step = solve_each(np.eye(len(C)) + C * K[:, None, :], -left[:, :, None])[:, :, 0]
+            more = _carried(laws, A, omega, mean + aside)[0] - at_rest
+            left = aside + (more - share * pull - aside * reference) @ C.T
+            step = solve_each(np.eye(len(C)) + C * (K - reference)[:, None, :], -left[:, :, None])[:, :, 0]
             aside = aside + step
             length = np.max(np.abs(step), axis=1)
             if np.all(length <= _SETTLED * np.maximum(1e-4 * np.max(A, axis=1), np.max(np.abs(aside), axis=1))):

@@ -8,9 +8,11 @@ from jointlib.arrays import Array, ComplexArray
 
 from ..blocks import blocks
 from .assembly import Assembly
-from .balance import Balance, solve_complex
+from .balance import Balance
+from .cycle import Harmonics
 from .frequency_reach import reached
-from .harmonics import Harmonics, is_odd, jumps, with_mean
+from .harmonics import is_odd, jumps, with_mean
+from .tangent import Tangent
 
 _SAMPLES = 256
 """Of a cycle; an estimate needs no more."""
@@ -72,15 +74,15 @@ def truncation_error(
         # These were solved for; what sampling the cycle leaves of them is not counted.
         left = np.zeros_like(r)
         left[:, here] = r[:, here]
-        J = balance.jacobian(forces)
-        step = solve_complex(J, left - r)
+        tangent = Tangent(balance, forces)
+        step = tangent.solve(left - r)
         size = np.maximum(np.max(np.abs(z[now, 0]), axis=1), 1e-300)
         error = np.max(np.abs(assembly.coordinates.motions(step[:, 0])), axis=1) / size
         far = np.flatnonzero((error > _STRAIGHT) & np.isfinite(error))
         if len(far):
             part, ahead = balance.at(far), start[far] + step[far]
             after = part.residual(ahead, part.forces(ahead, _SAMPLES, slopes=False).force)
-            second = solve_complex(J[far], left[far] - after)
+            second = tangent.at(far).solve(left[far] - after)
             along = np.sum((second * step[far].conj()).real, axis=(1, 2))
             error[far] *= _series(along / np.sum(np.abs(step[far]) ** 2, axis=(1, 2)))
         out[now] = error

@@ -8,8 +8,8 @@ from jointlib.arrays import Array, ComplexArray
 
 from ..harmonic_balance.assembly import Assembly
 from ..harmonic_balance.balance import Balance, solve_complex
+from ..harmonic_balance.cycle import Harmonics
 from ..harmonic_balance.frequency_reach import reached
-from ..harmonic_balance.harmonics import Harmonics
 from ..harmonic_balance.truncation import more_harmonics, unsuited
 from ..model.machine import Machine
 from .forward import Answer, Forward

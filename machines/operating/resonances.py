@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from jointlib.arrays import Array, ComplexArray
+from jointlib.arrays import Array
 from jointlib.errors import FrequencyMismatch, Outcome
 
 from ..harmonic_balance.assembly import Assembly
 from ..indices import Index, Mask
 from .peaks import Peak, local_maxima, maxima, tips
-from .solutions import Solutions, balance_at
+from .smooth_peaks import on_one_curve
+from .solutions import Solutions, along, balance_at
 
 _SAME = 1e-6
 NO_MOTION = 1e-12
@@ -26,6 +27,10 @@ def resonances(assembly: Assembly, forces: Array, found: Solutions, mapped: bool
     the largest values on them stand.
     """
     between = known_between(assembly, found.frequency)
+    alone: dict[int, dict[int, list[Peak]]] = {}
+    for f in range(len(forces)) if between and not mapped else ():
+        own = on_one_curve(assembly, float(forces[f]), found, f)
+        alone |= {} if own is None else {f: own}
     names = [c.name for c in assembly.machine.flexible]
     peaks: list[Peak] = []
     starts: list[tuple[int, int, int, Index]] = []
@@ -37,6 +42,9 @@ def resonances(assembly: Assembly, forces: Array, found: Solutions, mapped: bool
                 continue
             tip = mapped and k == assembly.nonlinear[0]
             shown = _with_limits(level, found.cut[f], assembly) if tip else _plateaus(level, found.cut[f])
+            if f in alone:
+                peaks += alone[f].get(k) or _largest(forces[f], names[k], found, level, f)
+                continue
             tops = local_maxima(shown)
             if not len(tops):
                 peaks += _largest(forces[f], names[k], found, level, f)
@@ -164,7 +172,7 @@ def _maxima(
         start = np.empty((at.size, len(assembly.nonlinear)), dtype=complex)
         for force in np.unique(each):
             rows = each == force
-            start[rows] = _along(assembly, found, paths[search[f[search] == force][0]], at.ravel()[rows])
+            start[rows] = along(assembly, found, paths[search[f[search] == force][0]], at.ravel()[rows])
         moved, _, fine, _, _ = balance_at(assembly, at.ravel() / (2 * np.pi), forces[each], start)
         value = np.abs(moved.reshape(*at.shape, -1)[own, :, k[search]])
         return value, np.asarray(np.all(fine.reshape(at.shape), axis=1))[own]
@@ -181,14 +189,6 @@ def _maxima(
             at, A, b = found.frequency[line[n]], abs(found.motion[row[n], k[n]]), 0.0
         peaks.append(Peak(float(forces[f[n]]), names[k[n]], float(A), float(at), outcome, width=float(b)))
     return peaks
-
-
-def _along(assembly: Assembly, found: Solutions, path: Index, omega: Array) -> ComplexArray:
-    """Motions of the nonlinear joints between the solutions of a path, shape (len(omega), nj)."""
-    z = found.motion[path][:, list(assembly.nonlinear)]
-    at, lines = omega / (2 * np.pi), found.frequency[found.line[path]]
-    columns = [np.interp(at, lines, c.real) + 1j * np.interp(at, lines, c.imag) for c in z.T]
-    return np.array(columns, dtype=complex).reshape(z.shape[1], len(omega)).T
 
 
 def distinct(peaks: list[Peak]) -> list[Peak]:

@@ -125,22 +125,30 @@ def balance(
 ) -> tuple[ComplexArray, Array, Mask, Mask, Reasons]:
     """Newton's method at points of a view: motions, size, whether it may be used, no fold passed, and why not."""
     points = len(force)
-    why = np.full(points, Outcome.STALLED, dtype=object)
     if not assembly.nonlinear:
-        fine = np.ones(points, dtype=bool)
+        fine, why = np.ones(points, dtype=bool), np.full(points, Outcome.STALLED, dtype=object)
         return view.Hof[:, :, 0] * force[:, None], np.zeros(points), fine, fine, why
-    joints = assembly.moving
+    found, fine, why = joints_balanced(assembly, view, force, start, ramp)
+    motion = view.Hof[:, :, 0] * force[:, None] - (view.Hoz @ found.force[:, :, None])[:, :, 0]
+    motion[:, list(assembly.nonlinear)] = found.z
+    return motion, np.max(np.abs(found.z), axis=1), fine, ~found.turning, why
+
+
+def joints_balanced(
+    assembly: Assembly, view: View, force: Array, start: ComplexArray | None = None, ramp: bool = True
+) -> tuple[nonlinear.Solution, Mask, Reasons]:
+    """Newton's method at points of a view, which may be one without motions: joints, whether they may be used, and
+    why not."""
+    joints, why = assembly.moving, np.full(len(force), Outcome.STALLED, dtype=object)
     if isinstance(joints, Together):
         found = solve_with_means(assembly, view, force, start, ramp)
     else:
         found = nonlinear.solve(view, joints, force, caps_of(assembly), start, ramp)
-    motion = view.Hof[:, :, 0] * force[:, None] - (view.Hoz @ found.force[:, :, None])[:, :, 0]
-    motion[:, list(assembly.nonlinear)] = found.z
     fine = found.converged.copy()
     for wrong, outcome in past_limits(assembly.limits, found.z, found.gain):
         why[wrong & fine] = outcome
         fine &= ~wrong
-    return motion, np.max(np.abs(found.z), axis=1), fine, ~found.turning, why
+    return found, fine, why
 
 
 def balance_at(
@@ -166,3 +174,11 @@ def balance_at(
 def caps_of(assembly: Assembly) -> Array:
     """Longest step of each nonlinear joint in m."""
     return np.array([limit.amplitude / 4 for limit in assembly.limits])
+
+
+def along(assembly: Assembly, found: Solutions, path: Index, omega: Array) -> ComplexArray:
+    """Motions of the nonlinear joints between the solutions of a path, shape (len(omega), nj)."""
+    z = found.motion[path][:, list(assembly.nonlinear)]
+    at, lines = omega / (2 * np.pi), found.frequency[found.line[path]]
+    columns = [np.interp(at, lines, c.real) + 1j * np.interp(at, lines, c.imag) for c in z.T]
+    return np.array(columns, dtype=complex).reshape(z.shape[1], len(omega)).T

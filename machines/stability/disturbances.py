@@ -11,7 +11,8 @@ from jointlib.errors import InputError
 from jointlib.joint import Joint
 
 from ..coupling.second_order import MachineEquations, machine_equations
-from ..harmonic_balance.harmonics import Harmonics, is_odd, jumps
+from ..harmonic_balance.cycle import Harmonics
+from ..harmonic_balance.harmonics import is_odd, jumps
 from ..model.machine import Machine
 from ..operating.branches import Stability
 from .hill import grows, growth

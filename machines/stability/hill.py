@@ -10,7 +10,8 @@ from jointlib.arrays import Array, ComplexArray
 from jointlib.joint import Joint
 
 from ..coupling.second_order import MachineEquations
-from ..harmonic_balance.harmonics import Harmonics, tangent_harmonics
+from ..harmonic_balance.cycle import Harmonics
+from ..harmonic_balance.harmonics import tangent_harmonics
 from ..indices import Mask
 
 _BLOCK = 2**22

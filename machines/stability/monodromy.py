@@ -18,7 +18,8 @@ from jointlib.joint import Joint
 from jointlib.law import Motion
 
 from ..coupling.second_order import MachineEquations
-from ..harmonic_balance.harmonics import Cycle, Harmonics, steady_states
+from ..harmonic_balance.cycle import Cycle, Harmonics
+from ..harmonic_balance.remembering import steady_states
 
 _REACH = 8.0
 """Modes up to so many times the highest frequency move by themselves; stiffer ones follow the joints' forces."""

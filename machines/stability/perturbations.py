@@ -10,7 +10,8 @@ import numpy as np
 from jointlib.arrays import Array
 from jointlib.errors import Outcome
 
-from ..harmonic_balance.harmonics import Harmonics, with_mean
+from ..harmonic_balance.cycle import Harmonics
+from ..harmonic_balance.harmonics import with_mean
 from ..indices import Index, Mask
 from ..operating.branches import Branch, Stability
 from ..operating.peaks import Peak

@@ -38,6 +38,18 @@ class Several(Sequence[Joint]):
         """`laws_together` of them."""
         return laws_together(self.joints)
 
+    @cached_property
+    def alike(self) -> list[list[int]]:
+        """Places of joints that are equal."""
+        found: list[list[int]] = []
+        for i, joint in enumerate(self.joints):
+            own = next((places for places in found if self.joints[places[0]] == joint), None)
+            if own is None:
+                found.append([i])
+            else:
+                own.append(i)
+        return found
+
 
 def same_joints(joints: Sequence[Joint]) -> list[list[int]]:
     """Joints by their place, those together that are the same one and so can be asked together."""

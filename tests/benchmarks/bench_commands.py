@@ -44,7 +44,7 @@ COMMANDS = (
 STAGES = {
     "start-up": ("_find_and_load",),
     "reading": ("read_machine", "with_joints"),
-    "solving": ("_first_harmonic", "stability_lobes", "natural_modes", "chatter_band"),
+    "solving": ("in_one_harmonic", "stability_lobes", "natural_modes", "chatter_band"),
     "between speeds": ("over_the_range",),
     "harmonics and errors": ("with_errors", "refined", "with_held_forces"),
     "stability": ("with_stability",),

@@ -10,8 +10,8 @@ import pytest
 
 from machines import read_machine
 from machines.continuation import overtones
-from machines.continuation.tops import tops
 from machines.forced_response.response import Response, response
+from machines.operating.tops import tops
 
 LIBRARY = Path(__file__).parents[2] / "machines" / "library"
 

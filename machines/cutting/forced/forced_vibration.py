@@ -19,7 +19,8 @@ from jointlib.errors import FrequencyMismatch, InputError
 from ...components.static_load import StaticLoad
 from ...harmonic_balance.assembly import Assembly, is_linear
 from ...harmonic_balance.balance import Balance
-from ...harmonic_balance.harmonics import Harmonics, jumps
+from ...harmonic_balance.cycle import Harmonics
+from ...harmonic_balance.harmonics import jumps
 from ...indices import Mask
 from ...model.machine import Machine
 from ...model.spindle_speed import at_speed, depends_on_speed

@@ -13,7 +13,7 @@ import numpy as np
 from jointlib.arrays import Array
 
 from ..indices import Index, Mask
-from ..operating.peaks import local_maxima
+from .peaks import local_maxima
 
 _WIDE, _NARROW = 7, 5
 """Points of the two polynomials whose difference tells the error."""
@@ -39,6 +39,8 @@ class Tops:
     """rad/s."""
     amplitude: Array
     """m."""
+    width: Array
+    """Half of the half-power width that the curvature there tells, rad/s; 0 where it tells none."""
     sure: Mask
     """Whether both polynomials agree."""
 
@@ -50,12 +52,19 @@ class Tops:
         order = np.argsort(new)
         new, near = new[order], _NEAR * np.tile(gap, 3)[order]
         place = np.searchsorted(omega, new)
-        apart = (new - omega[place - 1] > near) & (omega[place] - new > near) & (np.diff(new, prepend=-np.inf) > near)
-        return np.asarray(new[apart])
+        apart = (new - omega[place - 1] > near) & (omega[place] - new > near)
+        kept, last = list[float](), -np.inf
+        for w, least in zip(new[apart].tolist(), near[apart].tolist(), strict=True):
+            if w - last > least:
+                kept.append(w)
+                last = w
+        return np.array(kept)
 
 
-def tops(omega: Array, amplitude: Array) -> Tops:
-    """Tops of amplitudes (points, motions) in m over ascending frequencies (rad/s)."""
+def tops(omega: Array, amplitude: Array, sure: float = _SURE, still: float = _STILL) -> Tops:
+    """Tops of amplitudes (points, motions) in m over ascending frequencies (rad/s), in doubt by more than ``sure``;
+    what rises by less than ``still`` of the largest motion is rounding.
+    """
     count = amplitude.shape[1]
     places = [local_maxima(amplitude[:, k]) for k in range(count)]
     motion = np.repeat(np.arange(count), [len(rows) for rows in places])
@@ -63,19 +72,20 @@ def tops(omega: Array, amplitude: Array) -> Tops:
     near = np.clip(row[:, None] + np.arange(1, _WIDE // 2 + 1) * np.array([[[-1]], [[1]]]), 0, max(len(omega) - 1, 0))
     lowest = np.min(amplitude[near, motion[:, None]], axis=2, initial=np.inf)
     rise = amplitude[row, motion] - np.max(lowest, axis=0, initial=0.0)
-    moving = rise > _STILL * np.max(amplitude[row], axis=1, initial=0.0)
+    moving = rise > still * np.max(amplitude[row], axis=1, initial=0.0)
     motion, row = motion[moving], row[moving]
     if not len(row) or len(omega) < _WIDE:
-        return Tops(motion, row, omega[row], amplitude[row, motion], np.zeros(len(row), dtype=bool))
+        return Tops(motion, row, omega[row], amplitude[row, motion], np.zeros(len(row)), np.zeros(len(row), dtype=bool))
     found = [_lowest(omega, amplitude, motion, row, count) for count in (_WIDE, _NARROW)]
-    (at, size), (at_narrow, size_narrow) = found
-    sure = np.abs(size_narrow - size) <= _SURE * size
-    sure &= np.abs(at_narrow - at) <= _PLACED * at
-    return Tops(motion, row, at, size, sure)
+    (at, size, width), (at_narrow, size_narrow, _) = found
+    agreed = np.abs(size_narrow - size) <= sure * size
+    agreed &= np.abs(at_narrow - at) <= _PLACED * at
+    return Tops(motion, row, at, size, width, agreed)
 
 
-def _lowest(omega: Array, amplitude: Array, motion: Index, row: Index, count: int) -> tuple[Array, Array]:
-    """Where the polynomial of 1/A² through so many points has its minimum between the neighbours of a row."""
+def _lowest(omega: Array, amplitude: Array, motion: Index, row: Index, count: int) -> tuple[Array, Array, Array]:
+    """Where the polynomial of 1/A² through so many points has its minimum between the neighbours of a row, the
+    amplitude there, and the half width at half power."""
     begin = np.clip(row - count // 2, 0, len(omega) - count)
     window = begin[:, None] + np.arange(count)
     here = omega[row]
@@ -92,8 +102,10 @@ def _lowest(omega: Array, amplitude: Array, motion: Index, row: Index, count: in
     for _ in range(_NEWTON):
         _, slope, bend = (part[:, 0] for part in _value(x, c, at[:, None]))
         at = np.clip(at - slope / np.where(bend > 0, bend, np.inf), low, high)
-    least = np.maximum(_value(x, c, at[:, None])[0][:, 0], 1e-300)
-    return here + at * reach, amplitude[row, motion] / np.sqrt(least)
+    least, _, bend = (part[:, 0] for part in _value(x, c, at[:, None]))
+    least = np.maximum(least, 1e-300)
+    width = reach * np.sqrt(2 * least / np.where(bend > 0, bend, np.inf))
+    return here + at * reach, amplitude[row, motion] / np.sqrt(least), width
 
 
 def _value(nodes: Array, c: Array, x: Array) -> tuple[Array, Array, Array]:
