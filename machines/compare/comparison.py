@@ -16,6 +16,7 @@ from jointlib.frf import FRF
 from jointlib.shown.pictures import AFTER, MEASURED, axes_of, draw_magnitude, literal, name_curves
 from jointlib.shown.result import Columns, Shown
 
+from ..bundles.bundle import said_by
 from ..cutting.amplitude.chattering_tool import tip_at_rest
 from ..cutting.process.cutting import Cutting
 from ..cutting.rest.solve import stability_lobes
@@ -131,7 +132,8 @@ def _compared(machine: Machine, frf: LevelFRF) -> Comparison:
     predicted = result.frfs[0].receptance[:, 0, 0]
     known = np.isfinite(predicted)
     measured = frf.receptance[:: -(-len(frf.frequency) // _MOST)]
-    said = [*frf.remarks, *(f"{frf.name}: {warning}" for warning in result.warnings)]
+    of_bundles = said_by(machine.joints())  # which hold for the machine, whatever was measured
+    said = [*frf.remarks, *(f"{frf.name}: {warning}" for warning in result.warnings if warning not in of_bundles)]
     if not known.all():
         said.append(f"{frf.name}: on {int((~known).sum())} lines the machine has no solution inside its valid range.")
     if machine.frequency is not None and (lines[0] > machine.frequency[0] or lines[-1] < machine.frequency[1]):

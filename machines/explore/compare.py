@@ -28,10 +28,10 @@ def headline(curves: Curves) -> str:
     stable = "Preview: stable" if curves.method == PREVIEW else "Stable"
     finite = np.isfinite(curves.depth)
     if not finite.any():
-        return f"{stable} at any depth at all speeds."
+        return f"{stable} at any depth at the speeds drawn."
     low = np.flatnonzero(finite)[np.argmin(curves.depth[finite])]
     chatter = f"chatter at {curves.chatter_frequency[low]:.4g} Hz"
-    said = f"{stable} below {_mm(curves, low)} at all speeds ({chatter})"
+    said = f"{stable} below {_mm(curves, low)} at the speeds drawn ({chatter})"
     if not finite.all():
         return f"{said}; any depth at {curves.speed[~finite][0]:.0f} rpm"
     high = int(np.argmax(curves.depth))

@@ -22,7 +22,7 @@ from ..bundles.bundle import Bundle, bundle_axes
 from ..components.connection import GROUND
 from .stations import Stations
 
-_FREE = {"rigid": ("centre",), "beam": ("start",), "riding": ("base", "centre")}
+_FREE = {"rigid": ("centre",), "beam": ("start",), "tool": ("at",), "riding": ("base", "centre")}
 """Kinds of component that nothing but their connections holds, and the keys that say where they are."""
 _STILL = 1e-12
 """m; less is rounding."""
@@ -92,11 +92,11 @@ def _axis(section: Section, components: dict[str, str], links: Sequence[list[str
 def _loose(components: dict[str, str], links: Sequence[list[str]], moves: set[str]) -> list[str]:
     """What nothing would hold if these components were taken away: it rides on them.
 
-    Where nothing else stands on the ground either, as in a machine that is tested hanging, nothing is said to ride.
+    Where nothing stands on the ground at all, as in a machine that is tested hanging, nothing is said to ride.
     """
     others = [name for name in components if name not in moves]
     held = {GROUND, *(name for name in others if components[name] not in _FREE)}
-    if not any(GROUND in link and moves.isdisjoint(link) for link in links) and held == {GROUND}:
+    if not any(GROUND in link for link in links) and held == {GROUND}:
         return []
     grown = True
     while grown:

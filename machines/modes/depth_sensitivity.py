@@ -11,6 +11,7 @@ from jointlib.errors import InputError
 from jointlib.laws.linear import Linear
 
 from ..cutting.amplitude.frozen_lobes import lobes_at_amplitude
+from ..cutting.loops.regeneration import wave_fraction
 from ..cutting.process import turning, zero_order
 from ..cutting.process.chart import StabilityLobes
 from ..cutting.process.cutting import Cutting
@@ -24,6 +25,7 @@ from .natural_modes import NaturalModes, natural_modes
 
 _ANY_SPEED = 1000.0
 """rpm; the lowest depth over all speeds does not depend on it."""
+_SPEEDS = 200
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +52,8 @@ class DepthSensitivity:
     mode: int
     """The mode that limits the depth: the one that adds most to the negative real part of the loop there."""
     warnings: tuple[str, ...]
+    wave: float
+    """ψ, the fraction of a wave between two cuts at the lowest depth: lobes touch it at 60 f/(N (k + ψ)) rpm."""
     machine: Machine
     """The machine that it is told of."""
     gain: ComplexArray
@@ -58,6 +62,31 @@ class DepthSensitivity:
     """Tool-point amplitude in m that the joints are held at; 0: at rest."""
     instead: str = ""
     """What the cut has that it is told without, in words."""
+
+    @property
+    def missed(self) -> tuple[float, float] | None:
+        """The speeds of the file in rpm, low and high, where no lobe touches the lowest depth at any of them."""
+        cutting = Cutting(**(self.machine.cutting or {}))
+        if cutting.speed is None:
+            return None
+        fewest, most = (60 * self.frequency / (cutting.cuts_per_revolution * n) for n in reversed(cutting.speed))
+        return None if max(np.ceil(fewest - self.wave), 0.0) + self.wave <= most else cutting.speed
+
+    def at_its_speeds(self, modes: NaturalModes) -> tuple[float, float, int] | None:
+        """Lowest depth in m, chatter frequency in Hz and limiting mode at the speeds of the file; None if it has none.
+
+        By the same method, at rest and at `_SPEEDS` speeds; at an amplitude it is not computed.
+        """
+        cutting = Cutting(**(self.machine.cutting or {}))
+        if cutting.speed is None or self.amplitude:
+            return None
+        chart = lobes_at_amplitude(self.machine, cutting.speeds(_SPEEDS), 0.0, self.method)
+        if not np.any(np.isfinite(chart.depth)):
+            return None
+        i = int(np.argmin(chart.depth))
+        f = float(chart.chatter_frequency[i])
+        limiting = _loop_at(self.machine, modes, f, tangents(self.machine, f)[0])[1]
+        return float(chart.depth[i]), f, limiting
 
     def stiffer(self, joints: Index, share: float) -> float:
         """The depth in m, computed again, where these joints have ``share`` more stiffness than `gain`.
@@ -94,34 +123,41 @@ def depth_sensitivity(modes: NaturalModes) -> DepthSensitivity | None:
     machine = modes.machine
     if machine.cutting is None:
         raise InputError(f"{machine.where}: no [cutting], the depth needs a cutting operation")
-    unlike, axes = Cutting(**machine.cutting).unlike, machine.tool_axes
+    unlike = Cutting(**machine.cutting).unlike
     if unlike:
         machine = replace(machine, cutting={k: v for k, v in machine.cutting.items() if k not in UNLIKE})
         modes = replace(modes, machine=machine)
-    D, held = _loop(machine), _lowest(machine, modes.amplitude, modes)
+    held = _lowest(machine, modes.amplitude, modes)
     if not np.isfinite(held.depth):
         return None
     f, gain = held.frequency, held.gain
+    slope, mode, value = _loop_at(machine, modes, f, gain)
+    return DepthSensitivity(
+        held.depth,
+        f,
+        _method(machine),
+        slope,
+        mode,
+        held.warnings,
+        float(wave_fraction(np.asarray(value))),
+        machine,
+        gain,
+        modes.amplitude,
+        unlike,
+    )
+
+
+def _loop_at(machine: Machine, modes: NaturalModes, f: float, gain: ComplexArray) -> tuple[Array, int, complex]:
+    """d ln b/d ln K of every joint at a frequency in Hz, the mode that adds most there, and the eigenvalue λ."""
+    D, axes = _loop(machine), machine.tool_axes
     H = _closed(Assembly(machine, machine.tool_dofs, machine.tool_dofs).free(np.array([2 * np.pi * f]))[0], gain)
     joints, tool = slice(0, len(gain)), slice(len(gain), len(gain) + len(axes))
     values, vectors = np.linalg.eig(D @ H[tool, tool])
     first = int(np.argmin(values.real))
     v, w = vectors[:, first], np.linalg.inv(vectors)[first]
     moved = -(w @ D @ H[tool, joints]) * (H[joints, tool] @ v) * gain.real
-    slope = -moved.real / values[first].real
     added = (w @ D @ modes.tool) * (modes.tool.T @ v) / (2 * modes.pole * (2j * np.pi * f - modes.pole))
-    return DepthSensitivity(
-        held.depth,
-        f,
-        _method(machine),
-        np.asarray(slope),
-        int(np.argmin(added.real)),
-        held.warnings,
-        machine,
-        gain,
-        modes.amplitude,
-        unlike,
-    )
+    return np.asarray(-moved.real / values[first].real), int(np.argmin(added.real)), complex(values[first])
 
 
 def _method(machine: Machine) -> str:

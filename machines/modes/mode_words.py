@@ -75,8 +75,9 @@ def leading(modes: NaturalModes, energies: ModeEnergies, depth: DepthSensitivity
         return ("nothing in this machine swings: no mode has stiffness and mass that oscillate.",)
     peak = modes.tool_peak if modes.machine.tool else np.zeros(len(modes.pole))
     mode = depth.mode if depth is not None else int(np.argmax(peak))
+    missed = depth.missed if depth is not None else None
     if depth is not None:
-        which = "that limits the depth"
+        which = "that limits the depth" if missed is None else "that limits the depth, at no speed of the file,"
     else:
         which = "that the tool feels most" if np.any(peak) else "that comes first"
     found = holders(modes, energies, mode)
@@ -102,6 +103,8 @@ def leading(modes: NaturalModes, energies: ModeEnergies, depth: DepthSensitivity
         return (f"{said}: 10 % more stiffness there gives {_frequency(more)}.",)
     more = depth.stiffer(groups[first], _STIFFER) / depth.depth - 1
     sentences = [f"{said}: 10 % more stiffness there gives {_depth(more)}."]
+    if missed is not None:
+        sentences.append(_at_its_speeds(modes, energies, depth, missed))
     best = max(groups, key=lambda name: abs(float(np.sum(depth.joints[groups[name]]))))
     if best != first:
         most = depth.stiffer(groups[best], _STIFFER) / depth.depth - 1
@@ -114,6 +117,22 @@ def leading(modes: NaturalModes, energies: ModeEnergies, depth: DepthSensitivity
         f"{depth.frequency:.4g} Hz."
     )
     return tuple(sentences)
+
+
+def _at_its_speeds(
+    modes: NaturalModes, energies: ModeEnergies, depth: DepthSensitivity, speeds: tuple[float, float]
+) -> str:
+    """What limits the depth where the file cuts, if no lobe touches the lowest depth of all there."""
+    said = f"No lobe comes down to that depth from {speeds[0]:g} to {speeds[1]:g} rpm"
+    found = depth.at_its_speeds(modes)
+    if found is None:
+        return f"{said}; `jointlib lobes` tells what limits it there."
+    lowest, f, mode = found
+    bent = largest(holders(modes, energies, mode))
+    return (
+        f"{said}: there it is the mode at {modes.frequency[mode]:.4g} Hz, at {lowest * 1e3:.4g} mm (chatter at {f:.4g} "
+        f"Hz); it bends {bent}."
+    )
 
 
 def _joints(depth: DepthSensitivity) -> str:

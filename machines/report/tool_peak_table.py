@@ -26,7 +26,9 @@ def tool_peak_rows(peaks: Sequence[ToolPeak], axes: Mapping[str, str]) -> tuple[
             continue
         damping = f"{100 * peak.damping_ratio:.3g}" if np.isfinite(peak.damping_ratio) else "–"
         notes = [f"harmonics left out: off by {_estimated(peak.error)}"] if peak.error > _ERROR else []
-        notes += [f"a force that sliders hold: up to {100 * peak.held:.2g} %"] if peak.held > _ERROR else []
+        notes += (
+            [f"a force that sliders hold: up to {float(f'{100 * peak.held:.2g}'):g} %"] if peak.held > _ERROR else []
+        )
         rows.append(
             (
                 direction(peak, axes),

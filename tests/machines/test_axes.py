@@ -14,6 +14,7 @@ from click.testing import CliRunner
 
 from jointlib.errors import InputError
 from machines import Beam, Machine, Rigid, frozen_receptance, read_machine, static_point
+from machines.model.masses import part_masses
 from machines.verbs.inspect import command as inspect
 
 LIBRARY = Path("machines/library")
@@ -214,6 +215,31 @@ def test_what_rides_on_a_slide_travels_with_it() -> None:
     moves = {w: {a.name: a.moves for a in read_machine(LIBRARY / f"column_mill_{w}.toml").axes} for w in "ab"}
     assert moves["a"] == {"x": ("table",), "y": ("saddle", "table"), "z": ("head", "spindle", "cutter")}
     assert set(moves["b"]["y"]) == {"saddle", "column", "head", "spindle", "cutter"}
+
+
+SPRING = 'joint = { law = [{ kind = "linear", stiffness = 1e8 }] }'
+
+
+def test_a_tool_of_a_file_rides_on_what_its_spindle_rides_on(tmp_path: Path) -> None:
+    """With everything on the slide a position moves the whole: the same masses further on, the same receptance."""
+    sizes = 'schema = "jointlib/tool/1"\ndiameter = "12 mm"\nflute_length = "30 mm"\nstick_out = "60 mm"\n'
+    (tmp_path / "a.tool.toml").write_text(f'{sizes}[[section]]\nlength = "40 mm"\ndiameter = "32 mm"\n')
+    text = "".join(
+        f'[[component]]\nname = "{n}"\nkind = "rigid"\nmass = 50\ninertia = [1, 1, 1]\ncentre = [0, 0, {z}]\n'
+        for n, z in (("slide", 0.5), ("spindle", 0.15))
+    )
+    for word in ("x", "y", "z"):
+        direction = [int(word == w) for w in "xyz"]
+        for at in ([0.1, 0.1, 0.5], [-0.1, 0.1, 0.6], [0.1, -0.1, 0.6]):
+            more = f"at = {at}\ndirection = {direction}\n"
+            text += held(f"{word}_{at[0]}_{at[1]}".replace(".", ""), ["slide", "ground"], more, SPRING)
+    text += '[[connection]]\nname = "flange"\nbetween = ["spindle", "slide"]\nat = [0, 0, 0.3]\nrigid = true\n'
+    text += '[[axis]]\nname = "x"\ndirection = [1, 0, 0]\nmoves = ["slide"]\n[tool]\nfile = "a.tool.toml"\n'
+    path = written(tmp_path, 'schema = "jointlib/machine/1"\n' + text)
+    here, there = read_machine(path), read_machine(path, {"axis.x.position": 0.2})
+    assert set(there.axes[0].moves) == {"slide", "spindle", "cutter"}
+    centres = [np.array([p.centre for p in part_masses(m)]) for m in (here, there)]
+    np.testing.assert_allclose(centres[1] - centres[0], np.tile([0.2, 0.0, 0.0], (3, 1)), atol=1e-12)
 
 
 RAIL = """

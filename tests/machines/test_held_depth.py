@@ -123,3 +123,26 @@ def test_what_more_stiffness_gives_at_an_amplitude_is_the_depth_of_the_stiffer_m
     assert again is not None
     assert found.stiffer(np.array([0]), 0.1) == pytest.approx(again.depth, rel=1e-9)
     assert found.stiffer(np.array([0]), 1e-3) / found.depth - 1 == pytest.approx(1e-3 * found.joints[0], rel=0.2)
+
+
+def test_a_mode_that_limits_at_no_speed_of_the_file_is_told_with_the_one_that_does() -> None:
+    """The lobes of the lowest depth at 60 f/(N (k + ψ)) rpm, by the chart itself; between two of them none touches."""
+    machine = shipped("guide_mill")
+    found = depth_sensitivity(natural_modes(machine))
+    assert found is not None
+    teeth = (machine.cutting or {})["teeth"]
+    first, second = (60 * found.frequency / (teeth * (k + found.wave)) for k in (0, 1))
+    touched = lobes_at_amplitude(machine, [first, second], 0.0, "zero-order").depth
+    assert touched == pytest.approx(found.depth, rel=1e-6)
+    apart = second + np.array([0.1, 0.4]) * (first - second)
+    away = replace(machine, cutting={**(machine.cutting or {}), "speed": tuple(apart)})
+    modes = natural_modes(away)
+    told = depth_sensitivity(modes)
+    assert told is not None
+    assert (found.missed, told.missed) == (None, tuple(apart))
+    lowest = lobes_at_amplitude(away, np.linspace(*apart, 200), 0.0, "zero-order").depth.min()
+    assert told.depth == pytest.approx(found.depth, rel=1e-9)
+    assert lowest > told.depth
+    said = leading(modes, mode_energies(modes), told)
+    assert "at no speed of the file, bends" in said[0]
+    assert f"at {lowest * 1e3:.4g} mm" in said[1]
