@@ -58,6 +58,14 @@ class Response(Shown):
     """One per force, connection and resonance."""
     warnings: tuple[str, ...] = ()
     """What bears on the result, a sentence each."""
+    turned: frozenset[str] = frozenset()
+    """Connections whose motion is an angle in rad."""
+
+    @property
+    def deflected(self) -> tuple[Peak, ...]:
+        """Known peaks of displacements, which alone compare in size; of angles where no joint gives way otherwise."""
+        known = tuple(p for p in self.peaks if np.isfinite(p.amplitude))
+        return tuple(p for p in known if p.connection not in self.turned) or known
 
     def peaks_of(self, connection: str, force: float) -> tuple[Peak, ...]:
         """Peaks of one connection at one force in N, ascending in frequency."""
@@ -67,11 +75,11 @@ class Response(Shown):
         """The largest relative motion in a joint, and what kept a solution from being used."""
         count, low, high = len(self.force), min(self.force), max(self.force)
         sizes = f"{count} forces of {low:g} to {high:g}" if count > 3 else ", ".join(f"{f:g}" for f in self.force)
-        known = [p for p in self.peaks if np.isfinite(p.amplitude)]
         said = f"{sizes} N on {self.drive}"
-        if known:
-            top = max(known, key=lambda p: p.amplitude)
-            said += f"; {top.connection} moves most, {top.amplitude * 1e6:.4g} µm at {top.frequency:.5g} Hz"
+        if self.deflected:
+            top = max(self.deflected, key=lambda p: p.amplitude)
+            unit = "µrad" if top.connection in self.turned else "µm"
+            said += f"; {top.connection} moves most, {top.amplitude * 1e6:.4g} {unit} at {top.frequency:.5g} Hz"
             said += f" under {top.force:g} N" if len(self.force) > 1 else ""
         outcome = next((o for o in self.outcomes if o is not Outcome.CONVERGED), Outcome.CONVERGED)
         return f"{said}\n{outcome.value}".strip()
@@ -217,6 +225,7 @@ def response(
         tuple(part.outcome for part in found),
         tuple(sorted(peaks, key=lambda p: p.force)),
         (*_warnings(machine, float(lines[0]), float(lines[-1])), *by_modes, *still, *remarks),
+        frozenset(c.name for c in machine.flexible if c.rotates),
     )
 
 

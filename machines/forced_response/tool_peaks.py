@@ -37,7 +37,7 @@ class ToolPeak:
     damping_ratio: float
     """From the half-power width; nan where the peak has none that tells it: it overlaps another, leans, or jumps."""
     connection: str
-    """The one whose relative displacement is largest there; empty where no connection is flexible."""
+    """The one whose relative displacement is largest there, angles beside none; empty where none is flexible."""
     error: float
     """Estimated relative error there because of the harmonics that were left out; nan where it cannot be told."""
     held: float = 0.0
@@ -63,6 +63,8 @@ def _peaks(result: Response, force: float, branches: Sequence[Branch], output: s
     o = result.outputs.index(output)
     lines = np.unique(np.concatenate([branch.frequency for branch in branches])) if branches else np.empty(0)
     size = np.full(len(lines), np.nan)
+    straight = np.array([name not in result.turned for name in result.connections], dtype=bool)
+    counts = straight if np.any(straight) else ~straight
     mover, error, held = np.full(len(lines), -1), np.full(len(lines), np.nan), np.zeros(len(lines))
     owner, place = np.full(len(lines), -1), np.full(len(lines), -1)
     for n, branch in enumerate(branches):
@@ -76,7 +78,7 @@ def _peaks(result: Response, force: float, branches: Sequence[Branch], output: s
         error[at] = branch.error[row] if branch.error.size else np.nan
         held[at] = branch.held[row] if branch.held.size else 0.0
         if branch.joint.shape[1]:
-            moved = np.abs(branch.joint[row])
+            moved = np.where(counts, np.abs(branch.joint[row]), 0.0)
             mover[at] = np.argmax(moved >= (1 - _ALIKE) * np.max(moved, axis=1, keepdims=True), axis=1)
     known = np.isfinite(size) & (size > 0)
     lines, size, mover, error, held = (part[known] for part in (lines, size, mover, error, held))

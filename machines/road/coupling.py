@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from .piece import BUDGET, Piece, Step, open_joints
 
 if TYPE_CHECKING:
@@ -117,14 +115,15 @@ def _force(road: Run) -> None:
     short = [(f, o.value) for f, o in zip(result.force, result.outcomes, strict=True) if o.value]
     told = [*result.warnings, *(f"Forced response at {f:g} N: {why}" for f, why in short)]
     road.warnings += told
-    reached = [p for p in result.peaks if np.isfinite(p.amplitude)]
+    reached = result.deflected
     if reached and road.machine.cutting is None:
         top = max(reached, key=lambda p: p.amplitude)
+        unit = "µrad" if top.connection in result.turned else "µm"
         road.advice.append(
-            f"At {top.force:g} N the joint {top.connection} moves by up to {top.amplitude * 1e6:.3g} µm, "
+            f"At {top.force:g} N the joint {top.connection} moves by up to {top.amplitude * 1e6:.3g} {unit}, "
             f"at {top.frequency:.5g} Hz."
         )
-        road.numbers.append((f"motion of {top.connection}", f"{top.amplitude * 1e6:.3g} µm"))
+        road.numbers.append((f"motion of {top.connection}", f"{top.amplitude * 1e6:.3g} {unit}"))
         road.doubts += told
     road.front.append(response_section(results, {dof: axis for axis, dof in road.machine.tool.items()}))
 

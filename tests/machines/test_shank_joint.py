@@ -15,7 +15,8 @@ from jointlib.joint import Joint
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from jointlib.loop.answer.report import Verdict
-from machines import Connection, Lumped, Machine, read_machine, trace
+from machines import Connection, Lumped, Machine, read_machine, response, trace
+from machines.forced_response.tool_peaks import tool_peaks
 from machines.harmonic_balance.assembly import Assembly
 from machines.loop.explanations.hypothesis import refit
 from machines.loop.explanations.places import places_of
@@ -44,6 +45,19 @@ def test_deflections_and_rotations_between_two_nodes_are_one_place(tmp_path: Pat
         before, after = machine.joints()[row].parameters, moved[row].parameters
         assert after["linear.stiffness"] / before["linear.stiffness"] == pytest.approx(first)
         assert after["viscous.damping"] / before["viscous.damping"] == pytest.approx(second)
+
+
+def test_an_angle_is_never_what_moves_most(tmp_path: Path) -> None:
+    """In radians a shank turns further than anything moves in metres; the two do not compare."""
+    written(tmp_path)
+    machine = read_machine(tmp_path / "machine.toml")
+    found = response(machine, 50.0, (300.0, 3000.0), harmonics=1)
+    assert found.turned == {"shank_rx", "shank_ry"}
+    size = {c: max((p.amplitude for p in found.peaks_of(c, 50.0)), default=0.0) for c in found.connections}
+    assert max(size, key=lambda name: size[name]) in found.turned
+    assert {peak.connection for peak in tool_peaks(found)} <= {"shank_x", "shank_y"}
+    assert "shank_r" not in found.finding()
+    assert all(p.connection not in found.turned for p in found.deflected)
 
 
 def test_deflections_alone_stay_places_of_their_own() -> None:

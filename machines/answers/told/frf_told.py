@@ -32,7 +32,7 @@ def contact_lines(results: Sequence[Response]) -> list[str]:
             r.drive,
             f"{p.force:g}",
             p.connection,
-            f"{p.amplitude * 1e6:.5g}",
+            f"{p.amplitude * 1e6:.5g}" + (" µrad" if p.connection in r.turned else ""),
             f"{p.frequency:.6g}",
             p.stability.value,
             p.outcome.name.lower(),

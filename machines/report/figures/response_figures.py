@@ -51,9 +51,8 @@ def tool_figure(
 def joints_figure(result: Response) -> Figure | None:
     """Relative motion in the joints that move most, round their main peak; None where no joint has a peak."""
     top: dict[str, float] = {}
-    for peak in result.peaks:
-        if np.isfinite(peak.amplitude):
-            top[peak.connection] = max(top.get(peak.connection, 0.0), peak.amplitude)
+    for peak in result.deflected:
+        top[peak.connection] = max(top.get(peak.connection, 0.0), peak.amplitude)
     chosen = sorted(top, key=lambda name: -top[name])[:_JOINTS]
     if not chosen:
         return None
@@ -70,7 +69,9 @@ def joints_figure(result: Response) -> Figure | None:
                 axes.plot(peak.frequency, peak.amplitude * 1e6, "o", color="#1b1f24", markersize=3)
             axes.set_xlim(*_window(peaks))
             axes.set(
-                xlabel="frequency [Hz]", ylabel="amplitude [µm]", title=literal(f"Relative motion in {connection}")
+                xlabel="frequency [Hz]",
+                ylabel=f"amplitude [{'µrad' if connection in result.turned else 'µm'}]",
+                title=literal(f"Relative motion in {connection}"),
             )
         paper.axes[0][0].legend(title="peak force")
     most = "" if len(top) <= _JOINTS else f" The {_JOINTS} that move most, of {len(top)}; the others are in frf.npz."
