@@ -20,7 +20,7 @@ _WIDE, _NARROW = 7, 5
 _GRID, _NEWTON = 33, 6
 _STILL = 1e-9
 """Share of the largest motion at a frequency; what rises by less above the points around is rounding."""
-_SURE, _PLACED = 1e-6, 1e-5
+_SURE, _PLACED = 1e-8, 1e-5
 """Relative differences of amplitude and frequency; what the wider polynomial leaves is far less."""
 _BESIDE = 0.25
 """Of the spacing round a top that is not resolved yet: where further points are wanted."""
@@ -93,7 +93,8 @@ def _lowest(omega: Array, amplitude: Array, motion: Index, row: Index, count: in
     x = (omega[window] - here[:, None]) / reach[:, None]
     nearest = np.argsort(np.abs(x), axis=1)
     x, window = np.take_along_axis(x, nearest, axis=1), np.take_along_axis(window, nearest, axis=1)
-    c = (amplitude[row, motion][:, None] / amplitude[window, motion[:, None]]) ** 2
+    own = amplitude[row, motion][:, None]
+    c = (own / np.maximum(amplitude[window, motion[:, None]], _STILL * own)) ** 2
     for k in range(1, count):
         c[:, k:] = (c[:, k:] - c[:, k - 1 : -1]) / (x[:, k:] - x[:, :-k])
     low, high = ((omega[row + side] - here) / reach for side in (-1, 1))
