@@ -90,12 +90,29 @@ def read_frfs(measurement: Measurement, machine: Machine) -> tuple[LevelFRF, ...
     if measurement.kind != "frf":
         raise InputError(f"{measurement.source}: kind is {measurement.kind!r}, a machine is traced on records of 'frf'")
     check_dofs(measurement, machine)
+    measurement = at_the_tool(measurement, machine)
     return open_frfs(measurement, measurement.records)
+
+
+def at_the_tool(measurement: Measurement, machine: Machine) -> Measurement:
+    """The measurement with ``tool.x``, as `jointlib import` guesses a place, as the degree of freedom that it is."""
+    words = {} if any(c.name == "tool" for c in machine.components) else machine.tool
+    dofs = {f"tool.{axis}": dof for axis, dof in words.items()}
+
+    def named(record: RecordSource) -> RecordSource:
+        s = record.sweep
+        if s is None:
+            return record
+        return replace(
+            record, sweep=replace(s, drive=dofs.get(s.drive, s.drive), response=dofs.get(s.response, s.response))
+        )
+
+    return replace(measurement, records=tuple(named(record) for record in measurement.records))
 
 
 def check_dofs(measurement: Measurement, machine: Machine) -> None:
     """Refuse a degree of freedom that the machine does not have, with the nearest one that it has."""
-    for record in measurement.records:
+    for record in at_the_tool(measurement, machine).records:
         if record.sweep is not None:
             for what, dof in (("drive", record.sweep.drive), ("response", record.sweep.response)):
                 try:

@@ -13,6 +13,7 @@ from rig_samples import CHANNELS, PERIOD, RATE, measurement, noisy, record, shak
 
 from jointlib.errors import InputError
 from jointlib.lab.importing.preamble import rates_above
+from jointlib.lab.importing.responses import of_unit
 from jointlib.lab.numerals import Numerals
 from jointlib.loop.answer.import_checks import best_lag, check_period, flat_tops, without_dead_channels
 from jointlib.loop.balance.spectra import spectra_of
@@ -252,3 +253,11 @@ def test_a_quiet_record_may_be_silent() -> None:
 def test_a_rate_above_may_have_marks_between_its_thousands(line: str, rate: float) -> None:
     numerals = Numerals("," if "," in line else ".")
     assert [found for found, _ in rates_above([line], numerals)] == [rate]
+
+
+@pytest.mark.parametrize(
+    ("unit", "quantity"),
+    [("um/N", "receptance"), ("µm/N", "receptance"), ("mm/s/N", "mobility"), ("g/N", "accelerance"), ("N", None)],
+)
+def test_a_unit_of_motion_over_force_tells_what_a_response_is(unit: str, quantity: str | None) -> None:
+    assert of_unit(unit) == quantity

@@ -177,3 +177,15 @@ def test_friction_that_the_machine_lacks_shows_at_small_forces() -> None:
     assert all(d["damping_ratio"] < 0 < d["compliance"] for d in first)
     assert first[0]["compliance"] > 5 * first[-1]["compliance"]
     assert any("not there" in row for row in comparison_rows(found))
+
+
+def test_records_at_the_tool_are_those_at_its_degree_of_freedom(tmp_path: Path) -> None:
+    """``tool.x``, as an imported record names the place, is what [tool] says of x."""
+    machine = read_machine(LIBRARY / "three_joints.toml")
+    shipped = LIBRARY / "three_joints" / "tip.measurement.toml"
+    text = shipped.read_text().replace(f'"{machine.tool["x"]}"', '"tool.x"').replace("tip_", f"{shipped.parent}/tip_")
+    assert text.count('"tool.x"') == 10
+    (tmp_path / "tip.measurement.toml").write_text(text)
+    found, known = compared(machine, tmp_path / "tip.measurement.toml"), compared(machine, shipped)
+    assert [c.pairs for c in found] == [c.pairs for c in known]
+    assert found[0].record.drive == machine.tool["x"]
