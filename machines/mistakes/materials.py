@@ -87,6 +87,11 @@ def _section(where: str, segment: Segment) -> Iterator[str]:
             "its section "
             "right?"
         )
+    if segment.wall is not None and segment.wall < _WALL * max(_sizes(segment)):
+        yield (
+            f"{where}: a wall of {segment.wall * 1e3:g} mm in a box of {max(_sizes(segment)) * 1e3:g} mm, expected more "
+            "than 1/150 of its side: is its section right?"
+        )
 
 
 def oversized(machine: Machine) -> bool:

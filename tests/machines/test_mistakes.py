@@ -109,6 +109,12 @@ WRONG = [
     (LATHE, "loss_factor = 0.02", "loss_factor = 2", "was it given in percent"),
     (LATHE, 'length = "420 mm"', 'length = "420 m"', "spindle: it is 420.3 m long"),
     (LATHE, 'bore = "52 mm"', 'bore = "99.5 mm"', "leaves a wall of 0.25 mm"),
+    (
+        LATHE,
+        'length = "150 mm"                   # bar\ndiameter = "60 mm"',
+        'length = "150 mm"\nwidth = "300 mm"\nheight = "300 mm"\nwall = "1 mm"',
+        "a wall of 1 mm in a box of 300 mm",
+    ),
     (LATHE, 'bore = "52 mm"', 'bore = "150 mm"', "expected at least 0 and less than the diameter"),
     (
         LATHE,
