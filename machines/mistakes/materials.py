@@ -88,9 +88,10 @@ def _section(where: str, segment: Segment) -> Iterator[str]:
             "right?"
         )
     if segment.wall is not None and segment.wall < _WALL * max(_sizes(segment)):
+        side = max(_sizes(segment)) * 1e3
         yield (
-            f"{where}: a wall of {segment.wall * 1e3:g} mm in a box of {max(_sizes(segment)) * 1e3:g} mm, expected more "
-            "than 1/150 of its side: is its section right?"
+            f"{where}: a wall of {segment.wall * 1e3:g} mm in a box of {side:g} mm, expected more than 1/150 of its "
+            "side: is its section right?"
         )
 
 

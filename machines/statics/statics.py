@@ -22,6 +22,8 @@ _FREE = 1e-11
 _UNHELD = 1e-9
 _FURTHEST = 1.0
 """m; a joint that would go further has no equilibrium."""
+_HOLDS = 0.1
+"""Share of a force that the tangent stiffness explains, from which on a joint still holds."""
 _PROBE = np.concatenate([[0.0], np.geomspace(1e-9, 1e-3, 13)])
 _CURVED = 0.3
 """Share of the slope along a step that may be left at its end."""
@@ -82,8 +84,8 @@ class Balance:
     def solve(self, where: str, names: tuple[str, ...]) -> Array:
         """y of the equilibrium, by Newton's method with a search along each step."""
         y = np.zeros(len(self.load))
-        _, force, k = self.joints(y)
-        reference = self.stiffness + self.rows.T @ (np.abs(k)[:, None] * self.rows)
+        _, force, still = self.joints(y)
+        reference = self.stiffness + self.rows.T @ (np.abs(still)[:, None] * self.rows)
         shift = 1e-9 * float(np.max(np.abs(np.diag(reference)), initial=1e-300))
         for _ in range(_ITERATIONS):
             z, force, k = self.joints(y)
@@ -97,12 +99,18 @@ class Balance:
                 break
             step = -_solve(self._tangent(k), pull, shift)
             y = y + self._along(y, step, float(step @ pull)) * step
-        z, force, _ = self.joints(y)
+        z, force, k = self.joints(y)
         worst = int(np.argmax(np.abs(z)))
-        raise InputError(
-            f"{where}: static: no equilibrium under the static load: connection {names[worst]!r} gives way, its force "
-            f"stays at {force[worst]:.4g} N however far it moves; lower the load or raise the preload"
-        )
+        if still[worst] < 0:
+            why = f"pushes away what moves, by {still[worst]:.4g} N/m; expected a stiffness above 0"
+        elif k[worst] * abs(z[worst]) > _HOLDS * abs(force[worst]):
+            why = f"moves by {abs(z[worst]) * 1e3:.3g} mm, under {force[worst]:.4g} N; is its stiffness right?"
+        else:
+            why = (
+                f"gives way, its force stays at {force[worst]:.4g} N however far it moves; lower the load or raise the "
+                "preload"
+            )
+        raise InputError(f"{where}: static: no equilibrium under the static load: connection {names[worst]!r} {why}")
 
     def _tangent(self, k: Array) -> Array:
         return np.asarray(self.stiffness + self.rows.T @ (k[:, None] * self.rows))

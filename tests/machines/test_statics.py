@@ -173,6 +173,7 @@ def test_the_linear_check_holds_at_the_working_point_and_its_resonance_is_that_o
         (lambda: hung(-700.0, HertzContact(630.0, KAPPA)), "no equilibrium.*'guide' gives way.*-630 N"),
         (lambda: hung(6000.0, Linear(654.164e6), Cubic(-1.7083e18)), "no equilibrium.*'guide' gives way"),
         (lambda: hung(50.0, Jenkins(1e8, 40.0)), "no equilibrium.*stays at 40 N"),
+        (lambda: hung(50.0, Linear(-1e6)), "no equilibrium.*'guide' pushes away what moves, by -1e.06 N/m"),
         (lambda: hung(1.0, Viscous(500.0)), "nothing holds slide.z against the static load"),
     ],
 )
