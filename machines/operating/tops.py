@@ -69,7 +69,7 @@ def tops(omega: Array, amplitude: Array, sure: float = _SURE, still: float = _ST
     places = [local_maxima(amplitude[:, k]) for k in range(count)]
     motion = np.repeat(np.arange(count), [len(rows) for rows in places])
     row = np.concatenate([np.zeros(0, dtype=int), *places])
-    near = np.clip(row[:, None] + np.arange(1, _WIDE // 2 + 1) * np.array([[[-1]], [[1]]]), 0, max(len(omega) - 1, 0))
+    near = np.clip(row[:, None] + np.arange(1, 3 * _WIDE) * np.array([[[-1]], [[1]]]), 0, max(len(omega) - 1, 0))
     lowest = np.min(amplitude[near, motion[:, None]], axis=2, initial=np.inf)
     rise = amplitude[row, motion] - np.max(lowest, axis=0, initial=0.0)
     moving = rise > still * np.max(amplitude[row], axis=1, initial=0.0)

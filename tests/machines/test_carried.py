@@ -82,7 +82,7 @@ def test_tops_of_two_modes_between_coarse_points() -> None:
     def amplitude(w: np.ndarray) -> np.ndarray:
         return np.abs(1 / (1000**2 - w**2 + 2j * 0.01 * 1000 * w) + 0.3 / (1100**2 - w**2 + 2j * 0.01 * 1100 * w))
 
-    found = tops(omega, amplitude(omega)[:, None])
+    found = tops(omega, amplitude(omega)[:, None], 1e-6)
     fine = np.linspace(990, 1010, 2_000_001)
     highest = fine[np.argmax(amplitude(fine))]
     first = np.argmin(np.abs(found.omega - 1000))
