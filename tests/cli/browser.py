@@ -48,6 +48,8 @@ class Tab:
         self._browser, self._session, self.target = browser, session, target
         for domain in ("Page", "Network", "Runtime", "Log"):
             self.call(f"{domain}.enable")
+        # Whatever other page was opened last: without the focus of its window nothing in a page is seen to have it.
+        self.call("Emulation.setFocusEmulationEnabled", enabled=True)
 
     def call(self, method: str, **parameters: Any) -> Any:
         return self._browser.call(method, self._session, **parameters)
