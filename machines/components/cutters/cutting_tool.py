@@ -27,6 +27,8 @@ MATERIALS = {
 }
 """Typical values; makers tell theirs, which stand in the file beside the word."""
 HOLDER = "steel"
+_LARGEST = 5.0
+"""m; of a tool."""
 TIP, SHANK, FACE = "tip", "shank", "face"
 
 
@@ -61,6 +63,8 @@ class CuttingTool:
             value = getattr(self, key)
             if not (np.isfinite(value) and value > 0):
                 raise InputError(f"{key} is {value!r} m, expected more than 0")
+            if value > _LARGEST:
+                raise InputError(f"{key} is {value:g} m, expected at most {_LARGEST:g} m")
         if not 0 <= self.flute_length <= self.stick_out:
             raise InputError(
                 f"flute_length is {self.flute_length!r} m, expected at most the stick_out, {self.stick_out:g} m"
