@@ -105,16 +105,24 @@ def _role(heading: str) -> str | None:
     return None
 
 
-def _of_unit(path: Path, unit: str, heading: str) -> tuple[float, Quantity | None]:
-    """SI over a unit of motion over force, and what it is of."""
-    if not unit or unit in ("-", "1"):
-        return 1.0, None
+def quantity_of(unit: str) -> tuple[float, Quantity] | None:
+    """SI over a unit of motion over force, as ``um/N`` or ``g/N``, and what it is of; None for another unit."""
     plain = re.sub(r"[()\s]", "", unit).replace("²", "^2").replace("\u03bc", "µ").replace("·", "*")
     for quantity in Quantity:
         try:
             return scale(plain, quantity.value, ""), quantity
         except InputError:
             continue
+    return None
+
+
+def _of_unit(path: Path, unit: str, heading: str) -> tuple[float, Quantity | None]:
+    """SI over a unit of motion over force, and what it is of."""
+    if not unit or unit in ("-", "1"):
+        return 1.0, None
+    found = quantity_of(unit)
+    if found is not None:
+        return found
     raise InputError(f"{path}: {heading!r} is in {unit!r}, expected motion over force, such as um/N, mm/s/N or g/N")
 
 

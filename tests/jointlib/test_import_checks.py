@@ -13,8 +13,8 @@ from rig_samples import CHANNELS, PERIOD, RATE, measurement, noisy, record, shak
 
 from jointlib.errors import InputError
 from jointlib.lab.importing.preamble import rates_above
-from jointlib.lab.importing.responses import of_unit
 from jointlib.lab.numerals import Numerals
+from jointlib.lab.response_columns import quantity_of
 from jointlib.loop.answer.import_checks import best_lag, check_period, flat_tops, without_dead_channels
 from jointlib.loop.balance.spectra import spectra_of
 from jointlib.measurement import Correction
@@ -260,4 +260,5 @@ def test_a_rate_above_may_have_marks_between_its_thousands(line: str, rate: floa
     [("um/N", "receptance"), ("µm/N", "receptance"), ("mm/s/N", "mobility"), ("g/N", "accelerance"), ("N", None)],
 )
 def test_a_unit_of_motion_over_force_tells_what_a_response_is(unit: str, quantity: str | None) -> None:
-    assert of_unit(unit) == quantity
+    found = quantity_of(unit)
+    assert (None if found is None else found[1].word) == quantity

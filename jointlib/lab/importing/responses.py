@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
-from contextlib import suppress
 from pathlib import Path
 
-from jointlib.errors import InputError
+from jointlib.frf import Quantity
 from jointlib.lab.importing.draft import Draft, Noted, Table
 from jointlib.lab.importing.signals import by_name
 from jointlib.lab.lab_file import LabFile
-from jointlib.units import scale
-
-_QUANTITIES = {"m/N": "receptance", "m/s/N": "mobility", "m/s^2/N": "accelerance"}
+from jointlib.lab.response_columns import quantity_of
 
 
 def holds_responses(file: LabFile) -> bool:
@@ -43,20 +39,10 @@ def response_records(draft: Draft, files: Sequence[tuple[str, LabFile]]) -> None
             draft.records.append(table)
 
 
-def of_unit(unit: str) -> str | None:
-    """What a unit of motion over force says, ``um/N`` as well as ``m/N``."""
-    plain = re.sub(r"[()\s]", "", unit).replace("²", "^2").replace("\u03bc", "µ").replace("·", "*")
-    for known, quantity in _QUANTITIES.items():
-        with suppress(InputError):
-            scale(plain, known, "")
-            return quantity
-    return None
-
-
 def _quantity(draft: Draft, table: Table, file: LabFile, at: str) -> None:
     heads = " ".join(c.name.casefold() for c in file.columns)
-    found = next((q for c in file.columns if (q := of_unit(c.unit)) is not None), None)
-    named = next((q for q in _QUANTITIES.values() if q in heads), None)
+    found = next((of_unit[1].word for c in file.columns if (of_unit := quantity_of(c.unit)) is not None), None)
+    named = next((q.word for q in Quantity if q.word in heads), None)
     if found or named:
         table["quantity"] = Noted(found or named)
     else:
