@@ -80,6 +80,11 @@ class Connection:
             raise InputError(f"{where}: direction is {list(self.direction)}, expected a vector that is not zero")
 
     @property
+    def bundle(self) -> str:
+        """The bundle that made it and its kind, ``x_guide (linear-guide)``; empty for one that stands alone."""
+        return str(self.joint.provenance.get("bundle", "")) if self.joint is not None else ""
+
+    @property
     def rotates(self) -> bool:
         """Whether z is an angle in rad, and the joint's force a moment."""
         return self.turns or all(turns(side) for side in self.between if side != GROUND)

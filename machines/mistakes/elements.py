@@ -62,8 +62,7 @@ def elements(machine: Machine, by_place: bool = True) -> tuple[Element, ...]:
     gain = tangents(replace(machine, static=None), _ASKED)[0]
     groups: dict[tuple[str, str], list[int]] = {}
     for i, connection in enumerate(machine.flexible):
-        word = str(connection.joint.provenance.get("bundle", "")) if connection.joint is not None else ""
-        bundle, _, kind = word.rstrip(")").partition(" (")
+        bundle, _, kind = connection.bundle.rstrip(")").partition(" (")
         own = connection.name.partition(".")[0] if by_place else bundle
         groups.setdefault((own if kind else connection.name, kind), []).append(i)
     return tuple(_element(machine, name, kind, np.array(rows), gain[rows]) for (name, kind), rows in groups.items())

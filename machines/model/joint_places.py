@@ -47,9 +47,8 @@ def element_names(connections: Sequence[Connection]) -> list[str]:
     pairs = between_two_nodes(connections)
     names = []
     for i, connection in enumerate(connections):
-        word = str(connection.joint.provenance.get("bundle", "")) if connection.joint is not None else ""
         turned = " rotation" if i in pairs and connection.rotates else ""
-        names.append(word.partition(" (")[0] or pairs.get(i, connection.name) + turned)
+        names.append(connection.bundle.partition(" (")[0] or pairs.get(i, connection.name) + turned)
     return names
 
 

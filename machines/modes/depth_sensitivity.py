@@ -94,13 +94,11 @@ class DepthSensitivity:
         They get a spring beside them, so that their damping stays. The slope tells of small changes only: past a
         maximum of the depth, or where another mode begins to limit it, more stiffness may do the opposite.
         """
-        springs = {self.machine.flexible[i].name: Linear(share * float(self.gain[i].real)) for i in joints}
-        still = at_working_point(self.machine)
-        changed = tuple(
-            replace(c, joint=c.joint + springs[c.name]) if c.joint is not None and c.name in springs else c
-            for c in still.connections
-        )
-        return _lowest(replace(still, connections=changed), self.amplitude).depth
+        changed = at_working_point(self.machine)
+        for i in joints:
+            spring = Linear(share * float(self.gain[i].real))
+            changed = changed.with_joint(changed.flexible[i].name, changed.joints()[i] + spring)
+        return _lowest(changed, self.amplitude).depth
 
 
 def lowest_depth(machine: Machine) -> StabilityLobes:

@@ -122,8 +122,7 @@ def _summary(machine: Machine) -> list[str]:
 
     groups: dict[tuple[str, ...], list[str]] = {}
     for c, element in zip(machine.connections, element_names(machine.connections), strict=True):
-        bundle = str(c.joint.provenance.get("bundle", "")) if c.joint is not None else ""
-        bundle = bundle or (element if c.joint is not None and element != c.name else "")
+        bundle = c.bundle or (element if c.joint is not None and element != c.name else "")
         sides = tuple(side.partition(".")[0] for side in c.between)
         groups.setdefault((bundle, " – ".join(sides), _what(c)), []).append(c.name)
     lines = []
@@ -180,7 +179,8 @@ def _stiffness(machine: Machine) -> list[str]:
 
     rows: list[Sequence[str]] = []
     alone: dict[tuple[str, str], list[Element]] = {}
-    for e in elements(machine, by_place=False):
+    every = elements(machine, by_place=False)
+    for e in every:
         if e.kind and e.at is not None:
             rows.append((e.name, *_six(e.six)))
         elif e.at is not None:
@@ -195,7 +195,7 @@ def _stiffness(machine: Machine) -> list[str]:
     ):
         plain = [
             (e.name, f"{float(e.stiffness.sum()) * factor:.4g}")
-            for e in elements(machine, False)
+            for e in every
             if e.at is None and machine.flexible[e.rows[0]].rotates == turns
         ]
         lines += table(header, plain) if plain else []

@@ -50,8 +50,7 @@ def places_of(machine: Machine) -> tuple[Place, ...]:
     groups: dict[str, list[int]] = {}
     pairs = between_two_nodes(machine.flexible)
     for i, connection in enumerate(machine.flexible):
-        joint = connection.joint
-        bundle = str(joint.provenance["bundle"]).partition(" (")[0] if joint and "bundle" in joint.provenance else ""
+        bundle = connection.bundle.partition(" (")[0]
         own = bundle and connection.name.startswith(f"{bundle}.")
         groups.setdefault(bundle if own else pairs.get(i, connection.name), []).append(i)
     joints = machine.joints()
