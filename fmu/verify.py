@@ -21,7 +21,7 @@ from .members.description import ANNOTATION, TOKEN, TOOL, fingerprint
 from .members.native_members import BUILD, SOURCES
 from .playback.fresh_process import answer_of
 from .playback.model_exchange import exchanged
-from .playback.reference import CSV, FOLDER, LOOSEST, MANIFEST, SMALL, STILL, ReferenceRun, read_csv, sizes, unit_of
+from .playback.reference import CSV, FOLDER, LOOSEST, MANIFEST, SMALL, STILL, ReferenceRun, read_csv, sizes, told_of
 
 TOLERANCE = 1e-12
 """Largest difference allowed, relative to the largest value of the run, where the FMU states none."""
@@ -267,13 +267,15 @@ def _replay(
     if experiment is not None and experiment.get("stepSize"):
         request["pace"] = {
             "step": float(experiment.get("stepSize", "nan")),
-            "sizes": [_nominal(scalars[name]) for name in inputs],
+            "sizes": [float(told_of(scalars[name], "nominal", "1")) for name in inputs],
         }
     (first, second), step_time = _run(path, request)
     if not np.array_equal(first, second):
         raise CheckFailed(f"{path}: after a reset the FMU does not repeat itself")
     expected = run.rows[:, [column[name] for name in outputs]]
-    size = sizes(expected, [unit_of(scalars[name]) for name in outputs], STILL if "tolerance" in model else SMALL)
+    size = sizes(
+        expected, [told_of(scalars[name], "unit") for name in outputs], STILL if "tolerance" in model else SMALL
+    )
     difference = np.abs(first - expected) / size
     if not np.all(difference <= tolerance):
         row, place = np.unravel_index(np.argmax(np.nan_to_num(difference, nan=np.inf)), difference.shape)
@@ -284,14 +286,9 @@ def _replay(
     return float(np.max(difference)), step_time
 
 
-def _nominal(scalar: ElementTree.Element) -> float:
-    real = scalar.find("Real")
-    return float((scalar if real is None else real).get("nominal", "1"))
-
-
 def _run(path: Path, request: dict[str, object]) -> tuple[Array, float | None]:
     """Outputs of two runs in a fresh process, shape (2, samples, outputs), and what a step takes in s."""
     with tempfile.TemporaryDirectory(prefix="jointlib-") as scratch:
         where = f"{path}: the FMU"
-        answer = answer_of("replay.py", request, Path(scratch), where, _TIME_LIMIT, "reference run")
+        answer = answer_of("replay", request, Path(scratch), where, _TIME_LIMIT, "reference run")
         return np.array(answer["runs"]), answer["pace"]

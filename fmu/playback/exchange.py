@@ -5,15 +5,13 @@ Reads a JSON request on standard input and writes the answer to the file named i
 
 from __future__ import annotations
 
-import json
-import os
-import sys
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-PERIODS = 2.5
+from .fresh_process import answering
+
+_PERIODS = 2.5
 """Periods of the motion that are run."""
 _INTERVALS = 400
 """Communication and output intervals a period."""
@@ -26,7 +24,7 @@ def both(request: dict[str, Any]) -> dict[str, Any]:
     from fmpy import simulate_fmu
 
     step = request["period"] / _INTERVALS
-    t = step * np.arange(round(PERIODS * _INTERVALS) + 1)
+    t = step * np.arange(round(_PERIODS * _INTERVALS) + 1)
     angle = 2 * np.pi * t / request["period"]
     columns = [
         size * (np.cos(angle) if rate else np.sin(angle))
@@ -53,8 +51,4 @@ def both(request: dict[str, Any]) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    asked = json.load(sys.stdin)
-    Path(asked["answer"]).write_text(json.dumps(both(asked)), encoding="utf-8")
-    for stream in (sys.stdout, sys.stderr):
-        stream.flush()
-    os._exit(0)  # what a library does when it is unloaded is no part of this
+    answering(both)

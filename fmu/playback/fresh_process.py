@@ -1,4 +1,4 @@
-"""A script of this folder run in a fresh process, which an FMU may end, hang or shout in."""
+"""A script of this folder run in a fresh process, which an FMU may end, hang or shout in: both ends of it."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 from jointlib.errors import CheckFailed
 
@@ -22,7 +22,7 @@ def answer_of(
     answer = scratch / "answer.json"
     try:
         done = subprocess.run(
-            [sys.executable, "-P", str(Path(__file__).parent / script)],
+            [sys.executable, "-P", "-m", f"{__package__}.{script}"],
             input=json.dumps({**request, "answer": str(answer)}),
             capture_output=True,
             text=True,
@@ -40,6 +40,18 @@ def answer_of(
     if done.returncode or not answer.is_file():
         raise CheckFailed(f"{where} does not run in FMPy ({'; '.join(said) or 'no message'})")
     return json.loads(answer.read_text(encoding="utf-8"))
+
+
+def answering(work: Callable[[Any], object]) -> NoReturn:
+    """The other end: answer the request on standard input into the file that it names, as the FMU may print.
+
+    The process ends at once: pythonfmu's library reads its interpreter after it was freed, where one ends in order.
+    """
+    asked = json.load(sys.stdin)
+    Path(asked["answer"]).write_text(json.dumps(work(asked)), encoding="utf-8")
+    for stream in (sys.stdout, sys.stderr):
+        stream.flush()
+    os._exit(0)
 
 
 def _last_line(text: str) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 from jointlib.errors import CheckFailed
 
 from .fresh_process import answer_of
-from .reference import SMALL, ReferenceRun, sizes, unit_of
+from .reference import SMALL, ReferenceRun, sizes, told_of
 
 _TIME_LIMIT = 60.0
 _SAMPLES = 40
@@ -29,27 +29,27 @@ def exchanged(path: Path, folder: str, description: ElementTree.Element, run: Re
     given = {n: float(np.max(np.abs(x))) for n, x in zip(run.names, run.rows.T, strict=True)}
     inputs = [name for name in run.names[1:] if scalars[name].get("causality") == "input"]
     outputs = [name for name in run.names[1:] if name not in inputs]
-    moved = max((given[name] for name in inputs if unit_of(scalars[name]) == "m"), default=0.0)
-    speed = max((given[name] for name in inputs if unit_of(scalars[name]) == "m/s"), default=0.0)
+    moved = max((given[name] for name in inputs if told_of(scalars[name], "unit") == "m"), default=0.0)
+    speed = max((given[name] for name in inputs if told_of(scalars[name], "unit") == "m/s"), default=0.0)
     step = float(np.min(np.diff(run.rows[:, 0])))
     request = {
         "folder": folder,
         "inputs": inputs,
         "sizes": [given[name] for name in inputs],
-        "rates": [unit_of(scalars[name]) == "m/s" for name in inputs],
+        "rates": [told_of(scalars[name], "unit") == "m/s" for name in inputs],
         "outputs": outputs,
         "period": 2 * np.pi * moved / speed if moved and speed else _SAMPLES * step,
     }
     try:
         with tempfile.TemporaryDirectory(prefix="jointlib-") as scratch:
             where = f"{path}: the FMU"
-            answer = answer_of("exchange.py", request, Path(scratch), where, _TIME_LIMIT, "run by model exchange")
+            answer = answer_of("exchange", request, Path(scratch), where, _TIME_LIMIT, "run by model exchange")
     except CheckFailed as failed:
         return None, str(failed)
     if "said" in answer:
         return None, f"FMPy does not end it ({answer['said']})"
     stepped, solved = np.array(answer["stepped"]), np.array(answer["solved"])
-    size = sizes(stepped, [unit_of(scalars[name]) for name in outputs], SMALL)
+    size = sizes(stepped, [told_of(scalars[name], "unit") for name in outputs], SMALL)
     # An output that follows an input at once has that of the interval's beginning in co-simulation.
     apart = [np.max(np.abs(a - b) / size, axis=0) for a, b in ((solved, stepped), (solved[:-1], stepped[1:]))]
     return float(np.max(np.minimum(*apart))), ""

@@ -140,10 +140,10 @@ def sizes(values: Array, units: Sequence[str], small: float) -> Array:
     return np.asarray(np.maximum(np.maximum(own, small * np.array(shared)), np.finfo(float).tiny))
 
 
-def unit_of(scalar: ElementTree.Element) -> str:
-    """Unit of a variable of a model description."""
+def told_of(scalar: ElementTree.Element, key: str, default: str = "") -> str:
+    """What a model description tells of a variable that is a number: itself in FMI 3, in an element of its own in 2."""
     real = scalar.find("Real")
-    return (scalar if real is None else real).get("unit", "")
+    return (scalar if real is None else real).get(key, default)
 
 
 def csv_text(run: ReferenceRun) -> str:

@@ -5,13 +5,12 @@ Reads a JSON request on standard input and writes the answer to the file named i
 
 from __future__ import annotations
 
-import json
-import os
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
+
+from .fresh_process import answering
 
 SSD = "{http://ssp-standard.org/SSP1/SystemStructureDescription}"
 CONNECTOR = f"{SSD}Connectors/{SSD}Connector"
@@ -93,8 +92,4 @@ def _held(values: list[float], step: float) -> Callable[[float], float]:
 
 
 if __name__ == "__main__":
-    asked = json.load(sys.stdin)
-    Path(asked["answer"]).write_text(json.dumps(replay(asked)), encoding="utf-8")
-    for stream in (sys.stdout, sys.stderr):
-        stream.flush()
-    os._exit(0)  # pythonfmu's library reads its interpreter after it was freed, where a process ends in order
+    answering(replay)

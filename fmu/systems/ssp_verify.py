@@ -95,6 +95,6 @@ def _run(path: Path, data: bytes, request: dict[str, object]) -> dict[str, list[
         file.write_bytes(data)
         named = {**request, "file": str(file)}
         found: dict[str, list[float]] = answer_of(
-            "ssp_replay.py", named, Path(scratch), f"{path}: the system", _TIME_LIMIT
+            "ssp_replay", named, Path(scratch), f"{path}: the system", _TIME_LIMIT
         )
         return found
