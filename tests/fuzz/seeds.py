@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import random
 import shlex
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
@@ -14,6 +15,10 @@ from tempfile import TemporaryDirectory
 import mutations
 import numpy as np
 from mutations import Mutator
+
+sys.path.append(str(Path(__file__).parents[1] / "machines"))
+
+from tool_files import SPINDLE
 
 LIBRARY = Path(__file__).parents[2] / "machines" / "library"
 RATE, COUNT = 1000.0, 64
@@ -466,43 +471,6 @@ LINES = (
     "fmu guide.joint.toml -o 1.fmu --fmi 4",
 )
 
-SPINDLE = """schema = "jointlib/machine/1"
-tool = "a.tool.toml"
-[[component]]
-name = "spindle"
-kind = "beam"
-axis = [0, 0, 1]
-[[component.material]]
-name = "steel"
-young = 210e9
-poisson = 0.3
-density = 7850
-viscous = 2e-6
-[[component.segment]]
-length = "200 mm"
-diameter = "60 mm"
-[[component.station]]
-name = "nose"
-at = 0
-[[component.station]]
-name = "rear"
-at = "end"
-[[connection]]
-name = "housing"
-between = ["spindle", "ground"]
-at = [0, 0, "200 mm"]
-rigid = true
-[spindle]
-component = "spindle"
-[cutting]
-process = "milling"
-mode = "down"
-teeth = 2
-tangential = 8e8
-normal = 2e8
-immersion = 0.5
-speed = [6000, 12000]
-"""
 DECAY = """schema = "jointlib/measurement/1"
 kind = "ringdown"
 sample_rate = "1 kHz"
@@ -625,7 +593,7 @@ KINDS = {
             mutations.toml,
             ("inspect mill.toml", "modes mill.toml", "lobes mill.toml --speed 9000 --method zero-order"),
             {
-                "mill.toml": _text(SPINDLE),
+                "mill.toml": _text(SPINDLE.format(top='tool = "a.tool.toml"', parts="", tool="", teeth=2)),
                 "a.tool.toml": _shipped("tools/end_mill_16.tool.toml"),
                 "shrink_fit.holder.toml": _shipped("tools/collet.holder.toml"),
             },
