@@ -14,7 +14,7 @@ from .creeping import look_ahead
 from .cycle import Cycle, slopes_of_harmonics, tangent
 
 _CYCLES = 200
-_REPEATS = 1e-10
+_REPEATS, _ROUNDING = 1e-10, 1e-14
 _NUDGE = 1e-6
 
 
@@ -102,21 +102,24 @@ def _steady(joint: Joint, cycle: Cycle, z: ComplexArray, omega: Array) -> tuple[
     x, v = np.ascontiguousarray(x.T), np.ascontiguousarray(v.T)
     rolled, states = np.full_like(x, np.nan), np.full((n + 1, *state.shape), np.nan)
     left, before = np.arange(len(z)), np.full(state.shape, np.nan)
+    pulled = np.full_like(x, np.nan)
     for _ in range(_CYCLES):
-        pulled, through = np.empty_like(x), np.empty((n + 1, *state.shape))
+        past, pulled, through = pulled, np.empty_like(x), np.empty((n + 1, *state.shape))
         through[0] = state
         for i in range(n):
             pulled[i], state = advance(Motion(x[i], v[i], step), state)
             through[i + 1] = state
         moved, spread = state - through[0], np.ptp(through, axis=0)
-        closing = _REPEATS * spread + 1e-14 * np.max(np.abs(through), axis=0)
-        open_ = np.any(np.abs(moved) > closing, axis=1)
+        closing = _REPEATS * spread + _ROUNDING * np.max(np.abs(through), axis=0)
+        # A slider that barely slips goes on moving by what rounding makes of displacements; its force repeats.
+        repeats = np.max(np.abs(pulled - past), axis=0) <= _ROUNDING * np.max(np.abs(pulled), axis=0)
+        open_ = np.any(np.abs(moved) > closing, axis=1) & ~repeats
         closed = left[~open_]
         rolled[:, closed], states[:, closed] = pulled[:, ~open_], through[:, ~open_]
         left = left[open_]
         if not len(left):
             break
-        x, v, step = x[:, open_], v[:, open_], step[open_]
+        x, v, step, pulled = x[:, open_], v[:, open_], step[open_], pulled[:, open_]
         state, before = look_ahead(state[open_], moved[open_], before[open_])
     force, at = np.empty((len(z), n)), np.empty((len(z), n, state.shape[-1]))
     np.put_along_axis(force, order, rolled.T, axis=1)

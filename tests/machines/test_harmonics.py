@@ -122,6 +122,19 @@ def test_phasors_of_a_sampled_cycle_agree_with_the_describing_function() -> None
     assert two.by_conjugate[0, 0, 0, 0] == pytest.approx(one.by_conjugate[0, 0, 0, 0], abs=1e-3 * 1.3e8)
 
 
+def test_a_slider_that_just_reaches_its_slip_force_has_a_steady_cycle() -> None:
+    """It slips by what rounding makes of a displacement: forces and slopes are told, and are those of one that sticks."""
+    k, slip, rng = 781205220.4998648, 491.6805688649857, np.random.default_rng(1)
+    mean = rng.uniform(-2e-9, 2e-9, 2000)
+    over = rng.choice([0.0, 1e-16, 3e-16, 1e-15, 1e-14, 1e-12], 2000)
+    A = (slip / k - np.abs(mean)) * (1 + over) * np.exp(1j * rng.uniform(0, 2 * np.pi, 2000))
+    z = np.stack([A, np.zeros(2000), mean], axis=1)[:, :, None]
+    found = joint_forces([Joint((Jenkins(k, slip),))], z, np.full(2000, 1.5e4), (1, 2, 0), 256)
+    assert np.all(np.isfinite(found.by_z))
+    assert np.all(np.isfinite(found.by_conjugate))
+    assert np.max(np.abs(found.force - k * z)) < 1e-9 * slip
+
+
 @pytest.mark.parametrize("case", ["smooth", "remembering"])
 def test_jacobian_is_the_derivative_of_the_residual(case: str) -> None:
     machine = two_mass()
