@@ -202,7 +202,7 @@ def response(
     connections = tuple(c.name for c in machine.flexible)
     with during.step("estimating what forces change that sliders may hold"):
         branches = labelled(with_held_forces(assembly, forces, [part.branches for part in found]))
-    remarks = (*remarks, *held_means(forces, branches))
+    remarks = (*remarks, *held_means(driven, forces, branches))
     if stability != "folds" and connections:
         disturbed = Disturbances.of(machine)
         if isinstance(disturbed, str):

@@ -18,10 +18,11 @@ from jointlib.law import Motion
 
 from ..blocks import blocks
 from ..deadline import in_time
-from ..indices import Index, Mask
+from ..indices import Index
 from ..solved import solve_each
 from ..statics.mean_force import SLOW
-from .assembly import Assembly, is_linear
+from .aside import Parts, carried, raised, stiffness
+from .assembly import Assembly
 from .balance import Balance
 from .cycle import Harmonics
 from .frequency_reach import reached
@@ -38,24 +39,27 @@ _FINE = 1e-4
 """Of the change, a chord after which the next ones tell nothing more."""
 _SHRINKS = 0.5
 """From one chord to the next; where it does not, the slopes at the solution tell too little."""
-_RAMP, _STEPS = 6, 12
+_STEPS = 12
 _SETTLED = 1e-6
 
 
 def can_hold(assembly: Assembly) -> bool:
     """Whether a joint remembers and another law, there or elsewhere, has a gain that the mean can change."""
-    laws = [_Parts.of(assembly.standing[i]) for i in assembly.nonlinear]
+    laws = [Parts.of(assembly.standing[i]) for i in assembly.nonlinear]
     return any(part.remembering.laws for part in laws) and any(part.bends for part in laws)
 
 
-def held_change(assembly: Assembly, omega: Array, force: Array, z: ComplexArray, own: Harmonics) -> Array:
-    """Bound of how far held forces change the first harmonic of solutions z (points, nh, nj) in m, (points,).
+def held_changes(assembly: Assembly, omega: Array, force: Array, z: ComplexArray, own: Harmonics) -> Array:
+    """How far the force that a slider may hold changes the first harmonic of solutions z (points, nh, nj) in m.
+
+    (sliders, points), a row for every joint that remembers; together they change it by their sum at most.
 
     Relative to the largest joint. The means move from where they are by δ, δ + C (N(δ) − N(0)) = C R, with N the mean
-    forces of the laws without memory, C the static compliance with these joints open and R the held force, one joint
-    and sign at a time, and the changes add. The motion follows by Newton steps with the tangents of the solution, of
-    first order alone where these do not settle. 0 where no slider sticks or all else is linear; nan where a receptance
-    is not known at rest or no mean balances.
+    forces of the joints, C the static compliance with these open and R the held force, one joint and sign at a time.
+    The slider that holds R pulls with nothing else; the others that stick are springs, up to what
+    they may hold beside the vibration. The motion follows by Newton steps with the tangents of the solution, of first
+    order alone where these do not settle. 0 where no slider sticks or all else is linear; nan where a receptance is
+    not known at rest or no mean balances.
 
     Parameters
     ----------
@@ -64,14 +68,14 @@ def held_change(assembly: Assembly, omega: Array, force: Array, z: ComplexArray,
     """
     slow = np.array([_BARELY * np.min(omega)])
     if not np.all(reached(assembly.machine, slow, (1,))):
-        return np.full(len(omega), np.nan)
-    laws = tuple(_Parts.of(assembly.standing[i]) for i in assembly.nonlinear)
+        return np.full((1, len(omega)), np.nan)
+    laws = tuple(Parts.of(assembly.standing[i]) for i in assembly.nonlinear)
     sliders = [j for j, part in enumerate(laws) if part.remembering.laws]
     around = _Around.of(assembly, laws, Balance.of(assembly, omega, force, own), z, slow)
     each = len(omega) * around.balance.H[0].size
     # Both signs of a slider stay in one block.
     changes = [around.changed(np.array(sliders[some])) for some in blocks(len(sliders), 2 * each)]
-    return np.asarray(np.sum(np.concatenate(changes), axis=0))
+    return np.concatenate(changes)
 
 
 def held_force(joint: Joint, amplitude: Array, omega: float) -> Array:
@@ -94,33 +98,11 @@ def held_force(joint: Joint, amplitude: Array, omega: float) -> Array:
     return np.asarray(np.abs(total) / _SAMPLES)
 
 
-@dataclass(frozen=True)
-class _Parts:
-    """The laws of a joint with memory, and those without."""
-
-    remembering: Joint
-    rest: Joint
-    bends: bool
-    """Whether what does not remember has a gain that the mean can change."""
-
-    @classmethod
-    def of(cls, joint: Joint) -> _Parts:
-        remembering, rest = joint.parted(lambda law: bool(law.states) and not law.linear)
-        return cls(remembering, rest, bool(rest.laws) and not is_linear(rest))
-
-    def mean_and_gain(self, amplitude: Array, omega: Array, bias: Array) -> tuple[Array, ComplexArray]:
-        """Mean force in N and gain in N/m of what does not remember."""
-        if not self.rest.laws:
-            return np.zeros_like(amplitude), np.zeros(len(amplitude), dtype=complex)
-        found = self.rest.first_harmonic(amplitude, omega, bias)
-        return np.asarray(found.mean), np.asarray(found.gain)
-
-
 @dataclass(frozen=True, eq=False)
 class _Around:
     """Solutions and what the machine makes of small changes there; arrays have one entry per point first."""
 
-    laws: tuple[_Parts, ...]
+    laws: tuple[Parts, ...]
     balance: Balance
     start: ComplexArray
     """m, (points, nh, r)."""
@@ -138,11 +120,11 @@ class _Around:
     """(I + C K)⁻¹ C in m/N with that stiffness, (nj, nj)."""
     back: Array
     """Inverse of I + that times (∂N/∂δ − K), (points, nj, nj)."""
+    sticking: Array
+    """What sliders add to ∂N/∂δ, N/m, (points, nj)."""
 
     @classmethod
-    def of(
-        cls, assembly: Assembly, laws: tuple[_Parts, ...], balance: Balance, z: ComplexArray, slow: Array
-    ) -> _Around:
+    def of(cls, assembly: Assembly, laws: tuple[Parts, ...], balance: Balance, z: ComplexArray, slow: Array) -> _Around:
         coordinates, own = assembly.coordinates, balance.harmonics
         # Line by line less is lost where free bodies move far.
         C = (coordinates.T @ assembly.by_components(slow).Hzz[0] @ coordinates.T.T).real
@@ -152,13 +134,13 @@ class _Around:
         A = np.abs(z[:, own.index(1)])
         mean = z[:, own.index(0)].real if 0 in own else np.zeros_like(A)
         one = np.broadcast_to(np.eye(J.shape[1]), J.shape)
-        K = _stiffness(laws, A, balance.omega, mean)
+        K, without = (stiffness(laws, A, balance.omega, mean, np.full(A.shape, kept)) for kept in (True, False))
         reference = np.maximum(np.mean(K, axis=0), 0.0)
         C = np.linalg.solve(np.eye(len(C)) + C * reference, C)
         still = np.broadcast_to(np.eye(len(C)), (len(A), *C.shape))
         back = solve_each(np.eye(len(C)) + C * (K - reference)[:, None, :], still)
         left = balance.residual(start, forces.force)
-        return cls(laws, balance, start, forces.force, left, solve_each(J, one), mean, reference, C, back)
+        return cls(laws, balance, start, forces.force, left, solve_each(J, one), mean, reference, C, back, K - without)
 
     def changed(self, sliders: Index) -> Array:
         """Largest relative change of the first harmonic by what each of these joints may hold, (sliders, points)."""
@@ -176,7 +158,7 @@ class _Around:
             in_time()
             Z = coordinates.motions(to)[:, first]
             pull = self._held(joint, sign, np.abs(Z))
-            aside, gain = self._aside(np.abs(Z), rows, pull, aside)
+            aside, gain = self._aside(np.abs(Z), rows, joint, pull, aside)
             bent = g.copy()
             bent[:, first] += gain * Z
             step = self._step(left - many.residual(to, bent))
@@ -212,21 +194,24 @@ class _Around:
         pull[np.arange(len(joint)), :, joint] = sign[:, None] * found
         return pull.reshape(A.shape)
 
-    def _aside(self, A: Array, rows: Index, pull: Array, near: Array | None) -> tuple[Array, ComplexArray]:
+    def _aside(
+        self, A: Array, rows: Index, joint: Index, pull: Array, near: Array | None
+    ) -> tuple[Array, ComplexArray]:
         """δ in m under held forces (N), (rows, nj), nan where it does not settle; and what it makes of the gains.
 
         Chords with the slopes at the solution lead there where these hardly change on the way; elsewhere the force
         rises in steps from nothing, which tells one balance from others.
         """
-        points, C = len(self.start), self.compliance
+        C, bends = self.compliance, [part.bends for part in self.laws]
         omega, mean = self.balance.omega[rows], self.mean[rows]
-        at_rest, gain = _carried(self.laws, A, omega, mean)
-        aside = self._chord(-pull @ C.T, points) if near is None else np.where(np.isfinite(near), near, 0.0)
+        kept = np.arange(A.shape[1]) != np.repeat(joint, len(self.start))[:, None]
+        at_rest, gain = carried(self.laws, A, omega, mean, kept)
+        aside = self._chord(-pull @ C.T, joint) if near is None else np.where(np.isfinite(near), near, 0.0)
         settled, before = np.zeros(len(A), dtype=bool), np.full(len(A), np.inf)
         going = np.ones(len(A), dtype=bool)
-        carried, bent = _carried(self.laws, A, omega, mean + aside)
+        pulled, bent = carried(self.laws, A, omega, mean + aside, kept)
         for _ in range(_STEPS):
-            step = self._chord(aside + (carried - at_rest - pull - aside * self.reference) @ C.T, points)
+            step = self._chord(aside + (pulled - at_rest - pull - aside * self.reference) @ C.T, joint)
             length = np.max(np.abs(step), axis=1)
             enough = _FINE * np.max(np.abs(aside), axis=1) + _SETTLED * np.max(A, axis=1)
             settled = going & (length <= enough)
@@ -234,18 +219,27 @@ class _Around:
             if np.all(settled | ~going):
                 break
             aside, before = np.where(going[:, None], aside + step, aside), length
-            carried, bent = _carried(self.laws, A, omega, mean + aside)
+            pulled, bent = carried(self.laws, A, omega, mean + aside, kept)
         lost = np.flatnonzero(~settled)
         if len(lost):
-            found, fine = _raised(self.laws, C, self.reference, A[lost], omega[lost], mean[lost], pull[lost])
+            part = A[lost], omega[lost], mean[lost], kept[lost]
+            found, fine = raised(self.laws, C, self.reference, *part, pull[lost])
             aside[lost] = np.where(fine[:, None], found, np.nan)
-            bent[lost] = _carried(self.laws, A[lost], omega[lost], mean[lost] + aside[lost])[1]
-        return aside, np.where([part.bends for part in self.laws], bent - gain, 0.0)
+            bent[lost] = carried(self.laws, *part[:2], mean[lost] + aside[lost], kept[lost])[1]
+        return aside, np.where(bends, bent - gain, 0.0)
 
-    def _chord(self, left: Array, points: int) -> Array:
-        """The step of the means that takes ``left`` (rows, nj) away with the slopes at the solutions."""
-        parts = left.reshape(-1, points, left.shape[1])
-        return np.asarray(-np.moveaxis(self.back @ np.moveaxis(parts, 0, 2), 2, 0).reshape(left.shape))
+    def _chord(self, left: Array, joint: Index) -> Array:
+        """The step of the means that takes ``left`` (rows, nj) away with the slopes at the solutions.
+
+        These hold all sliders; that of the joint in each case is taken out again (Sherman and Morrison).
+        """
+        points = len(self.start)
+        parts = np.moveaxis(left.reshape(-1, points, left.shape[1]), 0, 2)
+        step = np.moveaxis(self.back @ parts, 2, 0)
+        own = np.moveaxis(self.back @ self.compliance[:, joint], 2, 0)  # (cases, points, nj)
+        case, k = np.arange(len(joint)), self.sticking[:, joint].T
+        share = k * step[case, :, joint] / (1 - k * own[case, :, joint])
+        return np.asarray(-(step + own * share[:, :, None]).reshape(left.shape))
 
 
 def _alike(joints: Iterable[Joint]) -> list[tuple[Joint, list[int]]]:
@@ -258,35 +252,3 @@ def _alike(joints: Iterable[Joint]) -> list[tuple[Joint, list[int]]]:
         else:
             known.append(i)
     return found
-
-
-def _carried(laws: tuple[_Parts, ...], A: Array, omega: Array, place: Array) -> tuple[Array, ComplexArray]:
-    """Mean forces in N and gains in N/m of what does not remember, (rows, nj)."""
-    found = [part.mean_and_gain(A[:, k], omega, place[:, k]) for k, part in enumerate(laws)]
-    return np.stack([mean for mean, _ in found], axis=1), np.stack([gain for _, gain in found], axis=1)
-
-
-def _stiffness(laws: tuple[_Parts, ...], A: Array, omega: Array, place: Array) -> Array:
-    """∂N/∂δ in N/m, (rows, nj)."""
-    nudge = 1e-4 * np.maximum(A, 1e-3 * np.max(A, axis=1, keepdims=True))
-    up, down = (_carried(laws, A, omega, place + side * nudge)[0] for side in (1.0, -1.0))
-    return np.asarray((up - down) / (2 * nudge))
-
-
-def _raised(
-    laws: tuple[_Parts, ...], C: Array, reference: Array, A: Array, omega: Array, mean: Array, pull: Array
-) -> tuple[Array, Mask]:
-    """δ of all joints in m, (rows, nj), while held forces (N) rise from nothing, and where it settled."""
-    aside = np.zeros_like(A)
-    at_rest, length = _carried(laws, A, omega, mean)[0], np.full(len(A), np.inf)
-    for share in np.arange(1, _RAMP + 1) / _RAMP:
-        for _ in range(_STEPS):
-            K = _stiffness(laws, A, omega, mean + aside)
-            more = _carried(laws, A, omega, mean + aside)[0] - at_rest
-            left = aside + (more - share * pull - aside * reference) @ C.T
-            step = solve_each(np.eye(len(C)) + C * (K - reference)[:, None, :], -left[:, :, None])[:, :, 0]
-            aside = aside + step
-            length = np.max(np.abs(step), axis=1)
-            if np.all(length <= _SETTLED * np.maximum(1e-4 * np.max(A, axis=1), np.max(np.abs(aside), axis=1))):
-                break
-    return aside, length <= 1e-3 * np.max(np.abs(aside), axis=1) + _SETTLED * np.max(A, axis=1)

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ..forced_response.tool_peaks import ToolPeak
+from ..stability.labels import MUCH, percent
 
 HEADER = ("direction", "force [N]", "frequency [Hz]", "compliance [µm/N]", "damping [%]", "moves most", "note")
 _SMALL = 0.01
@@ -26,9 +27,7 @@ def tool_peak_rows(peaks: Sequence[ToolPeak], axes: Mapping[str, str]) -> tuple[
             continue
         damping = f"{100 * peak.damping_ratio:.3g}" if np.isfinite(peak.damping_ratio) else "–"
         notes = [f"harmonics left out: off by {_estimated(peak.error)}"] if peak.error > _ERROR else []
-        notes += (
-            [f"a force that sliders hold: up to {float(f'{100 * peak.held:.2g}'):g} %"] if peak.held > _ERROR else []
-        )
+        notes += [f"a force that sliders hold: up to {percent(peak.held)}"] if peak.held > MUCH else []
         rows.append(
             (
                 direction(peak, axes),
@@ -45,7 +44,7 @@ def tool_peak_rows(peaks: Sequence[ToolPeak], axes: Mapping[str, str]) -> tuple[
 
 def _estimated(error: float) -> str:
     """Next to a fold the estimate has no bound."""
-    return f"an estimated {100 * error:.2g} %" if error < 1 else "as much as it is, next to a fold"
+    return f"an estimated {percent(error)}" if error < 1 else "as much as it is, next to a fold"
 
 
 def direction(peak: ToolPeak, axes: Mapping[str, str]) -> str:

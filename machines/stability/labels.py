@@ -12,7 +12,7 @@ from jointlib.errors import Outcome
 
 from ..harmonic_balance.assembly import Assembly
 from ..harmonic_balance.harmonics import with_mean
-from ..harmonic_balance.held_forces import can_hold, held_change
+from ..harmonic_balance.held_forces import can_hold, held_changes
 from ..harmonic_balance.truncation import more_harmonics, truncation_error
 from ..operating.branches import Branch, End
 
@@ -21,6 +21,8 @@ Branches = list[tuple[Branch, ...]]
 
 TOLERANCE = 1e-3
 """Estimated error above which one harmonic is not enough."""
+MUCH = 1e-2
+"""Change by a force that sliders hold above which it is told."""
 _SOME = 16
 """Points of a branch at which held forces are looked at."""
 
@@ -58,8 +60,8 @@ def _held(assembly: Assembly, force: float, b: Branch) -> Branch:
     some = np.unique(np.concatenate([np.linspace(0, n - 1, min(n, _SOME)).astype(int), largest]))
     z = _from_rest(assembly, b)[some]
     own = with_mean(b.harmonics, assembly.biased is not None)
-    change = held_change(assembly, 2 * np.pi * b.frequency[some], np.full(len(some), force), z, own)
-    return replace(b, held=np.interp(np.arange(n), some, change))
+    changes = held_changes(assembly, 2 * np.pi * b.frequency[some], np.full(len(some), force), z, own)
+    return replace(b, held=np.interp(np.arange(n), some, np.sum(changes, axis=0)))
 
 
 def _from_rest(assembly: Assembly, b: Branch) -> ComplexArray:
@@ -83,18 +85,24 @@ def _with_means(assembly: Assembly, branches: Sequence[Sequence[Branch]]) -> Bra
     return [tuple(found.get(id(b), b) for b in of_force) for of_force in branches]
 
 
-def held_means(forces: Array, branches: Branches) -> tuple[str, ...]:
+def held_means(drive: str, forces: Array, branches: Branches) -> tuple[str, ...]:
     """Where a force that sliders hold changes a motion most, a sentence; none where it hardly does."""
     worst = [(f, b, int(np.nanargmax(b.held))) for f, own in enumerate(branches) for b in own if np.any(b.held > 0)]
     if not worst:
         return ()
     f, b, k = max(worst, key=lambda found: found[1].held[found[2]])
-    if b.held[k] <= TOLERANCE:
+    if b.held[k] <= MUCH:
         return ()
     return (
         "a slider that slipped before may hold a force, which moves the mean and with it the gains of the other laws: "
-        f"at {forces[f]:g} N and {b.frequency[k]:.5g} Hz the motion can differ by up to {100 * b.held[k]:.2g} % for it",
+        f"at {forces[f]:g} N on {drive} and {b.frequency[k]:.5g} Hz the motion can differ by up to "
+        f"{percent(b.held[k])} for it",
     )
+
+
+def percent(share: float) -> str:
+    """Two digits of a share: "0.18 %", "560 %"."""
+    return f"{float(f'{100 * share:.2g}'):g} %"
 
 
 def motions(branch: Branch) -> np.ndarray:

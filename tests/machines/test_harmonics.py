@@ -123,7 +123,7 @@ def test_phasors_of_a_sampled_cycle_agree_with_the_describing_function() -> None
 
 
 def test_a_slider_that_just_reaches_its_slip_force_has_a_steady_cycle() -> None:
-    """It slips by what rounding makes of a displacement: forces and slopes are told, and are those of one that sticks."""
+    """It slips by what rounding makes of a displacement: forces and slopes are told, those of one that sticks."""
     k, slip, rng = 781205220.4998648, 491.6805688649857, np.random.default_rng(1)
     mean = rng.uniform(-2e-9, 2e-9, 2000)
     over = rng.choice([0.0, 1e-16, 3e-16, 1e-15, 1e-14, 1e-12], 2000)

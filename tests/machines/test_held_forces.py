@@ -14,29 +14,36 @@ from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from machines import Connection, Lumped, Machine, response
 from machines.forced_response.tool_peaks import tool_peaks
-from machines.harmonic_balance.held_forces import held_force
+from machines.harmonic_balance.assembly import Assembly
+from machines.harmonic_balance.held_forces import held_changes, held_force
 
 MASS, SPRING, HARDENING, SLIDER, SLIP, DAMPER = 25.0, 60e6, 3.75e18, 20e6, 40.0, 400.0
 
 
-def machine(*, hardening: float = HARDENING, apart: bool = False) -> Machine:
-    """A mass on a spring that hardens and on a slider: in one joint, or in two beside each other."""
+BESIDE = 30e6
+"""N/m, of a slider beside the first that always sticks."""
+
+
+def machine(*, hardening: float = HARDENING, apart: bool = False, beside: float = 0.0) -> Machine:
+    """A mass on a spring that hardens and on a slider, in one joint or in two beside each other; on another one too."""
     spring = Joint((Linear(stiffness=SPRING), Cubic(stiffness3=hardening), Viscous(damping=DAMPER)))
     slider = Joint((Jenkins(stiffness=SLIDER, slip_force=SLIP),))
     both = {"spring": spring, "slider": slider} if apart else {"both": Joint((*spring.laws, *slider.laws))}
+    both |= {"second": Joint((Jenkins(stiffness=beside, slip_force=1e3 * SLIP),))} if beside else {}
     connections = tuple(Connection(name, ("body.x", "ground"), joint) for name, joint in both.items())
     return Machine((Lumped("body", ("x",), np.array([[MASS]])),), connections, tool={"x": "body.x"})
 
 
-def in_time(force: float, frequency: float, share: float) -> complex:
+def in_time(force: float, frequency: float, share: float, beside: float = 0.0) -> complex:
     """First harmonic in m after 250 cycles by RK4, from rest with a slider that holds a share of its slip force."""
+    spring = SPRING + beside
     omega, n, cycles = 2 * np.pi * frequency, 200, 250
-    x = float(brentq(lambda x: SPRING * x + HARDENING * x**3 + share * SLIP, -1e-5, 1e-5))
+    x = float(brentq(lambda x: spring * x + HARDENING * x**3 + share * SLIP, -1e-5, 1e-5))
     v, place, dt, path = 0.0, x - share * SLIP / SLIDER, 2 * np.pi / omega / n, []
 
     def acceleration(t: float, x: float, v: float) -> float:
         drive = force * min(1.0, t * frequency / 50) * np.cos(omega * t)
-        return float(drive - DAMPER * v - SPRING * x - HARDENING * x**3 - held(x)) / MASS
+        return float(drive - DAMPER * v - spring * x - HARDENING * x**3 - held(x)) / MASS
 
     def held(x: float) -> float:
         return min(max(SLIDER * (x - place), -SLIP), SLIP)
@@ -82,12 +89,24 @@ def test_a_slider_beside_the_spring_does_what_one_in_its_joint_does() -> None:
     assert two.branches[0][0].held == pytest.approx(one.branches[0][0].held, rel=1e-6)
 
 
+def test_another_slider_that_sticks_is_a_spring_to_what_one_holds() -> None:
+    """Without it the mean would move half as far again, and further with every slider that a machine has."""
+    stiffened = machine(apart=True, beside=BESIDE)
+    (branch,) = response(stiffened, [0.3], np.array([324.0, 325.0, 326.0])).branches[0]
+    fresh = in_time(0.3, 325.0, 0.0, BESIDE)
+    assert abs(fresh) == pytest.approx(abs(branch.joint[1, 0]), rel=2e-3)
+    assembly, z = Assembly(stiffened, ("body.x",), ("body.x",)), branch.joint[1:2, None]
+    told = held_changes(assembly, 2 * np.pi * branch.frequency[1:2], np.array([0.3]), z, (1,))
+    after = in_time(0.3, 325.0, 1 - SLIDER * abs(fresh) / SLIP, BESIDE)
+    assert abs(after - fresh) / abs(fresh) == pytest.approx(told[0, 0], rel=0.02)
+
+
 def test_it_is_said_beside_the_peak_and_as_a_warning() -> None:
     found = response(machine(), [1.0], [250.0, 320.0])
     (peak,) = tool_peaks(found)
     assert peak.held > 0.01
     (said,) = [warning for warning in found.warnings if "may hold a force" in warning]
-    assert "at 1 N" in said
+    assert "at 1 N on body.x" in said
 
 
 def test_nothing_is_said_where_all_else_is_linear_or_the_slider_slips() -> None:
