@@ -30,8 +30,8 @@ from .curve_results import Followed, followed
 from .solution_curves import Curve, first_harmonics
 from .validation import departs
 
-_STRAY = 0.2
-"""Of the largest joint's motion: overtones that change more are followed by arc length."""
+_STRAY, _MOST = 0.2, 1.0
+"""Of the largest joint's motion: where the first harmonic changes more, or overtones are larger, arc length follows."""
 _SETTLED = 1e-10
 _CHORDS, _FAST = 12, 0.1
 _HALVINGS, _ROUNDS = 3, 3
@@ -172,8 +172,8 @@ def _settled_block(
     for _ in range(_CHORDS):
         step = tangent.solve(-balance.residual(z, forces.force))
         z = z + step
-        size = _largest(z)
-        if not np.all(_largest(z - start) <= _STRAY * size):
+        size, away = _largest(z), np.abs(z - start)
+        if not np.all(np.max(away[:, 0], axis=1) <= _STRAY * size) or not np.all(_largest(away) <= _MOST * size):
             return None
         length = float(np.max(_largest(step) / (_SETTLED * size + floor)))
         if length <= 1.0:
