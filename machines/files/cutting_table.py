@@ -75,7 +75,21 @@ def response_of(section: Section) -> tuple[str | None, tuple[float, ...], tuple[
 
 def cutting_of(section: Section) -> dict[str, Any]:
     """Fields of `Cutting`, in SI."""
-    fields: dict[str, Any] = {"process": section.text("process")}
+    fields: dict[str, Any] = {"process": section.text("process"), **cutting_values(section)}
+    if section.has("file"):
+        fields = {**_of_file(section, fields), **fields}
+    section.done()
+    try:
+        Cutting(**fields)
+    except InputError as error:
+        said = (text.removeprefix("[cutting]: ") for text in error.sentences)
+        raise InputError(*(f"{section.where}: {text}" for text in said)) from None
+    return fields
+
+
+def cutting_values(section: Section) -> dict[str, Any]:
+    """What stands in the table itself, without the process, each value for itself."""
+    fields: dict[str, Any] = {}
     if section.has("teeth"):
         fields["teeth"] = section.integer("teeth", lower=1, upper=1000)
     if section.has("material"):
@@ -94,14 +108,6 @@ def cutting_of(section: Section) -> dict[str, Any]:
         fields["helix"] = section.numbers("helix", "deg") if several else section.number("helix", "deg")
     if section.has("speed"):
         fields["speed"] = section.numbers("speed", "rpm", length=2)
-    if section.has("file"):
-        fields = {**_of_file(section, fields), **fields}
-    section.done()
-    try:
-        Cutting(**fields)
-    except InputError as error:
-        said = (text.removeprefix("[cutting]: ") for text in error.sentences)
-        raise InputError(*(f"{section.where}: {text}" for text in said)) from None
     return fields
 
 

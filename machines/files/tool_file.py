@@ -19,7 +19,7 @@ from jointlib.units import quantity
 from ..components.cutters.cutting_tool import HOLDER, MATERIALS
 from ..components.nodes import DIRECTIONS
 from .component_file import names_a_file
-from .cutting_table import cutting_keys
+from .cutting_table import cutting_keys, cutting_values
 
 FILE_KEYS = ("file", "holder", "stick_out")
 """Keys of ``[tool]`` and ``[[tools]]`` that name a tool file, and what takes the place of values in it."""
@@ -275,9 +275,12 @@ def _shank_joint(section: Section) -> ShankJoint:
 def _cut(machine: Section, opened: Section) -> None:
     """The ``[cutting]`` of the tool file under that of the tool in the machine, over that of the machine."""
     table = opened.section("cutting")
-    given = cutting_keys(table)
-    shared = machine.raw().get("cutting")
+    given, shared = cutting_keys(table), machine.raw().get("cutting")
     if isinstance(shared, dict):
+        under = f"{machine.where}: [cutting], under that of the tool"
+        replaced = {key: shared[key] for key in given if key in shared}
+        _said(machine, under, f"{machine.where}: [cutting]")
+        cutting_values(Section(replaced, under, machine.folder, machine.mistakes))
         machine.raw()["cutting"] = {**shared, **given}
         for key in given:
             _said(machine, f"{machine.where}: [cutting]: {key}", f"{table.where}: {key}")

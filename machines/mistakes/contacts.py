@@ -9,7 +9,9 @@ import numpy as np
 from jointlib.arrays import Array
 
 from ..components.connection import GROUND
+from ..model.machine import Machine
 from .elements import Element
+from .preloads import wrong_preload
 from .scale import outside
 
 _STIFFNESS = {
@@ -29,11 +31,13 @@ _BETWEEN = (2e6, 1e13)
 of those, a belt or a miniature nut, has some N/µm."""
 _DAMPED = 3.0
 """Damping force over elastic force at 100 Hz; guides and bearings have 0.005 to 0.1."""
+_SLIGHTLY, _PLAIN = 1e-4, 2e-5
+"""The least of it that guides, screws and bearings have, and other connections; faces are far stiffer than that."""
 _ONE_WAY = 0.01
 _NOTHING = 1e-9
 
 
-def wrong_contacts(found: Sequence[Element]) -> Iterator[str]:
+def wrong_contacts(machine: Machine, found: Sequence[Element]) -> Iterator[str]:
     """Elements out of scale, with signs reversed, or that do not hold what their kind holds."""
     for element in found:
         K, C = element.stiffness, element.damping
@@ -47,17 +51,30 @@ def wrong_contacts(found: Sequence[Element]) -> Iterator[str]:
             continue
         if np.any(C + _NOTHING * np.max(np.abs(C), initial=0.0) < 0):
             yield f"{element.name}: its damping is {np.min(C):.4g} N s/m, so it yields energy; expected 0 or more"
-        if element.kind:
-            yield from _of_kind(element)
-        omega_C = 2 * np.pi * 100.0 * C
-        if np.any((omega_C > _DAMPED * K) & (K > 0)):
-            worst = int(np.argmax(np.where(K > 0, omega_C / np.where(K > 0, K, 1.0), 0.0)))
-            yield (
-                f"{element.name}: at 100 Hz its damping, {C[worst]:.4g} N s/m, holds "
-                f"{omega_C[worst] / K[worst]:.3g} times "
-                "as much as its stiffness; joints have 0.005 to 0.1 of it: is its unit right?"
-            )
+        wrong = [*_of_kind(element)] if element.kind else []
+        yield from wrong
+        if not wrong:  # else what follows from it would be said as well
+            yield from wrong_preload(machine, element)
+            yield from _damped(element)
     yield from _plain([e for e in found if not e.kind])
+
+
+def _damped(element: Element) -> Iterator[str]:
+    """Damping that holds more than the stiffness, or next to nothing."""
+    K, omega_C = element.stiffness, 2 * np.pi * 100.0 * element.damping
+    stiff, slow = float(np.sum(K)), float(np.sum(omega_C))
+    least = _SLIGHTLY if element.kind in _WORD else 0.0 if element.kind else _PLAIN
+    if np.any((omega_C > _DAMPED * K) & (K > 0)):
+        worst = int(np.argmax(np.where(K > 0, omega_C / np.where(K > 0, K, 1.0), 0.0)))
+        C, holds = element.damping[worst], f"{omega_C[worst] / K[worst]:.3g} times as much as its stiffness"
+    elif 0 < slow < least * stiff:
+        C, holds = float(np.sum(element.damping)), f"{slow / stiff:.2g} of what its stiffness holds"
+    else:
+        return
+    yield (
+        f"{element.name}: at 100 Hz its damping, {C:.4g} N s/m, holds {holds}; joints have 0.005 to 0.1 of it: is its "
+        "unit right?"
+    )
 
 
 def _of_kind(element: Element) -> Iterator[str]:

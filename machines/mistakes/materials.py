@@ -19,6 +19,8 @@ _YOUNG = (5e8, 1.2e12)
 """Pa, from polymers to diamond; aluminium 70, cast iron 115, steel 210, cemented carbide 600 GPa (ibid.)."""
 _LOSS = 0.3
 """Loss factor; rubber has as much, castings 0.001 to 0.01, polymer concrete 0.02 to 0.05."""
+_RINGS = 3e-5
+"""Less than any loss factor of steel, and twice any damping ratio; what is undamped has 0."""
 _THICK = (0.5e-3, 3.0)
 """m, from the smallest micro-tool to the largest column."""
 _LONG = 20.0
@@ -47,6 +49,11 @@ def wrong_beams(machine: Machine) -> Iterator[str]:
                     f"{of.format('loss_factor')} is {material.loss_factor:g}, that of rubber; expected 0.001 to "
                     "0.05: was "
                     "it given in percent?"
+                )
+            if 0 < material.loss_factor < _RINGS:
+                yield (
+                    f"{of.format('loss_factor')} is {material.loss_factor:.3g}, less than of a bell; expected 0.001 to "
+                    "0.05"
                 )
         for number, segment in enumerate(beam.segments, start=1):
             yield from _section(f"{beam.name}: segment {number}", segment)
@@ -112,6 +119,11 @@ def wrong_modes(machine: Machine) -> Iterator[str]:
                     f"{part.name}: the mode at {frequency:g} Hz has a damping_ratio of {ratio:g}, so it does "
                     "not swing; "
                     "expected 0.001 to 0.2: was it given in percent?"
+                )
+            if 0 < 2 * ratio < _RINGS:
+                yield (
+                    f"{part.name}: the mode at {frequency:g} Hz has a damping_ratio of {ratio:.3g}, less than a bell; "
+                    "expected 0.001 to 0.2"
                 )
             if frequency > 0:
                 said = outside(float(frequency), *_FREQUENCY, f"{part.name}: the frequency of a mode", "Hz")

@@ -18,7 +18,7 @@ from machines.mistakes import in_file, mistakes
 ROOT = Path(__file__).parents[2]
 LIBRARY = Path(machines.__file__).parent / "library"
 SHIPPED = sorted(p for p in LIBRARY.glob("*.toml") if 'schema = "jointlib/machine/1"' in p.read_text("utf-8"))
-LATHE, TOOL, PAIR = "lathe", "two_mode_tool", "two_mass"
+LATHE, TOOL, PAIR, MILL = "lathe", "two_mode_tool", "two_mass", "bed_mill"
 GUIDE = 'name = "x_guide"                    # size 30\nkind = "linear-guide"\nbetween = ["post", "slide"]\n'
 AGAIN = """
 [[bundle]]
@@ -154,6 +154,14 @@ WRONG = [
         'direction = [1, 0, 0], joint = { law = [{ kind = "linear", stiffness = -3e8 }] }',
         "mount_1.x: its stiffness is -300 N/um, so it pushes",
     ),
+    (LATHE, 'damping = "25 kN s/m"', 'damping = "25 N s/m"', "z_guide_1: at 100 Hz its damping"),
+    (LATHE, "loss_factor = 0.02", "loss_factor = 2e-5", "less than of a bell"),
+    (TOOL, "damping_ratio = [0.039, 0.035]", "damping_ratio = [3.9e-6, 0.035]", "a damping_ratio of 3.9e-06"),
+    (LATHE, 'preload = "1.5 kN"', 'preload = "1500 kN"', "front: its preload presses its rolling contacts"),
+    (LATHE, 'preload = "1100 N"', 'preload = "1.1 N"', "x_guide_1: its preload presses its rolling contacts"),
+    (MILL, 'drawbar = "9 kN"', 'drawbar = "9 MN"', "taper: its preload presses its faces together by"),
+    (MILL, "at = [0, 0, 1.093]", "at = [0, 0, 1093]", "workpiece.cut lies (0, 0, 1.092e+06) mm from tool.tip"),
+    (MILL, "at = [0, 0, 1.093]", "at = [0.4, 0.3, 1.093]", "workpiece.cut lies (400, 300, 0) mm from tool.tip"),
     (LATHE, '"-9.80665 m/s^2"', "-9806.65", "[static]: gravity is 9807 m/s^2"),
     (
         LATHE,
@@ -196,7 +204,7 @@ def written(folder: Path, name: str, old: str, new: str) -> Path:
     """A shipped file with one edit, beside the files that it names."""
     for joint in LIBRARY.glob("*.joint.toml"):
         shutil.copy(joint, folder)
-    text = (LIBRARY / f"{name}.toml").read_text("utf-8")
+    text = ((ROOT / "docs" if name == MILL else LIBRARY) / f"{name}.toml").read_text("utf-8")
     assert old in text
     path = folder / "wrong.toml"
     path.write_text(text.replace(old, new, 1), "utf-8")

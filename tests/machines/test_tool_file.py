@@ -129,11 +129,12 @@ BAD = [
     ("mill.toml", 'name = "long"', 'nam = "long"', "[[tools]] 2 (a.tool.toml): key 'name' is missing"),
     ("mill.toml", 'stick_out = "80 mm"', 'stick_out = "80 kg"', "): stick_out: unit 'kg'"),
     ("mill.toml", "immersion = 0.5", "immersion = 5", "[cutting]: immersion"),
+    ("mill.toml", "teeth = 5", "teeth = 4.5", "[cutting]: teeth is 4.5, expected a whole number"),
     ("mill.toml", 'component = "spindle"', 'component = "spindel"', "[spindle]: component is 'spindel', did you mean"),
 ]
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(12))
 def test_faults_of_machine_and_tool_file_are_told_together_with_their_lines(seed: int, tmp_path: Path) -> None:
     spindle = '[spindle]\ncomponent = "spindle"\n'
     texts = {
