@@ -60,12 +60,21 @@ _SHOW_AFTER, _AGAIN, _AGAIN_IN_LONG = 2.0, 15.0, 60.0
 """Seconds after which a part is told, and how often how far it is; in a job of hours less often."""
 
 
+def _silent() -> bool:
+    """Whether the command was asked for JSON and nothing else."""
+    asked = click.get_current_context(silent=True)
+    return asked is not None and bool(asked.params.get("as_json"))
+
+
 @contextmanager
 def working(what: str) -> Iterator[None]:
-    """Say on standard error what is being done, and how far it is.
+    """Say on standard error what is being done, and how far it is; nothing with ``--json``.
 
     A spinner on a terminal; elsewhere a line once it took two seconds, and one every quarter of a minute from there on.
     """
+    if _silent():
+        yield
+        return
     if sys.stderr.isatty():
         from rich.console import Console
 
@@ -115,6 +124,9 @@ class Steps:
     @contextmanager
     def step(self, what: str) -> Iterator[None]:
         """Announce a step, say how far it is every minute, and how long it took or why it ended early."""
+        if _silent():
+            yield
+            return
         begun = time.perf_counter()
         click.echo(f"{what} …", err=True)
 

@@ -15,7 +15,7 @@ from jointlib.arrays import Array
 from jointlib.errors import InputError, nearest
 from jointlib.io.atomic import given_target, write_text
 from jointlib.shown.pictures import axes_of, name_curves, write_picture
-from jointlib.shown.progress import Progress, Silent
+from jointlib.shown.progress import Progress, Silent, each
 from jointlib.shown.result import Columns, Shown
 from jointlib.shown.text import table
 
@@ -161,7 +161,7 @@ def stickout(
         first = read_machine(path, {**changes, f"component.{name}.stick_out": float(grid[0])})
         if first.cutting is None or not first.tool:
             raise InputError(f"{path}: no [tool] or no [cutting], expected both for a depth of cut")
-        curve = np.array([depth(x) for x in grid])
+        curve = np.array([depth(x) for x in each("stick-outs", grid, count)])
         pockets = _pockets(grid, curve, depth)
     if not np.any(~np.isnan(curve)):
         raise InputError(f"{path}: no depth is known from {limits[0]:g} to {limits[1]:g} m; {next(iter(notes))}")
@@ -205,7 +205,8 @@ def _pockets(grid: Array, curve: Array, depth: Callable[[float], float]) -> tupl
 def _refined(around: Array, here: float, depth: Callable[[float], float]) -> Pocket:
     """The deepest place between two neighbours: more stick-outs first, as lobes of several modes may lie there."""
     between = np.linspace(around[0], around[2], 2 * _BETWEEN + 3)
-    inner = [here if i == _BETWEEN + 1 else depth(x) for i, x in enumerate(between[1:-1], 1)]
+    further = each("stick-outs next to a pocket", between[1:-1], len(between) - 2)
+    inner = [here if i == _BETWEEN + 1 else depth(x) for i, x in enumerate(further, 1)]
     top = int(np.nanargmax(inner)) + 1
     best = Pocket(float(between[top]), float(inner[top - 1]))
     if not np.isfinite(best.depth):

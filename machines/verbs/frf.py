@@ -45,9 +45,7 @@ def command(machine: Path, changes: dict[str, str], as_json: bool, **asked: Any)
     Example:
       jointlib frf machines/library/two_mass.toml --force 10 50N --frequency 1kHz:7kHz -o two_mass.npz
     """
-    from jointlib.shown.progress import Silent
-
     from ..answers.frf import frf
 
-    found = frf(machine, tool=changes.get("tool.use"), progress=Silent() if as_json else Working(), **asked)
+    found = frf(machine, tool=changes.get("tool.use"), progress=Working(), **asked)
     emit(as_json, found.data, [*found.lines, *map(wrote, found.files)])

@@ -9,7 +9,6 @@ import click
 
 from jointlib.cli.arguments import Quantity, Target, Verb, input_file, json_option, tool_option
 from jointlib.cli.output import SoFar, Working, emit, wrote
-from jointlib.shown.progress import Silent
 
 from ..road.cutting import BUDGET
 from .quantities import AMPLITUDE, DEPTH
@@ -60,8 +59,7 @@ def command(machine: Path, changes: dict[str, str], as_json: bool, **asked: Any)
     from ..answers.lobes import lobes
 
     so_far = SoFar(as_json)
-    during = Silent() if as_json else Working()
-    found = lobes(machine, tool=changes.get("tool.use"), progress=during, said=so_far, **asked)
+    found = lobes(machine, tool=changes.get("tool.use"), progress=Working(), said=so_far, **asked)
     found.lines.extend(map(wrote, found.files))
     so_far(found.lines)
     if as_json:

@@ -56,7 +56,6 @@ def command(
       jointlib plan machines/library/guide.joint.toml --rig machines/library/guide_mill/rig.measurement.toml --effects quadratic-damping -o plan
       jointlib plan machines/library/three_joints.toml --effects guide:coulomb bearing:refit -o tip_plan
     """  # noqa: E501
-    from jointlib.shown.progress import Silent
 
     from ..answers.plan import plan
 
@@ -72,6 +71,6 @@ def command(
         seed=seed,
         folder=output,
         tool=changes.get("tool.use"),
-        progress=Silent() if as_json else Working(),
+        progress=Working(),
     )
     emit(as_json, found.as_json(), [*found.words(), *map(wrote, found.files)])

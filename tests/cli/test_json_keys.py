@@ -273,11 +273,14 @@ def test_doctor_says_what_to_install_where_no_native_fmu_can_be_made(
 
 def test_work_that_takes_longer_is_announced_on_standard_error(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("jointlib.cli.output._SHOW_AFTER", 0.0)
-    done = jointlib(f"fmu {GUIDE} -o guide.fmu --json")
+    done = jointlib(f"fmu {GUIDE} -o guide.fmu")
     assert done.err.splitlines() == [
         "reading, and identifying what is open …",
         "making the reference run from the Python laws …",
         "writing and compiling the sources …",
         "validating and repeating the reference run …",
     ]
-    assert done.json["file"] == "guide.fmu"
+    assert "wrote guide.fmu" in done.out
+    quiet = jointlib(f"fmu {GUIDE} -o guide.fmu --json")
+    assert quiet.err == ""
+    assert quiet.json["file"] == "guide.fmu"

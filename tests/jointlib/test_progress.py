@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import json
 import time
 
+import click
 import pytest
+from click.testing import CliRunner
 
 from jointlib.cli import output
+from jointlib.cli.arguments import json_option
 from jointlib.shown.progress import Follower, each, followed, remark
 
 
@@ -61,3 +65,21 @@ def test_a_step_that_ends_early_says_so(capsys: pytest.CaptureFixture[str]) -> N
     with pytest.raises(ValueError, match="time is up"), output.Steps().step("computing"):
         raise ValueError("time is up")
     assert capsys.readouterr().err == "computing …\n  ended after 0 s: time is up\n"
+
+
+@pytest.mark.parametrize("progress", [output.Working(), output.Steps()])
+def test_a_command_that_is_asked_for_json_tells_nothing_else(
+    progress: output.Working | output.Steps, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(output, "_SHOW_AFTER", 0.01)
+
+    @click.command()
+    @json_option
+    def command(as_json: bool) -> None:
+        with progress.step("computing"):
+            time.sleep(0.05)
+        output.emit(as_json, {"done": 1}, ["done"])
+
+    quiet, told = (CliRunner().invoke(command, words) for words in (["--json"], []))
+    assert json.loads(quiet.output) == {"done": 1}
+    assert told.stderr.startswith("computing …\n")
