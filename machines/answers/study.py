@@ -19,6 +19,7 @@ from jointlib.shown.progress import Progress, Silent
 from jointlib.shown.result import Columns, Shown
 
 from ..files.machine_file import read_machine
+from ..mistakes import mistakes
 from ..road.open_joints import with_joints
 from ..study.evaluation import Evaluation
 from ..study.findings.answer import answer
@@ -29,6 +30,7 @@ from ..study.study import Study
 from ..study.study_file import read_study
 from ..study.tables import write_table
 from ..study.values import check_values
+from ..study.variants import Machines
 from .told.study_told import BEST, REPORT, as_json, words_of, write_findings
 
 _PER_PROCESSOR = 4
@@ -160,9 +162,11 @@ def _told(study: Study, store: Store, joints: dict[str, Joint], folder: Path, pr
     evaluate = Evaluation(study.source.resolve(), tuple(sorted(joints.items())), tools=study.asked_tools)
     without = np.flatnonzero(np.all([np.isnan(values) for values in results.values()], axis=0))
     refused = evaluate.refused(study.numbers()[without[0]], study.case(int(without[0]))) if len(without) else ""
-    remarks = (f"{len(without)} of them have no results; the first: {refused}",) if refused else ()
+    base = Machines(joints).base(study)
+    left_out = [f"{len(without)} of them have no results; the first: {refused}"] if refused else []
+    remarks = (*left_out, *(f"{study.base.name}: {said}" for said in mistakes(base)))
     with progress.step("writing the report"):
-        written = write_findings(study, results, verdict, joints, evaluate, remarks, folder)
+        written = write_findings(study, results, verdict, joints, evaluate, (*remarks, *base.remarks()), folder)
     return StudyResults(study, folder, done, store.total, verdict, remarks, (folder / "results.npz", *written))
 
 

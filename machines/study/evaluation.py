@@ -71,8 +71,7 @@ class Evaluation:
 
     @cached_property
     def _places(self) -> dict[str, str]:
-        base = self._machines.of(self._study.base, self._study.with_tools[0]).machine
-        return joint_units(base, (f.path for f in self._study.factors))
+        return joint_units(self._machines.base(self._study), (f.path for f in self._study.factors))
 
     def __reduce__(self) -> tuple[object, tuple[object, ...]]:
         return _arrived, (self.source, self.joints, self.run, self.files, self.tools)

@@ -27,6 +27,7 @@ from ..tool.machine_model import OpenJoints
 from ..tool.tool_model import ToolModel
 from ..uncertainty.drawn_machines import drawn_cut, sampled_machines
 from .settings import Setting, plain
+from .study import Study
 
 _KEPT = 24
 _CUTS = 256
@@ -156,6 +157,10 @@ class Machines:
             _make_room(self._kept, _KEPT)
             self._kept[key] = Variant(machine)
         return self._kept[key]
+
+    def base(self, study: Study) -> Machine:
+        """The machine that the designs change, with the first of its tools."""
+        return self.of(study.base, study.with_tools[0]).machine
 
     def _known(self, component: Component) -> Component:
         """The same component of a machine that is kept, with what was computed of it, if there is one."""

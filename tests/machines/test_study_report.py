@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import machines
 from jointlib.arrays import Array
 from machines import frozen_receptance, read_machine
 from machines.report.study_report import answer, study_page
@@ -311,3 +312,17 @@ def test_the_shipped_comparison_of_the_column_mills(tmp_path: Path) -> None:
     depth = results["minimum-depth"].reshape(2, 3)
     assert np.all(np.diff(depth[:, 1:]) < 0)
     assert {d.factors["machine"] for d in judge(opened, results).leading} == {"A", "B"}
+
+
+def test_the_report_warns_of_what_looks_wrong_in_the_base(tmp_path: Path) -> None:
+    for joint in LIBRARY.glob("two_mass*.joint.toml"):
+        (tmp_path / joint.name).write_text(joint.read_text())
+    base = (LIBRARY / "two_mass.toml").read_text().replace("mass = [[0.942]]", "mass = [[0.942e-9]]")
+    (tmp_path / "light.toml").write_text(base)
+    peak = '[[objective]]\nquantity = "peak-receptance"\ngoal = "min"\n'
+    study(tmp_path, (f"{LIBRARY}/two_mass.toml", "light.toml"), ("samples = 3", "samples = 1"), (peak, ""))
+    found = machines.study(tmp_path / "s.study.toml", tmp_path / "out", workers=1)
+    assert any(said.startswith("light.toml: slide: the mass of x is") for said in found.remarks), found.remarks
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "slide: the mass of x is" in page
+    assert "No warnings" not in page
