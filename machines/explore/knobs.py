@@ -132,7 +132,8 @@ def _place(machine: Machine, name: str, group: str, joints: Mapping[str, Joint |
     for start in (*starts, group):
         held = rows_of(machine, start)
         laws = [None if (joint := joints[row]) is None else joint.laws for row in held]
-        if start not in joints and name in held and all(law is not None and law == laws[0] for law in laws):
+        alike = len(held) > 1 and all(law is not None and law == laws[0] for law in laws)
+        if start not in joints and name in held and alike:
             return start
     return name
 

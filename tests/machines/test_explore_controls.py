@@ -277,3 +277,12 @@ def test_a_spring_against_rotation_has_its_unit(tmp_path: Path) -> None:
     assert units["connection.shank rotation.joint.linear.stiffness"] == "N m/rad"
     assert explorer.by_key["connection.shank rotation.joint.linear.stiffness"].value == pytest.approx(2e4)
     assert explorer.summary({"tool.holder": "slim"}).minimum_depth is not None
+
+
+def test_a_connection_alone_has_its_whole_name(tmp_path: Path) -> None:
+    text = (LIBRARY / "two_mass.toml").read_text().replace('name = "guide"', 'name = "c_drive"')
+    (tmp_path / "two_mass.joint.toml").write_text((LIBRARY / "two_mass.joint.toml").read_text())
+    (tmp_path / "m.toml").write_text(text)
+    keys = Explorer(tmp_path / "m.toml").by_key
+    assert "connection.c_drive.joint.linear.stiffness" in keys
+    assert not any(key.startswith("connection.c.") for key in keys)
