@@ -30,8 +30,8 @@ _LINES = 3000
 _SPEEDS = 40
 _SURE = 2.0
 """Standard errors of a difference below which it is none."""
-_SAME = 1e-6
-"""Share by which numbers without an error must differ."""
+_SAME, _LITTLE = 1e-6, 1e-3
+"""Share by which numbers must differ: those that stand in a file or have an error, and computed ones without one."""
 _READ = {"m": (1e3, "mm"), "m/N": (1e6, "um/N")}
 
 
@@ -213,14 +213,14 @@ def differences(first: Side, other: Side) -> tuple[Difference, ...]:
     """What differs by more than its uncertainty, resonance by resonance and number by number."""
     if first.kind != other.kind:
         raise InputError(f"{other.name} is a {other.kind}, {first.name} a {first.kind}: expected two of a kind")
-    found = []
+    found, least = [], _SAME if first.kind == "joint" else _LITTLE
     for name in dict.fromkeys([*first.facts, *other.facts]):
         a, b = first.facts.get(name), other.facts.get(name)
         unit = (a or b or Fact(0.0)).unit
         if a is None or b is None:
             x, y = (np.nan if f is None else f.value for f in (a, b))
             found.append(Difference(name, unit, x, y, other.name))
-        elif _differ(a, b):
+        elif _differ(a, b, least):
             found.append(Difference(name, unit, a.value, b.value, other.name))
     for name in dict.fromkeys([*first.curves, *other.curves]):
         if name not in first.curves or name not in other.curves:
@@ -231,7 +231,7 @@ def differences(first: Side, other: Side) -> tuple[Difference, ...]:
     return tuple(found)
 
 
-def _differ(a: Fact, b: Fact) -> bool:
+def _differ(a: Fact, b: Fact, least: float = _LITTLE) -> bool:
     if a.value == b.value or (np.isnan(a.value) and np.isnan(b.value)):
         return False
     spread = float(np.hypot(a.error, b.error))
@@ -239,7 +239,8 @@ def _differ(a: Fact, b: Fact) -> bool:
         # Both stand on the same samples, so what these have in common is no doubt about the difference.
         apart = b.samples - a.samples
         spread = float(np.std(apart, ddof=1) / np.sqrt(len(apart))) if np.all(np.isfinite(apart)) else 0.0
-    return not abs(b.value - a.value) <= max(_SURE * spread, _SAME * max(abs(a.value), abs(b.value)))
+    floor = (_SAME if spread > 0 else least) * max(abs(a.value), abs(b.value))
+    return not abs(b.value - a.value) <= max(_SURE * spread, floor)
 
 
 def _of_resonances(name: str, a: Any, b: Any, against: str) -> list[Difference]:
@@ -278,7 +279,8 @@ def sentence(first: Side, others: Sequence[Side], found: Sequence[Difference]) -
     """The largest differences, those of the depth of cut first, or that there is none above the uncertainty."""
     names = " and ".join(other.name for other in others)
     if not found:
-        return f"{names} and {first.name}: no difference above the uncertainty."
+        floor = "" if first.kind == "joint" else f", or of {100 * _LITTLE:g} % or more"
+        return f"{names} and {first.name}: no difference above the uncertainty{floor}."
     both = [d for d in found if not np.isnan(d.first) and not np.isnan(d.other)]
     largest = sorted(both, key=lambda d: -abs(np.log(abs(d.other / d.first))) if d.first and d.other else -np.inf)
     told = [d.words() for d in sorted(largest or found, key=lambda d: "depth" not in d.what)[:3]]
