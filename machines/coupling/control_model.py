@@ -9,9 +9,14 @@ from scipy.linalg import matrix_balance
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError
+from jointlib.shown.progress import each
 
+from ..deadline import in_time
 from ..model.machine import Machine
 from .state_equations import MachineStates
+
+_AT_ONCE = 8
+"""Lines between two looks at the time."""
 
 
 def by_control(machine: Machine, states: MachineStates, rows: Array, K: Array, C: Array, omega: Array) -> ComplexArray:
@@ -62,8 +67,11 @@ def by_control(machine: Machine, states: MachineStates, rows: Array, K: Array, C
     seen = control.ss(
         balanced, closed.B[:, wanted] / scale[:, None], closed.C[wanted] * scale, closed.D[wanted, wanted]
     )
-    value = np.asarray(seen(1j * omega / fastest, squeeze=False))
-    return np.asarray(np.moveaxis(value, 2, 0))
+    parts = []
+    for start in each("groups of lines by python-control", range(0, len(omega), _AT_ONCE), -(-len(omega) // _AT_ONCE)):
+        in_time()
+        parts.append(seen(1j * omega[start : start + _AT_ONCE] / fastest, squeeze=False))
+    return np.moveaxis(np.concatenate(parts, axis=2), 2, 0)
 
 
 def _closed_on_jump(control: Any, machine: Machine, plant: Any, j: int, stiffness: float, damping: float) -> Any:

@@ -131,9 +131,8 @@ def _place(machine: Machine, name: str, group: str, joints: Mapping[str, Joint |
     starts = [name[: match.start()] for match in re.finditer(r"[._]", name)]
     for start in (*starts, group):
         held = rows_of(machine, start)
-        laws = [None if (joint := joints[row]) is None else joint.laws for row in held]
-        alike = len(held) > 1 and all(law is not None and law == laws[0] for law in laws)
-        if start not in joints and name in held and alike:
+        laws = [getattr(joints[row], "laws", None) for row in held]
+        if start not in joints and name in held and None not in laws and laws.count(laws[0]) == len(laws) > 1:
             return start
     return name
 

@@ -20,6 +20,7 @@ from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from machines import Connection, Machine, Rigid, linear_check, read_machine
 from machines.coupling.second_order import machine_equations
+from machines.deadline import OutOfTime, within
 
 LIBRARY = Path(machines.__file__).parent / "library"
 MACHINES = sorted(p for p in LIBRARY.glob("*.toml") if 'schema = "jointlib/machine/1"' in p.read_text(encoding="utf-8"))
@@ -174,3 +175,8 @@ x = "bar.tip.x"
     found = linear_check(read_machine(path), frequency=(100.0, 2000.0))
     assert found.passed
     assert found.coupled.outputs == tuple(f"bar.tip.{word}" for word in ("x", "y", "z", "rx", "ry", "rz"))
+
+
+def test_the_check_ends_when_its_time_is_up() -> None:
+    with within(0.0), pytest.raises(OutOfTime):
+        linear_check(read_machine(Path(machines.__file__).parent / "library" / "two_mass.toml"))
