@@ -88,6 +88,8 @@ class _Rows:
 
     def table(self) -> TextTable:
         reading = self._decided(every=False)
+        if self._fill_up(reading):
+            reading = self._decided(every=True)
         read = self._at_once(reading)
         if read is None:
             reading = self._decided(every=True)
@@ -103,6 +105,22 @@ class _Rows:
         except InputError as error:
             said = "has a header but no samples" if len(self._lines) == 1 else in_several(self._all) or error
             raise InputError(f"{self._path}: {said}") from None
+
+    def _fill_up(self, reading: Reading) -> bool:
+        """Give every row the cell of remarks that some rows have below a last name; what it holds is left out."""
+        count, start, lines = reading.count, reading.start, self._lines
+        separator = replace(reading.separator, quoted=reading.separator.quoted or any('"' in line for line in lines))
+        if len(separator.mark.strip(" ")) != 1 or not start or len(separator.cells(lines[start - 1])) != count + 1:
+            return False
+        cells = [separator.cells(line) for line in lines[start:]]
+        behind = ["".join(row[count:]) for row in cells]
+        if not any(behind) or not all(count <= len(row) <= count + 1 for row in cells):
+            return False
+        if not all(re.search(r"[^\W\d_]", text) for text in behind if text):
+            return False
+        rows = ([*row[:count], "remark" if text else ""] for row, text in zip(cells, behind, strict=True))
+        self._lines = [*lines[:start], *map(separator.mark.join, rows)]
+        return True
 
     def _at_once(self, reading: Reading) -> list[Array] | None:
         """The columns of numbers; None where a row is not plainly as those that were looked at."""

@@ -6,6 +6,7 @@ import re
 from collections.abc import Sequence
 
 _NUMBERS = re.compile(r"(?=[^\d]*\d)[\d\s.,;:|+\-eE'\"/]*[\d;,|\"]\s*")
+_REMARKED = re.compile(rf"(?P<numbers>{_NUMBERS.pattern}?)[;,|\t]\s*(?:\"[^\"]*[^\W\d][^\"]*\"|[^\W\d][^;,|\t]*)")
 _ROWS = 3
 """Rows of numbers that make a table; fewer may stand in the text above one."""
 
@@ -13,18 +14,25 @@ _ROWS = 3
 def tables(lines: Sequence[str]) -> list[tuple[int, int]]:
     """First and last line, counted from 1, of every block of rows that hold numbers alone.
 
-    Empty lines belong to the block around them.
+    Empty lines belong to the block around them, and rows with a remark behind as many numbers as the row above has.
     """
     found: list[tuple[int, int]] = []
     first = last = rows = 0
     for i, line in enumerate(lines, 1):
-        if _NUMBERS.fullmatch(line):
+        remarked = _REMARKED.fullmatch(line) if rows else None
+        if _NUMBERS.fullmatch(line) or (remarked and _shape(remarked["numbers"]) == _shape(lines[last - 1])):
             first, last, rows = (first if rows else i), i, rows + 1
         elif line.strip():
             if rows >= _ROWS:
                 found.append((first, last))
             rows = 0
     return [*found, (first, last)] if rows >= _ROWS else found
+
+
+def _shape(row: str) -> list[str]:
+    """What separates its numbers, behind which a remark may stand."""
+    numbers = _REMARKED.fullmatch(row)
+    return re.findall(r"[;,|\t]", (numbers["numbers"] if numbers else row).rstrip(" ;,|\t"))
 
 
 def in_several(lines: Sequence[str], begin: int | None = None) -> str | None:

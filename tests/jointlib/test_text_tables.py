@@ -247,3 +247,23 @@ def test_a_column_of_remarks_that_few_rows_have_is_left_out(mark: str, remarks: 
     assert found.units == ("ms", "kN", "um")
     assert found.left_out == ("remark",)
     np.testing.assert_array_equal(found.columns[1], 0.5 * np.arange(60))
+
+
+def test_two_tables_of_which_one_has_a_text_behind_its_last_row_are_two(tmp_path: Path) -> None:
+    rows = ["a,b", *(f"{i},{i * i}" for i in range(9)), "second, and last", "c,d", *(f"{i},{i}" for i in range(9))]
+    with pytest.raises(InputError, match="lines 2 to 10 and 13 to 21 are tables of their own"):
+        read_table(saved(tmp_path, "\n".join(rows)))
+
+
+@pytest.mark.parametrize("mark", [";", "\t", "|", ","])
+def test_rows_may_end_before_a_column_of_remarks(mark: str, tmp_path: Path) -> None:
+    rows = [f"{i};{0.5 * i:.2f}" + (";knocked" if i in (34, 52) else "") for i in range(60)]
+    text = "\n".join(["t;F;remark", *rows])
+    found = read_table(saved(tmp_path, text.replace(";", mark)))
+    assert found.names == ("t", "F")
+    assert found.left_out == ("remark",)
+    np.testing.assert_array_equal(found.columns[1], [float(f"{0.5 * i:.2f}") for i in range(60)])
+
+
+def test_a_name_too_many_without_any_remark_is_refused(tmp_path: Path) -> None:
+    assert "3 names" in refusal(saved(tmp_path, "t;F;s\n0;1\n1;2\n2;3\n"))

@@ -92,8 +92,7 @@ def _in_time(draft: Draft, files: Sequence[LabFile], kind: str | None, settings:
         quantities = {str(t["name"].value): str(t["quantity"].value) for t in draft.channels}
         seen = [Seen(name, quantities[name], x) for name, x in values.items()]
         left = [said for said in draft.guesses if said.endswith("is left out")]
-        left += [f"column {name!r} holds text and is left out" for name in first.table.left_out] if first.table else []
-        kind, why = likely_kind(seen, clock.rate is not None, KINDS, str(first.path), list(dict.fromkeys(left)))
+        kind, why = likely_kind(seen, clock.rate is not None, KINDS, str(first.path), left)
         draft.guess(draft.top, "kind", kind, why, f"kind={'static' if kind == 'path' else 'path'}")
     if kind == "static":
         draft.top.pop("sample_rate", None)
