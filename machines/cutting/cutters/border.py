@@ -14,6 +14,7 @@ import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
 
+from ...deadline import in_time
 from ..loops.loop_branches import NONE, Crossing, nearest_of
 from .growing import growing
 
@@ -27,6 +28,8 @@ _APART = 1e-6
 _SERVES = 0.2
 """Share of the last step that one with slopes kept may have."""
 _LOOSE = 1e-5
+_TURNS, _MARGIN = 30, 1.05
+"""Steps of a power iteration, and by how much the norm may be larger than what it comes to."""
 
 Closed = Callable[[Array, float], ComplexArray]
 """b·A at ν, (g,), and a depth b in m: (g, m, m)."""
@@ -50,6 +53,7 @@ def changes(closed: Closed, fraction: Array, low: float, high: float, first: boo
     found = list[Change]()
     before, at = low, _count(closed, fraction, low)
     for depth in grid[1:].tolist():
+        in_time()
         count = _count(closed, fraction, depth)
         if count != at:
             found += _between(closed, fraction, (before, at), (depth, count))
@@ -76,10 +80,20 @@ def stable_below(closed: Closed, fraction: Array, depth: float) -> float:
 
 
 def _largest(matrices: ComplexArray) -> float:
-    """The largest norm of some matrices, rows and columns scaled against each other."""
+    """The largest norm of some matrices, rows and columns scaled against each other.
+
+    By power iteration, which needs no decomposition and comes to within a few percent of it from below.
+    """
     unit = np.sqrt(np.linalg.norm(matrices, axis=1))
     unit = np.maximum(unit, 1e-9 * np.max(unit, initial=1e-300))
-    return float(np.max(np.linalg.norm(matrices * (unit[:, :, None] / unit[:, None, :]), ord=2, axis=(1, 2))))
+    scaled = matrices * (unit[:, :, None] / unit[:, None, :])
+    back = np.swapaxes(scaled.conj(), 1, 2)
+    x = np.random.default_rng(0).standard_normal((*scaled.shape[:2], 1)) + 0j
+    size = np.zeros(len(x))
+    for _ in range(_TURNS):
+        x = back @ (scaled @ (x / np.maximum(np.linalg.norm(x, axis=1, keepdims=True), 1e-300)))
+        size = np.sqrt(np.linalg.norm(x, axis=(1, 2)))
+    return _MARGIN * float(np.max(size, initial=0.0))
 
 
 def settled(closed: Closed, crossing: Crossing, within: float = _OUTSIDE) -> Crossing:
@@ -131,6 +145,7 @@ def _count(closed: Closed, fraction: Array, depth: float) -> int:
 def _between(closed: Closed, fraction: Array, low: tuple[float, int], high: tuple[float, int]) -> list[Change]:
     """The changes between two depths with different counts, by halving and then exactly."""
     (a, below), (b, above) = low, high
+    in_time()
     if b / a - 1 > _CLOSED:
         middle = float(np.sqrt(a * b))
         count = _count(closed, fraction, middle)
