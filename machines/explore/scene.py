@@ -100,8 +100,6 @@ class Explorer:
     def __post_init__(self) -> None:
         if not self.base.tool:
             raise InputError(f"{self.machine}: no [tool], expected the tool point to look at")
-        if self.base.frequency is None:
-            raise InputError(f"{self.machine}: no frequency in [response], expected the band to look at")
         if (self.study is None) != (self.results is None):
             raise InputError("explore: a study and the folder of its results, expected both or neither")
         _ = self._study, self.records, self.tried  # a study or measurement of another machine is refused at once

@@ -15,6 +15,7 @@ from jointlib.laws.viscous import Viscous
 from jointlib.motion import Motion
 from machines import read_machine
 from machines.explore import AMPLITUDE, Control, Explorer
+from machines.tool.chatter_band import frequency_range
 
 LIBRARY = Path(__file__).parents[2] / "machines" / "library"
 PRELOAD = Control("connection.g.joint.hertz_guide.preload", "preload", "g", "N", 600.0, 150.0, 2400.0, True)
@@ -286,3 +287,17 @@ def test_a_connection_alone_has_its_whole_name(tmp_path: Path) -> None:
     keys = Explorer(tmp_path / "m.toml").by_key
     assert "connection.c_drive.joint.linear.stiffness" in keys
     assert not any(key.startswith("connection.c.") for key in keys)
+
+
+def test_a_machine_without_a_band_is_looked_at_over_that_of_its_modes(tmp_path: Path) -> None:
+    text = (LIBRARY / "lathe.toml").read_text()
+    for joint in LIBRARY.glob("*.joint.toml"):
+        (tmp_path / joint.name).write_text(joint.read_text())
+    (line,) = [each for each in text.splitlines() if each.startswith("frequency = ")]
+    (tmp_path / "m.toml").write_text(text.replace(line, ""))
+    explorer = Explorer(tmp_path / "m.toml")
+    shown = explorer.curves({}).frequency
+    assert (shown[0], shown[-1]) == pytest.approx(frequency_range(explorer.base))
+    assert explorer.summary({}).minimum_depth == pytest.approx(
+        Explorer(LIBRARY / "lathe.toml").summary({}).minimum_depth
+    )
