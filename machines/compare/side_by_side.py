@@ -279,7 +279,7 @@ def sentence(first: Side, others: Sequence[Side], found: Sequence[Difference]) -
     """The largest differences, those of the depth of cut first, or that there is none above the uncertainty."""
     names = " and ".join(other.name for other in others)
     if not found:
-        floor = "" if first.kind == "joint" else f", or of {100 * _LITTLE:g} % or more"
+        floor = "" if first.kind == "joint" else f" and {100 * _LITTLE:g} %"
         return f"{names} and {first.name}: no difference above the uncertainty{floor}."
     both = [d for d in found if not np.isnan(d.first) and not np.isnan(d.other)]
     largest = sorted(both, key=lambda d: -abs(np.log(abs(d.other / d.first))) if d.first and d.other else -np.inf)
