@@ -1,4 +1,4 @@
-"""A tool and the place of the workpiece that it cuts, which are not at one place."""
+"""A point of the cut that the tool never comes to."""
 
 from __future__ import annotations
 
@@ -10,31 +10,40 @@ from jointlib.arrays import Array
 
 from ..model.machine import Machine
 
-_APART = 0.3
-"""m between the tip of a tool and the point that it cuts; tools of several lengths cut at one point of a file."""
+_FAR, _LEFT = 0.3, 0.1
+"""m between both, which a shorter tool may leave, and what of it is left where the axes have brought them together."""
 
 
 def wrong_tool_point(machine: Machine) -> Iterator[str]:
-    """``[tool]`` as the difference of two points that lie far apart, in any direction; one sentence."""
-    for axis, motion in machine.tool.items():
-        points = [side.strip() for side in motion.split(" - ")]
-        at = [place for place in (_place(machine, point) for point in points) if place is not None]
-        if len(points) != 2 or len(at) != 2:
+    """Tool and workpiece, the sides of ``x = "tool.x - workpiece.x"``, further apart than the axes can bring them."""
+    told = set[tuple[str, str]]()
+    for dof in machine.tool.values():
+        sides = [side.strip() for side in dof.split(" - ")]
+        places = [place for side in sides if (place := _place(machine, side)) is not None]
+        if len(sides) != 2 or len(places) != 2:
             continue
-        away = at[1] - at[0]
-        if np.linalg.norm(away) > _APART:
-            names = [point.rpartition(".")[0] for point in points]
-            along = ", ".join(f"{1e3 * value:.4g}" for value in away)
+        one, other = (side.rpartition(".")[0] for side in sides)
+        apart = places[1] - places[0]
+        left = apart.copy()
+        for axis in machine.axes:
+            moved = [side.partition(".")[0] in axis.moves for side in sides]
+            if moved[0] != moved[1]:
+                n = np.asarray(axis.direction, dtype=float) * (1 if moved[0] else -1)
+                low, high = (-np.inf, np.inf) if axis.travel is None else np.array(axis.travel) - axis.position
+                left -= np.clip(left @ n, low, high) * n
+        far = float(np.linalg.norm(apart))
+        if far > _FAR and np.linalg.norm(left) > _LEFT and (one, other) not in told:
+            told.add((one, other))
+            there, at = (", ".join(f"{round(float(x), 4) + 0.0:g}" for x in place) for place in places)
             yield (
-                f"[tool]: {axis}: {names[1]} lies ({along}) mm from {names[0]}, expected where the tool cuts: is a "
-                "point off, or its unit?"
+                f"{other}: it lies at ({at}) m, {far:.4g} m from {one} at ({there}) m, and no axis brings them "
+                f"together; expected the place where the tool cuts, within {_FAR:g} m of it: were mm read as m?"
             )
-            return
 
 
 def _place(machine: Machine, dof: str) -> Array | None:
-    """Where the point of a ``component.point.x`` is drawn, m; None of one without a place."""
-    name, _, rest = dof.partition(".")
-    drawn = next((part.drawn() for part in machine.components if part.name == name), None)
+    """Where the point of a ``component.point.dof`` is, in m; None where nobody told."""
+    component, _, rest = dof.partition(".")
+    drawn = next((c.drawn() for c in machine.components if c.name == component), None)
     point = rest.rpartition(".")[0]
     return None if drawn is None or point not in drawn.names else drawn.frames[drawn.names.index(point)].origin
