@@ -15,8 +15,10 @@ _FAR, _LEFT = 0.3, 0.1
 
 
 def wrong_tool_point(machine: Machine) -> Iterator[str]:
-    """Tool and workpiece, the sides of ``x = "tool.x - workpiece.x"``, further apart than the axes can bring them."""
-    told = set[tuple[str, str]]()
+    """Tool and workpiece, the sides of ``x = "tool.x - workpiece.x"``, further apart than the axes can bring them.
+
+    The sentence is the same for every direction of the tool.
+    """
     for dof in machine.tool.values():
         sides = [side.strip() for side in dof.split(" - ")]
         places = [place for side in sides if (place := _place(machine, side)) is not None]
@@ -32,8 +34,7 @@ def wrong_tool_point(machine: Machine) -> Iterator[str]:
                 low, high = (-np.inf, np.inf) if axis.travel is None else np.array(axis.travel) - axis.position
                 left -= np.clip(left @ n, low, high) * n
         far = float(np.linalg.norm(apart))
-        if far > _FAR and np.linalg.norm(left) > _LEFT and (one, other) not in told:
-            told.add((one, other))
+        if far > _FAR and np.linalg.norm(left) > _LEFT:
             there, at = (", ".join(f"{round(float(x), 4) + 0.0:g}" for x in place) for place in places)
             yield (
                 f"{other}: it lies at ({at}) m, {far:.4g} m from {one} at ({there}) m, and no axis brings them "
