@@ -122,9 +122,10 @@ def unstable_depths_of(
     """`unstable_depths` of a tool point or a `ToolModel`, which collocation needs, whose ``chart`` is given."""
     if isinstance(receptance, ToolModel):
         point = tool_point(receptance, receptance.axes, receptance.lines)
-        model = receptance if chart.method == "collocation" else None
+        modes = receptance
     else:
-        point, model = receptance, None
+        point, modes = receptance, None
+    model = modes if chart.method == "collocation" else None
     speed, depth = chart.speed.ravel(), chart.depth.ravel()
     reach = (
         REACH * depth if deepest is None else np.array(np.broadcast_to(np.asarray(deepest, dtype=float), depth.shape))
@@ -132,7 +133,7 @@ def unstable_depths_of(
     chatters = np.isfinite(depth) & (depth < _WITHIN * reach)
     if not cutting.plain:
         edges = [
-            cutter_edges(chart.method, point, model, cutting, rpm, deep) if looked else []
+            cutter_edges(chart.method, point, modes, cutting, rpm, deep) if looked else []
             for looked, rpm, deep in zip(chatters, speed.tolist(), reach.tolist(), strict=True)
         ]
     elif chart.method in ("turning", "zero-order"):

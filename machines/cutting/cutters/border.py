@@ -49,10 +49,9 @@ def changes(closed: Closed, fraction: Array, low: float, high: float, first: boo
 
     ``fraction`` are the ν to begin with, from 0 to 1/2.
     """
-    grid = np.geomspace(low, high, max(2, int(np.ceil(np.log(high / low) / np.log(STEP))) + 1))
     found = list[Change]()
     before, at = low, _count(closed, fraction, low)
-    for depth in grid[1:].tolist():
+    for depth in depths(low, high)[1:].tolist():
         in_time()
         count = _count(closed, fraction, depth)
         if count != at:
@@ -61,6 +60,11 @@ def changes(closed: Closed, fraction: Array, low: float, high: float, first: boo
                 break
         before, at = depth, count
     return tuple(found)
+
+
+def depths(low: float, high: float) -> Array:
+    """From one depth in m to another in steps of `STEP` at most."""
+    return np.geomspace(low, high, max(2, int(np.ceil(np.log(high / low) / np.log(STEP))) + 1))
 
 
 def stable_below(closed: Closed, fraction: Array, depth: float) -> float:
@@ -98,12 +102,15 @@ def _largest(matrices: ComplexArray) -> float:
 
 def settled(closed: Closed, crossing: Crossing, within: float = _OUTSIDE) -> Crossing:
     """The crossing of another loop near by: ν and b at which −1 is an eigenvalue of b·A; `NONE` where it has none."""
+    return zero_near(lambda nu, b: nearest_of(closed(np.array([nu]), b)[0], -1.0)[0] + 1, crossing, within)
+
+
+def zero_near(value: Callable[[float, float], complex], crossing: Crossing, within: float) -> Crossing:
+    """The crossing where a function of ν and b, such as the distance of an eigenvalue from −1, is zero, near another
+    one; `NONE` where there is none within so much of its depth.
+    """
     nu, b = crossing.fraction, crossing.depth
     fixed = crossing.kind in ("flip", "fold")
-
-    def value(nu: float, b: float) -> complex:
-        return nearest_of(closed(np.array([nu]), b)[0], -1.0)[0] + 1
-
     J, before = np.zeros((2, 2)), np.inf
     for _ in range(_NEWTON):
         here = value(nu, b)

@@ -7,8 +7,9 @@ it was left. With helix an edge enters over the angle κ·b that the depth takes
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -66,6 +67,22 @@ def elements(cutter: Cutter, depth: float) -> tuple[Element, ...]:
 
 
 @dataclass(frozen=True, eq=False)
+class Acts:
+    """The cut in one element, N/m² of depth: by motions at its own and earlier nodes, and at those of the pattern
+    before, each by the first output of the element looked at, (count, axes, outputs, axes); and what rubs per C/v.
+    """
+
+    own: dict[int, Array]
+    before: dict[int, Array]
+    rubs: Array
+
+    def of(self, held: dict[int, Array], first: int, count: int) -> Array:
+        """The part of an element with so many nodes beyond its ``first`` output."""
+        rows, n = self.rubs.shape[:2]
+        return held.setdefault(first, np.zeros((rows, n, count + 1, n)))
+
+
+@dataclass(frozen=True, eq=False)
 class Nodes:
     """Nodes of the elements in which something cuts.
 
@@ -113,37 +130,53 @@ class Nodes:
         """
         n, many = len(axes), len(self.places)
         own = np.zeros((len(self.acting), n, many, n))
-        before, rubs = np.zeros_like(own), np.zeros((len(self.acting), n, n))
-        row = 0
+        before, rubs, row = np.zeros_like(own), np.zeros((len(self.acting), n, n)), 0
+        for acts in self.acts(depth, axes):
+            rows = slice(row, row + len(acts.rubs))
+            row = rows.stop
+            rubs[rows] = acts.rubs
+            for whole, blocks in ((own, acts.own), (before, acts.before)):
+                for first, block in blocks.items():
+                    whole[rows, :, first : first + block.shape[2]] += block
+        shape = (len(self.acting) * n, many * n)
+        return own.reshape(shape), before.reshape(shape), rubs
+
+    def acts(self, depth: float, axes: list[int]) -> Iterator[Acts]:
+        """The `forces` of one element in which something cuts after the other."""
+        n = len(axes)
         for part, span in zip(self.parts, self.spans, strict=True):
             if span is None:
                 continue
             _, _, first, count = span
-            rows, columns = np.arange(row, row + count), np.arange(first + 1, first + 1 + count)
+            rows, columns = np.arange(count), np.arange(first + 1, first + 1 + count)
+            acts = Acts({}, {}, np.zeros((count, n, n)))
             angle = self.places[columns]
-            row += count
             for flute, behind in part.flutes:
                 phi, height, share = self.cutter.sections(flute, angle - behind, depth)
                 H, N = (m[..., axes, :][..., axes] for m in self.cutter.matrices(phi))
-                own[rows, :, columns] += np.einsum("ks,ksab->kab", share, H)
-                rubs[rows] += np.einsum("ks,ksab->kab", share, N)
+                here = acts.of(acts.own, first, count)
+                here[rows, :, rows + 1] += np.einsum("ks,ksab->kab", share, H)
+                acts.rubs[:] += np.einsum("ks,ksab->kab", share, N)
                 if flute.spread:
                     late = angle[:, None] - flute.behind - flute.spread * height
                     pushed = share[..., None, None] * H
                 else:
                     late = (angle - flute.behind)[:, None]
                     pushed = np.einsum("ks,ksab->kab", share, H)[:, None]
-                self._looked(late, pushed, rows, own, before)
-        shape = (len(self.acting) * n, many * n)
-        return own.reshape(shape), before.reshape(shape), rubs
+                self._looked(late, pushed, acts)
+            yield acts
 
-    def _looked(self, late: Array, pushed: Array, rows: Index, own: Array, before: Array) -> None:
+    @cached_property
+    def _starts(self) -> Array:
+        return np.array([part.start for part in self.parts])
+
+    def _looked(self, late: Array, pushed: Array, acts: Acts) -> None:
         """Put what acts by motions at angles ``late`` (nodes, sections) in its place; they lie in the pattern before
         where they are negative.
         """
         earlier = late < (-_SAME if self.spans[-1] is None else _SAME)
         place = np.where(earlier, late + self.cutter.pattern, late)
-        starts = np.array([part.start for part in self.parts])
+        starts = self._starts
         which = np.clip(np.searchsorted(starts, place + _SAME, side="right") - 1, 0, len(starts) - 1)
         for e in np.unique(which).tolist():
             k, s = np.nonzero(which == e)
@@ -152,11 +185,10 @@ class Nodes:
                 span = self._beside(float(place[k[0], s[0]]))
             start, end, first, count = span
             weight = _through(count, 2 * (place[k, s] - start) / (end - start) - 1)
-            acts = np.einsum("iab,ik->iakb", pushed[k, s], weight)
-            column = slice(first, first + count + 1)
-            for held, sign, some in ((before, 1.0, earlier[k, s]), (own, -1.0, ~earlier[k, s])):
+            by = np.einsum("iab,ik->iakb", pushed[k, s], weight)
+            for held, sign, some in ((acts.before, 1.0, earlier[k, s]), (acts.own, -1.0, ~earlier[k, s])):
                 if np.any(some):
-                    np.add.at(held[:, :, column], rows[k[some]], sign * acts[some])
+                    np.add.at(acts.of(held, first, count), k[some], sign * by[some])
 
     def _beside(self, place: float) -> tuple[float, float, int, int]:
         """The element in which something cuts that begins or ends nearest to an angle."""

@@ -48,11 +48,11 @@ class SideLines:
         return np.arange(-self.harmonics - 1.0, self.harmonics + 1.0)
 
     @cached_property
-    def _of_cut(self) -> tuple[ComplexArray, ComplexArray]:
+    def of_cut(self) -> tuple[ComplexArray, ComplexArray]:
         """h(r·n)/Θ of u·vᵀ and of v·vᵀ for r = −(lines − 1) … lines − 1, (r, n, n)."""
         axes = list(self.axes)
         return tuple(  # type: ignore[return-value]
-            part[:, axes][:, :, axes] / self.cutter.pattern for part in self.cutter.harmonics(self._apart)
+            part[:, axes][:, :, axes] / self.cutter.pattern for part in self.cutter.harmonics(self.apart)
         )
 
     def closed(self, fraction: Array, depth: float) -> ComplexArray:
@@ -70,8 +70,8 @@ class SideLines:
 
         The same at every ν: what a line q meets of all lines p.
         """
-        many, n, r = len(self.orders), len(self.axes), self._apart
-        force, rub = self._of_cut
+        many, n, r = len(self.orders), len(self.axes), self.apart
+        force, rub = self.of_cut
         held = [np.exp(-1j * r * f.place) * over_depth(r * f.lag * depth) for f in self.cutter.flutes]
         parts = [force * of[:, None, None] for f, of in zip(self.cutter.flutes, held, strict=True) if not f.spread]
         if self.cutter.rubbing(self.speed):
@@ -93,14 +93,14 @@ class SideLines:
             whole += rubbing @ (1j * omega[:, :, None, None] * G)
         if bent:
             met = depth * np.sum([self._met(flute, depth, omega) for flute in bent], axis=0)
-            felt = self._of_cut[0][self._across] * met[..., None, None]
+            felt = self.of_cut[0][self._across] * met[..., None, None]
             whole += felt.reshape(whole.shape) @ G
         return np.asarray(whole.swapaxes(1, 2).reshape(len(fraction), many * n, many * n))
 
     def _met(self, flute: Flute, depth: float, omega: Array) -> ComplexArray:
         """What a flute whose delay changes along the depth makes of lines q at lines p, (g, q, p)."""
         turning = 2 * np.pi * self.speed / 60
-        r = self._apart
+        r = self.apart
         place = np.exp(-1j * r * flute.place)
         late = np.exp(-1j * omega * flute.behind / turning)[:, :, None]
         bent = (r * flute.lag * depth)[self._across] + (omega * flute.spread * depth / turning)[:, :, None]
@@ -108,7 +108,7 @@ class SideLines:
         return np.asarray(held[self._across] - late * place[self._across] * over_depth(bent))
 
     @cached_property
-    def _apart(self) -> Array:
+    def apart(self) -> Array:
         """r·n for r = p − q = −(lines − 1) … lines − 1."""
         return np.arange(1.0 - len(self.orders), len(self.orders)) * self.cutter.patterns
 

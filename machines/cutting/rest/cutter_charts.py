@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 
@@ -28,6 +28,7 @@ from ..process.cutter import Cutter
 from ..process.cutting import Cutting
 from ..process.flank import linear_down_to
 from .periodic import AT_SPEEDS, FAR, JOINED, MANY_NODES, charted, joined_words, refuse_resonant_ends
+from .slow_search import SlowSearch
 
 NOTES = ("Not covered: runout, axial and torsional motion, loss of contact.", AT_SPEEDS)
 _MEAN = "Zero-order approximation: tooth forces are replaced by their mean, in which a helix takes no part."
@@ -41,6 +42,8 @@ _REACH, _ALONE = 2.5, 60.0
 """Times the depth of the mean cut up to which a first crossing is looked for; times the surely stable one without."""
 _GAIN = 0.5
 _MOST, _RAISES = 256, 5
+_MANY = 96
+"""Harmonics from which on the border is found by a march where modes are known."""
 _MAPS, _LONG = 16, 60.0
 """Maps of a pattern that settle a crossing, and seconds from which on that is told before."""
 _GUARD, _GUARD_BENT = 1e-6, 2e-5
@@ -49,55 +52,85 @@ _GUARD, _GUARD_BENT = 1e-6, 2e-5
 
 @dataclass(frozen=True, eq=False)
 class CutterSearch:
-    """The border of one tool in one cut, speed by speed; ``model`` where collocation settles it."""
+    """The border of one tool in one cut, speed by speed; ``model`` where collocation settles it.
+
+    ``modes`` are those of the tool where they are known: a slow spindle is searched by them, whatever settles it.
+    """
 
     cutting: Cutting
     cutter: Cutter
     point: ToolPoint
     resolved: Shape
     model: ToolModel | None
+    modes: ToolModel | None
 
     @classmethod
-    def of(cls, point: ToolPoint, cutting: Cutting, model: ToolModel | None = None) -> CutterSearch:
+    def of(
+        cls, point: ToolPoint, cutting: Cutting, modes: ToolModel | None = None, method: str = "collocation"
+    ) -> CutterSearch:
         """Of a tool point, with the modes that collocation needs."""
-        return cls(cutting, Cutter.of(cutting), point, shape(point), model)
+        model = modes if method == "collocation" else None
+        return cls(cutting, Cutter.of(cutting), point, shape(point), model, modes)
 
     def loop(self, speed: float, depth: float = 0.0) -> SideLines:
         """The harmonics in which the border is looked for at a speed in rpm, up to a depth in m.
 
         The gain round the loop of a line past them is below `_GAIN`; past the lines known the tool acts as a mass.
         """
-        frequency = self.cutter.frequency(speed)
-        axes = tuple("xy".index(axis) for axis in self.point.axes)
-        strong = 2 * depth * stiffest_direction(self.cutting, axes) / _GAIN if self.cutting.process == "milling" else 0
+        P = self._harmonics(speed, depth)
+        if P > _MOST:
+            raise CheckFailed(
+                f"multi-frequency: {P} harmonics of {self.cutter.frequency(speed):g} Hz, at which the flutes repeat, "
+                f"would be needed at {speed:g} rpm, expected at most {_MOST} where no modes are known; take a faster "
+                "spindle, or zero-order as a preview"
+            )
+        return self._lines(speed, P)
+
+    def _harmonics(self, speed: float, depth: float) -> int:
+        strong = 2 * depth * self._stiffest / _GAIN if self.cutting.process == "milling" else 0
         last, size = float(self.resolved.lines[-1]), float(self.resolved.size[-1])
         highest = self.resolved.reaching(1 / strong) if strong else 0.0
         if strong * size > 1:
             highest = last * np.sqrt(strong * size)
-        P = int(np.ceil(max(self.resolved.highest, highest) / frequency)) + PAST
-        if P > _MOST:
-            raise CheckFailed(
-                f"multi-frequency: {P} harmonics of {frequency:g} Hz, at which the flutes repeat, would be needed at "
-                f"{speed:g} rpm, expected at most {_MOST}; take a faster spindle, or zero-order as a preview"
-            )
-        highest = max(float(self.point.lines[-1]), (P + PAST) * 2 * frequency)
+        return int(np.ceil(max(self.resolved.highest, highest) / self.cutter.frequency(speed))) + PAST
+
+    def _lines(self, speed: float, harmonics: int) -> SideLines:
+        highest = max(float(self.point.lines[-1]), (harmonics + PAST) * 2 * self.cutter.frequency(speed))
         receptance = spectrum(self.point, highest)
         refuse_resonant_ends(receptance, self.resolved)
-        return SideLines(receptance, self.cutter, axes, speed, P)
+        return SideLines(receptance, self.cutter, self._axes, speed, harmonics)
+
+    @property
+    def _axes(self) -> tuple[int, ...]:
+        return tuple("xy".index(axis) for axis in self.point.axes)
+
+    @property
+    def _stiffest(self) -> float:
+        return stiffest_direction(self.cutting, self._axes)
+
+    def _slow(self, speed: float, depth: float = 0.0) -> SlowSearch | None:
+        """The search of a speed in rpm that asks for too many harmonics, where modes are known."""
+        if self.modes is None or self._harmonics(speed, depth) <= _MANY:
+            return None
+        rubs = self.cutting.cuts_per_revolution * self.cutter.rubbing(speed)
+        lines = partial(self._lines, speed)
+        by_modes = self.model is not None
+        return SlowSearch(self.modes, self.cutter, self.resolved, speed, self._stiffest, rubs, lines, by_modes)
 
     def found(self, speed: float, deepest: float | None = None) -> tuple[list[Change], float]:
         """Settled changes, the first alone or all up to ``deepest`` (m), and the depth in m up to which was looked."""
+        slow = self._slow(speed, deepest or 0.0)
+        if slow is not None:
+            return self._found_slowly(slow, deepest)
         loop = self.loop(speed, deepest or 0.0)
         nu = np.concatenate([[0.0], self.resolved.folded(loop.frequency)])
         if deepest is not None:
             low = min(stable_below(loop.closed, nu, deepest), 0.9 * deepest)
             every = changes(loop.closed, nu, low, deepest)
             return [replace(one, crossing=self.settle(loop, one.crossing)) for one in every], deepest
-        straight = replace(self.cutting, helix=None)
-        mean = mean_crossings(along_cut(self.point, self.cutting), Cutter.of(straight), speed, 0.0, self.resolved)
-        low = stable_below(loop.closed, nu, mean[0][0] if mean else 1.0)
-        reach = max(_ALONE * low, _REACH * mean[0][0] if mean else 0.0)
-        reach = min(reach, 0.99 * self.cutter.deepest)
+        mean = self._mean(speed)
+        low = stable_below(loop.closed, nu, mean or 1.0)
+        reach = min(max(_ALONE * low, _REACH * mean), 0.99 * self.cutter.deepest)
         if reach <= low:
             return [], reach
         first = [one for one in changes(loop.closed, nu, low, reach, first=True) if one.below == 0][:1]
@@ -106,6 +139,19 @@ class CutterSearch:
             loop = enough
             first = [one for one in changes(loop.closed, nu, low, reach, first=True) if one.below == 0][:1]
         return [replace(one, crossing=self.settle(loop, one.crossing)) for one in first], reach
+
+    def _found_slowly(self, slow: SlowSearch, deepest: float | None) -> tuple[list[Change], float]:
+        if deepest is not None:
+            return slow.every(deepest), deepest
+        mean = self._mean(slow.speed)
+        reach = min(max(_ALONE * slow.surely, _REACH * mean), 0.99 * self.cutter.deepest)
+        return slow.first(mean or reach, reach), reach
+
+    def _mean(self, speed: float) -> float:
+        """The limit in m of the mean cut without helix, 0 where it has none."""
+        straight = replace(self.cutting, helix=None)
+        mean = mean_crossings(along_cut(self.point, self.cutting), Cutter.of(straight), speed, 0.0, self.resolved)
+        return mean[0][0] if mean else 0.0
 
     def settle(self, loop: SideLines, crossing: Crossing) -> Crossing:
         """The crossing by the method, with a finer loop that proves it."""
@@ -164,8 +210,15 @@ class CutterSearch:
             "multi-frequency"
         )
 
+    def chatter_line(self, speed: float, crossing: Crossing) -> float:
+        """The line, in tooth frequencies, at which the tool moves most at a speed in rpm."""
+        slow = self._slow(speed)
+        if slow is not None:
+            return slow.line(crossing) * self.cutter.patterns / self.cutting.cuts_per_revolution
+        return self.line(self.loop(speed), crossing)
+
     def line(self, loop: SideLines, crossing: Crossing) -> float:
-        """The line, in tooth frequencies, at which the tool moves most."""
+        """`chatter_line` by a loop."""
         if not crossing.kind:
             return np.nan
         _, vector = nearest_of(loop.closed(np.array([crossing.fraction]), crossing.depth)[0], -1.0)
@@ -186,7 +239,7 @@ def cutter_edges(
     if method in ("turning", "zero-order") or cutting.process != "milling":
         every = mean_crossings(along_cut(point, cutting), Cutter.of(cutting), speed, deepest, shape(point))
         return [Edge(depth, f, "hopf", outwards) for depth, f, outwards in every]
-    found, _ = CutterSearch.of(point, cutting, model).found(speed, deepest)
+    found, _ = CutterSearch.of(point, cutting, model, method).found(speed, deepest)
     return [Edge(one.crossing.depth, one.crossing.fraction, one.crossing.kind, one.above > one.below) for one in found]
 
 
@@ -199,7 +252,7 @@ def cutter_chart(
         found = [_of_mean(point, cutting, rpm) for rpm in each("speeds", speed.tolist(), len(speed))]
         notes = NOTES if name != "zero-order" else (_MEAN, *NOTES)
     else:
-        search = CutterSearch.of(point, cutting, model if name == "collocation" else None)
+        search = CutterSearch.of(point, cutting, model, name)
         found, none = list[Found](), list[float]()
         for rpm in each("speeds", speed.tolist(), len(speed)):
             first, reach = search.found(rpm)
@@ -208,7 +261,7 @@ def cutter_chart(
                 found.append(Found(NONE))
                 continue
             crossing = first[0].crossing
-            found.append(Found(crossing, search.line(search.loop(rpm), crossing)))
+            found.append(Found(crossing, search.chatter_line(rpm, crossing)))
         notes = (*NOTES, _ISLANDS)
         at = [(rpm, one.crossing.depth) for rpm, one in zip(speed.tolist(), found, strict=True) if one.crossing.kind]
         said += [joined_words(JOINED)] if any(search.joins(*one) for one in at) else []
