@@ -42,7 +42,7 @@ _REACH, _ALONE = 2.5, 60.0
 """Times the depth of the mean cut up to which a first crossing is looked for; times the surely stable one without."""
 _GAIN = 0.5
 _MOST, _RAISES = 256, 5
-_MANY = 96
+_MANY = 16
 """Harmonics from which on the border is found by a march where modes are known."""
 _MAPS, _LONG = 16, 60.0
 """Maps of a pattern that settle a crossing, and seconds from which on that is told before."""

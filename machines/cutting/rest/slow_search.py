@@ -23,12 +23,14 @@ from ..cutters.marched_border import changes, settled
 from ..cutters.pattern_map import FINER, MORE
 from ..cutters.side_lines import SideLines
 from ..cutters.wide_lines import WideLines
-from ..loops.harmonic_crossing import AGREE, GAIN, PAST, largest_line
+from ..loops.harmonic_crossing import GAIN, PAST, largest_line
 from ..loops.loop_branches import Crossing
 from ..process.cutter import Cutter
 from .periodic import FAR, JOINED
 
-_WITHIN, _RAISES = 0.02, 4
+_WITHIN, _RAISES = 0.02, 8
+_AGREE = 2e-5
+"""Of depths by so many harmonics and by half as many; they come closer with 1/P."""
 _HIGHER = 1.4
 
 
@@ -87,7 +89,7 @@ class SlowSearch:
                 marcher = Marcher(few, self.cutter, self.speed, MORE + FINER * (raised - 1))
                 after = settled(marcher, before, _WITHIN)
             else:
-                after, within = self._by_harmonics(before, highest * FAR ** (raised - 1)), AGREE
+                after, within = self._by_harmonics(before, highest * FAR ** (raised - 1)), _AGREE
             if after.kind and abs(after.depth / before.depth - 1) <= within and (self.by_modes or raised > 1):
                 return after
             before = after if after.kind else before
