@@ -216,6 +216,7 @@ typedef struct {
     double q[JL_ROOM(JL_POLES)];                              /* the closed structure, the truth while `closed` */
     double push[JL_ROOM(JL_POLES)], pushed[JL_ROOM(JL_POLES)]; /* what bent joints do to it, now and a step before */
     double d[JL_ROOM(JL_BENT)], was[JL_ROOM(JL_BENT)];        /* their forces beyond the tangents, in N */
+    double at[JL_ROOM(JL_TURNS * JL_MOTIONS)], past[JL_ROOM(JL_TURNS * JL_MOTIONS)]; /* motions, where joints remember */
     double before;   /* s, that step; 0 where there was none */
     int closed;      /* the structure is in q, and s is behind */
     int bent;        /* d and push are of the present parameters */

@@ -127,6 +127,7 @@ extern const double jl_at_rest[];    /* y at the start */
 extern const double jl_tangent[];    /* of each bent joint stiffness and damping in the modes, and offset of z */
 extern const int jl_bent[];          /* of each bent joint its number */
 extern const int jl_by_velocity[];   /* its laws are asked with their velocity */
+extern const int jl_remembers[];     /* a law of it has states */
 extern const int jl_share_first[], jl_share_column[];
 extern const double jl_share[];      /* its displacement over those of the basis, without zeros */
 extern const int jl_kept[];          /* parameters that are in the modes */

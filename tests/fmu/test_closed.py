@@ -21,11 +21,15 @@ from fmu.system.system import System
 from fmu.verify import verify_fmu
 from jointlib.arrays import Array
 from jointlib.joint import Joint
+from jointlib.law import JointLaw
+from jointlib.laws.bouc_wen import BoucWen
 from jointlib.laws.contact_loss import ContactLoss
+from jointlib.laws.dahl import Dahl
 from jointlib.laws.hertz_guide import HertzGuide
 from jointlib.laws.jenkins import Jenkins
 from jointlib.laws.linear import Linear
 from jointlib.laws.lugre import LuGre
+from jointlib.laws.maxwell import Maxwell
 from jointlib.laws.quadratic_damping import QuadraticDamping
 from jointlib.laws.viscous import Viscous
 from machines import Connection, Lumped, Machine, Rigid
@@ -54,6 +58,11 @@ BENT = on_base(HertzGuide(630.0, KAPPA), Viscous(300.0))
 RUBBING = on_base(HertzGuide(630.0, KAPPA), Viscous(300.0), Jenkins(4e7, 36.0))
 BY_VELOCITY = on_base(Linear(2e8), Viscous(400.0), QuadraticDamping(3e4))
 LIFTING = on_base(Linear(2e8), ContactLoss(1e8, 1e-7, 1.0), Viscous(400.0))
+BRISTLE = LuGre(4e7, 300.0, 36.0, 50.0, 0.02)
+BRISTLING = on_base(BRISTLE, Linear(2e8), Viscous(300.0))
+PLAYING = on_base(Dahl(4e7, 36.0, 2e-7), Linear(2e8), Viscous(300.0))
+RELAXING = on_base(Maxwell(5e7, 2e3), Linear(2e8), Viscous(300.0))
+ROUNDED = on_base(BoucWen(4e7, 36.0, 2.0, 0.5), Linear(2e8), Viscous(300.0))
 STIFF = on_base(HertzGuide(630.0, KAPPA), Viscous(300.0), base=1e14, frequency=(10.0, 3000.0))
 OUTPUTS = ["displacement_x", "velocity_x", "guide.displacement", "guide.velocity", "guide.force"]
 
@@ -87,8 +96,11 @@ def test_a_linear_machine_is_exact_at_any_step(step: float, fmi: int) -> None:
 
 @pytest.mark.parametrize(
     "machine",
-    [BENT, pytest.param(RUBBING, marks=pytest.mark.thorough), BY_VELOCITY, LIFTING],
-    ids=["bent", "rubbing", "by velocity", "lifting"],
+    [
+        *(BENT, pytest.param(RUBBING, marks=pytest.mark.thorough), BY_VELOCITY, LIFTING, BRISTLING),
+        *(pytest.param(machine, marks=pytest.mark.thorough) for machine in (PLAYING, RELAXING, ROUNDED)),
+    ],
+    ids=["bent", "rubbing", "by velocity", "lifting", "bristling", "playing", "relaxing", "rounded"],
 )
 def test_the_error_falls_with_the_tolerance_of_the_host(machine: Machine) -> None:
     """Beside explicit steps that locate stick, slip and contact."""
@@ -103,13 +115,21 @@ def test_the_error_falls_with_the_tolerance_of_the_host(machine: Machine) -> Non
     assert errors[2] < 1e-5
 
 
-def test_explicit_steps_keep_the_tolerance_of_the_host_too(tmp_path: Path) -> None:
-    machine = on_base(LuGre(4e7, 300.0, 36.0, 50.0, 0.02), Linear(2e8), Viscous(300.0))
-    assert closed(system_of_machine(machine)) is None, "a bristle must be integrated"
-    folder, given = unpacked(machine, 2), forces(40)
-    expected = Stepping(folder, 2).run(given, 3e-5, OUTPUTS)
-    errors = [shares(Stepping(folder, 2, tolerance=t).run(given, 3e-5, OUTPUTS), expected) for t in (1e-3, 1e-6, 1e-9)]
+def test_explicit_steps_keep_the_tolerance_of_the_host_too() -> None:
+    """Damping that is tuned, however little, is not in the modes."""
+    folder, given, start = unpacked(BRISTLING, 2), forces(40), {"guide.viscous.damping": 300.0 * (1 + 1e-12)}
+    expected = Stepping(folder, 2, start).run(given, 3e-5, OUTPUTS)
+    errors = [
+        shares(Stepping(folder, 2, start, tolerance=t).run(given, 3e-5, OUTPUTS), expected) for t in (1e-3, 1e-6, 1e-9)
+    ]
     assert errors[0] > errors[1] > errors[2] == 0.0
+
+
+def test_a_turn_within_a_step_is_not_overlooked() -> None:
+    """Bouc-Wen hysteresis of this shape unloads in straight lines: both ends of a step tell nothing of a turn."""
+    folder, given = unpacked(ROUNDED, 2), forces(80)
+    expected = Stepping(folder, 2).run(given, 3e-5, OUTPUTS)
+    assert shares(Stepping(folder, 2, tolerance=1e-7).run(given, 3e-5, OUTPUTS), expected) < 1e-6
 
 
 @both_versions
@@ -206,6 +226,16 @@ def test_the_error_of_fixed_steps_bounds_what_finer_ones_change() -> None:
     fine = simulate_closed(of, u, 2e-5, 0.0, 0.0)[0]
     assert np.all(np.max(np.abs(fine - coarse), axis=0) <= changed)
     assert np.max(changed / np.max(np.abs(fine), axis=0)) > 1e-9
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize(
+    "law", [BRISTLE, BoucWen(4e7, 36.0, 2.0, 0.5), Maxwell(5e7, 2e3)], ids=lambda law: str(law.kind)
+)
+def test_a_stiff_machine_with_a_law_that_is_integrated_repeats_its_run(law: JointLaw, tmp_path: Path) -> None:
+    machine = on_base(law, Linear(2e8), Viscous(300.0), base=1e14, frequency=(10.0, 3000.0))
+    assert stiff_closed(system_of_machine(machine)) is not None
+    assert verify_fmu(export_fmu(machine, tmp_path / "a.fmu").file).difference < 5e-5
 
 
 @pytest.mark.thorough
