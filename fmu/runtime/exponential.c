@@ -5,7 +5,7 @@
  *
  * with p1(z) = (e^z - 1)/z and p2(z) = (p1(z) - 1)/z, exponential time differencing (Cox and Matthews, J. Comp. Phys.
  * 176:430-455, 2002). d1 is asked for where the motion would be with d extrapolated from the step before. How far it
- * lies beside the extrapolated one is the error; steps are halved and doubled by it. Inputs are straight lines. */
+ * lies beside the extrapolated one is the error; steps are halved and doubled by it. Inputs are parabolas. */
 #include <math.h>
 #include <string.h>
 #include "flow.h"
@@ -147,25 +147,34 @@ const char *jl_exponential(jl_instance *instance, jl_call call, double h)
 {
     jl_values *v = &instance->values;
     const double tolerance = v->tolerance > 0.0 ? v->tolerance : JL_USUAL;
-    double constant[JL_ROOM(JL_POLES)], slope[JL_ROOM(JL_POLES)] = { 0.0 }, motion[JL_ROOM(JL_MOTIONS)] = { 0.0 };
-    int done = 0, size = JL_UNITS, i;
+    double constant[JL_ROOM(JL_POLES)], slope[JL_ROOM(JL_POLES)] = { 0.0 }, curve[JL_ROOM(JL_POLES)] = { 0.0 };
+    double motion[JL_ROOM(JL_MOTIONS)] = { 0.0 };
+    int done = 0, curved = 0, size = JL_UNITS, i;
     if (!v->closed || !v->bent) jl_close(v);
     while (size > 1 && v->stride > 0.0 && h * size > 1.000001 * v->stride * JL_UNITS) size /= 2;
     memcpy(constant, jl_constant, JL_POLES * sizeof *constant);
     jl_gather(jl_drive, v->u, JL_INPUTS, JL_POLES, constant);
     jl_gather(jl_drive, v->du, JL_INPUTS, JL_POLES, slope);
+    for (i = 0; i < JL_INPUTS; i++) curved |= v->ddu[i] != 0.0;
+    if (curved) jl_gather(jl_drive, v->ddu, JL_INPUTS, JL_POLES, curve);
     while (done < JL_UNITS) {
         const double step = h * size / JL_UNITS, ahead = v->before > 0.0 ? step / v->before : 0.0;
         const double since = h * done / JL_UNITS;
         const jl_flow *flow = jl_flow_of(instance, step);
         double to[JL_ROOM(JL_POLES)] = { 0.0 }, held[JL_ROOM(JL_POLES)], ramp[JL_ROOM(JL_POLES)];
+        double rise[JL_ROOM(JL_POLES)];
         double push[JL_ROOM(JL_POLES)], d[JL_ROOM(JL_BENT)], thought[JL_ROOM(JL_BENT)];
         double once[JL_ROOM(JL_BENT)], after[JL_ROOM(JL_MEMORY)], between[JL_ROOM(JL_MEMORY)];
         double point[JL_ROOM(JL_MOTIONS)], error = 0.0;
         if (!flow) return "there is no memory left";
-        for (i = 0; i < JL_POLES; i++) held[i] = constant[i] + since * slope[i] + v->push[i];
-        for (i = 0; i < JL_POLES; i++) ramp[i] = step * slope[i] + ahead * (v->push[i] - v->pushed[i]);
+        for (i = 0; i < JL_POLES; i++) held[i] = constant[i] + since * (slope[i] + 0.5 * since * curve[i]) + v->push[i];
+        for (i = 0; i < JL_POLES; i++) rise[i] = step * (slope[i] + since * curve[i]);
+        for (i = 0; i < JL_POLES; i++) ramp[i] = rise[i] + ahead * (v->push[i] - v->pushed[i]);
         jl_add(flow->move, v->q, to), jl_add(flow->hold, held, to), jl_add(flow->ramp, ramp, to);
+        if (curved) {
+            for (i = 0; i < JL_POLES; i++) held[i] = step * step * curve[i];
+            jl_add(flow->bow, held, to);
+        }
         if (JL_BENT) {
             jl_bent_motion(to, motion);
             jl_bend(v->p, v->s + JL_STRUCTURE, motion, step, after, d);
@@ -182,7 +191,7 @@ const char *jl_exponential(jl_instance *instance, jl_call call, double h)
             }
             if (!isfinite(error)) return "the motion leaves what numbers can hold";
             jl_pushed(d, push);
-            for (i = 0; i < JL_POLES; i++) ramp[i] = push[i] - v->push[i] - (ramp[i] - step * slope[i]);
+            for (i = 0; i < JL_POLES; i++) ramp[i] = push[i] - v->push[i] - (ramp[i] - rise[i]);
             jl_add(flow->ramp, ramp, to);
             memcpy(v->pushed, v->push, sizeof push), memcpy(v->push, push, sizeof push);
             memcpy(v->was, v->d, sizeof d), memcpy(v->d, d, sizeof d);

@@ -1,4 +1,4 @@
-/* What a step of some length does to the closed structure, pair by pair: e^(Lh), h p1(Lh) and h p2(Lh). */
+/* What a step of some length does to the closed structure, pair by pair: e^(Lh), h p1(Lh), h p2(Lh) and h p3(Lh). */
 #ifndef JL_FLOW_H
 #define JL_FLOW_H
 
@@ -8,10 +8,11 @@
 
 enum { JL_PAIRS = JL_POLES / 2, JL_FLOWS = 12 };
 
-/* Blocks of 2 x 2 for each pair: e^(Lh), h p1, h p2. */
+/* Blocks of 2 x 2 for each pair, in this order. */
 typedef struct {
     double h;
     double move[4 * JL_ROOM(JL_PAIRS)], hold[4 * JL_ROOM(JL_PAIRS)], ramp[4 * JL_ROOM(JL_PAIRS)];
+    double bow[4 * JL_ROOM(JL_PAIRS)];
 } jl_flow;
 
 typedef struct {
@@ -47,12 +48,13 @@ static void jl_phi(double re, double im, jl_complex *phi)
 {
     int k;
     if (re * re + im * im < 1.0) {
-        for (k = 0; k < 3; k++) phi[k] = jl_series(re, im, k);
+        for (k = 0; k < 4; k++) phi[k] = jl_series(re, im, k);
         return;
     }
     phi[0].re = exp(re) * cos(im), phi[0].im = exp(re) * sin(im);
     phi[1] = jl_next(phi[0], 1.0, re, im);
     phi[2] = jl_next(phi[1], 1.0, re, im);
+    phi[3] = jl_next(phi[2], 2.0, re, im);
 }
 
 static void jl_block(double *block, double a, double b, double c, double d)
@@ -62,21 +64,22 @@ static void jl_block(double *block, double a, double b, double c, double d)
 
 static void jl_fill(jl_flow *flow, double h)
 {
-    double *const of[] = { flow->move, flow->hold, flow->ramp };
+    double *const of[] = { flow->move, flow->hold, flow->ramp, flow->bow };
     int i, k;
     flow->h = h;
     for (i = 0; i < JL_PAIRS; i++) {
         const double s = jl_pole[2 * i] * h, w = jl_pole[2 * i + 1] * h;
-        jl_complex phi[3], other[3];
+        jl_complex phi[4], other[4];
         if (jl_pole_kind[i] == 2) {
             jl_block(flow->move + 4 * i, 1.0, h, 0.0, 1.0);
             jl_block(flow->hold + 4 * i, h, h * h / 2.0, 0.0, h);
             jl_block(flow->ramp + 4 * i, h / 2.0, h * h / 6.0, 0.0, h / 2.0);
+            jl_block(flow->bow + 4 * i, h / 6.0, h * h / 24.0, 0.0, h / 6.0);
             continue;
         }
         if (jl_pole_kind[i] == 1) jl_phi(s, 0.0, phi), jl_phi(w, 0.0, other);
         else jl_phi(s, w, phi);
-        for (k = 0; k < 3; k++) {
+        for (k = 0; k < 4; k++) {
             const double times = k ? h : 1.0;
             if (jl_pole_kind[i] == 1) jl_block(of[k] + 4 * i, times * phi[k].re, 0.0, 0.0, times * other[k].re);
             else

@@ -266,28 +266,59 @@ def test_library_machines_keep_the_tolerance(name: str) -> None:
 
 @pytest.mark.parametrize("tolerance", [None, 1e-6], ids=["explicit", "closed"])
 def test_forces_that_go_on_between_steps_come_in_time(tolerance: float | None) -> None:
-    """A sine in 178 steps a period, each a straight line to the next sample, beside one in tiny steps; then held."""
+    """A sine in 178 steps a period beside one in tiny steps: held, as straight lines, as parabolas, and asked for."""
     folder, omega, h, steps = unpacked(BENT, 2), 2 * np.pi * 180.0, 3.125e-5, 400
     fine = 64
     t = h / fine * (np.arange(steps * fine) + 0.5)
     expected = Stepping(folder, 2).run({"force_x": 100 * np.sin(omega * t)}, h / fine, OUTPUTS[:1])[fine - 1 :: fine]
 
-    def run(slopes: bool) -> Array:
+    def force(time: float) -> dict[str, float]:
+        return {"force_x": 100 * float(np.sin(omega * time))}
+
+    def run(order: int) -> Array:
         fmu, rows = Stepping(folder, 2, tolerance=tolerance), []
         for i in range(steps):
-            now, then = (100 * np.sin(omega * h * k) for k in (i, i + 1))
+            now, between, then = (force(h * k)["force_x"] for k in (i, i + 0.5, i + 1))
             fmu.put({"force_x": now})
-            if slopes:
-                slope = (ctypes.c_double * 1)((then - now) / h)
-                place = (ctypes.c_uint * 1)(fmu.place["force_x"])
-                assert (
-                    fmu.fmu.fmi2SetRealInputDerivatives(fmu.fmu.component, place, 1, (ctypes.c_int * 1)(1), slope) == 0
-                )
+            bend = 4 * (now - 2 * between + then) / h**2 if order > 1 else 0.0
+            given = [(then - now) / h - bend * h / 2, bend][:order]
+            place = (ctypes.c_uint * order)(*[fmu.place["force_x"]] * order)
+            orders, values = (ctypes.c_int * order)(*range(1, order + 1)), (ctypes.c_double * order)(*given)
+            assert fmu.fmu.fmi2SetRealInputDerivatives(fmu.fmu.component, place, order, orders, values) == 0
             fmu.fmu.doStep(fmu.time, h)
             fmu.time += h
             rows.append(fmu.get(OUTPUTS[:1]))
         return np.array(rows)
 
     # The chord of a sine lies (ω h)²/12 of its amplitude beside it, in the mean square over a step.
-    assert shares(run(True), expected) < 1.2 * (omega * h) ** 2 / 12
-    assert shares(run(False), expected) > 1e-2
+    assert shares(run(1), expected) < 1.2 * (omega * h) ** 2 / 12
+    assert shares(run(0), expected) > 1e-2
+    # The parabola through both ends and the middle: (ω h)³/(72 √3).
+    assert shares(run(2), expected) < (omega * h) ** 3 / 72
+    asked = Stepping(unpacked(BENT, 3), 3, tolerance=tolerance, forces_at=force)
+    rows = []
+    for _ in range(steps):
+        asked.step({}, h)
+        rows.append(asked.get(OUTPUTS[:1]))
+    assert shares(np.array(rows), expected) < (omega * h) ** 3 / 72
+    assert asked.get(["force_x"])[0] == pytest.approx(force(steps * h)["force_x"], abs=1e-9)
+
+
+@both_versions
+@pytest.mark.parametrize("tolerance", [None, 1e-5], ids=["explicit", "closed"])
+@pytest.mark.parametrize("machine", [BENT, RUBBING, BRISTLING], ids=["bent", "rubbing", "bristling"])
+def test_derivatives_of_outputs_are_how_they_go_on(machine: Machine, tolerance: float | None, fmi: int) -> None:
+    fmu = Stepping(unpacked(machine, fmi), fmi, tolerance=tolerance)
+    fmu.run(forces(30), 3e-5, OUTPUTS[:1])
+    n = len(OUTPUTS)
+    places, rates = (ctypes.c_uint * n)(*(fmu.place[name] for name in OUTPUTS)), (ctypes.c_double * n)()
+    asked = fmu.fmu.component, places, n, (ctypes.c_int * n)(*[1] * n), rates
+    before = fmu.get(OUTPUTS)
+    if fmi == 2:
+        assert fmu.fmu.fmi2GetRealOutputDerivatives(*asked) == 0
+    else:
+        assert fmu.fmu.fmi3GetOutputDerivatives(*asked, n) == 0
+    tiny = 1e-9
+    fmu.step({}, tiny)
+    found = (fmu.get(OUTPUTS) - before) / tiny
+    assert np.array(rates) == pytest.approx(found, rel=1e-3)
