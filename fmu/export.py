@@ -18,6 +18,7 @@ from .members.archive import archive_bytes
 from .members.build import can_compile, compilers_for
 from .members.description import NAMELESS, Card, description_text, fingerprint
 from .members.documentation import cost_notes, licence_of, machine_notes, native_notes, python_notes, step_notes
+from .members.figures import native_figures
 from .members.native import joints_of, without_kernel
 from .members.native_members import native_members, native_sources
 from .members.page import documentation_text
@@ -119,7 +120,7 @@ def export_fmu(
         "modelDescription.xml": description_text(system, card).encode("utf-8"),
         f"{FOLDER}/{CSV}": reference.encode("utf-8"),
         MANIFEST: MANIFEST_TEXT.encode("utf-8"),
-        "documentation/index.html": documentation_text(system, messages, _figures(card)).encode("utf-8"),
+        "documentation/index.html": documentation_text(system, messages, _figures(system, card)).encode("utf-8"),
         TERMINALS: terminals_text(system).encode("utf-8"),
         ICON[fmi]: icon(system),
     }
@@ -129,7 +130,7 @@ def export_fmu(
         with told_of.step("validating and repeating the reference run"):
             verified = verify_fmu(path, data)
         made, clients = verified.platforms, verified.verified_with
-        cost = cost_notes(system, card.step, verified.step_time)
+        cost = cost_notes(system, card.step, verified.step_times)
     else:
         made, clients = validate_fmu(path, data), ()
     atomic.write(path, lambda file: file.write(data))
@@ -155,14 +156,15 @@ def _proposed(limit: StepLimit | None, step: float | None) -> float | None:
     return None if limit.max_step is None else limit.max_step / 20
 
 
-def _figures(card: Card) -> list[tuple[str, str]]:
-    """Step and accuracy for the page inside."""
+def _figures(system: System, card: Card) -> list[tuple[str, str]]:
+    """Step, cost and accuracy for the page inside."""
     rows = [("made with", f"jointlib {version('jointlib')}"), ("runtime", card.runtime)]
     rows.append(("largest co-simulation step", "none is safe" if card.max_step is None else f"{card.max_step:.3g} s"))
     if card.step is not None:
         rows.append(("step it proposes", f"{card.step:.3g} s"))
     repeats = "to rounding" if card.tolerance is None else f"within {card.tolerance:g} of the largest value"
-    return [*rows, ("repeats its reference run, made by the Python laws,", repeats)]
+    rows.append(("repeats its reference run, made by the Python laws,", repeats))
+    return rows + (native_figures(system) if card.runtime == "c" else [])
 
 
 def _check_path(path: Path, fmi: int, runtime: str | None) -> None:

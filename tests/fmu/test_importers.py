@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -15,6 +16,7 @@ from tools import require
 from fmu.export import export_fmu
 from fmu.members.archive import read_archive
 from fmu.members.description import Card, description_text
+from fmu.members.figures import native_figures
 from fmu.members.machine_system import system_of_machine
 from fmu.members.page import documentation_text
 from fmu.members.terminals import ICON, TERMINALS, icon, terminals_text
@@ -23,6 +25,7 @@ from jointlib.errors import InputError
 from jointlib.io.joint_file import read_joint
 from jointlib.joint import Covariance, Joint
 from jointlib.law import JointLaw
+from jointlib.laws.jenkins import Jenkins
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 
@@ -170,8 +173,25 @@ def test_what_importers_need_is_in_the_archive_and_a_date_only_where_it_is_set(
         described(system_of_joint(GUIDE), 2)
 
 
-def test_forces_of_a_machine_may_go_on_in_straight_lines_and_motions_of_a_joint_are_held() -> None:
+def test_the_page_says_what_a_step_takes_and_which_clients_integrate_rightly() -> None:
+    mill = dict(native_figures(system_of_machine(library_machine("guide_mill"))))
+    assert re.fullmatch(r"\d+ multiplications, and asks 1 of the joints, where .*", mill["a step takes at least"])
+    assert "machines come out wrong" in mill["model exchange"]
+    sliding = dict(native_figures(system_of_joint(Joint((Jenkins(4e7, 36.0), Linear(1e8))))))
+    assert "laws with kinks (jenkins)" in sliding["model exchange"]
+    assert "a step takes at least" not in sliding
+    assert native_figures(system_of_joint(GUIDE)) == []
+
+
+def test_forces_of_a_machine_may_go_on_within_a_step_and_motions_of_a_joint_are_held() -> None:
     for system, told in ((system_of_machine(library_machine("two_mass")), "true"), (system_of_joint(GUIDE), "false")):
         interface = described(system, 2).find("CoSimulation")
         assert interface is not None
         assert interface.get("canInterpolateInputs") == told
+        interface = described(system, 3).find("CoSimulation")
+        assert interface is not None
+        assert interface.get("providesIntermediateUpdate", "false") == told
+        asked = {
+            v.get("name") for v in described(system, 3).iterfind("ModelVariables/*") if v.get("intermediateUpdate")
+        }
+        assert asked == ({s.name for s in system.inputs} if told == "true" else set())
