@@ -19,7 +19,7 @@ from .members.build import can_compile, compilers_for
 from .members.description import NAMELESS, Card, description_text, fingerprint
 from .members.documentation import cost_notes, licence_of, machine_notes, native_notes, python_notes, step_notes
 from .members.figures import native_figures
-from .members.native import joints_of, without_kernel
+from .members.native import joints_of, native_variables, without_kernel
 from .members.native_members import native_members, native_sources
 from .members.page import documentation_text
 from .members.source import TRANSLATION_UNIT
@@ -64,6 +64,7 @@ def export_fmu(
     fmi: int = 2,
     runtime: str | None = None,
     platforms: Sequence[str] = (),
+    names: str = "structured",
     tool: str | None = None,
     progress: Progress | None = None,
 ) -> Export:
@@ -76,6 +77,7 @@ def export_fmu(
     force of a joint, or within 1e-6 of the largest values of a machine. Where ``"c"`` is asked for and no compiler is
     found, the FMU holds its sources, is validated, and says that it was not run. ``platforms`` (``"win64"`` as in FMI
     2.0, or ``"x86_64-windows"`` as in 3.0) are compiled for beside this computer's own; without them all that can be.
+    With ``names`` "flat" variables are called by letters, digits and _ alone, as identifiers of Modelica are.
     ``progress`` is told of every part.
     A joint or a machine may be a file, of a machine with its ``tool`` of several by name; what a machine's file leaves
     to be identified is. ``jointlib fmu`` does this.
@@ -84,16 +86,20 @@ def export_fmu(
 
     path = Path(path)
     _check_path(path, fmi, runtime)
+    if names not in {"structured", "flat"}:
+        raise InputError(f"names is {names!r}, expected 'structured' or 'flat'")
     told_of = progress or Silent()
     with told_of.step("reading, and identifying what is open"):
         model, remarks = model_of(joint, tool)
-        system = _system_of(model)
+        system = replace(_system_of(model), flat=names == "flat")
     _check_system(system)
     obstacle = _obstacle(system)
     chosen = runtime or ("python" if obstacle and system.lone else "c")
     _check_runtime(system, fmi, chosen, runtime is None)
     if platforms and chosen == "python":
         raise InputError(f"platform {platforms[0]!r}: the Python runtime brings its own, expected runtime 'c'")
+    if system.flat:
+        _check_flat(system, chosen)
     runs_here = chosen == "python" or can_compile()
     coupled = None if system.states else system.joints[0][1]
     over = operating_range(coupled) if coupled else None
@@ -106,7 +112,7 @@ def export_fmu(
         card = replace(card, tolerance=max(INTEGRATED, run.error), replayed=STIFF if stiff_closed(system) else None)
     if chosen == "c":
         card = replace(card, sources=(TRANSLATION_UNIT,))
-    reference = csv_text(run)
+    reference = csv_text(replace(run, names=tuple(map(system.shown, run.names))))
     card = _named(system, card, reference)
     with told_of.step("writing and compiling the sources" if chosen == "c" else "building"):
         members = _native(system, card, platforms) if chosen == "c" else _python(system, card)
@@ -183,6 +189,17 @@ def _check_system(system: System) -> None:
         raise InputError(f"name is {system.name!r}, expected printable characters for an FMU")
     for joint in joints_of(system):
         parts_of(joint)
+
+
+def _check_flat(system: System, runtime: str) -> None:
+    """Names stay different without their dots, brackets and quotes; the Python runtime has its own."""
+    if runtime == "python":
+        raise InputError("names is 'flat', which needs the native runtime; use runtime 'c'")
+    found: dict[str, str] = {}
+    for name in (v.name for v in native_variables(system)):
+        other = found.setdefault(system.shown(name), name)
+        if other != name:
+            raise InputError(f"{system.name!r}: {name} and {other} are both {system.shown(name)} in flat names")
 
 
 def _obstacle(system: System) -> str:

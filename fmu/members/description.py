@@ -74,7 +74,7 @@ def description_text(system: System, card: Card) -> str:
     variables = [v for v in every if card.fmi == 3 or v.kind not in {"time", "indicator"}]
     structure = python_structure(lone) if lone and not native else native_structure(system)
     # The structured convention knows one pair of brackets only, joints name table entries [i][j]; and ASCII only.
-    structured = not any("][" in v.name or not v.name.isascii() for v in variables)
+    structured = not system.flat and not any("][" in v.name or not v.name.isascii() for v in variables)
     root = Element(
         "fmiModelDescription",
         {
@@ -107,6 +107,7 @@ def description_text(system: System, card: Card) -> str:
     index = {v.name: str(references[v.name] if card.fmi == 3 else i) for i, v in enumerate(variables, start=1)}
     for variable in variables:
         listed.append((_scalar if card.fmi == 2 else _float64)(str(references[variable.name]), variable, index))
+        listed[-1].set("name", system.shown(variable.name))
         if card.fmi == 3 and variable.kind == "input" and _inside(system, card):
             listed[-1].set("intermediateUpdate", "true")
     root.append((_structure2 if card.fmi == 2 else _structure3)(structure, index))
