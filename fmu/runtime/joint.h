@@ -52,6 +52,7 @@
 #define jl_share_column JL_NAME(jl_share_column)
 #define jl_bent JL_NAME(jl_bent)
 #define jl_by_velocity JL_NAME(jl_by_velocity)
+#define jl_remembers JL_NAME(jl_remembers)
 #define jl_kept JL_NAME(jl_kept)
 #define jl_check JL_NAME(jl_check)
 #define jl_initial JL_NAME(jl_initial)
