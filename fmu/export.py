@@ -18,7 +18,8 @@ from .members.archive import archive_bytes
 from .members.build import can_compile, compilers_for
 from .members.description import NAMELESS, Card, description_text, fingerprint
 from .members.documentation import cost_notes, licence_of, machine_notes, native_notes, python_notes, step_notes
-from .members.native import joints_of, without_kernel
+from .members.figures import native_figures
+from .members.native import joints_of, native_variables, without_kernel
 from .members.native_members import native_members, native_sources
 from .members.page import documentation_text
 from .members.source import TRANSLATION_UNIT
@@ -63,6 +64,7 @@ def export_fmu(
     fmi: int = 2,
     runtime: str | None = None,
     platforms: Sequence[str] = (),
+    names: str = "structured",
     tool: str | None = None,
     progress: Progress | None = None,
 ) -> Export:
@@ -75,6 +77,7 @@ def export_fmu(
     force of a joint, or within 1e-6 of the largest values of a machine. Where ``"c"`` is asked for and no compiler is
     found, the FMU holds its sources, is validated, and says that it was not run. ``platforms`` (``"win64"`` as in FMI
     2.0, or ``"x86_64-windows"`` as in 3.0) are compiled for beside this computer's own; without them all that can be.
+    With ``names`` "flat" variables are called by letters, digits and _ alone, as identifiers of Modelica are.
     ``progress`` is told of every part.
     A joint or a machine may be a file, of a machine with its ``tool`` of several by name; what a machine's file leaves
     to be identified is. ``jointlib fmu`` does this.
@@ -83,16 +86,20 @@ def export_fmu(
 
     path = Path(path)
     _check_path(path, fmi, runtime)
+    if names not in {"structured", "flat"}:
+        raise InputError(f"names is {names!r}, expected 'structured' or 'flat'")
     told_of = progress or Silent()
     with told_of.step("reading, and identifying what is open"):
         model, remarks = model_of(joint, tool)
-        system = _system_of(model)
+        system = replace(_system_of(model), flat=names == "flat")
     _check_system(system)
     obstacle = _obstacle(system)
     chosen = runtime or ("python" if obstacle and system.lone else "c")
     _check_runtime(system, fmi, chosen, runtime is None)
     if platforms and chosen == "python":
         raise InputError(f"platform {platforms[0]!r}: the Python runtime brings its own, expected runtime 'c'")
+    if system.flat:
+        _check_flat(system, chosen)
     runs_here = chosen == "python" or can_compile()
     coupled = None if system.states else system.joints[0][1]
     over = operating_range(coupled) if coupled else None
@@ -105,7 +112,7 @@ def export_fmu(
         card = replace(card, tolerance=max(INTEGRATED, run.error), replayed=STIFF if stiff_closed(system) else None)
     if chosen == "c":
         card = replace(card, sources=(TRANSLATION_UNIT,))
-    reference = csv_text(run)
+    reference = csv_text(replace(run, names=tuple(map(system.shown, run.names))))
     card = _named(system, card, reference)
     with told_of.step("writing and compiling the sources" if chosen == "c" else "building"):
         members = _native(system, card, platforms) if chosen == "c" else _python(system, card)
@@ -119,7 +126,7 @@ def export_fmu(
         "modelDescription.xml": description_text(system, card).encode("utf-8"),
         f"{FOLDER}/{CSV}": reference.encode("utf-8"),
         MANIFEST: MANIFEST_TEXT.encode("utf-8"),
-        "documentation/index.html": documentation_text(system, messages, _figures(card)).encode("utf-8"),
+        "documentation/index.html": documentation_text(system, messages, _figures(system, card)).encode("utf-8"),
         TERMINALS: terminals_text(system).encode("utf-8"),
         ICON[fmi]: icon(system),
     }
@@ -129,7 +136,7 @@ def export_fmu(
         with told_of.step("validating and repeating the reference run"):
             verified = verify_fmu(path, data)
         made, clients = verified.platforms, verified.verified_with
-        cost = cost_notes(system, card.step, verified.step_time)
+        cost = cost_notes(system, card.step, verified.step_times)
     else:
         made, clients = validate_fmu(path, data), ()
     atomic.write(path, lambda file: file.write(data))
@@ -155,14 +162,15 @@ def _proposed(limit: StepLimit | None, step: float | None) -> float | None:
     return None if limit.max_step is None else limit.max_step / 20
 
 
-def _figures(card: Card) -> list[tuple[str, str]]:
-    """Step and accuracy for the page inside."""
+def _figures(system: System, card: Card) -> list[tuple[str, str]]:
+    """Step, cost and accuracy for the page inside."""
     rows = [("made with", f"jointlib {version('jointlib')}"), ("runtime", card.runtime)]
     rows.append(("largest co-simulation step", "none is safe" if card.max_step is None else f"{card.max_step:.3g} s"))
     if card.step is not None:
         rows.append(("step it proposes", f"{card.step:.3g} s"))
     repeats = "to rounding" if card.tolerance is None else f"within {card.tolerance:g} of the largest value"
-    return [*rows, ("repeats its reference run, made by the Python laws,", repeats)]
+    rows.append(("repeats its reference run, made by the Python laws,", repeats))
+    return rows + (native_figures(system) if card.runtime == "c" else [])
 
 
 def _check_path(path: Path, fmi: int, runtime: str | None) -> None:
@@ -181,6 +189,17 @@ def _check_system(system: System) -> None:
         raise InputError(f"name is {system.name!r}, expected printable characters for an FMU")
     for joint in joints_of(system):
         parts_of(joint)
+
+
+def _check_flat(system: System, runtime: str) -> None:
+    """Names stay different without their dots, brackets and quotes; the Python runtime has its own."""
+    if runtime == "python":
+        raise InputError("names is 'flat', which needs the native runtime; use runtime 'c'")
+    found: dict[str, str] = {}
+    for name in (v.name for v in native_variables(system)):
+        other = found.setdefault(system.shown(name), name)
+        if other != name:
+            raise InputError(f"{system.name!r}: {name} and {other} are both {system.shown(name)} in flat names")
 
 
 def _obstacle(system: System) -> str:

@@ -45,7 +45,7 @@ class Verification:
     samples: int
     difference: float
     """Largest difference of an output from the reference, relative to its largest absolute value."""
-    step_time: float | None = None
+    step_times: tuple[float, ...] = ()
     """What a step of the default experiment takes here in s, through FMPy; None where there is no such step."""
     exchange: float | None = None
     """How far FMPy's model exchange is from its co-simulation under smooth inputs, relative to the largest value of an
@@ -92,7 +92,7 @@ def verify_fmu(path: Path | str, data: bytes | None = None, *, exchange: bool = 
         allowed = _stated(path, found, "referenceTolerance") or TOLERANCE
         if allowed > LOOSEST:
             raise InputError(f"{path}: referenceTolerance is {allowed:g}, expected at most {LOOSEST:g}")
-        difference, step_time = _replay(path, request, found.description, found.run, allowed)
+        difference, step_times = _replay(path, request, found.description, found.run, allowed)
         apart, said = exchanged(path, folder, found.description, found.run) if exchange else (None, "")
     limit = _stated(path, found, "maxStep")
     return Verification(
@@ -102,7 +102,7 @@ def verify_fmu(path: Path | str, data: bytes | None = None, *, exchange: bool = 
         (f"FMPy {version('fmpy')}",),
         len(found.run.rows),
         difference,
-        step_time,
+        step_times,
         apart,
         said,
     )
@@ -245,7 +245,7 @@ def _check_description(path: Path, folder: Path) -> None:
 
 def _replay(
     path: Path, model: dict[str, object], description: ElementTree.Element, run: ReferenceRun, tolerance: float
-) -> tuple[float, float | None]:
+) -> tuple[float, tuple[float, ...]]:
     """Largest relative difference of the outputs, more than the tolerance fails the check; what a step takes in s."""
     scalars = {s.get("name"): s for s in description.iterfind("ModelVariables/*")}
     for name in run.names[1:]:
@@ -268,8 +268,9 @@ def _replay(
         request["pace"] = {
             "step": float(experiment.get("stepSize", "nan")),
             "sizes": [float(told_of(scalars[name], "nominal", "1")) for name in inputs],
+            "tolerances": [float(experiment.get("tolerance", "1e-6")), None],
         }
-    (first, second), step_time = _run(path, request)
+    (first, second), step_times = _run(path, request)
     if not np.array_equal(first, second):
         raise CheckFailed(f"{path}: after a reset the FMU does not repeat itself")
     expected = run.rows[:, [column[name] for name in outputs]]
@@ -283,12 +284,12 @@ def _replay(
             f"{path}: {outputs[place]} at t = {run.rows[row, 0]:g} s is {float(first[row, place])!r}, the reference "
             f"has {float(expected[row, place])!r}, a difference of {difference[row, place]:.1e} of its largest value"
         )
-    return float(np.max(difference)), step_time
+    return float(np.max(difference)), step_times
 
 
-def _run(path: Path, request: dict[str, object]) -> tuple[Array, float | None]:
+def _run(path: Path, request: dict[str, object]) -> tuple[Array, tuple[float, ...]]:
     """Outputs of two runs in a fresh process, shape (2, samples, outputs), and what a step takes in s."""
     with tempfile.TemporaryDirectory(prefix="jointlib-") as scratch:
         where = f"{path}: the FMU"
         answer = answer_of("replay", request, Path(scratch), where, _TIME_LIMIT, "reference run")
-        return np.array(answer["runs"]), answer["pace"]
+        return np.array(answer["runs"]), tuple(answer["paces"])

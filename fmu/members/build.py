@@ -58,8 +58,8 @@ class Platform:
 PLATFORMS = (
     Platform("x86_64-linux", "linux64", "x86_64-linux-gnu.2.17", ".so"),
     Platform("x86_64-windows", "win64", "x86_64-windows-gnu", ".dll"),
-    Platform("x86_64-darwin", "darwin64", "x86_64-macos", ".dylib"),
-    Platform("aarch64-darwin", "aarch64-darwin", "aarch64-macos", ".dylib"),
+    Platform("x86_64-darwin", "darwin64", "x86_64-macos.10.9", ".dylib"),
+    Platform("aarch64-darwin", "aarch64-darwin", "aarch64-macos.11.0", ".dylib"),
     Platform("aarch64-linux", "aarch64-linux", "aarch64-linux-gnu.2.17", ".so"),
 )
 

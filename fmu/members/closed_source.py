@@ -18,6 +18,11 @@ from .native import native_parts
 _SMALL = 1e-3
 """Part of its range that a joint's motion always counts as."""
 
+_SIZES = (
+    *("JL_POLES", "JL_BASIS", "JL_READS", "JL_BENT", "JL_PORTS", "JL_KEPT"),
+    *("JL_STIFF", "JL_BENT_BY_VELOCITY", "JL_TURNS", "JL_HALVED"),
+)
+
 
 @dataclass(frozen=True, eq=False)
 class ClosedTables:
@@ -70,20 +75,13 @@ def closed_tables(system: System) -> ClosedTables | None:
 
 def closed_sizes(tables: ClosedTables | None) -> dict[str, int]:
     """Sizes for joint_sizes.h; 0 where there are no such tables."""
-    if tables is None:
-        return dict.fromkeys(
-            ("JL_POLES", "JL_BASIS", "JL_READS", "JL_BENT", "JL_PORTS", "JL_KEPT", "JL_STIFF", "JL_BENT_BY_VELOCITY"), 0
-        )
-    return {
-        "JL_POLES": len(tables.modes.W),
-        "JL_BASIS": len(tables.of.basis),
-        "JL_READS": len(tables.reads),
-        "JL_BENT": len(tables.of.bent),
-        "JL_PORTS": len(tables.ports),
-        "JL_KEPT": len(tables.kept),
-        "JL_STIFF": int(tables.of.stiff),
-        "JL_BENT_BY_VELOCITY": int(bool(tables.of.by_velocity)),
-    }
+    sizes = dict.fromkeys(_SIZES, 0)
+    if tables is not None:
+        of = tables.of
+        counts = (len(tables.reads), len(of.bent), len(tables.ports), len(tables.kept))
+        told = (of.stiff, bool(of.by_velocity), bool(of.remembering), of.halved)
+        sizes |= zip(_SIZES, (len(tables.modes.W), len(of.basis), *counts, *map(int, told)), strict=True)
+    return sizes
 
 
 def closed_text(tables: ClosedTables | None, numbers: Callable[[Array], str], whole: Callable[[list[int]], str]) -> str:
@@ -107,6 +105,7 @@ def closed_text(tables: ClosedTables | None, numbers: Callable[[Array], str], wh
         "jl_pole_kind": [] if tables is None else [int(kind) for kind in tables.modes.kinds],
         "jl_bent": [] if of is None else list(of.bent),
         "jl_by_velocity": [] if of is None else [int(j in of.by_velocity) for j in of.bent],
+        "jl_remembers": [] if of is None else [int(j in of.remembering) for j in of.bent],
         "jl_share_first": [0, *np.cumsum(np.count_nonzero(rows, axis=1)).tolist()],
         "jl_share_column": [int(j) for row in rows for j in np.flatnonzero(row)],
         "jl_kept": [] if tables is None else list(tables.kept),

@@ -74,7 +74,7 @@ def description_text(system: System, card: Card) -> str:
     variables = [v for v in every if card.fmi == 3 or v.kind not in {"time", "indicator"}]
     structure = python_structure(lone) if lone and not native else native_structure(system)
     # The structured convention knows one pair of brackets only, joints name table entries [i][j]; and ASCII only.
-    structured = not any("][" in v.name or not v.name.isascii() for v in variables)
+    structured = not system.flat and not any("][" in v.name or not v.name.isascii() for v in variables)
     root = Element(
         "fmiModelDescription",
         {
@@ -107,11 +107,14 @@ def description_text(system: System, card: Card) -> str:
     index = {v.name: str(references[v.name] if card.fmi == 3 else i) for i, v in enumerate(variables, start=1)}
     for variable in variables:
         listed.append((_scalar if card.fmi == 2 else _float64)(str(references[variable.name]), variable, index))
+        listed[-1].set("name", system.shown(variable.name))
+        if card.fmi == 3 and variable.kind == "input" and _inside(system, card):
+            listed[-1].set("intermediateUpdate", "true")
     root.append((_structure2 if card.fmi == 2 else _structure3)(structure, index))
     if card.fmi == 3:
         annotations = ElementTree.SubElement(root, "Annotations")
         ElementTree.SubElement(annotations, "Annotation", type=TOOL).append(_annotation(system, card))
-    return _document(root)
+    return document(root)
 
 
 def _made_by(system: System) -> dict[str, str]:
@@ -133,9 +136,15 @@ def _stop(card: Card) -> float:
     return card.stop_time if card.step is None else min(card.stop_time, _MOST_STEPS * card.step)
 
 
-def _document(root: Element) -> str:
+def document(root: Element) -> str:
+    """The XML file."""
     ElementTree.indent(root)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
+
+
+def _inside(system: System, card: Card) -> bool:
+    """Co-simulation integrates a structure, and its inputs may go on within a step."""
+    return bool(card.runtime == "c" and system.states)
 
 
 def _interface(root: Element, kind: str, card: Card, system: System) -> None:
@@ -158,7 +167,11 @@ def _interface(root: Element, kind: str, card: Card, system: System) -> None:
     if steps:
         attributes["canHandleVariableCommunicationStepSize"] = "true"
         if card.fmi == 2:
-            attributes["canInterpolateInputs"] = "true" if native and system.states else "false"
+            attributes["canInterpolateInputs"] = "true" if _inside(system, card) else "false"
+        elif _inside(system, card):
+            attributes |= {"providesIntermediateUpdate": "true", "recommendedIntermediateInputSmoothness": "2"}
+        if _inside(system, card):
+            attributes["maxOutputDerivativeOrder"] = "1"
     elif card.fmi == 2:
         attributes["completedIntegratorStepNotNeeded"] = "true"
     interface = ElementTree.SubElement(root, kind, attributes)
@@ -270,18 +283,6 @@ def _list(parent: Element, tag: str, key: str, unknowns: Iterable[Unknown], inde
     for unknown in unknowns:
         known = " ".join(index[name] for name in unknown.depends_on)
         ElementTree.SubElement(parent, tag, {key: index[unknown.name], "dependencies": known})
-
-
-def build_description_text(identifier: str, sources: Iterable[str]) -> str:
-    """FMI 3.0's sources/buildDescription.xml."""
-    root = Element("fmiBuildDescription", fmiVersion=VERSIONS[3])
-    configuration = ElementTree.SubElement(root, "BuildConfiguration", modelIdentifier=identifier)
-    group = ElementTree.SubElement(configuration, "SourceFileSet", language="C99")
-    for name in sources:
-        ElementTree.SubElement(group, "SourceFile", name=name)
-    # Part of the C library on Windows.
-    ElementTree.SubElement(configuration, "Library", name="m", description="where the C library has it apart")
-    return _document(root)
 
 
 def fingerprint(identifier: str, token: str, description: str, source: Mapping[str, str], reference: str) -> str:

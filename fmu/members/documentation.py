@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from importlib.metadata import PackageNotFoundError, distribution
 
 from jointlib.joint import Joint
@@ -76,18 +76,20 @@ def machine_notes(system: System) -> list[str]:
     ]
 
 
-def cost_notes(system: System, step: float | None, taken: float | None) -> tuple[str, ...]:
-    """What a step takes on this computer, where something is integrated inside."""
-    if not system.states or step is None or not taken:
+def cost_notes(system: System, step: float | None, taken: Sequence[float]) -> tuple[str, ...]:
+    """What a step takes on this computer at the tolerance of the default experiment and without one, where something
+    is integrated inside."""
+    if not system.states or step is None or not all(taken) or not taken:
         return ()
-    rate = step / taken
-    said = f"{rate:.2g} times real time" if rate >= 1 else f"{1 / rate:.2g} times slower than real time"
-    faster = (
-        "" if rate >= 10 else "; a larger tolerance (1e-4) or longer steps, where the force allows it, make it faster"
-    )
+    told, untold = (f"{x * 1e6:.2g} µs, {_pace(step / x)}" for x in taken)
     return (
-        f"A step of {step:.3g} s takes {taken * 1e6:.2g} µs here if the importer tells no tolerance: {said}{faster}.",
+        f"A step of {step:.3g} s takes {told}, here at the tolerance that the FMU proposes; {untold}, if the importer "
+        "tells none.",
     )
+
+
+def _pace(rate: float) -> str:
+    return f"{rate:.2g} times real time" if rate >= 1 else f"{1 / rate:.2g} times slower than real time"
 
 
 def licence_of(package: str) -> str:

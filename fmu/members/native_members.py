@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from xml.etree import ElementTree
+
 from jointlib.errors import InputError
 
 from ..system.system import System
 from .build import Compiler, here, library
-from .description import build_description_text
+from .description import VERSIONS, document
 from .headers import headers, licence
 from .source import TRANSLATION_UNIT, source_files
 
@@ -20,8 +22,19 @@ def native_sources(system: System, fmi: int, identifier: str, token: str) -> dic
     files = source_files(system, identifier, token) | headers()
     members = {f"{SOURCES}{name}": text for name, text in files.items()}
     if fmi == 3:
-        members[BUILD] = build_description_text(identifier, [TRANSLATION_UNIT])
+        members[BUILD] = _build_description(identifier)
     return members
+
+
+def _build_description(identifier: str) -> str:
+    """FMI 3.0's sources/buildDescription.xml."""
+    root = ElementTree.Element("fmiBuildDescription", fmiVersion=VERSIONS[3])
+    configuration = ElementTree.SubElement(root, "BuildConfiguration", modelIdentifier=identifier)
+    group = ElementTree.SubElement(configuration, "SourceFileSet", language="C99")
+    ElementTree.SubElement(group, "SourceFile", name=TRANSLATION_UNIT)
+    # Part of the C library on Windows.
+    ElementTree.SubElement(configuration, "Library", name="m", description="where the C library has it apart")
+    return document(root)
 
 
 def native_members(

@@ -101,7 +101,7 @@ def _variables(system: System) -> str:
         )
         start = v.nominal or 0.0 if v.kind == "state" else v.start or 0.0
         bounds = ", ".join(number(x) for x in (start, lower, upper, above))
-        rows.append(f"    {{ {text(v.name)}, {_KINDS[v.kind]}, {bounds} }}")
+        rows.append(f"    {{ {text(system.shown(v.name))}, {_KINDS[v.kind]}, {bounds} }}")
     return (
         "/* name, kind, start (of a state: its usual size), lower, upper and excluded lower bound */\n"
         "const jl_variable jl_variables[JL_VARIABLES] = {\n" + ",\n".join(rows) + "\n};"

@@ -44,7 +44,7 @@ def terminals_text(system: System) -> str:
         terminal = ElementTree.SubElement(listed, "Terminal", about)
         for member in _MEMBERS:
             if member in members:
-                told = {"variableName": members[member], "memberName": member, "variableKind": "signal"}
+                told = {"variableName": system.shown(members[member]), "memberName": member, "variableKind": "signal"}
                 ElementTree.SubElement(terminal, "TerminalMemberVariable", told)
     ElementTree.indent(root)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"

@@ -46,17 +46,17 @@ def _simulated(of: Closed, moves: _Moves, u: Array, parts: int) -> Array:
     """Outputs with this many steps a sample."""
     forces, x = _Forces(of), of.system.start.copy()
     memory = forces.begun()
-    d, memory = forces.beyond(x, memory)
+    d, memory = forces.beyond(x, memory, 0.0)
     out = [forces.outputs(x, u[0], memory)]
     pulled = moves.held[:, moves.inputs :]
     for held in u[1:]:
         steady = moves.held[:, : moves.inputs] @ np.append(held, 1.0)
         for _ in range(parts):
             free = moves.move @ x + steady + pulled @ d
-            first, _ = forces.beyond(free, memory)
-            second, _ = forces.beyond(free + moves.begun @ (first - d), memory)
+            first, _ = forces.beyond(free, memory, moves.step)
+            second, _ = forces.beyond(free + moves.begun @ (first - d), memory, moves.step)
             x = free + moves.begun @ (second - d)
-            d, memory = forces.beyond(x, memory)
+            d, memory = forces.beyond(x, memory, moves.step)
         out.append(forces.outputs(x, held, memory))
     return np.array(out)
 
@@ -65,6 +65,8 @@ def _simulated(of: Closed, moves: _Moves, u: Array, parts: int) -> Array:
 class _Moves:
     """A step of one length: e^(Ah), and its integrals on forces that are held and on forces that begin."""
 
+    step: float
+    """h in s."""
     move: Array
     held: Array
     """∫ e^(A(h − s)) ds on the columns of B, c and of G of the bent joints."""
@@ -76,7 +78,7 @@ class _Moves:
         """The same for twice the length, from two of these."""
         pulled = self.held[:, self.inputs :]
         begun = (self.move @ self.begun + pulled + self.begun) / 2
-        return _Moves(self.move @ self.move, self.held + self.move @ self.held, begun, self.inputs)
+        return _Moves(2 * self.step, self.move @ self.move, self.held + self.move @ self.held, begun, self.inputs)
 
     @classmethod
     def lasting(cls, of: Closed, h: float) -> _Moves:
@@ -90,7 +92,7 @@ class _Moves:
             term = of.A @ term * (h / k)
             held = held + term
             begun = begun + term[:, inputs:] / (k + 1)
-        return cls(expm(of.A * h), held, begun, inputs)
+        return cls(h, expm(of.A * h), held, begun, inputs)
 
 
 def _moves(of: Closed, step: float) -> dict[int, _Moves]:
@@ -134,8 +136,8 @@ class _Forces:
             out.append(states)
         return out
 
-    def beyond(self, x: Array, memory: _Memory) -> tuple[Array, _Memory]:
-        """δ of the bent joints in N at x, and what they remember of the way there."""
+    def beyond(self, x: Array, memory: _Memory, h: float) -> tuple[Array, _Memory]:
+        """δ of the bent joints in N at x, and what they remember of the way there, which took h seconds."""
         of, system = self.of, self.of.system
         motion = system.C @ x + system.constants[1]
         out, after = np.zeros(len(of.bent)), list(memory)
@@ -144,7 +146,7 @@ class _Forces:
                 continue
             z, v = motion[0::2][js], motion[1::2][js]
             force = -of.stiffness[js] * z - (of.damping[js] * v if fast else 0.0)
-            at, states = Motion(z, v if fast else np.zeros(len(js)), 0.0), list(memory[i])
+            at, states = Motion(z, v if fast else np.zeros(len(js)), h), list(memory[i])
             for k, law in enumerate(laws):
                 if not fast and isinstance(law, Viscous):
                     continue

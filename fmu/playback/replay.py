@@ -40,16 +40,19 @@ def replay(request: dict[str, Any]) -> list[list[list[float]]]:
     return runs
 
 
-def pace(request: dict[str, Any]) -> float | None:
-    """Processor time of a communication step in s: the least mean of some batches under inputs that change."""
-    if not request.get("pace"):
-        return None
+def paces(request: dict[str, Any]) -> list[float]:
+    """Processor time of a communication step in s at each of the tolerances that are asked about, None for none."""
+    return [_pace(request, tolerance) for tolerance in request.get("pace", {}).get("tolerances", [])]
+
+
+def _pace(request: dict[str, Any], tolerance: float | None) -> float:
+    """The least mean of some batches of steps under inputs that change."""
     fmu = _instance(request)
     if request["fmi"] == 2:
-        fmu.setupExperiment(startTime=0.0)
+        fmu.setupExperiment(tolerance=tolerance, startTime=0.0)
         fmu.enterInitializationMode()
     else:
-        fmu.enterInitializationMode(startTime=0.0)
+        fmu.enterInitializationMode(tolerance=tolerance, startTime=0.0)
     fmu.exitInitializationMode()
     write = fmu.setReal if request["fmi"] == 2 else fmu.setFloat64
     step, sizes = request["pace"]["step"], request["pace"]["sizes"]
@@ -83,4 +86,4 @@ def _instance(request: dict[str, Any]) -> Any:
 
 
 if __name__ == "__main__":
-    answering(lambda asked: {"runs": replay(asked), "pace": pace(asked)})
+    answering(lambda asked: {"runs": replay(asked), "paces": paces(asked)})

@@ -51,13 +51,12 @@ static double jl_along(const double *row, const double *motion, const double *ds
     return sum;
 }
 
-/* What every output and every rate does when one known moves by 1: inputs, then states. */
-static void jl_respond(const jl_partial *at, int known, double *column)
+/* What every output and every rate does when the knowns move: inputs, then states. */
+static void jl_respond(const jl_partial *at, const double *all, double *column)
 {
-    double all[JL_KNOWNS] = { 0.0 }, motion[JL_ROOM(JL_MOTIONS)], ds[JL_ROOM(JL_MEMORY)], df[JL_ROOM(JL_JOINTS)];
+    double motion[JL_ROOM(JL_MOTIONS)], ds[JL_ROOM(JL_MEMORY)], df[JL_ROOM(JL_JOINTS)];
     const double *du = all, *dx = all + JL_INPUTS;
     int i;
-    all[known] = 1.0;
     jl_moves(JL_STRUCTURE, JL_MOTIONS, dx, du, NULL, motion);
     for (i = 0; i < JL_MEMORY; i++) ds[i] = dx[JL_STRUCTURE + i] + at->follow[i] * motion[2 * jl_owner[i]];
     for (i = 0; i < JL_JOINTS; i++) df[i] = jl_along(at->dF + i * JL_WIDTH, motion + 2 * i, ds);
@@ -102,6 +101,18 @@ static int jl_known(const jl_values *v, unsigned int reference)
     return -1;
 }
 
+/* The open structure, with the modes that its joints are in. */
+static const jl_values *jl_asked_about(const jl_values *v, jl_values *open)
+{
+    double motion[JL_ROOM(JL_MOTIONS)];
+    if (!v->closed) return v;
+    *open = *v;
+    jl_open(open);
+    jl_motion(open->s, open->u, motion);
+    (void)jl_event(open->p, open->s + JL_STRUCTURE, open->m, motion);
+    return open;
+}
+
 int jl_derivative(void *c, jl_call call, const jl_directions *asked)
 {
     jl_instance *instance = (jl_instance *)c;
@@ -119,16 +130,7 @@ int jl_derivative(void *c, jl_call call, const jl_directions *asked)
     if ((rows && !asked->unknowns) || (columns && !asked->knowns) || (seeds && !asked->seed)
         || (results && !asked->result))
         return jl_fail(instance, call, "the references, the seed or the result are NULL");
-    v = &instance->values;
-    if (v->closed) {
-        /* What is asked about: the open structure, with the modes that its joints are in. */
-        double motion[JL_ROOM(JL_MOTIONS)];
-        open = *v;
-        jl_open(&open);
-        jl_motion(open.s, open.u, motion);
-        (void)jl_event(open.p, open.s + JL_STRUCTURE, open.m, motion);
-        v = &open;
-    }
+    v = jl_asked_about(&instance->values, &open);
     for (i = 0; i < rows; i++)
         if (jl_unknown(v, asked->unknowns[i]) < 0)
             return jl_fail(instance, call, "value reference %u is no unknown here", asked->unknowns[i]);
@@ -139,13 +141,44 @@ int jl_derivative(void *c, jl_call call, const jl_directions *asked)
     jl_linearize(v, &at);
     for (i = 0; i < results; i++) asked->result[i] = 0.0;
     for (j = 0; j < columns; j++) {
-        double column[JL_UNKNOWNS];
-        jl_respond(&at, jl_known(v, asked->knowns[j]), column);
+        double column[JL_UNKNOWNS], all[JL_KNOWNS] = { 0.0 };
+        all[jl_known(v, asked->knowns[j])] = 1.0;
+        jl_respond(&at, all, column);
         for (i = 0; i < rows; i++) {
             const double partial = column[jl_unknown(v, asked->unknowns[i])];
             if (asked->adjoint) asked->result[j] += partial * asked->seed[i];
             else asked->result[i] += partial * asked->seed[j];
         }
     }
+    return JL_OK;
+}
+
+/* First derivatives of outputs by time, at held inputs. */
+int jl_output_rates(void *c, jl_call call, const unsigned int *references, size_t count, const int *order, double *rate,
+                    size_t places)
+{
+    jl_instance *instance = (jl_instance *)c;
+    const jl_values *v;
+    jl_partial at;
+    jl_values open;
+    double all[JL_KNOWNS] = { 0.0 }, column[JL_UNKNOWNS];
+    size_t i;
+    if (jl_enter(instance, call)) return JL_ERROR;
+    if (count && !JL_STRUCTURE) return jl_fail(instance, call, "outputs have no derivatives by time");
+    if (jl_listed(instance, call, references, count, rate, places)) return JL_ERROR;
+    if (count && !order) return jl_fail(instance, call, "the orders are NULL");
+    for (i = 0; i < count; i++) {
+        const unsigned int place = JL_PLACE(references[i]);
+        const char *name = jl_variables[place].name;
+        if (place < JL_FIRST_OUTPUT || place >= JL_FIRST_PARAMETER) return jl_fail(instance, call, "%s is no output", name);
+        if (order[i] != 1) return jl_fail(instance, call, "derivative %d of %s, expected the first", order[i], name);
+    }
+    if (!count) return JL_OK;
+    if (jl_prepare(instance, call)) return JL_ERROR;
+    v = jl_asked_about(&instance->values, &open);
+    jl_linearize(v, &at);
+    jl_all_rates(v->p, v->s, v->m, v->u, all + JL_INPUTS);
+    jl_respond(&at, all, column);
+    for (i = 0; i < count; i++) rate[i] = column[JL_PLACE(references[i]) - JL_FIRST_OUTPUT];
     return JL_OK;
 }

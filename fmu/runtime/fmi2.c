@@ -162,8 +162,7 @@ fmi2Status JL_2(SetRealInputDerivatives)(fmi2Component c, const fmi2ValueReferen
 fmi2Status JL_2(GetRealOutputDerivatives)(fmi2Component c, const fmi2ValueReference vr[], size_t n,
                                           const fmi2Integer order[], fmi2Real value[])
 {
-    (void)vr, (void)order, (void)value;
-    JL_STATUS_2(jl_refuse(c, call_fmi2GetRealOutputDerivatives, n, "outputs have no derivatives by time"));
+    JL_STATUS_2(jl_output_rates(c, call_fmi2GetRealOutputDerivatives, vr, n, order, value, n));
 }
 
 fmi2Status JL_2(DoStep)(fmi2Component c, fmi2Real time, fmi2Real h, fmi2Boolean noSetFMUStatePriorToCurrentPoint)

@@ -21,6 +21,15 @@ static jl_instance jl_host_3(fmi3Boolean loggingOn, fmi3InstanceEnvironment envi
     return host;
 }
 
+/* Values of a time to come may be set, none be had, and the step goes on whatever is answered. */
+static void jl_ask_3(jl_instance *instance, double time)
+{
+    fmi3Boolean early = fmi3False;
+    fmi3Float64 when = time;
+    ((fmi3IntermediateUpdateCallback)instance->intermediate)(instance->environment, time, fmi3True, fmi3False, fmi3False,
+                                                             fmi3False, &early, &when);
+}
+
 fmi3Instance JL_3(InstantiateModelExchange)(fmi3String instanceName, fmi3String token, fmi3String resourcePath,
                                             fmi3Boolean visible, fmi3Boolean loggingOn,
                                             fmi3InstanceEnvironment environment, fmi3LogMessageCallback logMessage)
@@ -39,7 +48,11 @@ fmi3Instance JL_3(InstantiateCoSimulation)(fmi3String instanceName, fmi3String t
 {
     jl_instance host = jl_host_3(loggingOn, environment, logMessage);
     (void)resourcePath, (void)visible, (void)earlyReturnAllowed;
-    (void)intermediate, (void)nIntermediate, (void)intermediateUpdate;
+    (void)intermediate, (void)nIntermediate;
+    if (intermediateUpdate && JL_STRUCTURE) {
+        host.intermediate = (void (*)(void))intermediateUpdate;
+        host.ask = jl_ask_3;
+    }
     if (!eventModeUsed) return jl_new(&host, 0, instanceName, token);
     jl_report(&host, JL_INSTANTIATE, JL_ERROR, "co-simulation has no event mode here");
     return NULL;
@@ -172,6 +185,12 @@ fmi3Status JL_3(GetNumberOfContinuousStates)(fmi3Instance c, size_t *n)
 }
 
 /* Co-simulation */
+
+fmi3Status JL_3(GetOutputDerivatives)(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3Int32 orders[],
+                                      fmi3Float64 x[], size_t places)
+{
+    JL_STATUS_3(jl_output_rates(c, call_fmi3GetOutputDerivatives, vr, n, orders, x, places));
+}
 
 fmi3Status JL_3(DoStep)(fmi3Instance c, fmi3Float64 time, fmi3Float64 h, fmi3Boolean noSetFMUStatePriorToCurrentPoint,
                         fmi3Boolean *eventHandlingNeeded, fmi3Boolean *terminateSimulation, fmi3Boolean *earlyReturn,

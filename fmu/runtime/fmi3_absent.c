@@ -56,9 +56,6 @@ JL_NOTHING_3(SetIntervalFraction, "there are no clocks",
 JL_NOTHING_3(SetShiftDecimal, "there are no clocks", (JL_VECTOR, const fmi3Float64 x[]), ((void)x))
 JL_NOTHING_3(SetShiftFraction, "there are no clocks", (JL_VECTOR, const fmi3UInt64 x[], const fmi3UInt64 resolutions[]),
              ((void)x, (void)resolutions))
-JL_NOTHING_3(GetOutputDerivatives, "outputs have no derivatives by time",
-             (JL_VECTOR, const fmi3Int32 orders[], fmi3Float64 x[], size_t places),
-             ((void)orders, (void)x, (void)places))
 
 /* The call-order table allows these in no state. */
 fmi3Status JL_3(GetNumberOfVariableDependencies)(fmi3Instance c, fmi3ValueReference reference, size_t *n)

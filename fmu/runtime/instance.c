@@ -22,6 +22,7 @@ static const char *jl_state_name(int state)
     case JL_EVENT: return "event mode";
     case JL_CONTINUOUS_TIME: return "continuous-time mode";
     case JL_STEP: return "step mode";
+    case JL_INTERMEDIATE: return "intermediate update mode";
     case JL_TERMINATED: return "terminated";
     default: return "error";
     }

@@ -45,6 +45,10 @@
 #define jl_derivative JL_NAME(jl_derivative)
 #define jl_do_step JL_NAME(jl_do_step)
 #define jl_set_slopes JL_NAME(jl_set_slopes)
+#define jl_listed JL_NAME(jl_listed)
+#define jl_inputs_at JL_NAME(jl_inputs_at)
+#define jl_ask_inputs JL_NAME(jl_ask_inputs)
+#define jl_output_rates JL_NAME(jl_output_rates)
 #define jl_new_discrete_states JL_NAME(jl_new_discrete_states)
 #define jl_continuous_time JL_NAME(jl_continuous_time)
 #define jl_completed_step JL_NAME(jl_completed_step)
@@ -72,6 +76,7 @@ enum {
     JL_EVENT = 'E',
     JL_CONTINUOUS_TIME = 'C',
     JL_STEP = 'S',
+    JL_INTERMEDIATE = 'U',
     JL_TERMINATED = 'T',
     JL_FAILED = 'X'
 };
@@ -145,7 +150,7 @@ enum {
     CALL(fmi3GetBinary, "INST", "INECT") \
     CALL(fmi3GetClock, "", "E") \
     CALL(fmi3SetFloat32, "INS", "INEC") \
-    CALL(fmi3SetFloat64, "INS", "INEC") \
+    CALL(fmi3SetFloat64, "INSU", "INEC") \
     CALL(fmi3SetInt8, "INS", "INE") \
     CALL(fmi3SetUInt8, "INS", "INE") \
     CALL(fmi3SetInt16, "INS", "INE") \
@@ -208,7 +213,7 @@ typedef struct {
     double tolerance;  /* the host's, 0 where it has none */
     double stride;     /* s, what the integrator would step next; 0 before it stepped */
     double u[JL_ROOM(JL_INPUTS)];
-    double du[JL_ROOM(JL_INPUTS)]; /* 1/s, how the inputs go on in the next step */
+    double du[JL_ROOM(JL_INPUTS)], ddu[JL_ROOM(JL_INPUTS)]; /* 1/s, 1/s2, how the inputs go on in the next step */
     double y[JL_ROOM(JL_OUTPUTS)]; /* valid while `fresh` */
     double p[JL_ROOM(JL_PARAMETERS)];
     double s[JL_ROOM(JL_STATES)];
@@ -216,6 +221,7 @@ typedef struct {
     double q[JL_ROOM(JL_POLES)];                              /* the closed structure, the truth while `closed` */
     double push[JL_ROOM(JL_POLES)], pushed[JL_ROOM(JL_POLES)]; /* what bent joints do to it, now and a step before */
     double d[JL_ROOM(JL_BENT)], was[JL_ROOM(JL_BENT)];        /* their forces beyond the tangents, in N */
+    double at[JL_ROOM(JL_TURNS * JL_MOTIONS)], past[JL_ROOM(JL_TURNS * JL_MOTIONS)]; /* motions, where joints remember */
     double before;   /* s, that step; 0 where there was none */
     int closed;      /* the structure is in q, and s is behind */
     int bent;        /* d and push are of the present parameters */
@@ -239,6 +245,8 @@ struct jl_instance {
     unsigned next_flow;
     void *environment;
     void (*logger)(void); /* the host's, of the type of its version */
+    void (*intermediate)(void); /* the host's, NULL where it does not answer */
+    void (*ask)(jl_instance *, double time); /* for the inputs at a time within a step; NULL where nobody answers */
     void (*log)(const jl_instance *, int status, const char *category, const char *message);
 };
 
@@ -274,8 +282,14 @@ int jl_exit_initialization(void *instance, jl_call call);
 int jl_get(void *instance, jl_call call, const unsigned int *references, size_t count, double *x, size_t places);
 int jl_set(void *instance, jl_call call, const unsigned int *references, size_t count, const double *x, size_t places);
 int jl_do_step(void *instance, jl_call call, double time, double h);
+int jl_listed(jl_instance *instance, jl_call call, const unsigned int *references, size_t count, const double *x,
+              size_t places);
+
+/* Inputs within a step (inputs.c). */
 int jl_set_slopes(void *instance, jl_call call, const unsigned int *references, size_t count, const int *order,
                   const double *slope);
+void jl_inputs_at(const jl_values *values, double since, double *u);
+int jl_ask_inputs(jl_instance *instance, double time, double h);
 
 /* The structure (structure.c): products with its matrices. f may be NULL where no force enters. jl_moves is what small
  * changes of x, u and f do to rows from `first` on: the static load has no part in it. */
@@ -286,7 +300,7 @@ void jl_slopes(const double *x, const double *u, const double *f, double *slope)
 void jl_outputs(const double *x, const double *u, const double *f, double *y);
 void jl_all_rates(const double *p, const double *s, const int *m, const double *u, double *rate);
 
-/* Co-simulation with a structure (integrate.c): h seconds at held inputs; NULL or a sentence on why not. */
+/* Co-simulation with a structure (integrate.c): h seconds; NULL or a sentence on why not. */
 const char *jl_integrate(jl_values *values, double h);
 
 /* Co-simulation with the joints closed at their tangents (exponential.c): from JL_LOOSE on, or where the structure is
@@ -320,5 +334,7 @@ typedef struct {
     int adjoint;
 } jl_directions;
 int jl_derivative(void *instance, jl_call call, const jl_directions *asked);
+int jl_output_rates(void *instance, jl_call call, const unsigned int *references, size_t count, const int *order,
+                    double *rate, size_t places);
 
 #endif

@@ -1,7 +1,7 @@
 /* Co-simulation of a structure with its joints: the equations of model exchange, integrated inside.
  *
  * Dormand and Prince's method of order 5 with the error estimate of order 4 (J. Comp. Appl. Math. 6:19-26, 1980), and
- * events found by bisection on the step. Inputs are straight lines. What it would step next stays among the saved
+ * events found by bisection on the step. Inputs are parabolas. What it would step next stays among the saved
  * values. */
 #include <math.h>
 #include <string.h>
@@ -42,7 +42,7 @@ static double jl_try(const jl_values *v, const double *rate, double h, jl_end *e
             for (j = 0; j < n; j++) sum += jl_stage[n - 1][j] * k[j][i];
             end->s[i] = v->s[i] + h * sum;
         }
-        for (i = 0; i < JL_INPUTS; i++) u[i] = v->u[i] + jl_when[n] * h * v->du[i];
+        jl_inputs_at(v, jl_when[n] * h, u);
         jl_all_rates(v->p, end->s, v->m, u, k[n]);
     }
     memcpy(end->rate, k[JL_STAGES - 1], JL_STATES * sizeof *rate);
@@ -114,14 +114,15 @@ static double jl_locate(const jl_values *v, const double *before, const double *
     return high;
 }
 
-/* The inputs so many seconds after they were u. */
-static void jl_inputs(jl_values *v, const double *u, double since)
+/* Inputs and their slopes so many seconds after the step began. */
+static void jl_inputs(jl_values *v, const jl_values *begun, double since)
 {
     int i;
-    for (i = 0; i < JL_INPUTS; i++) v->u[i] = u[i] + since * v->du[i];
+    jl_inputs_at(begun, since, v->u);
+    for (i = 0; i < JL_INPUTS; i++) v->du[i] = begun->du[i] + since * begun->ddu[i];
 }
 
-static const char *jl_advanced(jl_values *v, const double *u, double h)
+static const char *jl_advanced(jl_values *v, const jl_values *begun, double h)
 {
     double rate[JL_ROOM(JL_STATES)], g[JL_ROOM(JL_INDICATORS)], done = 0.0;
     long work = 0;
@@ -147,7 +148,7 @@ static const char *jl_advanced(jl_values *v, const double *u, double h)
             step = jl_locate(v, g, rate, step, &end);
             work += JL_BISECTIONS;
             memcpy(v->s, end.s, JL_STATES * sizeof *end.s);
-            jl_inputs(v, u, done + step);
+            jl_inputs(v, begun, done + step);
             jl_settle(v, rate, g);
             if (!jl_all_finite(v->s, JL_STATES) || !jl_all_finite(rate, JL_STATES))
                 return "a state or a rate after an event is no finite number";
@@ -162,7 +163,7 @@ static const char *jl_advanced(jl_values *v, const double *u, double h)
         memcpy(rate, end.rate, JL_STATES * sizeof *end.rate);
         if (JL_INDICATORS) jl_seen(v, v->s, g);
         done = last ? h : done + step;
-        jl_inputs(v, u, done);
+        jl_inputs(v, begun, done);
         /* A step that was cut short says nothing against the longer one. */
         proposed = step * (error > 0.0 ? fmin(5.0, 0.9 * pow(error, -0.2)) : 5.0);
         v->stride = fmin(h, step < stride ? fmax(stride, proposed) : proposed);
@@ -172,10 +173,6 @@ static const char *jl_advanced(jl_values *v, const double *u, double h)
 
 const char *jl_integrate(jl_values *v, double h)
 {
-    double u[JL_ROOM(JL_INPUTS)];
-    const char *fault;
-    memcpy(u, v->u, sizeof u);
-    fault = jl_advanced(v, u, h);
-    memcpy(v->u, u, sizeof u);
-    return fault;
+    const jl_values begun = *v;
+    return jl_advanced(v, &begun, h);
 }

@@ -52,6 +52,7 @@
 #define jl_share_column JL_NAME(jl_share_column)
 #define jl_bent JL_NAME(jl_bent)
 #define jl_by_velocity JL_NAME(jl_by_velocity)
+#define jl_remembers JL_NAME(jl_remembers)
 #define jl_kept JL_NAME(jl_kept)
 #define jl_check JL_NAME(jl_check)
 #define jl_initial JL_NAME(jl_initial)
@@ -127,6 +128,7 @@ extern const double jl_at_rest[];    /* y at the start */
 extern const double jl_tangent[];    /* of each bent joint stiffness and damping in the modes, and offset of z */
 extern const int jl_bent[];          /* of each bent joint its number */
 extern const int jl_by_velocity[];   /* its laws are asked with their velocity */
+extern const int jl_remembers[];     /* a law of it has states */
 extern const int jl_share_first[], jl_share_column[];
 extern const double jl_share[];      /* its displacement over those of the basis, without zeros */
 extern const int jl_kept[];          /* parameters that are in the modes */

@@ -131,8 +131,8 @@ int jl_exit_initialization(void *c, jl_call call)
 }
 
 /* References and numbers as a host passes them; FMI 2 ends before the event indicators. */
-static int jl_listed(jl_instance *instance, jl_call call, const unsigned int *references, size_t count,
-                     const double *x, size_t places)
+int jl_listed(jl_instance *instance, jl_call call, const unsigned int *references, size_t count, const double *x,
+              size_t places)
 {
     const unsigned int end = instance->version == 2 ? JL_FIRST_INDICATOR : JL_VARIABLES;
     size_t i;
@@ -195,7 +195,7 @@ static int jl_is_continuous(int state)
 static int jl_settable(const jl_instance *instance, int at)
 {
     const int state = instance->values.state, kind = jl_variables[at].kind;
-    if (kind == JL_PARAMETER) return state != JL_CONTINUOUS_TIME;
+    if (kind == JL_PARAMETER) return state != JL_CONTINUOUS_TIME && state != JL_INTERMEDIATE;
     if (jl_is_structure(at) && !instance->values.initialized) return 1;
     if (kind == JL_STATE)
         return state == JL_CONTINUOUS_TIME && instance->version == 2 && jl_is_continuous(at - JL_FIRST_STATE);
@@ -227,28 +227,6 @@ int jl_set(void *c, jl_call call, const unsigned int *references, size_t count, 
     return JL_OK;
 }
 
-/* How inputs go on from here: a straight line over the next step of co-simulation, of what is integrated inside. */
-int jl_set_slopes(void *c, jl_call call, const unsigned int *references, size_t count, const int *order,
-                  const double *slope)
-{
-    jl_instance *instance = (jl_instance *)c;
-    size_t i;
-    if (jl_enter(instance, call)) return JL_ERROR;
-    if (count && !JL_STRUCTURE) return jl_fail(instance, call, "inputs are held over the step");
-    if (jl_listed(instance, call, references, count, slope, count)) return JL_ERROR;
-    if (count && !order) return jl_fail(instance, call, "the orders are NULL");
-    for (i = 0; i < count; i++) {
-        const char *name = jl_variables[JL_PLACE(references[i])].name;
-        if (JL_PLACE(references[i]) >= JL_INPUTS) return jl_fail(instance, call, "%s is no input", name);
-        if (order[i] != 1)
-            return jl_fail(instance, call, "derivative %d of %s, expected the first alone", order[i], name);
-        if (!isfinite(slope[i]))
-            return jl_fail(instance, call, "the slope of %s is %g, expected a finite number", name, slope[i]);
-    }
-    for (i = 0; i < count; i++) instance->values.du[JL_PLACE(references[i])] = slope[i];
-    return JL_OK;
-}
-
 /* The joints' own steps at the held motion; NULL or what is no number. */
 static const char *jl_advance(jl_values *v, double h)
 {
@@ -267,6 +245,7 @@ int jl_do_step(void *c, jl_call call, double time, double h)
     jl_instance *instance = (jl_instance *)c;
     jl_values *v;
     const char *fault;
+    double ahead[JL_ROOM(JL_INPUTS)];
     if (jl_enter(instance, call)) return JL_ERROR;
     v = &instance->values;
     if (!isfinite(time) || !isfinite(h) || !(h > 0.0))
@@ -281,11 +260,14 @@ int jl_do_step(void *c, jl_call call, double time, double h)
     if (jl_prepare(instance, call)) return JL_ERROR;
     if (JL_STRUCTURE) {
         const int closed = jl_is_closed(v);
+        if (jl_ask_inputs(instance, time, h)) return JL_ERROR;
+        jl_inputs_at(v, h, ahead);
         if (v->closed && !closed) jl_open(v), v->closed = 0, v->stride = 0.0;
         fault = closed ? jl_exponential(instance, call, h) : jl_integrate(v, h);
         if (fault) return jl_fail(instance, call, "between %.9g s and %.9g s %s", time, time + h, fault);
         v->fresh = 0;
-        memset(v->du, 0, sizeof v->du); /* told anew for every step */
+        memcpy(v->u, ahead, sizeof v->u);
+        memset(v->du, 0, sizeof v->du), memset(v->ddu, 0, sizeof v->ddu); /* told anew for every step */
         if (!closed && jl_present(instance, call, 2)) return JL_ERROR;
     } else {
         fault = jl_advance(v, h);

@@ -42,6 +42,10 @@ class Closed:
     """Joints whose force is more than K z + C v."""
     by_velocity: tuple[int, ...]
     """Those of them whose laws are asked with their velocity."""
+    remembering: tuple[int, ...] = ()
+    """Those of them that remember."""
+    halved: bool = False
+    """A law's step is not exact along an even path, so that two halves of it differ from the whole."""
 
     @cached_property
     def A(self) -> Array:
@@ -88,27 +92,27 @@ class Closed:
 
 @lru_cache(maxsize=8)
 def closed(system: System) -> Closed | None:
-    """The structure with its joints closed at the start; None where a law must be integrated, or nothing moves."""
+    """The structure with its joints closed at the start; None where nothing moves."""
     if not system.states or np.any(system.D):
         return None
     moved = system.constants[1]
     start = (system.C @ system.start + moved)[0::2]
     K, C = np.zeros(len(start)), np.zeros(len(start))
-    bent, by_velocity = [], []
-    whole: dict[str, bool] = {}
+    bent, by_velocity, remembering = [], [], []
+    halved: dict[str, bool] = {}
     for j, (_, joint) in enumerate(system.joints):
-        for law in joint.laws:
-            if law.kind not in whole:
-                whole[law.kind] = is_integrated(law)
-            if whole[law.kind]:
-                return None
         K[j], C[j] = _tangent(joint, start[j], system.load is not None)
         rest = [law for law in joint.laws if not isinstance(law, Linear | Viscous)]
+        for law in rest:
+            if law.kind not in halved:
+                halved[law.kind] = _is_halved(law)
         if rest:
             bent.append(j)
+            if any(law.states for law in rest):
+                remembering.append(j)
             if any(_feels_velocity(law, start[j]) for law in rest):
                 by_velocity.append(j)
-    return Closed(system, K, C, tuple(bent), tuple(by_velocity))
+    return Closed(system, K, C, tuple(bent), tuple(by_velocity), tuple(remembering), any(halved.values()))
 
 
 def stiff_closed(system: System) -> Closed | None:
@@ -135,6 +139,23 @@ def _feels_velocity(law: JointLaw, z: float) -> bool:
         )
         if still != moving:
             return True
+    return False
+
+
+def _is_halved(law: JointLaw) -> bool:
+    """True if two parts of an even path make another whole."""
+    if not law.states:
+        return False
+    h, v = 1e-6, np.asarray(0.1)
+    for travel in np.geomspace(1e-9, 1e-4, 21):
+        begun = law.step(Motion(-travel, -v, h), law.initial_state(np.zeros(())))[1]
+        once = law.step(Motion(travel, v, h), begun)[1]
+        for part in (-0.8, -0.4, 0.1, 0.6):
+            share = h * (1 + part) / 2
+            half = law.step(Motion(part * travel, v, share), begun)[1]
+            twice = law.step(Motion(travel, v, h - share), half)[1]
+            if not np.allclose(once, twice, rtol=0.0, atol=1e-12 * travel):
+                return True
     return False
 
 

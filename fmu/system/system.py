@@ -66,6 +66,15 @@ class System:
     Joints that remember were then loaded slowly from z = 0."""
     rest: Array | None = None
     """x at the start, in balance with that load; 0 without one."""
+    flat: bool = False
+    """Variables have names of letters, digits and _ alone in the FMU."""
+
+    def shown(self, name: str) -> str:
+        """A variable's name as the FMU has it: ``guide_viscous_damping`` where it is flat."""
+        if not self.flat:
+            return name
+        plain = re.sub(r"[^A-Za-z0-9]+", "_", name).strip("_")
+        return plain if plain[:1].isalpha() else f"n_{plain}"
 
     @property
     def constants(self) -> tuple[Array, Array, Array]:

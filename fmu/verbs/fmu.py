@@ -24,6 +24,12 @@ _APART = 1e-2
 @click.option(
     "--platform", "platforms", multiple=True, help="Compile for this platform, win64 for example; repeatable."
 )
+@click.option(
+    "--names",
+    type=click.Choice(["structured", "flat"]),
+    default="structured",
+    help="Names of variables: guide.viscous.damping, or guide_viscous_damping.",
+)
 @click.option("--verify", type=Given(), help="Verify this FMU instead.")
 @tool_option
 @json_option
@@ -33,6 +39,7 @@ def command(
     fmi: str,
     runtime: str | None,
     platforms: tuple[str, ...],
+    names: str,
     verify: Path | None,
     changes: dict[str, str],
     as_json: bool,
@@ -61,6 +68,7 @@ def command(
         fmi=int(fmi),
         runtime=runtime,
         platforms=platforms,
+        names=names,
         tool=changes.get("tool.use"),
         progress=Working(),
     )

@@ -132,9 +132,8 @@ class LuGre(JointLaw):
         parts = []
         for first in range(0, len(a), _TOGETHER):
             some = slice(first, first + _TOGETHER)
-            force = (
-                self._force_down(a[some], w[some], theta, slopes) if own else self._searched(a[some], w[some], theta)
-            )
+            on = (a[some], w[some], theta)
+            force = self._force_down(*on, slopes) if own else self._searched(*on)[None]
             parts.append(2 / (np.pi * a[some]) * (wave @ force))
         found = np.concatenate(parts, axis=-1)
         if slopes:

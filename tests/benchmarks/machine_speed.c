@@ -3,7 +3,8 @@
  * usage: machine_speed LIBRARY TOKEN FORCE OUTPUT SIZE TOLERANCE STEP STEPS EVERY NUDGED
  * FORCE, OUTPUT: value references; SIZE: of the force in N, a sum of sines below 1/(40 STEP); TOLERANCE: 0 tells none.
  * NUDGED: value reference of a parameter that is moved by 1e-12 of itself, which opens a closed structure; 0 is none.
- * Prints the time of a step in s, then the output behind every EVERY-th step. */
+ * Prints the time of a step in s, the work of the force in J (where OUTPUT is the displacement along it), then the
+ * output behind every EVERY-th step. */
 #define _POSIX_C_SOURCE 200809L
 #include <dlfcn.h>
 #include <math.h>
@@ -44,7 +45,7 @@ int main(int count, char **arguments)
 {
     const fmi2CallbackFunctions callbacks = { tell, calloc, free, NULL, NULL };
     fmi2ValueReference force, output, nudged;
-    double size, tolerance, h, taken, *found;
+    double size, tolerance, h, taken, work = 0.0, begun = 0.0, *found;
     long i, steps, every;
     void *library, *fmu;
     int bad = 0;
@@ -67,6 +68,7 @@ int main(int count, char **arguments)
         bad |= CALL(fmi2SetReal)(fmu, &nudged, 1, &value) != fmi2OK;
     }
     bad |= CALL(fmi2ExitInitializationMode)(fmu) != fmi2OK;
+    bad |= CALL(fmi2GetReal)(fmu, &output, 1, &begun) != fmi2OK;
     taken = now();
     for (i = 0; i < steps && !bad; i++) {
         const double t = h * (double)i, w = 2.0 * 3.14159265358979 / (40.0 * h);
@@ -74,10 +76,11 @@ int main(int count, char **arguments)
         bad |= CALL(fmi2SetReal)(fmu, &force, 1, &f) != fmi2OK;
         bad |= CALL(fmi2DoStep)(fmu, t, h, fmi2True) != fmi2OK;
         bad |= CALL(fmi2GetReal)(fmu, &output, 1, found + i) != fmi2OK;
+        work += f * (found[i] - (i ? found[i - 1] : begun));
     }
     taken = (now() - taken) / (double)steps;
     if (bad) return 1;
-    printf("%.6g\n", taken);
+    printf("%.6g\n%.17g\n", taken, work);
     for (i = every - 1; i < steps; i += every) printf("%.17g\n", found[i]);
     return 0;
 }

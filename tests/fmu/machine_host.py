@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 import functools
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from unittest import mock
 
@@ -66,7 +66,13 @@ class _Instance:
     """Variables by name."""
 
     def __init__(
-        self, folder: Path, fmi: int, exchange: bool, start: Mapping[str, float], tolerance: float | None = None
+        self,
+        folder: Path,
+        fmi: int,
+        exchange: bool,
+        start: Mapping[str, float],
+        tolerance: float | None = None,
+        forces_at: Callable[[float], Mapping[str, float]] | None = None,
     ) -> None:
         self.fmi, self.read = fmi, read_model_description(str(folder))
         self.place = {str(v.name): v.valueReference for v in self.read.modelVariables}
@@ -78,7 +84,10 @@ class _Instance:
             unzipDirectory=str(folder),
             instanceName="machine",
         )
-        self.fmu.instantiate()
+        if forces_at is None:
+            self.fmu.instantiate()
+        else:
+            self.fmu.instantiate(intermediateUpdate=lambda _where, time, *_: self.put(forces_at(time)))
         if fmi == 2:
             self.fmu.setupExperiment(tolerance=tolerance)
             self.fmu.enterInitializationMode()
@@ -100,9 +109,15 @@ class Stepping(_Instance):
     """Co-simulation."""
 
     def __init__(
-        self, folder: Path, fmi: int, start: Mapping[str, float] | None = None, tolerance: float | None = None
+        self,
+        folder: Path,
+        fmi: int,
+        start: Mapping[str, float] | None = None,
+        tolerance: float | None = None,
+        forces_at: Callable[[float], Mapping[str, float]] | None = None,
     ) -> None:
-        super().__init__(folder, fmi, False, start or {}, tolerance)
+        """``forces_at`` answers an FMU of FMI 3.0 that asks within a step."""
+        super().__init__(folder, fmi, False, start or {}, tolerance, forces_at)
         self.time = 0.0
 
     def step(self, forces: Mapping[str, float], h: float) -> None:

@@ -56,6 +56,54 @@ static void steps(double tolerance)
     fmi2FreeInstance(c);
 }
 
+static void silent(fmi3InstanceEnvironment where, fmi3Status status, fmi3String category, fmi3String message)
+{
+    (void)where, (void)status, (void)category, (void)message;
+}
+
+static fmi3Instance asking;
+static unsigned int answered;
+
+/* Sets the variable that is answered; a parameter is refused, and ends the step. */
+static void answer(fmi3InstanceEnvironment where, fmi3Float64 time, fmi3Boolean set, fmi3Boolean get, fmi3Boolean done,
+                   fmi3Boolean can_return, fmi3Boolean *asked, fmi3Float64 *early)
+{
+    const double level = 50.0 + 1e4 * time;
+    (void)where, (void)done, (void)can_return, (void)asked, (void)early;
+    CHECK(set && !get && fmi3SetFloat64(asking, &answered, 1, &level, 1) == (answered == 1 ? fmi3OK : fmi3Error));
+}
+
+/* Forces that bend: told in FMI 2.0, asked for in FMI 3.0; derivatives of the outputs. */
+static void within(double tolerance)
+{
+    fmi2Component c = start(0, tolerance);
+    const unsigned int force[] = { 1, 1 }, parameter = JL_FIRST_PARAMETER + 1;
+    const int orders[] = { 1, 2 };
+    unsigned int reference[JL_OUTPUTS];
+    int order[JL_OUTPUTS], i;
+    double y[JL_OUTPUTS], slopes[] = { 1e4, 1e7 }, end = 0.0;
+    fmi3Boolean flags[3];
+    for (i = 0; i < JL_OUTPUTS; i++) reference[i] = JL_FIRST_OUTPUT + (unsigned int)i + 1, order[i] = 1;
+    for (i = 0; i < 50; i++) {
+        CHECK(fmi2SetRealInputDerivatives(c, force, 2, orders, slopes) == fmi2OK);
+        CHECK(fmi2DoStep(c, i * 1e-4, 1e-4, fmi2True) == fmi2OK);
+        CHECK(fmi2GetRealOutputDerivatives(c, reference, JL_OUTPUTS, order, y) == fmi2OK && y[0] - y[0] == 0.0);
+    }
+    fmi2FreeInstance(c);
+    asking = fmi3InstantiateCoSimulation("it", jl_token, NULL, fmi3False, fmi3True, fmi3False, fmi3False, NULL, 0, NULL,
+                                         silent, answer);
+    CHECK(asking && fmi3EnterInitializationMode(asking, tolerance > 0.0, tolerance, 0.0, fmi3False, 0.0) == fmi3OK);
+    CHECK(fmi3ExitInitializationMode(asking) == fmi3OK);
+    answered = 1;
+    for (i = 0; i < 50; i++) {
+        CHECK(fmi3DoStep(asking, i * 1e-4, 1e-4, fmi3True, flags, flags + 1, flags + 2, &end) == fmi3OK);
+        CHECK(fmi3GetOutputDerivatives(asking, reference, JL_OUTPUTS, order, y, JL_OUTPUTS) == fmi3OK);
+    }
+    answered = parameter;
+    CHECK(fmi3DoStep(asking, i * 1e-4, 1e-4, fmi3True, flags, flags + 1, flags + 2, &end) == fmi3Error);
+    fmi3FreeInstance(asking);
+}
+
 static void exchange(void)
 {
     fmi2Component c = start(1, 0.0);
@@ -107,6 +155,7 @@ int main(int count, char **words)
         many(atol(words[1]));
         return failures != 0;
     }
+    within(0.0), within(1e-5);
     steps(0.0);
     steps(1e-5); /* the joints closed at their tangents, where they can be */
     exchange();

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from client_table import BEGIN, CLIENTS, DOCS, END, table
 from exported_library import GUIDE, RUBBING, exported, unpacked
 from fmpy import simulate_fmu
 from host import law_force
@@ -164,3 +165,18 @@ def test_container_of_two_joints_and_both_versions_keeps_each_force(fmi: int, tm
     first = np.array(replay(request)[0])[1:]
     for column, joint in zip(first.T, joints.values(), strict=True):
         agree(column, joint)
+
+
+def test_the_docs_have_the_table_of_every_client_and_no_native_one_is_far_off() -> None:
+    text = DOCS.read_text(encoding="utf-8").split(BEGIN)[1].split(END)[0]
+    head, _, *rows = ([cell.strip() for cell in line.strip("|").split("|")] for line in text.strip().splitlines())
+    assert [name for name in CLIENTS if not any(cell.startswith(name) for cell in head[1:])] == []
+    assert len(rows) == 8
+    place = next(i for i, cell in enumerate(head) if cell.startswith("FMPy, co-simulation"))
+    assert max(float(row[place]) for row in rows) < 1e-6
+
+
+@pytest.mark.thorough
+def test_the_table_of_clients_is_what_they_do_here() -> None:
+    found = [line.strip("|").split("|")[1] for line in table().splitlines()[2:]]
+    assert max(map(float, found)) < 1e-6

@@ -21,11 +21,15 @@ from fmu.system.system import System
 from fmu.verify import verify_fmu
 from jointlib.arrays import Array
 from jointlib.joint import Joint
+from jointlib.law import JointLaw
+from jointlib.laws.bouc_wen import BoucWen
 from jointlib.laws.contact_loss import ContactLoss
+from jointlib.laws.dahl import Dahl
 from jointlib.laws.hertz_guide import HertzGuide
 from jointlib.laws.jenkins import Jenkins
 from jointlib.laws.linear import Linear
 from jointlib.laws.lugre import LuGre
+from jointlib.laws.maxwell import Maxwell
 from jointlib.laws.quadratic_damping import QuadraticDamping
 from jointlib.laws.viscous import Viscous
 from machines import Connection, Lumped, Machine, Rigid
@@ -54,6 +58,11 @@ BENT = on_base(HertzGuide(630.0, KAPPA), Viscous(300.0))
 RUBBING = on_base(HertzGuide(630.0, KAPPA), Viscous(300.0), Jenkins(4e7, 36.0))
 BY_VELOCITY = on_base(Linear(2e8), Viscous(400.0), QuadraticDamping(3e4))
 LIFTING = on_base(Linear(2e8), ContactLoss(1e8, 1e-7, 1.0), Viscous(400.0))
+BRISTLE = LuGre(4e7, 300.0, 36.0, 50.0, 0.02)
+BRISTLING = on_base(BRISTLE, Linear(2e8), Viscous(300.0))
+PLAYING = on_base(Dahl(4e7, 36.0, 2e-7), Linear(2e8), Viscous(300.0))
+RELAXING = on_base(Maxwell(5e7, 2e3), Linear(2e8), Viscous(300.0))
+ROUNDED = on_base(BoucWen(4e7, 36.0, 2.0, 0.5), Linear(2e8), Viscous(300.0))
 STIFF = on_base(HertzGuide(630.0, KAPPA), Viscous(300.0), base=1e14, frequency=(10.0, 3000.0))
 OUTPUTS = ["displacement_x", "velocity_x", "guide.displacement", "guide.velocity", "guide.force"]
 
@@ -87,8 +96,11 @@ def test_a_linear_machine_is_exact_at_any_step(step: float, fmi: int) -> None:
 
 @pytest.mark.parametrize(
     "machine",
-    [BENT, pytest.param(RUBBING, marks=pytest.mark.thorough), BY_VELOCITY, LIFTING],
-    ids=["bent", "rubbing", "by velocity", "lifting"],
+    [
+        *(BENT, pytest.param(RUBBING, marks=pytest.mark.thorough), BY_VELOCITY, LIFTING, BRISTLING),
+        *(pytest.param(machine, marks=pytest.mark.thorough) for machine in (PLAYING, RELAXING, ROUNDED)),
+    ],
+    ids=["bent", "rubbing", "by velocity", "lifting", "bristling", "playing", "relaxing", "rounded"],
 )
 def test_the_error_falls_with_the_tolerance_of_the_host(machine: Machine) -> None:
     """Beside explicit steps that locate stick, slip and contact."""
@@ -103,13 +115,21 @@ def test_the_error_falls_with_the_tolerance_of_the_host(machine: Machine) -> Non
     assert errors[2] < 1e-5
 
 
-def test_explicit_steps_keep_the_tolerance_of_the_host_too(tmp_path: Path) -> None:
-    machine = on_base(LuGre(4e7, 300.0, 36.0, 50.0, 0.02), Linear(2e8), Viscous(300.0))
-    assert closed(system_of_machine(machine)) is None, "a bristle must be integrated"
-    folder, given = unpacked(machine, 2), forces(40)
-    expected = Stepping(folder, 2).run(given, 3e-5, OUTPUTS)
-    errors = [shares(Stepping(folder, 2, tolerance=t).run(given, 3e-5, OUTPUTS), expected) for t in (1e-3, 1e-6, 1e-9)]
+def test_explicit_steps_keep_the_tolerance_of_the_host_too() -> None:
+    """Damping that is tuned, however little, is not in the modes."""
+    folder, given, start = unpacked(BRISTLING, 2), forces(40), {"guide.viscous.damping": 300.0 * (1 + 1e-12)}
+    expected = Stepping(folder, 2, start).run(given, 3e-5, OUTPUTS)
+    errors = [
+        shares(Stepping(folder, 2, start, tolerance=t).run(given, 3e-5, OUTPUTS), expected) for t in (1e-3, 1e-6, 1e-9)
+    ]
     assert errors[0] > errors[1] > errors[2] == 0.0
+
+
+def test_a_turn_within_a_step_is_not_overlooked() -> None:
+    """Bouc-Wen hysteresis of this shape unloads in straight lines: both ends of a step tell nothing of a turn."""
+    folder, given = unpacked(ROUNDED, 2), forces(80)
+    expected = Stepping(folder, 2).run(given, 3e-5, OUTPUTS)
+    assert shares(Stepping(folder, 2, tolerance=1e-7).run(given, 3e-5, OUTPUTS), expected) < 1e-6
 
 
 @both_versions
@@ -209,6 +229,16 @@ def test_the_error_of_fixed_steps_bounds_what_finer_ones_change() -> None:
 
 
 @pytest.mark.thorough
+@pytest.mark.parametrize(
+    "law", [BRISTLE, BoucWen(4e7, 36.0, 2.0, 0.5), Maxwell(5e7, 2e3)], ids=lambda law: str(law.kind)
+)
+def test_a_stiff_machine_with_a_law_that_is_integrated_repeats_its_run(law: JointLaw, tmp_path: Path) -> None:
+    machine = on_base(law, Linear(2e8), Viscous(300.0), base=1e14, frequency=(10.0, 3000.0))
+    assert stiff_closed(system_of_machine(machine)) is not None
+    assert verify_fmu(export_fmu(machine, tmp_path / "a.fmu").file).difference < 5e-5
+
+
+@pytest.mark.thorough
 def test_a_stiff_machine_has_no_explicit_steps_and_repeats_its_run(tmp_path: Path) -> None:
     """A base of 700 kHz: explicit steps would be bound by it."""
     system = system_of_machine(STIFF)
@@ -236,28 +266,59 @@ def test_library_machines_keep_the_tolerance(name: str) -> None:
 
 @pytest.mark.parametrize("tolerance", [None, 1e-6], ids=["explicit", "closed"])
 def test_forces_that_go_on_between_steps_come_in_time(tolerance: float | None) -> None:
-    """A sine in 178 steps a period, each a straight line to the next sample, beside one in tiny steps; then held."""
+    """A sine in 178 steps a period beside one in tiny steps: held, as straight lines, as parabolas, and asked for."""
     folder, omega, h, steps = unpacked(BENT, 2), 2 * np.pi * 180.0, 3.125e-5, 400
     fine = 64
     t = h / fine * (np.arange(steps * fine) + 0.5)
     expected = Stepping(folder, 2).run({"force_x": 100 * np.sin(omega * t)}, h / fine, OUTPUTS[:1])[fine - 1 :: fine]
 
-    def run(slopes: bool) -> Array:
+    def force(time: float) -> dict[str, float]:
+        return {"force_x": 100 * float(np.sin(omega * time))}
+
+    def run(order: int) -> Array:
         fmu, rows = Stepping(folder, 2, tolerance=tolerance), []
         for i in range(steps):
-            now, then = (100 * np.sin(omega * h * k) for k in (i, i + 1))
+            now, between, then = (force(h * k)["force_x"] for k in (i, i + 0.5, i + 1))
             fmu.put({"force_x": now})
-            if slopes:
-                slope = (ctypes.c_double * 1)((then - now) / h)
-                place = (ctypes.c_uint * 1)(fmu.place["force_x"])
-                assert (
-                    fmu.fmu.fmi2SetRealInputDerivatives(fmu.fmu.component, place, 1, (ctypes.c_int * 1)(1), slope) == 0
-                )
+            bend = 4 * (now - 2 * between + then) / h**2 if order > 1 else 0.0
+            given = [(then - now) / h - bend * h / 2, bend][:order]
+            place = (ctypes.c_uint * order)(*[fmu.place["force_x"]] * order)
+            orders, values = (ctypes.c_int * order)(*range(1, order + 1)), (ctypes.c_double * order)(*given)
+            assert fmu.fmu.fmi2SetRealInputDerivatives(fmu.fmu.component, place, order, orders, values) == 0
             fmu.fmu.doStep(fmu.time, h)
             fmu.time += h
             rows.append(fmu.get(OUTPUTS[:1]))
         return np.array(rows)
 
     # The chord of a sine lies (ω h)²/12 of its amplitude beside it, in the mean square over a step.
-    assert shares(run(True), expected) < 1.2 * (omega * h) ** 2 / 12
-    assert shares(run(False), expected) > 1e-2
+    assert shares(run(1), expected) < 1.2 * (omega * h) ** 2 / 12
+    assert shares(run(0), expected) > 1e-2
+    # The parabola through both ends and the middle: (ω h)³/(72 √3).
+    assert shares(run(2), expected) < (omega * h) ** 3 / 72
+    asked = Stepping(unpacked(BENT, 3), 3, tolerance=tolerance, forces_at=force)
+    rows = []
+    for _ in range(steps):
+        asked.step({}, h)
+        rows.append(asked.get(OUTPUTS[:1]))
+    assert shares(np.array(rows), expected) < (omega * h) ** 3 / 72
+    assert asked.get(["force_x"])[0] == pytest.approx(force(steps * h)["force_x"], abs=1e-9)
+
+
+@both_versions
+@pytest.mark.parametrize("tolerance", [None, 1e-5], ids=["explicit", "closed"])
+@pytest.mark.parametrize("machine", [BENT, RUBBING, BRISTLING], ids=["bent", "rubbing", "bristling"])
+def test_derivatives_of_outputs_are_how_they_go_on(machine: Machine, tolerance: float | None, fmi: int) -> None:
+    fmu = Stepping(unpacked(machine, fmi), fmi, tolerance=tolerance)
+    fmu.run(forces(30), 3e-5, OUTPUTS[:1])
+    n = len(OUTPUTS)
+    places, rates = (ctypes.c_uint * n)(*(fmu.place[name] for name in OUTPUTS)), (ctypes.c_double * n)()
+    asked = fmu.fmu.component, places, n, (ctypes.c_int * n)(*[1] * n), rates
+    before = fmu.get(OUTPUTS)
+    if fmi == 2:
+        assert fmu.fmu.fmi2GetRealOutputDerivatives(*asked) == 0
+    else:
+        assert fmu.fmu.fmi3GetOutputDerivatives(*asked, n) == 0
+    tiny = 1e-9
+    fmu.step({}, tiny)
+    found = (fmu.get(OUTPUTS) - before) / tiny
+    assert np.array(rates) == pytest.approx(found, rel=1e-3)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -15,16 +16,21 @@ from tools import require
 from fmu.export import export_fmu
 from fmu.members.archive import read_archive
 from fmu.members.description import Card, description_text
+from fmu.members.figures import native_figures
 from fmu.members.machine_system import system_of_machine
+from fmu.members.native import native_variables
 from fmu.members.page import documentation_text
 from fmu.members.terminals import ICON, TERMINALS, icon, terminals_text
 from fmu.system.system import System, system_of_connection, system_of_joint
+from fmu.verify import verify_fmu
 from jointlib.errors import InputError
 from jointlib.io.joint_file import read_joint
 from jointlib.joint import Covariance, Joint
 from jointlib.law import JointLaw
+from jointlib.laws.jenkins import Jenkins
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
+from machines import Connection, Lumped, Machine
 
 GUIDE = read_joint(LIBRARY / "guide.joint.toml")
 both_versions = pytest.mark.parametrize("fmi", [2, 3])
@@ -170,8 +176,58 @@ def test_what_importers_need_is_in_the_archive_and_a_date_only_where_it_is_set(
         described(system_of_joint(GUIDE), 2)
 
 
-def test_forces_of_a_machine_may_go_on_in_straight_lines_and_motions_of_a_joint_are_held() -> None:
+def test_the_page_says_what_a_step_takes_and_which_clients_integrate_rightly() -> None:
+    mill = dict(native_figures(system_of_machine(library_machine("guide_mill"))))
+    assert re.fullmatch(r"\d+ multiplications, and asks 1 of the joints, where .*", mill["a step takes at least"])
+    assert "machines come out wrong" in mill["model exchange"]
+    sliding = dict(native_figures(system_of_joint(Joint((Jenkins(4e7, 36.0), Linear(1e8))))))
+    assert "laws with kinks (jenkins)" in sliding["model exchange"]
+    assert "a step takes at least" not in sliding
+    assert native_figures(system_of_joint(GUIDE)) == []
+
+
+def test_forces_of_a_machine_may_go_on_within_a_step_and_motions_of_a_joint_are_held() -> None:
     for system, told in ((system_of_machine(library_machine("two_mass")), "true"), (system_of_joint(GUIDE), "false")):
         interface = described(system, 2).find("CoSimulation")
         assert interface is not None
         assert interface.get("canInterpolateInputs") == told
+        interface = described(system, 3).find("CoSimulation")
+        assert interface is not None
+        assert interface.get("providesIntermediateUpdate", "false") == told
+        asked = {
+            v.get("name") for v in described(system, 3).iterfind("ModelVariables/*") if v.get("intermediateUpdate")
+        }
+        assert asked == ({s.name for s in system.inputs} if told == "true" else set())
+
+
+@both_versions
+def test_flat_names_are_identifiers_and_compute_the_same(fmi: int, tmp_path: Path) -> None:
+    require("cc")
+    machine = library_machine("three_joints")
+    file = export_fmu(machine, tmp_path / "a.fmu", fmi=fmi, runtime="c", names="flat").file
+    assert verify_fmu(file).difference < 1e-6
+    members = read_archive(file)
+    root = ElementTree.fromstring(members["modelDescription.xml"])
+    names = [v.get("name", "") for v in root.iterfind("ModelVariables/*")]
+    assert root.get("variableNamingConvention") == "flat"
+    assert [name for name in names if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name)] == []
+    assert len(set(names)) == len(names)
+    own = native_variables(system_of_machine(machine))
+    assert len(names) == len(own if fmi == 3 else [v for v in own if v.kind not in {"time", "indicator"}])
+    terminals = ElementTree.fromstring(members[TERMINALS]).iterfind("Terminals/Terminal/TerminalMemberVariable")
+    assert {str(m.get("variableName")) for m in terminals} <= set(names)
+
+
+def test_flat_names_that_fall_together_are_refused(tmp_path: Path) -> None:
+    joint = Joint((Linear(1e8), Viscous(300.0)))
+    part = Lumped("slide", ("x", "y"), np.diag([2.0, 2.0]))
+    ends = (("a.b", "slide.x"), ("a_b", "slide.y"))
+    machine = Machine(
+        (part,), tuple(Connection(n, (at, "ground"), joint) for n, at in ends), name="m", tool={"x": "slide.x"}
+    )
+    with pytest.raises(InputError, match=r"a_b.displacement and 'a.b'.displacement are both a_b_displacement"):
+        export_fmu(machine, tmp_path / "a.fmu", names="flat")
+    with pytest.raises(InputError, match="names is 'short', expected 'structured' or 'flat'"):
+        export_fmu(machine, tmp_path / "a.fmu", names="short")
+    with pytest.raises(InputError, match="names is 'flat', which needs the native runtime"):
+        export_fmu(GUIDE, tmp_path / "a.fmu", runtime="python", names="flat")

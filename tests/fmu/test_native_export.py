@@ -6,6 +6,7 @@ import ctypes
 import dataclasses
 import functools
 import re
+import struct
 import subprocess
 import tempfile
 from collections.abc import Callable
@@ -28,7 +29,7 @@ from tools import require
 from fmu.code.c_kernel import FOLDER, count, read_kernel
 from fmu.export import Export, export_fmu
 from fmu.members.archive import archive_bytes, read_archive, unpack
-from fmu.members.build import PLATFORMS, Compiler, compilers
+from fmu.members.build import PLATFORMS, Compiler, compilers, library
 from fmu.members.description import Card, description_text
 from fmu.members.native import native_parts, native_variables
 from fmu.members.native_members import native_sources
@@ -340,6 +341,24 @@ def test_a_library_by_gcc_runs_on_systems_of_ten_years_ago(law: JointLaw, tmp_pa
     found = {int(minor) for minor in re.findall(rb"GLIBC_2\.(\d+)", read_archive(told.file)[name])}
     assert found
     assert max(found) <= 17
+
+
+@pytest.mark.parametrize(("fmi3", "oldest"), [("x86_64-darwin", (10, 9)), ("aarch64-darwin", (11, 0))])
+def test_a_library_for_macos_runs_on_old_releases(fmi3: str, oldest: tuple[int, int]) -> None:
+    """The least release stands in a load command of the Mach-O file; zig itself asks for macOS 15."""
+    pytest.importorskip("ziglang")
+    (compiler,) = (c for c in compilers() if c.platform.fmi3 == fmi3)
+    shown = '__attribute__((visibility("default"))) int f(void) { return 1; }\n'
+    data = library(compiler, {"all.c": shown}, "all.c", "f")
+    (count_of,), at = struct.unpack_from("<I", data, 16), 32
+    found = []
+    for _ in range(count_of):
+        command, size = struct.unpack_from("<II", data, at)
+        if command in {0x24, 0x32}:  # LC_VERSION_MIN_MACOSX, LC_BUILD_VERSION
+            (release,) = struct.unpack_from("<I", data, at + (8 if command == 0x24 else 12))
+            found.append((release >> 16, release >> 8 & 255))
+        at += size
+    assert found == [oldest]
 
 
 @pytest.mark.thorough

@@ -268,6 +268,13 @@ def test_what_bouc_wen_gives_back_was_stored_before() -> None:
         assert np.min(np.diff((work - V)[::100])) > -1e-3 * F * F / K
 
 
+def test_lugre_with_play_answers_every_amplitude_as_it_does_alone() -> None:
+    law, A = LuGre(K, 300.0, F, 1.4 * F, 5e-3, 5e-7), np.linspace(1e-7, 3e-6, 5)
+    together, alone = law.first_harmonic(A, 300.0), [law.first_harmonic(a, 300.0) for a in A]
+    assert together.gain == pytest.approx(np.array([one.gain for one in alone]), rel=1e-9)
+    assert together.error == pytest.approx(np.array([one.error for one in alone]), abs=1e-9 * K)
+
+
 def test_lugre_loses_energy_at_any_speed_if_its_friction_does_not_fall() -> None:
     t = np.linspace(0, 3 * 2 * np.pi, 60001)
     z, v = 5e-6 * (np.cos(t) + 0.4 * np.sin(5 * t)), 5e-6 * 1e6 * (-np.sin(t) + 2 * np.cos(5 * t))

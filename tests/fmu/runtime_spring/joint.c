@@ -24,7 +24,7 @@ const double jl_load[] = { 0.0, 0.0, 0.0 };
 const double jl_rest[] = { 0.0 };
 const double jl_pole[] = { 0 }, jl_read[] = { 0 }, jl_push[] = { 0 }, jl_drive[] = { 0 }, jl_constant[] = { 0 };
 const double jl_port[] = { 0 }, jl_opened[] = { 0 }, jl_at_rest[] = { 0 }, jl_tangent[] = { 0 }, jl_share[] = { 0 };
-const int jl_pole_kind[] = { 0 }, jl_bent[] = { 0 }, jl_by_velocity[] = { 0 }, jl_kept[] = { 0 };
+const int jl_pole_kind[] = { 0 }, jl_bent[] = { 0 }, jl_by_velocity[] = { 0 }, jl_remembers[] = { 0 }, jl_kept[] = { 0 };
 const int jl_share_first[] = { 0 }, jl_share_column[] = { 0 };
 
 int jl_check(const double *p, char *message, size_t size)

@@ -22,7 +22,9 @@ enum {
     JL_PORTS = 0,
     JL_KEPT = 0,
     JL_STIFF = 0,
-    JL_BENT_BY_VELOCITY = 0
+    JL_BENT_BY_VELOCITY = 0,
+    JL_TURNS = 0,
+    JL_HALVED = 0
 };
 
 #endif
