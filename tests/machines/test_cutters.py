@@ -20,7 +20,7 @@ from machines.cutting.cutters.pattern_multipliers import largest_multipliers
 from machines.cutting.in_time.witness import vibrate
 from machines.cutting.loops import multipliers
 from machines.cutting.process.cutter import Cutter
-from machines.cutting.rest.cutter_charts import CutterSearch
+from machines.cutting.rest.cutter_search import CutterSearch
 from machines.lobes import Cutting, stability_lobes, unstable_depths, unstable_depths_of, witness
 from machines.tool.tool_model import ToolModel
 from machines.tool.tool_point import tool_point

@@ -133,8 +133,8 @@ def unstable_depths_of(
     chatters = np.isfinite(depth) & (depth < _WITHIN * reach)
     if not cutting.plain:
         edges = [
-            cutter_edges(chart.method, point, modes, cutting, rpm, deep) if looked else []
-            for looked, rpm, deep in zip(chatters, speed.tolist(), reach.tolist(), strict=True)
+            cutter_edges(chart.method, point, modes, cutting, rpm, deep, limit) if looked else []
+            for looked, rpm, deep, limit in zip(chatters, speed.tolist(), reach.tolist(), depth.tolist(), strict=True)
         ]
     elif chart.method in ("turning", "zero-order"):
         turned = chart.method == "turning"

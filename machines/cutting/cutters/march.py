@@ -18,7 +18,6 @@ import numpy as np
 import scipy
 
 from jointlib.arrays import Array, ComplexArray
-from jointlib.errors import CheckFailed
 
 from ...deadline import in_time
 from ...indices import Index
@@ -60,7 +59,7 @@ class Tool:
         moving = seen * model.poles[:, None]
         inverse = np.linalg.inv(2 / duration * derivative[1:, 1:] - model.poles[:, None, None] * np.eye(count))
         free = np.exp(model.poles[:, None] * (duration * (x[1:] + 1) / 2))
-        found = []
+        found = list[Array]()
         for look, direct in ((seen, model.direct), (moving, np.einsum("pa,pb->ab", seen, model.inputs).real)):
             turned = np.einsum("pa,pk->kap", look, free).reshape(count * n, modes)
             pairs = (look[:, :, None] * model.inputs[:, None, :]).reshape(modes, n * n)
@@ -70,7 +69,8 @@ class Tool:
             found += [sent.transpose(2, 0, 3, 1).reshape(count * n, count * n)]
         push = np.einsum("pl,pb->plb", inverse[:, -1], model.inputs).reshape(modes, count * n)
         push = np.concatenate([push.real, push.imag])
-        return cls(*found, push, np.exp(model.poles * duration))
+        entry, reply, entry_rate, reply_rate = found
+        return cls(entry, reply, entry_rate, reply_rate, push, np.exp(model.poles * duration))
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,26 +133,18 @@ class March:
         operator = scipy.sparse.linalg.LinearOperator((size, size), matvec=self, dtype=float)
         while 3 * count + _BASIS < size:
             in_time()
+            basis, start = 2 * count + _BASIS, np.cos(np.arange(size) ** 2)
             try:
-                found = scipy.sparse.linalg.eigs(
-                    operator,
-                    count,
-                    ncv=2 * count + _BASIS,
-                    v0=np.cos(np.arange(size) ** 2),
-                    maxiter=_ROUNDS,
-                    tol=_EXACT,
-                    return_eigenvectors=False,
-                )
-            except scipy.sparse.linalg.ArpackNoConvergence as part:
-                if not len(part.eigenvalues):
-                    raise CheckFailed("collocation: the largest multipliers of a pattern do not settle") from None
-                found = part.eigenvalues
+                found, _ = scipy.sparse.linalg.eigs(operator, count, ncv=basis, v0=start, maxiter=_ROUNDS, tol=_EXACT)
+            except scipy.sparse.linalg.ArpackNoConvergence:  # more turns at once
+                count *= 2
+                continue
             found = found[np.argsort(-np.abs(found), kind="stable")]
             if abs(found[-1]) < beyond:
                 return np.asarray(found)
             count *= 2
-        found = np.linalg.eigvals(np.stack([self(e) for e in np.eye(size)], axis=1)).astype(complex)
-        return np.asarray(found[np.argsort(-np.abs(found), kind="stable")])
+        every = np.linalg.eigvals(np.stack([self(e) for e in np.eye(size)], axis=1)).astype(complex)
+        return np.asarray(every[np.argsort(-np.abs(every), kind="stable")])
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,7 +167,7 @@ class Marcher:
                 continue
             _, _, first, count = span
             cut = next(held)
-            act = np.linalg.solve(np.eye(len(cut.back)) + depth * cut.back, -depth * cut.act)
+            act = np.asarray(np.linalg.solve(np.eye(len(cut.back)) + depth * cut.back, -depth * cut.act))
             own = slice((first + 1) * n, (first + 1 + count) * n)
             steps.append(Step(cut.tool, own, first > last, cut.looked, cut.remembered, act))
             last = first + count
@@ -230,8 +222,8 @@ class _Cut:
         if rubbing:
             rubs = np.zeros((count, n, count, n))
             rubs[np.arange(count), :, np.arange(count)] = rubbing * acts.rubs
-            rubs = rubs.reshape(back.shape)
-            entry, back = entry + rubs @ tool.entry_rate, back + rubs @ tool.reply_rate
+            rub = rubs.reshape(back.shape)
+            entry, back = entry + rub @ tool.entry_rate, back + rub @ tool.reply_rate
         return cls(tool, np.concatenate([entry, own[:, ~here], -before], axis=1), back, looked[~here], remembered)
 
 

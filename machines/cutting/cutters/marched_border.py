@@ -12,9 +12,6 @@ from collections.abc import Callable
 import numpy as np
 import scipy
 
-from jointlib.arrays import Array, ComplexArray
-from jointlib.errors import CheckFailed
-
 from ...deadline import in_time
 from ..loops.loop_branches import NONE, Crossing
 from .border import Change, depths
@@ -24,6 +21,7 @@ _LOOK, _EXACT = 1e-5, 1e-12
 """Relative error in depth of a crossing that is looked for, and of one that is settled."""
 _NEWTON, _BESIDE = 30, 1e-5
 _REAL = 1e-9
+_COUNTED = 6
 _NEAR, _SOME = 0.98, 4
 """Size down to which multipliers may be the one that is settled, and how many beyond the rank of one are asked for."""
 
@@ -67,7 +65,8 @@ def settled(marcher: Marcher, crossing: Crossing, within: float) -> Crossing:
 
 
 def _count(marcher: Marcher, depth: float) -> int:
-    return int(np.count_nonzero(np.abs(marcher.at(depth).multipliers(1.0)) > 1))
+    """How many grow, `_COUNTED` where more do: deep inside an unstable stretch it matters to nobody."""
+    return int(np.count_nonzero(np.abs(marcher.at(depth).multipliers()[:_COUNTED]) > 1))
 
 
 def _between(marcher: Marcher, low: tuple[float, int], high: tuple[float, int]) -> list[Change]:

@@ -18,6 +18,7 @@ from ..loops import multipliers
 from ..loops.characteristic import coefficients, decided, largest_multiplier
 from ..process.cutter import Cutter
 from ..process.cutting import Cutting
+from .march import Marcher
 from .pattern_map import FINER, MORE, Answers, PatternMap, pattern_map, pattern_nodes
 
 _GUARD, _RAISES = 5e-4, 5
@@ -29,6 +30,8 @@ _TOGETHER, _ALIKE = 60, 1.25
 _COARSE, _KEPT, _ROUNDS, _RESIDUAL = 3, 24, 3, 1e-5
 """Nodes of the maps that are interpolated, beyond the phase; multipliers that take part, rounds to find them, and
 by how much of itself the largest may fail to be one."""
+_WIDE, _SOME = 300, 4
+"""Places of a pattern from which on maps are applied instead of formed, and multipliers asked for then."""
 
 
 def largest_multipliers(model: ToolModel, cutting: Cutting, speed: Array, depth: Array) -> Array:
@@ -48,6 +51,11 @@ def largest_multipliers(model: ToolModel, cutting: Cutting, speed: Array, depth:
         )
     out = np.empty((len(speed), len(depth)))
     for rows in _groups(speed):
+        slowest = float(np.min(speed[rows]))
+        if len(pattern_nodes(model, cutter, float(np.max(depth)), slowest).places) > _WIDE:
+            for i in rows.tolist():
+                out[i] = _one_by_one(model, cutter, float(speed[i]), depth)
+            continue
         left = rows
         if len(depth) >= _WORTH * _FIRST:
             left = _in_pieces(out, model, cutter, speed, rows, depth)
@@ -166,15 +174,19 @@ def _exact(model: ToolModel, cutter: Cutter, speed: Array, depth: float, more: i
 
 
 def _one_by_one(model: ToolModel, cutter: Cutter, speed: float, depth: Array) -> Array:
-    """Largest |μ| over a pattern at one speed, every depth by itself."""
-    rpm, check = np.array([speed]), np.unique([np.max(depth), np.median(depth)])
-    more = MORE
-    sizes = [np.array([_exact(model, cutter, rpm, b, more)[0] for b in check.tolist()])]
+    """Largest |μ| over a pattern at one speed, every depth by itself: by a march, which needs no matrix of the map."""
+    check, more = np.unique([np.max(depth), np.median(depth)]), MORE
+
+    def sizes(depths: Array, more: int) -> Array:
+        marcher = Marcher(model, cutter, speed, more)
+        return np.array([abs(marcher.at(b).multipliers(count=_SOME)[0]) for b in depths.tolist()])
+
+    found = [sizes(check, more)]
     for _ in range(_RAISES):
-        sizes.append(np.array([_exact(model, cutter, rpm, b, more + FINER)[0] for b in check.tolist()]))
-        if np.all(np.abs(sizes[-1] - sizes[-2]) <= _GUARD * np.maximum(sizes[-1], 1)):
-            return np.array([_exact(model, cutter, rpm, b, more)[0] for b in depth.tolist()])
+        found.append(sizes(check, more + FINER))
+        if np.all(np.abs(found[-1] - found[-2]) <= _GUARD * np.maximum(found[-1], 1)):
+            return sizes(depth, more)
         more += FINER
-    if len(check) == len(depth) and (sure := decided(sizes)) is not None:
+    if len(check) == len(depth) and (sure := decided(found)) is not None:
         return sure[np.searchsorted(check, depth)]
     raise CheckFailed(f"collocation: at {speed:g} rpm the multipliers still change with the number of nodes")

@@ -13,12 +13,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 import scipy
 
-from jointlib.arrays import Array, ComplexArray
+from jointlib.arrays import ComplexArray
 from jointlib.errors import CheckFailed
 
 from .side_lines import SideLines, over_depth
@@ -49,7 +48,7 @@ class WideLines:
             place = np.exp(-1j * r * flute.place)
             held = place * over_depth(r * flute.lag * depth)
             if not flute.spread:
-                backs.append(1 - np.exp(-1j * omega * flute.behind / turning))
+                backs.append(1.0 - np.exp(-1j * omega * flute.behind / turning))
                 kernels.append(self._kernel(force * held[:, None, None]))
             else:
                 backs.append(np.ones(many, dtype=complex))
@@ -60,14 +59,14 @@ class WideLines:
                     backs.append(-share * np.exp(-1j * omega * (flute.behind + flute.spread * z) / turning))
                     kernels.append(self._kernel(force * (place * np.exp(-1j * r * flute.lag * z))[:, None, None]))
             if self.lines.cutter.rubbing(self.lines.speed):
-                backs.append(1j * omega * self.lines.cutter.rubbing(self.lines.speed))
+                backs.append(np.asarray(1j * omega * self.lines.cutter.rubbing(self.lines.speed)))
                 kernels.append(self._kernel(rub * held[:, None, None]))
         back, kernel = np.stack(backs), np.stack(kernels)
 
         def applied(x: ComplexArray) -> ComplexArray:
             moved = back[:, :, None] * (G @ x.reshape(many, n, 1))[:, :, 0]
             turned = kernel @ scipy.fft.fft(moved, self._length, axis=1)[..., None]
-            return depth * scipy.fft.ifft(np.sum(turned[..., 0], axis=0), axis=0)[:many].ravel()
+            return np.asarray(depth * scipy.fft.ifft(np.sum(turned[..., 0], axis=0), axis=0)[:many].ravel())
 
         return applied
 
@@ -87,7 +86,7 @@ class WideLines:
         applied = self.applied(fraction, depth)
         x = np.random.default_rng(0).standard_normal(len(self.lines.orders) * len(self.lines.axes)) + 0j
         for _ in range(_POWER):
-            x = _solve(lambda v: v + applied(v), x / np.linalg.norm(x), 1e-6)
+            x = _solve(lambda v: v + applied(v), np.asarray(x / np.linalg.norm(x)), 1e-6)
         x /= np.linalg.norm(x)
         if fraction in (0.0, 0.5):  # the vibration is real: lines of opposite sign are conjugates
             own = x.reshape(-1, len(self.lines.axes))[1 if fraction == 0 else 0 :]

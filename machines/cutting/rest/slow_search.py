@@ -31,7 +31,7 @@ from .periodic import FAR, JOINED
 _WITHIN, _RAISES = 0.02, 8
 _AGREE = 2e-5
 """Of depths by so many harmonics and by half as many; they come closer with 1/P."""
-_HIGHER = 1.4
+_HIGHER, _BELOW = 1.4, 0.97
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,17 +62,17 @@ class SlowSearch:
         highest = self._highest(guess)
         while True:
             marcher = Marcher(self.modes.up_to(highest), self.cutter, self.speed)
-            found = changes(marcher, min(self.surely, 0.9 * reach), reach, first=True)
-            found = [one for one in found if one.below == 0][:1]
+            every = changes(marcher, min(self.surely, 0.9 * reach), reach, first=True)
+            found = [one for one in every if one.below == 0][:1]
             deeper = self._highest(found[0].crossing.depth if found else reach)
             if deeper <= highest * _HIGHER:
                 return [replace(one, crossing=self.settled(one.crossing)) for one in found]
             highest = deeper
 
-    def every(self, deepest: float) -> list[Change]:
-        """Every change up to a depth in m, settled."""
+    def every(self, deepest: float, limit: float) -> list[Change]:
+        """Every change up to a depth in m, settled; nothing grows below the ``limit`` in m."""
         marcher = Marcher(self.modes.up_to(self._highest(deepest)), self.cutter, self.speed)
-        found = changes(marcher, min(self.surely, 0.9 * deepest), deepest)
+        found = changes(marcher, min(max(self.surely, _BELOW * limit), 0.9 * deepest), deepest)
         return [replace(one, crossing=self.settled(one.crossing)) for one in found]
 
     def _highest(self, depth: float) -> float:
