@@ -46,7 +46,10 @@ sys.path.insert(0, {str(Path(__file__).parent)!r})
 from fence import fence
 inside, outside = pathlib.Path("inside"), pathlib.Path("outside")
 inside.mkdir(); outside.mkdir(); (outside / "kept").write_text("kept"); (inside / "link").symlink_to(outside.resolve())
+(inside / "tree" / "deep").mkdir(parents=True); (inside / "tree" / "deep" / "leaf").write_text("a")
+(outside / "tree").mkdir(); (outside / "tree" / "leaf").write_text("kept")
 fence(inside)
+shutil.rmtree(inside / "tree")
 (inside / "a").write_text("a"); os.replace(inside / "a", inside / "b"); (inside / "c").mkdir()
 for wrong in (
     lambda: (outside / "new").write_text("x"),
@@ -55,6 +58,7 @@ for wrong in (
     lambda: os.replace(inside / "b", outside / "kept"),
     lambda: (outside / "kept").unlink(),
     lambda: (outside / "d").mkdir(),
+    lambda: shutil.rmtree(outside / "tree"),
     lambda: os.open(outside / "kept", os.O_WRONLY),
     lambda: shutil.copy(inside / "b", outside / "b"),
 ):
@@ -65,7 +69,7 @@ for wrong in (
     raise SystemExit("went through")
 """
     subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=True)
-    assert [path.name for path in (tmp_path / "outside").iterdir()] == ["kept"]
+    assert sorted(path.name for path in (tmp_path / "outside").rglob("*")) == ["kept", "leaf", "tree"]
     assert (tmp_path / "outside" / "kept").read_text() == "kept"
 
 
