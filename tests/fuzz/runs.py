@@ -21,7 +21,7 @@ import tempfile
 import time
 import traceback
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
@@ -137,26 +137,37 @@ def where(error: BaseException | None) -> str:
     return " < ".join(f"{'/'.join(Path(f.filename).parts[-3:])}:{f.lineno}" for f in spots)
 
 
-def child(kind: str, seed: int, first: int, last: int) -> None:
-    """Run inputs one after the other; a line before each, and one after it."""
+def fenced(above: Path) -> None:
+    """From here on this process writes below a folder alone, with so much memory."""
     from fence import fence
-    from seeds import KINDS, damaged
 
     with contextlib.suppress(ValueError):
         resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
-    pipe = os.fdopen(os.dup(1), "w", buffering=1)
-    above = Path(tempfile.mkdtemp(prefix="fuzz"))
-    (above / "temporary").mkdir()
+    (above / "temporary").mkdir(exist_ok=True)
     tempfile.tempdir = os.environ["TMPDIR"] = str(above / "temporary")
     fence(above)
+
+
+def lay(files: Mapping[str, bytes], folder: Path) -> None:
+    """Write the files of an input into a folder."""
+    for name, data in files.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(data)
+
+
+def child(kind: str, seed: int, first: int, last: int) -> None:
+    """Run inputs one after the other; a line before each, and one after it."""
+    from seeds import KINDS, damaged
+
+    pipe = os.fdopen(os.dup(1), "w", buffering=1)
+    above = Path(tempfile.mkdtemp(prefix="fuzz"))
+    fenced(above)
     try:
         for number in range(first, last):
             given = damaged(KINDS[kind], seed, number)
             folder = above / str(number)
             folder.mkdir()
-            for name, data in given.files.items():
-                (folder / name).parent.mkdir(exist_ok=True)
-                (folder / name).write_bytes(data)
+            lay(given.files, folder)
             print(json.dumps({"begun": number}), file=pipe)
             begun = time.perf_counter()
             with contextlib.chdir(folder):
