@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 LOOPBACK = "127.0.0.1"
 PORT = 8050
+PATIENCE = 30.0
+"""s for which a client may be silent in the middle of a request or an answer."""
 _MOST_BYTES = 4_000_000
 _OWN = ("same-origin", "none")
 """What a browser says of a request that the page made itself, or the user; other programs say nothing."""
@@ -149,8 +151,13 @@ def bound(host: str = LOOPBACK, port: int | None = None) -> socket.socket:
 
 def listening(app: Dash, place: socket.socket) -> BaseWSGIServer:
     """The server of an app, which answers once its ``serve_forever`` runs; ``place`` is used up."""
-    from werkzeug.serving import make_server
+    from werkzeug.serving import WSGIRequestHandler, make_server
+
+    class Impatient(WSGIRequestHandler):
+        """Lets go of who neither sends nor takes anything for a while, else each would hold a thread for good."""
+
+        timeout = PATIENCE
 
     with place:
         host, port = place.getsockname()[:2]
-        return make_server(host, port, app.server, threaded=True, fd=place.fileno())
+        return make_server(host, port, app.server, threaded=True, request_handler=Impatient, fd=place.fileno())
