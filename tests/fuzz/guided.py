@@ -20,7 +20,7 @@ import tempfile
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from types import FrameType
+from types import CodeType, FrameType
 from typing import Any
 
 from keep import keep
@@ -30,27 +30,38 @@ from seeds import KINDS, Drawn, Input, Kind, drawn
 _OURS = tuple(f"{ROOT}{os.sep}{name}{os.sep}" for name in ("jointlib", "machines", "fmu"))
 _LARGEST = 200_000
 """Bytes up to which an input is damaged on: inserted copies add up."""
-_FEW = 16
-"""Of the inputs that reached something new, the last so many are taken as often as all before them."""
 
 
 class Lines:
-    """Lines of the program that were run, by file and number."""
+    """Lines of the program that were run."""
 
-    def __init__(self) -> None:
-        self.seen: set[tuple[str, int]] = set()
+    def __init__(self, first: Lines | None = None) -> None:
+        self.count = first.count if first else 0
+        self._left = {code: set(left) for code, left in first._left.items()} if first else {}
+        """Of each piece of code the lines that were not; one that has none any more is not watched."""
 
     @contextlib.contextmanager
     def watched(self) -> Iterator[None]:
         """Within it the lines that run are noted."""
 
+        def reached(code: CodeType, number: int) -> None:
+            if number in self._left[code]:
+                self._left[code].remove(number)
+                self.count += 1
+
         def line(frame: FrameType, event: str, _: Any) -> Any:
             if event == "line":
-                self.seen.add((frame.f_code.co_filename, frame.f_lineno))
+                reached(frame.f_code, frame.f_lineno)
             return line
 
         def call(frame: FrameType, event: str, _: Any) -> Any:
-            return line if frame.f_code.co_filename.startswith(_OURS) else None
+            code = frame.f_code
+            if not code.co_filename.startswith(_OURS):
+                return None
+            if code not in self._left:
+                self._left[code] = {number for *_, number in code.co_lines() if number}
+            reached(code, frame.f_lineno)
+            return line if self._left[code] else None
 
         sys.settrace(call)
         try:
@@ -64,11 +75,11 @@ def child(name: str, seed: int, minutes: float, most: int, found: Path) -> None:
     kind, rng = KINDS[name], random.Random(f"{name} {seed} guided")
     pipe = os.fdopen(os.dup(1), "w", buffering=1)
     running, last = found / "running", found / "last"
-    right, blind, guided, number = Lines(), Lines(), Lines(), 0
+    number = 0
 
-    def run(given: Input, lines: Lines) -> bool:
-        """Whether an input reached something new; one that ends badly does so without the watch too."""
-        before = len(lines.seen)
+    def run(given: Input, lines: Lines) -> tuple[bool, str]:
+        """Whether an input reached something new, and how it ended; badly where it does so without the watch too."""
+        before = lines.count
         outcome, said = "", ""
         for watch in (lines.watched(), contextlib.nullcontext()):
             keep(given, last)
@@ -82,22 +93,26 @@ def child(name: str, seed: int, minutes: float, most: int, found: Path) -> None:
         else:
             print(json.dumps({"outcome": outcome, "said": said}), file=pipe)
             keep(given, found / f"{number}_{outcome.replace(' ', '_')}")
-        return len(lines.seen) > before
+        return lines.count > before, outcome
 
     fenced(found)
+    right = Lines()
     for one in _right(kind):
         run(one.among(kind), right)
-    blind.seen, guided.seen = set(right.seen), set(right.seen)
-    pool, begun = list[Drawn](), time.monotonic()
+    blind, guided, begun = Lines(right), Lines(right), time.monotonic()
+    answered, refused = list[Drawn](), list[Drawn]()
     while number < most and time.monotonic() - begun < 60 * minutes:
         number += 1
         run(drawn(kind, rng).damaged(kind, rng).among(kind), blind)
-        one = (_picked(rng, pool) or drawn(kind, rng)).damaged(kind, rng)
-        if run(one.among(kind), guided) and len(one.data) <= _LARGEST:
-            pool.append(one)
+        # What was answered leads further in than what was refused.
+        pool = rng.choice([answered, answered, refused, []])
+        one = (rng.choice(pool) if pool else drawn(kind, rng)).damaged(kind, rng)
+        new, outcome = run(one.among(kind), guided)
+        if new and len(one.data) <= _LARGEST:
+            (refused if outcome == "refused" else answered).append(one)
     shutil.rmtree(found / "temporary", ignore_errors=True)
-    reached = {"right": len(right.seen), "once": len(blind.seen), "on": len(guided.seen)}
-    print(json.dumps({"inputs": number, "kept": len(pool), **reached}), file=pipe)
+    reached = {"right": right.count, "once": blind.count, "on": guided.count}
+    print(json.dumps({"inputs": number, "kept": len(answered) + len(refused), **reached}), file=pipe)
 
 
 def _right(kind: Kind) -> Iterator[Drawn]:
@@ -108,13 +123,6 @@ def _right(kind: Kind) -> Iterator[Drawn]:
         if (one.name, one.line) not in seen:
             seen.add((one.name, one.line))
             yield one
-
-
-def _picked(rng: random.Random, pool: list[Drawn]) -> Drawn | None:
-    """One to be damaged on; now and then, and at first, none."""
-    if not pool or rng.random() < 0.2:
-        return None
-    return rng.choice(pool[-_FEW:] if rng.random() < 0.5 else pool)
 
 
 def main() -> int:
