@@ -144,12 +144,17 @@ def main() -> int:
         done = subprocess.run(
             [*command, str(asked.inputs), str(folder)],
             stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
             env=environment,
         )
         *told, last = [json.loads(line) for line in done.stdout.splitlines() if line.startswith(b"{")] or [{}]
         if done.returncode or "right" not in last:
-            told.append({"outcome": "died", "said": f"exit status {done.returncode}, see {folder / 'last'}"})
+            told.append(
+                {
+                    "outcome": "died",
+                    "said": f"exit status {done.returncode}, see {folder / 'last'}, {done.stderr[-200:]!r}",
+                }
+            )
         for one in told:
             print(f"    {one['outcome']}: {one['said']}", file=sys.stderr)
         bad += len(told)
