@@ -143,18 +143,13 @@ def main() -> int:
         environment = {**os.environ, **threads, "PYTHONPATH": f"{HERE}:{ROOT}"}
         done = subprocess.run(
             [*command, str(asked.inputs), str(folder)],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
+            capture_output=True,
             env=environment,
         )
         *told, last = [json.loads(line) for line in done.stdout.splitlines() if line.startswith(b"{")] or [{}]
         if done.returncode or "right" not in last:
-            told.append(
-                {
-                    "outcome": "died",
-                    "said": f"exit status {done.returncode}, see {folder / 'last'}, {done.stderr[-200:]!r}",
-                }
-            )
+            said = f"exit status {done.returncode}, {done.stderr[-200:]!r}, at {folder / 'last'}"
+            told.append({"outcome": "died", "said": said})
         for one in told:
             print(f"    {one['outcome']}: {one['said']}", file=sys.stderr)
         bad += len(told)

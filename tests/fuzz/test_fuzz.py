@@ -85,6 +85,21 @@ def test_damaged_inputs_are_answered(kind: str) -> None:
     assert _bad(kind, 2, 100) == []
 
 
+@pytest.mark.thorough
+def test_inputs_that_reach_new_lines_are_damaged_on() -> None:
+    """The lines that inputs reach are told, and those that reached new ones are kept."""
+    command = [sys.executable, str(Path(__file__).parent / "guided.py"), "--inputs", "40", "--kind", "matrix market"]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    head, row = (line.split(" | ") for line in done.stdout.splitlines())
+    said = dict(zip(head[1:], map(int, row[1:]), strict=True))
+    assert said["inputs of either sort"] == 40
+    assert said["lines of right inputs"] > 1000
+    assert said["more, damaged once"] > 0
+    assert said["more, damaged on"] > 0
+    assert said["kept"] > 0
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_twenty_thousand_damaged_inputs_are_answered(kind: str) -> None:
