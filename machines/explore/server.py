@@ -5,6 +5,7 @@ from __future__ import annotations
 import ipaddress
 import logging
 import socket
+from html import escape
 from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING, Any
@@ -45,7 +46,7 @@ def explorer_app(explorer: Explorer, name: str, folder: Path, export: Export, al
         external_stylesheets=list(ADDRESSES[:1]),
         external_scripts=list(ADDRESSES[1:]),
         compress=False,
-        title=f"{name} – jointlib",
+        title=escape(f"{name} – jointlib"),
         update_title="",
         add_log_handler=False,
         on_error=_told,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import http.client
+import json
 import os
 import random
 import socket
@@ -165,3 +166,19 @@ def test_no_callback_and_no_other_address_answers_a_stranger(site: Site, headers
     for body in user.bodies():
         assert user.status("POST", "_dash-update-component", body, headers) == 403, body["output"]
         assert user.status("POST", "_dash-update-component", body, {}) in (200, 204), body["output"]
+
+
+def test_no_name_becomes_markup_in_the_page(tmp_path: Path) -> None:
+    """What the page is first sent; what follows are data that its script puts in as text."""
+    package("dash")
+    from machines.explore import Explorer
+
+    name = "<img src=x onerror=alert(1)>"
+    for source, target in (("two_mass.toml", f"{name}.toml"), ("two_mass.joint.toml", "two_mass.joint.toml")):
+        (tmp_path / target).write_bytes((LIBRARY / source).read_bytes())
+    with serving(Explorer(tmp_path / f"{name}.toml"), tmp_path / "out") as site:
+        user = User(site, {}, (), None)
+        page = user.asked("GET", "", None, {})[1]
+        assert b"<img" not in page
+        assert b"jointlib</title>" in page
+        assert name in json.dumps(json.loads(user.asked("GET", "_dash-layout", None, {})[1]))
