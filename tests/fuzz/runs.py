@@ -35,8 +35,10 @@ _GIVEN_UP = 3 * SLOW
 MEMORY = 4 << 30
 """Bytes of address space of the child."""
 LONGEST = 300
-GOOD = ("done", "refused", "check failed")
+GOOD = ("done", "refused", "check failed", "computing")
 OUTCOMES = (*GOOD, "badly said", "not a number", "warned", "half written", "slow", "traceback", "died")
+_PROGRESS = re.compile(r"\d+ s\)?\s*$")
+"""What a command says that is still at work and tells how far it is."""
 _NOT_FINITE = re.compile(r"(?<![\w.'\"-])[+-]?(?:nan|inf)(?![\w.'\":])")
 
 _QUOTED = re.compile(rb'"[^"\n]*(?:nan|inf)[^"\n]*"')
@@ -112,6 +114,8 @@ def run_here(line: tuple[str, ...]) -> tuple[str, str]:
         except SystemExit as stop:
             status = stop.code if isinstance(stop.code, int) else 0 if stop.code is None else 1
         except _Late:
+            if _PROGRESS.search(err.getvalue()):
+                return "computing", ""
             return "slow", where(sys.exc_info()[1])
         except BaseException as error:
             return "traceback", f"{type(error).__name__}: {str(error)[:120]} at {where(error)}"
