@@ -8,7 +8,6 @@ import numpy as np
 
 from jointlib.errors import InputError
 
-
 _MOST_LOSS = 10.0
 """Rubber has 1; of far more no mode is left, and the search for one takes all memory."""
 
