@@ -154,11 +154,8 @@ def listening(app: Dash, place: socket.socket) -> BaseWSGIServer:
     """The server of an app, which answers once its ``serve_forever`` runs; ``place`` is used up."""
     from werkzeug.serving import WSGIRequestHandler, make_server
 
-    class Impatient(WSGIRequestHandler):
-        """Lets go of who neither sends nor takes anything for a while, else each would hold a thread for good."""
-
-        timeout = PATIENCE
-
+    # Who neither sends nor takes anything for so long is let go, else each would hold a thread for good.
+    impatient = type("Impatient", (WSGIRequestHandler,), {"timeout": PATIENCE})
     with place:
         host, port = place.getsockname()[:2]
-        return make_server(host, port, app.server, threaded=True, request_handler=Impatient, fd=place.fileno())
+        return make_server(host, port, app.server, threaded=True, request_handler=impatient, fd=place.fileno())
