@@ -81,7 +81,7 @@ def judged(status: int | None, out: str, err: str, line: tuple[str, ...]) -> tup
             return "badly said", f"{len(text)} letters: {text[:200]}"
         if not text.isprintable():
             return "badly said", f"not printable: {text[:200]!r}"
-    first, *more = [text for text in said if not text.endswith("…")] or said
+    first, *more = [text for text in said if not (text.endswith("…") or re.fullmatch(r"\s+\d+ s", text))] or said
     if not first.startswith("jointlib: ") or (more and not re.fullmatch(r"jointlib: \d+ faults", first)):
         return "badly said", " / ".join(said)[:300]
     return ("refused" if status == 2 else "check failed"), ""
