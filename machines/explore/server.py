@@ -5,6 +5,7 @@ from __future__ import annotations
 import ipaddress
 import logging
 import socket
+from html import escape
 from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING, Any
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
 
 LOOPBACK = "127.0.0.1"
 PORT = 8050
+PATIENCE = 30.0
+"""s for which a client may be silent in the middle of a request or an answer."""
 _MOST_BYTES = 4_000_000
 _OWN = ("same-origin", "none")
 """What a browser says of a request that the page made itself, or the user; other programs say nothing."""
@@ -43,7 +46,7 @@ def explorer_app(explorer: Explorer, name: str, folder: Path, export: Export, al
         external_stylesheets=list(ADDRESSES[:1]),
         external_scripts=list(ADDRESSES[1:]),
         compress=False,
-        title=f"{name} – jointlib",
+        title=escape(f"{name} – jointlib"),
         update_title="",
         add_log_handler=False,
         on_error=_told,
@@ -149,8 +152,10 @@ def bound(host: str = LOOPBACK, port: int | None = None) -> socket.socket:
 
 def listening(app: Dash, place: socket.socket) -> BaseWSGIServer:
     """The server of an app, which answers once its ``serve_forever`` runs; ``place`` is used up."""
-    from werkzeug.serving import make_server
+    from werkzeug.serving import WSGIRequestHandler, make_server
 
+    # Who neither sends nor takes anything for so long is let go, else each would hold a thread for good.
+    impatient = type("Impatient", (WSGIRequestHandler,), {"timeout": PATIENCE})
     with place:
         host, port = place.getsockname()[:2]
-        return make_server(host, port, app.server, threaded=True, fd=place.fileno())
+        return make_server(host, port, app.server, threaded=True, request_handler=impatient, fd=place.fileno())

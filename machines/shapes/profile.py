@@ -8,6 +8,9 @@ import numpy as np
 
 from jointlib.errors import InputError
 
+_MOST_LOSS = 10.0
+"""Rubber has 1; of far more no mode is left, and the search for one takes all memory."""
+
 
 @dataclass(frozen=True)
 class Material:
@@ -40,6 +43,8 @@ class Material:
             value = getattr(self, key)
             if not (np.isfinite(value) and value >= 0):
                 raise InputError(f"{where}: {key} is {value!r}, expected at least 0")
+        if self.loss_factor > _MOST_LOSS:
+            raise InputError(f"{where}: loss_factor is {self.loss_factor!r}, expected at most {_MOST_LOSS:g}")
 
     @property
     def shear(self) -> float:

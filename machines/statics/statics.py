@@ -91,13 +91,17 @@ class Balance:
             z, force, k = self.joints(y)
             pull = self.stiffness @ y + self.rows.T @ force - self.load
             scale = np.linalg.norm(self.load) + np.linalg.norm(np.abs(self.rows).T @ np.abs(force))
-            if np.linalg.norm(pull) <= _SETTLED * scale:
+            settled, step = np.linalg.norm(pull) <= _SETTLED * scale, y
+            if not settled:
+                if np.max(np.abs(z), initial=0.0) > _FURTHEST:
+                    break
+                step = -_solve(self._tangent(k), pull, shift)
+                # Long levers round off more of the forces than that, of the places not.
+                settled = np.max(np.abs(step)) <= _SETTLED * np.max(np.abs(y))
+            if settled:
                 if len(y) and np.linalg.eigvalsh(self._tangent(k))[0] < -shift:
                     break
                 return y
-            if np.max(np.abs(z), initial=0.0) > _FURTHEST:
-                break
-            step = -_solve(self._tangent(k), pull, shift)
             y = y + self._along(y, step, float(step @ pull)) * step
         z, force, k = self.joints(y)
         worst = int(np.argmax(np.abs(z)))

@@ -45,10 +45,12 @@ def serving(explorer: Explorer, folder: Path) -> Iterator[Site]:
         server = listening(app, place)
     thread = threading.Thread(target=server.serve_forever)
     thread.start()
-    yield Site(f"http://127.0.0.1:{server.port}/", server.port, folder, exported)
-    server.shutdown()
-    thread.join()
-    server.server_close()
+    try:
+        yield Site(f"http://127.0.0.1:{server.port}/", server.port, folder, exported)
+    finally:
+        server.shutdown()
+        thread.join()
+        server.server_close()
 
 
 @contextlib.contextmanager

@@ -27,7 +27,7 @@ def load(path: Path) -> None:
     elif path.suffix == ".npz":
         with np.load(path) as archive:
             assert all(archive[name].size >= 0 for name in archive.files)
-    elif path.suffix == ".fmu":
+    elif path.suffix in (".fmu", ".ssp"):
         assert zipfile.ZipFile(path).testzip() is None
     else:
         assert path.read_text().rstrip().endswith("</html>"), path

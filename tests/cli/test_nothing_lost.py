@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pytest
 from command_line import files, jointlib
+from repeats import repeats
 from test_interrupt import load
 
 from jointlib.cli.alone import alone_in
@@ -32,10 +33,23 @@ WRITING = {
     "fmu": f"fmu {LIBRARY}/guide.joint.toml -o out/x.fmu",
     "new": "new machine -o out/x.toml",
 }
+TRACED = f"trace {LIBRARY}/guide_mill/rig.measurement.toml --joint {LIBRARY}/guide_mill/start.joint.toml -o out"
+OTHERS = {
+    "import": f"import {LIBRARY}/guide_mill/static.csv -o out/x.measurement.toml",
+    "plan": f"plan {LIBRARY}/guide.joint.toml --rig {LIBRARY}/guide_mill/rig.measurement.toml "
+    "--effects quadratic-damping -o out",
+    "trace": TRACED,
+    "modes": f"modes {LIBRARY}/three_joints/tip.measurement.toml --condition 8_N -o out/x.component.toml",
+    "uncouple": f"uncouple {LIBRARY}/bar.measurement.toml --remove {LIBRARY}/bar.component.toml -o out/x.toml",
+    "stickout": f"stickout {LIBRARY}/end_mill.toml --between 66mm 76mm --speed 15000 --method zero-order -o out/x.csv",
+    "compare": f"compare {LIBRARY}/paper_sdof.toml {LIBRARY}/paper_sdof_hertz.toml -o out/x.svg",
+    "ssp": f"ssp {LIBRARY}/two_mass.toml -o out/x.ssp",
+}
+"""The other verbs that write; `study` has tests of its own, `explore` writes when it is asked to."""
 
 
 def started(words: str, **how: object) -> subprocess.Popen[str]:
-    command = [sys.executable, "-c", MAIN, *words.split()]
+    command = [sys.executable, "-c", MAIN, *(word.replace("_N", " N") for word in words.split())]
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **how)  # type: ignore[call-overload]
 
 
@@ -52,18 +66,17 @@ def whole(folder: Path) -> None:
             load(path)
 
 
-@pytest.mark.thorough
-@pytest.mark.parametrize("verb", WRITING)
+@pytest.mark.parametrize("verb", repeats([*WRITING, *OTHERS], lambda _: False, lambda verb: verb in WRITING))
 def test_a_kill_at_any_moment_leaves_whole_files_or_none(verb: str, here: Path) -> None:
-    begun = time.perf_counter()
-    with started(WRITING[verb]) as process:
+    words, begun = {**WRITING, **OTHERS}[verb], time.perf_counter()
+    with started(words) as process:
         _, err = process.communicate()
     assert process.returncode == 0, err
     length, expected = time.perf_counter() - begun, files(here / "out")
     rng = random.Random(verb)
     for _ in range(2):
         shutil.rmtree(here / "out", ignore_errors=True)
-        with started(WRITING[verb]) as process:
+        with started(words) as process:
             time.sleep(rng.uniform(0.5, 1.0) * length)
             process.send_signal(signal.SIGKILL)
             process.communicate()
@@ -74,9 +87,9 @@ def test_a_kill_at_any_moment_leaves_whole_files_or_none(verb: str, here: Path) 
             else set()
         )
         assert left <= expected
-    if verb == "new":  # it overwrites nothing, and the kill may have come after the file was whole
+    if verb in ("new", "plan"):  # these overwrite nothing, and the kill may have come after the file was whole
         shutil.rmtree(here / "out", ignore_errors=True)
-    with started(WRITING[verb]) as process:
+    with started(words) as process:
         process.communicate()
     assert process.returncode == 0
     assert {path for path in files(here / "out") if not path.name.startswith(".")} >= expected

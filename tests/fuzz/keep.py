@@ -6,21 +6,19 @@ import json
 import sys
 from pathlib import Path
 
+from runs import lay
 from seeds import KINDS, Input, damaged
 
 CORPUS = Path(__file__).parent / "corpus"
 
 
-def keep(given: Input, name: str) -> Path:
-    """Write the files of an input and its command line into a folder of the corpus."""
-    folder = CORPUS / name
-    for file, data in given.files.items():
-        (folder / file).parent.mkdir(parents=True, exist_ok=True)
-        (folder / file).write_bytes(data)
+def keep(given: Input, folder: Path) -> Path:
+    """Write the files of an input and its command line into a folder, as the corpus has them."""
+    lay(given.files, folder)
     (folder / "line.json").write_text(json.dumps(list(given.line), indent=1) + "\n", encoding="utf-8")
     return folder
 
 
 if __name__ == "__main__":
     kind, seed, number, name = sys.argv[1:5]
-    print(keep(damaged(KINDS[kind], int(seed), int(number)), name))
+    print(keep(damaged(KINDS[kind], int(seed), int(number)), CORPUS / name))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import random
 import re
@@ -213,8 +214,13 @@ def archive(rng: random.Random, data: bytes) -> bytes:
     """A zip archive with a damaged member under a right checksum, or damaged itself."""
     if rng.random() < 0.3:
         return raw(rng, data)
-    with zipfile.ZipFile(io.BytesIO(data)) as held:
-        members = [(info.filename, held.read(info)) for info in held.infolist()]
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as held:
+            members = [(info.filename, held.read(info)) for info in held.infolist()]
+    except Exception:  # it is damaged already
+        members = []
+    if not members:
+        return raw(rng, data)
     at = rng.randrange(len(members))
     name, inside = members[at]
     what = rng.randrange(8)
@@ -285,7 +291,8 @@ def matlab(rng: random.Random, data: bytes) -> bytes:
         kind, size = struct.unpack_from("<II", data, at)
         inside = data[at + 8 : at + 8 + size]
         if kind == 15 and rng.random() < 0.7:
-            inside = zlib.compress(raw(rng, zlib.decompress(inside)))
+            with contextlib.suppress(zlib.error):  # where it is damaged already
+                inside = zlib.compress(raw(rng, zlib.decompress(inside)))
         out += struct.pack("<II", kind, len(inside)) + inside
         at += 8 + size
     return bytes(out) if len(out) > 128 and bytes(out) != data else raw(rng, data)

@@ -21,7 +21,7 @@ import tempfile
 import time
 import traceback
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
@@ -35,8 +35,10 @@ _GIVEN_UP = 3 * SLOW
 MEMORY = 4 << 30
 """Bytes of address space of the child."""
 LONGEST = 300
-GOOD = ("done", "refused", "check failed")
+GOOD = ("done", "refused", "check failed", "computing")
 OUTCOMES = (*GOOD, "badly said", "not a number", "warned", "half written", "slow", "traceback", "died")
+_PROGRESS = re.compile(r"\d+ s\)?\s*$")
+"""What a command says that is still at work and tells how far it is."""
 _NOT_FINITE = re.compile(r"(?<![\w.'\"-])[+-]?(?:nan|inf)(?![\w.'\":])")
 
 _QUOTED = re.compile(rb'"[^"\n]*(?:nan|inf)[^"\n]*"')
@@ -79,7 +81,7 @@ def judged(status: int | None, out: str, err: str, line: tuple[str, ...]) -> tup
             return "badly said", f"{len(text)} letters: {text[:200]}"
         if not text.isprintable():
             return "badly said", f"not printable: {text[:200]!r}"
-    first, *more = [text for text in said if not text.endswith("…")] or said
+    first, *more = [text for text in said if not (text.endswith("…") or re.fullmatch(r"\s+\d+ s", text))] or said
     if not first.startswith("jointlib: ") or (more and not re.fullmatch(r"jointlib: \d+ faults", first)):
         return "badly said", " / ".join(said)[:300]
     return ("refused" if status == 2 else "check failed"), ""
@@ -112,6 +114,8 @@ def run_here(line: tuple[str, ...]) -> tuple[str, str]:
         except SystemExit as stop:
             status = stop.code if isinstance(stop.code, int) else 0 if stop.code is None else 1
         except _Late:
+            if _PROGRESS.search(err.getvalue()):
+                return "computing", ""
             return "slow", where(sys.exc_info()[1])
         except BaseException as error:
             return "traceback", f"{type(error).__name__}: {str(error)[:120]} at {where(error)}"
@@ -137,26 +141,37 @@ def where(error: BaseException | None) -> str:
     return " < ".join(f"{'/'.join(Path(f.filename).parts[-3:])}:{f.lineno}" for f in spots)
 
 
-def child(kind: str, seed: int, first: int, last: int) -> None:
-    """Run inputs one after the other; a line before each, and one after it."""
+def fenced(above: Path) -> None:
+    """From here on this process writes below a folder alone, with so much memory."""
     from fence import fence
-    from seeds import KINDS, damaged
 
     with contextlib.suppress(ValueError):
         resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
-    pipe = os.fdopen(os.dup(1), "w", buffering=1)
-    above = Path(tempfile.mkdtemp(prefix="fuzz"))
-    (above / "temporary").mkdir()
+    (above / "temporary").mkdir(exist_ok=True)
     tempfile.tempdir = os.environ["TMPDIR"] = str(above / "temporary")
     fence(above)
+
+
+def lay(files: Mapping[str, bytes], folder: Path) -> None:
+    """Write the files of an input into a folder."""
+    for name, data in files.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(data)
+
+
+def child(kind: str, seed: int, first: int, last: int) -> None:
+    """Run inputs one after the other; a line before each, and one after it."""
+    from seeds import KINDS, damaged
+
+    pipe = os.fdopen(os.dup(1), "w", buffering=1)
+    above = Path(tempfile.mkdtemp(prefix="fuzz"))
+    fenced(above)
     try:
         for number in range(first, last):
             given = damaged(KINDS[kind], seed, number)
             folder = above / str(number)
             folder.mkdir()
-            for name, data in given.files.items():
-                (folder / name).parent.mkdir(exist_ok=True)
-                (folder / name).write_bytes(data)
+            lay(given.files, folder)
             print(json.dumps({"begun": number}), file=pipe)
             begun = time.perf_counter()
             with contextlib.chdir(folder):

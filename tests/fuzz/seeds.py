@@ -7,7 +7,7 @@ import random
 import shlex
 import sys
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -49,19 +49,39 @@ class Input:
     line: tuple[str, ...]
 
 
+@dataclass(frozen=True)
+class Drawn:
+    """What is damaged of a kind: one of its files, or its command line."""
+
+    name: str
+    """The file."""
+    data: bytes
+    line: tuple[str, ...]
+
+    def damaged(self, kind: Kind, rng: random.Random) -> Drawn:
+        """The same with one more damage."""
+        if kind.line:
+            return replace(self, line=(self.line[0], *mutations.words(rng, list(self.line[1:]))))
+        return replace(self, data=kind.mutate(rng, self.data))
+
+    def among(self, kind: Kind) -> Input:
+        """It and the files beside it."""
+        held = {other: make().replace(b"FILE", self.name.encode()) for other, make in kind.beside.items()}
+        whole = {other: make() for other, make in kind.files.items()} if kind.line else {self.name: self.data}
+        return Input(kind.name, {**held, **whole}, self.line)
+
+
+def drawn(kind: Kind, rng: random.Random) -> Drawn:
+    """One of the right inputs of a kind."""
+    name = rng.choice(sorted(kind.files))
+    command = rng.choice(kind.commands).replace("{file}", name).replace("{stem}", Path(name).stem)
+    return Drawn(name, kind.files[name](), tuple(shlex.split(command)))
+
+
 def damaged(kind: Kind, seed: int, number: int) -> Input:
     """The input of a number, the same for the same seed."""
     rng = random.Random(f"{kind.name} {seed} {number}")
-    name = rng.choice(sorted(kind.files))
-    held = {other: make() for other, make in kind.beside.items()}
-    data = kind.files[name]()
-    line = shlex.split(rng.choice(kind.commands).replace("{file}", name).replace("{stem}", Path(name).stem))
-    if kind.line:
-        held |= {other: make() for other, make in kind.files.items()}
-        return Input(kind.name, held, (line[0], *mutations.words(rng, line[1:])))
-    data = kind.mutate(rng, data)
-    held = {other: inside.replace(b"FILE", name.encode()) for other, inside in held.items()}
-    return Input(kind.name, {**held, name: data}, tuple(line))
+    return drawn(kind, rng).damaged(kind, rng).among(kind)
 
 
 def _signals() -> dict[str, np.ndarray]:

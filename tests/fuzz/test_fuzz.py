@@ -46,7 +46,10 @@ sys.path.insert(0, {str(Path(__file__).parent)!r})
 from fence import fence
 inside, outside = pathlib.Path("inside"), pathlib.Path("outside")
 inside.mkdir(); outside.mkdir(); (outside / "kept").write_text("kept"); (inside / "link").symlink_to(outside.resolve())
+(inside / "tree" / "deep").mkdir(parents=True); (inside / "tree" / "deep" / "leaf").write_text("a")
+(outside / "tree").mkdir(); (outside / "tree" / "leaf").write_text("kept")
 fence(inside)
+shutil.rmtree(inside / "tree")
 (inside / "a").write_text("a"); os.replace(inside / "a", inside / "b"); (inside / "c").mkdir()
 for wrong in (
     lambda: (outside / "new").write_text("x"),
@@ -55,6 +58,7 @@ for wrong in (
     lambda: os.replace(inside / "b", outside / "kept"),
     lambda: (outside / "kept").unlink(),
     lambda: (outside / "d").mkdir(),
+    lambda: shutil.rmtree(outside / "tree"),
     lambda: os.open(outside / "kept", os.O_WRONLY),
     lambda: shutil.copy(inside / "b", outside / "b"),
 ):
@@ -65,7 +69,7 @@ for wrong in (
     raise SystemExit("went through")
 """
     subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=True)
-    assert [path.name for path in (tmp_path / "outside").iterdir()] == ["kept"]
+    assert sorted(path.name for path in (tmp_path / "outside").rglob("*")) == ["kept", "leaf", "tree"]
     assert (tmp_path / "outside" / "kept").read_text() == "kept"
 
 
@@ -79,6 +83,21 @@ def _bad(kind: str, seed: int, count: int) -> list[str]:
 @pytest.mark.parametrize("kind", KINDS)
 def test_damaged_inputs_are_answered(kind: str) -> None:
     assert _bad(kind, 2, 100) == []
+
+
+@pytest.mark.thorough
+def test_inputs_that_reach_new_lines_are_damaged_on() -> None:
+    """The lines that inputs reach are told, and those that reached new ones are kept."""
+    command = [sys.executable, str(Path(__file__).parent / "guided.py"), "--inputs", "40", "--kind", "matrix market"]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    head, row = (line.split(" | ") for line in done.stdout.splitlines())
+    said = dict(zip(head[1:], map(int, row[1:]), strict=True))
+    assert said["inputs of either sort"] == 40
+    assert said["lines of right inputs"] > 1000
+    assert said["more, damaged once"] > 0
+    assert said["more, damaged on"] > 0
+    assert said["kept"] > 0
 
 
 @pytest.mark.slow

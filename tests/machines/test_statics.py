@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -70,6 +71,20 @@ def test_a_guide_yields_to_a_load_as_its_inverse_law_says(load: float) -> None:
     if load == 4000.0:
         # By the lower row alone: 4000 N = 2 sin φ P0 (1 + u)^1.5.
         assert z == pytest.approx(7.033779e-6, rel=1e-6)
+
+
+def test_a_lever_beyond_all_machines_still_settles(tmp_path: Path) -> None:
+    """At a joint a thousand kilometres off rounding leaves more of the forces than balance asks for elsewhere."""
+    library = Path(__file__).parents[2] / "machines" / "library"
+    near = '["bed", "ground"], at = [-0.35, 0.0, -0.3], direction = [0, 0, 1], joint = "mount.joint.toml"'
+    text = (library / "lathe.toml").read_text("utf-8")
+    assert near in text
+    for joint in library.glob("*.joint.toml"):
+        shutil.copy(joint, tmp_path)
+    point = static_point(written(tmp_path, text.replace(near, near.replace("0.0", "1e6", 1), 1)))
+    balance, y = point.balance, np.linalg.lstsq(point.balance.transform, point.coordinates, rcond=None)[0]
+    left = balance.stiffness @ y + balance.rows.T @ point.force - balance.load
+    assert np.linalg.norm(left) < 1e-5 * np.linalg.norm(balance.load)
 
 
 @pytest.mark.parametrize("load", ["-500", "-8000", "6000"])

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import math
 import tomllib
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -25,12 +27,16 @@ from jointlib.measurement import Correction
 from jointlib.parameter import Parameter, parameters_of
 from jointlib.registry import laws
 from machines import read_machine
+from machines.answers.new import new
 from machines.components.connection import Connection
 from machines.components.lumped import Lumped
+from machines.files.component_file import read_component
 from machines.files.machine_writer import write_machine
 from machines.loop.explanations.hypothesis import refit
 from machines.loop.explanations.places import places_of
 from machines.model.machine import Machine
+from machines.study.study_file import read_study
+from machines.uncoupling.spindle_end import write_spindle
 
 LIBRARY = Path(__file__).parents[2] / "machines" / "library"
 SLOW = settings(deadline=None, max_examples=20, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -169,6 +175,75 @@ def test_corrections_come_back_as_they_were_written(family: str, sizes: list[flo
     assert (found.family, found.channel, found.body) == (family, *site)
     assert dict(found.parameters) == values
     assert tomllib.loads(target.read_text("utf-8"))["provenance"]["who"] == "me"
+
+
+FILES = (
+    'q"uote',
+    "back\\slash",
+    "sing'le",
+    "#x",
+    "{x}",
+    "ü",
+    "<img src=x onerror=alert(1)>",
+    "a b",
+    '"""',
+    "new\nline",
+)
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_a_mended_measurement_finds_its_records_whatever_they_are_called(name: str, tmp_path: Path) -> None:
+    (tmp_path / "r.csv").write_text("a1,a2,P\n1,2,3\n2,3,4\n")
+    (tmp_path / "r.csv").rename(tmp_path / f"{name}.csv")
+    source, target = tmp_path / "in.measurement.toml", tmp_path / name / "out.measurement.toml"
+    source.write_text(RIG.replace('"r.csv"', json.dumps(f"{name}.csv")), "utf-8")
+    write_measurement(target, read_measurement(source), [])
+    (record,) = read_measurement(target).records
+    assert record.file.samefile(tmp_path / f"{name}.csv")
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_what_a_user_begins_with_is_read_whatever_it_is_called(name: str, tmp_path: Path) -> None:
+    machine, joint, measurement, study = (
+        tmp_path / f"{name}{end}.toml" for end in ("", ".joint", ".measurement", ".study")
+    )
+    for kind, path in (("machine", machine), ("joint", joint), ("measurement", measurement)):
+        new(kind, path)
+    new("study", study, machine=machine)
+    assert read_machine(machine).tool
+    assert read_joint(joint).laws
+    assert read_measurement(measurement).records[0].file.is_file()
+    assert read_study(study).base.samefile(machine)
+
+
+@SLOW
+@given(
+    lines=st.lists(st.floats(1.0, 1e4), min_size=8, max_size=12, unique=True),
+    sizes=st.tuples(st.floats(4.0, 10.0), st.floats(-3.0, 4.0), st.floats(0.0, 5.0), st.floats(-3.0, 1.0)),
+    place=st.lists(st.floats(-10.0, 10.0).map(lambda size: round(size, 6)), min_size=3, max_size=3),
+    said=st.lists(NAMES, max_size=2),
+)
+def test_the_end_of_a_spindle_comes_back_as_it_was_written(
+    lines: list[float], sizes: tuple[float, ...], place: list[float], said: list[str], tmp_path: Path
+) -> None:
+    f = np.array(sorted(lines))
+    stiffness, mass, damping, lever = (10.0**size for size in sizes)
+    one = 1 / (stiffness - mass * (2 * np.pi * f) ** 2 + 2j * np.pi * f * damping)
+    H = one[:, None, None] * np.array([[1.0, lever], [lever, lever**2]])
+    found = SimpleNamespace(
+        frequency=f,
+        receptance=H,
+        variance=1e-6 * np.abs(H) ** 2,
+        dofs=("nose.x", "nose.ry"),
+        position=np.array(place),
+        weak_bands=[(f[0], f[1])],
+        notes=tuple(said),
+    )
+    path = tmp_path / "end.component.toml"
+    write_spindle(path, found, [])  # type: ignore[arg-type]
+    part = read_component(path, "spindle")
+    assert part.dofs == found.dofs
+    np.testing.assert_allclose(part.receptance(2 * np.pi * f), found.receptance, rtol=1e-9)
 
 
 @SLOW

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -53,7 +54,9 @@ def clock_of(file: LabFile, units: Mapping[str, str], said: float | None = None)
     if file.table is not None:
         numerals: Numerals = file.table.reading.numerals
         told += [(rate, f"line {line!r}") for rate, line in rates_above(file.table.above, numerals)]
-    for rate, source in told[1:]:
+    for rate, source in told:
+        if not 0 < rate < math.inf:
+            raise InputError(f"{file.path}: {rate:g} Hz by {source}, expected a rate above 0 (or --set sample_rate=…)")
         if abs(rate / told[0][0] - 1) > _AGREE:
             said_by = f"{told[0][0]:g} Hz by {told[0][1]} and {rate:g} Hz by {source}"
             raise InputError(f"{file.path}: two sample rates, {said_by}, expected one (or --set sample_rate=…)")
