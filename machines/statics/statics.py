@@ -20,6 +20,7 @@ _ITERATIONS = 200
 _SETTLED = 1e-12
 _FREE = 1e-11
 _UNHELD = 1e-9
+_ROUNDED = 50 * np.finfo(float).eps
 _FURTHEST = 1.0
 """m; a joint that would go further has no equilibrium."""
 _HOLDS = 0.1
@@ -57,7 +58,9 @@ class Balance:
         fixed = value > _FREE * max(float(value[-1]), 1e-300)
         loose = vector[:, ~fixed]
         unheld = loose @ (loose.T @ F)
-        if np.linalg.norm(unheld) > _UNHELD * np.linalg.norm(F):
+        # What is held but softly mixes into the free motions, by as much as numbers round off.
+        mixed = _ROUNDED * float(value[-1]) / float(np.min(value[fixed], initial=np.inf))
+        if np.linalg.norm(unheld) > max(_UNHELD, mixed) * np.linalg.norm(F):
             moved = np.abs(equations.shapes @ (T @ unheld))
             dof = machine.dofs[int(np.argmax(moved))]
             raise InputError(

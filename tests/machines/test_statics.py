@@ -242,3 +242,19 @@ def test_slow_loading_is_the_limit_of_a_path_in_small_steps() -> None:
         force, state = law.step(Motion(np.array(at), np.array(0.0), 1e-3), state)
     total = float(force) + 1e7 * 2e-6
     assert static_point(hung(total, law, Linear(1e7))).of("guide")[0] == pytest.approx(2e-6, rel=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_what_is_held_softly_does_not_make_a_free_motion_loaded(seed: int) -> None:
+    """Stiffnesses over eight decades: the free motion is known to rounding over the softest, and no force acts on it."""
+    turned, _ = np.linalg.qr(np.random.default_rng(seed).standard_normal((30, 30)))
+    K = (turned * np.concatenate([[0.0], np.geomspace(1.0, 1e8, 29)])) @ turned.T
+    dofs = tuple(f"q{i}" for i in range(30))
+    force = 1e4 * turned[:, 1:6] @ np.ones(5)
+    part = Lumped("part", dofs, np.eye(30), None, (K + K.T) / 2)
+    load = StaticLoad(force={f"part.{dof}": float(f) for dof, f in zip(dofs, force, strict=True)})
+    point = static_point(Machine((part,), static=load))
+    assert np.linalg.norm(K @ point.dofs - force) < 1e-6 * np.linalg.norm(force)
+    pushed = StaticLoad(force={f"part.{dof}": float(f) for dof, f in zip(dofs, force + turned[:, 0], strict=True)})
+    with pytest.raises(InputError, match="nothing holds"):
+        static_point(Machine((part,), static=pushed))

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from jointlib import CheckFailed, read_joint
-from jointlib.arrays import ArrayLike
+from jointlib.arrays import Array, ArrayLike, ComplexArray
 from jointlib.shown.progress import Silent
 from machines import lobes_at_amplitude, read_machine
 from machines.answers.told.lobes_over_amplitude import zones_of
 from machines.cutting.amplitude import lobes_over_range as ranged
 from machines.cutting.loops import harmonic_crossing
 from machines.cutting.loops.critical_depth import near
-from machines.cutting.loops.loop_branches import NONE, Crossing, Loop
+from machines.cutting.loops.loop_branches import NONE, Bracket, Crossing, Loop, closed, regeneration
 
 ROOT = Path(__file__).parents[2]
 TOOL = """
@@ -134,3 +134,14 @@ def test_limits_whose_largest_amplitude_takes_all_the_time_are_left_out_at_once(
     assert said.startswith("Limits over amplitude were left out: with 50 joints that depend on it ")
     assert "takes 33 minutes or more, so that fewer than 3 of 16 amplitudes are known after the 300 s" in said
     assert len(asked) == 1
+
+
+def test_a_loop_that_jumps_past_the_circle_has_no_crossing_there() -> None:
+    """As a receptance that is taken for zero past its band: a line leaves it between two ν."""
+
+    def loop(fraction: Array) -> ComplexArray:
+        turned = np.where(fraction < 0.137, complex(-20.0, 4.0), complex(-3.0, -9.0))
+        return np.asarray((turned / regeneration(fraction))[:, None, None])
+
+    start, end = (complex(loop(np.array([nu]))[0, 0, 0]) for nu in (0.1, 0.2))
+    assert closed(loop, Bracket(0.0, 0.1, 0.2, start, end)) is None

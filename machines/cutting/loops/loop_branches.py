@@ -13,7 +13,6 @@ import numpy as np
 from scipy.linalg.lapack import zgetrf, zgetrs
 
 from jointlib.arrays import Array, ComplexArray
-from jointlib.errors import CheckFailed
 
 from ...indices import Mask
 
@@ -34,6 +33,7 @@ LOOKED = 0.5
 _STEP = 0.35
 _APART = 0.5
 _TOLERANCE = 1e-12
+_HALVINGS = 60
 
 
 @dataclass(frozen=True)
@@ -124,14 +124,32 @@ def closed(loop: Loop, bracket: Bracket) -> Crossing | None:
         nu = min(max(nu, min(left, right)), max(left, right))
         value, _ = nearest(loop, float(nu), start + chord * (nu - origin))
         turned = value * complex(regeneration(np.array(nu)))
-        if abs(turned.imag) <= _TOLERANCE * abs(turned) or abs(right - left) <= 4e-15 * nu:
+        if abs(turned.imag) <= _TOLERANCE * abs(turned):
             return Crossing(-1 / turned.real, float(nu), value) if turned.real < 0 else None
+        if abs(right - left) <= 4e-15 * nu:
+            break
         if np.sign(turned.imag) == np.sign(above):
             below /= 2
         else:
             left, below = right, above
         right, above = nu, turned.imag
-    raise CheckFailed(f"lobes: a crossing near ν = {nu:g} of the tooth frequency did not settle")
+    return _halved(loop, bracket)
+
+
+def _halved(loop: Loop, bracket: Bracket) -> Crossing | None:
+    """The crossing between two ν by halving; none where the loop jumps past it, as where a band ends on a line."""
+    nu, guess = [bracket.left, bracket.right], [bracket.start, bracket.end]
+    sign = [np.sign((v * complex(regeneration(np.array(x)))).imag) for x, v in zip(nu, guess, strict=True)]
+    for _ in range(_HALVINGS):
+        middle = sum(nu) / 2
+        mean = sum(guess) / 2
+        value, _ = nearest(loop, middle, mean)
+        turned = value * complex(regeneration(np.array(middle)))
+        end = int(np.sign(turned.imag) == sign[1])
+        nu[end], guess[end] = middle, value
+    if abs(guess[1] - guess[0]) > _APART * max(abs(one) for one in guess):
+        return None
+    return Crossing(-1 / turned.real, middle, value) if turned.real < 0 else None
 
 
 def nearest(loop: Loop, fraction: float, guess: complex) -> tuple[complex, ComplexArray]:
