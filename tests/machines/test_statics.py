@@ -246,7 +246,7 @@ def test_slow_loading_is_the_limit_of_a_path_in_small_steps() -> None:
 
 @pytest.mark.parametrize("seed", range(5))
 def test_what_is_held_softly_does_not_make_a_free_motion_loaded(seed: int) -> None:
-    """Stiffnesses over eight decades: the free motion is known to rounding over the softest, and no force acts on it."""
+    """Stiffnesses over eight decades: the free motion is known to rounding over the softest; no force acts on it."""
     turned, _ = np.linalg.qr(np.random.default_rng(seed).standard_normal((30, 30)))
     K = (turned * np.concatenate([[0.0], np.geomspace(1.0, 1e8, 29)])) @ turned.T
     dofs = tuple(f"q{i}" for i in range(30))
