@@ -215,7 +215,7 @@ def lobes(
         further, words, field = forced(model, charts[0], depths, best, safe, during)
         lines += _added(data, further, words)
     if target is not None:
-        write_charts(target, found, tools, zones, band, field, safe, during)
+        lines += write_charts(target, found, tools, zones, band, field, safe, _left(ends), during)
         found.files.append(target)
     return found
 

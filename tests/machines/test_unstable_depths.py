@@ -9,7 +9,9 @@ import pytest
 
 from jointlib.arrays import Array
 from jointlib.errors import CheckFailed, InputError
+from jointlib.shown.progress import Silent
 from machines import Lumped, Machine, lobes_at_amplitude
+from machines.answers.told.lobes_over_amplitude import lenses_to
 from machines.cutting.amplitude.unstable_depths import (
     UnstableDepths,
     closer_at_lenses,
@@ -124,6 +126,20 @@ def test_a_picture_of_lenses_has_speeds_between_those_of_the_chart() -> None:
     beside = [one.lenses for one in found if abs(one.speed - 18000.0) < 30]
     assert len(beside) > 1
     assert all(beside)
+
+
+def test_a_picture_of_lenses_ends_with_its_time_and_says_what_is_missing() -> None:
+    machine = mill(0.1)
+    chart = lobes_at_amplitude(machine, np.linspace(17600.0, 18600.0, 6))
+    found, said = lenses_to(machine, chart, 5e-3, 0.0, Silent())
+    assert found == ()
+    assert said == [
+        "Time was up: stable cuts above the limits were looked for at 0 of 6 speeds; the picture draws all depths "
+        "above the others as unstable."
+    ]
+    whole, nothing = lenses_to(machine, chart, 5e-3, 100.0, Silent())
+    assert nothing == []
+    assert len(whole) > 6
 
 
 def test_the_words_name_the_stretch_that_is_stable_again() -> None:

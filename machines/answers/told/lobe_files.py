@@ -30,15 +30,15 @@ def write_charts(
     band: Any,
     field: Any,
     safe: Any,
+    budget: float,
     progress: Progress,
-) -> None:
-    """The charts by the suffix of the file; with the safe depth and the band (m) where they are known.
+) -> list[str]:
+    """The charts by the suffix of the file, with the safe depth and the band (m) where they are known; what is told.
 
-    ``tools`` are those of a machine with several, by amplitude.
+    ``tools`` are those of a machine with several, by amplitude; a picture takes ``budget`` (s) to complete its charts.
     """
     if path.suffix == ".svg":
-        _draw(path, found, zones, band, field, progress)
-        return
+        return _draw(path, found, zones, band, field, budget, progress)
     over = found.data.get("over_amplitude")
     if zones is None and over is not None:
         safe = np.fmin(safe, over["safe_depth"])
@@ -46,9 +46,10 @@ def write_charts(
     names = [tool.name for tool in found.tools]
     others = on_common_speeds({name: [each[i].chart for each in tools] for i, name in enumerate(names)})
     _write(path, found.charts, found.charts[-1].speed, found.amplitude, others, safe if bounded else None, band)
+    return []
 
 
-def _draw(path: Path, found: Lobes, zones: Any, band: Any, field: Any, progress: Progress) -> None:
+def _draw(path: Path, found: Lobes, zones: Any, band: Any, field: Any, budget: float, progress: Progress) -> list[str]:
     """The charts as a picture, with what is unstable up to the end of its axis."""
     from ...cutting.process.cutting import Cutting
     from ...report.figures.lobes_figure import axis_top, lobes_figure
@@ -58,10 +59,11 @@ def _draw(path: Path, found: Lobes, zones: Any, band: Any, field: Any, progress:
     tools = ((tool.name, tool.chart) for tool in found.tools if tool.name != found.machine.tool_name)
     others = [(name, chart) for name, chart in tools if chart is not None]
     top = 1e-3 * axis_top([chart for _, chart in (*charts, *others)])
-    unstable = () if amplitude else lenses_to(found.machine, first, top, progress)
+    unstable, said = ((), []) if amplitude else lenses_to(found.machine, first, top, budget, progress)
     cutting = Cutting(**(found.machine.cutting or {}))
     figure = lobes_figure(charts, cutting, zones, None if band is None else band[0], unstable, field, others)
     write_text(path, figure.svg)
+    return said
 
 
 def _write(

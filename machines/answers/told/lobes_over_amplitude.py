@@ -192,6 +192,8 @@ def _too_long(what: str, model: Any, sizes: Any, budget: float, progress: Progre
     many = too_many(model)
     if not many:
         return ""
+    if not budget:
+        return f"{what} were left out: --budget leaves no time for {many} joints that depend on it."
     # The largest comes second, and is the dearest by far where joints slip.
     for size, enough in ((float(np.max(sizes)), budget), (float(np.median(sizes)), budget / FEWEST)):
         with progress.step(f"looking how long a chart at {size * 1e6:.3g} um takes"):
@@ -242,15 +244,27 @@ def zones_of(
     return Zones.of(limits), [] if limits.whole else [some]
 
 
-def lenses_to(model: Any, chart: Any, deepest: float, progress: Progress) -> tuple[Any, ...]:
-    """The unstable depths of a chart at rest for a picture up to ``deepest`` in m; none where they cannot be had."""
+def lenses_to(
+    model: Any, chart: Any, deepest: float, budget: float, progress: Progress
+) -> tuple[tuple[Any, ...], list[str]]:
+    """The unstable depths of a chart at rest for a picture up to ``deepest`` in m, and told where some are missing.
+
+    None where they cannot be had; those that are known where the ``budget`` (s) ends.
+    """
     from ...cutting.amplitude.unstable_depths import closer_at_lenses
 
-    with progress.step("looking for stable cuts above the limits"):
+    with progress.step("looking for stable cuts above the limits"), within(budget):
         try:
-            return closer_at_lenses(model, chart, deepest)
+            found = closer_at_lenses(model, chart, deepest)
         except (CheckFailed, InputError):
-            return ()
+            return (), []
+    some = len({one.speed for one in found} & set(chart.speed.tolist()))
+    if some == chart.speed.size:
+        return found, []
+    return found, [
+        f"Time was up: stable cuts above the limits were looked for at {some} of {chart.speed.size} speeds; the "
+        "picture draws all depths above the others as unstable."
+    ]
 
 
 def witnessed(

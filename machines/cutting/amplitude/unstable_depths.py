@@ -15,7 +15,7 @@ import numpy as np
 from jointlib.arrays import ArrayLike
 from jointlib.errors import CheckFailed, InputError
 
-from ...deadline import in_time
+from ...deadline import OutOfTime, in_time
 from ...model.machine import Machine
 from ...model.spindle_speed import at_speed, depends_on_speed
 from ...tool.bounded_band import shape, spectrum
@@ -47,6 +47,7 @@ _WITHIN = 0.98
 """Share of the reach up to which a limit leaves room for anything above it."""
 _RAISES = 4
 _CLOSER = 8
+_PIECE = 20
 
 
 @dataclass(frozen=True)
@@ -159,17 +160,35 @@ def unstable_depths_of(
 
 
 def closer_at_lenses(machine: Machine, chart: StabilityLobes, deepest: float) -> tuple[UnstableDepths, ...]:
-    """`unstable_depths` by ascending speed, with further speeds between those where lenses begin or end."""
-    found = sorted(unstable_depths(machine, chart, deepest), key=lambda one: one.speed)
+    """`unstable_depths` by ascending speed, with further speeds between those where lenses begin or end.
+
+    Where the time ends (`deadline.within`), those that are known.
+    """
+    found = sorted(_in_pieces(machine, chart, deepest), key=lambda one: one.speed)
     between = [
         np.linspace(one.speed, other.speed, _CLOSER + 1)[1:-1]
         for one, other in pairwise(found)
         if (one.lenses or other.lenses) and one.speed < other.speed
     ]
-    if not between:
+    if not between or len(found) < chart.speed.size:
         return tuple(found)
-    more = lobes_at_amplitude(machine, np.concatenate(between), 0.0, chart.method)
-    return tuple(sorted([*found, *unstable_depths(machine, more, deepest)], key=lambda one: one.speed))
+    try:
+        more = lobes_at_amplitude(machine, np.concatenate(between), 0.0, chart.method)
+    except OutOfTime:
+        return tuple(found)
+    return tuple(sorted([*found, *_in_pieces(machine, more, deepest)], key=lambda one: one.speed))
+
+
+def _in_pieces(machine: Machine, chart: StabilityLobes, deepest: float) -> list[UnstableDepths]:
+    """`unstable_depths` at as many speeds as there is time for, some at once."""
+    found = list[UnstableDepths]()
+    for first in range(0, chart.speed.size, _PIECE):
+        some = {key: getattr(chart, key)[first : first + _PIECE] for key in BY_SPEED}
+        try:
+            found += unstable_depths(machine, replace(chart, **some), deepest)
+        except OutOfTime:
+            break
+    return found
 
 
 def _intervals(edges: list[Edge]) -> tuple[Interval, ...]:
