@@ -22,6 +22,7 @@ from machines.cutting.loops.collocation import arc_map
 from machines.cutting.loops.multipliers import largest_multipliers
 from machines.lobes import Cutting, stability_lobes
 from machines.tool.tool_model import ToolModel
+from machines.tool.tool_point import tool_point
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "machines"))
 from semi_discretization import largest_multiplier, mean_stiffness
@@ -149,6 +150,22 @@ def uneven_chart() -> None:
         print(f"{mu.size} points, {name}: {seconds:.2f} s, {seconds / before:.1f} times the even ones")
 
 
+def slow_uneven() -> None:
+    """The limit of an uneven cutter at slow speeds: a march over the pattern beside determinants of its loop."""
+    tool = ToolModel.from_modes(
+        [420.0, 655.0, 1310.0], [0.03, 0.02, 0.025], [1.1, 0.6, 0.2], [[1, 0, 0.6], [0, 1, 0.8]]
+    )
+    cut = Cutting("milling", teeth=4, tangential=7e8, normal=2.5e8, mode="down", immersion=0.6, pitch=(84, 96, 83, 97))
+    point = tool_point(tool, tool.axes, tool.lines)
+    for speed in (4000.0, 2000.0, 1000.0):
+        marched, depth = timed(lambda rpm=speed: stability_lobes(tool, cut, [rpm], "multi-frequency").depth, 1)
+        formed, other = timed(lambda rpm=speed: stability_lobes(point, cut, [rpm], "multi-frequency").depth, 1)
+        print(
+            f"limit at {speed:g} rpm, uneven pitch: {marched:.1f} s by a march, {formed:.1f} s by determinants: "
+            f"{formed / marched:.1f}x; depths differ by {abs(depth[0] / other[0] - 1):.0e}"
+        )
+
+
 def memory() -> None:
     """Peak beside the result while computing charts of 400 to 400 000 points."""
     tool = two_modes()
@@ -180,6 +197,7 @@ def main() -> None:
     for directions in (1, 2):
         chart(directions)
     uneven_chart()
+    slow_uneven()
     memory()
     boundary()
     fast, depth = timed(vectorised, 9)
