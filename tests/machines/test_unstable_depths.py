@@ -12,6 +12,7 @@ from jointlib.errors import CheckFailed, InputError
 from jointlib.shown.progress import Silent
 from machines import Lumped, Machine, lobes_at_amplitude
 from machines.answers.told.lobes_over_amplitude import lenses_to
+from machines.cutting.amplitude import unstable_depths as module
 from machines.cutting.amplitude.unstable_depths import (
     UnstableDepths,
     closer_at_lenses,
@@ -140,6 +141,19 @@ def test_a_picture_of_lenses_ends_with_its_time_and_says_what_is_missing() -> No
     whole, nothing = lenses_to(machine, chart, 5e-3, 100.0, Silent())
     assert nothing == []
     assert len(whole) > 6
+
+
+@pytest.mark.parametrize("method", EXACT)
+def test_a_march_finds_the_lenses_of_even_teeth(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    machine = mill(0.1)
+    chart = lobes_at_amplitude(machine, [18000.0], 0.0, method)
+    (plain,) = unstable_depths(machine, chart)
+    monkeypatch.setattr(module, "_SLOW", 0)
+    (marched,) = unstable_depths(machine, chart)
+    assert len(marched.intervals) == len(plain.intervals) == 2
+    for one, other in zip(plain.intervals, marched.intervals, strict=True):
+        assert (one.kind, one.end) == (other.kind, other.end)
+        np.testing.assert_allclose((other.low, other.high), (one.low, one.high), rtol=1e-4)
 
 
 def test_the_words_name_the_stretch_that_is_stable_again() -> None:

@@ -33,6 +33,7 @@ from ..process import turning, zero_order
 from ..process.chart import BY_SPEED, StabilityLobes
 from ..process.cutting import Cutting
 from ..rest.cutter_charts import cutter_edges
+from ..rest.cutter_search import CutterSearch
 from .chattering_tool import tip_at_rest
 from .frozen_lobes import lobes_at_amplitude
 
@@ -47,6 +48,8 @@ _WITHIN = 0.98
 """Share of the reach up to which a limit leaves room for anything above it."""
 _RAISES = 4
 _CLOSER = 8
+_SLOW = 64
+"""Harmonics of the tooth frequency from which on the march of any cutter finds the crossings of an even one."""
 _PIECE = 20
 
 
@@ -145,11 +148,16 @@ def unstable_depths_of(
         loops = Loops.of(seen, stiffness)
         edges = edges_of_trace(loops, trace(loops), period, np.where(chatters, reach, 0.0))
     else:
-        search = _Search(chart.method, point, model, cutting)
-        edges = [
-            search.edges(*one) if looked else []
-            for looked, *one in zip(chatters, speed.tolist(), depth.tolist(), reach.tolist(), strict=True)
-        ]
+        search, march = (
+            _Search(chart.method, point, model, cutting),
+            CutterSearch.of(point, cutting, modes, chart.method),
+        )
+        edges = list[list[Edge]]()
+        for looked, rpm, limit, deep in zip(chatters, speed.tolist(), depth.tolist(), reach.tolist(), strict=True):
+            if looked and march.slow(rpm, deep, _SLOW) is not None:
+                edges.append(cutter_edges(chart.method, point, modes, cutting, rpm, deep, limit))
+            else:
+                edges.append(search.edges(rpm, limit, deep) if looked else [])
     found = []
     for i, one in enumerate(edges):
         zones = _intervals(one)
