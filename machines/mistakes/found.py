@@ -16,6 +16,7 @@ from .bodies import wrong_bodies
 from .contacts import wrong_contacts
 from .doubled import doubled
 from .elements import elements
+from .forgotten import forgotten_damping
 from .loose import loose, undamped
 from .loss_factors import short_losses
 from .materials import oversized, wrong_beams, wrong_modes
@@ -53,6 +54,7 @@ def in_file(machine: Machine) -> tuple[str, ...]:
     found = elements(machine)
     said += wrong_bodies(machine, found)
     said += wrong_contacts(machine, found)
+    said += forgotten_damping(machine, found)
     said += wrong_directions(machine, found)
     said += doubled(machine, found)
     return tuple(dict.fromkeys(said))
