@@ -21,7 +21,7 @@ from .loose import loose, undamped
 from .loss_factors import short_losses
 from .materials import oversized, wrong_beams, wrong_modes
 from .operation import wrong_operation
-from .tool_point import wrong_tool_point
+from .tool_point import mixed_directions, wrong_tool_point
 
 
 def mistakes(machine: Machine, modes: NaturalModes | None = None) -> tuple[str, ...]:
@@ -48,7 +48,8 @@ def mistakes(machine: Machine, modes: NaturalModes | None = None) -> tuple[str, 
 
 def in_file(machine: Machine) -> tuple[str, ...]:
     """Those that show without the modes."""
-    said = [*wrong_beams(machine), *wrong_modes(machine), *wrong_operation(machine), *wrong_tool_point(machine)]
+    said = [*wrong_beams(machine), *wrong_modes(machine), *wrong_operation(machine)]
+    said += [*mixed_directions(machine), *wrong_tool_point(machine)]
     if oversized(machine):  # such a beam would be cut into more elements than there is memory for
         return tuple(said)
     found = elements(machine)

@@ -156,6 +156,18 @@ WRONG = [
     ),
     (LATHE, 'damping = "25 kN s/m"', 'damping = "25 N s/m"', "z_guide_1: at 100 Hz its damping"),
     (LATHE, "loss_factor = 0.02", "loss_factor = 2e-5", "less than of a bell"),
+    (
+        MILL,
+        "tool.tip.x - workpiece.cut.x",
+        "tool.tip.x - workpiece.cut.y",
+        "[tool]: x is the difference of tool.tip.x and",
+    ),
+    (
+        MILL,
+        "tool.tip.x - workpiece.cut.x",
+        "tool.tip.x",
+        "and x is tool.tip.x alone, as if the workpiece stood still in it; expected tool.tip.x - workpiece.cut.x",
+    ),
     (MILL, 'damping = "1.5 kN s/m"\n', "", "rear_bearing: this bearing-pair has no damping, while front_bearing has"),
     (LATHE, 'damping = "25 kN s/m"\n', "", "z_guide: this linear-guide has no damping, while x_guide has some"),
     (TOOL, "damping_ratio = [0.039, 0.035]", "damping_ratio = [3.9e-6, 0.035]", "a damping_ratio of 3.9e-06"),
