@@ -11,7 +11,7 @@ from jointlib.errors import InputError
 from ..model.machine import Machine
 from ..modes.natural_modes import NaturalModes, natural_modes
 from ..statics.working_point import tangents
-from .axes import wrong_directions
+from .axes import torn_apart, wrong_directions
 from .bodies import wrong_bodies
 from .contacts import wrong_contacts
 from .doubled import doubled
@@ -49,7 +49,7 @@ def mistakes(machine: Machine, modes: NaturalModes | None = None) -> tuple[str, 
 def in_file(machine: Machine) -> tuple[str, ...]:
     """Those that show without the modes."""
     said = [*wrong_beams(machine), *wrong_modes(machine), *wrong_operation(machine)]
-    said += [*mixed_directions(machine), *wrong_tool_point(machine)]
+    said += [*mixed_directions(machine), *wrong_tool_point(machine), *torn_apart(machine)]
     if oversized(machine):  # such a beam would be cut into more elements than there is memory for
         return tuple(said)
     found = elements(machine)
