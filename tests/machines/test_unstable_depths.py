@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from jointlib.arrays import Array
 from jointlib.errors import CheckFailed, InputError
-from machines import Lumped, Machine, lobes_at_amplitude
+from machines import Lumped, Machine, lobes, lobes_at_amplitude
 from machines.cutting.amplitude.unstable_depths import (
     UnstableDepths,
     closer_at_lenses,
@@ -158,3 +159,16 @@ def test_a_lost_crossing_is_an_error() -> None:
     """Where a pair would come back that never left, something was missed."""
     with pytest.raises(CheckFailed, match="missed"):
         outside([Edge(1e-3, 0.3, "hopf", outwards=False)])
+
+
+def test_speeds_that_ask_for_too_many_harmonics_are_told_in_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("machines.cutting.amplitude.unstable_depths.MOST_SEARCHED", 1)
+    mill = Path("machines/library/two_mode_tool.toml")
+    for speeds, at in (([9000.0], "9000"), ([8000.0, 9000.0, 10000.0], "8000, 9000 and 10000")):
+        told = [
+            said for said in lobes(mill, speed=speeds, method="multi-frequency").lines if "above the limits" in said
+        ]
+        assert told == [
+            f"Stable cuts above the limits at {at} rpm are not known: multi-frequency: more than 1 harmonics would be "
+            "needed to find the crossings"
+        ]
