@@ -71,7 +71,7 @@ class TomlLines:
             steps = tuple(match[1].split("."))
             if isinstance(_at(table, steps), dict):
                 return steps, said[match.end() :]
-        if (match := _NAMED.match(said)) and _makes(table, match[1]):
+        if (match := _NAMED.match(said)) and (match[1] in _MADE_OF or _tables(table, match[1])):
             names = re.findall(r"'([^']*)'", said)[:2] if said.startswith(f"{match[1]}s ") else [match[2][1:-1]]
             found = _named(table, match[1], names)
             return (found, said[match.end() :]) if found else ((), "")
@@ -120,11 +120,6 @@ def _strings(value: Any, place: Place) -> Iterable[tuple[Place, str]]:
 def _tables(table: dict[str, Any], key: str) -> list[dict[str, Any]]:
     rows = table.get(key)
     return rows if isinstance(rows, list) and all(isinstance(row, dict) for row in rows) else []
-
-
-def _makes(table: dict[str, Any], kind: str) -> bool:
-    """Whether there are tables of a kind, or such as it is made of: a bundle becomes connections."""
-    return any(_tables(table, key) for key in (kind, *_MADE_OF.get(kind, ())))
 
 
 def _named(table: dict[str, Any], kind: str, names: Sequence[str]) -> Place:

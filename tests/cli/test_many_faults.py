@@ -275,3 +275,13 @@ def test_a_bundle_declared_twice_is_told_with_a_line_of_its_own(library: Path) -
     (sentence,) = told(jointlib("inspect twice.toml"))
     assert "connection 'screw.axial' is declared twice" in sentence
     assert sentence.endswith(f"(line {len(text.splitlines()) + 1}: [[bundle]])")
+
+
+def test_a_connection_that_another_file_holds_is_told_without_a_line_of_this_one(library: Path) -> None:
+    text = (LIBRARY / "column_mill" / "modules.toml").read_text("utf-8")
+    (library / "column_mill" / "apart.toml").write_text(text.replace('between = ["bed", ', 'between = ["bedd", ', 1))
+    own = '[[component]]\nname = "stone"\nkind = "lumped"\ndofs = ["x"]\nmass = [[1]]\nstiffness = [[1e6]]\n'
+    parts = 'schema = "jointlib/machine/1"\nparts = ["column_mill/apart.toml"]\n'
+    (library / "parted.toml").write_text(parts + own)
+    (sentence,) = [said for said in told(jointlib("inspect parted.toml")) if "'bedd'" in said]
+    assert sentence.endswith("no component 'bedd', did you mean 'bed'?")
