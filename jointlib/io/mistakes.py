@@ -116,18 +116,21 @@ def all_at_once(
     read: Callable[[Mistakes], T],
     changes: Mapping[str, Any] | None = None,
     others: Callable[[], Iterable[Callable[[Mistakes], object]]] = tuple,
+    whole: bool = False,
 ) -> T:
     """What ``read`` makes of a file, or one `InputError` with a sentence for everything that is wrong with it.
 
     Lines are told where the file is read as it stands, without ``changes``. ``others`` are further readings, asked for
-    where something is wrong: each tells what is wrong with a part of the file that this one leaves out.
+    where something is wrong, or of the ``whole`` file: each tells what is wrong with a part that this one leaves out.
     """
     found, told, texts = _read_twice(read)
-    if found is not None and not told:
+    if found is not None and not told and not whole:
         return found
     for other in others():
         _, more, further = _read_twice(other)
         told, texts = {**told, **more}, {**texts, **further}
+    if found is not None and not told:
+        return found
     raise InputError(*_in_order(list(told), {} if changes else texts))
 
 

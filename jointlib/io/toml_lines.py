@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -21,6 +21,8 @@ _NAMED = re.compile(r"(?:\w+ )?([a-z]+)s? ('[^']*')[: ]")
 _CHANNEL = re.compile(r"(channel) (\S+): ")
 _WORD = re.compile(r"'([^']*)'|\"([^\"]*)\"|([A-Za-z_][\w-]*)((?:\[\d+\])*)")
 _WIDEST = 72
+_MADE_OF = {"connection": ("bundle",)}
+"""Tables that become others of which a message speaks."""
 
 
 @dataclass(frozen=True)
@@ -69,13 +71,10 @@ class TomlLines:
             steps = tuple(match[1].split("."))
             if isinstance(_at(table, steps), dict):
                 return steps, said[match.end() :]
-        if match := _NAMED.match(said):
-            rows = _tables(table, match[1])
+        if (match := _NAMED.match(said)) and (match[1] in _MADE_OF or _tables(table, match[1])):
             names = re.findall(r"'([^']*)'", said)[:2] if said.startswith(f"{match[1]}s ") else [match[2][1:-1]]
-            for name in reversed(names):
-                named = [i for i, row in enumerate(rows) if row.get("name") == name]
-                if named:
-                    return (match[1], named[-1]), said[match.end() :]
+            found = _named(table, match[1], names)
+            return (found, said[match.end() :]) if found else ((), "")
         if match := _CHANNEL.match(said):
             rows = _tables(table, match[1])
             named = [i for i, row in enumerate(rows) if row.get("name") == match[2]]
@@ -121,6 +120,21 @@ def _strings(value: Any, place: Place) -> Iterable[tuple[Place, str]]:
 def _tables(table: dict[str, Any], key: str) -> list[dict[str, Any]]:
     rows = table.get(key)
     return rows if isinstance(rows, list) and all(isinstance(row, dict) for row in rows) else []
+
+
+def _named(table: dict[str, Any], kind: str, names: Sequence[str]) -> Place:
+    """The last table of one of these names, the last name first; else the one that it was made of.
+
+    A bundle ``guide`` becomes the connections ``guide.n1``, one with several places ``guide_2.n1``.
+    """
+    for name in reversed(names):
+        whole = name.rpartition(".")[0]
+        for key in (kind, *_MADE_OF.get(kind, ())):
+            for wanted in (name, whole, re.sub(r"_\d+$", "", whole)):
+                found = [i for i, row in enumerate(_tables(table, key)) if wanted and row.get("name") == wanted]
+                if found:
+                    return key, found[-1]
+    return ()
 
 
 def _at(table: Any, place: Place) -> Any:

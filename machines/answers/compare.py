@@ -78,6 +78,7 @@ def compare(
     designs: Sequence[int] = (),
     output: File | None = None,
     plot: str = "mag-phase",
+    tool: str | None = None,
 ) -> Differences:
     """What differs between the first and each of the others: ``jointlib compare``.
 
@@ -94,6 +95,8 @@ def compare(
         The picture of their receptances to write, .svg or .png.
     plot
         What of them: ``"mag-phase"``, ``"re-im"`` or ``"nyquist"``.
+    tool
+        Of machines: which of several named tools is in each of them.
     """
     if designs and results is None:
         raise InputError("--designs: expected --results as well, the folder of 'jointlib study run'")
@@ -101,11 +104,13 @@ def compare(
         raise InputError("compare: expected two files or folders, or a study file with --results")
     if results is not None and others:
         raise InputError("--results: expected a study file alone, its designs are compared")
+    if results is not None and tool is not None:
+        raise InputError("--tool: expected machines with several tools; a study has its tools in [conditions]")
     target = given_target(output, ".svg", ".png")
     if results is None:
         for path in (Path(one) for one in (first, *others) if not isinstance(one, Machine | Joint)):
             there(path)
-        sides = [side(one if isinstance(one, Machine | Joint) else Path(one)) for one in (first, *others)]
+        sides = [side(one if isinstance(one, Machine | Joint) else Path(one), tool) for one in (first, *others)]
     elif isinstance(first, Machine | Joint):
         raise InputError("--results: expected the file of a study with it")
     else:

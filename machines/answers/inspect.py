@@ -25,8 +25,10 @@ from jointlib.shown.result import Columns, Shown
 
 from ..files.component_file import read_component
 from ..files.machine_file import read_machine
-from ..files.opened import with_tool
+from ..files.opened import tool_names, with_tool
 from ..files.tool_alone import read_tool
+from ..mistakes import in_file
+from ..model.machine import Machine
 from ..study.study_file import read_study
 from .told.file_lines import (
     coefficient_lines,
@@ -131,8 +133,8 @@ def _opened(file: Path, contacts: bool, tool: str | None) -> tuple[Any, list[str
     """What a file holds, in words, and of a machine the sentences on what looks wrong in it."""
     schema = _schema(file) if file.suffix == ".toml" else file.suffix
     if schema == "jointlib/machine/1":
-        machine = read_machine(file, with_tool(tool))
-        return machine, *told(machine, contacts)
+        machine = read_machine(file, with_tool(tool), every_tool=tool is None)
+        return machine, *told(machine, contacts, [] if tool is not None else _of_other_tools(file, machine))
     if tool is not None:
         raise InputError(f"--tool: {file} is no machine, expected a machine with several tools")
     if schema == "jointlib/joint/1":
@@ -158,6 +160,17 @@ def _opened(file: Path, contacts: bool, tool: str | None) -> tuple[Any, list[str
         return description, fmu_lines(file, description), ()
     columns = read_columns(file)
     return columns, record_lines(columns), ()
+
+
+def _of_other_tools(file: Path, machine: Machine) -> list[str]:
+    """What looks wrong with the machine where one of the tools is in it that are not in use."""
+    said = set(in_file(machine))
+    further = []
+    for name in tool_names(file, None):
+        new = [] if name == machine.tool_name else in_file(read_machine(file, with_tool(name)))
+        further += [f"with tool {name!r}: {sentence}" for sentence in new if sentence not in said]
+        said |= set(new)
+    return further
 
 
 def _schema(file: Path) -> str:

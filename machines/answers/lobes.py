@@ -21,7 +21,7 @@ from jointlib.shown.text import table
 from ..cutting.amplitude.amplitude_limits import depends_on_amplitude
 from ..cutting.amplitude.best_pitch import best_pitch
 from ..cutting.amplitude.charts_by_amplitude import charts_by_amplitude
-from ..cutting.amplitude.pocket import best_pocket
+from ..cutting.amplitude.pocket import WANDER, best_pocket
 from ..cutting.amplitude.zones import safe_limit
 from ..cutting.process.chart import StabilityLobes, draw_charts
 from ..cutting.process.cutting import Cutting
@@ -209,6 +209,11 @@ def lobes(
     if best is not None:
         lines.append(f"recommended: {best.words()}")
         data["pocket"] = {"speed": best.speed, "depth": best.depth, "margin": best.margin}
+    elif charts[0].left_out and np.any(np.isfinite(safe)):
+        lines.append(
+            f"No speed and depth are recommended: nowhere are three speeds known within {100 * WANDER:g} % of one"
+            f"{charts[0].short_of}; expected a larger --budget, or --method zero-order for a preview"
+        )
     field = None
     tell(lines)
     if not sizes:

@@ -18,7 +18,7 @@ from jointlib.joint import Joint
 
 from ..cutting.amplitude.chattering_tool import tip_at_rest
 from ..cutting.amplitude.frozen_lobes import lobes_at_amplitude
-from ..files.machine_file import read_machine
+from ..files.opened import machine_of
 from ..loop.records import open_frfs
 from ..model.machine import Machine
 from ..model.named_files import read
@@ -107,23 +107,33 @@ def there(path: Path) -> None:
         raise InputError(f"{path}: no such file, expected a machine, a joint, a measurement or the folder of a run")
 
 
-def side(path: Path | Machine | Joint) -> Side:
-    """What to compare of a machine or a joint, of a file, by its schema, or of the folder of a run."""
+def side(path: Path | Machine | Joint, tool: str | None = None) -> Side:
+    """What to compare of a machine or a joint, of a file, by its schema, or of the folder of a run.
+
+    ``tool`` names which of several is in the machine.
+    """
+    if isinstance(path, Machine):
+        return _of_machine(path.where, machine_of(path, tool))
+    if tool is not None and (isinstance(path, Joint) or path.is_dir() or _kind(path) != "machine"):
+        named = f"joint {path.name!r}" if isinstance(path, Joint) else path
+        raise InputError(f"--tool: {named} is no machine, expected machines with several tools")
     if isinstance(path, Joint):
         return _of_joint(f"joint {path.name!r}", path)
-    if isinstance(path, Machine):
-        return _of_machine(path.where, path)
     there(path)
     if path.is_dir():
         return _of_run(path)
-    kind = str(read(path).get("schema", "")).split("/")[1:2]
-    if kind == ["joint"]:
+    kind = _kind(path)
+    if kind == "joint":
         return _of_joint(str(path), read_joint(path))
-    if kind == ["machine"]:
-        return _of_machine(str(path), read_machine(path))
-    if kind == ["measurement"]:
+    if kind == "machine":
+        return _of_machine(str(path), machine_of(path, tool))
+    if kind == "measurement":
         return _of_measurement(path)
     raise InputError(f"{path}: cannot be compared, expected a machine, a joint, a measurement or the folder of a run")
+
+
+def _kind(path: Path) -> str:
+    return next(iter(str(read(path).get("schema", "")).split("/")[1:2]), "")
 
 
 def _of_joint(called: str, joint: Joint) -> Side:

@@ -61,7 +61,7 @@ class Beam(Component):
     speed
         Spindle speed in rpm.
     notes
-        What was assumed when it was read.
+        What was assumed when it was read; ``sized`` where it is a tool by its sizes.
     """
 
     name: str
@@ -77,6 +77,7 @@ class Beam(Component):
     turns: float = 0.0
     speed: float = 0.0
     notes: tuple[str, ...] = ()
+    sized: bool = False
 
     kind: ClassVar[str] = "beam"
 
@@ -125,7 +126,7 @@ class Beam(Component):
             self.start + at[:, None] * self.frame[0]
             for at in (along, np.array([0.0, sum(s.length for s in self.segments)]))
         )
-        return checked_nodes(f"component {self.name!r}", tuple(self.stations), places, self.tolerance, ends)
+        return checked_nodes(f"component {self.name!r}", tuple(self.stations), places, self.tolerance, ends, self.sized)
 
     @classmethod
     def from_section(cls, section: Section) -> Beam:

@@ -59,6 +59,8 @@ class Nodes:
     tolerance: float = TOLERANCE
     line: Array | None = None
     """Both ends of the line on which more of them may lie, (2, 3) in m."""
+    sized: bool = False
+    """Whether they are of a tool by its sizes, whose tolerance no file can tell."""
 
     def motion(self, where: str, dofs: Sequence[str], point: Array, direction: Array) -> Array:
         """n·(u + ϑ × ρ) of the nearest node, ρ from the node to the point; rotations that a node lacks are zero.
@@ -106,8 +108,13 @@ class Nodes:
         near = int(np.argmin(distance))
         if not distance[near] <= self.tolerance:
             lies = f"lies {distance[near]:.3g} m away at {_words(self.positions[near])} m"
-            nearest = f"{self.names[near]!r}, {lies} (tolerance {self.tolerance:g} m)"
-            raise NoNode(where, point, nearest, self._station(point))
+            station = self._station(point)
+            more = f" (tolerance {self.tolerance:g} m)"
+            if self.sized:
+                more = (
+                    "" if station is not None else "; expected a flange there, or the tool as a beam with a tolerance"
+                )
+            raise NoNode(where, point, f"{self.names[near]!r}, {lies}{more}", station)
         return near
 
     def _station(self, point: Array) -> float | None:
@@ -122,7 +129,12 @@ class Nodes:
 
 
 def checked_nodes(
-    where: str, names: Sequence[str], positions: Array, tolerance: float = TOLERANCE, line: Array | None = None
+    where: str,
+    names: Sequence[str],
+    positions: Array,
+    tolerance: float = TOLERANCE,
+    line: Array | None = None,
+    sized: bool = False,
 ) -> Nodes:
     """Nodes with different names, none with a dot, and finite positions."""
     checked_dofs(where, tuple(names))
@@ -133,7 +145,7 @@ def checked_nodes(
         raise InputError(f"{where}: node positions {positions.tolist()}, expected three finite coordinates each, in m")
     if not (np.isfinite(tolerance) and tolerance >= 0):
         raise InputError(f"{where}: tolerance is {tolerance!r} m, expected at least 0")
-    return Nodes(tuple(names), positions, tolerance, line)
+    return Nodes(tuple(names), positions, tolerance, line, sized)
 
 
 def read_nodes(section: Section) -> Nodes | None:

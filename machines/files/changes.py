@@ -20,9 +20,10 @@ def change(documents: Sequence[Section], changes: Mapping[str, Any], where: str)
 
     ``component.cutter.stiffness[0][0]``, ``bundle.x_guide.preload``, ``connection.foot.joint.law[0].damping``,
     ``axis.x.position``, ``cutting.immersion``: components, connections, bundles and axes by name, entries of lists by
-    number from 0. A key that the file leaves out may be set; what no file has is refused when the file is read. Where
-    the value is a table and a table stands at the path, ``bundle.x_guide``, its keys take the place of those there. A
-    joint given to a connection takes the place of records to identify one from, or of a rigid connection.
+    number from 0; a law of a joint that stands in the file by its name as well, ``connection.foot.joint.viscous``. A
+    key that the file leaves out may be set; what no file has is refused when the file is read. Where the value is a
+    table and a table stands at the path, ``bundle.x_guide``, its keys take the place of those there. A joint given to a
+    connection takes the place of records to identify one from, or of a rigid connection.
     """
     for path, value in changes.items():
         _put(documents, path, value, where)
@@ -80,7 +81,23 @@ def _inside(target: Any, step: str | int, path: str, where: str) -> Any:
             held = f"a list of {len(target)}" if isinstance(target, list) else repr(target)
             raise InputError(f"{where}: path {path!r}: no entry [{step}], there stands {held}")
         return target[step]
+    law = _law(target, step)
+    if law is not None:
+        return law
     if not isinstance(target, dict) or step not in target:
         held = nearest(step, target) if isinstance(target, dict) else f"there stands {target!r}"
         raise InputError(f"{where}: path {path!r}: no key {step!r}, {held}")
     return target[step]
+
+
+def _law(joint: Any, name: str) -> dict[str, Any] | None:
+    """The law of a joint by the name that its parameters have: its kind, a second one with ``_2``."""
+    laws = joint.get("law") if isinstance(joint, dict) and name not in joint else None
+    count: dict[str, int] = {}
+    for law in laws if isinstance(laws, list) else ():
+        if isinstance(law, dict):
+            kind = str(law.get("kind")).replace("-", "_")
+            count[kind] = count.get(kind, 0) + 1
+            if name == (kind if count[kind] == 1 else f"{kind}_{count[kind]}"):
+                return law
+    return None

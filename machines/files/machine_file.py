@@ -45,22 +45,23 @@ _PART = ("component", "connection", "bundle", "axis")
 _TOP = (*_PART, "name", "parts", "static", "tool", "tools", "spindle", "response", "cutting", "compare", "cuts")
 
 
-def read_machine(path: Path | str, changes: Mapping[str, Any] | None = None) -> Machine:
+def read_machine(path: Path | str, changes: Mapping[str, Any] | None = None, every_tool: bool = False) -> Machine:
     """The machine in a file; joint files it names are read, records to identify from are only noted.
 
     ``changes`` puts values in the place of those in the file, by path: ``{"cutting.immersion": 0.3}``, see
-    `machines.files.changes.change`.
+    `machines.files.changes.change`. With ``every_tool`` a file is refused for a fault in a tool that is not in use too.
     """
     path, given = Path(path), dict(changes or {})
     return all_at_once(
         lambda mistakes: _machine(path, changes, mistakes),
         changes,
         lambda: [partial(_machine, path, {**given, USE: name}) for name in _tools(path)],
+        every_tool,
     )
 
 
 def _tools(path: Path) -> tuple[str, ...]:
-    """Names of the tools in a file that something is wrong with."""
+    """Names of the tools in a file that something may be wrong with."""
     mistakes = Mistakes(0)
     opened = mistakes.attempt(lambda: read_toml(path, "machine", mistakes))
     return () if opened is None else tools_of(opened)

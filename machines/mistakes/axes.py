@@ -8,6 +8,8 @@ import numpy as np
 
 from jointlib.arrays import Array
 
+from ..components.connection import Connection
+from ..model.axes import Axis
 from ..model.machine import Machine
 from .contacts import words
 from .elements import Element
@@ -15,6 +17,8 @@ from .elements import Element
 _STIFF = 0.01
 """Share of a carriage's largest stiffness that a direction of travel may have."""
 _PARALLEL = 0.999
+_HELD = 0.5
+"""Cosine of the angle between an axis and what a flange holds."""
 
 
 def wrong_directions(machine: Machine, found: Sequence[Element]) -> Iterator[str]:
@@ -49,6 +53,39 @@ def wrong_directions(machine: Machine, found: Sequence[Element]) -> Iterator[str
                     f"{words(_travel(other))}, so they hold each other"
                 )
                 break
+
+
+def torn_apart(machine: Machine) -> Iterator[str]:
+    """Axes that move a part away from one that a flange holds it to, or a bundle that lets nothing slide.
+
+    Guides slide and screws drive; a spring, or one rigid connection alone, may be what drives the axis.
+    """
+    flanges: dict[tuple[object, ...], list[Connection]] = {}
+    for connection in machine.connections:
+        if connection.rigid and connection.at is not None:
+            name = connection.name.rpartition(".")[0] or connection.name
+            flanges.setdefault((name, connection.between, connection.at), []).append(connection)
+    for axis in machine.axes:
+        along = np.asarray(axis.direction, dtype=float)
+        for (flange, *_), rows in flanges.items():
+            shifts = [row.direction for row in rows if row.direction is not None and not row.turns]
+            held = any(abs(along @ np.array(n)) > _HELD * np.linalg.norm(n) for n in shifts)
+            if len(rows) > 1 and held:
+                yield from _torn(axis, str(flange), "holds rigidly", rows[0].between)
+        for bundle in machine.bundles:
+            if bundle.bundle.slides_with is None:
+                yield from _torn(
+                    axis, bundle.name, f"holds, a {bundle.bundle.kind} that lets nothing slide", bundle.between
+                )
+
+
+def _torn(axis: Axis, name: str, how: str, between: tuple[str, str]) -> Iterator[str]:
+    moved, still = sorted((side.partition(".")[0] for side in between), key=lambda side: side not in axis.moves)
+    if moved in axis.moves and still not in axis.moves:
+        yield (
+            f"axis {axis.name}: it moves {moved} away from {still}, to which {name} {how}; expected both in moves, or "
+            "neither"
+        )
 
 
 def _travel(guide: Element) -> Array:

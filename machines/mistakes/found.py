@@ -11,16 +11,17 @@ from jointlib.errors import InputError
 from ..model.machine import Machine
 from ..modes.natural_modes import NaturalModes, natural_modes
 from ..statics.working_point import tangents
-from .axes import wrong_directions
+from .axes import torn_apart, wrong_directions
 from .bodies import wrong_bodies
 from .contacts import wrong_contacts
 from .doubled import doubled
 from .elements import elements
+from .forgotten import forgotten_damping
 from .loose import loose, undamped
 from .loss_factors import short_losses
 from .materials import oversized, wrong_beams, wrong_modes
 from .operation import wrong_operation
-from .tool_point import wrong_tool_point
+from .tool_point import mixed_directions, wrong_tool_point
 
 
 def mistakes(machine: Machine, modes: NaturalModes | None = None) -> tuple[str, ...]:
@@ -47,12 +48,14 @@ def mistakes(machine: Machine, modes: NaturalModes | None = None) -> tuple[str, 
 
 def in_file(machine: Machine) -> tuple[str, ...]:
     """Those that show without the modes."""
-    said = [*wrong_beams(machine), *wrong_modes(machine), *wrong_operation(machine), *wrong_tool_point(machine)]
+    said = [*wrong_beams(machine), *wrong_modes(machine), *wrong_operation(machine)]
+    said += [*mixed_directions(machine), *wrong_tool_point(machine), *torn_apart(machine)]
     if oversized(machine):  # such a beam would be cut into more elements than there is memory for
         return tuple(said)
     found = elements(machine)
     said += wrong_bodies(machine, found)
     said += wrong_contacts(machine, found)
+    said += forgotten_damping(machine, found)
     said += wrong_directions(machine, found)
     said += doubled(machine, found)
     return tuple(dict.fromkeys(said))

@@ -1,4 +1,4 @@
-"""A point of the cut that the tool never comes to."""
+"""Directions of the tool that are mixed up, and a point of the cut that it never comes to."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 
 from jointlib.arrays import Array
 
+from ..components.nodes import DIRECTIONS
 from ..model.machine import Machine
 
 _FAR, _LEFT = 0.3, 0.1
@@ -40,6 +41,40 @@ def wrong_tool_point(machine: Machine) -> Iterator[str]:
                 f"{other}: it lies at ({at}) m, {far:.4g} m from {one} at ({there}) m, and no axis brings them "
                 f"together; expected the place where the tool cuts, within {_FAR:g} m of it: were mm read as m?"
             )
+
+
+def mixed_directions(machine: Machine) -> Iterator[str]:
+    """A difference of two different axes, and a direction without the workpiece that another one is relative to."""
+    where = "[tool]" if machine.tool_name is None else f"[tool.{machine.tool_name}]"
+    sides = {axis: [side.strip() for side in dof.split(" - ")] for axis, dof in machine.tool.items()}
+    whole = {axis: pair for axis, pair in sides.items() if len(pair) == 2}
+    for axis, (tool, work) in whole.items():
+        one, other = (side.rpartition(".")[2].removeprefix("u") for side in (tool, work))
+        if (
+            one != other
+            and {one, other} <= set(DIRECTIONS)
+            and all(_place(machine, s) is not None for s in (tool, work))
+        ):
+            yield (
+                f"{where}: {axis} is the difference of {tool} and {work}, motions along different axes; expected the "
+                f"same on both sides, as {_along(work, tool)}"
+            )
+    for axis, (tool, *relative) in sides.items():
+        for by, (first, work) in whole.items():
+            wanted = _along(work, tool)
+            if not relative and first.rpartition(".")[0] == tool.rpartition(".")[0] and wanted in machine.dofs:
+                yield (
+                    f"{where}: {by} is relative to {work}, and {axis} is {tool} alone, as if the workpiece stood still "
+                    f"in it; expected {tool} - {wanted}"
+                )
+                break
+
+
+def _along(dof: str, other: str) -> str:
+    """A dof along the axis of another one: ``table.ux`` along ``tip.y`` is ``table.uy``."""
+    point, _, name = dof.rpartition(".")
+    own = other.rpartition(".")[2].removeprefix("u")
+    return f"{point}.{'u' if name.startswith('u') and not own.startswith('r') else ''}{own}"
 
 
 def _place(machine: Machine, dof: str) -> Array | None:

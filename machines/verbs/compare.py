@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from jointlib.cli.arguments import Given, Target, Verb, input_file, json_option
+from jointlib.cli.arguments import Given, Target, Verb, input_file, json_option, tool_option
 from jointlib.cli.output import emit, working, wrote
 from jointlib.shown.text import table
 
@@ -20,6 +20,7 @@ from jointlib.shown.text import table
 )
 @click.option("-o", "output", type=Target(".svg", ".png"), help="Also draw their receptances over each other.")
 @click.option("--plot", type=click.Choice(("mag-phase", "re-im", "nyquist")), default="mag-phase", help="What of them.")
+@tool_option
 @json_option
 def command(
     first: Path,
@@ -28,6 +29,7 @@ def command(
     designs: tuple[int, ...],
     output: Path | None,
     plot: str,
+    changes: dict[str, str],
     as_json: bool,
 ) -> None:
     """What differs between FIRST and each of OTHERS: machines, joints, measured FRFs, or folders of runs.
@@ -43,7 +45,9 @@ def command(
     from ..compare.side_by_side import as_told
 
     with working("comparing"):
-        found = compare(first, *others, results=results, designs=designs, output=output, plot=plot)
+        found = compare(
+            first, *others, results=results, designs=designs, output=output, plot=plot, tool=changes.get("tool.use")
+        )
     rows = [as_told(d) for d in found.differences]
     lines = [
         found.finding(),

@@ -46,6 +46,20 @@ def test_machines_differ_in_resonance_and_depth(lathe: str) -> None:
     assert Path("both.svg").read_text().startswith("<svg")
 
 
+def test_machines_are_compared_with_the_tool_that_is_asked_for(lathe: str) -> None:
+    text = (LIBRARY / "two_mode_tool.toml").read_text()
+    tools = '[tool.low]\nx = "cutter.x"\n\n[tool.both]\nx = "cutter.x"\ny = "cutter.y"\n'
+    for name in ("one", "two"):
+        Path(f"{name}.toml").write_text(text.replace('[tool]\nx = "cutter.x"\ny = "cutter.y"\n', tools))
+    changed("two.toml", "two.toml", ("frequency = [603, 666]", "frequency = [603, 700]"))
+    assert jointlib("compare one.toml two.toml --json").json["differences"] == []
+    rows = jointlib("compare one.toml two.toml --tool both --json").json["differences"]
+    assert any(row["what"].startswith("tool y, resonance at 664.99 Hz") for row in rows)
+    done = jointlib("compare guide.joint.toml guide.joint.toml --tool both")
+    assert (done.status, done.out) == (2, "")
+    assert "--tool: guide.joint.toml is no machine" in done.err
+
+
 def test_runs_differ_in_what_their_files_hold(here: Path) -> None:
     for name, depth in (("one", 1e-3), ("two", 2e-3)):
         Path(name).mkdir()

@@ -69,3 +69,41 @@ def test_of_a_study_it_tells_what_is_varied_and_what_counts(here: Path) -> None:
         "wanted: removal rate large and static compliance small",
         "needed: minimum depth of at least 0.5 mm",
     ]
+
+
+TOOLS = """[tool.plain]
+x = "cutter.x"
+y = "cutter.y"
+
+[tool.uneven]
+x = "cutter.x"
+y = "cutter.y"
+cutting = {{ {} }}
+"""
+
+
+def two_tools(cutting: str) -> Path:
+    text = (LIBRARY / "two_mode_tool.toml").read_text()
+    tool = '[tool]\nx = "cutter.x"\ny = "cutter.y"\n'
+    assert tool in text
+    file = Path("tools.toml")
+    file.write_text(text.replace(tool, TOOLS.format(cutting)))
+    return file
+
+
+def test_a_fault_in_a_tool_that_is_not_in_use_is_told(here: Path) -> None:
+    for pitch, words in (("[120, 120, 114]", "pitch is 354 degrees in all"), ("[180, 180]", "pitch has 2 angles")):
+        file = two_tools(f"pitch = {pitch}")
+        done = jointlib(f"inspect {file}")
+        assert done.status == 2
+        assert f"{file}: [tool.uneven]: [cutting]: {words}" in done.err
+        assert "(line " in done.err
+        assert jointlib(f"inspect {file} --tool plain").status == 0
+
+
+def test_what_looks_wrong_with_a_tool_that_is_not_in_use_is_told(here: Path) -> None:
+    file = two_tools("diameter = 20")
+    (warning,) = jointlib(f"inspect {file} --json").json["warnings"]
+    assert warning.startswith("with tool 'uneven': [cutting]: diameter is 2e+04 mm")
+    assert f"looks wrong: {warning}" in jointlib(f"inspect {file}").out
+    assert jointlib(f"inspect {file} --tool plain --json").json["warnings"] == []

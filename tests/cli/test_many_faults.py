@@ -241,8 +241,47 @@ def test_what_many_places_refer_to_and_is_not_there_is_one_sentence(tmp_path: Pa
     said = done.err.splitlines()
     assert (done.status, said[0]) == (2, "jointlib: 2 faults")
     assert sum("'bed'" in line for line in said) == 1
-    assert any(
-        "connection 'front.a1' and 10 more: no component 'bed', did you mean 'bbed'? (line 7: " in s for s in said
-    )
+    begin = "connection 'mount_1.x' and 10 more: no component 'bed', did you mean 'bbed'? (line 8: "
+    assert any(begin in line for line in said)
     every = [fault["fault"] for fault in jointlib(f"inspect {machine} --json").json["faults"]]
     assert sum("no component 'bed'" in fault for fault in every) == 11
+
+
+OWN = """
+[[connection]]
+name = "near"
+between = ["slide.uy", "ground"]
+joint = { law = [{ kind = "linear", stiffness = 1e8 }] }
+"""
+"""A connection that is none of a bundle's."""
+
+
+@pytest.mark.parametrize("at", ["[0.0, 0.0, 0.0]", "[[-0.1, 0.0, 0.0], [0.1, 0.0, 0.0]]"])
+def test_a_fault_in_a_bundle_is_told_with_the_line_of_the_bundle(at: str, library: Path) -> None:
+    """Its connections are named after it, and after each of its places."""
+    text = (LIBRARY / "carriage.toml").read_text("utf-8").replace("at = [0.0, 0.0, 0.0]", f"at = {at}", 1)
+    (library / "apart.toml").write_text(text.replace('between = ["slide", ', 'between = ["slid", ', 1) + OWN)
+    sentences = told(jointlib("inspect apart.toml"))
+    number = text.splitlines().index('between = ["slide", "ground"]') + 1
+    assert all("no component 'slid'" in said for said in sentences)
+    assert all(said.endswith(f'(line {number}: between = ["slid", "ground"])') for said in sentences), sentences
+
+
+def test_a_bundle_declared_twice_is_told_with_a_line_of_its_own(library: Path) -> None:
+    text = (LIBRARY / "carriage.toml").read_text("utf-8") + OWN
+    start = text.index('[[bundle]]\nname = "screw"')
+    bundle = text[start : text.index("\n[", start + 2) + 1]
+    (library / "twice.toml").write_text(text + bundle)
+    (sentence,) = told(jointlib("inspect twice.toml"))
+    assert "connection 'screw.axial' is declared twice" in sentence
+    assert sentence.endswith(f"(line {len(text.splitlines()) + 1}: [[bundle]])")
+
+
+def test_a_connection_that_another_file_holds_is_told_without_a_line_of_this_one(library: Path) -> None:
+    text = (LIBRARY / "column_mill" / "modules.toml").read_text("utf-8")
+    (library / "column_mill" / "apart.toml").write_text(text.replace('between = ["bed", ', 'between = ["bedd", ', 1))
+    own = '[[component]]\nname = "stone"\nkind = "lumped"\ndofs = ["x"]\nmass = [[1]]\nstiffness = [[1e6]]\n'
+    parts = 'schema = "jointlib/machine/1"\nparts = ["column_mill/apart.toml"]\n'
+    (library / "parted.toml").write_text(parts + own)
+    (sentence,) = [said for said in told(jointlib("inspect parted.toml")) if "'bedd'" in said]
+    assert sentence.endswith("no component 'bedd', did you mean 'bed'?")

@@ -46,6 +46,19 @@ def test_parts_that_machines_share_are_changed_for_one_of_them_only() -> None:
     assert foot(read_machine(MILL)) == foot(before) == (0.0, 0.62, 0.74)
 
 
+def test_a_law_of_a_joint_in_the_file_goes_by_its_name(tmp_path: Path) -> None:
+    laws = ('"linear", stiffness = 5e8', '"viscous", damping = 400.0', '"viscous", damping = 9.0')
+    inline = "{ law = [" + ", ".join(f"{{ kind = {law} }}" for law in laws) + "] }"
+    file = tmp_path / "inline.toml"
+    file.write_text(TWO_MASS.read_text().replace('"two_mass.joint.toml"', inline))
+    held = "connection.guide.joint"
+    changed = read_machine(file, {f"{held}.linear.stiffness": "200 N/um", f"{held}.viscous_2.damping": 7.0})
+    numbered = read_machine(file, {f"{held}.law[0].stiffness": 2e8, f"{held}.law[2].damping": 7.0})
+    assert changed.joints()[0].laws == numbered.joints()[0].laws != read_machine(file).joints()[0].laws
+    with pytest.raises(InputError, match="no key 'viscous_3'"):
+        read_machine(file, {f"{held}.viscous_3.damping": 7.0})
+
+
 @pytest.mark.parametrize(
     ("path", "value", "said"),
     [

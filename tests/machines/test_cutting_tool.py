@@ -66,6 +66,16 @@ def test_the_tip_moves_and_not_where_it_is_held(tmp_path: Path) -> None:
         np.testing.assert_allclose(places["shank"], 0, atol=1e-15)
 
 
+def test_a_taper_that_finds_no_node_of_a_tool_speaks_of_no_key_that_it_lacks(tmp_path: Path) -> None:
+    part = tool(tmp_path, TOOL + HOLDER)
+    beside, along = (0.02, 0.0, 0.0), np.eye(3)[0]
+    with pytest.raises(InputError, match=r"; expected a flange there, or the tool as a beam with a tolerance$"):
+        part.motion_at(np.array(beside), along)
+    with pytest.raises(InputError, match=r"expected a \[\[component.station\]\] at 0\.0\d+ m$") as refused:
+        part.motion_at(np.array([0.0, 0.0, -0.01]), along)
+    assert "tolerance" not in str(refused.value)
+
+
 def test_what_is_assumed_of_the_flutes_is_said(tmp_path: Path) -> None:
     assert any("assumed equivalent = 0.8" in said for said in tool(tmp_path, TOOL).remarks())
     assert not any("assumed" in said for said in tool(tmp_path, TOOL + "equivalent = 0.75\n").remarks())

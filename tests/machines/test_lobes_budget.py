@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import count
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from click.testing import CliRunner
 
 from machines import lobes_at_amplitude, lobes_over_range, read_machine
 from machines.cutting.amplitude import lobes_over_range as lowest
+from machines.cutting.process.chart import BY_SPEED
 from machines.verbs.lobes import command
 
 LIBRARY = Path(__file__).parents[2] / "machines" / "library"
@@ -38,6 +40,8 @@ def test_the_speeds_of_a_chart_cut_short_are_spread_over_its_range_and_right() -
     assert chart.minimum_depth == np.min(chart.depth)
     (said,) = [warning for warning in chart.warnings if "Time was up after 20 s" in warning]
     assert f"{chart.speed.size} of 60 speeds" in said
+    assert sorted([*chart.speed, *chart.left_out]) == SPEEDS.tolist()
+    assert chart.short_of == f", {chart.speed.size} of 60 speeds, time was up"
 
 
 @pytest.mark.usefixtures("clock")
@@ -56,6 +60,33 @@ def test_a_budget_that_is_not_spent_changes_nothing() -> None:
     np.testing.assert_array_equal(with_budget.depth, without.depth)
     assert with_budget.minimum_at == without.minimum_at
     assert with_budget.warnings == without.warnings
+
+
+def test_points_of_a_chart_cut_short_are_not_joined_over_speeds_that_are_left_out() -> None:
+    machine = read_machine(LIBRARY / "two_mode_tool.toml")
+    whole = lobes_at_amplitude(machine, SPEEDS[:9])
+    known = np.array([0, 1, 4, 8])
+    values = {key: getattr(whole, key)[known] for key in BY_SPEED}
+    chart = replace(whole, **values, left_out=tuple(np.delete(SPEEDS[:9], known).tolist()))
+    (line,) = chart.plot().get_lines()
+    assert line.get_marker() == "o"
+    assert line.get_label() == f"{chart.method}, 4 of 9 speeds, time was up"
+    drawn = dict(zip(*line.get_data(), strict=True))
+    assert [rpm for rpm, depth in drawn.items() if np.isnan(depth)] == sorted(chart.left_out)
+    np.testing.assert_allclose([drawn[rpm] for rpm in chart.speed], 1e3 * chart.depth)
+    (other,) = whole.plot().get_lines()
+    assert (other.get_marker(), other.get_label()) == ("None", whole.method)
+
+
+def test_a_picture_of_a_chart_cut_short_says_so_and_so_does_what_is_printed(tmp_path: Path) -> None:
+    target = tmp_path / "short.svg"
+    words = [str(LIBRARY / "two_mode_tool.toml"), "--budget", "1 ms", "-o", str(target)]
+    said = CliRunner().invoke(command, words)
+    assert said.exit_code == 0
+    begin = "No speed and depth are recommended: nowhere are three speeds known within 2 % of one, 5 of 200 speeds"
+    assert begin in said.stdout
+    assert "onset of chatter, 5 of 200 speeds, time was up" in target.read_text()
+    assert "above the limit" not in target.read_text()
 
 
 def test_the_verb_ends_with_what_it_knows() -> None:

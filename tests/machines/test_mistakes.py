@@ -156,6 +156,32 @@ WRONG = [
     ),
     (LATHE, 'damping = "25 kN s/m"', 'damping = "25 N s/m"', "z_guide_1: at 100 Hz its damping"),
     (LATHE, "loss_factor = 0.02", "loss_factor = 2e-5", "less than of a bell"),
+    (
+        MILL,
+        "tool.tip.x - workpiece.cut.x",
+        "tool.tip.x - workpiece.cut.y",
+        "[tool]: x is the difference of tool.tip.x and",
+    ),
+    (
+        MILL,
+        "tool.tip.x - workpiece.cut.x",
+        "tool.tip.x",
+        "and x is tool.tip.x alone, as if the workpiece stood still in it; expected tool.tip.x - workpiece.cut.x",
+    ),
+    (
+        MILL,
+        'moves = ["carrier"]',
+        'moves = ["column"]',
+        "axis z: it moves column away from bed, to which foot holds rigidly; expected both in moves, or neither",
+    ),
+    (
+        LATHE,
+        'moves = ["slide"]',
+        'moves = ["spindle"]',
+        "axis z: it moves spindle away from bed, to which front holds, a",
+    ),
+    (MILL, 'damping = "1.5 kN s/m"\n', "", "rear_bearing: this bearing-pair has no damping, while front_bearing has"),
+    (LATHE, 'damping = "25 kN s/m"\n', "", "z_guide: this linear-guide has no damping, while x_guide has some"),
     (TOOL, "damping_ratio = [0.039, 0.035]", "damping_ratio = [3.9e-6, 0.035]", "a damping_ratio of 3.9e-06"),
     (LATHE, 'preload = "1.5 kN"', 'preload = "1500 kN"', "front: its preload presses its rolling contacts"),
     (LATHE, 'preload = "1100 N"', 'preload = "1.1 N"', "x_guide_1: its preload presses its rolling contacts"),
@@ -290,3 +316,12 @@ def test_a_workpiece_that_an_axis_has_moved_away_is_no_mistake(tmp_path: Path) -
     machine = read_machine(path)
     assert machine.axes[0].position == pytest.approx(0.39)
     assert in_file(machine) == ()
+
+
+def test_what_drives_an_axis_rigidly_is_no_mistake(tmp_path: Path) -> None:
+    drive = (
+        '{ name = "drive", between = ["post", "slide"], at = [0.22, 0.84, 0.25], direction = [1, 0, 0], rigid = true },'
+    )
+    path = without(tmp_path, "x_screw")
+    path.write_text(path.read_text("utf-8").replace(MOUNTS, f"{MOUNTS}\n    {drive}"), "utf-8")
+    assert in_file(read_machine(path)) == ()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ import pytest
 from jointlib.arrays import Array
 from jointlib.errors import CheckFailed, InputError
 from jointlib.shown.progress import Silent
-from machines import Lumped, Machine, lobes_at_amplitude
+from machines import Lumped, Machine, lobes, lobes_at_amplitude
 from machines.answers.told.lobes_over_amplitude import lenses_to
 from machines.cutting.amplitude import unstable_depths as module
 from machines.cutting.amplitude.unstable_depths import (
@@ -188,3 +189,16 @@ def test_a_lost_crossing_is_an_error() -> None:
     """Where a pair would come back that never left, something was missed."""
     with pytest.raises(CheckFailed, match="missed"):
         outside([Edge(1e-3, 0.3, "hopf", outwards=False)])
+
+
+def test_speeds_that_ask_for_too_many_harmonics_are_told_in_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("machines.cutting.amplitude.unstable_depths.MOST_SEARCHED", 1)
+    mill = Path("machines/library/two_mode_tool.toml")
+    for speeds, at in (([9000.0], "9000"), ([8000.0, 9000.0, 10000.0], "8000, 9000 and 10000")):
+        told = [
+            said for said in lobes(mill, speed=speeds, method="multi-frequency").lines if "above the limits" in said
+        ]
+        assert told == [
+            f"Stable cuts above the limits at {at} rpm are not known: multi-frequency: more than 1 harmonics would be "
+            "needed to find the crossings"
+        ]

@@ -59,7 +59,7 @@ def _draw(path: Path, found: Lobes, zones: Any, band: Any, field: Any, budget: f
     tools = ((tool.name, tool.chart) for tool in found.tools if tool.name != found.machine.tool_name)
     others = [(name, chart) for name, chart in tools if chart is not None]
     top = 1e-3 * axis_top([chart for _, chart in (*charts, *others)])
-    unstable, said = ((), []) if amplitude else lenses_to(found.machine, first, top, budget, progress)
+    unstable, said = ((), []) if amplitude or first.left_out else lenses_to(found.machine, first, top, budget, progress)
     cutting = Cutting(**(found.machine.cutting or {}))
     figure = lobes_figure(charts, cutting, zones, None if band is None else band[0], unstable, field, others)
     write_text(path, figure.svg)

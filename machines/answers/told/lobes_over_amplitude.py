@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Sequence
 from dataclasses import replace
@@ -33,7 +34,7 @@ def lenses(
     from ...cutting.amplitude.words import told_lenses
     from ...cutting.process.chart import BY_SPEED
 
-    found, words = list[Any](), list[str]()
+    found, words, refusals = list[Any](), list[str](), dict[str, list[float]]()
     with progress.step("looking for stable cuts above the limits"), within(budget):
         for i in each("speeds", range(chart.speed.size), chart.speed.size):
             one = replace(chart, **{key: getattr(chart, key)[i : i + 1] for key in BY_SPEED})
@@ -42,11 +43,19 @@ def lenses(
                 words += told_lenses(found[-1])
             except (CheckFailed, InputError) as refused:
                 found.append(None)
-                at = f" at {chart.speed[i]:g} rpm" if chart.speed.size > 1 else ""
-                words.append(f"Stable cuts above the limits{at} are not known: {refused}")
+                refusals.setdefault(_of_any_speed(str(refused), chart.speed[i]), []).append(chart.speed[i])
+    for reason, speeds in refusals.items():
+        *first, last = (f"{speed:g}" for speed in speeds)
+        at = f"{', '.join(first)} and {last}" if first else last
+        words.append(f"Stable cuts above the limits at {at} rpm are not known: {reason}")
     rows = [None if one is None else [vars(zone) for zone in one.intervals] for one in found]
     data = {"unstable": {"deepest": [None if one is None else one.deepest for one in found], "intervals": rows}}
     return ({}, [], words) if all(row is None for row in rows) else (data, found, words)
+
+
+def _of_any_speed(refused: str, speed: float) -> str:
+    """Why an answer was refused at a speed, in words that fit others that were refused for the same reason."""
+    return re.sub(r" up to a depth of \S+ mm", "", refused.replace(f"at {speed:g} rpm ", ""))
 
 
 def over_amplitude(

@@ -18,8 +18,11 @@ _MODES = 10
 _SHOWN = {"N/m^2": ("N/mm^2", 1e-6), "m": ("mm", 1e3), "rad": ("deg", 57.29577951308232), "1": ("", 1.0)}
 
 
-def told(machine: Machine, contacts: bool) -> tuple[list[str], list[str]]:
-    """The lines, and those of them that name what looks wrong; ``contacts`` has a line for every connection."""
+def told(machine: Machine, contacts: bool, further: Sequence[str] = ()) -> tuple[list[str], list[str]]:
+    """The lines, and those of them that name what looks wrong; ``contacts`` has a line for every connection.
+
+    ``further`` is what looks wrong with it beside.
+    """
     import numpy as np
 
     from ...mistakes import may_be_solved, mistakes
@@ -36,6 +39,7 @@ def told(machine: Machine, contacts: bool) -> tuple[list[str], list[str]]:
             modes = _modes(machine)
         if known:
             wrong = list(mistakes(machine, modes))
+    wrong += further
     lines += [f"looks wrong: {sentence}" for sentence in wrong]
     lines += _parts(machine)
     if oversized(machine):

@@ -106,7 +106,16 @@ class CuttingTool:
             raise InputError(f"component {name!r}: axis is {axis.tolist()}, expected a direction that is not zero")
         start = at - self.length * axis / size
         return Beam(
-            name, self.segments, stations, start, axis, up_to=up_to, held=(held,), turns=turns, notes=tuple(notes)
+            name,
+            self.segments,
+            stations,
+            start,
+            axis,
+            up_to=up_to,
+            held=(held,),
+            turns=turns,
+            notes=tuple(notes),
+            sized=True,
         )
 
 

@@ -44,7 +44,8 @@ def charts_by_amplitude(
         found = {A: _at(chart, charts[0].speed) for A, chart in found.items()}
     else:
         found |= {A: lobes_at_amplitude(machine, speed, A, method) for A in vibrating}
-    return [found[A] for A in amplitude]
+    left_out = tuple(sorted({rpm for chart in found.values() for rpm in chart.left_out}))
+    return [replace(found[A], left_out=left_out) for A in amplitude]
 
 
 def within_budget(
@@ -77,7 +78,9 @@ def within_budget(
         f"Time was up after {budget:g} s: {len(done)} of {count} speeds are computed at every amplitude, spread over "
         "the range; the others are left out."
     )
-    return [replace(chart, warnings=(*chart.warnings, short)) for chart in charts] if left.size else charts
+    if not left.size:
+        return charts
+    return [replace(chart, warnings=(*chart.warnings, short), left_out=tuple(left.tolist())) for chart in charts]
 
 
 def _at(chart: StabilityLobes, speed: Array) -> StabilityLobes:

@@ -96,7 +96,8 @@ def lobes_over_range(
         else f"of what dips between the {speeds.size} speeds not all was looked for."
     )
     notes = tuple(dict.fromkeys((*chart.notes, AT_SPEEDS)))
-    return replace(chart, minimum_at=None, notes=notes, warnings=(*chart.warnings, short))
+    left_out = tuple(np.setdiff1d(speeds, [*chart.speed, *refused]).tolist())
+    return replace(chart, minimum_at=None, notes=notes, warnings=(*chart.warnings, short), left_out=left_out)
 
 
 def _plain(machine: Machine) -> bool:

@@ -94,6 +94,8 @@ class StabilityLobes(Shown):
         out.
     minimum_at
         rpm of the minimum depth where it was looked for between the speeds as well, see `over_the_range`.
+    left_out
+        Speeds in rpm that were asked for and not computed, as time was up.
     """
 
     method: str
@@ -112,6 +114,7 @@ class StabilityLobes(Shown):
     warnings: tuple[str, ...]
     known_to: float | None = None
     minimum_at: float | None = None
+    left_out: tuple[float, ...] = ()
 
     def minimum_speed(self, lobe: ArrayLike) -> Array:
         """Spindle speeds in rpm at which lobes k touch the minimum depth."""
@@ -133,6 +136,12 @@ class StabilityLobes(Shown):
         if self.minimum_at is not None:
             return f"every speed from {float(np.min(self.speed)):g} to {float(np.max(self.speed)):g} rpm"
         return "every speed" if self.everywhere else "these speeds"
+
+    @property
+    def short_of(self) -> str:
+        """``, 26 of 200 speeds, time was up`` where that is so, for the name of its curve."""
+        asked = self.speed.size + len(self.left_out)
+        return f", {self.speed.size} of {asked} speeds, time was up" if self.left_out else ""
 
     def finding(self) -> str:
         """Below which depth the cut is stable, and the chatter above it."""
@@ -157,7 +166,7 @@ class StabilityLobes(Shown):
     def plot(self, ax: Any = None) -> Any:
         """Limiting depth in mm over speed in rpm."""
         axes = axes_of(ax)
-        draw_limit(axes, np.ravel(self.speed), np.ravel(self.depth), label=self.method)
+        draw_limit(axes, self.speed, self.depth, self.left_out, label=f"{self.method}{self.short_of}")
         axes.set(xlabel="spindle speed [rpm]", ylabel="depth of cut [mm]", ylim=(0.0, None))
         return axes
 
@@ -178,9 +187,17 @@ def _widest(said: list[str]) -> tuple[str, ...]:
     return tuple(found.values())
 
 
-def draw_limit(axes: Any, speed: Array, depth: Array, **look: Any) -> None:
-    """A limit in m as a curve in mm over speed in rpm, with gaps where it is stable at any depth."""
-    axes.plot(speed, np.where(np.isfinite(depth), depth * 1e3, np.nan), **look)
+def draw_limit(axes: Any, speed: Array, depth: Array, left_out: Sequence[float] = (), **look: Any) -> None:
+    """A limit in m as a curve in mm over speed in rpm, with gaps where it is stable at any depth.
+
+    Where speeds were ``left_out`` there are points, not joined over these.
+    """
+    speed, shown = np.ravel(speed), np.where(np.isfinite(depth), depth * 1e3, np.nan).ravel()
+    if len(left_out):
+        at = np.searchsorted(speed, left_out)
+        speed, shown = np.insert(speed, at, left_out), np.insert(shown, at, np.nan)
+        look = {"marker": "o", "markersize": 3, **look}
+    axes.plot(speed, shown, **look)
 
 
 def draw_charts(
@@ -192,10 +209,10 @@ def draw_charts(
     axes = axes_of(ax)
     for amplitude, chart in charts:
         label = f"limit at {amplitude * 1e6:g} µm" if amplitude else "onset of chatter"
-        draw_limit(axes, chart.speed, chart.depth, label=label)
+        draw_limit(axes, chart.speed, chart.depth, chart.left_out, label=label + chart.short_of)
     for name, other in others:
         if other is not None:
-            draw_limit(axes, other.speed, other.depth, label=name, linestyle="--")
+            draw_limit(axes, other.speed, other.depth, other.left_out, label=name + other.short_of, linestyle="--")
     axes.set(xlabel="spindle speed [rpm]", ylabel="depth of cut [mm]", ylim=(0.0, None))
     name_curves(axes)
     return axes

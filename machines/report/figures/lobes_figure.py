@@ -59,8 +59,9 @@ def lobes_figure(
     with sheet(1, 2, width=9.5, height=6.8, sharex=True, height_ratios=[2.2, 1]) as paper:
         depth, chatter = paper.axes
         depth.grid(False)
-        _chattering(depth, every[0], unstable, top)
-        said += ["Grey: the cut chatters."] if len(unstable) else []
+        if not every[0].left_out:  # grey would be drawn between speeds that nobody looked at
+            _chattering(depth, every[0], unstable, top)
+        said += ["Grey: the cut chatters."] if len(unstable) and not every[0].left_out else []
         if any(one.lenses for one in unstable):
             said.append("White above a limit: a lens, above which the cut is stable again.")
         if zones is not None:
@@ -70,13 +71,15 @@ def lobes_figure(
         widths = np.linspace(3.0, 1.2, len(charts))
         for (amplitude, chart), colour, width in zip(charts, shades(len(charts) + 1)[1:], widths, strict=True):
             name = _named(amplitude, len(charts)) + (", tool in use" if others else "")
-            draw_limit(depth, chart.speed, chart.depth, color=colour, linewidth=width, label=name)
+            look = {"color": colour, "linewidth": width, "label": name + chart.short_of}
+            draw_limit(depth, chart.speed, chart.depth, chart.left_out, **look)
             for kind, marker in (("hopf", _HOPF), ("flip", _FLIP)):
                 of = chart.kind == kind
                 chatter.plot(chart.speed[of], chart.chatter_frequency[of], marker, color=colour, markersize=width + 2)
         looks = list(zip(_STYLES, _OTHERS, strict=True)) * len(others)
         for (name, chart), (style, colour) in zip(others, looks, strict=False):
-            draw_limit(depth, chart.speed, chart.depth, linewidth=1.2, linestyle=style, color=colour, label=name)
+            look = {"color": colour, "linewidth": 1.2, "linestyle": style, "label": name + chart.short_of}
+            draw_limit(depth, chart.speed, chart.depth, chart.left_out, **look)
         depth.set_ylim(0, top)
         depth.set_xlim(float(np.min(speeds)), float(np.max(speeds)) if len(np.unique(speeds)) > 1 else None)
         if _contours(depth, speeds, top, cutting):
@@ -104,7 +107,8 @@ def tools_figure(charts: Sequence[tuple[str, StabilityLobes]]) -> Figure:
     with sheet(width=9.5) as paper:
         styles = ["-", *_STYLES] * len(charts)
         for (name, chart), style, colour in zip(charts, styles, shades(len(charts) + 1)[1:], strict=False):
-            draw_limit(paper.axes, chart.speed, chart.depth, color=colour, linestyle=style, label=name)
+            look = {"color": colour, "linestyle": style, "label": name + chart.short_of}
+            draw_limit(paper.axes, chart.speed, chart.depth, chart.left_out, **look)
         paper.axes.set(xlabel="spindle speed [rpm]", ylabel="depth of cut [mm]")
         paper.axes.set_ylim(0, axis_top([chart for _, chart in charts]))
         paper.axes.legend()
