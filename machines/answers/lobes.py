@@ -45,6 +45,7 @@ from .told.lobes_over_amplitude import (
     witnessed,
     zones_of,
 )
+from .told.lobes_preview import previewed
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -64,6 +65,8 @@ class Lobes(Shown):
     files: list[Path] = field(default_factory=list)
     tools: tuple[ToolLobes, ...] = ()
     """Every tool of a file with several, where none was asked for, at the first amplitude."""
+    preview: StabilityLobes | None = None
+    """By zero-order at every speed, where the time did not suffice for the others at all of them."""
 
     def finding(self) -> str:
         """Below which depth the cut is stable, and the speed and depth that are recommended."""
@@ -179,7 +182,11 @@ def lobes(
         ]
     # What is asked for at given speeds is no part of the budget, which is that of all else.
     ends = seconds + (time.monotonic() if rates else begun)
-    found = Lobes(model, sizes or (0.0,), tuple(charts), data, lines, tools=tools[0])
+    preview, words = previewed(model, charts[0], during)
+    lines += words
+    found = Lobes(model, sizes or (0.0,), tuple(charts), data, lines, tools=tools[0], preview=preview)
+    if preview is not None:
+        data["preview"] = chart_data([preview], preview.speed, ())
     if not sizes:
         lines += _added(data, *safe_from_knocks(model, charts[0], _left(ends), during))
     if rates and not sizes:

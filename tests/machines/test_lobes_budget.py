@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from jointlib.shown.progress import Silent
 from machines import lobes_at_amplitude, lobes_over_range, read_machine
+from machines.answers.told.lobes_preview import previewed
 from machines.cutting.amplitude import lobes_over_range as lowest
 from machines.cutting.process.chart import BY_SPEED
 from machines.verbs.lobes import command
@@ -86,6 +88,7 @@ def test_a_picture_of_a_chart_cut_short_says_so_and_so_does_what_is_printed(tmp_
     begin = "No speed and depth are recommended: nowhere are three speeds known within 2 % of one, 5 of 200 speeds"
     assert begin in said.stdout
     assert "onset of chatter, 5 of 200 speeds, time was up" in target.read_text()
+    assert "zero-order, a preview" in target.read_text()
     assert "above the limit" not in target.read_text()
 
 
@@ -96,3 +99,18 @@ def test_the_verb_ends_with_what_it_knows() -> None:
     assert "Time was up after 0.001 s: 5 of 200 speeds are computed" in said.stdout
     refused = CliRunner().invoke(command, [str(LIBRARY / "two_mode_tool.toml"), "--budget", "-1"])
     assert "--budget: -1, expected at least 0 s" in str(refused.exception)
+
+
+def test_zero_order_previews_the_speeds_that_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    machine = read_machine(LIBRARY / "two_mode_tool.toml")
+    with monkeypatch.context() as patched:
+        seconds = count()
+        patched.setattr(lowest.time, "monotonic", lambda: float(next(seconds)))
+        chart = lobes_over_range(machine, SPEEDS, budget=20.0)
+    preview, (said,) = previewed(machine, chart, Silent())
+    expected = lobes_at_amplitude(machine, SPEEDS, 0.0, "zero-order")
+    np.testing.assert_allclose(preview.depth, expected.depth, rtol=1e-9)
+    assert said == (
+        f"By zero-order, a preview, the cut is stable at all 60 speeds below {np.min(expected.depth) * 1e3:.4g} mm."
+    )
+    assert previewed(machine, replace(chart, left_out=()), Silent()) == (None, [])

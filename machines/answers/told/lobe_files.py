@@ -61,7 +61,8 @@ def _draw(path: Path, found: Lobes, zones: Any, band: Any, field: Any, budget: f
     top = 1e-3 * axis_top([chart for _, chart in (*charts, *others)])
     unstable, said = ((), []) if amplitude or first.left_out else lenses_to(found.machine, first, top, budget, progress)
     cutting = Cutting(**(found.machine.cutting or {}))
-    figure = lobes_figure(charts, cutting, zones, None if band is None else band[0], unstable, field, others)
+    limits = None if band is None else band[0]
+    figure = lobes_figure(charts, cutting, zones, limits, unstable, field, others, found.preview)
     write_text(path, figure.svg)
     return said
 

@@ -37,6 +37,7 @@ def lobes_figure(
     unstable: Sequence[UnstableDepths] = (),
     forced: ForcedField | None = None,
     others: Sequence[tuple[str, StabilityLobes]] = (),
+    preview: StabilityLobes | None = None,
 ) -> Figure:
     """Limiting depth in mm over speed in rpm, one curve per tool-point amplitude (m), over the chatter frequency.
 
@@ -44,7 +45,7 @@ def lobes_figure(
     limit and the onset of ``zones`` the cut is bistable; above the onset, up to their ceiling, chatter has a finite
     size. ``band`` holds depths in m at 2.5, 50 and 97.5 %, (3, speeds), of the first chart. Contours tell the removal
     rate, where feed and diameter are given, and the ``forced`` vibration of the teeth; a box marks the recommended
-    pocket with the speeds for which it holds.
+    pocket with the speeds for which it holds. A ``preview`` of all speeds stands beside a chart that was cut short.
     """
     import matplotlib.ticker
 
@@ -80,6 +81,9 @@ def lobes_figure(
         for (name, chart), (style, colour) in zip(others, looks, strict=False):
             look = {"color": colour, "linewidth": 1.2, "linestyle": style, "label": name + chart.short_of}
             draw_limit(depth, chart.speed, chart.depth, chart.left_out, **look)
+        if preview is not None:
+            look = {"color": _OTHERS[0], "linewidth": 1.0, "linestyle": _STYLES[0], "label": "zero-order, a preview"}
+            draw_limit(depth, preview.speed, preview.depth, **look)
         depth.set_ylim(0, top)
         depth.set_xlim(float(np.min(speeds)), float(np.max(speeds)) if len(np.unique(speeds)) > 1 else None)
         if _contours(depth, speeds, top, cutting):
