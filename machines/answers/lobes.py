@@ -214,7 +214,7 @@ def lobes(
     safe = safe_limit(charts, zones, None if band is None else band[0])
     best = None if rates else best_pocket(speeds, safe, Cutting(**(model.cutting or {})))
     if best is not None:
-        lines.append(f"recommended: {best.words()}")
+        lines.append(f"recommended: {best.words()}{charts[0].short_of}")
         data["pocket"] = {"speed": best.speed, "depth": best.depth, "margin": best.margin}
     elif charts[0].left_out and np.any(np.isfinite(safe)):
         lines.append(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from itertools import count
 from pathlib import Path
@@ -114,3 +115,10 @@ def test_zero_order_previews_the_speeds_that_are_left_out(monkeypatch: pytest.Mo
         f"By zero-order, a preview, the cut is stable at all 60 speeds below {np.min(expected.depth) * 1e3:.4g} mm."
     )
     assert previewed(machine, replace(chart, left_out=()), Silent()) == (None, [])
+
+
+@pytest.mark.usefixtures("clock")
+def test_a_recommendation_from_a_chart_cut_short_says_so() -> None:
+    said = CliRunner().invoke(command, [str(LIBRARY / "two_mode_tool.toml"), "--budget", "60 s"])
+    (line,) = [line for line in said.stdout.splitlines() if line.startswith("recommended: ")]
+    assert re.search(r", \d+ of 200 speeds, time was up$", line)
