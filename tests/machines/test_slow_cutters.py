@@ -9,9 +9,11 @@ import pytest
 from revolution_steps import Case, growth_in_time
 
 from machines.cutting.cutters.march import Marcher
+from machines.cutting.cutters.marched_border import changes
 from machines.cutting.cutters.pattern_map import pattern_map
 from machines.cutting.cutters.side_lines import SideLines
 from machines.cutting.cutters.wide_lines import WideLines
+from machines.cutting.loops.harmonic_crossing import stiffest_direction
 from machines.cutting.process.cutter import Cutter
 from machines.cutting.process.cutting import Cutting
 from machines.cutting.rest.cutter_search import CutterSearch
@@ -97,3 +99,17 @@ def test_a_simulation_denies_no_depth_of_a_slow_uneven_cutter() -> None:
     ]
     below, above = growth_in_time(cases, 4000)
     assert below < 1 < above
+
+
+def test_a_march_that_begins_where_something_grows_goes_back_to_where_nothing_does() -> None:
+    marcher = Marcher(TOOL, Cutter.of(UNEVEN), 1500.0)
+    (one,) = changes(marcher, 1e-3, 30e-3, first=True)[:1]
+    (other,) = changes(marcher, 1.3 * one.crossing.depth, 30e-3, first=True)[:1]
+    assert (one.below, other.below) == (0, 0)
+    assert other.crossing.depth == pytest.approx(one.crossing.depth, rel=1e-4)
+
+
+def test_unequal_pitches_may_have_more_teeth_in_the_cut_at_once() -> None:
+    even = stiffest_direction(replace(EVEN, immersion=0.1), (0, 1))
+    close = stiffest_direction(replace(EVEN, immersion=0.1, pitch=(20.0, 160.0, 20.0, 160.0)), (0, 1))
+    assert close > 1.5 * even

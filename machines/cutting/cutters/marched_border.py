@@ -21,15 +21,17 @@ _LOOK, _EXACT = 1e-5, 1e-12
 """Relative error in depth of a crossing that is looked for, and of one that is settled."""
 _NEWTON, _BESIDE = 30, 1e-5
 _REAL = 1e-9
-_COUNTED = 6
+_COUNTED, _NOTHING = 6, 1e-6
 _NEAR, _SOME = 0.98, 4
 """Size down to which multipliers may be the one that is settled, and how many beyond the rank of one are asked for."""
 
 
 def changes(marcher: Marcher, low: float, high: float, first: bool = False) -> tuple[Change, ...]:
-    """Every change between two depths in m, or the ``first`` from stable alone; nothing grows at ``low``."""
+    """Every change between two depths in m, or the ``first`` from stable alone; ``low`` is halved where it grows."""
     found = list[Change]()
-    before, at = low, _count(marcher, low)
+    while (at := _count(marcher, low)) and low > _NOTHING * high:
+        low /= 2
+    before = low
     for depth in depths(low, high)[1:].tolist():
         in_time()
         count = _count(marcher, depth)

@@ -141,10 +141,9 @@ def left_out(resolved: Shape, loop: HarmonicLoop, cut: float) -> float:
 
 def stiffest_direction(cutting: Cutting, axes: tuple[int, ...]) -> float:
     """Largest stiffness of the cut per depth over a turn of the tool, N/m²."""
-    angle = np.linspace(0, 2 * np.pi, 721)[:, None] + 2 * np.pi / cutting.cuts_per_revolution * np.arange(
-        cutting.cuts_per_revolution
-    )
-    place = np.mod(angle, 2 * np.pi)
+    many = cutting.cuts_per_revolution
+    apart = 2 * np.pi / many * np.arange(many) if cutting.pitch is None else np.radians(np.cumsum(cutting.pitch))
+    place = np.asarray(np.mod(np.linspace(0, 2 * np.pi, 721)[:, None] + apart, 2 * np.pi))
     u, v = (part[..., list(axes)] for part in cutting.tooth(place))
     u = u * ((place >= cutting.entry_angle) & (place <= cutting.exit_angle))[..., None]
     return float(np.max(np.linalg.norm(np.einsum("kja,kjb->kab", u, v), ord=2, axis=(1, 2))))
