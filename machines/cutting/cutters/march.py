@@ -29,7 +29,8 @@ from .pattern_map import MORE, pattern_nodes
 
 _FIRST, _BASIS = 6, 30
 """Multipliers asked for to begin with, and turns beyond twice as many that find them."""
-_EXACT = 1e-10
+EXACT = 1e-10
+"""Relative error of multipliers."""
 _ROUNDS = 60
 _KEPT = 200
 """Elements of different length whose tool is kept."""
@@ -127,15 +128,18 @@ class March:
         seen = (self.model.weight[:, None] * self.model.outputs).T
         return np.concatenate([seen.real, -seen.imag], axis=1)
 
-    def multipliers(self, beyond: float = np.inf, count: int = _FIRST) -> ComplexArray:
-        """The largest ones, the largest first: all whose size is ``beyond`` or more, and ``count`` or some more."""
+    def multipliers(self, beyond: float = np.inf, count: int = _FIRST, tolerance: float = EXACT) -> ComplexArray:
+        """The largest ones, the largest first: all whose size is ``beyond`` or more, and ``count`` or some more.
+
+        To a relative ``tolerance``.
+        """
         size = self.states + len(self.met)
         operator = scipy.sparse.linalg.LinearOperator((size, size), matvec=self, dtype=float)
         while 3 * count + _BASIS < size:
             in_time()
             basis, start = 2 * count + _BASIS, np.cos(np.arange(size) ** 2)
             try:
-                found, _ = scipy.sparse.linalg.eigs(operator, count, ncv=basis, v0=start, maxiter=_ROUNDS, tol=_EXACT)
+                found, _ = scipy.sparse.linalg.eigs(operator, count, ncv=basis, v0=start, maxiter=_ROUNDS, tol=tolerance)
             except scipy.sparse.linalg.ArpackNoConvergence:  # more turns at once
                 count *= 2
                 continue

@@ -22,6 +22,8 @@ _LOOK, _EXACT = 1e-5, 1e-12
 _NEWTON, _BESIDE = 30, 1e-5
 _REAL = 1e-9
 _COUNTED, _NOTHING = 6, 1e-6
+_TOLD = 1e-6
+"""Relative error of multipliers that only tell whether something grows."""
 _NEAR, _SOME = 0.98, 4
 """Size down to which multipliers may be the one that is settled, and how many beyond the rank of one are asked for."""
 
@@ -68,7 +70,7 @@ def settled(marcher: Marcher, crossing: Crossing, within: float) -> Crossing:
 
 def _count(marcher: Marcher, depth: float) -> int:
     """How many grow, `_COUNTED` where more do: deep inside an unstable stretch it matters to nobody."""
-    return int(np.count_nonzero(np.abs(marcher.at(depth).multipliers()[:_COUNTED]) > 1))
+    return int(np.count_nonzero(np.abs(marcher.at(depth).multipliers(tolerance=_TOLD)[:_COUNTED]) > 1))
 
 
 def _between(marcher: Marcher, low: tuple[float, int], high: tuple[float, int]) -> list[Change]:

@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 from jointlib.joint import Joint
 from jointlib.loop.answer.naming import NAMED_FROM, is_declared_pair
 from jointlib.loop.path.acceptance import SHARE, TIE, Assessment, assess
-from jointlib.loop.path.columns import ColumnStore
+from jointlib.loop.path.columns import ColumnStore, moved_or_none
 from jointlib.loop.path.composed.choice import LEAST, is_another, is_nested, leaders, least_gain, pays, widest
 from jointlib.loop.path.composed.pairs import pairs_beside
 from jointlib.loop.path.evidence import Evidence, Model
-from jointlib.loop.path.fitted import Fitted, fit
+from jointlib.loop.path.fitted import Fitted, fit, named_by_role
 from jointlib.loop.path.steps import (
     Composition,
     Finding,
@@ -36,6 +36,8 @@ _PAIRS = 2
 """Pairs of effects that hide one another which are followed beside what passes alone."""
 _CLEARLY = 0.25
 """Of what the best single effect leaves; a pair that hid one another and leaves less competes with it."""
+_DECADES, _LESS = (0.1, 10.0, 100.0, 1000.0), 0.9
+"""Times its velocity at which a corner is tried anew, and the share of the excess that it has to fall below."""
 _EXCHANGES = 3
 """Rounds of exchange and further growth at most."""
 
@@ -101,9 +103,25 @@ def search(evidence: Evidence, joint: Joint, effects: Sequence[Effect], seed: in
     if len(parts) > 1 and not all(pays(best, p) for p in parts):
         best, parts = _certain(field, best, parts)
     if len(best.terms) > 1 and not alone:
-        last = replace(best.steps[-1], fitted=fit(evidence, best.fitted.model))
+        last = replace(best.steps[-1], fitted=_with_corners(evidence, fit(evidence, best.fitted.model)))
         best = replace(best, steps=(*best.steps[:-1], last))
     return Finding(best, parts, tuple(c for c in others if c.members != best.members))
+
+
+def _with_corners(evidence: Evidence, found: Fitted) -> Fitted:
+    """A composition with its corners rounded otherwise by decades, if that leaves clearly less.
+
+    A corner that one effect had alone may be far from the one that it has beside others.
+    """
+    own = {name: found.joint.parameters[name] for name in named_by_role(found.joint, Role.SMOOTHING)}
+    best = found
+    for times in _DECADES if own else ():
+        joint = moved_or_none(found.joint, {name: times * x for name, x in own.items()})
+        if joint is not None:
+            other = fit(evidence, replace(found.model, joint=joint), rounding=True)
+            if deciding_excess(other) < _LESS * deciding_excess(best):
+                best = other
+    return best
 
 
 def _certain(field: _Field, c: Composition, parts: Sequence[Part]) -> tuple[Composition, tuple[Part, ...]]:
