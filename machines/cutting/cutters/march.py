@@ -139,7 +139,9 @@ class March:
             in_time()
             basis, start = 2 * count + _BASIS, np.cos(np.arange(size) ** 2)
             try:
-                found, _ = scipy.sparse.linalg.eigs(operator, count, ncv=basis, v0=start, maxiter=_ROUNDS, tol=tolerance)
+                found, _ = scipy.sparse.linalg.eigs(
+                    operator, count, ncv=basis, v0=start, maxiter=_ROUNDS, tol=tolerance
+                )
             except scipy.sparse.linalg.ArpackNoConvergence:  # more turns at once
                 count *= 2
                 continue
