@@ -59,7 +59,9 @@ def test_an_applied_loop_is_the_loop(name: str) -> None:
         np.testing.assert_allclose(WideLines(lines).applied(nu, depth)(x), formed, atol=1e-12 * np.linalg.norm(formed))
 
 
-@pytest.mark.parametrize("name", ["pitch", "both", "helix by flute", "flank"])
+@pytest.mark.parametrize(
+    "name", ["pitch", "both", *(pytest.param(one, marks=pytest.mark.thorough) for one in ("helix by flute", "flank"))]
+)
 def test_both_methods_agree_at_six_hundred_rpm(name: str) -> None:
     charts = [stability_lobes(TOOL, CUTTERS[name], [600.0], m) for m in ("multi-frequency", "collocation")]
     np.testing.assert_allclose(charts[0].depth, charts[1].depth, rtol=1e-4)
