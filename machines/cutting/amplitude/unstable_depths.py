@@ -148,10 +148,8 @@ def unstable_depths_of(
         loops = Loops.of(seen, stiffness)
         edges = edges_of_trace(loops, trace(loops), period, np.where(chatters, reach, 0.0))
     else:
-        search, march = (
-            _Search(chart.method, point, model, cutting),
-            CutterSearch.of(point, cutting, modes, chart.method),
-        )
+        search = _Search(chart.method, point, model, cutting)
+        march = CutterSearch.of(point, cutting, modes, chart.method)
         edges = list[list[Edge]]()
         for looked, rpm, limit, deep in zip(chatters, speed.tolist(), depth.tolist(), reach.tolist(), strict=True):
             if looked and march.slow(rpm, deep, _SLOW) is not None:

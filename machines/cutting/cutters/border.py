@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -49,22 +50,32 @@ def changes(closed: Closed, fraction: Array, low: float, high: float, first: boo
 
     ``fraction`` are the ν to begin with, from 0 to 1/2.
     """
+    return walked(partial(_count, closed, fraction), partial(_between, closed, fraction), low, high, first)
+
+
+def walked(
+    count: Callable[[float], int],
+    between: Callable[[tuple[float, int], tuple[float, int]], list[Change]],
+    low: float,
+    high: float,
+    first: bool,
+) -> tuple[Change, ...]:
+    """Every change between two depths in m, in steps of `STEP` at most, or the ``first`` from stable alone.
+
+    ``count`` tells what grows at a depth, ``between`` the changes between two depths with their counts.
+    """
+    grid = np.geomspace(low, high, max(2, int(np.ceil(np.log(high / low) / np.log(STEP))) + 1))
     found = list[Change]()
-    before, at = low, _count(closed, fraction, low)
-    for depth in depths(low, high)[1:].tolist():
+    before, at = low, count(low)
+    for depth in grid[1:].tolist():
         in_time()
-        count = _count(closed, fraction, depth)
-        if count != at:
-            found += _between(closed, fraction, (before, at), (depth, count))
+        grows = count(depth)
+        if grows != at:
+            found += between((before, at), (depth, grows))
             if first and any(one.below == 0 for one in found):
                 break
-        before, at = depth, count
+        before, at = depth, grows
     return tuple(found)
-
-
-def depths(low: float, high: float) -> Array:
-    """From one depth in m to another in steps of `STEP` at most."""
-    return np.geomspace(low, high, max(2, int(np.ceil(np.log(high / low) / np.log(STEP))) + 1))
 
 
 def stable_below(closed: Closed, fraction: Array, depth: float) -> float:

@@ -78,8 +78,10 @@ class Acts:
 
     def of(self, held: dict[int, Array], first: int, count: int) -> Array:
         """The part of an element with so many nodes beyond its ``first`` output."""
-        rows, n = self.rubs.shape[:2]
-        return held.setdefault(first, np.zeros((rows, n, count + 1, n)))
+        if first not in held:
+            rows, n = self.rubs.shape[:2]
+            held[first] = np.zeros((rows, n, count + 1, n))
+        return held[first]
 
 
 @dataclass(frozen=True, eq=False)

@@ -92,7 +92,6 @@ class March:
     """The map over one pattern at a speed in rpm and a depth in m."""
 
     model: ToolModel
-    cutter: Cutter
     nodes: Nodes
     steps: tuple[Step | ComplexArray, ...]
     """Elements; what a free flight makes of the modes in its place."""
@@ -177,7 +176,7 @@ class Marcher:
             own = slice((first + 1) * n, (first + 1 + count) * n)
             steps.append(Step(cut.tool, own, first > last, cut.looked, cut.remembered, act))
             last = first + count
-        return March(self.model, self.cutter, nodes, tuple(steps))
+        return March(self.model, nodes, tuple(steps))
 
     @cached_property
     def _straight(self) -> tuple[Nodes, list[_Cut]]:

@@ -8,13 +8,14 @@ which k grow and one at which more do it has a root.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache, partial
 
 import numpy as np
 import scipy
 
 from ...deadline import in_time
 from ..loops.loop_branches import NONE, Crossing
-from .border import Change, depths
+from .border import Change, walked
 from .march import Marcher
 
 _LOOK, _EXACT = 1e-5, 1e-12
@@ -30,30 +31,20 @@ _NEAR, _SOME = 0.98, 4
 
 def changes(marcher: Marcher, low: float, high: float, first: bool = False) -> tuple[Change, ...]:
     """Every change between two depths in m, or the ``first`` from stable alone; ``low`` is halved where it grows."""
-    found = list[Change]()
-    while (at := _count(marcher, low)) and low > _NOTHING * high:
+    count = lru_cache(maxsize=1)(partial(_count, marcher))
+    while count(low) and low > _NOTHING * high:
         low /= 2
-    before = low
-    for depth in depths(low, high)[1:].tolist():
-        in_time()
-        count = _count(marcher, depth)
-        if count != at:
-            found += _between(marcher, (before, at), (depth, count))
-            if first and any(one.below == 0 for one in found):
-                break
-        before, at = depth, count
-    return tuple(found)
+    return walked(count, partial(_between, marcher), low, high, first)
 
 
 def settled(marcher: Marcher, crossing: Crossing, within: float) -> Crossing:
     """The same crossing with other nodes or modes, `NONE` where it is not within so much of the depth."""
-    turn = np.exp(2j * np.pi * crossing.fraction)
+    multiplier = np.exp(2j * np.pi * crossing.fraction)
     b, ends = crossing.depth, list[tuple[float, float]]()
-    multiplier = turn
     for _ in range(_NEWTON):
         in_time()
         every = marcher.at(b).multipliers(_NEAR)
-        multiplier = every[np.argmin(np.abs(every - (multiplier if ends else turn)))]
+        multiplier = every[np.argmin(np.abs(every - multiplier))]
         ends.append((b, float(np.log(abs(multiplier)))))
         if len(ends) == 1:
             b *= 1 + _BESIDE

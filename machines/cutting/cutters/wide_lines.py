@@ -47,12 +47,11 @@ class WideLines:
         for flute in self.lines.cutter.flutes:
             place = np.exp(-1j * r * flute.place)
             held = place * over_depth(r * flute.lag * depth)
+            kernels.append(self._kernel(force * held[:, None, None]))
             if not flute.spread:
                 backs.append(1.0 - np.exp(-1j * omega * flute.behind / turning))
-                kernels.append(self._kernel(force * held[:, None, None]))
             else:
                 backs.append(np.ones(many, dtype=complex))
-                kernels.append(self._kernel(force * held[:, None, None]))
                 phase = np.max(np.abs(r * flute.lag * depth)) + np.max(np.abs(omega * flute.spread * depth / turning))
                 x, w = np.polynomial.legendre.leggauss(_HEIGHTS + int(phase / 2))
                 for z, share in zip((depth * (x + 1) / 2).tolist(), (w / 2).tolist(), strict=True):

@@ -120,7 +120,7 @@ class CutterSearch:
             return [replace(one, crossing=self.settle(loop, one.crossing)) for one in every], deepest
         mean = self._mean(speed)
         low = stable_below(loop.closed, nu, mean or 1.0)
-        reach = min(max(_ALONE * low, _REACH * mean), 0.99 * self.cutter.deepest)
+        reach = self._reach(low, mean)
         if reach <= low:
             return [], reach
         first = [one for one in changes(loop.closed, nu, low, reach, first=True) if one.below == 0][:1]
@@ -134,7 +134,7 @@ class CutterSearch:
         if deepest is not None:
             return slow.every(deepest, limit), deepest
         mean = self._mean(slow.speed)
-        reach = min(max(_ALONE * slow.surely, _REACH * mean), 0.99 * self.cutter.deepest)
+        reach = self._reach(slow.surely, mean)
         return slow.first(mean or reach, reach), reach
 
     def _mean(self, speed: float) -> float:
@@ -142,6 +142,10 @@ class CutterSearch:
         straight = replace(self.cutting, helix=None)
         mean = mean_crossings(along_cut(self.point, self.cutting), Cutter.of(straight), speed, 0.0, self.resolved)
         return mean[0][0] if mean else 0.0
+
+    def _reach(self, low: float, mean: float) -> float:
+        """How deep in m a first crossing is looked for, from a stable depth and the limit of the mean cut."""
+        return min(max(_ALONE * low, _REACH * mean), 0.99 * self.cutter.deepest)
 
     def settle(self, loop: SideLines, crossing: Crossing) -> Crossing:
         """The crossing by the method, with a finer loop that proves it."""

@@ -100,12 +100,15 @@ class SlowSearch:
         )
 
     def _by_harmonics(self, crossing: Crossing, highest: float) -> Crossing:
-        wide = WideLines(self.lines(int(np.ceil(highest / self.cutter.frequency(self.speed))) + PAST))
+        wide = self._wide(highest)
         return zero_near(wide.gap(wide.carried(crossing.fraction, crossing.depth)), crossing, _WITHIN)
+
+    def _wide(self, highest: float) -> WideLines:
+        """The loop up to a frequency in Hz."""
+        return WideLines(self.lines(int(np.ceil(highest / self.cutter.frequency(self.speed))) + PAST))
 
     def line(self, crossing: Crossing) -> float:
         """The line, in frequencies of the pattern, at which the tool moves most."""
-        highest = self._highest(crossing.depth)
-        lines = self.lines(int(np.ceil(highest / self.cutter.frequency(self.speed))) + PAST)
-        carried = WideLines(lines).carried(crossing.fraction, crossing.depth)
+        wide = self._wide(self._highest(crossing.depth))
+        lines, carried = wide.lines, wide.carried(crossing.fraction, crossing.depth)
         return largest_line(crossing.fraction + lines.orders, lines.motion(crossing.fraction, carried))

@@ -62,7 +62,7 @@ def lobes_figure(
         depth.grid(False)
         if not every[0].left_out:  # grey would be drawn between speeds that nobody looked at
             _chattering(depth, every[0], unstable, top)
-        said += ["Grey: the cut chatters."] if len(unstable) and not every[0].left_out else []
+            said += ["Grey: the cut chatters."] if len(unstable) else []
         if any(one.lenses for one in unstable):
             said.append("White above a limit: a lens, above which the cut is stable again.")
         if zones is not None:
