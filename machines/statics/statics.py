@@ -94,7 +94,9 @@ class Balance:
             z, force, k = self.joints(y)
             pull = self.stiffness @ y + self.rows.T @ force - self.load
             scale = np.linalg.norm(self.load) + np.linalg.norm(np.abs(self.rows).T @ np.abs(force))
-            settled, step = np.linalg.norm(pull) <= _SETTLED * scale, y
+            # A part far stiffer than what holds it rounds off more of the forces than that.
+            rounded = _ROUNDED * np.linalg.norm(np.abs(self.stiffness) @ np.abs(y))
+            settled, step = np.linalg.norm(pull) <= _SETTLED * scale + rounded, y
             if not settled:
                 if np.max(np.abs(z), initial=0.0) > _FURTHEST:
                     break

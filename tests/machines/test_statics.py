@@ -62,6 +62,19 @@ def written(folder: Path, text: str) -> Machine:
     return read_machine(path)
 
 
+def test_a_part_far_stiffer_than_what_holds_it_stands_at_rest() -> None:
+    # Its springs of 1e14 N/m round off more of the forces than what is else taken for balanced.
+    links = 1e14 * (2 * np.eye(40) - np.eye(40, k=1) - np.eye(40, k=-1))
+    links[0, 0] = links[-1, -1] = 1e14
+    bar = Lumped("bar", tuple(f"z{i}" for i in range(40)), 0.3 * np.eye(40), stiffness=links)
+    bed = Lumped("bed", ("z",), np.array([[3000.0]]))
+    feet = [Connection(f"foot{i}", (f"bar.z{i}", "bed.z"), Joint((Linear(1.5e8), Cubic(1e18)))) for i in (0, 20, 39)]
+    mount = Connection("mount", ("bed.z", "ground"), Joint((Linear(1e8),)))
+    load = StaticLoad(force={f"bar.z{i}": 3.0 for i in range(40)} | {"bed.z": 3e4})
+    point = static_point(Machine((bar, bed), (*feet, mount), static=load))
+    assert point.force == pytest.approx([40.0, 40.0, 40.0, 30120.0], rel=1e-4)
+
+
 @pytest.mark.parametrize("load", [0.0, 300.0, -1500.0, 2520.0, 4000.0, 40000.0])
 def test_a_guide_yields_to_a_load_as_its_inverse_law_says(load: float) -> None:
     guide = HertzGuide(630.0, KAPPA)
