@@ -77,11 +77,13 @@ def closed_form(
 
 def broadcast(amplitude: ArrayLike, omega: ArrayLike, bias: ArrayLike) -> tuple[Array, Array, Array]:
     """Amplitude, angular frequency and bias as float arrays of one shape; refuses what no cycle can have."""
-    A, w, z0 = np.broadcast_arrays(*(np.asarray(x, dtype=float) for x in (amplitude, omega, bias)))
+    A, w, z0 = (np.asarray(x, dtype=float) for x in (amplitude, omega, bias))
     if not _allowed(A):
         raise InputError(f"describing function: amplitude {amplitude!r}, expected finite values of at least 0 m")
     if not _allowed(w):
         raise InputError(f"describing function: angular frequency {omega!r}, expected finite values of at least 0")
+    shape = np.broadcast(A, w, z0).shape
+    A, w, z0 = (x if x.shape == shape else np.broadcast_to(x, shape) for x in (A, w, z0))
     return A, w, z0
 
 

@@ -211,11 +211,10 @@ class Joint(Shown):
 
     def first_harmonic(self, amplitude: ArrayLike, omega: ArrayLike = 1.0, bias: ArrayLike = 0.0) -> FirstHarmonic:
         """Sum of the parts' describing functions, with derivatives (A in m, ω in rad/s, bias in m)."""
-        shape = broadcast(amplitude, omega, bias)[0].shape
-        total = closed_form(0.0, 0.0, 0.0, 0.0, shape)
-        for law in self.laws:
-            total = total + law.first_harmonic(amplitude, omega, bias)
-        return total
+        if not self.laws:
+            return closed_form(0.0, 0.0, 0.0, 0.0, broadcast(amplitude, omega, bias)[0].shape)
+        first, *others = (law.first_harmonic(amplitude, omega, bias) for law in self.laws)
+        return sum(others, first)
 
     def by_bias(self, amplitude: Array, omega: Array, bias: Array) -> tuple[ComplexArray, Array, Array]:
         """∂G/∂z0 (N/m²), ∂N0/∂A and ∂N0/∂z0 (N/m), sums over the parts; see `JointLaw.by_bias`."""

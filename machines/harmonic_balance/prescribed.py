@@ -48,13 +48,19 @@ class Prescribed:
 
 
 def solve_prescribed(
-    view: View, joints: Sequence[Joint], cap: Array, direct: ComplexArray, through: ComplexArray, amplitude: float
+    view: View,
+    joints: Sequence[Joint],
+    cap: Array,
+    direct: ComplexArray,
+    through: ComplexArray,
+    amplitude: float,
+    ramp: bool = True,
 ) -> Prescribed:
     """Solve q + Hzz Tᵀ g = Hzf F and max over the axes of abs(direct F − through Tᵀ g) = ``amplitude`` for q and F.
 
     ``direct`` (nf, axes) and ``through`` (nf, axes, r) are receptances to the tool. Folds in the force are no
     obstacle, as the force is not given. Starts from the machine at rest; a line that does not settle is tried again
-    with the amplitude raised in steps.
+    with the amplitude raised in steps (``ramp``).
     """
     tool = _Tool(Problem.of(view, joints, np.ones(len(view.omega)), cap), direct, through)
     z, force = tool.start(amplitude)
@@ -64,7 +70,7 @@ def solve_prescribed(
     if len(left):
         part = tool.at(left)
         z[left], gain[left], force[left], converged[left] = part.newton(*part.start(amplitude), amplitude)
-    lost = np.flatnonzero(~converged)
+    lost = np.flatnonzero(~converged) if ramp else left[:0]
     s, F = tool.at(lost).start(amplitude / _RAMP)
     for k in range(1, _RAMP + 1):
         if not len(lost):

@@ -152,9 +152,12 @@ class OpenTool:
         return OneJoint(assembly.joints[assembly.nonlinear[0]], assembly.limits[0], self._view.omega)
 
     def vibrating(
-        self, amplitude: float, direction: ArrayLike | None = None, chosen: Index | None = None
+        self, amplitude: float, direction: ArrayLike | None = None, chosen: Index | None = None, ramp: bool = True
     ) -> OperatingPoint:
-        """The `operating_point` on all lines, or on those ``chosen`` by index, which ``direction`` is then of."""
+        """The `operating_point` on all lines, or on those ``chosen`` by index, which ``direction`` is then of.
+
+        Where several joints do not settle at once, a ``ramp`` of amplitudes leads there; without it they are STALLED.
+        """
         if not (np.isfinite(amplitude) and amplitude >= 0):
             raise InputError(f"frozen receptance: amplitude is {amplitude!r} m, expected at least 0")
         lines = self.frequency if chosen is None else self.frequency[chosen]
@@ -182,7 +185,7 @@ class OpenTool:
         if len(moving) == 1:
             state = self._with_one(view, amplitude, np.arange(len(lines)) if chosen is None else chosen)
         else:
-            state = _joints(self.assembly, view, axes, amplitude)
+            state = _joints(self.assembly, view, axes, amplitude, ramp)
         gains[:, moving] = state.gain
         joint_amplitude = np.abs(_motions(view, state.gain, state.force))[:, : len(joints)]
         H = _coupled(whole, state.gain, len(joints)) if moving else self.assembly.coupled(omega, gains)
@@ -255,7 +258,7 @@ def _motions(view: View, gain: ComplexArray, force: Array) -> ComplexArray:
     return moved * force[:, None]
 
 
-def _joints(assembly: Assembly, view: View, axes: int, amplitude: float) -> _State:
+def _joints(assembly: Assembly, view: View, axes: int, amplitude: float, ramp: bool) -> _State:
     """Several joints, or none."""
     joints = assembly.moving
     first, lines = len(assembly.joints), len(view.omega)
@@ -263,7 +266,7 @@ def _joints(assembly: Assembly, view: View, axes: int, amplitude: float) -> _Sta
     if not joints:
         none = np.zeros((lines, 0), dtype=complex)
         return _State(none, amplitude / np.max(np.abs(direct), axis=1), (Outcome.CONVERGED,) * lines)
-    found = solve_prescribed(view, joints, caps_of(assembly), direct, through, amplitude)
+    found = solve_prescribed(view, joints, caps_of(assembly), direct, through, amplitude, ramp)
     outcomes = found.outcomes(assembly.limits)
     return _State(_held(assembly, found, outcomes, view.omega), found.force, tuple(outcomes))
 

@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
-from jointlib.errors import FrequencyMismatch, InputError
+from jointlib.errors import FrequencyMismatch, InputError, Outcome
 from jointlib.shown.progress import each
 
 from ...components.measured import Measured
@@ -31,20 +31,24 @@ _MANY, _PATIENCE = 4.0, 5.0
 _HALVINGS = 4
 _STRAIGHT, _ROUGH = 1e-4, 1e-2
 """Share by which a receptance may be off between its lines, and where it only tells where to start."""
+_FAINT = 5e-3
+"""Share of the largest receptance below which no resonance is looked for."""
 _ROUNDS = 3
-_ALIGNED = 1e-6
+_ALIGNED, _TOWARDS = 1e-6, 1e-2
+"""How nearly a force points where it chatters first, and where the receptance only tells where to start."""
 _SIDE_LINES = 4.0
 
 
 def wide_receptance(machine: Machine, amplitude: float, points: int = LINES) -> OperatingPoint:
     """About the receptance over a band that holds side lines of the chatter too, where all components are known there.
 
-    It tells where its resonances are and what the joints do there; lines between are not close enough to interpolate.
+    It tells where its resonances are and what the joints do there; lines between are not close enough to interpolate,
+    and joints that do not settle at once stay as they were last seen.
     """
     try:
-        return operating_receptance(machine, amplitude, points, _SIDE_LINES, straight=_ROUGH)
+        return operating_receptance(machine, amplitude, points, _SIDE_LINES, rough=True)
     except FrequencyMismatch:
-        return operating_receptance(machine, amplitude, points, straight=_ROUGH)
+        return operating_receptance(machine, amplitude, points, rough=True)
 
 
 def operating_receptance(
@@ -53,7 +57,7 @@ def operating_receptance(
     points: int = LINES,
     beyond: float = 1.0,
     cutting: Cutting | None = None,
-    straight: float = _STRAIGHT,
+    rough: bool = False,
 ) -> OperatingPoint:
     """Tool-point receptance at an amplitude in m, on lines over the machine's band that are close enough.
 
@@ -75,12 +79,19 @@ def operating_receptance(
             [np.geomspace(low / beyond, low, count)[:-1], lines, np.geomspace(high, high * beyond, count)[1:]]
         )
     tool = OpenTool(machine, lines)
-    point = chattering(tool, cutting, amplitude)[0]
-    ends = np.arange(len(lines) - 1)
+    point = chattering(tool, cutting, amplitude, rough)[0]
+    ends, straight = np.arange(len(lines) - 1), _ROUGH if rough else _STRAIGHT
     for _ in each("refinements of the lines", range(_HALVINGS), _HALVINGS):
         lines = point.frf.frequency
+        if rough:
+            size = np.linalg.norm(point.frf.receptance, axis=(1, 2))
+            fine = np.array([outcome is Outcome.CONVERGED for outcome in point.outcomes])
+            loud = np.maximum(size[ends], size[ends + 1]) >= _FAINT * np.max(size)
+            ends = ends[loud & fine[ends] & fine[ends + 1]]
+        if not len(ends):
+            break
         middle = (lines[ends] + lines[ends + 1]) / 2
-        found = chattering(tool.on(middle), cutting, amplitude)[0]
+        found = chattering(tool.on(middle), cutting, amplitude, rough)[0]
         inverse = np.linalg.inv(point.frf.receptance)
         between = np.linalg.inv((inverse[ends] + inverse[ends + 1]) / 2)
         error = np.linalg.norm(between - found.frf.receptance, axis=(1, 2))
@@ -89,8 +100,6 @@ def operating_receptance(
         # Both halves of an interval that was too coarse are looked at again.
         after = np.searchsorted(point.frf.frequency, middle[coarse])
         ends = np.unique(np.concatenate([after - 1, after]))
-        if not len(ends):
-            break
     return point
 
 
@@ -107,7 +116,7 @@ def seconds_of_chart(machine: Machine, cutting: Cutting, amplitude: float, enoug
         begun, times = time.process_time(), max(LINES, len(band.lines)) / tried * (1 + _HALVINGS / 2)
         try:
             with within(max(_PATIENCE, 2 * _MANY * enough / times)):
-                chattering(tool, cutting, amplitude)
+                chattering(tool, cutting, amplitude, True)
         except OutOfTime:
             in_time()
         needed = (time.process_time() - begun) * times
@@ -165,7 +174,9 @@ def on_lines(machine: Machine, cutting: Cutting, lines: Array, amplitude: float)
     return chattering(OpenTool(machine, lines), cutting, amplitude)[0]
 
 
-def chattering(tool: OpenTool, cutting: Cutting, amplitude: float) -> tuple[OperatingPoint, ComplexArray]:
+def chattering(
+    tool: OpenTool, cutting: Cutting, amplitude: float, rough: bool = False
+) -> tuple[OperatingPoint, ComplexArray]:
     """The tool point on all lines at an amplitude in m, and per line the force direction that chatters first."""
     axes = tool.machine.tool_axes
     lines = tool.frequency
@@ -173,7 +184,7 @@ def chattering(tool: OpenTool, cutting: Cutting, amplitude: float) -> tuple[Oper
     direction[:, 0] = 1.0
     if cutting.process != "milling":
         direction[:] = cutting.rotation[0][["xy".index(axis) for axis in axes]]
-    point = tool.vibrating(amplitude, direction)
+    point = tool.vibrating(amplitude, direction, ramp=not rough)
     if amplitude == 0 or cutting.process != "milling" or len(axes) == 1:
         return point, direction
     D = loop_stiffness(cutting, axes)
@@ -183,10 +194,10 @@ def chattering(tool: OpenTool, cutting: Cutting, amplitude: float) -> tuple[Oper
         old = direction[turning]
         turned = 1 - np.abs(np.sum(new.conj() * old, axis=1)) / np.linalg.norm(old, axis=1)
         direction[turning] = new
-        turning = turning[turned > _ALIGNED]
+        turning = turning[turned > (_TOWARDS if rough else _ALIGNED)]
         if not len(turning):
             break
-        again = tool.vibrating(amplitude, direction[turning], turning)
+        again = tool.vibrating(amplitude, direction[turning], turning, not rough)
         point = _replaced(point, turning, again)
     return point, direction
 
