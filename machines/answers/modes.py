@@ -218,7 +218,7 @@ def _at_the_tool(machine: Machine, amplitude: float, remarks: tuple[str, ...]) -
         f"component {machine.without_equations[0]!r} is known by its receptance only: these modes are fitted to the "
         "receptance of the tool, and what holds their energy is not known."
     )
-    return MeasuredModes(fitted, (said, *fitted.notes, *beyond(fitted), *remarks), ())
+    return MeasuredModes(fitted, (said, *fitted.notes, *beyond(fitted, computed=True), *remarks), ())
 
 
 def _measured(file: Path) -> bool:

@@ -9,7 +9,8 @@ import numpy as np
 from jointlib.arrays import Array
 
 from ..components.connection import Connection
-from ..model.axes import Axis
+from ..components.riding import Riding
+from ..model.axes import FREE, Axis
 from ..model.machine import Machine
 from .contacts import words
 from .elements import Element
@@ -71,20 +72,23 @@ def torn_apart(machine: Machine) -> Iterator[str]:
             shifts = [row.direction for row in rows if row.direction is not None and not row.turns]
             held = any(abs(along @ np.array(n)) > _HELD * np.linalg.norm(n) for n in shifts)
             if len(rows) > 1 and held:
-                yield from _torn(axis, str(flange), "holds rigidly", rows[0].between)
+                yield from _torn(machine, axis, str(flange), "holds rigidly", rows[0].between)
         for bundle in machine.bundles:
             if bundle.bundle.slides_with is None:
-                yield from _torn(
-                    axis, bundle.name, f"holds, a {bundle.bundle.kind} that lets nothing slide", bundle.between
-                )
+                how = f"holds, a {bundle.bundle.kind} that lets nothing slide"
+                yield from _torn(machine, axis, bundle.name, how, bundle.between)
 
 
-def _torn(axis: Axis, name: str, how: str, between: tuple[str, str]) -> Iterator[str]:
+def _torn(machine: Machine, axis: Axis, name: str, how: str, between: tuple[str, str]) -> Iterator[str]:
     moved, still = sorted((side.partition(".")[0] for side in between), key=lambda side: side not in axis.moves)
     if moved in axis.moves and still not in axis.moves:
+        ends = [[side.partition(".")[0] for side in c.between] for c in machine.connections]
+        beside = {side for sides in ends if still in sides for side in sides} - {still, *axis.moves}
+        stands = [c for c in machine.components if c.name in beside and not (c.kind in FREE or isinstance(c, Riding))]
+        so = "".join(f"; {c.name}, of kind {c.kind}, is not known to ride on {still}" for c in stands[:1])
         yield (
             f"axis {axis.name}: it moves {moved} away from {still}, to which {name} {how}; expected both in moves, or "
-            "neither"
+            f"neither{so}"
         )
 
 

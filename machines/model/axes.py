@@ -22,7 +22,7 @@ from ..bundles.bundle import Bundle, bundle_axes
 from ..components.connection import GROUND
 from .stations import Stations
 
-_FREE = {"rigid": ("centre",), "beam": ("start",), "tool": ("at",), "riding": ("base", "centre")}
+FREE = {"rigid": ("centre",), "beam": ("start",), "tool": ("at",), "riding": ("base", "centre")}
 """Kinds of component that nothing but their connections holds, and the keys that say where they are."""
 _STILL = 1e-12
 """m; less is rounding."""
@@ -95,7 +95,7 @@ def _loose(components: dict[str, str], links: Sequence[list[str]], moves: set[st
     Where nothing stands on the ground at all, as in a machine that is tested hanging, nothing is said to ride.
     """
     others = [name for name in components if name not in moves]
-    held = {GROUND, *(name for name in others if components[name] not in _FREE)}
+    held = {GROUND, *(name for name in others if components[name] not in FREE)}
     if not any(GROUND in link for link in links) and held == {GROUND}:
         return []
     grown = True
@@ -190,7 +190,7 @@ def _move_body(table: dict[str, Any], document: Section, travelled: _Travel, cut
     where = f"{document.where}: [[component]] ({name})"
     own = travelled.of(name)
     if np.any(own):
-        for key in _FREE.get(_kind(table), ()):
+        for key in FREE.get(_kind(table), ()):
             _shift(table, key, own, where, document)
     for kind in ("point", "node"):
         for point in _inside(table, kind):

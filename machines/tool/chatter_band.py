@@ -155,8 +155,21 @@ def _of_records(machine: Machine) -> ChatterBand:
     known = machine.known_band
     if not known[0] < known[1]:
         raise InputError(f"{machine.where}: its measured parts have no frequency in common")
-    low, high = known if machine.frequency is None else machine.frequency
-    said = () if machine.frequency is not None else (f"Band of the measured parts: {low:.4g} to {high:.4g} Hz.",)
+    typed = known if machine.frequency is None else machine.frequency
+    low, high = max(typed[0], known[0]), min(typed[1], known[1])
+    if not low < high:
+        raise InputError(
+            f"{machine.where}: [response] frequency is {_span(*typed)}, expected a band within {_span(*known)}, where "
+            "its measured parts are known"
+        )
+    said: tuple[str, ...] = ()
+    if machine.frequency is None:
+        said = (f"Band of the measured parts: {low:.4g} to {high:.4g} Hz.",)
+    elif (low, high) != typed:
+        said = (
+            f"The band of [response], {_span(*typed)}, reaches beyond what is known of the measured parts, "
+            f"{_span(*known)}: chatter was looked for from {_span(low, high)}.",
+        )
     return ChatterBand(low, high, np.zeros(0), np.linspace(low, high, _LINES), None, known, said)
 
 

@@ -40,8 +40,8 @@ def measured_in_words(found: MeasuredModes) -> list[str]:
     return [f"{fitted.finding()}.", *table(header, rows), *found.warnings]
 
 
-def beyond(fitted: FittedModes) -> list[str]:
-    """What lies beyond the band, what the misfit says, in sentences."""
+def beyond(fitted: FittedModes, computed: bool = False) -> list[str]:
+    """What lies beyond the band, what the misfit says, in sentences; of responses that were ``computed``, not measured."""
     said = []
     f = fitted.responses.frequency
     fit = fitted.shape_fit
@@ -60,9 +60,13 @@ def beyond(fitted: FittedModes) -> list[str]:
                 f"below the band {name} moves like a mass of {1 / shape[here] ** 2:.3g} kg; that is written as {free}."
             )
     if fitted.scatter > 2:
+        why = (
+            "modes lie closer together than the lines tell apart, or a part is no sum of modes"
+            if computed
+            else "the structure is not linear, its responses do not belong together, or the deviations are too small"
+        )
         said.append(
-            f"the modes miss {np.sqrt(fitted.scatter):.2g} times what the deviations of the lines allow: the "
-            "structure is "
-            "not linear, its responses do not belong together, or the deviations are too small; the errors are widened."
+            f"the modes miss {np.sqrt(fitted.scatter):.2g} times what the deviations of the lines allow: {why}; the "
+            "errors are widened."
         )
     return said
