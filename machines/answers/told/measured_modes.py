@@ -41,7 +41,7 @@ def measured_in_words(found: MeasuredModes) -> list[str]:
 
 
 def beyond(fitted: FittedModes, computed: bool = False) -> list[str]:
-    """What lies beyond the band, what the misfit says, in sentences; of responses that were ``computed``, not measured."""
+    """What lies beyond the band, what the misfit says, in sentences; ``computed`` responses were not measured."""
     said = []
     f = fitted.responses.frequency
     fit = fitted.shape_fit
