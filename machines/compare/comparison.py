@@ -18,6 +18,8 @@ from jointlib.shown.result import Columns, Shown
 
 from ..bundles.bundle import said_by
 from ..cutting.amplitude.chattering_tool import tip_at_rest
+from ..cutting.amplitude.lobes_over_range import over_the_range
+from ..cutting.process.chart import StabilityLobes
 from ..cutting.process.cutting import Cutting
 from ..cutting.rest.solve import stability_lobes
 from ..forced_response.response import response
@@ -201,6 +203,8 @@ class Depths:
     """Hz, of the record: both are searched there alone."""
     replaced: tuple[str, ...]
     """Entries of the tool's receptance that are measured, as ``xx``; the others are those of the machine."""
+    speeds: tuple[float, float]
+    """rpm; the depths are the lowest between them."""
 
     def sentence(self) -> str:
         """Both depths and their ratio."""
@@ -212,12 +216,15 @@ class Depths:
             f"With {entries} of the tool measured the lowest stable depth is {1e3 * self.measured:.3g} mm (chatter at "
             f"{self.measured_frequency:.4g} Hz), predicted {1e3 * self.predicted:.3g} mm "
             f"({self.predicted_frequency:.4g} Hz): the prediction is off by "
-            f"{share(self.predicted / self.measured - 1)}, by {self.method} from {low:.4g} to {high:.4g} Hz."
+            f"{share(self.predicted / self.measured - 1)}, by {self.method} at {self.speeds[0]:g} to {self.speeds[1]:g} rpm "
+            f"from {low:.4g} to {high:.4g} Hz."
         )
 
 
 def depths(machine: Machine, records: Sequence[LevelFRF], speeds: Array) -> Depths | None:
     """Lobes from the measured tool point against the predicted one at rest; None without a cut or such a record.
+
+    ``speeds`` in rpm ascend over the range whose lowest depth is told, also between them.
 
     Of several forces the smallest counts, since it is nearest to vanishing vibration.
     """
@@ -237,17 +244,27 @@ def depths(machine: Machine, records: Sequence[LevelFRF], speeds: Array) -> Dept
         theirs[:, dofs.index(output), dofs.index(drive)] = one.on(lines).receptance[:, 0, 0]
     cutting = Cutting(**machine.cutting)
     frfs = [FRF(lines, matrix, dofs, dofs) for matrix in (theirs, ours)]
-    method = "turning" if cutting.process == "turning" else "multi-frequency"
+    method = "multi-frequency" if cutting.process == "milling" else "turning"
     try:
-        charts = [stability_lobes(frf, cutting, speeds, method, axes=axes) for frf in frfs]
+        a, b = (_over(frf, cutting, speeds, method, axes) for frf in frfs)
     except InputError:
         if method == "turning":
             raise
         method = "zero-order"
-        charts = [stability_lobes(frf, cutting, speeds, method, axes=axes) for frf in frfs]
-    a, b = charts
+        a, b = (_over(frf, cutting, speeds, method, axes) for frf in frfs)
     return Depths(
         a.minimum_depth, b.minimum_depth, a.minimum_frequency, b.minimum_frequency, method,
         (float(lines[0]), float(lines[-1])),
         tuple(f"{axes[dofs.index(o)]}{axes[dofs.index(i)]}" for o, i in chosen),
+        (float(speeds[0]), float(speeds[-1])),
     )  # fmt: skip
+
+
+def _over(frf: FRF, cutting: Cutting, speeds: Array, method: str, axes: tuple[str, ...]) -> StabilityLobes:
+    """The chart of a record over a range of speeds, with the lowest depth between them."""
+
+    def at(some: Array) -> StabilityLobes:
+        return stability_lobes(frf, cutting, some, method, axes=axes)
+
+    chart = at(speeds)
+    return chart if chart.branches else over_the_range(chart, at)

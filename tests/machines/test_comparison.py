@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from machines import read_machine
+from jointlib.frf import FRF
+from machines import Cutting, read_machine, stability_lobes
 from machines.compare.comparison import compared, depths, frac, paired
 from machines.compare.measured_peaks import Resonance, at_the_peaks, resonances
 from machines.cutting.amplitude.chattering_tool import tip_at_rest
@@ -165,6 +166,26 @@ def test_a_tool_more_compliant_than_predicted_costs_depth_by_the_same_share(tmp_
     section = comparison_section(found, depth.sentence())
     assert section.text[0] == depth.sentence()
     assert section.figures[0].svg.startswith("<svg")
+
+
+def test_depths_are_the_lowest_between_the_speeds_too(tmp_path: Path) -> None:
+    # Where a flank rubs, each lobe is another and speeds apart miss the lowest by more than a prediction is off.
+    path, test = record_of_the_tool(tmp_path)
+    turned = {"process": "turning", "specific": 1e9, "diameter": 0.05, "process_damping": 3e4, "speed": [400.0, 4000.0]}
+    machine = replace(read_machine(path), tool={"x": "cutter.x"}, cutting=turned)
+    noisy = compared(read_machine(path), test)[0].record
+    H = tip_at_rest(machine, noisy.frequency)(noisy.frequency)[:, 0, 0]
+    speeds = np.linspace(400.0, 4000.0, 40)
+    found = depths(machine, [replace(noisy, receptance=H)], speeds)
+    assert found is not None
+    assert found.predicted == pytest.approx(found.measured, rel=1e-9)
+    tool = FRF(noisy.frequency, H[:, None, None], ("cutter.x",), ("cutter.x",))
+    coarse, fine = (
+        float(np.min(stability_lobes(tool, Cutting(**turned), some, axes=("x",)).depth))
+        for some in (speeds, np.linspace(400.0, 4000.0, 2000))
+    )
+    assert found.predicted == pytest.approx(fine, rel=1e-3)
+    assert coarse > 1.005 * found.predicted
 
 
 def test_friction_that_the_machine_lacks_shows_at_small_forces() -> None:

@@ -35,6 +35,8 @@ _LOOKS = 2
 """Speeds inside an interval beside a low place, at every closer look."""
 _NEAR = 1.5
 """Times the lowest limit up to which a low place is looked at."""
+_AS_LOW, _SAME = 1.02, 0.02
+"""The same of a mean cut, whose lobes are all nearly as low; share by which frequencies of one chatter differ there."""
 _CLOSED = 2e-5
 """Share of the speed to which low places are closed in."""
 _NARROW = 1e-3
@@ -171,16 +173,18 @@ def over_the_range(
             for key in BY_SPEED:
                 known[key] = np.concatenate([known[key], getattr(more, key).ravel()])[order]
 
-    for _ in range(_HALVINGS):
+    # Of a mean cut no chatter doubles the period of the teeth: its lobes are alike, and are met by that.
+    mean = chart.method in ("turning", "zero-order")
+    for _ in range(0 if mean else _HALVINGS):
         split = np.flatnonzero(_changes(known, chart.cuts_per_revolution))
         if not len(split):
             break
         join((known["speed"][split] + known["speed"][split + 1]) / 2)
-    again = _alike(known, chart.cuts_per_revolution)
+    again = _alike(known, chart.cuts_per_revolution, mean)
     if len(again):
         join(again)
     for _ in range(_CLOSER):
-        closer = _beside(known)
+        closer = _beside(known, _AS_LOW if mean else _NEAR)
         if not len(closer):
             break
         join(closer)
@@ -222,22 +226,29 @@ def _changes(known: dict[str, Array], cuts: int) -> Mask:
     return np.asarray(other & (np.diff(known["speed"]) > _NARROW * known["speed"][1:]))
 
 
-def _lows(depth: Array) -> Index:
-    """Rows that are lower than both neighbours and not far above the lowest of all."""
+def _lows(depth: Array, near: float) -> Index:
+    """Rows that are lower than both neighbours and at most ``near`` times the lowest of all."""
     padded = np.concatenate([[np.inf], depth, [np.inf]])
-    low = (depth <= padded[:-2]) & (depth <= padded[2:]) & (depth <= _NEAR * np.min(depth)) & np.isfinite(depth)
+    low = (depth <= padded[:-2]) & (depth <= padded[2:]) & (depth <= near * np.min(depth)) & np.isfinite(depth)
     return np.flatnonzero(low)
 
 
-def _alike(known: dict[str, Array], cuts: int) -> Array:
-    """Speeds at which a chatter that is lowest somewhere stands to the teeth as it does there, or at half of them."""
+def _alike(known: dict[str, Array], cuts: int, mean: bool) -> Array:
+    """Speeds at which a chatter that is lowest somewhere stands to the teeth as it does there, or at half of them.
+
+    Of a ``mean`` cut, which knows no halves, the lowest place of a chatter tells of all its lobes.
+    """
     speed = known["speed"]
-    found = [np.zeros(0)]
-    for row in _lows(known["depth"]).tolist():
+    rows, found = _lows(known["depth"], _NEAR), [np.zeros(0)]
+    if mean:
+        own = np.round(np.log(known["chatter_frequency"][rows]) / _SAME)
+        order = np.lexsort((known["depth"][rows], own))
+        rows = rows[order[np.unique(own[order], return_index=True)[1]]]
+    for row in rows.tolist():
         f = float(known["chatter_frequency"][row])
         waves = 60 * f / (cuts * speed[row])
         k = np.arange(int(60 * f / (cuts * speed[0])) + 2.0)
-        order = np.concatenate([k + waves % 1, k / 2])
+        order = k + waves % 1 if mean else np.concatenate([k + waves % 1, k / 2])
         found.append(60 * f / (cuts * order[order > 0]))
     wanted = np.unique(np.concatenate(found))
     wanted = wanted[(wanted > speed[0]) & (wanted < speed[-1])]
@@ -245,10 +256,10 @@ def _alike(known: dict[str, Array], cuts: int) -> Array:
     return np.asarray(wanted[away])
 
 
-def _beside(known: dict[str, Array]) -> Array:
-    """Speeds inside the intervals round every low place."""
+def _beside(known: dict[str, Array], near: float) -> Array:
+    """Speeds inside the intervals round every low place that is at most ``near`` times the lowest."""
     speed, found = known["speed"], [np.zeros(0)]
-    for row in _lows(known["depth"]).tolist():
+    for row in _lows(known["depth"], near).tolist():
         for a, b in pairwise(speed[max(row - 1, 0) : row + 2].tolist()):
             if b - a > _CLOSED * b:
                 found.append(np.linspace(a, b, _LOOKS + 2)[1:-1])

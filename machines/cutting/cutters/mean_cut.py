@@ -25,8 +25,8 @@ _A_WAVE = 48
 """Frequencies to a wave of the longest delay, on which crossings are looked for."""
 _EXACT = 1e-14
 _LEVEL = 1e-9
-_WEAK = 0.02
-"""Share of the largest |λ| that there may be, up to which the lowest depth is looked for first."""
+_WEAK = (0.5, 0.1, 0.02)
+"""Shares of the largest receptance, up to the last line of which the lowest depth is looked for first."""
 _BETWEEN = 1.5
 """Times the larger receptance of two lines of a `Shape` up to which that between them goes."""
 _TURNS, _BISECTED = 100, 6
@@ -47,21 +47,26 @@ def mean_crossings(
     low, high = float(point.lines[0]), float(point.lines[-1])
     longest = max(flute.behind for flute in cutter.flutes) / (2 * np.pi * speed / 60)
     count = int(np.ceil((high - low) * longest * _A_WAVE)) + 2
-    lines = np.union1d(point.lines, np.linspace(low, high, count))
     strong = _BETWEEN * stiffest(seen.lines) * seen.size
     strong = np.maximum(strong, np.append(strong[1:], 0))  # up to the next line
 
-    def reached(depth: float) -> Array:
-        """The lines up to the last at which so small a depth may be a limit."""
-        last = np.flatnonzero(strong * depth >= 1)
+    def lines(wanted: Mask) -> Array:
+        """Those up to the last one that is wanted."""
+        last = np.flatnonzero(wanted)
         ends = seen.lines[min(last[-1] + 1, len(seen.lines) - 1)] if len(last) else low
-        return lines[: int(np.searchsorted(lines, ends, side="right")) + 1]
+        step = (high - low) / (count - 1)
+        even = low + step * np.arange(min(count, int((ends - low) / step) + 3))
+        every = np.union1d(point.lines, np.minimum(even, high))
+        return every[: int(np.searchsorted(every, ends, side="right")) + 1]
 
     if deepest:
-        return _crossings(loop, reached(deepest), deepest)
-    # The lowest where the tool is weak tells up to where a lower one may lie.
-    first = _crossings(loop, reached(float(1 / (_WEAK * np.max(strong)))), 0.0)
-    return _crossings(loop, reached(first[0][0]) if first else lines, 0.0)
+        return _crossings(loop, lines(strong * deepest >= 1), deepest)
+    # The lowest where the tool is flexible tells up to where a lower one may lie.
+    for share in _WEAK:
+        first = _crossings(loop, lines(seen.size >= share * np.max(seen.size)), 0.0)
+        if first:
+            return _crossings(loop, lines(strong * first[0][0] >= 1), 0.0)
+    return _crossings(loop, np.union1d(point.lines, np.linspace(low, high, count)), 0.0)
 
 
 def _crossings(loop: Callable[[Array], ComplexArray], lines: Array, deepest: float) -> list[tuple[float, float, bool]]:
