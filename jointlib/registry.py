@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from importlib.metadata import entry_points
+from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
 from jointlib.errors import InputError, nearest
@@ -32,25 +32,39 @@ class Installed:
 @cache
 def installed(group: str) -> Installed:
     """Load every entry point of a group; one that fails is recorded and stops nothing."""
-    found: dict[str, Any] = {}
-    failed: dict[str, str] = {}
-    for point in sorted(entry_points(group=group), key=lambda p: p.name):
-        try:
-            found[point.name] = point.load()
-        except Exception as error:
-            failed[point.name] = f"{type(error).__name__}: {error}"
-    return Installed(found, failed)
+    loaded = {name: _loaded(group, name) for name in names(group)}
+    found = {name: what for name, (what, why) in loaded.items() if not why}
+    return Installed(found, {name: why for name, (_, why) in loaded.items() if why})
+
+
+def names(group: str) -> list[str]:
+    """Names of the entry points of a group, none of which is loaded for that."""
+    return list(_points(group))
 
 
 def plugin(group: str, name: str, where: str) -> Any:
-    """One plugin by name, or one sentence that names the nearest."""
-    have = installed(group)
-    if name in have.found:
-        return have.found[name]
+    """One plugin by name, which alone is loaded, or one sentence that names the nearest."""
     what = group.removeprefix("jointlib.").rstrip("s")
-    if name in have.failed:
-        raise InputError(f"{where}: {what} {name!r} failed to load ({have.failed[name]})")
-    raise InputError(f"{where}: unknown {what} {name!r}, {nearest(name, have.found)}")
+    if name not in _points(group):
+        raise InputError(f"{where}: unknown {what} {name!r}, {nearest(name, names(group))}")
+    found, why = _loaded(group, name)
+    if why:
+        raise InputError(f"{where}: {what} {name!r} failed to load ({why})")
+    return found
+
+
+@cache
+def _points(group: str) -> dict[str, EntryPoint]:
+    return {point.name: point for point in sorted(entry_points(group=group), key=lambda p: p.name)}
+
+
+@cache
+def _loaded(group: str, name: str) -> tuple[Any, str]:
+    """An entry point, or the error that it gave."""
+    try:
+        return _points(group)[name].load(), ""
+    except Exception as error:
+        return None, f"{type(error).__name__}: {error}"
 
 
 def laws() -> dict[str, type[JointLaw]]:

@@ -147,9 +147,9 @@ def _belongs(kind: click.ParamType[Any]) -> Callable[[str], bool]:
         return lambda word: word.isascii() and word.isdigit()
     if isinstance(kind, Words):
         return lambda word: not word.startswith("-") and Path(word).suffix != ".toml" and not _is_there(word)
-    from jointlib.registry import laws
+    from jointlib.registry import names
 
-    return lambda word: word in laws()
+    return lambda word: word in names("jointlib.laws")
 
 
 tool_option = click.option(

@@ -17,7 +17,7 @@ from jointlib.law import JointLaw
 from jointlib.modulation import CONDITIONS, Modulation
 from jointlib.parameter import Role, parameters_of
 from jointlib.registry import law
-from jointlib.registry import laws as known_laws
+from jointlib.registry import names as installed_names
 from jointlib.units import quantity
 
 _VALIDITY = {"amplitude": "m", "velocity": "m/s", "frequency": "Hz", "preload": "N"}
@@ -76,7 +76,7 @@ def _validity(ranges: Section) -> dict[str, tuple[float, float]]:
 
 
 def _law(part: Section) -> tuple[JointLaw, tuple[str, ...]]:
-    cls = part.kind(law, tuple(known_laws()))
+    cls = part.kind(law, installed_names("jointlib.laws"))
     values: dict[str, Any] = {}
     required = {f.name for f in dataclasses.fields(cls) if f.default is dataclasses.MISSING}  # type: ignore[arg-type]
     for p in parameters_of(cls):

@@ -17,7 +17,7 @@ from jointlib.io.toml import Section
 from jointlib.joint import Joint
 from jointlib.laws.viscous import Viscous
 from jointlib.motion import Motion
-from jointlib.registry import installed, plugin
+from jointlib.registry import names, plugin
 
 from ..components.connection import GROUND, Connection
 from ..shapes.solid import Solid
@@ -101,7 +101,7 @@ def placed(section: Section) -> Placed:
     axes = bundle_axes(section)
     damping = section.number("damping", "N s/m", None)
     cls: type[Bundle] = section.kind(
-        lambda word, where: plugin("jointlib.bundles", word, where), list(installed("jointlib.bundles").found)
+        lambda word, where: plugin("jointlib.bundles", word, where), names("jointlib.bundles")
     )
     try:
         bundle = cls.from_section(section)

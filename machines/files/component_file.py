@@ -10,7 +10,7 @@ from jointlib.errors import InputError
 from jointlib.io.mistakes import Lost
 from jointlib.io.toml import Section
 from jointlib.io.toml_file import read_toml
-from jointlib.registry import installed, plugin
+from jointlib.registry import names, plugin
 
 from ..components.component import Component
 from ..model.by_speed import BySpeed
@@ -48,7 +48,7 @@ def read_component(path: Path, name: str) -> Component:
     table = read_toml(path, "component")
     section = _named(table, name)
     cls: type[Component] = section.kind(
-        lambda word, where: plugin("jointlib.components", word, where), list(installed("jointlib.components").found)
+        lambda word, where: plugin("jointlib.components", word, where), names("jointlib.components")
     )
     component = cls.from_section(section)
     section.done()

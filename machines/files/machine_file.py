@@ -17,7 +17,7 @@ from jointlib.io.toml import Section
 from jointlib.io.toml_file import read_toml
 from jointlib.joint import Joint
 from jointlib.laws.linear import Linear
-from jointlib.registry import installed, plugin
+from jointlib.registry import names, plugin
 
 from ..bundles.bundle import placed
 from ..components.component import Component
@@ -220,7 +220,7 @@ def component_of(section: Section) -> Component:
     if names_files(section):
         return of_files(section, component_of)
     cls: type[Component] = section.kind(
-        lambda word, where: plugin("jointlib.components", word, where), list(installed("jointlib.components").found)
+        lambda word, where: plugin("jointlib.components", word, where), names("jointlib.components")
     )
     try:
         component = cls.from_section(section)
