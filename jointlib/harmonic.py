@@ -66,6 +66,8 @@ def closed_form(
     """Bring the parts of a closed form to one shape."""
 
     def full(value: ArrayLike) -> ComplexArray:
+        if isinstance(value, float) and value == 0:
+            return np.zeros(shape, dtype=complex)
         out = np.empty(shape, dtype=complex)
         out[...] = value
         return out

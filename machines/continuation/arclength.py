@@ -12,9 +12,10 @@ from jointlib.errors import Outcome
 
 from ..deadline import in_time
 from ..harmonic_balance.assembly import Assembly, View
-from ..harmonic_balance.balance import Balance, excess, reason
+from ..harmonic_balance.balance import Balance, acting, excess, reason
 from ..harmonic_balance.cycle import Harmonics
 from ..harmonic_balance.frequency_reach import held
+from ..harmonic_balance.harmonics import Forces
 from ..indices import Index, Mask
 from ..solved import solve_each
 from .curve_points import Points
@@ -73,25 +74,40 @@ class Path:
 
     def system(self, z: ComplexArray, p: Array, other: Array, scale: Array, pace: Array) -> tuple[Array, Array]:
         """Residual over scale (n, 2m) and its derivatives by u (n, 2m, 2m + 1)."""
-        balance = self.balance(p, other)
+        balance, aside = self._with_neighbours(p, other)
         forces = balance.forces(z)
         left, J = balance.residual(z, forces.force).reshape(len(p), -1), balance.jacobian(forces)
-        by_p = self.by_p(z, p, other, balance)
+        by_p = self._slope(z, p, balance, aside)
         by_p = by_p * (pace / scale)[:, None]
         left = left / scale[:, None]
         column = np.concatenate([by_p.real, by_p.imag], axis=1)[:, :, None]
         return np.concatenate([left.real, left.imag], axis=1), np.concatenate([J, column], axis=2)
 
+    def forces(self, z: ComplexArray, p: Array, other: Array) -> Forces:
+        """Joint forces at motions z, without their slopes."""
+        return acting(self.assembly, self.within(p) if self.over_frequency else other, self.harmonics, z)
+
     def by_p(self, z: ComplexArray, p: Array, other: Array, balance: Balance) -> ComplexArray:
         """Derivative of the residual by what varies, (n, m); ``balance`` holds the equations there."""
-        n = len(p)
+        aside = self.balance(*_aside(p, other)) if self.over_frequency else None
+        return self._slope(z, p, balance, aside)
+
+    def _with_neighbours(self, p: Array, other: Array) -> tuple[Balance, Balance | None]:
+        """The equations at these values, and a little above and below them where their derivative is a difference."""
         if not self.over_frequency:
+            return self.balance(p, other), None
+        n, (further, others) = len(p), _aside(p, other)
+        every = self.balance(np.concatenate([p, further]), np.concatenate([other, others]))
+        return every.at(slice(n)), every.at(slice(n, None))
+
+    def _slope(self, z: ComplexArray, p: Array, balance: Balance, aside: Balance | None) -> ComplexArray:
+        n = len(p)
+        if aside is None:
             out = np.zeros((n, z[0].size), dtype=complex)
             out[:, : balance.driven.shape[1]] = -balance.driven
             return out
-        d = _DIFFERENCE * p
+        d, both = _DIFFERENCE * p, np.concatenate([z, z])
         apart = self.within(p + d) - self.within(p - d)
-        aside, both = self.balance(np.concatenate([p + d, p - d]), np.tile(other, 2)), np.tile(z, (2, 1, 1))
         up, down = aside.residual(both, aside.forces(both, slopes=False).force).reshape(2, n, -1)
         return np.asarray((up - down) / np.maximum(apart, d)[:, None])
 
@@ -160,6 +176,12 @@ class Path:
         t[:, -1] *= points.pace / pace
         t /= np.linalg.norm(t, axis=1, keepdims=True)
         return replace(points, tangent=t, scale=scale, pace=pace)
+
+
+def _aside(p: Array, other: Array) -> tuple[Array, Array]:
+    """A little above all values and then a little below."""
+    d = _DIFFERENCE * p
+    return np.concatenate([p + d, p - d]), np.concatenate([other, other])
 
 
 def march(path: Path, start: Points) -> list[Trace]:
@@ -232,7 +254,7 @@ def _past(path: Path, new: Points) -> Array:
     """`excess` at points, (n, 2 nj)."""
     if not len(new.p):
         return np.zeros((0, 2 * len(path.assembly.nonlinear)))
-    forces = path.balance(new.p, new.other).forces(new.z)
+    forces = path.forces(new.z, new.p, new.other)
     return excess(forces, path.assembly.coordinates.motions(new.z), path.harmonics, path.assembly.limits)
 
 

@@ -103,7 +103,7 @@ def _upright(path: Path, force: float, z: ComplexArray, p: Array) -> Mask:
 def _read(path: Path, force: float, z: ComplexArray, p: Array) -> tuple[ComplexArray, ComplexArray, Array]:
     """First and further harmonics, and mean forces, at some points of a curve."""
     other = np.full(len(p), force)
-    forces = path.balance(p, other).forces(z, slopes=False)
+    forces = path.forces(z, p, other)
     joints, higher = len(path.assembly.joints), overtones_of(path.harmonics)
     overtones = np.empty((len(p), len(higher), joints), dtype=complex)
     for k, h in enumerate(higher, start=1):
@@ -183,13 +183,15 @@ def _frf(path: Path, force: float, seen: Sequence[_Seen], lines: Array) -> FRF:
     best = np.full(len(lines), np.inf)
     extra: dict[float, ComplexArray] = {}
     sizes = [s.size for s in seen]
+    # A curve that never turns back, and beside which there is none, is the smallest everywhere.
+    alone = len(seen) == 1 and bool(np.all(np.diff(seen[0].curve.p) > 0))
     for s, size in zip(seen, sizes, strict=True):
         for i in np.flatnonzero(s.curve.line >= 0):
             k = s.curve.line[i]
             if size[i] < best[k]:
                 best[k], value[k, :, 0] = size[i], s.motion[i, joints:] / force
         for i in np.flatnonzero((s.curve.line < 0) & ~s.curve.fold):
-            if size[i] <= np.min(_beside(seen, sizes, float(s.curve.p[i]))) * (1 + 1e-9):
+            if alone or size[i] <= np.min(_beside(seen, sizes, float(s.curve.p[i]))) * (1 + 1e-9):
                 extra[float(s.frequency[i])] = s.motion[i, joints:] / force
     new = np.array(sorted(set(extra) - set(lines.tolist())))
     if len(new):

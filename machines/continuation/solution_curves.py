@@ -205,7 +205,7 @@ def _up_to_limits(path: Path, traces: list[Trace]) -> list[Trace]:
     parts = parts.at(last)
 
     def over(points: Points) -> Array:
-        forces = path.balance(points.p, points.other).forces(points.z)
+        forces = path.forces(points.z, points.p, points.other)
         past = excess(forces, path.assembly.coordinates.motions(points.z), path.harmonics, path.assembly.limits)
         return np.asarray(np.max(past, axis=1) + _INSIDE)
 
@@ -245,7 +245,7 @@ def _on_lines(path: Path, parts: _Segments, line: Array) -> tuple[ComplexArray, 
 def first_harmonics(path: Path, z: ComplexArray, p: Array, other: Array, forces: Forces | None = None) -> ComplexArray:
     """First harmonics in m of all joints and then of the outputs, (points, motions)."""
     omega, force = (p, other) if path.over_frequency else (other, p)
-    forces = path.balance(p, other).forces(z) if forces is None else forces
+    forces = path.forces(z, p, other) if forces is None else forces
     view = path.assembly.at(path.within(omega))
     pull = view.coordinates.together(forces.force[:, 0])
     moved = view.Hof[:, :, 0] * force[:, None] - (view.Hoz @ pull[:, :, None])[:, :, 0]

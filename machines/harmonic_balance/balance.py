@@ -16,6 +16,7 @@ from ..deadline import in_time
 from ..indices import Index, Mask
 from ..model.limits import Limit
 from ..solved import solve_each
+from ..statics.asked_together import Several
 from ..statics.bias import Biased
 from .assembly import Assembly, View
 from .cycle import Harmonics
@@ -63,8 +64,7 @@ class Balance:
 
         ``held`` is the view at all frequencies that occur, ascending, where they are known beforehand.
         """
-        biased = assembly.biased if 0 in harmonics else None
-        joints = assembly.sampled if biased is None else assembly.carrying
+        joints, biased = _moving(assembly, harmonics)
         points = len(omega)
         dynamic = [h for h in harmonics if h]
         nh = len(dynamic)
@@ -101,16 +101,7 @@ class Balance:
 
     def forces(self, z: ComplexArray, most: int = 1024, slopes: bool = True) -> Forces:
         """Joint forces at motions z, (points, nh, r), from at most so many samples of a cycle; see `joint_forces`."""
-        motion = self.coordinates.motions(z)
-        if self.biased is None:
-            return joint_forces(self.joints, motion, self.omega, self.harmonics, most, slopes=slopes)
-        if self.harmonics == (1, 0):
-            return dual_input_forces(self.biased, motion, self.omega)
-        placed = motion.astype(complex)
-        placed[:, -1] += self.biased.rest
-        found = joint_forces(self.joints, placed, self.omega, self.harmonics, most, self.biased.rest, slopes)
-        found.force[:, -1] -= self.biased.carried
-        return found
+        return _forces(self.joints, self.coordinates, self.biased, self.omega, self.harmonics, z, most, slopes)
 
     def residual(self, z: ComplexArray, g: ComplexArray) -> ComplexArray:
         """What is left of the equations in m, (points, nh, r), at motions z and joint forces g."""
@@ -160,6 +151,40 @@ class Balance:
         forces = self.forces(z)
         r = self.residual(z, forces.force)
         return solve_complex(self.jacobian(forces), -r)
+
+
+def acting(assembly: Assembly, omega: Array, harmonics: Harmonics, z: ComplexArray) -> Forces:
+    """Joint forces at motions z, (points, nh, r), without the equations they stand in and without their slopes."""
+    joints, biased = _moving(assembly, harmonics)
+    return _forces(joints, assembly.coordinates, biased, omega, harmonics, z, slopes=False)
+
+
+def _moving(assembly: Assembly, harmonics: Harmonics) -> tuple[Several, Biased | None]:
+    """The joints whose motions are sought, and their means where these are too."""
+    biased = assembly.biased if 0 in harmonics else None
+    return (assembly.sampled if biased is None else assembly.carrying), biased
+
+
+def _forces(
+    joints: Sequence[Joint],
+    coordinates: Coordinates,
+    biased: Biased | None,
+    omega: Array,
+    harmonics: Harmonics,
+    z: ComplexArray,
+    most: int = 1024,
+    slopes: bool = True,
+) -> Forces:
+    motion = coordinates.motions(z)
+    if biased is None:
+        return joint_forces(joints, motion, omega, harmonics, most, slopes=slopes)
+    if harmonics == (1, 0):
+        return dual_input_forces(biased, motion, omega)
+    placed = motion.astype(complex)
+    placed[:, -1] += biased.rest
+    found = joint_forces(joints, placed, omega, harmonics, most, biased.rest, slopes)
+    found.force[:, -1] -= biased.carried
+    return found
 
 
 def solve_complex(J: Array, r: ComplexArray) -> ComplexArray:
