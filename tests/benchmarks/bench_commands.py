@@ -1,17 +1,19 @@
 """Verbs as a user types them, each a process: seconds on the clock and of the processor, memory, and where they went.
 
-    python tests/benchmarks/bench_commands.py [--beside OTHER/bin/python] [--only WORD]
+    python tests/benchmarks/bench_commands.py [--beside OTHER/bin/python] [--only WORD] [--pages docs/times.md]
 
 Machines are those of the library, a chain of 50 masses with 5 nonlinear joints, and the mill that `jointlib new`
 writes. With the Python of another installation every command runs there as well, in turn, and the ratio of processor
-times is told. Shares are from one more run that is looked at every few milliseconds: start-up is the interpreter and
-everything that is imported, wherever that happens.
+times is told. With --pages the table is put into a page, between the lines that mark its place. Shares are from one
+more run that is looked at every few milliseconds: start-up is the interpreter and everything that is imported,
+wherever that happens.
 """
 
 from __future__ import annotations
 
 import argparse
 import os
+import platform
 import resource
 import subprocess
 import sys
@@ -27,6 +29,21 @@ COMMANDS = (
     "--help",
     "inspect {library}/two_mode_tool.toml",
     "modes {library}/two_mode_tool.toml",
+    "new machine -o {out}.toml",
+    "laws",
+    "doctor",
+    "import {library}/guide_mill/static.csv -o {out}.measurement.toml",
+    "estimate {library}/tap_test/hits.measurement.toml -o {out}.measurement.toml",
+    "identify {library}/guide_mill/static.measurement.toml {library}/guide_mill/rig.measurement.toml"
+    " --start {library}/guide_mill/start.joint.toml -o {out}.joint.toml",
+    "df {library}/guide.joint.toml --amplitude 1um 3um 5um --frequency 500",
+    "check {library}/two_mass.toml",
+    "compare {library}/paper_sdof.toml {library}/paper_sdof_hertz.toml",
+    "uncouple {library}/bar.measurement.toml --remove {library}/bar.component.toml -o {out}.toml",
+    "stickout {library}/end_mill.toml --between 66mm 76mm --speed 15000 --method zero-order",
+    "plan {library}/guide.joint.toml --rig {library}/guide_mill/rig.measurement.toml"
+    " --effects quadratic-damping -o {out}",
+    "trace {library}/guide_mill/rig.measurement.toml --joint {library}/guide_mill/start.joint.toml -o {out}",
     "frf {library}/two_mass.toml -o {out}.npz",
     "frf {chain} -o {out}.npz",
     "frf {library}/guide_mill.toml -o {out}.npz",
@@ -39,20 +56,25 @@ COMMANDS = (
     "lobes {new} -o {out}.npz",
     "modes {library}/column_mill_a.toml",
     "fmu {library}/guide_mill.toml -o {out}.fmu",
+    "ssp {library}/two_mass.toml -o {out}.ssp",
+    "study run {library}/guide_mill.study.toml -o {out}",
     "run {library}/guide_mill.toml -o {out}",
 )
 STAGES = {
     "start-up": ("_find_and_load",),
     "reading": ("read_machine", "with_joints"),
     "solving": ("in_one_harmonic", "stability_lobes", "natural_modes", "chatter_band"),
+    "searching peaks": ("resonances", "tops"),
     "between speeds": ("over_the_range",),
-    "harmonics and errors": ("with_errors", "refined", "with_held_forces"),
+    "harmonics": ("refined",),
+    "estimating errors": ("with_errors", "with_held_forces"),
     "stability": ("with_stability",),
     "over amplitude": ("over_amplitude",),
     "forced": ("forced", "forced_field"),
     "writing": ("write_response", "write_lobes", "export_fmu", "draw"),
 }
 """Functions whose time counts as that of a stage, less that of others of them that they call."""
+MARKS = ("<!-- times -->", "<!-- end of times -->")
 _EVERY = 0.003
 
 
@@ -134,8 +156,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--beside", help="Python of another installation of jointlib")
     parser.add_argument("--only", default="", help="commands with this word in them")
+    parser.add_argument("--pages", type=Path, help="a page that is to hold the table")
     given = parser.parse_args()
+    print("Processor time is user and system. Beside other work it grows too, though less than the clock:")
+    print("compare two only in one run, by --beside.")
     print(f"{'command':44}{'clock [s]':>10}{'processor [s]':>14}{'MiB':>6}{'times':>7}  where it goes")
+    rows = []
     with tempfile.TemporaryDirectory() as folder:
         new = Path(folder) / "new.toml"
         subprocess.run([sys.executable, "-m", "jointlib", "new", "machine", "-o", str(new)], check=True, stdout=-3)
@@ -147,13 +173,39 @@ def main() -> None:
             runs = []
             for k, python in enumerate((sys.executable, given.beside)):
                 if python:
-                    filled = command.format(**places, out=Path(folder) / f"out{count}{k}").split()
-                    runs.append(min((taken(python, filled) for _ in range(1 if k else 2)), key=lambda run: run[1]))
+                    each = []
+                    for again in range(1 if k else 2):
+                        filled = command.format(**places, out=Path(folder) / f"out{count}{k}{again}").split()
+                        each.append(taken(python, filled))
+                    runs.append(min(each, key=lambda run: run[1]))
             clock, processor, memory, status = runs[0]
             ratio = f"{runs[1][1] / processor:.2f}" if len(runs) > 1 else ""
             where = shares(command.format(**places, out=Path(folder) / f"shares{count}").split())
             ended = f"  (exit {status})" if status else ""
+            rows.append(f"| `{name}` | {processor:.2f} | {memory:.0f} | {where}{ended} |")
             print(f"{name:44}{clock:10.2f}{processor:14.2f}{memory:6.0f}{ratio:>7}  {where}{ended}", flush=True)
+    if given.pages:
+        put(given.pages, rows)
+
+
+def put(page: Path, rows: Sequence[str]) -> None:
+    """The table into a page, in place of what stands between its two marks."""
+    before, _, rest = page.read_text("utf-8").partition(MARKS[0])
+    _, _, after = rest.partition(MARKS[1])
+    load = os.getloadavg()[0]
+    about = (
+        f"Processor time of {time.strftime('%d %B %Y', time.gmtime())}: {processor_name()}, {os.cpu_count()} cores, "
+        f"Python {platform.python_version()}, one thread, "
+        f"{load:.1f} processes at work in the last minute."
+    )
+    table = ["| command | processor [s] | MiB | where it goes |", "|---|---|---|---|", *rows]
+    page.write_text("\n".join([before + MARKS[0], about, "", *table, "", MARKS[1] + after]), "utf-8")
+
+
+def processor_name() -> str:
+    """As the system tells it."""
+    lines = Path("/proc/cpuinfo").read_text("utf-8").splitlines() if Path("/proc/cpuinfo").exists() else []
+    return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), platform.machine())
 
 
 if __name__ == "__main__":
