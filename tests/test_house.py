@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import functools
 import subprocess
 import sys
 from collections.abc import Collection
@@ -64,6 +65,7 @@ CATALOGUES = {"jointlib/effects", "jointlib/laws", "fmu/kernels", "fmu/python_ke
 MOST_FILES = 20
 
 
+@functools.cache
 def imports(path: Path) -> set[str]:
     found: set[str] = set()
     for node in ast.walk(ast.parse(path.read_text())):
@@ -155,6 +157,11 @@ def modules() -> dict[str, Path]:
 
 def imported(name: str, path: Path, known: Collection[str]) -> set[str]:
     """Modules of the house that one imports, inside functions too; not those for types alone."""
+    return _imported(name, path, frozenset(known))
+
+
+@functools.cache
+def _imported(name: str, path: Path, known: frozenset[str]) -> set[str]:
     package = name if path.name == "__init__.py" else name.rpartition(".")[0]
     found = set()
     tree = ast.parse(path.read_text())

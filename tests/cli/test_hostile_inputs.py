@@ -13,6 +13,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from command_line import LIBRARY, files, jointlib
+from repeats import repeats
 
 _COPIED = ("two_mass.toml", "two_mass.joint.toml", "guide.joint.toml", "guide_mill.toml")
 FRF = "frf two_mass.toml --force 10 -o out.npz"
@@ -216,9 +217,11 @@ HOSTILE = (
     "]]>&lt;&#x0;",
     "%s%n%x",
 )
+ALIKE = ("<img src=x onerror=alert(1)>", "${jndi:ldap}{{7*7}}{% raw %}", "]]>&lt;&#x0;")
+"""In the files of an FMU these are told from text by the same marks as others; a whole FMU is made for each."""
 
 
-@pytest.mark.parametrize("name", HOSTILE)
+@pytest.mark.parametrize("name", repeats(HOSTILE, lambda name: name not in ALIKE))
 def test_no_name_becomes_markup_code_or_a_path(name: str, at_bench: Path) -> None:
     """In the C source, the XML and the page of an FMU, in a drawing and in the page of a machine."""
     joint = Path("guide.joint.toml").read_text("utf-8").replace('name = "guide"', f"name = {json.dumps(name)}")

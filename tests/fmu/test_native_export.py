@@ -251,7 +251,7 @@ def test_spring_that_the_importer_integrates_relaxes_as_its_complex_stiffness_sa
     assert found == pytest.approx(expected, rel=0, abs=1e-5 * np.max(np.abs(expected)))
 
 
-@both_versions
+@one_version
 def test_co_simulation_comes_to_the_same_force_as_its_step_falls(fmi: int, tmp_path: Path) -> None:
     require("cc")
     file = export_fmu(RELAXING, tmp_path / "a.fmu", fmi=fmi, runtime="c").file
@@ -307,7 +307,7 @@ def test_every_law_exports_validates_and_repeats_its_reference_run(joint: Joint,
     assert np.isfinite([fmu.force(), *fmu.moved()]).all()
 
 
-@both_versions
+@one_version
 @pytest.mark.parametrize(
     ("laws", "least", "most"),
     [((Viscous(30.0), Gap(6e8, 1.5e-6)), 0.0, 1e-5), ((Maxwell(4e7, 1.2e4),), 1e-9, 0.05)],

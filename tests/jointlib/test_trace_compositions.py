@@ -154,6 +154,7 @@ def test_a_drive_moved_by_pulses_shows_friction_and_uneven_drag_together(tmp_pat
     assert report.error_after["relative"] < 0.02
 
 
+@pytest.mark.thorough
 def test_two_effects_that_hide_one_another_are_seen_together(tmp_path: Path) -> None:
     """Damping that grows with speed looks like friction that falls: one Stribeck law explains 97 % of the two."""
     columns = pulsed(1)

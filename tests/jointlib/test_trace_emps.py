@@ -149,6 +149,7 @@ def test_a_force_that_comes_late_is_named_and_undone(late: TraceReport) -> None:
     assert [law.kind for law in late.mended.laws] == ["coulomb", "viscous-by-direction"]
 
 
+@pytest.mark.thorough
 def test_undoing_the_lag_leaves_what_the_friction_model_leaves(late: TraceReport, report: TraceReport) -> None:
     before, after = late.reduction["steps"]
     assert before["heldout_condition"] == pytest.approx(0.126, abs=0.01)

@@ -60,7 +60,7 @@ def test_an_applied_loop_is_the_loop(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["pitch", "both", *(pytest.param(one, marks=pytest.mark.thorough) for one in ("helix by flute", "flank"))]
+    "name", ["pitch", *(pytest.param(one, marks=pytest.mark.thorough) for one in ("both", "helix by flute", "flank"))]
 )
 def test_both_methods_agree_at_six_hundred_rpm(name: str) -> None:
     charts = [stability_lobes(TOOL, CUTTERS[name], [600.0], m) for m in ("multi-frequency", "collocation")]
@@ -89,6 +89,7 @@ def test_a_march_finds_every_change_that_the_loop_finds() -> None:
         assert other.crossing.kind == one.crossing.kind
 
 
+@pytest.mark.thorough
 def test_a_simulation_denies_no_depth_of_a_slow_uneven_cutter() -> None:
     modes = ToolModel.from_modes([300.0, 340.0], [0.04, 0.04], [1.0, 0.8], np.eye(2))
     cutting = replace(UNEVEN, helix=25.0)

@@ -27,7 +27,7 @@ OUT = (2e-6, -1e-6, 0.0, -1e-6)
     [
         ({"pitch": UNLIKE}, 2e-4),
         ({"pitch": PAIRS, "helix": 30.0}, 3e-3),
-        ({"helix": (30.0, 33.0, 31.0, 35.0)}, 3e-3),
+        pytest.param({"helix": (30.0, 33.0, 31.0, 35.0)}, 3e-3, marks=pytest.mark.thorough),
         pytest.param({"pitch": UNLIKE, "runout": OUT, "process_damping": 3e4}, 3e-3, marks=pytest.mark.thorough),
         # Where the chip ends an edge leaves the cut, which the series does not know.
         pytest.param({"edge_tangential": 2e4, "edge_normal": 1e4, "runout": OUT}, 2e-2, marks=pytest.mark.thorough),
