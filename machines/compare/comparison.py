@@ -216,8 +216,8 @@ class Depths:
             f"With {entries} of the tool measured the lowest stable depth is {1e3 * self.measured:.3g} mm (chatter at "
             f"{self.measured_frequency:.4g} Hz), predicted {1e3 * self.predicted:.3g} mm "
             f"({self.predicted_frequency:.4g} Hz): the prediction is off by "
-            f"{share(self.predicted / self.measured - 1)}, by {self.method} at {self.speeds[0]:g} to {self.speeds[1]:g} rpm "
-            f"from {low:.4g} to {high:.4g} Hz."
+            f"{share(self.predicted / self.measured - 1)}, by {self.method} at {self.speeds[0]:g} to "
+            f"{self.speeds[1]:g} rpm from {low:.4g} to {high:.4g} Hz."
         )
 
 
