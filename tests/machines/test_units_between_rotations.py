@@ -56,3 +56,28 @@ def test_moments_do_not_fit_where_a_part_shifts(tmp_path: Path) -> None:
     text = TURNING.replace("STIFFNESS", "30e3").replace('"90 N/um"', '"90 kN m/rad"')
     with pytest.raises(InputError, match="unit 'kN m/rad' does not fit, expected one like 'N/m'"):
         read_machine(of(tmp_path, text))
+
+
+def test_a_key_of_another_process_is_refused_by_the_tool_whose_process_it_is(tmp_path: Path) -> None:
+    tools = """
+[tool]
+use = "od"
+
+[tool.od]
+x = "disk.x"
+cutting = { process = "turning" }
+
+[tool.live]
+x = "disk.x"
+y = "disk.y"
+cutting = { process = "milling", teeth = 3, tangential = 1.9e9, normal = 6e8, mode = "slot" }
+
+[cutting]
+specific = 2.3e9
+"""
+    with pytest.raises(InputError) as refused:
+        read_machine(of(tmp_path, TURNING.replace("STIFFNESS", "30e3") + tools), every_tool=True)
+    assert (
+        "[tool.live]: its process is 'milling', and 'specific' in [cutting] belongs to turning; milling takes "
+        "'tangential' and 'normal'" in str(refused.value)
+    )
