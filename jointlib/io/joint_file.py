@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -18,7 +20,7 @@ from jointlib.modulation import CONDITIONS, Modulation
 from jointlib.parameter import Role, parameters_of
 from jointlib.registry import law
 from jointlib.registry import names as installed_names
-from jointlib.units import quantity
+from jointlib.units import number_and_unit, quantity, scale
 
 _VALIDITY = {"amplitude": "m", "velocity": "m/s", "frequency": "Hz", "preload": "N"}
 
@@ -37,9 +39,12 @@ def read_joint(path: Path) -> Joint:
     return all_at_once(read)
 
 
-def joint_from(section: Section, name: str) -> Joint:
-    """The joint in a table with ``[[law]]``, and optionally validity, covariance and provenance."""
-    laws, lost = section.each("law", _law, needed=True)
+def joint_from(section: Section, name: str, turned: Mapping[str, str] = MappingProxyType({})) -> Joint:
+    """The joint in a table with ``[[law]]``, and optionally validity, covariance and provenance.
+
+    ``turned`` has the units that are taken as well, for one between rotations: N m/rad for N/m.
+    """
+    laws, lost = section.each("law", lambda table: _law(table, turned), needed=True)
     validity = section.section("validity").read(_validity)
     modulations, _ = section.each("modulation", _modulation)
     provenance = section.section("provenance").raw()
@@ -75,7 +80,7 @@ def _validity(ranges: Section) -> dict[str, tuple[float, float]]:
     return found
 
 
-def _law(part: Section) -> tuple[JointLaw, tuple[str, ...]]:
+def _law(part: Section, turned: Mapping[str, str]) -> tuple[JointLaw, tuple[str, ...]]:
     cls = part.kind(law, installed_names("jointlib.laws"))
     values: dict[str, Any] = {}
     required = {f.name for f in dataclasses.fields(cls) if f.default is dataclasses.MISSING}  # type: ignore[arg-type]
@@ -83,7 +88,7 @@ def _law(part: Section) -> tuple[JointLaw, tuple[str, ...]]:
         if p.name not in required and not part.has(p.name):
             continue
         read = part.matrix if p.table else part.numbers if p.listed else part.number
-        values[p.name] = read(p.name, p.unit)
+        values[p.name] = read(p.name, _unit_of(part.table.get(p.name), p.unit, turned))
     held = part.words("fixed", ())
     known = [p.name for p in parameters_of(cls)]
     for key in held:
@@ -94,6 +99,22 @@ def _law(part: Section) -> tuple[JointLaw, tuple[str, ...]]:
         return cls(**values), held
     except InputError as error:
         raise InputError(f"{part.where}: {error}") from None
+
+
+def _unit_of(value: Any, unit: str, turned: Mapping[str, str]) -> str:
+    """The unit that a value is read in; of a joint between rotations that of a moment, unless it is given in another.
+
+    A number is the same in both.
+    """
+    angular = turned.get(unit)
+    parts = number_and_unit(value) if isinstance(value, str) else None
+    if angular is None or parts is None or not parts[1]:
+        return unit
+    try:
+        scale(parts[1], unit, "")
+    except InputError:
+        return angular
+    return unit
 
 
 def _modulation(section: Section) -> Modulation:

@@ -28,6 +28,11 @@ _OF_MOMENTS = {
 }
 
 
+def units_between(sides: Sequence[str]) -> Mapping[str, str]:
+    """The units of moments by those that joints are given in, where the sides are rotations; else none."""
+    return _OF_MOMENTS if all(turns(side) for side in sides if side != GROUND) else {}
+
+
 @dataclass(frozen=True)
 class Identify:
     """The joint is still to be identified, from these measurement files and from this starting joint."""

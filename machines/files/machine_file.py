@@ -21,7 +21,7 @@ from jointlib.registry import names, plugin
 
 from ..bundles.bundle import placed
 from ..components.component import Component
-from ..components.connection import Connection, Identify
+from ..components.connection import Connection, Identify, units_between
 from ..components.flange import flange
 from ..components.nodes import DIRECTIONS
 from ..components.static_load import StaticLoad
@@ -244,7 +244,7 @@ def connection_of(section: Section) -> tuple[Connection, ...]:
     rigid = section.flag("rigid")
     holds = section.words("holds", None)
     section.done()
-    joint = None if held is None else _joint_or_like(section, held, name)
+    joint = None if held is None else _joint_or_like(section, held, name, units_between(between))
     identify = None if table is None else table.read(_identify) or Identify(())
     if len(between) != 2:
         raise Lost
@@ -263,19 +263,19 @@ def connection_of(section: Section) -> tuple[Connection, ...]:
         raise InputError(*(_placed(section, said) for said in error.sentences)) from None
 
 
-def _joint_or_like(section: Section, value: Any, name: str) -> Joint:
+def _joint_or_like(section: Section, value: Any, name: str, units: Mapping[str, str]) -> Joint:
     """The joint; one that stands in for it where something is wrong with it."""
     mistakes = section.mistakes
     if mistakes is None:
-        return _joint(section, value, name)
-    joint = mistakes.attempt(lambda: _joint(section, value, name))
+        return _joint(section, value, name, units)
+    joint = mistakes.attempt(lambda: _joint(section, value, name, units))
     return joint or Joint((Linear(mistakes.stand_in((1.0, 2.0))),), name)
 
 
-def _joint(section: Section, value: Any, name: str) -> Joint:
+def _joint(section: Section, value: Any, name: str, units: Mapping[str, str]) -> Joint:
     if isinstance(value, dict):
         inline = section.within(value, "joint")
-        return joint_from(inline, inline.text("name", name))
+        return joint_from(inline, inline.text("name", name), units)
     if not isinstance(value, str):
         raise InputError(f"{section.where}: joint is {value!r}, expected a file name or a table {{ law = [...] }}")
     path = section.folder / value

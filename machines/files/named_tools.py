@@ -100,6 +100,11 @@ def choose_tool(documents: Sequence[Section], stands: Mapping[str, str]) -> Sect
         here, shared_at = f"{document.where}: [tool]", f"{document.where}: [cutting]"
         document.mistakes.places |= {f"{here}: {axis}:": f"{there}: {axis}:" for axis in AXES}
         document.mistakes.places |= {f"{shared_at}: {key}": f"{there}: [cutting]: {key}" for key in cutting}
+        if "process" in cutting and isinstance(shared, dict):  # by which keys of [cutting] are those of another
+            its = f"{there}: its process is {cutting['process']!r}, and"
+            document.mistakes.places |= {
+                f"{shared_at}: {k!r} belongs": f"{its} {k!r} in [cutting] belongs" for k in shared
+            }
     return parts
 
 

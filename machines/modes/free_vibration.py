@@ -23,6 +23,12 @@ _BRAKED = 1e-14
 """Damping of free motions, relative to the largest, that counts as rounding."""
 _FREE = 1e-7
 """Share of the fastest pole of state equations below which one is a free motion, which rounding put beside zero."""
+_STANDS, _RITZ = (2 * np.pi * 0.01) ** 2, 1e-20
+"""(rad/s)², and share of the fastest, below which a motion is free: no machine swings in minutes, and rounding."""
+_SUM = 1e-13
+"""Share of what a sum is made of that rounding leaves of it."""
+_STRETCHED = 1e-3
+"""Share of a motion from which it stretches a joint, so that it is not free although its pole is."""
 _FALLING = 1e-12
 _INSTANT = 1e-12
 _ITERATIONS = 30
@@ -99,6 +105,7 @@ class InMotions(Eigenproblem):
             if value[0] < -_FALLING * abs(value[-1]):
                 raise InputError(_falls(self.where)) from None
             raise InputError(f"{self.where}: {error}") from None
+        squared, shapes = held_again(self.equations, K, squared, shapes, fastest)
         held, loose = np.flatnonzero(squared > 0), np.flatnonzero(squared == 0)
         if len(loose) and np.min(np.einsum("ir,ij,jr->r", shapes[:, loose], S, shapes[:, loose])) < -_FALLING * fastest:
             raise InputError(_falls(self.where))
@@ -149,6 +156,27 @@ class InMotions(Eigenproblem):
         return Shapes(np.asarray(e.shapes @ p), np.asarray(z), np.asarray(-(z**2) / (2 * pole)), p)
 
 
+def held_again(
+    equations: MachineEquations, K: Array, squared: Array, shapes: Array, fastest: float
+) -> tuple[Array, Array]:
+    """ω² and shapes, of `modes`, with those motions held again that only beside a very fast one look free.
+
+    What rounding leaves of ω² grows with the fastest, here a splinter of a part. The energy in the joints,
+    Σ k (J φ)², is a sum of squares instead, and exact to the square of the rounding of φ.
+    """
+    loose = np.flatnonzero(squared == 0)
+    if not len(loose):
+        return squared, shapes
+    F, inside = shapes[:, loose], equations.stiffness
+    J, own = equations.joints @ F, F.T @ inside @ F
+    own = np.where(np.abs(own) > _SUM * (np.abs(F).T @ np.abs(inside) @ np.abs(F)), own, 0.0)
+    value, turned = np.linalg.eigh((J.T * K) @ J + (own + own.T) / 2)
+    squared, shapes = squared.copy(), shapes.copy()
+    squared[loose] = np.where(value > max(_STANDS, _RITZ * fastest), value, 0.0)[::-1]
+    shapes[:, loose] = F @ turned[:, ::-1]
+    return squared, shapes
+
+
 class InStates(Eigenproblem):
     """v̇ = A v + B f, x = C v + D f of a machine with components that have state equations only."""
 
@@ -189,9 +217,17 @@ class InStates(Eigenproblem):
         x = self._motion(V[:, free], forces)
         drifts = np.concatenate([x.real, x.imag], axis=1)
         U, size, _ = np.linalg.svd(drifts, full_matrices=False)
-        basis = U[:, size > 1e-6 * np.max(size, initial=1e-300)]
+        basis = self._unheld(U[:, size > 1e-6 * np.max(size, initial=1e-300)], K)
         found = Vibrations(poles[up].astype(complex), V[:, up].astype(complex), poles[~free & level].real, basis)
         return found.sorted()
+
+    def _unheld(self, drifts: Array, K: Array) -> Array:
+        """Those of motions, (dofs, count), that stretch no joint: beside a very fast pole others look free as well."""
+        rows = self.joints[K != 0]
+        size = np.linalg.norm(rows, axis=1, keepdims=True)
+        _, stretched, turned = np.linalg.svd(rows / np.where(size > 0, size, 1.0) @ drifts)
+        held = np.count_nonzero(stretched > _STRETCHED)
+        return np.asarray(drifts @ turned[held:].T)
 
     def _motion(self, vector: ComplexArray, forces: Array) -> ComplexArray:
         return np.asarray((self.out - self.D @ self.joints.T @ forces) @ vector, dtype=complex)

@@ -7,6 +7,7 @@ import numpy as np
 from ..components.mode_sum import modes as undamped
 from ..harmonic_balance.assembly import Assembly
 from ..statics.working_point import tangents
+from .free_vibration import held_again
 from .natural_modes import NaturalModes
 
 _HELD = 1e-9
@@ -29,7 +30,8 @@ def static_compliance(modes: NaturalModes) -> dict[str, float | None]:
         own = np.diag(H[0]).real
     else:
         e, K = modes.equations, tangents(machine, 1.0)[0].real
-        squared, shapes, _ = undamped(e.mass, e.stiffness + e.joints.T @ (K[:, None] * e.joints))
+        found = undamped(e.mass, e.stiffness + e.joints.T @ (K[:, None] * e.joints))
+        squared, shapes = held_again(e, K, *found)
         moved, held = np.abs(rows @ e.shapes @ shapes), squared > 0
         loose = np.max(moved[:, ~held], axis=1, initial=0.0) > _HELD * np.max(moved, axis=1, initial=0.0)
         own = np.sum(moved[:, held] ** 2 / squared[held], axis=1)

@@ -20,6 +20,10 @@ _ITERATIONS = 200
 _SETTLED = 1e-12
 _FREE = 1e-11
 _UNHELD = 1e-9
+_STANDS = (2 * np.pi * 0.01) ** 2
+"""(rad/s)² below which a motion is free: no part swings in minutes."""
+_SUM = 1e-13
+"""Share of what a sum is made of that rounding leaves of it."""
 _ROUNDED = 50 * np.finfo(float).eps
 _FURTHEST = 1.0
 """m; a joint that would go further has no equilibrium."""
@@ -56,7 +60,7 @@ class Balance:
             held = held + np.outer(row, row) / (row @ row)
         value, vector = np.linalg.eigh(held)
         fixed = value > _FREE * max(float(value[-1]), 1e-300)
-        loose = vector[:, ~fixed]
+        held, loose = _apart(K, vector[:, ~fixed])
         unheld = loose @ (loose.T @ F)
         # What is held but softly mixes into the free motions, by as much as numbers round off.
         mixed = _ROUNDED * float(value[-1]) / float(np.min(value[fixed], initial=np.inf))
@@ -67,7 +71,7 @@ class Balance:
                 f"{machine.where}: static: nothing holds {dof} against the static load; add a connection or a "
                 "stiffness that does, or leave that load out"
             )
-        Q = vector[:, fixed]
+        Q = np.concatenate([held, vector[:, fixed]], axis=1)
         assert machine.static is not None
         offset = np.array([machine.static.offset.get(c.name, 0.0) for c in machine.flexible])
         return cls(Q.T @ K @ Q, J @ Q, Q.T @ F, T @ Q, means, offset), equations
@@ -180,6 +184,17 @@ class StaticPoint:
 def _holds(mean: MeanForce) -> bool:
     """Whether a joint resists a constant displacement of any size."""
     return bool(np.any(mean.static(np.concatenate([-_PROBE, _PROBE]))[1] != 0))
+
+
+def _apart(K: Array, loose: Array) -> tuple[Array, Array]:
+    """Motions that look free beside what is very stiff: those that bend a part although softly, and those that do not.
+
+    As sums of what each coordinate stores, energies of soft ones are known far below what rounding leaves of the whole.
+    """
+    own = loose.T @ K @ loose
+    own = np.where(np.abs(own) > _SUM * (np.abs(loose).T @ np.abs(K) @ np.abs(loose)), own, 0.0)
+    value, turned = np.linalg.eigh((own + own.T) / 2)
+    return np.asarray(loose @ turned[:, value > _STANDS]), np.asarray(loose @ turned[:, value <= _STANDS])
 
 
 def _solve(H: Array, g: Array, shift: float) -> Array:

@@ -325,3 +325,40 @@ def test_what_drives_an_axis_rigidly_is_no_mistake(tmp_path: Path) -> None:
     path = without(tmp_path, "x_screw")
     path.write_text(path.read_text("utf-8").replace(MOUNTS, f"{MOUNTS}\n    {drive}"), "utf-8")
     assert in_file(read_machine(path)) == ()
+
+
+def with_a_wire(path: Path) -> Path:
+    """The same machine with a workpiece of 0.3 mm instead of 30 mm, held by springs at the end of the spindle."""
+    held = "".join(
+        f'    {{ name = "jaw.{way}", between = ["work.jaw.{way}", "spindle.cut.{way}"], joint = {{ law = [{{ '
+        f'kind = "linear", stiffness = {k} }}, {{ kind = "viscous", damping = {c} }}] }} }},\n'
+        for way, k, c in (*((w, 2e8, 1500.0) for w in "xyz"), *((w, 2.5e5, 1.5) for w in ("rx", "ry", "rz")))
+    )
+    work = """[[component]]
+name = "work"
+kind = "beam"
+start = [0, 1, 0.21]
+axis = [0, 0, 1]
+up_to = "5 kHz"
+material = [{ name = "C45", young = "208 GPa", poisson = 0.29, density = "7830 kg/m^3", loss_factor = 0.003 }]
+segment = [{ length = "430 mm", diameter = "0.3 mm" }]
+station = [{ name = "jaw", at = "15 mm" }, { name = "cut", at = "250 mm" }, { name = "end", at = "end" }]
+
+"""
+    text = path.read_text("utf-8")
+    text = text.replace(MOUNTS, f"{MOUNTS}\n{held}").replace("[[axis]]", f"{work}[[axis]]", 1)
+    path.write_text(text, "utf-8")
+    return path
+
+
+def test_a_part_far_too_thin_sets_nothing_else_adrift(tmp_path: Path) -> None:
+    path = with_a_wire(written(tmp_path, LATHE, "schema", "schema"))
+    said = mistakes(read_machine(path))
+    assert any("slender beyond reason" in sentence for sentence in said)
+    assert not [sentence for sentence in said if "nothing holds it" in sentence]
+
+
+def test_what_drifts_beside_a_part_far_too_thin_is_named_alone(tmp_path: Path) -> None:
+    said = mistakes(read_machine(with_a_wire(without(tmp_path, "z_screw"))))
+    loose = [sentence.partition(", it")[0] for sentence in said if "nothing holds it" in sentence]
+    assert loose == [f"{part}: nothing holds it along (0, 0, 1)" for part in ("slide", "post")]
