@@ -34,10 +34,10 @@ SMALL = 1e-6
 """An output that stays below this share of the largest of its unit is held against that share."""
 LOOSEST = 1e-3
 """No FMU may ask for more than that to be overlooked: what fixed steps leave of joints that slip and ring."""
-STILL = 1e-3
+STILL = 0.1
 """An output of a stiff structure below this share of the largest of its unit is held against that share, as many of its
-joints hardly move: what they do is the rounding of large constants."""
-STIFF = 1e-8
+joints hardly move: their forces are large constants times what a tolerance leaves of the motion."""
+STIFF = 1e-9
 """Tolerance with which a stiff structure repeats its run."""
 _STIFF_STEPS = 2
 """Communication steps in one of its samples."""
