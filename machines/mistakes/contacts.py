@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from jointlib.arrays import Array
+from jointlib.laws.gap import Gap
 
 from ..components.connection import GROUND
 from ..model.machine import Machine
@@ -33,6 +34,8 @@ _DAMPED = 3.0
 """Damping force over elastic force at 100 Hz; guides and bearings have 0.005 to 0.1."""
 _SLIGHTLY, _PLAIN = 1e-4, 2e-5
 """The least of it that guides, screws and bearings have, and other connections; faces are far stiffer than that."""
+_PLAY = 5e-4
+"""m of clearance of a joint; guides and nuts have none or up to 0.05 mm, worn ones 0.2 mm."""
 _ONE_WAY = 0.01
 _NOTHING = 1e-9
 
@@ -57,6 +60,7 @@ def wrong_contacts(machine: Machine, found: Sequence[Element]) -> Iterator[str]:
             yield from wrong_preload(machine, element)
             yield from _damped(element)
     yield from _plain([e for e in found if not e.kind])
+    yield from _wide(machine)
 
 
 def _damped(element: Element) -> Iterator[str]:
@@ -111,6 +115,20 @@ def _plain(found: Sequence[Element]) -> Iterator[str]:
         said = outside(K, low / many, high, f"{element.name}: its stiffness", "N/um", 1e-6)
         if said:
             yield said
+
+
+def _wide(machine: Machine) -> Iterator[str]:
+    """Play between two parts that could be seen; towards the ground it may be a stop."""
+    for connection in machine.flexible:
+        laws = () if connection.joint is None or GROUND in connection.between else connection.joint.laws
+        if connection.rotates:
+            continue
+        for law in laws:
+            if isinstance(law, Gap) and law.clearance > _PLAY:
+                yield (
+                    f"{connection.name}: its {law.kind} has a clearance of {law.clearance * 1e3:.4g} mm, expected "
+                    f"micrometres, at most {_PLAY * 1e3:g} mm: is its unit right?"
+                )
 
 
 def words(vector: Array) -> str:

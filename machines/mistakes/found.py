@@ -21,6 +21,7 @@ from .loose import loose, undamped
 from .loss_factors import short_losses
 from .materials import oversized, wrong_beams, wrong_modes
 from .operation import wrong_operation
+from .shafts import thick_shafts
 from .tool_point import mixed_directions, wrong_tool_point
 
 
@@ -48,7 +49,7 @@ def mistakes(machine: Machine, modes: NaturalModes | None = None) -> tuple[str, 
 
 def in_file(machine: Machine) -> tuple[str, ...]:
     """Those that show without the modes."""
-    said = [*wrong_beams(machine), *wrong_modes(machine), *wrong_operation(machine)]
+    said = [*wrong_beams(machine), *thick_shafts(machine), *wrong_modes(machine), *wrong_operation(machine)]
     said += [*mixed_directions(machine), *wrong_tool_point(machine), *torn_apart(machine)]
     if oversized(machine):  # such a beam would be cut into more elements than there is memory for
         return tuple(said)

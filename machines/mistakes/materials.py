@@ -8,6 +8,7 @@ import numpy as np
 
 from ..components.beam import Beam
 from ..components.modal import Modal
+from ..components.riding import Riding
 from ..model.machine import Machine
 from ..shapes.segment import Segment
 from .scale import outside
@@ -31,6 +32,9 @@ _WALL = 1 / 150
 """Wall over diameter; castings have 1/30, sheet-metal columns 1/100."""
 _RATIO = 1.0
 """Damping ratio at which a mode no longer swings."""
+_DAMPED = 0.45
+"""Damping ratio above all that is measured of parts; tuned absorbers of high damping reach 0.35. Modes that were fitted
+to measured responses may have any, as some stand for what lies outside their band."""
 _FREQUENCY = (0.5, 1e5)
 """Hz of a mode of a part: below stand machines on air springs, above nothing that a machine does."""
 
@@ -110,7 +114,8 @@ def oversized(machine: Machine) -> bool:
 
 def wrong_modes(machine: Machine) -> Iterator[str]:
     """Modes of modal parts: damping in percent, frequencies off by a thousand."""
-    for part in machine.components:
+    for component in machine.components:
+        part = component.modes if isinstance(component, Riding) else component
         if not isinstance(part, Modal):
             continue
         for frequency, ratio in zip(part.frequency, part.damping_ratio, strict=True):
@@ -119,6 +124,11 @@ def wrong_modes(machine: Machine) -> Iterator[str]:
                     f"{part.name}: the mode at {frequency:g} Hz has a damping_ratio of {ratio:g}, so it does "
                     "not swing; "
                     "expected 0.001 to 0.2: was it given in percent?"
+                )
+            elif ratio > _DAMPED and not part.notes:
+                yield (
+                    f"{part.name}: the mode at {frequency:g} Hz has a damping_ratio of {ratio:g}, that of a shock "
+                    "absorber; expected 0.001 to 0.2: was it given in percent?"
                 )
             if 0 < 2 * ratio < _RINGS:
                 yield (

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
 
@@ -17,6 +18,11 @@ _PRESSURE = (2e7, 2e10)
 """N/m² of chip section, from plastics and light metals at high feed to hardened steel at low feed."""
 _LIMITS = {"feed": (1e-7, 5e-3, "mm", 1e3), "diameter": (5e-5, 10.0, "mm", 1e3)}
 _RATIO = 1e5
+_CRAWLS = 3.0, 1.5, 15.0
+"""m/min of the highest speed below which nothing is turned or milled; of the lowest and the highest that are too slow
+together. Nickel alloys are cut by high-speed steel at 3 to 8, threads at 5 to 20."""
+_TURNS = 15.0
+"""rpm below which no mill turns; one of 0.5 m has 30 in steel."""
 _EARTH = (9.7, 9.9)
 """m/s² anywhere on the ground."""
 _LEVEL = 1e-3
@@ -47,12 +53,33 @@ def wrong_operation(machine: Machine) -> Iterator[str]:
         if cutting.get(key) is not None:
             said = outside(float(cutting[key]), low, high, f"[cutting]: {key}", unit, scale)
             yield from filter(None, [said])
+    yield from _slow(cutting)
     if machine.static is not None and machine.static.gravity is not None:
         g = float(np.linalg.norm(machine.static.gravity))
         if g:
             said = outside(g, *_EARTH, "[static]: gravity", "m/s^2")
             yield from filter(None, [said])
             yield from _hanging(machine, np.array(machine.static.gravity) / g)
+
+
+def _slow(cutting: Mapping[str, Any]) -> Iterator[str]:
+    """Speeds at which no chip is cut, as of revolutions per second."""
+    if cutting.get("speed") is None:
+        return
+    low, high = (float(n) for n in cutting["speed"])
+    diameter = cutting.get("diameter")
+    if diameter is not None:
+        v_low, v_high = (np.pi * float(diameter) * n for n in (low, high))
+        slow = v_high < _CRAWLS[0] or (v_low < _CRAWLS[1] and v_high < _CRAWLS[2])
+        said = f"with a diameter of {float(diameter) * 1e3:g} mm cut at {v_low:.3g} to {v_high:.3g} m/min"
+    else:
+        slow = cutting.get("process") == "milling" and high < _TURNS
+        said = "are those of no mill"
+    if slow:
+        yield (
+            f"[cutting]: speeds of {low:g} to {high:g} rpm {said}, expected 20 to 1000 m/min: were they meant in Hz? "
+            f'Then write ["{low:g} Hz", "{high:g} Hz"]'
+        )
 
 
 def _hanging(machine: Machine, down: Array) -> Iterator[str]:

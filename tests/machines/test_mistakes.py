@@ -209,6 +209,32 @@ WRONG = [
         "damping_ratio = [3.9, 3.5]",
         "cutter: the mode at 603 Hz has a damping_ratio of 3.9",
     ),
+    (
+        TOOL,
+        "damping_ratio = [0.039, 0.035]",
+        "damping_ratio = [0.6, 0.035]",
+        "cutter: the mode at 603 Hz has a damping_ratio of 0.6, that of a shock absorber",
+    ),
+    (
+        LATHE,
+        'length = "420 mm"\ndiameter = "100 mm"',
+        'length = "420 mm"\ndiameter = "100 cm"',
+        "spindle: segment 1 has a",
+    ),
+    (
+        LATHE,
+        "speed = [500, 4000]",
+        'speed = [7, 67]\ndiameter = "50 mm"',
+        "[cutting]: speeds of 7 to 67 rpm with a diameter of 50 mm cut at",
+    ),
+    (TOOL, "speed = [4000, 25000]", "speed = [4, 9]", "[cutting]: speeds of 4 to 9 rpm"),
+    (
+        PAIR,
+        'joint = "two_mass.joint.toml"',
+        'joint = { law = [{ kind = "linear", stiffness = "90 N/um" }, { kind = "gap", stiffness = "60 N/um", clearance '
+        '= "1 mm" }] }',
+        "guide: its gap has a clearance of 1 mm",
+    ),
     (TOOL, "frequency = [603, 666]", "frequency = [603e3, 666e3]", "cutter: the frequency of a mode is 6.03e+05 Hz"),
     (
         TOOL,
