@@ -17,6 +17,7 @@ from .contacts import wrong_contacts
 from .doubled import doubled
 from .elements import elements
 from .forgotten import forgotten_damping
+from .free_parts import strained_nodes
 from .loose import loose, undamped
 from .loss_factors import short_losses
 from .materials import oversized, wrong_beams, wrong_modes
@@ -54,6 +55,7 @@ def in_file(machine: Machine) -> tuple[str, ...]:
     if oversized(machine):  # such a beam would be cut into more elements than there is memory for
         return tuple(said)
     found = elements(machine)
+    said += strained_nodes(machine)
     said += wrong_bodies(machine, found)
     said += wrong_contacts(machine, found)
     said += forgotten_damping(machine, found)

@@ -10,9 +10,11 @@ from jointlib.arrays import Array
 
 from ..components.beam import Beam
 from ..components.component import Component
+from ..components.matrices import Matrices
 from ..components.modal import Modal
 from ..components.rigid import Rigid
 from .machine import Machine
+from .unstrained import Unstrained
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,4 +52,7 @@ def _of(part: Component) -> tuple[float | None, Array | None]:
         mass = np.array([s.material.density * s.profile.area * s.length for s in part.segments])
         middle = float(mass @ (ends[1:] + ends[:-1]) / 2 / np.sum(mass))
         return float(np.sum(mass)), np.asarray(part.start + middle * part.frame[0])
+    if isinstance(part, Matrices):
+        free = Unstrained.of(part)
+        return (None, None) if free is None else free.mass
     return None, None
