@@ -31,6 +31,9 @@ _SPAN = 1.5
 """Periods of the highest mode in a stretch of the arc, at most."""
 _SQUARED = 9
 """The map is raised to two to this."""
+_PIECE = 128
+"""Samples whose powers stay in the cache."""
+_TINY = np.float32(1e-36)
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,16 +167,13 @@ def pass_of(drawn: Drawn, direct: Array, at: Condition, arc: Arc, axes: tuple[st
 def multiplier(passing: Array) -> tuple[Array, Array]:
     """ln|μ| and |arg μ| in rad of the largest eigenvalue of maps, (samples, n, n) → (samples,).
 
-    Powers of the map show how it grows, and two steps of what is left of a vector turn by its angle.
+    Powers of the map show how it grows, and two steps of what is left of a vector turn by its angle. The powers are
+    of single precision, whose error in ln|μ| is a hundredth of what 512 steps leave where two multipliers are alike.
     """
-    power, grown = passing, np.zeros(len(passing))
-    for _ in range(_SQUARED):
-        power = power @ power
-        size = np.linalg.norm(power, axis=(1, 2))
-        power = power / np.maximum(size, 1e-300)[:, None, None]
-        before, grown = grown, 2 * grown + np.log(np.maximum(size, 1e-300))
-    rate = (grown - before) / 2 ** (_SQUARED - 1)
-    vector = power @ np.cos(np.arange(power.shape[2]) ** 1.5)
+    rate, vector = np.zeros(len(passing)), np.zeros(passing.shape[:2])
+    for begin in range(0, len(passing), _PIECE):
+        part = slice(begin, begin + _PIECE)
+        rate[part], vector[part] = _grown(passing[part])
     one = np.einsum("sij,sj->si", passing, vector)
     two = np.einsum("sij,sj->si", passing, one)
     aa, ab, bb = (np.sum(p * q, axis=1) for p, q in ((one, one), (one, vector), (vector, vector)))
@@ -186,7 +186,21 @@ def multiplier(passing: Array) -> tuple[Array, Array]:
     pair = np.stack([alpha / 2 + root, alpha / 2 - root])
     largest = np.take_along_axis(pair, np.argmax(np.abs(pair), axis=0)[None], axis=0)[0]
     largest = np.where(flat, np.where(ab > 0, 1.0, -1.0), largest)
-    return np.asarray(rate), np.abs(np.angle(largest))
+    return rate, np.abs(np.angle(largest))
+
+
+def _grown(passing: Array) -> tuple[Array, Array]:
+    """By how much a step grows in ln, (samples,), and what many of them leave of a vector, (samples, n)."""
+    power = passing.astype(np.float32)
+    spare, grown = np.empty_like(power), np.zeros(len(power))
+    for _ in range(_SQUARED):
+        power, spare = np.matmul(power, power, out=spare), power
+        flat = power.reshape(len(power), -1)
+        size = np.sqrt(np.maximum(np.einsum("si,si->s", flat, flat), _TINY))
+        power /= size[:, None, None]
+        before, grown = grown, 2 * grown + np.log(size)
+    rate = (grown - before) / 2 ** (_SQUARED - 1)
+    return rate, power @ np.cos(np.arange(power.shape[2], dtype=np.float32) ** 1.5)
 
 
 @lru_cache(maxsize=64)
@@ -233,14 +247,14 @@ def _unit_forces(at: Condition, arc: Arc) -> tuple[Array, Array]:
 
 
 def _factors(residue: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
-    """o and i with R = o·iᵀ of every mode, (samples, modes, axes); residues have rank one."""
+    """o and i with R = o·iᵀ of every mode, (samples, modes, axes), states in m; residues have rank one."""
     axes = residue.shape[-1]
     largest = np.argmax(np.abs(residue).reshape(*residue.shape[:2], -1), axis=2)
     row, column = largest // axes, largest % axes
     s, m = np.ogrid[: residue.shape[0], : residue.shape[1]]
     pivot = residue[s, m, row, column]
     pivot = np.where(pivot == 0, 1.0, pivot)
-    return residue[s, m, :, column], residue[s, m, row, :] / pivot[:, :, None]
+    return residue[s, m, :, column] / pivot[:, :, None], residue[s, m, row, :]
 
 
 def _felt(seen: ComplexArray, inside: ComplexArray, pushed: ComplexArray) -> Array:
