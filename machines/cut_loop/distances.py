@@ -64,7 +64,7 @@ def distances(
         return np.asarray(apart), np.broadcast_to(frequency[:, None], apart.shape)
     asked = np.append(ladder, _NEXT * ladder[0]) if len(ladder) == 1 else ladder
     grown, angle = np.zeros((len(rows), len(asked))), np.zeros((len(rows), len(asked)))
-    arc, found, changed = arc_of(at, tool.highest), None, base
+    arc, found, changed = arc_of(at, max(tool.highest, suspect.highest)), None, base
     for k, depth in enumerate(asked):
         if found is None or suspect.by_depth:
             changed = suspect.changed(base, values, at.speed, float(depth))

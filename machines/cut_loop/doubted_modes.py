@@ -13,6 +13,11 @@ from jointlib.arrays import Array
 from .sampled_tool import Drawn
 from .suspects import Suspect
 
+_BEYOND = 1.6
+"""Times the highest mode of the model up to which one may be missing."""
+_NODES = 1.15
+"""Times the same for which nodes lie closely enough: 2.9 to a period of the fastest that may be missing."""
+
 
 @dataclass(frozen=True)
 class ModeFrequency(Suspect):
@@ -114,9 +119,13 @@ class MissingMode(Suspect):
     def member(self) -> str:
         return self.name
 
+    @property
+    def highest(self) -> float:
+        return _NODES * self.high
+
     def values(self, z: Array) -> Array:
         share = 0.5 * (1 + np.tanh(0.8 * z[:, 0]))  # nearly even between both ends
-        frequency = 0.6 * self.low * (1.6 * self.high / (0.6 * self.low)) ** share
+        frequency = 0.6 * self.low * (_BEYOND * self.high / (0.6 * self.low)) ** share
         ratio = np.minimum(0.03 * np.exp(0.4 * z[:, 2]), 0.5)
         peak = 0.7 * self.compliance * np.exp(0.7 * z[:, 1])
         return np.stack([frequency, 1 / (2 * ratio * peak), ratio], axis=1)

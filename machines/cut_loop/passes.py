@@ -27,10 +27,13 @@ from ..indices import Index
 from .borders import Condition
 from .sampled_tool import Drawn
 
-_SPAN = 1.5
-"""Periods of the highest mode in a stretch of the arc, at most."""
+_SPAN, _NODES, _PER_PERIOD = 2.5, 4.0, 4.0
+"""Periods of the highest mode in a stretch of the arc, at most; nodes of a stretch, and those to each period of it.
+With them a border is off by less than a thousandth of its depth."""
 _SQUARED = 9
 """The map is raised to two to this."""
+_FORGOTTEN = 300.0
+"""Times e that a mode decays over a tooth period at most; a faster one has come to rest by then as well."""
 _PIECE = 128
 """Samples whose powers stay in the cache."""
 _TINY = np.float32(1e-36)
@@ -65,7 +68,7 @@ def arc_of(at: Condition, highest: float) -> Arc:
         pieces = int(np.ceil((high - low) * highest / _SPAN))
         for begin, end in zip(*(np.linspace(low, high, pieces + 1)[i:][:pieces] for i in (0, 1)), strict=True):
             length = float(end - begin)
-            count = 4 + int(np.ceil(4.5 * length * highest))
+            count = int(np.ceil(_NODES + _PER_PERIOD * length * highest))
             x, w, _, _ = _collocation(count)
             for flute in range(many):
                 angle = first + turning * (begin + x * length) + flute * pitch
@@ -106,19 +109,26 @@ class Pass:
         """Of states and chips over a tooth period, (samples, states + n, states + n), at depths in m, (samples,)."""
         b = depth[:, None, None]
         n, states = self.within.shape[2], self.free.shape[1]
-        known = np.concatenate([self.into, b * self.within], axis=2)
-        if self.rubbed is None:
-            x = np.linalg.solve(np.eye(n) + b * self.within, known)
-            force = x.copy()
+        out = np.empty((len(b), states + n, states + n))
+        if self.rubbed is None or self.rubbed_out is None:
+            # With x = Q·(into·s + b·K·x_old), Q = (1 + b·K)⁻¹, the chips x − x_old are Q·(into·s − x_old).
+            Q = np.linalg.inv(np.eye(n) + b * self.within)
+            out[:, states:, :states] = Q @ self.into
+            pushed = b * self.out
         else:
-            x = np.linalg.solve(np.eye(2 * n) + b * np.concatenate([self.within, self.rubbed], axis=2), known)
-            force = x[:, :n].copy()
-        force[:, :, states:] -= np.eye(n)
-        end = -b * (self.out @ force)
+            both = np.eye(2 * n) + b * np.concatenate([self.within, self.rubbed], axis=2)
+            unit = np.broadcast_to(np.eye(2 * n, n), (len(b), 2 * n, n))
+            x = np.linalg.solve(both, np.concatenate([self.into, unit], axis=2))
+            out[:, states:, :states], Q = x[:, :n, :states], x[:, :n, states:]
+            pushed = b * self.out
+            rubbed = b * (self.rubbed_out @ x[:, n:])
+        out[:, states:, states:] = np.eye(n) - Q
+        out[:, :states, :states] = self.free - pushed @ out[:, states:, :states]
+        out[:, :states, states:] = pushed @ Q
         if self.rubbed_out is not None:
-            end -= b * (self.rubbed_out @ x[:, n:])
-        end[:, :, :states] += self.free
-        return np.concatenate([end, x[:, :n]], axis=1)
+            out[:, :states, :states] -= rubbed[:, :, :states]
+            out[:, :states, states:] += rubbed[:, :, states:]
+        return out
 
     def idle(self) -> Array:
         """The map of a tooth that cuts nothing: chips stay as the last one left them."""
@@ -141,15 +151,17 @@ def pass_of(drawn: Drawn, direct: Array, at: Condition, arc: Arc, axes: tuple[st
     inside = _inside(poles, arc)
     pushed = i @ u.swapaxes(1, 2)
     rubs = drawn.damping + (at.cutting.process_damping or 0.0)
-    within = _felt(seen, inside, pushed)
+    grown = np.exp(np.maximum(poles.real, -_FORGOTTEN / arc.period)[:, :, None] * arc.time)
+    grown = grown * np.exp(1j * poles.imag[:, :, None] * arc.time)
+    waned = arc.weight / grown
+    into = _real_rows(seen * grown)
+    within = _felt(seen, into, inside, pushed, waned, arc)
     if np.any(direct):
         same = arc.time[:, None] == arc.time
         within = within + (v @ direct @ u.swapaxes(1, 2)) * same
-    grown = np.exp(poles[:, :, None] * arc.time)
-    into = _real_rows(seen * grown)
-    left = np.exp(poles[:, :, None] * (arc.period - arc.time)) * arc.weight
-    out = _real_columns(left * pushed)
     over = np.exp(poles * arc.period)
+    left = waned * over[:, :, None]
+    out = _real_columns(left * pushed)
     modes = np.arange(poles.shape[1])
     free = np.zeros((len(poles), 2 * len(modes), 2 * len(modes)))
     free[:, modes, modes] = free[:, modes + len(modes), modes + len(modes)] = over.real
@@ -157,10 +169,11 @@ def pass_of(drawn: Drawn, direct: Array, at: Condition, arc: Arc, axes: tuple[st
     if not np.any(rubs):
         return Pass(within, None, into, out, None, free)
     moving = seen * poles[:, :, None]
+    carried = _real_rows(moving * grown)
     at_v = (i @ v.T) * (rubs / at.surface_speed)[:, None, None]
-    above = np.concatenate([within, _felt(moving, inside, pushed)], axis=1)
-    rubbed = np.concatenate([_felt(seen, inside, at_v), _felt(moving, inside, at_v)], axis=1)
-    return Pass(above, rubbed, np.concatenate([into, _real_rows(moving * grown)], axis=1), out,
+    above = np.concatenate([within, _felt(moving, carried, inside, pushed, waned, arc)], axis=1)
+    rubbed = [_felt(*one, inside, at_v, waned, arc) for one in ((seen, into), (moving, carried))]
+    return Pass(above, np.concatenate(rubbed, axis=1), np.concatenate([into, carried], axis=1), out,
                 _real_columns(left * at_v), free)  # fmt: skip
 
 
@@ -219,24 +232,15 @@ def _collocation(count: int) -> tuple[Array, Array, ComplexArray, ComplexArray]:
     return x, w, size, np.asarray(vectors.T[:, :, None] * np.linalg.inv(vectors)[:, None, :])
 
 
-def _inside(poles: ComplexArray, arc: Arc) -> ComplexArray:
-    """I(λ), (samples, modes, n, n)."""
-    n, flat = len(arc.time), poles.reshape(-1)
-    apart = arc.time[:, None] - arc.time
-    before = arc.stretch[:, None] > arc.stretch
-    out = np.zeros((len(flat), n, n), dtype=complex)
-    k, l = np.nonzero(before)
-    if len(k):
-        # Nodes of the stretches behind, through what each of them leaves: e^(λ·t_k) times e^(−λ·t_l).
-        out[:, k, l] = np.exp(flat[:, None] * apart[k, l]) * arc.weight[l]
-    for number, (count, length) in enumerate(arc.stretches):
+def _inside(poles: ComplexArray, arc: Arc) -> dict[tuple[int, float], ComplexArray]:
+    """I(λ) of a stretch by its nodes and length, (samples, modes, nodes, nodes)."""
+    found = {}
+    for count, length in set(arc.stretches):
         _, _, size, turned = _collocation(count)
         a = size * length
-        block = (a / (1 - flat[:, None] * a)) @ turned.reshape(count, -1)
-        rows = np.flatnonzero(arc.stretch == number)
-        at = arc.place[rows]
-        out[:, rows[:, None], rows] = block.reshape(-1, count, count)[:, at[:, None], at]
-    return out.reshape(*poles.shape, n, n)
+        block = (a / (1 - poles[:, :, None] * a)) @ turned.reshape(count, -1)
+        found[count, length] = block.reshape(*poles.shape, count, count)
+    return found
 
 
 def _unit_forces(at: Condition, arc: Arc) -> tuple[Array, Array]:
@@ -257,11 +261,31 @@ def _factors(residue: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
     return residue[s, m, :, column] / pivot[:, :, None], residue[s, m, row, :]
 
 
-def _felt(seen: ComplexArray, inside: ComplexArray, pushed: ComplexArray) -> Array:
-    """2·Re Σ over modes of seen_k·I_kl·pushed_l, (samples, n, n)."""
-    out = np.zeros((len(seen), inside.shape[2], inside.shape[3]))
-    for m in range(seen.shape[1]):
-        out += 2 * (seen[:, m, :, None] * inside[:, m] * pushed[:, m, None, :]).real
+def _felt(
+    seen: ComplexArray,
+    into: Array,
+    inside: dict[tuple[int, float], ComplexArray],
+    pushed: ComplexArray,
+    waned: ComplexArray,
+    arc: Arc,
+) -> Array:
+    """2·Re Σ over modes of seen_k·I_kl·pushed_l, (samples, n, n).
+
+    From the stretches behind, by what each of them leaves: e^(λ·t_k), which ``into`` has, times e^(−λ·t_l).
+    """
+    if len(arc.stretches) > 1:
+        out = into @ _real_columns(waned * pushed)
+        out *= arc.stretch[:, None] > arc.stretch
+    else:
+        out = np.zeros((len(seen), len(arc.time), len(arc.time)))
+    for number, key in enumerate(arc.stretches):
+        begin, end = np.searchsorted(arc.stretch, (number, number + 1))
+        here, at = slice(begin, end), arc.place[begin:end]
+        for m in range(seen.shape[1]):
+            block = inside[key][:, m] if len(at) == key[0] else inside[key][:, m, at[:, None], at]
+            block = block * pushed[:, m, None, here]
+            block *= seen[:, m, here, None]
+            out[:, here, here] += 2 * block.real
     return out
 
 

@@ -30,6 +30,11 @@ class Suspect(ABC):
         """Which of the family, in words; empty where there is one."""
         return ""
 
+    @property
+    def highest(self) -> float:
+        """Hz of a mode that it brings, for which nodes have to lie closely enough; 0 where it brings none."""
+        return 0.0
+
     @abstractmethod
     def values(self, z: Array) -> Array:
         """The parameters, (samples, parameters)."""
