@@ -32,7 +32,7 @@ _SPAN, _NODES, _PER_PERIOD = 2.5, 4.0, 4.0
 With them a border is off by less than a thousandth of its depth."""
 _SQUARED = 9
 """The map is raised to two to this."""
-_FORGOTTEN = 300.0
+_FORGOTTEN = 600.0
 """Times e that a mode decays over a tooth period at most; a faster one has come to rest by then as well."""
 _PIECE = 128
 """Samples whose powers stay in the cache."""
