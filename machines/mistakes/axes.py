@@ -85,7 +85,8 @@ def _torn(machine: Machine, axis: Axis, name: str, how: str, between: tuple[str,
         ends = [[side.partition(".")[0] for side in c.between] for c in machine.connections]
         beside = {side for sides in ends if still in sides for side in sides} - {still, *axis.moves}
         stands = [c for c in machine.components if c.name in beside and not (c.kind in FREE or isinstance(c, Riding))]
-        so = "".join(f"; {c.name}, of kind {c.kind}, is not known to ride on {still}" for c in stands[:1])
+        alone = beside == {c.name for c in stands}
+        so = "".join(f"; {c.name}, of kind {c.kind}, is not known to ride on {still}" for c in stands[:1] if alone)
         yield (
             f"axis {axis.name}: it moves {moved} away from {still}, to which {name} {how}; expected both in moves, or "
             f"neither{so}"

@@ -14,6 +14,7 @@ from click.testing import CliRunner
 
 from jointlib.errors import InputError
 from machines import Beam, Machine, Rigid, frozen_receptance, read_machine, static_point
+from machines.mistakes.axes import torn_apart
 from machines.model.masses import part_masses
 from machines.verbs.inspect import command as inspect
 
@@ -401,3 +402,21 @@ def test_a_hanging_machine_moves_what_is_named(tmp_path: Path) -> None:
 def test_inspect_tells_where_the_axes_stand() -> None:
     said = CliRunner().invoke(inspect, [str(LIBRARY / "column_mill_a.toml")]).output.splitlines()
     assert "axis y: moves saddle, table along (0, 1, 0), at 0 mm of -225 to 225 mm" in said
+
+
+def test_what_does_not_ride_because_something_known_by_matrices_hangs_on_it_is_told_with_that(tmp_path: Path) -> None:
+    text = 'schema = "jointlib/machine/1"\n' + "".join(
+        f'[[component]]\nname = "{n}"\nkind = "rigid"\nmass = 20\ninertia = [1, 1, 1]\n' for n in ("slide", "turret")
+    )
+    text += '[[component]]\nname = "live"\nkind = "lumped"\ndofs = ["z"]\nmass = [[2]]\n'
+    text += held("way", ["slide", "ground"], "at = [0, 0, 0]\ndirection = [0, 0, 1]\n")
+    text += held("foot", ["live.z", "turret.uz"])
+    text += '[[bundle]]\nname = "face"\nkind = "bolted-face"\nbetween = ["turret", "slide"]\n'
+    text += "axes = [[0, 0, 1], [1, 0, 0]]\n"
+    text += 'length = 0.2\nwidth = 0.2\nbolts = 4\nbolt_force = "20 kN"\nnormal_stiffness = 1e12\ndamping = 1e4\n'
+    text += '[[axis]]\nname = "x"\ndirection = [1, 0, 0]\nmoves = ["slide"]\n'
+    (said,) = torn_apart(read_machine(written(tmp_path, text)))
+    assert said.endswith("expected both in moves, or neither; live, of kind lumped, is not known to ride on turret")
+    held_elsewhere = text + held("stay", ["turret", "ground"], "at = [0, 0, 0]\ndirection = [0, 0, 1]\n")
+    (said,) = torn_apart(read_machine(written(tmp_path, held_elsewhere)))
+    assert said.endswith("expected both in moves, or neither")

@@ -79,6 +79,13 @@ def test_of_a_measured_part_nothing_is_claimed_beyond_its_record() -> None:
     chart = lobes_at_amplitude(machine, [2350.0])
     assert chart.known_to == 400.0
     assert chart.depth[0] == pytest.approx(lobes_at_amplitude(spring_mass(None), [2350.0]).depth[0], rel=1e-4)
+    wider = replace(machine, frequency=(5.0, 1000.0))
+    assert (chatter_band(wider).low, chatter_band(wider).high) == (20.0, 400.0)
+    again = lobes_at_amplitude(wider, [2350.0])
+    assert again.depth[0] == pytest.approx(chart.depth[0], rel=1e-12)
+    assert any("reaches beyond what is known of the measured parts, 20 to 400 Hz" in said for said in again.warnings)
+    with pytest.raises(InputError, match="frequency is 500 to 600 Hz, expected a band within 20 to 400 Hz"):
+        chatter_band(replace(machine, frequency=(500.0, 600.0)))
 
 
 def test_a_tool_that_feels_no_mode_needs_a_band() -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from jointlib.arrays import Array
 from jointlib.errors import InputError
-from machines import Lumped, Machine, lobes_at_amplitude
+from machines import Lumped, Machine, lobes_at_amplitude, stability_lobes
 from machines.cutting.process.flank import flank_damping, linear_down_to
 from machines.lobes import Cutting
 
@@ -122,3 +122,24 @@ def test_half_a_flank_is_refused() -> None:
     ):
         with pytest.raises(InputError, match=said):
             replace(WORN, **more)
+
+
+@pytest.mark.parametrize("speed", [150.0, 700.0, 3000.0])
+def test_a_rubbing_flank_is_limited_where_all_frequencies_say_so(speed: float) -> None:
+    # Modes at 200 and 800 Hz and one at 20 kHz, whose damping by the flank is a hundred times what the first one feels.
+    mass, natural = np.array([20.0, 4.0, 0.01]), 2 * np.pi * np.array([200.0, 800.0, 2e4])
+
+    def G(f: Array) -> Array:
+        s = 2j * np.pi * f[:, None]
+        return np.sum(1 / (mass * (s**2 + 2 * 0.03 * natural * s + natural**2)), axis=1)
+
+    cutting = Cutting(process="turning", specific=2e9, diameter=0.05, process_damping=3e4)
+    lines = np.unique(np.concatenate([np.linspace(20.0, 6e4, 3000), np.linspace(150.0, 1000.0, 2000)]))
+    found = stability_lobes(lambda f: G(f)[:, None, None], cutting, [speed], axes=("x",), frequency=lines)
+    every = np.arange(20.0, 2.5e4, 0.005 * speed / 60)
+    rubbing = 3e4 / (np.pi * 0.05 * speed / 60)
+    value = G(every) * (2e9 * (1 - np.exp(-2j * np.pi * every * 60 / speed)) + 2j * np.pi * every * rubbing)
+    i = np.flatnonzero((np.sign(value.imag[1:]) != np.sign(value.imag[:-1])) & (value.real[1:] < 0))
+    share = value.imag[i] / (value.imag[i] - value.imag[i + 1])
+    strongest = np.min(value.real[i] + share * (value.real[i + 1] - value.real[i]))
+    assert found.depth[0] == pytest.approx(-1 / strongest, rel=2e-4)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,6 +13,7 @@ from jointlib import InputError
 from jointlib.modal_fit.fit import fit_modes
 from jointlib.modal_fit.responses import Responses
 from machines import read_machine, stability_lobes
+from machines.answers.told.measured_modes import beyond
 from machines.components.measured import Measured
 from machines.components.modal import Modal
 from machines.components.state_space import StateSpace
@@ -178,3 +181,12 @@ def test_what_has_no_driving_point_is_no_component(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no driving point among the responses"):
         write_component(tmp_path / "tool.component.toml", found)
     assert not list(tmp_path.iterdir())
+
+
+def test_of_computed_responses_nobody_says_that_they_were_measured_wrongly() -> None:
+    fitted: Any = SimpleNamespace(scatter=9.0, shape_fit=None, responses=SimpleNamespace(frequency=np.array([1.0])))
+    (measured,), (computed,) = beyond(fitted), beyond(fitted, computed=True)
+    assert measured.startswith("the modes miss 3 times")
+    assert "responses do not belong together" in measured
+    assert computed.startswith("the modes miss 3 times")
+    assert "responses" not in computed
