@@ -85,7 +85,7 @@ def operating_receptance(
         lines = point.frf.frequency
         if rough:
             size = np.linalg.norm(point.frf.receptance, axis=(1, 2))
-            fine = np.array([outcome is Outcome.CONVERGED for outcome in point.outcomes])
+            fine = np.array([outcome is not Outcome.STALLED for outcome in point.outcomes])
             loud = np.maximum(size[ends], size[ends + 1]) >= _FAINT * np.max(size)
             ends = ends[loud & fine[ends] & fine[ends + 1]]
         if not len(ends):
