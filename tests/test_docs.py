@@ -39,7 +39,7 @@ LANGUAGES = {"console", "python", "toml", "text"}
 """``text`` is what must not run; a ``toml`` or ``python`` block that begins with ``# file: NAME`` is written there."""
 ELSEWHERE = re.compile(r"jointlib (run|explore|trace .*guide_mill|.*\bmills\b|.*bed_mill)")
 """What takes long and is run by other tests; here only the arguments are read."""
-LONG = ("fmu.md", "lobes.md", "loop.md", "machines.md", "plan.md", "studies.md")
+LONG = ("fmu.md", "lobes.md", "loop.md", "machines.md", "plan.md", "studies.md", "tools.md", "view.md")
 """Pages that compute for many seconds."""
 _FENCE = re.compile(r"^```(\{?[\w-]+\}?)[^\n]*\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 _SPAN = re.compile(r"`([^`]+)`")

@@ -66,12 +66,26 @@ MOST_FILES = 20
 
 
 @functools.cache
+def statements(path: Path) -> list[tuple[ast.Import | ast.ImportFrom, bool]]:
+    """Every statement of a file that imports, inside functions too, and whether it does so for types alone."""
+    found = []
+    left: list[tuple[ast.AST, bool]] = [(ast.parse(path.read_text()), False)]
+    while left:
+        node, typed = left.pop()
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            found.append((node, typed))
+        elif not isinstance(node, ast.expr):
+            typed = typed or (isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING")
+            left += [(inner, typed) for inner in ast.iter_child_nodes(node)]
+    return found
+
+
 def imports(path: Path) -> set[str]:
     found: set[str] = set()
-    for node in ast.walk(ast.parse(path.read_text())):
+    for node, _ in statements(path):
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
+        elif node.level == 0 and node.module:
             found.add(node.module)
     return found
 
@@ -164,19 +178,12 @@ def imported(name: str, path: Path, known: Collection[str]) -> set[str]:
 def _imported(name: str, path: Path, known: frozenset[str]) -> set[str]:
     package = name if path.name == "__init__.py" else name.rpartition(".")[0]
     found = set()
-    tree = ast.parse(path.read_text())
-    for_types = {
-        inner
-        for node in ast.walk(tree)
-        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
-        for inner in ast.walk(node)
-    }
-    for node in ast.walk(tree):
-        if node in for_types:
+    for node, typed in statements(path):
+        if typed:
             continue
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom):
+        else:
             parts = package.split(".")[: len(package.split(".")) - node.level + 1] if node.level else []
             base = ".".join([*parts, *([node.module] if node.module else [])])
             for alias in node.names:

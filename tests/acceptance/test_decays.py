@@ -7,6 +7,7 @@ from decay_records import Case
 from decay_table import in_set, named, run
 
 
+@pytest.mark.thorough
 def test_nothing_is_named_in_a_decay_where_nothing_is_hidden() -> None:
     assert run(Case((), 1, 40, 0))["verdict"] == "nothing_missing"
 

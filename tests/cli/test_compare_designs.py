@@ -50,6 +50,7 @@ def study(here: Path) -> str:
     return "s.study.toml"
 
 
+@pytest.mark.thorough
 def test_designs_are_compared_by_results_resonances_and_lobes(study: str) -> None:
     done = jointlib(f"compare {study} --results out --designs 0 1 -o both.svg --json")
     assert done.status == 0, done.err
@@ -77,6 +78,7 @@ def test_the_lobes_of_a_design_are_those_its_result_was_read_from(study: str) ->
         assert list(side.curves) == ["tool x", "tool y"]
 
 
+@pytest.mark.thorough
 def test_without_numbers_the_best_and_the_second_are_compared(study: str) -> None:
     best = jointlib("study report s.study.toml -o out --json").json["best"]
     told = jointlib(f"compare {study} --results out")
@@ -85,6 +87,7 @@ def test_without_numbers_the_best_and_the_second_are_compared(study: str) -> Non
     assert f"against design {best['configuration']} ({factors})" in told.out
 
 
+@pytest.mark.thorough
 def test_samples_in_common_are_no_doubt_about_a_difference(here: Path) -> None:
     """A depth that scatters by a third, and differs between the designs by parts in ten thousand in every sample."""
     text = STUDY[: STUDY.index("[[factor]]")] + STUDY[STUDY.index("[[objective]]") :]

@@ -13,6 +13,7 @@ from tools import package
 
 from jointlib.errors import InputError
 
+pytestmark = pytest.mark.thorough
 STUDY = """
 schema = "jointlib/study/1"
 base = "lathe.toml"
@@ -115,7 +116,6 @@ def test_designs_are_highlighted_and_used_by_the_keyboard(tab: Tab) -> None:
     assert "expected numbers from 0 to 9" in until_status(tab, "designs:")
 
 
-@pytest.mark.thorough
 def test_a_report_is_written_into_the_folder_and_nowhere_else(tab: Tab, site: Site) -> None:
     before = set(site.folder.parent.rglob("*"))
     tab.type_into("#name", "a setting")

@@ -20,6 +20,7 @@ from tools import package
 
 from machines.answers.explore import identified
 
+pytestmark = pytest.mark.thorough
 AMPLITUDE, PRELOAD, CONTACT, DAMPING, TEETH = 0, 1, 3, 4, 5
 
 
@@ -44,7 +45,6 @@ def tab(opened: Opened) -> Tab:
     return opened.anew()
 
 
-@pytest.mark.thorough
 def test_dragging_a_slider_moves_every_curve(tab: Tab) -> None:
     before = {graph: curve(tab, graph) for graph in ("frf", "gain", "lobes")}
     x, y, width, height = tab.box(part("slider", PRELOAD))
@@ -167,7 +167,6 @@ def test_the_browser_would_refuse_a_foreign_request(chromium: Browser, site: Sit
     chromium.close(tab)
 
 
-@pytest.mark.thorough
 def test_a_second_user_does_not_disturb_the_first(chromium: Browser, tab: Tab, site: Site) -> None:
     tab.type_into(part("field", PRELOAD), "700")
     tab.type_into("#read-at", "5000")
@@ -355,7 +354,6 @@ def test_the_machine_is_drawn_with_its_modes(tab: Tab) -> None:
     tab.wait(lambda: tab.evaluate(shown) != before, "the machine is seen from above")
 
 
-@pytest.mark.thorough
 def test_what_was_measured_is_laid_over_the_receptance_and_follows_the_sliders(
     chromium: Browser, tmp_path_factory: pytest.TempPathFactory
 ) -> None:

@@ -88,6 +88,7 @@ def test_a_picture_of_a_machine_with_nonlinear_joints_draws_its_zones(lathe: str
     assert len(Path("out/zones.svg").read_text()) > len(Path("out/plain.svg").read_text())
 
 
+@pytest.mark.thorough
 def test_the_receptance_goes_out_with_its_band(lathe: str) -> None:
     done = jointlib(f"frf {lathe} --force 5 --frequency 80Hz:140Hz:21 --samples 40 -o out/x.csv --json")
     assert [Path(f).name for f in done.json["files"]] == ["x.csv", "x_band.csv"]

@@ -143,6 +143,7 @@ def test_import_writes_the_measurement_and_reads_it(here: Path) -> None:
     assert next(c.unit for c in other.measurement.channels if c.quantity == "force") == "kN"
 
 
+@pytest.mark.thorough
 def test_estimate_writes_what_the_verb_writes(here: Path) -> None:
     found = jointlib.estimate(HITS, output="f.measurement.toml", plot="f.svg")
     data = called(f"estimate {HITS} -o v.measurement.toml --plot v.svg --json").json
@@ -185,6 +186,7 @@ def test_lobes_are_what_the_verb_prints(here: Path) -> None:
     assert printed.splitlines() == found.lines
 
 
+@pytest.mark.thorough
 def test_modes_are_what_the_verb_prints(here: Path) -> None:
     found = machines.modes(LIBRARY / "lathe.toml", all=True)
     same(found.as_json(), f"modes {LIBRARY / 'lathe.toml'} --all")
@@ -334,6 +336,7 @@ def test_a_room_that_has_the_name_of_a_verb_is_called_and_keeps_its_names(verb: 
     assert verb in dir(machines)
 
 
+@pytest.mark.thorough
 def test_names_of_rooms_are_there_before_and_after_a_call_without_a_warning() -> None:
     code = """
 import warnings

@@ -217,11 +217,11 @@ HOSTILE = (
     "]]>&lt;&#x0;",
     "%s%n%x",
 )
-ALIKE = ("<img src=x onerror=alert(1)>", "${jndi:ldap}{{7*7}}{% raw %}", "]]>&lt;&#x0;")
-"""In the files of an FMU these are told from text by the same marks as others; a whole FMU is made for each."""
+AN_FMU = ("</script><script>alert(1)</script>", "a\nb\t\\")
+"""Names for which an FMU is made by default; it takes a second for each."""
 
 
-@pytest.mark.parametrize("name", repeats(HOSTILE, lambda name: name not in ALIKE))
+@pytest.mark.parametrize("name", repeats(HOSTILE, lambda name: name in AN_FMU))
 def test_no_name_becomes_markup_code_or_a_path(name: str, at_bench: Path) -> None:
     """In the C source, the XML and the page of an FMU, in a drawing and in the page of a machine."""
     joint = Path("guide.joint.toml").read_text("utf-8").replace('name = "guide"', f"name = {json.dumps(name)}")

@@ -192,6 +192,7 @@ def test_identify_gives_parameters_with_standard_errors_and_the_misfit(here: Pat
     assert min(data["sweep"]["rms"]) == pytest.approx(data["rms"], rel=0.01)
 
 
+@pytest.mark.thorough
 def test_fmu_gives_the_file_and_the_largest_step_of_co_simulation(here: Path) -> None:
     data = jointlib(f"fmu {GUIDE} -o guide.fmu --json").json
     again = jointlib("fmu --verify guide.fmu --json").json

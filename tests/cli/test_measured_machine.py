@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
 from command_line import jointlib
 from test_measured import GOOD, files
 
@@ -26,6 +27,7 @@ frequency = [60, 1400]
 )
 
 
+@pytest.mark.thorough
 def test_measured_part_is_told_and_left_out_of_the_check(tmp_path: Path) -> None:
     files(tmp_path)
     machine = tmp_path / "m.toml"

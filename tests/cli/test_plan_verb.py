@@ -30,6 +30,7 @@ def planned(tmp_path_factory: pytest.TempPathFactory) -> tuple[Done, Path]:
     return done, folder / "plan"
 
 
+@pytest.mark.thorough
 def test_what_is_said_to_be_written_is_there(planned: tuple[Done, Path]) -> None:
     done, folder = planned
     assert {folder.parent / p for p in wrote(done)} == set(folder.iterdir())
@@ -37,6 +38,7 @@ def test_what_is_said_to_be_written_is_there(planned: tuple[Done, Path]) -> None
     assert "simulating quadratic-damping …" in done.err
 
 
+@pytest.mark.thorough
 def test_the_numbers_agree_with_the_files_to_play(planned: tuple[Done, Path]) -> None:
     _, folder = planned
     told = json.loads((folder / "plan.json").read_text())
@@ -58,6 +60,7 @@ def test_the_numbers_agree_with_the_files_to_play(planned: tuple[Done, Path]) ->
     np.testing.assert_allclose(played, again, atol=1e-7)
 
 
+@pytest.mark.thorough
 def test_the_joint_stays_short_of_where_its_rows_lift_off(planned: tuple[Done, Path]) -> None:
     _, folder = planned
     told = json.loads((folder / "plan.json").read_text())
@@ -65,6 +68,7 @@ def test_the_joint_stays_short_of_where_its_rows_lift_off(planned: tuple[Done, P
     assert told["campaign"]["amplitude"] == pytest.approx(0.8 * guide.lift_off_displacement)
 
 
+@pytest.mark.thorough
 def test_the_file_to_fill_is_a_measurement_of_this_rig(planned: tuple[Done, Path]) -> None:
     _, folder = planned
     own, given = read_measurement(folder / "measurement.toml"), read_measurement(RIG)

@@ -37,7 +37,14 @@ def both(tmp_path: Path) -> Path:
     return machine(tmp_path, tool=TWO)
 
 
-@pytest.mark.parametrize("more", [SPEEDS, ("--method", "zero-order"), (*SPEEDS, "--method", "zero-order")])
+@pytest.mark.parametrize(
+    "more",
+    [
+        pytest.param(SPEEDS, marks=pytest.mark.thorough),
+        pytest.param(("--method", "zero-order"), marks=pytest.mark.thorough),
+        (*SPEEDS, "--method", "zero-order"),
+    ],
+)
 def test_lobes_tells_of_every_tool_what_it_tells_when_asked_for_it(both: Path, more: tuple[str, ...]) -> None:
     rows = told("lobes", str(both), *more)["tools"]
     assert [row["tool"] for row in rows] == ["short", "long"]
@@ -50,6 +57,7 @@ def test_lobes_tells_of_every_tool_what_it_tells_when_asked_for_it(both: Path, m
         assert row["pocket"] == alone.get("pocket")
 
 
+@pytest.mark.thorough
 def test_with_amplitudes_there_is_a_table_for_each(both: Path) -> None:
     asked = ("--amplitude", "2 um", "--amplitude", "5 um", "--method", "zero-order")
     rows = told("lobes", str(both), *asked, *SPEEDS)["tools"]

@@ -321,6 +321,7 @@ def test_names_with_blanks_and_dots_stand_in_quotes() -> None:
     assert [fmi_name(text) for text in ("guide", "a.b-c", "1st")] == ["guide", "'a.b-c'", "'1st'"]
 
 
+@pytest.mark.thorough
 @one_version
 def test_slider_between_two_masses_sticks_and_slips_where_its_force_says(fmi: int) -> None:
     """Stick and slip integrated one after the other, each to the instant where it ends."""

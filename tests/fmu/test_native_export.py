@@ -310,7 +310,10 @@ def test_every_law_exports_validates_and_repeats_its_reference_run(joint: Joint,
 @one_version
 @pytest.mark.parametrize(
     ("laws", "least", "most"),
-    [((Viscous(30.0), Gap(6e8, 1.5e-6)), 0.0, 1e-5), ((Maxwell(4e7, 1.2e4),), 1e-9, 0.05)],
+    [
+        ((Viscous(30.0), Gap(6e8, 1.5e-6)), 0.0, 1e-5),
+        pytest.param((Maxwell(4e7, 1.2e4),), 1e-9, 0.05, marks=pytest.mark.thorough),
+    ],
     ids=["no memory", "a spring that relaxes"],
 )
 def test_model_exchange_is_run_beside_co_simulation_and_told(

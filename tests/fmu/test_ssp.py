@@ -210,6 +210,7 @@ def test_the_parameter_set_holds_what_the_joints_start_with(soft: Made, tmp_path
         check_parameters(Path("wrong.ssp"), {**members, SSV: wrong})
 
 
+@pytest.mark.thorough
 def test_a_set_that_was_edited_is_the_machine_with_that_joint(soft: Made, tmp_path: Path) -> None:
     """FMPy takes no set by itself, but one that it is handed."""
     edited = tmp_path / "joints.ssv"
@@ -277,6 +278,7 @@ def test_fmpy_moves_the_soft_machine_as_one_solver_does_the_better_the_smaller_t
     assert np.max(np.abs(extrapolated - exact[1::2])) < 5e-5 * np.max(np.abs(exact))
 
 
+@pytest.mark.thorough
 def test_fmpy_moves_the_two_masses_of_the_library_as_one_solver_does(two_mass: Made) -> None:
     push, errors = pulse(1e-4, 1500.0), []
     joint = read_joint(TWO_MASS.with_name("two_mass.joint.toml"))
@@ -331,6 +333,7 @@ model.terminate()
     assert found == pytest.approx(soft_solved(lambda _: force, np.array([0.0, end]))[-1], rel=0.02)
 
 
+@pytest.mark.thorough
 def test_joints_and_bodies_in_fmi_3_move_as_those_in_fmi_2(soft: Made, tmp_path: Path) -> None:
     file = tmp_path / "soft3.ssp"
     assert export_ssp(soft_machine(), file, fmi=3).masters == soft.done.masters

@@ -87,6 +87,7 @@ def test_without_a_force_the_machine_stays_where_its_load_puts_it(kind: type[Ste
     assert np.max(np.abs(found / expected - 1)) < 1e-10
 
 
+@pytest.mark.thorough
 def test_the_start_is_the_static_point_of_the_solver() -> None:
     point = static_point(pressed())
     found = Stepping(unpacked(pressed(), 2), 2).get(OUTPUTS)

@@ -73,6 +73,7 @@ def hits(
         yield estimate(read_measurement(folder / "m.toml")).frfs
 
 
+@pytest.mark.thorough
 def test_the_bound_holds_on_95_percent_of_the_lines(tmp_path: Path) -> None:
     holds([within(frfs, PART) for frfs in hits(tmp_path, 5, 40)])
 
@@ -194,6 +195,7 @@ def test_lines_under_a_window_err_together_as_its_square_says() -> None:
     assert lines_alike(shared(np.hanning(256))[:3]) == pytest.approx(1 + 2 * (4 / 9 + 1 / 36), rel=0.01)
 
 
+@pytest.mark.thorough
 def test_the_scatter_of_the_noise_that_is_found_is_that_of_its_stated_freedom() -> None:
     """Two averages; noise of a force of which 40 lines share each error, over a resonance."""
     f = np.arange(600.0)

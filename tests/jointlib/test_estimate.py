@@ -99,6 +99,7 @@ def test_a_hit_that_nothing_follows_is_left_out(tmp_path: Path) -> None:
     assert any("has no response" in said for said in estimate(read_measurement(file)).left_out)
 
 
+@pytest.mark.thorough
 def test_a_block_that_ends_too_early_is_mended_by_the_modes(tmp_path: Path) -> None:
     """Without it 0.5 s blocks of a lightly damped part miss more than a hundredth of the response by leakage."""
     file = struck(tmp_path, 3, part=LIGHT, spacing=4.0, peaks=(300.0, 250.0, 320.0), settings="length = 0.5")
@@ -108,7 +109,7 @@ def test_a_block_that_ends_too_early_is_mended_by_the_modes(tmp_path: Path) -> N
         assert np.linalg.norm(f.value - truth(f, LIGHT)) < 0.012 * np.linalg.norm(f.value)
 
 
-@pytest.mark.parametrize("T", [0.2, 0.08])
+@pytest.mark.parametrize("T", [pytest.param(0.2, marks=pytest.mark.thorough), 0.08])
 def test_the_damping_of_an_exponential_window_is_taken_off(tmp_path: Path, T: float) -> None:
     file = struck(
         tmp_path, 4, part=LIGHT, spacing=4.0, peaks=(300.0, 250.0, 320.0), settings=f"length = 0.5\nexponential = {T}"

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from repeats import repeats
 from scipy.integrate import quad, solve_ivp
 
 from jointlib.arrays import Array
@@ -73,7 +74,9 @@ def test_dahl_follows_its_differential_equation() -> None:
     assert np.max(np.abs(along(Dahl(K, F), t, omega) - expected)) < 1e-5 * F
 
 
-@pytest.mark.parametrize(("exponent", "shape"), [(1.0, 0.5), (1.5, 0.2), (2.0, 0.5), (3.0, 0.9)])
+@pytest.mark.parametrize(
+    ("exponent", "shape"), repeats([(1.0, 0.5), (1.5, 0.2), (2.0, 0.5), (3.0, 0.9)], lambda case: case[0] >= 2.0)
+)
 def test_bouc_wen_follows_its_differential_equation(exponent: float, shape: float) -> None:
     omega = 2 * np.pi
 
@@ -268,6 +271,7 @@ def test_what_bouc_wen_gives_back_was_stored_before() -> None:
         assert np.min(np.diff((work - V)[::100])) > -1e-3 * F * F / K
 
 
+@pytest.mark.thorough
 def test_lugre_with_play_answers_every_amplitude_as_it_does_alone() -> None:
     law, A = LuGre(K, 300.0, F, 1.4 * F, 5e-3, 5e-7), np.linspace(1e-7, 3e-6, 5)
     together, alone = law.first_harmonic(A, 300.0), [law.first_harmonic(a, 300.0) for a in A]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from integrated_rig import FREQUENCY, INVERSE, LINEAR, M1, M2, M3, Array, C, K, drive
 from rig_samples import PERIOD, RATE, measurement, record
 from scipy.integrate import solve_ivp
@@ -35,6 +36,7 @@ def warming() -> tuple[Array, Array, Array]:
     return push, y[0], np.array([force(t, q) for t, q in zip(at, y.T, strict=True)])
 
 
+@pytest.mark.thorough
 def test_a_ramp_and_a_parabola_of_z_close_the_joint_equation_of_a_motion_that_does_not_return() -> None:
     P, z, f = warming()
     a1, a2 = (P - f) / M1, f / (M2 + M3)

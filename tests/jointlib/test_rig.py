@@ -64,6 +64,7 @@ def test_shaker_work_is_what_the_damper_takes() -> None:
     assert put_in == pytest.approx(taken, rel=1e-3)
 
 
+@pytest.mark.thorough
 def test_channels_balance_the_shaker_force() -> None:
     channels = shaken().channels
     balance = channels["P"] - 0.942 * channels["a1"] - 1.1 * channels["a2"] - 1.1 * channels["a3"]

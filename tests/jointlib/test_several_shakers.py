@@ -64,6 +64,7 @@ def test_the_bound_holds_for_forces_with_and_without_a_common_part(tmp_path: Pat
     holds([within(driven(tmp_path, seed, common).frfs, PART) for seed in range(1, 21)], high=0.02)
 
 
+@pytest.mark.thorough
 def test_a_common_part_makes_the_errors_larger_and_is_told(tmp_path: Path) -> None:
     apart, tied = driven(tmp_path, 3), driven(tmp_path, 3, common=0.8)
     for a, b in zip(apart.frfs, tied.frfs, strict=True):

@@ -59,6 +59,7 @@ NAMES = ("Zeit", "acc front", "Kraft P", "µ-Weg")
 UNITS = ("s", "g", "N", "µm")
 
 
+@pytest.mark.thorough
 @settings(max_examples=120, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(style=styles(), rows=ROWS)
 def test_numbers_in_any_dialect_come_back_equal(style: Style, rows: list[list[float]], tmp_path: Path) -> None:
@@ -79,7 +80,7 @@ def test_numbers_in_any_dialect_come_back_equal(style: Style, rows: list[list[fl
     np.testing.assert_array_equal(np.transpose(table.columns), [[style.read_back(v) for v in row] for row in rows])
 
 
-@pytest.mark.parametrize("seed", repeats(range(8), lambda seed: seed == 0))
+@pytest.mark.parametrize("seed", repeats(range(8), lambda seed: False))
 def test_no_table_is_read_wrongly_however_odd(seed: int, tmp_path: Path) -> None:
     rng, read = random.Random(seed), 0
     for _ in range(250):

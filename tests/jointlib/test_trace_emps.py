@@ -81,6 +81,7 @@ def test_mass_viscous_friction_and_offset_leave_a_sixth_of_the_force(report: Tra
     assert report.error_before["heldout_condition"] == pytest.approx(0.253, abs=0.01)
 
 
+@pytest.mark.thorough
 def test_dry_friction_is_named_first_with_the_values_of_the_benchmark(report: TraceReport) -> None:
     step = report.reduction["steps"][1]
     assert step["family"] == "coulomb"
@@ -97,6 +98,7 @@ def test_dry_friction_is_named_first_with_the_values_of_the_benchmark(report: Tr
     assert report.verdict in (Verdict.IDENTIFIED, Verdict.AMBIGUOUS)
 
 
+@pytest.mark.thorough
 def test_the_only_rivals_are_elastic_contacts_of_a_few_micrometres(report: TraceReport) -> None:
     assert {r.family for r in report.rivals} == {"hysteresis"}
     assert "jenkins" in {r.member for r in report.rivals}
@@ -105,6 +107,7 @@ def test_the_only_rivals_are_elastic_contacts_of_a_few_micrometres(report: Trace
     assert slip < 20e-6
 
 
+@pytest.mark.thorough
 def test_direction_dependent_damping_comes_second_and_then_nothing(report: TraceReport) -> None:
     assert [term["family"] for term in report.secondary] == ["viscous-by-direction"]
     assert [law.kind for law in report.mended.laws] == ["coulomb", "viscous-by-direction"]
@@ -114,12 +117,14 @@ def test_direction_dependent_damping_comes_second_and_then_nothing(report: Trace
     assert report.error_after["heldout_condition"] <= 0.035
 
 
+@pytest.mark.thorough
 def test_three_speeds_are_found_and_their_cycles_repeat_within_a_percent(report: TraceReport) -> None:
     assert len(report.data["conditions"]["found"]) == 3
     assert report.noise_floor["source"] == "cycles"
     assert next(iter(report.noise_floor["force_rel_per_record"].values())) == pytest.approx(0.006, abs=0.001)
 
 
+@pytest.mark.thorough
 def test_the_filter_chosen_from_the_data_is_that_of_the_literature(report: TraceReport) -> None:
     assert report.data["preparation"]["cutoff"] == 50.0
     assert report.data["preparation"]["edge"] == 500
@@ -157,6 +162,7 @@ def test_undoing_the_lag_leaves_what_the_friction_model_leaves(late: TraceReport
     assert after["heldout_condition"] <= report.error_after["heldout_condition"]
 
 
+@pytest.mark.thorough
 def test_a_bump_below_dry_friction_fits_and_is_refused(report: TraceReport, signals: dict[str, Array]) -> None:
     """A negative Stribeck bump and a free lag would cut the error by a third; a law must not have it."""
     z, F = (sosfiltfilt(butter(4, 0.1, output="sos"), x) for x in (signals["qm"], 35.15 * signals["vir"]))
@@ -182,6 +188,7 @@ def test_a_bump_below_dry_friction_fits_and_is_refused(report: TraceReport, sign
         assert row["status"] in (Status.UNPHYSICAL, Status.REJECTED)
 
 
+@pytest.mark.thorough
 def test_a_drive_has_no_spring_to_run_freely_on(report: TraceReport) -> None:
     free = report.resimulation["displacement"]
     assert free["before"] is None

@@ -361,6 +361,7 @@ def test_an_effect_that_does_not_load_is_said(monkeypatch: pytest.MonkeyPatch) -
     assert found.failed == ("Effect mine did not load: ImportError: no module.",)
 
 
+@pytest.mark.thorough
 def test_a_force_that_repeats_with_the_pitch_of_the_screw_is_a_fault_of_the_feed(tmp_path: Path) -> None:
     def ripple(z: Array, v: Array) -> Array:
         return np.asarray(9.0 * np.sin(2 * np.pi * z / 0.0025 + 0.7))
@@ -429,6 +430,7 @@ def sprung(z: Array, v: Array) -> Array:
     return np.asarray(SPRING * z + (250 - DAMPING) * v)
 
 
+@pytest.mark.thorough
 def test_a_lag_that_would_need_a_damper_that_drives_is_refused(tmp_path: Path) -> None:
     """Of k z + c v + m a, the inertia unknown to the model: −(m/c) dF/dt has it, and takes m k/c off the damping c."""
     record = drive(sprung, cycle((0.05, 0.1, 0.2), 3))

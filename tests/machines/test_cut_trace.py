@@ -342,6 +342,7 @@ def test_the_next_cut_lies_where_the_border_is_in_doubt(tmp_path: Path) -> None:
     assert width[1] < width[0]
 
 
+@pytest.mark.thorough
 def test_a_trace_of_cuts_shows_itself(tmp_path: Path) -> None:
     machine = machine_of(tmp_path)
     found = trace_cuts(campaign(machine, 0), machine, draws=60)
@@ -397,6 +398,7 @@ def written(folder: Path, seed: int, **what: float) -> tuple[Path, Path]:
     return folder / "cuts.toml", folder / "machine.toml"
 
 
+@pytest.mark.thorough
 def test_what_was_found_is_written_with_the_mended_machine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     cuts, file = written(tmp_path, 5, force=2.2)
     monkeypatch.setattr(trace_cuts_room, "DRAWS", 250)

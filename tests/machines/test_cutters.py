@@ -82,6 +82,7 @@ def test_without_anything_uneven_it_is_the_chart_of_even_cutters() -> None:
     assert np.array_equal(stability_lobes(TOOL, same, speeds, "collocation").depth, even.depth)
 
 
+@pytest.mark.thorough
 def test_pitches_that_hardly_differ_chatter_like_even_ones() -> None:
     near = replace(STRAIGHT, pitch=(90.001, 89.999, 90.0005, 89.9995))
     even, other = (stability_lobes(TOOL, c, [5000.0, 9000.0], "multi-frequency").depth for c in (STRAIGHT, near))
@@ -194,6 +195,7 @@ def test_process_damping_lifts_the_slow_lobes_of_a_mill_and_leaves_the_fast_ones
     assert rise[0] > 1.2
 
 
+@pytest.mark.thorough
 def test_process_damping_in_milling_agrees_with_the_cut_stepped_in_time() -> None:
     cutting = replace(STRAIGHT, process_damping=3e4, diameter=0.02)
     depth = float(stability_lobes(TOOL, cutting, [6000.0], "collocation").depth[0])
@@ -217,8 +219,8 @@ def mill(**more: Any) -> Machine:
 @pytest.mark.parametrize(
     ("more", "waves", "within"),
     [
-        ({"helix": 40.0}, 120, 5e-3),
-        ({"process_damping": 3e4}, 120, 5e-3),
+        pytest.param({"helix": 40.0}, 120, 5e-3, marks=pytest.mark.thorough),
+        pytest.param({"process_damping": 3e4}, 120, 5e-3, marks=pytest.mark.thorough),
         ({"pitch": PAIRS}, 120, 5e-3),
         pytest.param({"helix": (40.0, 38.0, 40.0, 38.0)}, 120, 5e-3, marks=pytest.mark.thorough),
         pytest.param({"pitch": UNLIKE, "helix": 30.0}, 400, 0.02, marks=pytest.mark.thorough),
@@ -269,6 +271,7 @@ def test_no_simulated_cut_denies_the_unstable_depths_of_uneven_cutters() -> None
                 assert bool(found.grows[0]) == chatters, (more, depth)
 
 
+@pytest.mark.thorough
 def test_the_simulated_cut_of_pitches_that_hardly_differ_is_that_of_even_ones() -> None:
     at, motions = np.linspace(0.0, 0.05, 3001), []
     for pitch in ((90.0,) * 4, (90.00001, 89.99999, 90.00001, 89.99999)):

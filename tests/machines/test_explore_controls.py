@@ -190,7 +190,7 @@ def test_a_tip_at_the_end_of_the_bar_goes_along_by_itself(tmp_path: Path) -> Non
     assert one == pytest.approx(two, rel=1e-9)
 
 
-@pytest.mark.parametrize("joint", ["", JOINT])
+@pytest.mark.parametrize("joint", ["", pytest.param(JOINT, marks=pytest.mark.thorough)])
 def test_the_stick_out_and_joint_of_a_tool_file_are_controls(tmp_path: Path, joint: str) -> None:
     band = "[response]\nfrequency = [300, 3000]\n"
     for name, sizes in (("a", SIZES), ("longer", SIZES.replace('stick_out = "60 mm"', 'stick_out = "75 mm"'))):

@@ -53,7 +53,9 @@ def test_many_modes_beyond(seed: int) -> None:
     assert error(400.0) < alone / 20
 
 
-@pytest.mark.parametrize("more", [{"helix": 38.0}, {"pitch": (85.0, 95.0, 85.0, 95.0)}])
+@pytest.mark.parametrize(
+    "more", [pytest.param({"helix": 38.0}, marks=pytest.mark.thorough), {"pitch": (85.0, 95.0, 85.0, 95.0)}]
+)
 def test_collocation_of_a_cutter_joins_modes_that_would_ask_for_thousands_of_nodes(more: dict[str, Any]) -> None:
     """A mode at 300 kHz turns 8000 rad in a tooth period: no map could follow it, and nothing chatters there."""
     stiff = ToolModel.from_modes(

@@ -56,6 +56,7 @@ def test_a_chart_whose_dips_are_not_looked_for_to_the_end_says_so() -> None:
     assert "Time was up after 30 s: of what dips between the 60 speeds not all was looked for." in chart.warnings
 
 
+@pytest.mark.thorough
 def test_a_budget_that_is_not_spent_changes_nothing() -> None:
     machine = read_machine(LIBRARY / "two_mode_tool.toml")
     speeds = np.linspace(8000.0, 10000.0, 9)

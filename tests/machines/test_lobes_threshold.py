@@ -51,6 +51,7 @@ def test_hardening_turns_at_the_published_depth_and_returns_on_its_upper_branch(
     assert limits.starts_by_itself(0.6995e-3)
 
 
+@pytest.mark.thorough
 def test_softening_on_the_same_flank_gives_a_finite_chatter_and_no_bistable_zone() -> None:
     limits = amplitude_limits(lathe(Cubic(-CUBIC)), [SPEED], SIZES)
     np.testing.assert_array_equal(limits.bistable[0, 0], limits.bistable[0, 1])
@@ -70,6 +71,7 @@ def test_the_other_flank_exchanges_hardening_and_softening() -> None:
         assert np.all(np.sign(limits.depth[:, 1] - limits.onset[1]) == -sign)
 
 
+@pytest.mark.thorough
 def test_ideal_friction_never_starts_but_is_bistable_down_to_the_limit_without_it() -> None:
     limits = amplitude_limits(lathe(Coulomb(5.0)), [SPEED], np.geomspace(1e-6, 1e-2, 41))
     assert limits.onset[0] == np.inf
@@ -98,6 +100,7 @@ def test_joint_and_cut_together_satisfy_the_combined_condition() -> None:
     assert np.all(limits.depth < alone.depth)
 
 
+@pytest.mark.thorough
 def test_past_its_identified_range_a_joint_says_nothing() -> None:
     machine = lathe(Cubic(CUBIC))
     narrow = replace(machine.joints()[0], validity={"amplitude": (0.0, 70e-6)})
@@ -151,6 +154,7 @@ def test_amplitudes_that_are_no_ascending_list_are_refused(sizes: list[float]) -
         amplitude_limits(lathe(), [SPEED], sizes)
 
 
+@pytest.mark.thorough
 def test_nothing_starts_by_itself_where_the_multiplier_at_rest_is_below_one() -> None:
     limits = amplitude_limits(lathe(Cubic(CUBIC)), [SPEED], SIZES)
     assert "chatter starts by itself and settles at" in told_at(limits, 0.75e-3, multiplier=1.02)
@@ -175,6 +179,7 @@ def test_sentences_about_milling_end_where_edges_leave_the_cut() -> None:
     assert "settles at 32.4 µm" in told(limits)[-1]
 
 
+@pytest.mark.thorough
 def test_what_is_told_beside_the_teeth_says_so() -> None:
     limits = amplitude_limits(lathe(Cubic(CUBIC)), [SPEED], SIZES)
     assert told_at(limits, 0.6e-3, forced=10e-6) == (

@@ -42,7 +42,7 @@ def lines(decibels: float, seed: int = 0, step: float = 2.0) -> Responses:
     return Responses(f, H + noise, sigma, PAIRS, ("x", "y"))
 
 
-@pytest.mark.parametrize("decibels", [30, 50])
+@pytest.mark.parametrize("decibels", [pytest.param(30, marks=pytest.mark.thorough), 50])
 def test_the_depths_of_fitted_modes_are_those_of_the_true_ones(decibels: float) -> None:
     found = fit_modes(lines(decibels))
     part = component_of(found, "tool")

@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 from random_machines import damped, felt_band, mutations, random_document, random_machine, tool_modes, write_random
 
 from machines import frozen_receptance, read_machine
@@ -13,6 +14,7 @@ from machines import frozen_receptance, read_machine
 SEEDS = range(8)
 
 
+@pytest.mark.thorough
 def test_a_seed_is_one_machine_of_5_to_200_contacts_held_damped_and_soft_at_its_tool(tmp_path: Path) -> None:
     counts = []
     for seed in SEEDS:
@@ -39,6 +41,7 @@ def test_its_band_holds_what_the_tool_feels_and_its_receptance_is_that_of_its_mo
     np.testing.assert_allclose(np.trace(still), compliance.sum(), rtol=2e-2)
 
 
+@pytest.mark.thorough
 def test_mutations_differ_from_the_machine_in_the_one_thing_they_name() -> None:
     machine = random_machine(5)
     made = dict(mutations(machine, 5))

@@ -102,6 +102,7 @@ def test_a_step_of_ones_own_is_taken_and_stands_in_the_report(tmp_path: Path) ->
     assert "It has 2 parts." in (tmp_path / "report.html").read_text("utf-8")
 
 
+@pytest.mark.thorough
 def test_another_package_brings_a_step_by_entry_point(tmp_path: Path) -> None:
     about = tmp_path / "site" / "scales-1.0.dist-info"
     about.mkdir(parents=True)

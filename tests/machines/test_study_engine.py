@@ -94,6 +94,7 @@ def test_killed_at_random_moments_it_goes_on_where_it_was(tmp_path: Path) -> Non
     assert all(before[1] < after[0] for before, after in itertools.pairwise(ranges))
 
 
+@pytest.mark.thorough
 def test_workers_leave_with_a_parent_that_is_killed(tmp_path: Path) -> None:
     process = subprocess.Popen([sys.executable, str(SCRIPT), str(tmp_path / "r"), "2"], start_new_session=True)
     deadline = time.monotonic() + 30

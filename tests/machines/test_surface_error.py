@@ -25,7 +25,7 @@ OUT = (2e-6, -1e-6, 0.0, -1e-6)
 @pytest.mark.parametrize(
     ("more", "within"),
     [
-        ({"pitch": UNLIKE}, 2e-4),
+        pytest.param({"pitch": UNLIKE}, 2e-4, marks=pytest.mark.thorough),
         ({"pitch": PAIRS, "helix": 30.0}, 3e-3),
         pytest.param({"helix": (30.0, 33.0, 31.0, 35.0)}, 3e-3, marks=pytest.mark.thorough),
         pytest.param({"pitch": UNLIKE, "runout": OUT, "process_damping": 3e4}, 3e-3, marks=pytest.mark.thorough),
@@ -46,7 +46,7 @@ def test_what_unlike_flutes_force_is_what_the_cut_in_time_settles_on(more: dict[
     assert np.max(np.abs(seen - told)) < within * np.ptp(told)
 
 
-@pytest.mark.parametrize(("mode", "wall"), [("up", 0), ("down", 1)])
+@pytest.mark.parametrize(("mode", "wall"), [pytest.param("up", 0, marks=pytest.mark.thorough), ("down", 1)])
 def test_the_wall_is_what_the_path_of_the_teeth_envelops(mode: str, wall: int) -> None:
     machine = mill(feed=1e-4, pitch=UNLIKE, runout=OUT, mode=mode)
     cutting, found = Cutting(**dict(machine.cutting or {})), forced_vibration(machine, SPEED, DEPTH)

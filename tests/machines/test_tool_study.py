@@ -57,12 +57,13 @@ def depth(path: Path, changes: dict[str, object]) -> float:
     return found.minimum_depth
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("tool", "values", "more"),
     [
         (NAMES, ("short", "long"), ""),
-        pytest.param(FILES, ("a.tool.toml", "b.tool.toml"), IMMERSION, marks=pytest.mark.thorough),
-        pytest.param(NAMES, ("short", "long"), IMMERSION, marks=pytest.mark.thorough),
+        (FILES, ("a.tool.toml", "b.tool.toml"), IMMERSION),
+        (NAMES, ("short", "long"), IMMERSION),
     ],
 )
 def test_every_design_of_a_study_is_the_machine_of_lobes(

@@ -75,6 +75,7 @@ def test_where_two_crossings_meet(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     assert again.chatter_frequency[0] == pytest.approx(found.chatter_frequency[0], rel=1e-6)
 
 
+@pytest.mark.thorough
 def test_a_speed_that_does_not_settle_takes_no_other_with_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     machine = read_machine(round_tool(tmp_path))
     speeds = np.linspace(9000, 9040, 5)

@@ -55,6 +55,7 @@ def test_nothing_is_followed_where_nothing_folds(monkeypatch: pytest.MonkeyPatch
     assert found.outcomes == (Outcome.CONVERGED,)
 
 
+@pytest.mark.thorough
 def test_only_a_window_round_the_fold_is_followed(monkeypatch: pytest.MonkeyPatch) -> None:
     followed = []
     genuine = machines.continuation.fold_windows.by_arc_length

@@ -111,6 +111,7 @@ def test_other_parameters_in_joint_files_and_bundles_stay_with_their_connections
         assert (c.at, c.direction, c.between) == (old[c.name].at, old[c.name].direction, old[c.name].between)
 
 
+@pytest.mark.thorough
 def test_a_bundle_with_another_joint_is_written_where_its_axis_stands(tmp_path: Path) -> None:
     source, target = LIBRARY / "column_mill_a.toml", tmp_path / "here" / "best.toml"
     moved = {"axis.x.position": 0.15, "axis.z.position": -0.05}
