@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,7 +69,7 @@ def first_crossings(loops: Loops, traced: Trace, period: Array) -> Crossings:
 
 
 def _lowest(loops: Loops, traced: Trace, period: Array) -> Crossings:
-    found = _promising(traced, brackets(traced, period), period.size)
+    found = brackets(traced, period, lambda passed: _promising(traced, passed, period.size))
     frequency, value, settled = closed(loops, traced, found, period)
     depth = limiting_depth(value)
     order = np.lexsort((depth, found.speed))
@@ -87,9 +88,13 @@ def _lowest(loops: Loops, traced: Trace, period: Array) -> Crossings:
     return out
 
 
-def brackets(traced: Trace, period: Array) -> Brackets:
-    """Every interval of the trace in which f·τ − ψ(f) passes a whole number, for every period, (tools, speeds)."""
-    speeds, f, found = period.shape[1], traced.frequency, []
+def brackets(traced: Trace, period: Array, matter: Callable[[Brackets], Mask]) -> Brackets:
+    """Every interval of the trace in which f·τ − ψ(f) passes a whole number, for every period, (tools, speeds).
+
+    ``matter`` says which intervals are of interest, asked with the lowest whole number of each: where the modes lie far
+    above the teeth an interval may hold thousands.
+    """
+    speeds, f, found, counts = period.shape[1], traced.frequency, list[Brackets](), list[Index]()
     for branch, reached in enumerate(reaching(traced).T):
         every = np.flatnonzero(reached)
         before, after = traced.eigenvalue[every, branch], traced.eigenvalue[every + 1, branch]
@@ -104,18 +109,23 @@ def brackets(traced: Trace, period: Array) -> Brackets:
             high = np.floor(tau * f[row + 1][:, None] - end[rows, None])
             at, speed = np.nonzero(low != high)
             low, high = low[at, speed], high[at, speed]
-            count = np.abs(high - low).astype(np.intp)
-            again = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
-            lobe = np.repeat(np.minimum(low, high) + 1, count) + again
-            at, speed = np.repeat(row[at], count), np.repeat(traced.tool[row[at]] * speeds + speed, count)
-            found.append(Brackets(speed, at, np.full(len(at), branch), lobe))
-    none = np.zeros(0, dtype=np.intp)
-    found = found or [Brackets(none, none, none, np.zeros(0))]
-    return Brackets(*(np.concatenate([getattr(one, key) for one in found]) for key in _KEYS))
+            speed = traced.tool[row[at]] * speeds + speed
+            found.append(Brackets(speed, row[at], np.full(len(at), branch), np.minimum(low, high) + 1))
+            counts.append(np.abs(high - low).astype(np.intp))
+    if not found:
+        none = np.zeros(0, dtype=np.intp)
+        return Brackets(none, none, none, np.zeros(0))
+    passed = Brackets(*(np.concatenate([getattr(one, key) for one in found]) for key in _KEYS))
+    kept = matter(passed)
+    count = np.concatenate(counts)[kept]
+    again = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+    first = passed[kept]
+    one = Brackets(*(np.repeat(getattr(first, key), count) for key in _KEYS))
+    return replace(one, lobe=one.lobe + again)
 
 
-def _promising(traced: Trace, found: Brackets, speeds: int) -> Brackets:
-    """Brackets whose lowest conceivable depth is under the highest conceivable one of some other root."""
+def _promising(traced: Trace, found: Brackets, speeds: int) -> Mask:
+    """Whether the lowest conceivable depth of a bracket is under the highest conceivable one of some other root."""
     before = traced.eigenvalue[found.row, found.branch]
     after = traced.eigenvalue[found.row + 1, found.branch]
     step = np.abs(after - before)
@@ -123,7 +133,7 @@ def _promising(traced: Trace, found: Brackets, speeds: int) -> Brackets:
     surest = np.minimum(-before.real, -after.real) - step
     threshold = np.full(speeds, -np.inf)
     np.maximum.at(threshold, found.speed, np.maximum(surest, 0))
-    return found[strongest >= threshold[found.speed]]
+    return np.asarray(strongest >= threshold[found.speed])
 
 
 def closed(

@@ -15,6 +15,7 @@ from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import CheckFailed
 
 from ...deadline import in_time
+from ...indices import Mask
 from . import crossing, loop_branches
 from .crossing import Brackets
 from .loop_branches import Bracket, Crossing, Loop, nearest, regeneration
@@ -74,7 +75,7 @@ def edges_of_loop(loop: Loop, fraction: Array, deepest: float) -> list[Edge]:
 
 def edges_of_trace(loops: Loops, traced: Trace, period: Array, deepest: Array) -> list[list[Edge]]:
     """The crossings of one cut that is the same at all times, turning or zero order, for every period τ in s."""
-    within = _within(traced, crossing.brackets(traced, period[None]), deepest)
+    within = crossing.brackets(traced, period[None], lambda passed: _within(traced, passed, deepest))
     frequency, value, _ = crossing.closed(loops, traced, within, period[None])
     depth = limiting_depth(value)
     kept = np.isfinite(depth) & (depth <= deepest[within.speed])
@@ -92,12 +93,12 @@ def edges_of_trace(loops: Loops, traced: Trace, period: Array, deepest: Array) -
     return [_distinct(edges) for edges in found]
 
 
-def _within(traced: Trace, found: Brackets, deepest: Array) -> Brackets:
-    """Those whose lowest conceivable depth is above ``deepest`` are left out."""
+def _within(traced: Trace, found: Brackets, deepest: Array) -> Mask:
+    """Whether the lowest conceivable depth of a bracket is no deeper than ``deepest``."""
     before = traced.eigenvalue[found.row, found.branch]
     after = traced.eigenvalue[found.row + 1, found.branch]
     strongest = np.maximum(-before.real, -after.real) + np.abs(after - before)
-    return found[2 * deepest[found.speed] * strongest >= 1]
+    return np.asarray(2 * deepest[found.speed] * strongest >= 1)
 
 
 def _hopf(loop: Loop, bracket: Bracket) -> Edge | None:
