@@ -12,7 +12,7 @@ from cut_table import machine_of, told_of, walked
 from machines import lobes_at_amplitude
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_cuts_in_time_sing_beyond_the_exact_border_and_not_before() -> None:
     c = drawn(3, "")
     true = replace(c, told=c.mill, speeds=c.speeds[2:6])

@@ -50,7 +50,7 @@ def settled(s: Structure, omega: float, force: float, periods: float, start: Arr
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("seed", [CHAIN, ROCKING])
+@pytest.mark.parametrize("seed", [pytest.param(CHAIN, marks=pytest.mark.slow), ROCKING])
 def test_an_adaptive_integrator_settles_to_the_same_motion(seed: int) -> None:
     case = few(draw(seed), 5, 1)
     s = case.actual.structure()

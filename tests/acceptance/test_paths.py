@@ -28,6 +28,6 @@ def test_nothing_is_named_along_a_path_where_nothing_is_hidden(case: Case) -> No
     assert not named(run(case))
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_what_is_of_no_family_is_not_named_beside_what_is() -> None:
     assert not named(run(Case(("ripple", "coulomb"), "random", 40, 0)))

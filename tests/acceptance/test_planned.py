@@ -112,7 +112,7 @@ def counted_on_machine(folder: Path, plan: dict[str, Any], campaigns: int) -> tu
     return right, done, others
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_campaign_that_follows_a_plan_ends_as_it_said(tmp_path: Path) -> None:
     plan = planned(tmp_path, ("quadratic-damping",), 50.0)
     assert [(d["effect"], d["alone"]) for d in plan["decides"]] == [("quadratic-damping", True)]

@@ -68,7 +68,7 @@ def table(path: str) -> dict[str, list[float]]:
     return {key: [float(row[key]) for row in rows] for key in rows[0] if key != "kind"}
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_table_has_safe_depth_and_band_where_they_are_computed(lathe: str) -> None:
     data = jointlib(f"lobes {lathe} --speed 2100 2350 --samples 60 -o out/l.csv --json").json
     columns = table("out/l.csv")

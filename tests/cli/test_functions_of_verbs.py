@@ -109,7 +109,7 @@ def test_identify_takes_files_and_writes_the_joint(here: Path) -> None:
     assert again.joint.parameters == jointlib.identify(STATIC, laws="hertz-guide").joint.parameters
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_trace_takes_files_or_what_was_read_of_them(here: Path) -> None:
     found = machines.trace(STATIC.with_name("rig.measurement.toml"), joint=START, output="by_function")
     same(found.as_json(), f"trace {RIG} --joint {START} -o by_verb")

@@ -9,7 +9,7 @@ import pytest
 from command_line import jointlib
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_at_a_chosen_speed_the_limits_over_amplitude_are_told(lathe: str) -> None:
     done = jointlib(f"lobes {lathe} --speed 2350")
     assert done.status == 0
@@ -30,7 +30,7 @@ def test_limits_over_amplitude_end_with_the_budget(lathe: str) -> None:
     assert "over_amplitude" not in data
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_limit_of_a_machine_that_depends_on_amplitude_is_said_to_be_that_of_small_vibrations(lathe: str) -> None:
     """The joint hardens: its least depth over every speed is that at rest, b = 2kζ(1 + ζ)/K_s."""
     done = jointlib(f"lobes {lathe} --speed 2350")
@@ -43,7 +43,7 @@ def test_a_machine_without_amplitude_says_nothing_about_it(here: Path) -> None:
     assert "over_amplitude" not in data
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_witness_simulates_the_point_and_says_from_which_amplitude_it_grows(lathe: str) -> None:
     point = "--speed 2350 --depth 0.66324mm --amplitude 57um 59um 61um 63um --witness --json"
     (found,) = jointlib(f"lobes {lathe} {point}").json["witness"][0]
@@ -52,7 +52,7 @@ def test_the_witness_simulates_the_point_and_says_from_which_amplitude_it_grows(
     assert found["cycles"][0]["stable"] is False
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_bands_come_from_the_covariance_of_the_joints(lathe: str) -> None:
     done = jointlib(f"lobes {lathe} --speed 2350 --amplitude 1um --samples 100")
     assert "2350 rpm at a tool-point amplitude of 1 um: 0.6" in done.out

@@ -80,7 +80,7 @@ def test_the_file_to_fill_is_a_measurement_of_this_rig(planned: tuple[Done, Path
     assert f"{len(roles)} of {len(roles)} record files are missing, expected fit_1.csv, fit_2.csv" in done.err
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_same_words_give_the_same_bytes(planned: tuple[Done, Path], tmp_path: Path) -> None:
     _, folder = planned
     command = examples("plan")[0]
@@ -106,7 +106,7 @@ def of_machine(tmp_path_factory: pytest.TempPathFactory) -> tuple[Done, Path]:
     return done, folder / "tip_plan"
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_machine_is_told_where_to_push_and_how_hard(of_machine: tuple[Done, Path]) -> None:
     done, folder = of_machine
     assert {folder.parent / p for p in wrote(done)} == set(folder.iterdir())
@@ -124,7 +124,7 @@ def test_a_machine_is_told_where_to_push_and_how_hard(of_machine: tuple[Done, Pa
     assert "4 of 4 record files are missing" in missing.err
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_stepped_sine_plays_every_line_when_the_schedule_says(of_machine: tuple[Done, Path]) -> None:
     _, folder = of_machine
     test = json.loads((folder / "plan.json").read_text())["campaign"]

@@ -24,7 +24,7 @@ def test_a_machine_whose_joints_are_given_runs_without_identification(here: Path
     assert not [path for path in Path("out").rglob("*") if "trace" in path.name or "identified" in path.name]
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_second_run_gives_the_same_bytes(here: Path) -> None:
     for name in ("one", "two"):
         assert jointlib(f"run machines/library/two_mass.toml -o {name}/out").status == 0
@@ -33,7 +33,7 @@ def test_a_second_run_gives_the_same_bytes(here: Path) -> None:
         assert path.read_text("latin-1") == again.read_text("latin-1").replace("two/out", "one/out"), path.name
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_run_under_a_static_load_tells_where_the_joints_stand(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

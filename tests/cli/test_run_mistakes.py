@@ -27,7 +27,7 @@ def sections(folder: Path) -> dict[str, str]:
     return {"": html.unescape(page[: page.index("<nav>")]), **found}
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.usefixtures("uncompiled")
 def test_cutting_data_off_by_a_thousand_stand_beside_the_depth(lathe: str) -> None:
     path = Path(lathe)
@@ -46,7 +46,7 @@ def test_cutting_data_off_by_a_thousand_stand_beside_the_depth(lathe: str) -> No
     assert "looks wrong" not in (right.out + (Path("right") / "report.html").read_text("utf-8")).lower()
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.usefixtures("uncompiled")
 def test_a_load_of_the_wrong_sign_stands_beside_the_working_point(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     others = [step for step in machines.steps() if step.name != "fmu"]

@@ -84,7 +84,7 @@ def test_parts_processes_and_one_process_leave_the_same_bytes(study: Path, one: 
     assert Path("pool/results.npz").read_bytes() == (one.folder / "results.npz").read_bytes()
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_workers_of_a_dask_scheduler_leave_the_same_bytes(
     study: Path, one: Left, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -206,7 +206,7 @@ def test_a_search_finds_the_optimal_absorber(search: Path) -> None:
     assert stiffness == pytest.approx(10 * mu / (1 + mu) ** 2, rel=0.03)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_search_by_other_workers_leaves_the_same_bytes(search: Path) -> None:
     search.write_text(SEARCH.replace("240", "48"))
     jointlib(f"study run {search} -o one --workers 1")

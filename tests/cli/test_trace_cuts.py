@@ -73,7 +73,7 @@ def test_the_example_of_a_trace_of_cuts_works_and_says_what_to_cut(here: Path) -
     assert "held-out cuts classified rightly" in again.out
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_run_holds_the_cuts_of_its_machine_against_the_lobes(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("machines.cut_loop.trace_cuts.DRAWS", 40)
     Path("mill.toml").write_text(f'{MILL.read_text()}\n[[cuts]]\nmeasurement = "{CUTS}"\n')

@@ -176,7 +176,7 @@ def test_the_docs_have_the_table_of_every_client_and_no_native_one_is_far_off() 
     assert max(float(row[place]) for row in rows) < 1e-6
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_table_of_clients_is_what_they_do_here() -> None:
     found = [line.strip("|").split("|")[1] for line in table().splitlines()[2:]]
     assert max(map(float, found)) < 1e-6

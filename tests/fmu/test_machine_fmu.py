@@ -663,7 +663,15 @@ def sanitized_host(machine: Machine, folder: Path) -> Path:
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("machine", [library_machine("guide_mill"), _RUBBING, _REMEMBERING, STOPPED])
+@pytest.mark.parametrize(
+    "machine",
+    [
+        pytest.param(library_machine("guide_mill"), marks=pytest.mark.slow),
+        pytest.param(_RUBBING, marks=pytest.mark.slow),
+        _REMEMBERING,
+        pytest.param(STOPPED, marks=pytest.mark.slow),
+    ],
+)
 def test_memory_and_arithmetic_of_a_machine_are_sound(machine: Machine, tmp_path: Path) -> None:
     for words in ([], ["2000"]):
         command = [str(sanitized_host(machine, tmp_path)), *words]

@@ -49,7 +49,7 @@ def storm(joint: Joint, lives: int, steps: int, folder: Path) -> None:
     assert late - early < 64
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_two_hundred_thousand_steps_with_all_laws_at_once_stay_within_the_physics(tmp_path: Path) -> None:
     storm(EVERYTHING, 200, 1000, tmp_path)
 

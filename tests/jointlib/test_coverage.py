@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from repeats import repeats
 from struck import Structure, declared, pulses, sampled, write_record
 
 from jointlib import read_measurement
@@ -78,26 +79,24 @@ def test_the_bound_holds_on_95_percent_of_the_lines(tmp_path: Path) -> None:
     holds([within(frfs, PART) for frfs in hits(tmp_path, 5, 40)])
 
 
-@pytest.mark.thorough
-@pytest.mark.parametrize("count", [2, 3, 5, 10, 30])
+@pytest.mark.parametrize("count", repeats([2, 3, 5, 10, 30], lambda _: False, lambda count: count == 2))
 def test_it_holds_for_few_hits_and_many(tmp_path: Path, count: int) -> None:
     holds([within(frfs, PART) for frfs in hits(tmp_path, count, 200 if count < 10 else 60)])
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [(0.001, 0.05), (1.0, 0.001)])
 def test_it_holds_whichever_sensor_is_noisy(tmp_path: Path, noise: tuple[float, float]) -> None:
     holds([within(frfs, PART) for frfs in hits(tmp_path, 4, 200, noise=noise)])
 
 
-@pytest.mark.thorough
-@pytest.mark.parametrize("zone", ZONES)
+@pytest.mark.parametrize("zone", repeats(ZONES, lambda _: False, lambda zone: zone == "low"))
 def test_it_holds_at_the_modes_and_between_them(tmp_path: Path, zone: str) -> None:
     """At one place of the band the errors of a record are nearly one number, so here counting leaves more open."""
     holds([within(frfs, PART, ZONES[zone]) for frfs in hits(tmp_path, 6, 250)], low=0.015, high=0.015)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.parametrize("settings", ["force_window = false", 'estimator = "H2"', 'estimator = "Hv"'])
 def test_it_holds_for_every_estimator_and_without_a_window(tmp_path: Path, settings: str) -> None:
     holds([within(frfs, PART) for frfs in hits(tmp_path, 6, 150, f"length = 0.9\n{settings}")])

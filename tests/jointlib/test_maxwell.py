@@ -186,7 +186,7 @@ def test_relaxation_stands_beside_a_material_with_many_relaxation_times(tmp_path
     assert "structural-damping" in families(report)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_part_that_relaxes_is_named_along_a_path(tmp_path: Path) -> None:
     """Four tones at three speeds, in closed form: mass, spring, damper, and a part that yields within 0.1 s.
 

@@ -56,7 +56,7 @@ def report(tmp_path_factory: pytest.TempPathFactory) -> TraceReport:
     return trace(m, START)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_free_run_falls_with_the_term_that_was_missing(report: TraceReport) -> None:
     assert report.chosen is not None
     assert report.chosen.family == "cubic"

@@ -58,7 +58,7 @@ def test_what_each_force_causes_is_told_apart(tmp_path: Path) -> None:
     assert not any("reciprocal" in said for said in found.notes)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.parametrize("common", [0.0, 0.5])
 def test_the_bound_holds_for_forces_with_and_without_a_common_part(tmp_path: Path, common: float) -> None:
     holds([within(driven(tmp_path, seed, common).frfs, PART) for seed in range(1, 21)], high=0.02)

@@ -134,7 +134,7 @@ def test_an_input_that_nothing_follows_is_not_named(tmp_path: Path) -> None:
     assert report.mended.modulations == ()
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_damper_with_a_loop_is_mended_by_what_is_certain(tmp_path: Path) -> None:
     report = trace(measured(tmp_path, damper(2, 0.03)), SPRUNG)
     assert report.verdict is not Verdict.UNEXPLAINED
@@ -142,7 +142,7 @@ def test_a_damper_with_a_loop_is_mended_by_what_is_certain(tmp_path: Path) -> No
     assert report.error_after["relative"] < 0.5 * report.error_before["relative"]
 
 
-@pytest.mark.parametrize("seed", repeats(range(3), lambda _: False))
+@pytest.mark.parametrize("seed", repeats(range(3), lambda _: False, lambda seed: seed == 0))
 def test_a_drive_moved_by_pulses_shows_friction_and_uneven_drag_together(tmp_path: Path, seed: int) -> None:
     report = trace(measured(tmp_path, pulsed(seed), Mass(None)), Joint((Viscous(50.0),), "drive"))
     assert report.verdict in (Verdict.IDENTIFIED, Verdict.AMBIGUOUS), report.sentence
@@ -250,7 +250,7 @@ def test_a_condition_that_is_none_is_refused_by_name() -> None:
         Modulation(Role.DAMPING, "volts", 0.0, ((0.0, 1.0),))
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_what_a_joint_follows_stays_at_its_reference_where_the_records_do_not_have_it(tmp_path: Path) -> None:
     columns = damper(0, 0.0)
     del columns["u"]

@@ -180,7 +180,7 @@ def test_friction_that_rises_with_speed_is_not_called_stribeck(tmp_path: Path) -
     assert row.parameters["stribeck_velocity"].unit == row.parameters["smoothing_velocity"].unit == "m/s"
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_sealed_record_judges_and_does_not_teach(tmp_path: Path) -> None:
     fit, sealed = drive(dry(18.0), cycle((0.1, 0.2), 3)), drive(dry(18.0), cycle((0.12, 0.15), 2), seed=7)
     weaker = {**sealed, "F": sealed["F"] - 5.0}
@@ -225,7 +225,7 @@ def test_one_trajectory_repeated_is_at_best_ambiguous(tmp_path: Path) -> None:
     assert report.error_before["where"] == "block folds"
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_declared_conditions_are_the_folds(tmp_path: Path) -> None:
     files = {
         name: (drive(dry(18.0), cycle((speed,), 4), seed=i), "fit", name)

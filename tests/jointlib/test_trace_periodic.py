@@ -229,7 +229,7 @@ def test_a_complete_model_leaves_nothing_but_noise(tmp_path: Path, seed: int) ->
     assert found["viscous.damping"] == pytest.approx(DAMPING, rel=0.02)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_an_effect_outside_the_catalogue_is_not_named(tmp_path: Path) -> None:
     report = traced(tmp_path, "ripple", 0.04, 50.0, seed=5)
     assert report.verdict in (Verdict.PARTIAL, Verdict.UNEXPLAINED), report.sentence

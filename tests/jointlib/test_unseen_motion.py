@@ -50,7 +50,7 @@ def raw(o: Observed) -> Raw:
     return Raw(o.spectra, o.floor, o.rig, o.band)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_friction_moves_the_joint_outside_the_band_as_time_integration_says() -> None:
     o = rubbing(1e-4)
     found = unseen_motion(o, TRUE)

@@ -73,7 +73,7 @@ def test_far_above_the_forced_motion_the_gain_is_that_of_the_law_alone() -> None
     assert law.first_harmonic(A, TOOTH).gain == pytest.approx(joint.first_harmonic(A, TOOTH).gain, rel=1e-12)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_chatter_beside_the_forced_motion_is_that_of_the_cut_in_time() -> None:
     """At 4300 rpm chatter settles at 1.63 µm in a cut of 1 mm in time, and at 3.41 µm if the teeth force nothing."""
     machine = guide_mill()

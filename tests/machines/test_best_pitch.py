@@ -30,7 +30,7 @@ def test_two_flutes_get_the_best_pair_there_is() -> None:
     assert f"from {1e3 * found.before:.4g} to" in found.words()
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_four_flutes_over_a_band_are_better_than_any_pairs() -> None:
     machine = mill()
     found = best_pitch(machine, 8500.0, 9500.0)

@@ -82,7 +82,7 @@ def scatter(damping: float, step: float, relative: bool, count: int, seed: int) 
     return np.std(off[0], axis=0), np.std(off[1], axis=0)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_errors_hold_where_noise_grows_with_the_response_and_only_neighbours_tell_it() -> None:
     """Gathered over sixty lines the noise is too small at the peak by a third; read there it is not."""
     before, after = scatter(0.02, 1.0, relative=True, count=120, seed=3)

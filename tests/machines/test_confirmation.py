@@ -121,7 +121,7 @@ def test_a_machine_bent_aside_is_held_by_a_force_at_the_tool_alone() -> None:
     assert joints[0, 1] == pytest.approx(x[0, 1])
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_knock_of_another_mode_that_ends_in_a_larger_chatter_is_told() -> None:
     machine, cutting = two_chatters()
     speed, depth = 14381.0, 1.93e-3
@@ -134,7 +134,7 @@ def test_a_knock_of_another_mode_that_ends_in_a_larger_chatter_is_told() -> None
     assert said[-1].endswith("and more stay at 18.9 µm or grow beyond 50 µm, as they begin.")
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_true_fate_stands_and_a_false_one_is_replaced_by_what_is_seen() -> None:
     machine = lathe(Cubic(CUBIC))
     limits = amplitude_limits(machine, [SPEED], SIZES[::3])

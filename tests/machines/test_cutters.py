@@ -223,16 +223,16 @@ def mill(**more: Any) -> Machine:
         pytest.param({"process_damping": 3e4}, 120, 5e-3, marks=pytest.mark.thorough),
         ({"pitch": PAIRS}, 120, 5e-3),
         pytest.param({"helix": (40.0, 38.0, 40.0, 38.0)}, 120, 5e-3, marks=pytest.mark.thorough),
-        pytest.param({"pitch": UNLIKE, "helix": 30.0}, 400, 0.02, marks=pytest.mark.thorough),
-        pytest.param({"pitch": UNLIKE}, 900, 0.02, marks=pytest.mark.thorough),
+        pytest.param({"pitch": UNLIKE, "helix": 30.0}, 400, 0.02, marks=pytest.mark.slow),
+        pytest.param({"pitch": UNLIKE}, 900, 0.02, marks=pytest.mark.slow),
         # With a feed the edges leave the cut where the chip ends, which the multipliers do not know.
-        pytest.param({"pitch": UNLIKE, "feed": 1e-4, "helix": 30.0}, 400, 0.3, marks=pytest.mark.thorough),
-        pytest.param({"pitch": PAIRS, "feed": 1e-4}, 400, 0.3, marks=pytest.mark.thorough),
+        pytest.param({"pitch": UNLIKE, "feed": 1e-4, "helix": 30.0}, 400, 0.3, marks=pytest.mark.slow),
+        pytest.param({"pitch": PAIRS, "feed": 1e-4}, 400, 0.3, marks=pytest.mark.slow),
         pytest.param(
             {"pitch": UNLIKE, "helix": (30.0, 33.0, 31.0, 35.0), "process_damping": 2e4},
             400,
             0.02,
-            marks=pytest.mark.thorough,
+            marks=pytest.mark.slow,
         ),
     ],
 )
@@ -248,7 +248,7 @@ def test_the_simulated_cut_grows_and_dies_as_the_multipliers_of_any_cutter_say(
         assert np.all(found.grows == (share > 1))
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_no_simulated_cut_denies_the_unstable_depths_of_uneven_cutters() -> None:
     for more, speed in (
         ({"pitch": PAIRS}, 5000.0),

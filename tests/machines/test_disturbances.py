@@ -78,7 +78,7 @@ def stepped(
 @pytest.mark.parametrize(
     ("law", "loose"),
     [
-        (Jenkins(2e7, 40.0), 0.02),
+        pytest.param(Jenkins(2e7, 40.0), 0.02, marks=pytest.mark.slow),
         pytest.param(LuGre(2e7, 200.0, 40.0, 50.0, 1e-3), 0.02, marks=pytest.mark.slow),
         # Its second slider sticks; where it stands it stays, which is no instability.
         pytest.param(Iwan((1e7, 1e7), (20.0, 50.0)), 0.02, marks=pytest.mark.slow),
@@ -118,7 +118,7 @@ def two_way() -> Machine:
     return Machine((part,), tuple(Connection(n, end, joint) for n, end in ends), drive="m.a")
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_motion_that_pumps_another_is_unstable_without_a_fold_and_is_so_in_time() -> None:
     """A joint that pulls harder one way lets the motion at ω drive one at ω/2: no fold, no other branch, no peace."""
     machine, force = two_way(), 0.08

@@ -138,7 +138,10 @@ def test_a_large_drift_near_the_peak_lacks_nothing() -> None:
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize(("machine", "place", "families"), [(RUBBING, "j1", {"coulomb"}), (STIFFER, "j0", {"refit"})])
+@pytest.mark.parametrize(
+    ("machine", "place", "families"),
+    [pytest.param(RUBBING, "j1", {"coulomb"}, marks=pytest.mark.slow), (STIFFER, "j0", {"refit"})],
+)
 def test_an_effect_is_found_beside_the_drift_and_a_varying_force(
     machine: Machine, place: str, families: set[str]
 ) -> None:
@@ -152,7 +155,7 @@ def test_an_effect_is_found_beside_the_drift_and_a_varying_force(
         assert value == pytest.approx(3.3e7, rel=0.01)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_force_of_each_line_counts() -> None:
     """A cubic joint at 60 % of the force it was said to have had: read with its column nothing is missing."""
     machine = chain(UPPER, Joint((Linear(6e7), Viscous(2500.0), Cubic(3e18))))
@@ -161,7 +164,7 @@ def test_the_force_of_each_line_counts() -> None:
     assert trace_frfs([replace(f, forces=None) for f in frfs], machine).verdict is not Verdict.NOTHING_MISSING
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_beam_in_vacuum_that_stiffens_and_is_damped_more_as_it_moves() -> None:
     """Q is 2200, the records drift by four half-power widths, two effects at once: no name, but k(A) and c(A)."""
     k, omega, top = 142122.0, 2 * np.pi * 60, 1e-3

@@ -117,7 +117,7 @@ def test_controls_read_as_people_say_them(mill: Explorer) -> None:
     assert mill.controls[0].high == 120.0  # µm, the feed per tooth
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_every_bound_of_every_control_makes_a_machine_that_can_be_read(mill: Explorer) -> None:
     for control in mill.controls:
         assert control.low <= control.value <= control.high, control.key

@@ -56,7 +56,7 @@ def test_the_amplitude_of_the_tool_brings_the_prediction_to_the_record_of_its_fo
     assert moving.frac > rest.frac
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_comparison_of_the_machine_file_is_shown_without_being_asked_for(tmp_path: Path) -> None:
     shutil.copytree(LIBRARY / "three_joints", tmp_path / "three_joints")
     text = (LIBRARY / "three_joints.toml").read_text("utf-8")

@@ -73,7 +73,7 @@ def motions_of(found: Response) -> dict[float, np.ndarray]:
     return {float(f): z for f, z in pairs if f in once}
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_harmonics_carried_over_beside_a_fold_are_those_of_the_whole_curve(row: Machine) -> None:
     with patch.object(overtones, "pieced", wraps=overtones.pieced) as spy:
         quick = response(row, 200.0, harmonics="auto")

@@ -84,7 +84,7 @@ def settled(depth: float, start: Array, revolutions: int, per_wave: int = 120) -
     return np.asarray(np.max(np.abs(y[-turn:]), axis=0))
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_chatter_settles_where_the_face_of_the_flank_meets_its_waves() -> None:
     machine = lathe()
     onset, at = (float(lobes_at_amplitude(machine, [SPEED], A).depth[0]) for A in (1e-9, 2e-5))

@@ -227,7 +227,7 @@ def test_a_record_of_many_dofs_is_never_held_whole() -> None:
     assert not np.any(found.cut)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_what_is_held_grows_with_the_lines_only_by_the_motions() -> None:
     peaks = []
     for lines in (4000, 8000):

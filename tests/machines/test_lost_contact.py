@@ -35,7 +35,7 @@ def test_what_an_edge_cuts_in_the_end_is_the_feed_whatever_it_left_standing() ->
     assert abs(found - known) < 2e-3 * abs(known)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_knocks_of_any_size_settle_where_the_surface_of_earlier_turns_lets_them() -> None:
     cases, told = [], []
     for feed, depth in ((1e-4, 0.75e-3), (1.5e-4, 0.66e-3)):

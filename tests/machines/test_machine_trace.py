@@ -257,7 +257,7 @@ def test_a_shift_is_told_in_the_deviations_the_joint_was_identified_with() -> No
     assert "leave the range they were identified in" in found.sentence
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_same_records_give_the_same_report() -> None:
     records = measured(MACHINE.with_joint("j0", ALTERED[2][1]))
     first, second = (json.dumps(trace_frfs(records, MACHINE, seed=3).as_json()) for _ in range(2))

@@ -24,7 +24,7 @@ def chart() -> StabilityLobes:
     return lobes_at_amplitude(TOOL, np.linspace(4000.0, 25000.0, 400))
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_pocket_is_stable_at_every_speed_inside_its_band(chart: StabilityLobes) -> None:
     found = pocket([chart], CUT)
     assert found is not None

@@ -141,7 +141,7 @@ def test_another_package_brings_a_verb_by_entry_point(tmp_path: Path) -> None:
     assert said("weigh", str(LIBRARY / "two_mass.toml")) == "2 parts\n"
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_four_lines_run_a_mill_and_draw_its_lobes(tmp_path: Path) -> None:
     made = run(
         LIBRARY / "guide_mill.toml",

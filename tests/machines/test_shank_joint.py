@@ -106,7 +106,7 @@ def test_errors_of_the_spindle_end_are_doubt_of_the_response(tmp_path: Path) -> 
     np.testing.assert_allclose(doubted.deviation, spread, rtol=0.25)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_joint_of_the_shank_comes_from_one_assembly_and_the_uncoupled_spindle(tmp_path: Path) -> None:
     found = trace(written(tmp_path), machine=tmp_path / "machine.toml", output=tmp_path / "out").report
     assert found.verdict is Verdict.IDENTIFIED

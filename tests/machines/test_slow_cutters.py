@@ -87,7 +87,7 @@ def test_a_march_finds_every_change_that_the_loop_finds() -> None:
         assert other.crossing.kind == one.crossing.kind
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_simulation_denies_no_depth_of_a_slow_uneven_cutter() -> None:
     modes = ToolModel.from_modes([300.0, 340.0], [0.04, 0.04], [1.0, 0.8], np.eye(2))
     cutting = replace(UNEVEN, helix=25.0)
