@@ -30,6 +30,7 @@ from .sampled_tool import Drawn
 _SPAN, _NODES, _PER_PERIOD = 2.5, 4.0, 4.0
 """Periods of the highest mode in a stretch of the arc, at most; nodes of a stretch, and those to each period of it.
 With them a border is off by less than a thousandth of its depth."""
+_LARGE = 2.0**20
 _SQUARED = 9
 """The map is raised to two to this."""
 _FORGOTTEN = 600.0
@@ -183,10 +184,11 @@ def multiplier(passing: Array) -> tuple[Array, Array]:
     Powers of the map show how it grows, and two steps of what is left of a vector turn by its angle. The powers are
     of single precision, whose error in ln|μ| is a hundredth of what 512 steps leave where two multipliers are alike.
     """
-    rate, vector = np.zeros(len(passing)), np.zeros(passing.shape[:2])
-    for begin in range(0, len(passing), _PIECE):
-        part = slice(begin, begin + _PIECE)
-        rate[part], vector[part] = _grown(passing[part])
+    # Far beyond every border a map outgrows single precision; a power of two takes no digit from it.
+    scale = 2.0 ** np.floor(np.log2(np.maximum(np.max(np.abs(passing), axis=(1, 2)) / _LARGE, 1.0)))
+    passing = passing / scale[:, None, None]
+    parts = [_grown(passing[begin : begin + _PIECE]) for begin in range(0, len(passing), _PIECE)]
+    rate, vector = map(np.concatenate, zip(*parts, strict=True))
     one = np.einsum("sij,sj->si", passing, vector)
     two = np.einsum("sij,sj->si", passing, one)
     aa, ab, bb = (np.sum(p * q, axis=1) for p, q in ((one, one), (one, vector), (vector, vector)))
@@ -198,8 +200,7 @@ def multiplier(passing: Array) -> tuple[Array, Array]:
     root = np.sqrt((alpha / 2) ** 2 + beta + 0j)
     pair = np.stack([alpha / 2 + root, alpha / 2 - root])
     largest = np.take_along_axis(pair, np.argmax(np.abs(pair), axis=0)[None], axis=0)[0]
-    largest = np.where(flat, np.where(ab > 0, 1.0, -1.0), largest)
-    return rate, np.abs(np.angle(largest))
+    return rate + np.log(scale), np.abs(np.angle(np.where(flat, np.where(ab > 0, 1.0, -1.0), largest)))
 
 
 def _grown(passing: Array) -> tuple[Array, Array]:
@@ -212,8 +213,9 @@ def _grown(passing: Array) -> tuple[Array, Array]:
         size = np.sqrt(np.maximum(np.einsum("si,si->s", flat, flat), _TINY))
         power /= size[:, None, None]
         before, grown = grown, 2 * grown + np.log(size)
-    rate = (grown - before) / 2 ** (_SQUARED - 1)
-    return rate, power @ np.cos(np.arange(power.shape[2], dtype=np.float32) ** 1.5)
+    return (grown - before) / 2 ** (_SQUARED - 1), (
+        power @ np.cos(np.arange(power.shape[2], dtype=np.float32) ** 1.5)
+    ).astype(float)
 
 
 @lru_cache(maxsize=64)

@@ -13,6 +13,7 @@ from jointlib.errors import InputError
 from jointlib.io.atomic import sha256
 from jointlib.loop.answer.report import Verdict
 from jointlib.measurement import CUTS, Measurement
+from jointlib.shown.progress import each
 
 from ..components.modal import Modal
 from ..cutting.process.cutting import Cutting
@@ -65,7 +66,7 @@ def trace_cuts(
     suspects, undecided = suspects_of(tool, table, fastest, usual)
     folds = folds_of(problem)
     base = entry(posterior(AsItIs(), problem), problem, folds)
-    entries = [entry(posterior(one, problem), problem, folds) for one in suspects]
+    entries = [entry(posterior(one, problem), problem, folds) for one in each("suspects", suspects, len(suspects))]
     outcome = decided(base, entries, problem)
     after = outcome.chosen or base
     believed = [after, *outcome.rivals, *(outcome.left_open if outcome.chosen is None else ())]

@@ -134,6 +134,15 @@ def test_maps_are_told_alike_alone_and_among_many() -> None:
     assert np.ptp(exact[0]) > 0.02
 
 
+def test_a_map_far_beyond_every_border_is_told_too() -> None:
+    """Squares of its entries are no numbers of single precision."""
+    passing = 1e30 * np.array([[[1.0, 0.2], [0.1, 0.5]], [[0.0, -2.0], [2.0, 0.0]]])
+    grown, angle = multiplier(passing)
+    exact, turned = by_eigenvalues(passing)
+    np.testing.assert_allclose(grown, exact, rtol=1e-6)
+    np.testing.assert_allclose(angle, turned, atol=1e-6)
+
+
 @pytest.mark.parametrize("decay", [3e4, 3e5, 3e6])
 def test_a_mode_that_is_forgotten_within_a_tooth_adds_next_to_nothing(decay: float) -> None:
     tool, table = drawn({}, 5)
