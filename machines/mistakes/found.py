@@ -10,6 +10,7 @@ from jointlib.errors import InputError
 
 from ..model.machine import Machine
 from ..modes.natural_modes import NaturalModes, natural_modes
+from ..statics.statics import NO_EQUILIBRIUM
 from ..statics.working_point import tangents
 from .axes import torn_apart, wrong_directions
 from .bodies import wrong_bodies
@@ -22,7 +23,7 @@ from .loose import loose, undamped
 from .loss_factors import short_losses
 from .materials import oversized, wrong_beams, wrong_modes
 from .operation import wrong_operation
-from .shafts import thick_shafts
+from .shafts import odd_bearings, thick_shafts
 from .tool_point import mixed_directions, wrong_tool_point
 
 
@@ -38,7 +39,9 @@ def mistakes(machine: Machine, modes: NaturalModes | None = None) -> tuple[str, 
             try:
                 modes = natural_modes(machine)
             except InputError as error:
-                said.append(str(error).removeprefix(f"{machine.where}: "))
+                # A machine that no load leaves at rest is told so beside its masses; here stands what may be the cause.
+                if not (said and NO_EQUILIBRIUM in str(error)):
+                    said.append(str(error).removeprefix(f"{machine.where}: "))
             except (np.linalg.LinAlgError, ValueError):
                 said.append(
                     "its modes cannot be computed: stiffnesses, masses or dampings lie too far apart for floats"
@@ -50,7 +53,13 @@ def mistakes(machine: Machine, modes: NaturalModes | None = None) -> tuple[str, 
 
 def in_file(machine: Machine) -> tuple[str, ...]:
     """Those that show without the modes."""
-    said = [*wrong_beams(machine), *thick_shafts(machine), *wrong_modes(machine), *wrong_operation(machine)]
+    said = [
+        *wrong_beams(machine),
+        *thick_shafts(machine),
+        *odd_bearings(machine),
+        *wrong_modes(machine),
+        *wrong_operation(machine),
+    ]
     said += [*mixed_directions(machine), *wrong_tool_point(machine), *torn_apart(machine)]
     if oversized(machine):  # such a beam would be cut into more elements than there is memory for
         return tuple(said)

@@ -12,6 +12,7 @@ from ..components.beam import Beam
 from ..components.component import Component
 from ..components.matrices import Matrices
 from ..components.modal import Modal
+from ..components.riding import Riding
 from ..components.rigid import Rigid
 from .machine import Machine
 from .unstrained import Unstrained
@@ -42,7 +43,7 @@ def whole_mass(parts: tuple[PartMass, ...]) -> PartMass:
 
 
 def _of(part: Component) -> tuple[float | None, Array | None]:
-    if isinstance(part, Rigid):
+    if isinstance(part, Rigid | Riding):
         return part.mass, part.centre
     if isinstance(part, Modal):
         return part.mass, None

@@ -24,6 +24,7 @@ _STANDS = (2 * np.pi * 0.01) ** 2
 """(rad/s)² below which a motion is free: no part swings in minutes."""
 _SUM = 1e-13
 """Share of what a sum is made of that rounding leaves of it."""
+NO_EQUILIBRIUM = "static: no equilibrium under the static load"
 _ROUNDED = 50 * np.finfo(float).eps
 _FURTHEST = 1.0
 """m; a joint that would go further has no equilibrium."""
@@ -123,7 +124,7 @@ class Balance:
                 f"gives way, its force stays at {force[worst]:.4g} N however far it moves; lower the load or raise the "
                 "preload"
             )
-        raise InputError(f"{where}: static: no equilibrium under the static load: connection {names[worst]!r} {why}")
+        raise InputError(f"{where}: {NO_EQUILIBRIUM}: connection {names[worst]!r} {why}")
 
     def _tangent(self, k: Array) -> Array:
         return np.asarray(self.stiffness + self.rows.T @ (k[:, None] * self.rows))

@@ -249,6 +249,12 @@ WRONG = [
         "guide: its stiffness is 0.55 N/um",
     ),
     (PAIR, "mass = [[0.942]]", "mass = [[0.942e-9]]", "slide: the mass of x is"),
+    (
+        LATHE,
+        'ball_diameter = "12.7 mm"',
+        'ball_diameter = "1.27 mm"',
+        "22 balls of 1.27 mm fill 8 % of a circle of 115 mm, expected 40 to 95 %",
+    ),
 ]
 
 

@@ -20,6 +20,7 @@ from machines.components.beam import Beam
 from machines.components.flange import flange
 from machines.components.riding import Riding
 from machines.coupling.second_order import machine_equations
+from machines.model.masses import part_masses
 from machines.shapes.profile import Material
 
 STEEL = Material("steel", 210e9, 0.3, 7800.0)
@@ -150,6 +151,9 @@ def test_a_file_gives_it_and_an_axis_takes_it_along(tmp_path: Path) -> None:
     part = modes_of(column(), 6)
     machine = read(tmp_path, table(part))
     np.testing.assert_allclose(machine.components[1].second_order().mass, part.second_order().mass, atol=1e-12)
+    told = part_masses(machine)[1]
+    assert told.mass == pytest.approx(part.mass, rel=1e-12)
+    np.testing.assert_allclose(told.centre, part.centre, atol=1e-12)
     axis = [{"name": "x", "direction": [1, 0, 0], "moves": ["table"], "position": 0.3}]
     spring = {"law": [{"kind": "linear", "stiffness": 1e8}]}
     screw = {"name": "screw", "between": ["table.ux", "bed.x"], "joint": spring}
