@@ -208,6 +208,7 @@ def test_check_is_what_the_verb_prints(here: Path) -> None:
     assert list(found.remarks) == data["warnings"]
 
 
+@pytest.mark.thorough
 def test_compare_takes_files_or_what_was_read_of_them(here: Path) -> None:
     first, other = LIBRARY / "paper_sdof.toml", LIBRARY / "paper_sdof_hertz.toml"
     found = machines.compare(first, other, output="f.svg")
@@ -301,6 +302,7 @@ def test_the_page_answers_beside_the_program_until_it_is_closed(here: Path) -> N
         urllib.request.urlopen(page.address, timeout=5)
 
 
+@pytest.mark.thorough
 def test_exports_take_files(here: Path) -> None:
     done = export_fmu(GUIDE, "f.fmu", runtime="python")
     called(f"fmu {GUIDE} -o v.fmu --runtime python --json")

@@ -80,6 +80,7 @@ def test_ctrl_c_while_a_file_is_being_written_leaves_the_old_one(
     assert Path("curves.npz").read_bytes() == b"old"
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(os.name != "posix", reason="pipes end as on POSIX")
 def test_a_reader_that_has_read_enough_meets_no_traceback(here: Path) -> None:
     reading, writing = os.pipe()

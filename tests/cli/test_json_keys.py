@@ -273,6 +273,7 @@ def test_doctor_says_what_to_install_where_no_native_fmu_can_be_made(
     assert "pip install 'jointlib[native]'" in said
 
 
+@pytest.mark.thorough
 def test_work_that_takes_longer_is_announced_on_standard_error(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("jointlib.cli.output._SHOW_AFTER", 0.0)
     done = jointlib(f"fmu {GUIDE} -o guide.fmu")

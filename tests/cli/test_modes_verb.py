@@ -13,6 +13,7 @@ from machines import natural_modes, read_machine
 LIBRARY = Path("machines/library")
 
 
+@pytest.mark.thorough
 def test_its_keys_hold_the_modes_and_shares_that_sum_to_one(here: Path) -> None:
     data = jointlib(f"modes {LIBRARY / 'lathe.toml'} --json").json
     modes = natural_modes(read_machine(LIBRARY / "lathe.toml"))

@@ -262,6 +262,7 @@ def test_what_is_wrong_is_said_in_one_sentence(
     assert files(Path()) == before
 
 
+@pytest.mark.thorough
 def test_a_stranger_at_the_address_of_the_scheduler_is_told(study: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """It takes the connection and says nothing."""
     monkeypatch.setattr(run, "_PATIENCE", 1)
@@ -298,6 +299,7 @@ def test_ctrl_c_ends_command_and_workers_without_a_traceback(study: Path, after:
     assert lines[-1] == "jointlib: stopped; nothing half-written is left"
 
 
+@pytest.mark.thorough
 def test_a_value_that_a_machine_cannot_take_is_said_first_and_nothing_is_left(study: Path) -> None:
     """The last of all values; once it is put right, the same folder takes the study."""
     whole = STUDY.replace("range = [0.3, 0.7]", 'values = [0.3, 0.5, "half"]').replace("sobol", "latin-hypercube")

@@ -225,6 +225,7 @@ def test_both_simulations_in_python_agree(machine: Machine) -> None:
     assert shares(second(system, u, 4e-6), simulate(system, u, 4e-6)) < 1e-6
 
 
+@pytest.mark.thorough
 def test_the_error_of_fixed_steps_bounds_what_finer_ones_change() -> None:
     system = system_of_machine(BENT)
     of = closed(system)

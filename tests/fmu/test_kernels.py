@@ -116,6 +116,7 @@ def test_every_python_kernel_has_a_c_kernel() -> None:
     assert {law.kind.replace("-", "_") for law in SET} == set(words())
 
 
+@pytest.mark.thorough
 def test_all_kernels_live_in_one_translation_unit() -> None:
     together = compiled(*words())
     assert all(hasattr(together, f"show_{word}_force") for word in words())

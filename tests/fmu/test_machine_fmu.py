@@ -435,6 +435,7 @@ def test_end_stop_is_met_within_one_communication_step(fmi: int) -> None:
     assert np.max(shares(found, expected)) < 1e-6
 
 
+@pytest.mark.thorough
 def test_importer_with_events_meets_the_end_stop() -> None:
     h, force = 4e-3, 15.0
     expected, met = stopped(np.full(10, force), h)

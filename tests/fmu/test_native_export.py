@@ -329,6 +329,7 @@ def test_model_exchange_is_run_beside_co_simulation_and_told(
     assert verify_fmu(file).exchange is None
 
 
+@pytest.mark.thorough
 def test_an_fmu_without_model_exchange_says_so(tmp_path: Path) -> None:
     file = export_fmu(GUIDE, tmp_path / "a.fmu", runtime="python").file
     assert verify_fmu(file, exchange=True).exchange_said == "the FMU offers none"

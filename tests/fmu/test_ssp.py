@@ -448,6 +448,7 @@ def test_a_machine_gives_the_same_bytes_again(soft: Made, tmp_path: Path) -> Non
     assert zipfile.ZipFile(soft.file).namelist() == sorted(zipfile.ZipFile(soft.file).namelist())
 
 
+@pytest.mark.thorough
 def test_nothing_is_written_where_the_system_fails_its_check(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def fails(*_: object) -> None:
         raise CheckFailed("it does not run")

@@ -134,6 +134,7 @@ def test_errors_are_as_large_as_the_scatter_of_repeated_tests(tmp_path: Path) ->
     assert np.mean(np.abs(z) < 1.96) >= 0.85
 
 
+@pytest.mark.thorough
 def test_a_resonance_of_the_dynamometer_that_nobody_tells_is_noticed(tmp_path: Path) -> None:
     file = recorded(tmp_path, 1, stand=replace(NOISY, mode=(1500.0, 0.03)), transfers=False)
     found = identify_cutting(read_measurement(file))
@@ -159,12 +160,14 @@ def test_turning_gives_all_six_by_a_straight_line(tmp_path: Path) -> None:
     assert read_cutting_file(tmp_path / "steel.cutting.toml").process == "turning"
 
 
+@pytest.mark.thorough
 def test_two_forces_in_the_plane_tell_four_coefficients(tmp_path: Path) -> None:
     found = identify_cutting(read_measurement(recorded(tmp_path, 2, channels=("Fx", "Fy"))))
     assert set(found.parameters) == {"tangential", "normal", "edge_tangential", "edge_normal"}
     assert np.max(np.abs(deviations(found))) < 4
 
 
+@pytest.mark.thorough
 def test_the_force_on_the_workpiece_is_the_other_way_round(tmp_path: Path) -> None:
     found = identify_cutting(read_measurement(recorded(tmp_path, 4, sign=-1.0, extra='acts_on = "workpiece"\n')))
     assert np.max(np.abs(deviations(found))) < 4

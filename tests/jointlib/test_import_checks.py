@@ -172,6 +172,7 @@ def test_leakage_reaches_the_user_through_the_spectra() -> None:
         spectra_of(record(driven(MULTISINE, period=PERIOD + 0.5), "r1.npz"), measurement())
 
 
+@pytest.mark.thorough
 def test_good_simulated_records_pass_without_a_word() -> None:
     for one in noisy(shaken(), 3, snr=30.0):
         assert spectra_of(one, measurement())[1] == ()

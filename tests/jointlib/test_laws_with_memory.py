@@ -108,6 +108,7 @@ def test_dahl_is_bouc_wen_of_exponent_one_that_unloads_stiffer() -> None:
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-11 * F)
 
 
+@pytest.mark.thorough
 def test_lugre_follows_its_differential_equation_to_second_order() -> None:
     law, omega = LuGre(K, 300.0, F, 1.6 * F, 2e-4), 40.0
 
@@ -282,6 +283,7 @@ def test_lugre_with_play_answers_every_amplitude_as_it_does_alone() -> None:
     assert together.error == pytest.approx(np.array([one.error for one in alone]), abs=1e-9 * K)
 
 
+@pytest.mark.thorough
 def test_lugre_loses_energy_at_any_speed_if_its_friction_does_not_fall() -> None:
     t = np.linspace(0, 3 * 2 * np.pi, 60001)
     z, v = 5e-6 * (np.cos(t) + 0.4 * np.sin(5 * t)), 5e-6 * 1e6 * (-np.sin(t) + 2 * np.cos(5 * t))

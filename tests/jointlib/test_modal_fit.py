@@ -141,6 +141,7 @@ def test_the_errors_of_frequency_and_damping_are_those_of_repeated_fits() -> Non
     assert abs(np.mean(scores)) < 0.3
 
 
+@pytest.mark.thorough
 def test_the_residual_modes_carry_what_lies_beyond_the_band() -> None:
     """Of five modes three lie in the band; the fit is as good as the noise, and the three are right."""
     f = np.array([60.0, 300.0, 450.0, 700.0, 2200.0])

@@ -108,6 +108,7 @@ def test_frequencies_outside_the_identified_range_are_said() -> None:
     assert response(two_mass(), 10.0).warnings == ()
 
 
+@pytest.mark.thorough
 def test_damping_that_turns_negative_ends_the_branch() -> None:
     guide = replace(read_joint(LIBRARY / "paper_sdof.joint.toml"), validity={})
     found = response(read_machine(LIBRARY / "paper_sdof.toml").with_joint("guide", guide), 20.0, [300.0, 600.0])

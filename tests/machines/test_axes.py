@@ -94,6 +94,7 @@ def test_symmetric_positions_of_a_symmetric_machine_are_mirror_images(tmp_path: 
     assert abs(left[0, 0, 1]) > 1e-3 * abs(left[0, 0, 0])
 
 
+@pytest.mark.thorough
 def test_a_column_mill_is_its_mirror_image_left_and_right() -> None:
     """It is symmetric but for the place of its nut; with that in the middle, so is what it does at ± 220 mm."""
     left, right = (
@@ -172,6 +173,7 @@ def test_a_moved_axis_is_the_machine_drawn_there(
     assert static_point(moved).displacement == pytest.approx(static_point(by_hand).displacement, rel=1e-6, abs=1e-13)
 
 
+@pytest.mark.thorough
 def test_a_lathe_cuts_the_bar_where_its_tool_stands() -> None:
     """The bar gives way less beside the chuck; the station of the cut follows the tool, post and slide carry it."""
     path, d = LIBRARY / "lathe.toml", -0.11

@@ -62,6 +62,7 @@ def test_points_carried_over_are_those_of_the_curve() -> None:
         assert pytest.approx(G, rel=1e-6, abs=1e-9 * np.max(np.abs(G))) == H
 
 
+@pytest.mark.thorough
 def test_where_a_branch_folds_arc_length_follows() -> None:
     machine = read_machine(LIBRARY / "two_mass.toml")
     with patch.object(overtones, "by_arc_length", wraps=overtones.by_arc_length) as spy:

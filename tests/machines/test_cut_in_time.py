@@ -50,6 +50,7 @@ def growth(found: Course) -> np.ndarray:
     return np.log(found.chatter[-1] / found.chatter[middle]) / (len(found.chatter) - 1 - middle)
 
 
+@pytest.mark.thorough
 def test_small_vibrations_grow_above_the_depths_that_are_known() -> None:
     """Turning by b = 2kζ(1 + ζ)/K_s at the notch of a lobe, milling by published limits, two Hopf and one flip."""
     r = np.sqrt(1 + 2 * RATIO)
@@ -85,6 +86,7 @@ def test_forced_vibration_is_the_answer_to_the_force_of_the_feed() -> None:
     assert np.all(found.chatter[-1] < 1e-2 * found.forced[-1])
 
 
+@pytest.mark.thorough
 def test_cubic_joints_persist_at_the_published_amplitudes() -> None:
     """60 µm at 2350 rpm: a threshold where the joint hardens, a vibration to settle on where it softens."""
     kicks = [58e-6, 59.5e-6, 61e-6, 63e-6]

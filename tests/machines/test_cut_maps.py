@@ -123,6 +123,7 @@ def test_an_arc_may_be_cut_into_any_stretches(
     np.testing.assert_allclose(grown[0], grown[1], atol=1e-5)
 
 
+@pytest.mark.thorough
 def test_maps_are_told_alike_alone_and_among_many() -> None:
     tool, table = drawn({}, 300)
     passing = relations(tool, condition(table, 9000.0, tool.axes), tool.drawn()).map(np.full(300, 4e-3))

@@ -148,6 +148,7 @@ def test_the_lowest_border_in_turning_is_the_closed_form(tmp_path: Path) -> None
     assert min(depths) == pytest.approx(float(minimum_depth_of_mode(k, 0.03, 1e9)), rel=0.01)
 
 
+@pytest.mark.thorough
 def test_what_zero_order_misses_is_learnt_from_exact_charts(tmp_path: Path) -> None:
     machine = machine_of(tmp_path, MILL)
     table = Cutting(**dict(machine.cutting or {}))
@@ -242,6 +243,7 @@ def test_a_verdict_is_a_coin_and_a_frequency_a_density() -> None:
     assert np.mean(density) == pytest.approx(1.0, rel=0.03)  # over the uniform one of a tooth frequency
 
 
+@pytest.mark.thorough
 def test_the_size_of_an_effect_is_that_of_quadrature(tmp_path: Path) -> None:
     machine = bare(machine_of(tmp_path))
     cuts = campaign(machine, 3, force=1.5)

@@ -136,6 +136,7 @@ def slide(deviation: float | None) -> Machine:
     )
 
 
+@pytest.mark.thorough
 def test_the_forced_response_far_below_resonance_is_as_uncertain_as_the_stiffness() -> None:
     band = response_band(slide(2e5), [1.0], np.array([0.5, 0.7, 1.0]), count=80)
     # 8 % is the standard error of a deviation from 80 samples.

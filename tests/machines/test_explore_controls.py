@@ -247,6 +247,7 @@ def chosen_tools(folder: Path) -> Explorer:
     return Explorer(folder / "two.toml")
 
 
+@pytest.mark.thorough
 def test_tool_and_holder_are_chosen_by_name(tmp_path: Path) -> None:
     explorer = chosen_tools(tmp_path)
     tool, holder = explorer.by_key["tool.use"], explorer.by_key["tool.holder"]
@@ -289,6 +290,7 @@ def test_a_connection_alone_has_its_whole_name(tmp_path: Path) -> None:
     assert not any(key.startswith("connection.c.") for key in keys)
 
 
+@pytest.mark.thorough
 def test_a_machine_without_a_band_is_looked_at_over_that_of_its_modes(tmp_path: Path) -> None:
     text = (LIBRARY / "lathe.toml").read_text()
     for joint in LIBRARY.glob("*.joint.toml"):

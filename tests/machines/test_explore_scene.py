@@ -179,6 +179,7 @@ def test_a_machine_that_does_not_cut_still_answers_forces(tmp_path: Path) -> Non
         explorer.at({}, 3000.0)
 
 
+@pytest.mark.thorough
 def test_users_at_once_get_what_each_would_get_alone(lathe: Explorer) -> None:
     key = "connection.guide.joint.linear.stiffness"
     settings = [{key: 300.0 + 10.0 * k, "amplitude": float(k % 3)} for k in range(12)]

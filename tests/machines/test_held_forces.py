@@ -102,6 +102,7 @@ def test_another_slider_that_sticks_is_a_spring_to_what_one_holds() -> None:
     assert abs(after - fresh) / abs(fresh) == pytest.approx(told[0, 0], rel=0.02)
 
 
+@pytest.mark.thorough
 def test_it_is_said_beside_the_peak_and_as_a_warning() -> None:
     found = response(machine(), [1.0], [250.0, 320.0])
     (peak,) = tool_peaks(found)

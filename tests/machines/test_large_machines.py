@@ -269,6 +269,7 @@ def test_a_part_known_on_its_lines_shows_the_largest_values_there() -> None:
         assert size[k] >= max(size[k - 1], size[k + 1])
 
 
+@pytest.mark.thorough
 def test_chain_of_300_masses_with_48_joints_moves_as_its_masses_demand() -> None:
     """A general root finder given masses, springs and dampers only, at the solution of 48 joint unknowns, stays."""
     machine = chain(300, 48)

@@ -47,6 +47,7 @@ def test_the_speeds_of_a_chart_cut_short_are_spread_over_its_range_and_right() -
     assert chart.short_of == f", {chart.speed.size} of 60 speeds, time was up"
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("clock")
 def test_a_chart_whose_dips_are_not_looked_for_to_the_end_says_so() -> None:
     machine = read_machine(LIBRARY / "two_mode_tool.toml")
@@ -118,6 +119,7 @@ def test_zero_order_previews_the_speeds_that_are_left_out(monkeypatch: pytest.Mo
     assert previewed(machine, replace(chart, left_out=()), Silent()) == (None, [])
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("clock")
 def test_a_recommendation_from_a_chart_cut_short_says_so() -> None:
     said = CliRunner().invoke(command, [str(LIBRARY / "two_mode_tool.toml"), "--budget", "60 s"])

@@ -43,6 +43,7 @@ def test_the_limit_to_stay_under_is_the_lowest_of_amplitudes_and_band(chart: Sta
     np.testing.assert_allclose(safe_limit([chart], None, None), chart.depth)
 
 
+@pytest.mark.thorough
 def test_the_picture_speaks_of_what_it_draws_and_of_nothing_else(chart: StabilityLobes) -> None:
     plain = lobes_figure([(0.0, chart)], CUT)
     assert not any(word in plain.caption for word in ("istable", "finite size", "lens", "samples", "Grey"))

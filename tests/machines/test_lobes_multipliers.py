@@ -103,6 +103,7 @@ def test_too_few_chebyshev_depths_are_not_believed(monkeypatch: pytest.MonkeyPat
     assert chart == pytest.approx(every_point(TOOL, SLOT, speed, depth), abs=1e-5)
 
 
+@pytest.mark.thorough
 def test_memory_beside_the_chart_does_not_grow_with_the_chart() -> None:
     beside = []
     for speeds, depths in ((3, 100), (3, 1500), (60, 100)):

@@ -266,6 +266,7 @@ def test_no_amplitude_is_begun_where_fewer_than_three_are_in_reach(monkeypatch: 
     assert not limits.whole
 
 
+@pytest.mark.thorough
 def test_a_cycle_is_told_as_near_as_charts_settle(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = frozen_lobes.frozen_lobes
     sizes = np.geomspace(1e-6, 1e-4, 8)

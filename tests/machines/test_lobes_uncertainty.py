@@ -83,6 +83,7 @@ def test_small_errors_of_a_joint_propagate_linearly() -> None:
     assert band.quantiles[1, 0] == pytest.approx(depth(STIFFNESS, DAMPING), abs=0.2 * expected)
 
 
+@pytest.mark.thorough
 def test_receptance_below_resonance_is_as_uncertain_as_the_stiffness() -> None:
     band = frf_band(lathe((0.02 * STIFFNESS, 0.0)), [1.0], count=1000)
     low, _, high = band.quantiles[:, 0, 0, 0]

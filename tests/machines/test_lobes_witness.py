@@ -130,6 +130,7 @@ def test_near_a_flip_the_vibration_starts_in_the_better_of_two_phases() -> None:
     assert found.end[0] > 0.7 * max(lasting)
 
 
+@pytest.mark.thorough
 def test_forced_vibration_in_milling_is_no_chatter() -> None:
     """Half-way to the limit the tool shakes with the teeth for ever, and chatter dies out."""
     machine = mill(("x", "y"), mode="down", immersion=0.5, feed=1e-4)

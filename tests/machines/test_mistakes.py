@@ -383,6 +383,7 @@ station = [{ name = "jaw", at = "15 mm" }, { name = "cut", at = "250 mm" }, { na
     return path
 
 
+@pytest.mark.thorough
 def test_a_part_far_too_thin_sets_nothing_else_adrift(tmp_path: Path) -> None:
     path = with_a_wire(written(tmp_path, LATHE, "schema", "schema"))
     said = mistakes(read_machine(path))

@@ -147,6 +147,7 @@ def on_a_base(stiffness: float) -> Machine:
     return Machine(parts, rows, tool={"x": "tool.x"}, cutting={"process": "turning", "specific": 1e9})
 
 
+@pytest.mark.thorough
 def test_what_more_stiffness_gives_is_computed_again_and_not_carried_past_a_maximum() -> None:
     grid = np.geomspace(5e6, 5e7, 60)
     depths = [lowest_depth(on_a_base(k)).minimum_depth for k in grid]

@@ -80,6 +80,7 @@ def test_a_run_returns_what_every_step_found(done: tuple[Run, Told]) -> None:
     assert "checking the coupled machine against python-control" in told.said
 
 
+@pytest.mark.thorough
 def test_steps_are_listed_in_their_order_and_each_can_be_left_out(done: tuple[Run, Told], tmp_path: Path) -> None:
     assert [step.name for step in steps()] == ["joints", "mistakes", "picture", "coupling", "cutting", "fmu"]
     with pytest.raises(InputError, match="no step 'fnu', did you mean 'fmu'"):

@@ -97,6 +97,7 @@ def test_several_tools_by_name_are_those_machines(tmp_path: Path) -> None:
     assert shown["long"] == printed(machine(tmp_path, parts=longer, tool=AXES, teeth=2))
 
 
+@pytest.mark.thorough
 def test_stick_out_holder_and_file_of_the_tool_in_use_are_changed_by_path(tmp_path: Path) -> None:
     written(tmp_path, "a.tool.toml", f"{TOOL}{SIZES}{CUT}")
     written(tmp_path, "b.tool.toml", f"{TOOL}{SIZES.replace('12 mm', '16 mm')}")
