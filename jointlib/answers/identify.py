@@ -60,7 +60,8 @@ def identify(
         if path is not None:
             write_joint(path, decays.joint)
         return decays
-    found = fitted(tests, laws=kinds or None, start=first, order=_orders(order))
+    named = {} if path is None else {"joint_file": str(path)}
+    found = fitted(tests, laws=kinds or None, start=first, order=_orders(order), **named)
     if path is not None:
         write_joint(path, found.joint)
     return found

@@ -28,6 +28,10 @@ class Size:
     force: float
     stiffness: float
 
+    def scaled(self, share: float) -> Size:
+        """Of a joint as stiff that bends at this share of the motion."""
+        return Size(share * self.displacement, share * self.velocity, share * self.force, self.stiffness)
+
 
 def size_of(balances: Sequence[ForceBalance]) -> Size:
     """Sizes over all records."""

@@ -14,12 +14,17 @@ from jointlib.identification.estimate import Estimate, estimate
 from jointlib.identification.first_values import held_at_default
 from jointlib.identification.hertz_fit import HertzFit, fit_hertz
 from jointlib.identification.records import FitRecords
+from jointlib.identification.scatter import explained, misses, overall
+from jointlib.identification.second_start import nearest_fit
 from jointlib.identification.surface import HIGHEST, OrderTrial, fit_surface
 from jointlib.joint import Covariance, Joint
+from jointlib.laws.hertz_guide import HertzGuide
 from jointlib.loop.answer.refit import bounds_of
 
 _UNTOLD = 0.3
 """Relative standard error above which shaken records do not tell a preload."""
+_SMALL = 0.5
+"""Share of the deflection at lift-off below which a guide hardly bends: u²/24, one percent of its force."""
 _COLOURED = 0.3
 """Correlation of neighbouring residuals above which the points of a curve are not independent."""
 
@@ -46,8 +51,13 @@ class Fit:
         return "assumed" if name in self.assumed else "fixed"
 
 
-def law_fit(first: Joint, still: Sequence[FitRecords], moving: Sequence[FitRecords]) -> Fit:
-    """Guide from the static records if there are any, the rest from the others with the guide held."""
+def law_fit(
+    first: Joint, still: Sequence[FitRecords], moving: Sequence[FitRecords], second: Joint | None = None
+) -> Fit:
+    """Guide from the static records if there are any, the rest from the others with the guide held.
+
+    ``second`` holds other first values to try where the noise does not explain what ``first`` leads to.
+    """
     joint = replace(first, covariance=None)
     assumed = held_at_default(joint)
     guide = _guide(joint)
@@ -70,7 +80,7 @@ def law_fit(first: Joint, still: Sequence[FitRecords], moving: Sequence[FitRecor
         raise InputError(f"identify: {free[0]} has no data to fit, expected a rig or path measurement")
     unknowns: dict[str, tuple[float, float]] = {}
     if tests:
-        found, held, remark = _resolved(joint, guide, tests, free)
+        found, held, remark = _resolved(joint, second, guide, tests, free)
         joint, assumed, messages = found.joint, assumed | held, messages + remark
         covariances.append(_part(found.covariance, [n for n in found.covariance.names if n in joint.parameters]))
         unknowns = {n: (v, found.covariance.standard_error(n)) for n, v in found.unknowns.items()}
@@ -122,21 +132,21 @@ def _static_messages(fit: HertzFit, names: list[str]) -> list[str]:
 
 
 def _resolved(
-    joint: Joint, guide: str | None, tests: Sequence[FitRecords], free: list[str]
+    joint: Joint, second: Joint | None, guide: str | None, tests: Sequence[FitRecords], free: list[str]
 ) -> tuple[Estimate, frozenset[str], list[str]]:
     """The fit; without the preload where the records do not tell it."""
     balances = tuple(b for t in tests for b in t.balances)
-    found = estimate(joint, balances, free, tests[0].unknowns)
+    found = nearest_fit(joint, second, tests, free)
     name = f"{guide}.preload"
     told = name not in free or found.covariance.standard_error(name) < _UNTOLD * found.joint.parameters[name]
     held: frozenset[str] = frozenset()
     remark: list[str] = []
     if not told:
-        held = frozenset({name})
+        held, why = frozenset({name}), _untold(found, guide, tests)
         # The stiffness at rest is P0^(1/3)/kappa: the first values may be far from it at the held preload.
         found = estimate(joint, balances, [n for n in free if n != name], tests[0].unknowns)
         value = found.joint.parameters[name]
-        remark = [f"{name}: the amplitudes are too small to tell it; {value:g} N is kept and kappa fitted to it."]
+        remark = [f"{name}: {why}; {value:g} N is kept and kappa fitted to it."]
     if found.outcome is not Outcome.CONVERGED:
         remark.append("The fit did not settle; start it nearer, with fewer free parameters or from a start joint.")
     for other, value, low, high in zip(free, *_with_bounds(found.joint, joint, free), strict=True):
@@ -145,6 +155,30 @@ def _resolved(
     if found.idle:
         raise InputError(f"identify: {found.idle[0]} has no data to fit, no record depends on it")
     return found, held, remark
+
+
+def _untold(found: Estimate, guide: str | None, tests: Sequence[FitRecords]) -> str:
+    """Why records do not tell the preload: how far they reach beside where the rows of the fit lift off."""
+    law = found.joint.laws[found.joint.part_names.index(str(guide))]
+    balances = [b for t in tests for b in t.balances]
+    reach = max(float(np.ptp(b.z)) / 2 for b in balances)
+    assert isinstance(law, HertzGuide)
+    lift_off = law.lift_off_displacement
+    far = f"the records reach {reach * 1e6:.2g} um, the rows lift off at about {lift_off * 1e6:.2g} um"
+    first = 0
+    for test in tests:
+        rms = overall(test, found.rms[first : first + len(test.balances)])
+        first += len(test.balances)
+        noise = explained(test, found.joint)
+        if misses(rms, noise):
+            # The lift-off of a law that does not fit says nothing.
+            return (
+                f"what the law leaves of {test.measurement.source.name}, {rms:.3g} N where noise explains {noise:.2g} "
+                "N, hides it, whatever the amplitudes"
+            )
+    if reach < _SMALL * lift_off:
+        return f"the amplitudes are too small to tell it ({far})"
+    return f"the amplitudes would tell it ({far}), but {max(found.rms):.3g} N rms that the law leaves hide it"
 
 
 def _with_bounds(found: Joint, first: Joint, names: list[str]) -> tuple[list[float], list[float], list[float]]:

@@ -36,6 +36,8 @@ class RestoringForce:
     """Gain of the band at every line of the (continued) record."""
     margin: int = 0
     """Samples added at each end while filtering; as many inside the ends are not to be trusted."""
+    periods: tuple[Array, Array, Array] | None = None
+    """z, ż and f of every steady period, shape (periods, samples), where a record holds more than one."""
 
     @property
     def inside(self) -> slice:
@@ -125,7 +127,12 @@ def _periodic(measurement: Measurement, record: Record, relative: Array, force: 
         )
     z, v = integrate(a.mean(axis=0), record.sample_rate, heard)
     one = RestoringForce(record.name, z, v, np.zeros_like(z), record.sample_rate, True, gain)
-    return RestoringForce(record.name, z, v, one.filtered(f.mean(axis=0)), record.sample_rate, True, gain)
+    each = None
+    if count > 1:
+        moved = [integrate(row, record.sample_rate, heard) for row in a]
+        each = np.stack([x for x, _ in moved]), np.stack([x for _, x in moved]), np.stack([one.filtered(x) for x in f])
+    mean = one.filtered(f.mean(axis=0))
+    return RestoringForce(record.name, z, v, mean, record.sample_rate, True, gain, periods=each)
 
 
 def _above_noise(periods: Array) -> Array:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 from dataclasses import replace
-
-import numpy as np
 
 from jointlib.errors import InputError
 from jointlib.identification.first_values import first_laws, size_of
@@ -13,6 +12,8 @@ from jointlib.identification.fit import Fit, law_fit, surface_fit
 from jointlib.identification.origin import provenance, validity
 from jointlib.identification.records import FitRecords, open_records
 from jointlib.identification.result import FitError, Found, Identification
+from jointlib.identification.scatter import explained, misses, overall
+from jointlib.identification.second_start import SHARE
 from jointlib.joint import Joint
 from jointlib.measurement import Measurement
 
@@ -26,6 +27,7 @@ def identify(
     laws: Sequence[str] | None = None,
     start: Joint | None = None,
     order: tuple[int, int] | None = None,
+    joint_file: str = "JOINT",
 ) -> Identification:
     """Fit a joint to the fit records of one or several tests; sealed and quiet records stay closed.
 
@@ -42,6 +44,8 @@ def identify(
         A joint that gives the laws, first values and what is ``fixed``; instead of ``laws``.
     order
         Orders in displacement and velocity of a chebyshev or polynomial surface; chosen on held-out data if None.
+    joint_file
+        Where the joint will stand, for the command in a message.
     """
     if (not laws) == (start is None):
         raise InputError("identify: expected either laws or a start joint, not both and not none")
@@ -67,12 +71,16 @@ def identify(
         fit = surface_fit(moving or still, tables[0], order, start)
     else:
         sizes = size_of([b for t in moving or still for b in t.balances])
-        fit = law_fit(start or Joint(first_laws(kinds, sizes)), still, moving)
+        second = None if start else Joint(first_laws(kinds, sizes.scaled(SHARE)))
+        fit = law_fit(start or Joint(first_laws(kinds, sizes)), still, moving, second)
     used = tuple(t for t in tests if t.measurement.source in fit.rms)
     messages = [remark for t in tests for remark in t.remarks()] + list(fit.messages)
     for test in tests:
         if test.measurement.source not in fit.rms:
             messages.append(f"{test.measurement.source.name}: not used, the other records tell these laws.")
+    errors = tuple(_error(t, fit) for t in used)
+    missed = [(t, e) for t, e in zip(used, errors, strict=True) if misses(e.rms, e.noise)]
+    messages += [_missing(t, e, joint_file) for t, e in missed]
     joint = replace(
         fit.joint,
         covariance=fit.covariance,
@@ -81,8 +89,8 @@ def identify(
     )
     return Identification(
         joint=joint,
-        parameters=_table(joint, fit),
-        errors=tuple(_error(t, fit.rms[t.measurement.source]) for t in used),
+        parameters=_table(joint, fit, bool(missed)),
+        errors=errors,
         static=fit.static,
         surfaces=tuple(s for t in moving for s in t.surfaces),
         orders=fit.orders,
@@ -90,22 +98,33 @@ def identify(
     )
 
 
-def _table(joint: Joint, fit: Fit) -> dict[str, Found]:
+def _missing(test: FitRecords, error: FitError, joint_file: str) -> str:
+    command = shlex.join(["jointlib", "trace", str(test.measurement.source), "--joint", joint_file, "-o", "traced"])
+    return (
+        f"{error.measurement}: {error.rms:.3g} {error.unit} are left where noise explains {error.noise:.2g} "
+        f"{error.unit}, so the law or the band misses something and the standard errors are those of a law that does "
+        f"not fit; `{command}` looks for what."
+    )
+
+
+def _table(joint: Joint, fit: Fit, missed: bool) -> dict[str, Found]:
     """Every parameter with its standard error where it was fitted, then the unknowns beside the joint."""
     units = joint.units
+    still = {n for n in joint.parameters if n.endswith((".preload", ".kappa"))} if fit.static is not None else set()
     out = {}
     for name, value in joint.parameters.items():
         status = fit.status(name)
         error = fit.covariance.standard_error(name) if status == "fitted" else None
-        out[name] = Found(value, units[name], error, status)
+        out[name] = Found(value, units[name], error, status, missed and status == "fitted" and name not in still)
     for name, (value, error) in fit.unknowns.items():
         out[name] = Found(value, {"carriage": "kg", "offset": "N"}[name], error, "fitted")
     return out
 
 
-def _error(test: FitRecords, rms: tuple[float, ...]) -> FitError:
-    sizes = np.array([len(b.target) for b in test.balances])
-    total = float(np.sqrt(np.sum(sizes * np.square(rms)) / sizes.sum()))
+def _error(test: FitRecords, fit: Fit) -> FitError:
+    rms = fit.rms[test.measurement.source]
+    total, noise = overall(test, rms), explained(test, fit.joint)
     peak = max(b.peak for b in test.balances)
     by_record = {b.name: r for b, r in zip(test.balances, rms, strict=True)}
-    return FitError(test.measurement.source.name, test.measurement.kind, total, test.unit, total / peak, by_record)
+    name, kind = test.measurement.source.name, test.measurement.kind
+    return FitError(name, kind, total, test.unit, total / peak, by_record, noise)

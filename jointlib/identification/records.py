@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from jointlib.arrays import Array
 from jointlib.errors import InputError
+from jointlib.identification.excitation import excited
 from jointlib.identification.force_balance import ForceBalance, balance_of
 from jointlib.identification.force_samples import RestoringForce, restoring_force
 from jointlib.identification.path_record import path_balance, path_unknowns
@@ -23,6 +24,8 @@ class FitRecords:
     records: tuple[Record, ...]
     balances: tuple[ForceBalance, ...]
     surfaces: tuple[RestoringForce, ...] = ()
+    excited: tuple[float, float] | None = None
+    """Band in Hz that the excitation gave, where the measurement tells none."""
 
     @property
     def unit(self) -> str:
@@ -50,6 +53,9 @@ class FitRecords:
             rest = len(record) % record.period if record.period else 0
             if rest and self.measurement.kind == "rig":
                 out.append(f"{record.name}: {rest} samples after the last whole period dropped.")
+        if self.excited is not None:
+            low, high = self.excited
+            out.append(f"{name}: no band is given; what the shaker drives is used, {low:.0f} to {high:.0f} Hz.")
         if self.unit != "N":
             out.append(f"{name}: force and displacement are in {self.unit}; parameters are consistent, not SI.")
         return out
@@ -65,8 +71,10 @@ def open_records(measurement: Measurement) -> FitRecords:
     if not records:
         raise InputError(f'{measurement.source}: no record has role = "fit", expected at least one')
     if measurement.kind == "rig":
-        surfaces = tuple(restoring_force(measurement, r) for r in records)
-        return FitRecords(measurement, records, tuple(balance_of(s) for s in surfaces), surfaces)
+        band = None if measurement.band else excited(measurement, records)
+        within = replace(measurement, band=band) if band else measurement
+        surfaces = tuple(restoring_force(within, r) for r in records)
+        return FitRecords(measurement, records, tuple(balance_of(s) for s in surfaces), surfaces, band)
     form = path_balance if measurement.kind == "path" else static_balance
     return FitRecords(measurement, records, tuple(form(measurement, r) for r in records))
 

@@ -29,6 +29,8 @@ class Found:
     unit: str
     standard_error: float | None
     status: str
+    doubted: bool = False
+    """True where the law leaves far more than noise, so that the standard error is that of a law that does not fit."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +46,8 @@ class FitError:
     """``rms`` as a share of the largest measured force."""
     records: Mapping[str, float] = field(default_factory=dict)
     """Root mean square by record."""
+    noise: float | None = None
+    """Root mean square that the scatter between steady periods explains; None where nothing tells it."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -80,9 +84,11 @@ class Identification(Shown):
         last = self.errors[-1]
         laws = " + ".join(law.kind for law in self.joint.laws) or "no law"
         found = {name: (p.value, p.standard_error or 0.0, p.unit) for name, p in self.parameters.items()}
+        doubt = any(p.doubted for p in self.parameters.values())
+        known = f"; noise explains {last.noise:.2g} {last.unit}: it does not fit" if doubt and last.noise else ""
         return (
             f"{self.joint.name!r} is {laws}; it leaves {last.rms:.3g} {last.unit} rms of {last.measurement}, "
-            f"{100 * last.relative:.2g} % of the largest\n{parameters_in_words(found)}"
+            f"{100 * last.relative:.2g} % of the largest{known}\n{parameters_in_words(found)}"
         )
 
     def columns(self) -> Columns:

@@ -103,7 +103,7 @@ def words(found: Identification) -> list[str]:
     for name, p in found.parameters.items():
         factor, unit = shown(p.unit)
         error = "" if p.standard_error is None else f"± {p.standard_error * factor:.2g}"
-        rows.append((name, f"{p.value * factor:.6g}", error, unit, p.status))
+        rows.append((name, f"{p.value * factor:.6g}", error, unit, p.status + ", law does not fit" * p.doubted))
     lines = table(("parameter", "value", "std. error", "unit", ""), rows)
     lines += [
         f"{e.measurement}: rms {e.rms:.4g} {e.unit}, {100 * e.relative:.2f} % of the largest force"
