@@ -173,7 +173,7 @@ def _untold(found: Estimate, guide: str | None, tests: Sequence[FitRecords]) -> 
         if misses(rms, noise):
             # The lift-off of a law that does not fit says nothing.
             return (
-                f"what the law leaves of {test.measurement.source.name}, {rms:.3g} N where noise explains {noise:.2g} "
+                f"what the law leaves of {test.measurement.source.name}, {rms:.4g} N where noise explains {noise:.3g} "
                 "N, hides it, whatever the amplitudes"
             )
     if reach < _SMALL * lift_off:

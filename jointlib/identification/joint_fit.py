@@ -101,7 +101,7 @@ def identify(
 def _missing(test: FitRecords, error: FitError, joint_file: str) -> str:
     command = shlex.join(["jointlib", "trace", str(test.measurement.source), "--joint", joint_file, "-o", "traced"])
     return (
-        f"{error.measurement}: {error.rms:.3g} {error.unit} are left where noise explains {error.noise:.2g} "
+        f"{error.measurement}: {error.rms:.4g} {error.unit} are left where noise explains {error.noise:.3g} "
         f"{error.unit}, so the law or the band misses something and the standard errors are those of a law that does "
         f"not fit; `{command}` looks for what."
     )

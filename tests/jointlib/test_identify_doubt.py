@@ -63,7 +63,7 @@ def test_a_law_that_misses_something_is_said_with_both_numbers(tmp_path: Path) -
     assert error.noise is not None
     assert error.rms > 3 * error.noise
     (said,) = (m for m in found.messages if "not fit" in m)
-    assert f"{error.rms:.3g} N are left where noise explains {error.noise:.2g} N" in said
+    assert f"{error.rms:.4g} N are left where noise explains {error.noise:.3g} N" in said
     source = tmp_path / "rig.measurement.toml"
     assert f"jointlib trace {source} --joint {tmp_path / 'guide.joint.toml'} -o traced" in said
     assert found.parameters["viscous.damping"].doubted
