@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from jointlib.errors import InputError
 from jointlib.loop.balance.floor import Floor, excited_band, noise_floor
 from jointlib.loop.balance.spectra import Spectra
 from jointlib.measurement import Measurement, Record
@@ -15,7 +16,8 @@ def excited(measurement: Measurement, records: Sequence[Record]) -> tuple[float,
     """The band in Hz that `trace` takes too: from 0.8 times the lowest excited line to three times the highest.
 
     Division by ω² blows up whatever an accelerometer shows on slow lines. The scatter between periods does not warn of
-    it: what folds down from beyond half the sample rate repeats. None for records without period.
+    it: what folds down from beyond half the sample rate repeats. None for records without period, and where no line
+    stands out of the noise.
     """
     if any(r.period is None for r in records):
         return None
@@ -23,7 +25,10 @@ def excited(measurement: Measurement, records: Sequence[Record]) -> tuple[float,
     driven = [s for s in spectra if s is not None]
     if len(driven) < len(records):
         return None
-    low, _, _, high = excited_band(driven, [_floor(s) for s in driven], None)
+    try:
+        low, _, _, high = excited_band(driven, [_floor(s) for s in driven], None)
+    except InputError:
+        return None
     return low, high
 
 

@@ -10,9 +10,12 @@ from rig_samples import GUIDE, PERIOD, RATE, noisy, shaken
 from test_identify_files import RIG
 
 from jointlib.answers.identify import identify
+from jointlib.errors import InputError
 from jointlib.identification import Identification
 from jointlib.joint import Joint
 from jointlib.laws.jenkins import Jenkins
+from jointlib.loop.balance.floor import Floor, excited_band
+from jointlib.loop.balance.spectra import Spectra
 
 LAWS = ("hertz-guide", "viscous")
 SLIPPING = Joint((*GUIDE.laws, Jenkins(4e7, 30.0)))
@@ -78,3 +81,10 @@ def test_a_law_that_fits_is_silent(tmp_path: Path) -> None:
     assert error.rms == pytest.approx(error.noise, rel=0.3)
     assert not any("not fit" in m for m in found.messages)
     assert not any(p.doubted for p in found.parameters.values())
+
+
+def test_a_record_in_which_nothing_stands_out_of_the_noise_is_refused_by_name() -> None:
+    drive = np.ones(257, dtype=complex)
+    record = Spectra("still.npz", "", "", RATE, 4, 128, {"a1": drive})
+    with pytest.raises(InputError, match=r"still\.npz: no line of a1 stands out of its noise"):
+        excited_band([record], [Floor({"a1": np.full(257, 10.0)}, "scatter", {})], None)

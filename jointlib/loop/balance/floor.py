@@ -133,6 +133,8 @@ def excited_band(
         if not drive.any():
             raise InputError(f"{record.name}: P (or a1) is zero throughout, expected a record with the excitation on")
         lines = record.frequency[(drive > 1e-2 * drive.max()) & (drive**2 > _CLEAR * floor.power[name])]
+        if not len(lines):
+            raise InputError(f"{record.name}: no line of {name} stands out of its noise, expected a larger excitation")
         low, high = min(low, float(lines[0])), max(high, float(lines[-1]))
     edge = 0.8 * min(r.sample_rate for r in records) / 2
     f_min, f_max = (0.8 * low, min(edge, 3 * high))
