@@ -19,6 +19,10 @@ from jointlib.shown.result import Columns, Shown
 from ..uncoupling.assembly import read_assembly
 from ..uncoupling.spindle_end import SpindleEnd, uncoupled, write_spindle
 
+_ENTRIES = {"deflection by force": (0, 0), "rotation by force": (1, 0), "rotation by moment": (1, 1)}
+"""What a plane of the end tells; by reciprocity the second is the deflection by a moment too."""
+_WORST = 0.9
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Uncoupled(Shown):
@@ -33,15 +37,34 @@ class Uncoupled(Shown):
         return self.files[0]
 
     def finding(self) -> str:
-        """Which planes, on which lines, and how well the middle line is known."""
+        """Which planes, on which lines, and how well the middle line and the worst tenth of them are known."""
         f, planes = self.end.frequency, " and ".join(plane.words[0] for plane in self.end.planes)
-        doubt = max(float(np.median(end.doubt)) for end in self.end.ends)
         weak = float(np.mean(self.end.weak))
         tells = "every line tells it" if not weak else f"{100 * (1 - weak):.3g} % of the lines tell it by themselves"
-        return (
-            f"end of the spindle along {planes}, {len(f)} lines from {f[0]:.5g} to {f[-1]:.5g} Hz; the interface is "
-            f"known within {100 * doubt:.2g} % (median), {tells}"
+        known = ", ".join(
+            f"{name} {100 * max(middle):.2g} ({100 * max(tenth):.2g}) %"
+            for name, (middle, tenth) in (
+                (name, zip(*(each[name] for each in self._errors.values()), strict=True)) for name in _ENTRIES
+            )
         )
+        return (
+            f"end of the spindle along {planes}, {len(f)} lines from {f[0]:.5g} to {f[-1]:.5g} Hz; standard errors, "
+            f"middle line (worst tenth of the lines): {known}; {tells}"
+        )
+
+    @property
+    def _errors(self) -> dict[str, dict[str, tuple[float, float]]]:
+        """By direction and entry the standard error over its size: of the middle line, and what a tenth exceeds."""
+        found = {}
+        for plane, end in zip(self.end.planes, self.end.ends, strict=True):
+            share = {
+                name: np.sqrt(np.maximum(end.variance[:, i, k], 0)) / np.abs(end.receptance[:, i, k])
+                for name, (i, k) in _ENTRIES.items()
+            }
+            found[plane.words[0]] = {
+                name: (float(np.median(each)), float(np.quantile(each, _WORST))) for name, each in share.items()
+            }
+        return found
 
     def columns(self) -> Columns:
         """A row per line: receptances of every plane with their standard errors."""
@@ -74,6 +97,10 @@ class Uncoupled(Shown):
             "dofs": list(end.dofs),
             "lines": len(end.frequency),
             "doubt": {p.words[0]: float(np.median(e.doubt)) for p, e in zip(end.planes, end.ends, strict=True)},
+            "errors": {
+                direction: {name.replace(" ", "_"): list(pair) for name, pair in each.items()}
+                for direction, each in self._errors.items()
+            },
             "sentence": self.finding(),
             "warnings": list(end.notes),
             "files": [str(path) for path in self.files],

@@ -110,6 +110,12 @@ def test_the_function_is_what_the_verb_prints(end: Path) -> None:
     done = jointlib(f"uncouple {BAR} --remove {BLANK} -o end.component.toml --json")
     assert json.loads(json.dumps(found.as_json())) == done.json
     assert "every line tells it" in repr(found)
+    with np.load("end.npz") as written:
+        H, variance = written["receptance"], written["variance"]
+    for name, i, k in (("deflection by force", 0, 0), ("rotation by force", 1, 0), ("rotation by moment", 1, 1)):
+        share = [np.sqrt(variance[:, a + i, a + k]) / np.abs(H[:, a + i, a + k]) for a in (0, 2)]
+        middle, tenth = (max(float(np.quantile(each, q)) for each in share) for q in (0.5, 0.9))
+        assert f"{name} {100 * middle:.2g} ({100 * tenth:.2g}) %" in found.finding()
     assert found.plot().get_xlabel() == "frequency [Hz]"
     assert len(found.columns()["frequency"][0]) == 381
 
