@@ -216,6 +216,11 @@ def lobes(
     if best is not None:
         lines.append(f"recommended: {best.words()}{charts[0].short_of}")
         data["pocket"] = {"speed": best.speed, "depth": best.depth, "margin": best.margin}
+    elif not rates and not all(chart.known_below > 0 for chart in charts):
+        lines.append(
+            "No speed and depth are recommended: the records end on a mode that may chatter; expected them to a higher "
+            "frequency"
+        )
     elif charts[0].left_out and np.any(np.isfinite(safe)):
         lines.append(
             f"No speed and depth are recommended: nowhere are three speeds known within {100 * WANDER:g} % of one"
@@ -258,8 +263,9 @@ def _limit(model: Machine, amplitude: float, chart: StabilityLobes) -> str:
     small = " for small vibrations" if depends_on_amplitude(model) else ""
     at = f" at a tool-point amplitude of {amplitude * 1e6:g} um" if amplitude else small
     if np.isfinite(chart.minimum_depth):
+        short = f", up to {chart.known_to:g} Hz," if chart.known_to and chart.minimum_depth > chart.known_below else ""
         return (
-            f"stable at {chart.reach} below {chart.minimum_depth * 1e3:.5g} mm{at} "
+            f"stable at {chart.reach}{short} below {chart.minimum_depth * 1e3:.5g} mm{at} "
             f"(chatter at {chart.minimum_frequency:.5g} Hz), {chart.method}"
         )
     known = "" if chart.known_to is None else f" up to {chart.known_to:g} Hz, above which nothing is known"
@@ -269,11 +275,11 @@ def _limit(model: Machine, amplitude: float, chart: StabilityLobes) -> str:
 def _at_speeds(speeds: Array, chart: StabilityLobes) -> list[str]:
     """A table of the limits at the speeds that were asked for."""
     unbounded = "unbounded" if chart.known_to is None else f"up to {chart.known_to:g} Hz"
-    columns = (speeds, chart.depth, chart.chatter_frequency, chart.kind, chart.lobe)
+    columns = (speeds, chart.depth, chart.doubtful, chart.chatter_frequency, chart.kind, chart.lobe)
     rows = [
-        (f"{n:g}", f"{b * 1e3:.6g}", f"{f:.6g}", str(kind), str(k))
+        (f"{n:g}", f"{'at most ' if doubted else ''}{b * 1e3:.6g}", f"{f:.6g}", str(kind), str(k))
         if np.isfinite(b)
         else (f"{n:g}", unbounded, "", "", "")
-        for n, b, f, kind, k in zip(*columns, strict=True)
+        for n, b, doubted, f, kind, k in zip(*columns, strict=True)
     ]
     return table(("speed [rpm]", "depth [mm]", "chatter [Hz]", "kind", "lobe"), rows)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,10 +18,12 @@ from jointlib.shown.pictures import axes_of, name_curves, write_picture
 from jointlib.shown.progress import Progress, Silent, each
 from jointlib.shown.result import Columns, Shown
 from jointlib.shown.text import table
+from jointlib.units import quantity
 
-from ..cutting.amplitude.frozen_lobes import lobes_at_amplitude
-from ..files.machine_file import documents, read_machine
+from ..files.machine_file import documents
 from ..files.opened import with_tool
+from ..indices import Mask
+from .told.stickout_depths import MORE, StickOutDepths
 
 _COUNT, _FEWEST, _MOST = 13, 3, 500
 _BETWEEN = 3
@@ -51,6 +53,12 @@ class StickOuts(Shown):
     """m."""
     depth: Array
     """m; infinite where unbounded, no number where it is not known."""
+    doubtful: Mask
+    """Where `lobes` doubts the depth, as of records that end early: it is no more than that, and no advice."""
+    known_to: float | None
+    """Hz up to which all depths hold; None where nothing is left out."""
+    flutes: float | None
+    """m, the length of the flutes, where the tool is known by its sizes."""
     pockets: tuple[Pocket, ...]
     """Deepest first."""
     notes: tuple[str, ...]
@@ -59,23 +67,43 @@ class StickOuts(Shown):
     def finding(self) -> str:
         """The stick-outs that put a pocket at the speed."""
         if not self.pockets:
-            return f"no stick-out of {self.component} in this range puts a pocket at {self.speed:.5g} rpm"
+            unknown = int(np.count_nonzero(self.doubtful | np.isnan(self.depth)))
+            if not unknown:
+                return f"no stick-out of {self.component} in this range puts a pocket at {self.speed:.5g} rpm"
+            more = "" if self.known_to is None else f": {MORE}"
+            return (
+                f"no stick-out of {self.component} in this range is known to put a pocket at {self.speed:.5g} rpm, at "
+                f"{unknown} of {len(self.depth)} of them the depth is not known or doubtful{more}"
+            )
         best = self.pockets[0]
-        rest = ", ".join(f"{1e3 * p.stick_out:.4g} mm ({_mm(p.depth)})" for p in self.pockets[1:])
+        rest = ", ".join(f"{1e3 * p.stick_out:.4g} mm ({self._told(p.depth)})" for p in self.pockets[1:])
         return (
             f"a stick-out of {1e3 * best.stick_out:.4g} mm puts a pocket at {self.speed:.5g} rpm, stable below "
-            f"{_mm(best.depth)}{'; also ' + rest if rest else ''}"
+            f"{self._told(best.depth)}{'; also ' + rest if rest else ''}"
         )
+
+    def _told(self, depth: float, doubtful: bool = False) -> str:
+        """A depth in words: no deeper than the flutes, and no more than what is known."""
+        said = _mm(depth)
+        if self.flutes and depth > self.flutes:
+            said = f"{_mm(self.flutes)}, where the flutes end"
+        if not doubtful or np.isnan(depth):
+            return said
+        known = "doubtful" if self.known_to is None else f"up to {self.known_to:g} Hz"
+        return f"{'at most ' if np.isfinite(depth) else ''}{said}, {known}"
 
     def columns(self) -> Columns:
         """A row per stick-out."""
-        return {"stick_out": (self.stick_out, "m"), "depth": (self.depth, "m")}
+        return {"stick_out": (self.stick_out, "m"), "depth": (self.depth, "m"), "doubtful": (self.doubtful, "")}
 
     def plot(self, ax: Any = None) -> Any:
         """Limiting depth in mm over the stick-out in mm, the pockets marked."""
         axes = axes_of(ax)
-        curve = np.where(np.isfinite(self.depth), self.depth, np.nan)
+        curve = np.where(np.isfinite(self.depth) & ~self.doubtful, self.depth, np.nan)
         axes.plot(1e3 * self.stick_out, 1e3 * curve, ".-", label="stable below, as computed")
+        if np.any(self.doubtful & np.isfinite(self.depth)):
+            doubted = np.where(self.doubtful & np.isfinite(self.depth), self.depth, np.nan)
+            axes.plot(1e3 * self.stick_out, 1e3 * doubted, "x", label="at most, doubtful")
         found = [(1e3 * p.stick_out, 1e3 * p.depth) for p in self.pockets if np.isfinite(p.depth)]
         if found:
             axes.plot(*zip(*found, strict=True), "o", mfc="none", label="a pocket at that speed")
@@ -90,6 +118,9 @@ class StickOuts(Shown):
             "component": self.component,
             "stick_out": self.stick_out.tolist(),
             "depth": self.depth.tolist(),
+            "doubtful": self.doubtful.tolist(),
+            "known_to": self.known_to,
+            "flute_length": self.flutes,
             "pockets": [vars(pocket) for pocket in self.pockets],
             "sentence": self.finding(),
             "warnings": list(self.notes),
@@ -98,7 +129,8 @@ class StickOuts(Shown):
 
     def words(self) -> list[str]:
         """What ``jointlib stickout`` prints."""
-        rows = [(f"{1e3 * x:.4g}", _mm(d)) for x, d in zip(self.stick_out, self.depth, strict=True)]
+        each_of = zip(self.stick_out, self.depth, self.doubtful, strict=True)
+        rows = [(f"{1e3 * x:.4g}", self._told(d, doubted)) for x, d, doubted in each_of]
         return [f"{self.finding()}.", *table(("stick-out [mm]", "depth"), rows), *self.notes]
 
 
@@ -145,49 +177,49 @@ def stickout(
         raise InputError(f"--count: {count}, expected {_FEWEST} to {_MOST}")
     assert rate is not None
     path, changes = Path(machine), with_tool(tool)
-    name = _named(path, changes, component)
-    notes: dict[str, None] = {}
-
-    def depth(stick_out: float) -> float:
-        model = read_machine(path, {**changes, f"component.{name}.stick_out": float(stick_out)})
-        try:
-            return float(lobes_at_amplitude(model, [rate], method=method).depth[0])
-        except InputError as error:
-            notes[f"At {1e3 * stick_out:.4g} mm the depth is not known: {error}."] = None
-            return np.nan
-
+    name, flutes = _named(path, changes, component)
+    told = StickOutDepths(path, changes, f"component.{name}.stick_out", rate, method)
     grid = np.linspace(*limits, count)
     with (progress or Silent()).step("computing depths over the stick-out"):
-        first = read_machine(path, {**changes, f"component.{name}.stick_out": float(grid[0])})
+        first = told.machine(float(grid[0]))
         if first.cutting is None or not first.tool:
             raise InputError(f"{path}: no [tool] or no [cutting], expected both for a depth of cut")
-        curve = np.array([depth(x) for x in each("stick-outs", grid, count)])
-        pockets = _pockets(grid, curve, depth)
+        sure = np.array([told.sure(x) for x in each("stick-outs", grid, count)])
+        pockets = _pockets(grid, sure, told.sure)
+    curve = np.array([told.depth(x) for x in grid])
     if not np.any(~np.isnan(curve)):
-        raise InputError(f"{path}: no depth is known from {limits[0]:g} to {limits[1]:g} m; {next(iter(notes))}")
-    found = StickOuts(name, rate, grid, curve, pockets, tuple(notes))
+        raise InputError(f"{path}: no depth is known from {limits[0]:g} to {limits[1]:g} m; {told.refusals()[0]}")
+    doubtful = np.isnan(sure) & ~np.isnan(curve)
+    notes, known_to = tuple(told.notes(grid, [pocket.stick_out for pocket in pockets])), told.known_to
+    found = StickOuts(name, rate, grid, curve, doubtful, known_to, flutes, pockets, notes)
     if target is None:
         return found
     if target.suffix == ".svg":
         write_picture(target, found.plot())
     else:
-        rows = "".join(f"{x:.9g},{d:.9g}\n" for x, d in zip(grid, curve, strict=True))
-        write_text(target, f"stick_out [m],depth [m]\n{rows}")
-    return StickOuts(name, rate, grid, curve, pockets, tuple(notes), (target,))
+        rows = "".join(f"{x:.9g},{d:.9g},{q:d}\n" for x, d, q in zip(grid, curve, doubtful, strict=True))
+        write_text(target, f"stick_out [m],depth [m],doubtful\n{rows}")
+    return replace(found, files=(target,))
 
 
-def _named(path: Path, changes: dict[str, str], component: str | None) -> str:
-    """The component of kind tool that is asked for."""
+def _named(path: Path, changes: dict[str, str], component: str | None) -> tuple[str, float | None]:
+    """The component of kind tool that is asked for, and how long its flutes are in m."""
     parts = [part for d in documents(path, changes) for part in d.raw().get("component", []) if isinstance(part, dict)]
     tools = [str(part.get("name")) for part in parts if part.get("kind") == "tool"]
     if component is not None:
         if component not in tools:
             raise InputError(f"--component: no component {component!r} of kind 'tool', {nearest(component, tools)}")
-        return component
+        return component, _flutes(parts, component)
     if len(tools) != 1:
         have = ", ".join(tools) or "none"
         raise InputError(f"{path}: components of kind 'tool': {have}; expected one, or --component with its name")
-    return tools[0]
+    return tools[0], _flutes(parts, tools[0])
+
+
+def _flutes(parts: Sequence[dict[str, Any]], name: str) -> float | None:
+    """The length of the flutes in m; None of a tool without."""
+    given = next(part.get("flute_length") for part in parts if part.get("name") == name)
+    return None if given is None else quantity(given, "m", f"component {name!r}") or None
 
 
 def _pockets(grid: Array, curve: Array, depth: Callable[[float], float]) -> tuple[Pocket, ...]:

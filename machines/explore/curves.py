@@ -122,7 +122,7 @@ def _beside(moment: Moment, quick: StabilityLobes) -> list[str]:
     At rest and with few modes only, where that is as quick as the rest.
     """
     model, cutting = moment.built.model, moment.cutting
-    best = None if cutting is None else best_pocket(quick.speed, quick.depth, cutting)
+    best = None if cutting is None else best_pocket(quick.speed, quick.sure, cutting)
     if moment.amplitude or model is None or len(model.poles) > _FEW_MODES or cutting is None or best is None:
         return []
     try:

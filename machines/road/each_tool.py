@@ -39,7 +39,7 @@ class ToolLobes:
     def of(cls, name: str, machine: Machine, chart: StabilityLobes, over_range: bool) -> ToolLobes:
         """A chart with the pocket that it holds."""
         cutting = Cutting(**(machine.cutting or {}))
-        found = best_pocket(chart.speed.ravel(), chart.depth.ravel(), cutting) if over_range else None
+        found = best_pocket(chart.speed.ravel(), chart.sure.ravel(), cutting) if over_range else None
         return cls(name, chart, found)
 
     def as_json(self) -> dict[str, Any]:

@@ -196,7 +196,7 @@ class Evaluation:
                 chart = stability_lobes(
                     tool, cuttings[row], speeds[row], method, axes=axes if isinstance(tool, FRF) else None
                 )
-            lowest[row], limit[row] = min(lowest[row], chart.minimum_depth), np.minimum(limit[row], chart.depth)
+            lowest[row], limit[row] = min(lowest[row], chart.minimum_depth), np.minimum(limit[row], chart.sure)
         for (_, method), members in together.items():
             rows = [tips.rows[i] for i in members]
             models = [tool for i in members if isinstance(tool := tips.cut[i], ToolModel)]

@@ -10,7 +10,9 @@ import pytest
 from command_line import jointlib
 
 import machines
+from jointlib.errors import InputError
 from machines import lobes_at_amplitude, natural_modes, read_machine
+from machines.answers.stickout import Pocket, StickOuts
 
 MILL = """
 schema = "jointlib/machine/1"
@@ -72,6 +74,40 @@ def test_the_function_is_what_the_verb_prints_and_writes_the_curve(here: Path) -
     np.testing.assert_allclose(table[:, 1], found.depth, rtol=1e-8)
     assert jointlib(f"{WORDS} --count 3 -o curve.svg").status == 0
     assert Path("curve.svg").read_text().lstrip().startswith("<?xml")
+
+
+@pytest.mark.parametrize("method", ["zero-order", pytest.param(None, marks=pytest.mark.thorough)])
+def test_what_lobes_doubts_or_refuses_is_not_recommended(method: str | None) -> None:
+    """The spindle was measured up to 4 kHz, which a mode of the tool passes as it is drawn in."""
+    mill = "machines/library/end_mill.toml"
+    found = machines.stickout(mill, between=["34 mm", "64 mm"], speed=15000, method=method, count=3)
+    assert np.any(found.doubtful | np.isnan(found.depth))
+    assert found.doubtful[0] or np.isnan(found.depth[0])
+    for out, depth, doubted in zip(found.stick_out, found.depth, found.doubtful, strict=True):
+        model = read_machine(mill, {"component.cutter.stick_out": float(out)})
+        if np.isnan(depth):
+            with pytest.raises(InputError):
+                machines.lobes(model, speed=15000, method=method, budget=0)
+            continue
+        beside = machines.lobes(model, speed=15000, method=method, budget=0)
+        assert beside.charts[0].depth[0] == depth
+        assert any(line.startswith("15000 ") and "at most" in line for line in beside.lines) == doubted
+    assert not found.pockets
+    assert "is known to put a pocket" in found.finding()
+    assert "records to a higher frequency tell more" in found.finding()
+
+
+def test_no_depth_past_the_flutes_is_told() -> None:
+    grid, depth = np.array([0.06, 0.07, 0.08]), np.array([1e-3, 40e-3, 12e-3])
+    found = StickOuts(
+        "cutter", 9000.0, grid, depth, np.array([False, False, True]), 4000.0, 0.025, (Pocket(0.07, 40e-3),), ()
+    )
+    assert found.finding().endswith("stable below 25 mm, where the flutes end")
+    assert [line.split(maxsplit=1)[1] for line in found.words()[2:]] == [
+        "1 mm",
+        "25 mm, where the flutes end",
+        "at most 12 mm, up to 4000 Hz",
+    ]
 
 
 @pytest.mark.parametrize(

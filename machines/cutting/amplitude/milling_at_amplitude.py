@@ -20,6 +20,7 @@ from ..loops.critical_depth import near
 from ..loops.harmonic_crossing import Found
 from ..process.chart import StabilityLobes
 from ..process.cutting import Cutting
+from ..rest.beyond_record import refuse_beyond
 from ..rest.periodic import charted
 from ..rest.solve import default_method, known_method, said_before, spindle_speeds
 from .developed_chatter import DevelopedChatter, Persistent
@@ -124,6 +125,10 @@ def _band(method: HeldJoints, vibrations: list[Persistent], speed: Array) -> lis
             without = near(bare.loop(rpm, 0, Constant(one.line * tooth, one.gain)), one.crossing)
             doubt[i] = abs(without.depth / one.crossing.depth - 1)
     worst, (low, high) = int(np.argmax(doubt)), method.machine.known_band
+    lines = [
+        one.line * method.cutting.cuts_per_revolution * rpm / 60 for one, rpm in zip(vibrations, speed, strict=True)
+    ]
+    refuse_beyond("multi-frequency", speed, np.array(lines), low, high)
     if doubt[worst] > _UNBOUNDED:
         raise InputError(
             f"multi-frequency: the receptance is known from {low:g} to {high:g} Hz, which decides the depth at "

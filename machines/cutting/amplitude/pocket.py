@@ -47,8 +47,8 @@ class Pocket:
 
 
 def safe_depth(charts: Sequence[StabilityLobes]) -> Array:
-    """The lowest limit of several charts at the same speeds, such as those of several amplitudes, in m."""
-    return np.asarray(np.min([chart.depth.ravel() for chart in charts], axis=0))
+    """The lowest sure limit of several charts at the same speeds, such as those of several amplitudes, in m."""
+    return np.asarray(np.min([chart.sure.ravel() for chart in charts], axis=0))
 
 
 def pocket(charts: Sequence[StabilityLobes], cutting: Cutting) -> Pocket | None:
@@ -88,7 +88,8 @@ def common_pockets(speeds: Array, safe: Array, cuttings: Sequence[Cutting]) -> l
     found = none
     for i in np.flatnonzero(bounded).tolist():
         depth = float((1 - RESERVE) * worst[i, best])
-        found[i] = Pocket(speed, depth, float(safe[i, best]), removal_rate(cuttings[i], speed, depth))
+        if depth > 0:
+            found[i] = Pocket(speed, depth, float(safe[i, best]), removal_rate(cuttings[i], speed, depth))
     return found
 
 

@@ -51,7 +51,7 @@ class Zones:
 
 def safe_limit(charts: Sequence[StabilityLobes], zones: Zones | None, band: Array | None) -> Array:
     """The depth in m to stay under at each speed: the lowest over amplitudes, and over 95 % of what is uncertain."""
-    parts = [chart.depth.ravel() for chart in charts]
+    parts = [chart.sure.ravel() for chart in charts]
     parts += [] if zones is None else [zones.safe]
     parts += [] if band is None else [band[0]]
     return np.asarray(np.fmin.reduce(parts))

@@ -15,10 +15,14 @@ from jointlib.errors import Outcome
 from jointlib.shown.pictures import axes_of, name_curves
 from jointlib.shown.result import Columns, Shown
 
+from ...indices import Mask
+
 Words: TypeAlias = NDArray[np.str_]
 Integers: TypeAlias = NDArray[np.int64]
 BY_SPEED = ("speed", "depth", "chatter_frequency", "kind", "lobe")
 """Fields of a chart with a value per speed."""
+UNSEEN = "The lines tell of modes above"
+"""How the sentence begins that tells of them."""
 _BOUND = re.compile(r"[0-9.]+e-[0-9]+")
 
 
@@ -92,6 +96,9 @@ class StabilityLobes(Shown):
     known_to
         Hz above which nothing is known of the tool, so that chatter there is not excluded; None where no mode is left
         out.
+    known_below
+        Depth in m below which no mode beyond what is known of the tool chatters, as far as the lines tell; larger
+        depths hold up to ``known_to`` only.
     minimum_at
         rpm of the minimum depth where it was looked for between the speeds as well, see `over_the_range`.
     left_out
@@ -113,6 +120,7 @@ class StabilityLobes(Shown):
     notes: tuple[str, ...]
     warnings: tuple[str, ...]
     known_to: float | None = None
+    known_below: float = np.inf
     minimum_at: float | None = None
     left_out: tuple[float, ...] = ()
 
@@ -124,6 +132,17 @@ class StabilityLobes(Shown):
     def curves(self, lobe: int) -> tuple[tuple[Array, Array], ...]:
         """Lobe k drawn whole: (speed in rpm, depth in m) of each stretch of the boundary."""
         return tuple((branch.speed(lobe), branch.depth) for branch in self.branches)
+
+    @property
+    def sure(self) -> Array:
+        """Depth in m, no larger than what is known of the tool bears out."""
+        return np.minimum(self.depth, self.known_below)
+
+    @property
+    def doubtful(self) -> Mask:
+        """Where the depth holds no further than up to ``known_to``."""
+        open_ended = ~np.isfinite(self.depth) & (self.known_to is not None)
+        return np.asarray((self.depth > self.known_below) | open_ended)
 
     @property
     def everywhere(self) -> bool:
@@ -148,8 +167,9 @@ class StabilityLobes(Shown):
         if not np.isfinite(self.minimum_depth):
             known = "" if self.known_to is None else f" up to {self.known_to:g} Hz, above which nothing is known"
             return f"no chatter at any depth{known} ({self.method})"
+        short = f", up to {self.known_to:g} Hz," if self.known_to and self.minimum_depth > self.known_below else ""
         return (
-            f"stable at {self.reach} below {self.minimum_depth * 1e3:.4g} mm, chatter at "
+            f"stable at {self.reach}{short} below {self.minimum_depth * 1e3:.4g} mm, chatter at "
             f"{self.minimum_frequency:.4g} Hz ({self.method}; chart of {_speeds(self.speed)})"
         )
 
@@ -176,12 +196,15 @@ def joined(known: Sequence[StabilityLobes]) -> StabilityLobes:
     order = np.argsort(np.concatenate([one.speed for one in known]))
     values: dict[str, Any] = {key: np.concatenate([getattr(one, key) for one in known])[order] for key in BY_SPEED}
     least = min(known, key=lambda one: one.minimum_depth)
-    return replace(least, **values, warnings=_widest([said for one in known for said in one.warnings]))
+    said = _widest([said for one in sorted(known, key=lambda one: one.known_below) for said in one.warnings])
+    return replace(least, **values, warnings=said, known_below=min(one.known_below for one in known))
 
 
 def _widest(said: list[str]) -> tuple[str, ...]:
-    """Of sentences that differ by a bound alone (3e-05), the one with the largest."""
+    """Of sentences that differ by a bound alone (3e-05) the one with the largest; of unseen modes the first."""
     found = {}
+    unseen = [sentence for sentence in said if sentence.startswith(UNSEEN)]
+    said = [sentence for sentence in said if sentence not in unseen[1:]]
     for sentence in sorted(said, key=lambda one: max(map(float, _BOUND.findall(one)), default=0.0)):
         found[_BOUND.sub("", sentence)] = sentence
     return tuple(found.values())

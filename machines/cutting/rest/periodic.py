@@ -38,6 +38,8 @@ NOTES = (
 )
 _UNBOUNDED = 1.0
 _WORTH_TELLING = 1e-4
+_DOUBTFUL = 0.05
+"""Share of a depth that the ends of the band may cost, from which on it is no advice."""
 _RESONANT, _TURNED = 0.5, 0.3
 _UNSEEN_PEAK = 50.0
 """Height over its flexibility of a mode beyond the band, with a damping ratio of 0.01."""
@@ -63,7 +65,8 @@ def by_harmonics(point: ToolPoint, cutting: Cutting, speed: Array) -> StabilityL
         for rpm in each("speeds", speed.tolist(), len(speed))
     ]
     said = _band_said(receptance, found, stiffest, speed)
-    return charted("multi-frequency", found, cutting, speed, said)
+    doubted = min((one.crossing.depth for one in found if one.doubt > _DOUBTFUL), default=np.inf)
+    return replace(charted("multi-frequency", found, cutting, speed, said), known_below=doubted * (1 - _DOUBTFUL))
 
 
 def by_collocation(model: ToolModel, point: ToolPoint, cutting: Cutting, speed: Array) -> StabilityLobes:

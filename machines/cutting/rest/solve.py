@@ -20,6 +20,7 @@ from ..process import turning, zero_order
 from ..process.chart import StabilityLobes
 from ..process.cutting import Cutting
 from . import periodic
+from .beyond_record import within_record
 from .cutter_charts import cutter_chart
 
 METHODS = {
@@ -81,8 +82,14 @@ def stability_lobes(
         receptance = tool_point(receptance, _assumed_axes(receptance, cutting, axes), frequency)
     elif axes is not None or frequency is not None:
         raise InputError("lobes: a ToolPoint already has its axes and frequencies, leave both out")
-    warnings = said_before(receptance, cutting, measured=model is None)
+    return within_record(_charted(name, receptance, model, cutting, speeds, method), receptance, cutting)
 
+
+def _charted(
+    name: str, receptance: ToolPoint, model: ToolModel | None, cutting: Cutting, speeds: Array, method: str | None
+) -> StabilityLobes:
+    """The chart by a method, with the one that was asked for."""
+    warnings = said_before(receptance, cutting, measured=model is None)
     if not cutting.plain:
         if name == "collocation" and model is None:
             raise InputError(_NEEDS_MODES)
@@ -119,7 +126,7 @@ def stability_lobes(
     traced = trace(loops)
     crossed = first_crossings(loops, traced, period[None])
     lowest = lowest_depth(loops, traced)
-    outcome, doubts = _judged(point, traced, period, crossed, lowest)
+    outcome, doubts, sure = _judged(point, traced, period, crossed, lowest)
     return StabilityLobes(
         method=name,
         speed=speeds,
@@ -135,6 +142,7 @@ def stability_lobes(
         outcome=outcome,
         notes=turning.NOTES if name == "turning" else zero_order.NOTES,
         warnings=warnings + doubts,
+        known_below=sure,
     )
 
 
@@ -183,11 +191,13 @@ def _assumed_axes(receptance: FRF | Receptance, cutting: Cutting, axes: Sequence
 
 def _judged(
     point: ToolPoint, traced: Trace, period: Array, found: Crossings, lowest: Minimum
-) -> tuple[Outcome, tuple[str, ...]]:
-    """Whether the band and the lines can carry the result, and what to say where they cannot."""
-    outcome, said = Outcome.CONVERGED, []
+) -> tuple[Outcome, tuple[str, ...], float]:
+    """Whether the band and the lines can carry the result, what to say where they cannot, and the depth (m) from which
+    on frequencies outside may matter.
+    """
+    outcome, said, sure = Outcome.CONVERGED, list[str](), np.inf
     if lowest.at_edge[0]:
-        outcome = Outcome.PEAK_AT_EDGE
+        outcome, sure = Outcome.PEAK_AT_EDGE, 0.0
         at = float(lowest.frequency[0])
         said.append(f"The minimum depth lies at the edge of the band, {at:g} Hz, and may fall beyond it.")
     for end, word in ((0, "starts"), (-1, "ends")):
@@ -199,6 +209,7 @@ def _judged(
         count = int(np.count_nonzero(beyond.any(axis=1)))
         if count:
             outcome = Outcome.FRF_TOO_SHORT
+            sure = min(sure, float(np.min(depth[beyond.any(axis=0)])))
             said.append(
                 f"The band {word} at {edge:g} Hz inside a lobe: at {count} of {len(period)} speeds a lower depth may "
                 "belong to a frequency outside it."
@@ -209,7 +220,7 @@ def _judged(
         )
     if point.sampled:
         said.extend(_wide_lines(point, traced))
-    return outcome, tuple(said)
+    return outcome, tuple(said), sure
 
 
 def _wide_lines(point: ToolPoint, traced: Trace) -> list[str]:
