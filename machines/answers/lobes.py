@@ -25,6 +25,7 @@ from ..cutting.amplitude.pocket import WANDER, best_pocket
 from ..cutting.amplitude.zones import safe_limit
 from ..cutting.process.chart import StabilityLobes, draw_charts
 from ..cutting.process.cutting import Cutting
+from ..cutting.rest.beyond_record import refuse_unknown
 from ..cutting.rest.chart_file import chart_data, default_speeds
 from ..files.opened import machine_of, tool_names
 from ..model.machine import Machine
@@ -157,6 +158,8 @@ def lobes(
             refuse_certain(model)
         started = time.monotonic()
         charts = charts_by_amplitude(model, speeds, sizes or (0.0,), method, share)
+        for chart in charts:
+            refuse_unknown(chart)
         speeds = charts[-1].speed
         took = time.monotonic() - started
     lines = list(remarks)
@@ -277,7 +280,9 @@ def _at_speeds(speeds: Array, chart: StabilityLobes) -> list[str]:
     unbounded = "unbounded" if chart.known_to is None else f"up to {chart.known_to:g} Hz"
     columns = (speeds, chart.depth, chart.doubtful, chart.chatter_frequency, chart.kind, chart.lobe)
     rows = [
-        (f"{n:g}", f"{'at most ' if doubted else ''}{b * 1e3:.6g}", f"{f:.6g}", str(kind), str(k))
+        (f"{n:g}", "not known", "", "", "")
+        if chart.known_to is not None and f > chart.known_to
+        else (f"{n:g}", f"{'at most ' if doubted else ''}{b * 1e3:.6g}", f"{f:.6g}", str(kind), str(k))
         if np.isfinite(b)
         else (f"{n:g}", unbounded, "", "", "")
         for n, b, doubted, f, kind, k in zip(*columns, strict=True)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from jointlib.errors import InputError, Outcome
 from jointlib.frf import FRF
-from machines.cutting.rest.beyond_record import refuse_beyond
+from machines.cutting.rest.beyond_record import refuse_beyond, refuse_unknown
 from machines.lobes import Cutting, stability_lobes
 from machines.tool.tool_model import ToolModel
 from machines.tool.tool_point import tool_point
@@ -63,6 +65,15 @@ def test_a_record_past_the_modes_leaves_no_doubt(method: str) -> None:
 
 def test_chatter_outside_the_record_is_refused() -> None:
     speed = np.array([9000.0, 16000.0])
-    refuse_beyond("multi-frequency", speed, np.array([np.nan, 3990.0]), 210.0, 3990.0)
+    refuse_beyond("multi-frequency", speed, np.array([5150.3, 3990.0]), 210.0, 3990.0)
     with pytest.raises(InputError, match=r"at 1 of 2 speeds, at 16000 rpm at 5150.3 Hz; expected a wider band"):
-        refuse_beyond("multi-frequency", speed, np.array([3000.0, 5150.3]), 210.0, 3990.0)
+        refuse_beyond("multi-frequency", speed, np.array([np.nan, 5150.3]), 210.0, 3990.0)
+
+
+def test_one_speed_with_chatter_outside_leaves_the_others() -> None:
+    """A chart is refused where nothing of it is known, not where a part is."""
+    chart = stability_lobes(record(4000.0), CUT, [12000.0, 20000.0])
+    moved = replace(chart, known_to=1000.0, chatter_frequency=np.array([900.0, 1192.0]))
+    refuse_unknown(moved)
+    with pytest.raises(InputError, match="known up to 1000 Hz"):
+        refuse_unknown(replace(moved, chatter_frequency=np.array([np.nan, 1192.0])))

@@ -12,6 +12,7 @@ from jointlib.errors import CheckFailed, InputError, Outcome
 
 from ...cutting.amplitude.frozen_lobes import lobes_at_amplitude
 from ...cutting.process.chart import StabilityLobes
+from ...cutting.rest.beyond_record import refuse_unknown
 from ...files.machine_file import read_machine
 from ...model.machine import Machine
 
@@ -36,7 +37,9 @@ class StickOutDepths:
         if at not in self._charts and at not in self._refused:
             model = self.machine(at)
             try:
-                self._charts[at] = lobes_at_amplitude(model, [self._speed], method=self._method)
+                chart = lobes_at_amplitude(model, [self._speed], method=self._method)
+                refuse_unknown(chart)
+                self._charts[at] = chart
             except (InputError, CheckFailed) as error:
                 self._refused[at] = str(error)
         return self._charts.get(at)

@@ -24,15 +24,19 @@ _DAMPING = 0.01
 def within_record(chart: StabilityLobes, point: ToolPoint, cutting: Cutting) -> StabilityLobes:
     """The chart with the depth from which on a mode beyond the lines may chatter, and that said.
 
-    Raises
-    ------
-    InputError
-        Where chatter was found at a frequency at which the tool is not known.
+    Where the chatter that was found lies outside of the lines itself, its depth is no more known: see `refuse_beyond`.
     """
     low, high = spectrum(point, 2 * float(point.lines[-1])).known
     if not np.isfinite(high):
         return replace(chart, known_below=np.inf)
-    refuse_beyond(chart.method, chart.speed, chart.chatter_frequency, low, high)
+    outside = (chart.chatter_frequency > high) | (chart.chatter_frequency < low)
+    if np.any(outside):
+        said = (
+            f"At some speeds chatter would lie outside of {low:g} to {high:g} Hz, where the receptance is known: the "
+            "depth there is not known."
+        )
+        below = min(chart.known_below, (1 - _DAMPING) * float(np.min(chart.depth[outside])))
+        chart = replace(chart, warnings=(*chart.warnings, said), outcome=Outcome.FRF_TOO_SHORT, known_below=below)
     flexibility, stiffness = _unseen(point, cutting)
     if not flexibility * stiffness > 0:
         return chart
@@ -54,17 +58,24 @@ def within_record(chart: StabilityLobes, point: ToolPoint, cutting: Cutting) -> 
 
 
 def refuse_beyond(method: str, speed: Array, chatter: Array, low: float, high: float) -> None:
-    """Raise where a chatter frequency in Hz lies outside those at which the tool is known."""
+    """Raise where every chatter frequency in Hz lies outside those at which the tool is known."""
     speeds, lines = np.ravel(speed), np.ravel(chatter)
     outside = (lines > high) | (lines < low)
-    if not np.any(outside):
+    if not np.any(outside) or np.any((lines <= high) & (lines >= low)):
         return
     worst = int(np.argmax(np.where(outside, np.maximum(lines / high, low / lines), 0.0)))
+    known = f"from {low:g} to {high:g} Hz" if low else f"up to {high:g} Hz"
     raise InputError(
-        f"{method}: the receptance is known from {low:g} to {high:g} Hz and chatter would lie outside of that at "
+        f"{method}: the receptance is known {known} and chatter would lie outside of that at "
         f"{np.count_nonzero(outside)} of {len(lines)} speeds, at {speeds[worst]:g} rpm at {lines[worst]:.5g} Hz; "
         "expected a wider band"
     )
+
+
+def refuse_unknown(chart: StabilityLobes) -> None:
+    """Raise where all chatter of a chart lies above what is known of the tool."""
+    if chart.known_to is not None:
+        refuse_beyond(chart.method, chart.speed, chart.chatter_frequency, 0.0, chart.known_to)
 
 
 def _unseen(point: ToolPoint, cutting: Cutting) -> tuple[float, float]:
