@@ -58,6 +58,8 @@ class Curves:
     """rpm; empty without a cut."""
     depth: Array
     """m; inf where the cut is stable at any depth."""
+    sure: Array
+    """m; the depth, no larger than what is known of the tool bears out."""
     chatter_frequency: Array
     kind: Words
     lobe: Integers
@@ -108,6 +110,7 @@ def drawn(moment: Moment, places: Mapping[str, str], largest: float, exact: bool
         limit={name: built.limits[name] for name in gains},
         speed=none if chart is None else chart.speed,
         depth=none if chart is None else chart.depth,
+        sure=none if chart is None else chart.sure,
         chatter_frequency=none if chart is None else chart.chatter_frequency,
         kind=np.zeros(0, dtype="<U4") if chart is None else chart.kind,
         lobe=np.zeros(0, dtype=np.int64) if chart is None else chart.lobe,

@@ -162,7 +162,7 @@ class Explorer:
         curves, moment = self.curves(values), self.moment(values)
         lowest = best = None
         if moment.cutting is not None and len(curves.speed):
-            lowest, best = float(np.min(curves.depth)), best_pocket(curves.speed, curves.depth, moment.cutting)
+            lowest, best = float(np.min(curves.depth)), best_pocket(curves.speed, curves.sure, moment.cutting)
         peak = max(float(np.max(np.abs(G))) for G in curves.receptance.values())
         return Summary(lowest, best, moment.built.static_compliance, peak)
 
