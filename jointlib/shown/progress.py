@@ -43,6 +43,22 @@ class Named:
         return self.progress.step(f"{self.name}: {what}")
 
 
+class Inside:
+    """Parts of a part: who follows the part hears of each as of how far it is."""
+
+    @contextmanager
+    def step(self, what: str) -> Iterator[None]:
+        """Told as long as it lasts."""
+        follower = _FOLLOWER.get()
+        loops = [] if follower is None else follower.loops
+        depth = len(loops)
+        loops.append(what)
+        try:
+            yield
+        finally:
+            del loops[depth:]
+
+
 class Follower:
     """Hears how far the loops of a part are, and what they remark."""
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from jointlib.shown.progress import Inside
+
 from .piece import BUDGET, Piece, Step, open_joints
 
 if TYPE_CHECKING:
@@ -105,7 +107,7 @@ def _force(road: Run) -> None:
     # Every step of a cycle that is sampled costs, so joints that remember keep one harmonic, and its error is said.
     harmonics = 1 if any(joint.states for joint in road.machine.joints()) else "auto"
     with road.progress.step(f"forced response at each force, in at most {BUDGET / 60:g} minutes"):
-        results = both(road.machine, None, harmonics=harmonics, stability="auto")
+        results = both(road.machine, None, progress=Inside(), harmonics=harmonics, stability="auto")
     road.responses = results
     result = results[0]
     write_response(road.path("frf.npz"), results)

@@ -11,7 +11,7 @@ from click.testing import CliRunner
 
 from jointlib.cli import output
 from jointlib.cli.arguments import json_option
-from jointlib.shown.progress import Follower, each, followed, remark
+from jointlib.shown.progress import Follower, Inside, each, followed, remark
 
 
 def test_loops_inside_each_other_are_told_with_the_outermost_first() -> None:
@@ -83,3 +83,13 @@ def test_a_command_that_is_asked_for_json_tells_nothing_else(
     quiet, told = (CliRunner().invoke(command, words) for words in (["--json"], []))
     assert json.loads(quiet.output) == {"done": 1}
     assert told.stderr.startswith("computing …\n")
+
+
+def test_parts_of_a_part_are_told_as_how_far_it_is() -> None:
+    follower = Follower(lambda _: None)
+    with followed(follower):
+        with Inside().step("x, 1 of 2"), Inside().step("closing in on the peaks"):
+            assert str(follower) == "x, 1 of 2, closing in on the peaks"
+        assert not follower.loops
+    with Inside().step("nobody listens"):
+        pass
