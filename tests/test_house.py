@@ -259,6 +259,7 @@ def test_no_two_names_in_a_folder_differ_by_an_ending() -> None:
         assert not names & stems, f"{folder}: {names & stems}"
 
 
+@pytest.mark.thorough
 def test_paths_that_pages_named_lead_on_with_a_warning() -> None:
     code = f"""
 import importlib, warnings

@@ -120,6 +120,7 @@ def test_both_ways_lead_to_one_motion() -> None:
     np.testing.assert_allclose(one.z, other.z, atol=1e-9 * np.abs(one.z).max())
 
 
+@pytest.mark.thorough
 def test_a_masing_loop_encloses_its_area_and_remembers_turning_points() -> None:
     n, reach, p = 20000, 1.0, 2.0
     x = 5 * np.sin(2 * np.pi * np.arange(n) / n)[None]

@@ -71,6 +71,7 @@ def test_designs_are_compared_by_results_resonances_and_lobes(study: str) -> Non
     assert picture.startswith("<svg")
 
 
+@pytest.mark.thorough
 def test_the_lobes_of_a_design_are_those_its_result_was_read_from(study: str) -> None:
     for side in design_sides(read_study(study), Path("out"), (0, 2, 3), {}):
         assert side.limits is not None

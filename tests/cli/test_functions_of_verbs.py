@@ -268,6 +268,7 @@ goal = "min"
 """
 
 
+@pytest.mark.thorough
 def test_a_study_gives_its_verdict(here: Path) -> None:
     Path("mass.study.toml").write_text(STUDY)
     found = machines.study("mass.study.toml", "f", workers=1)

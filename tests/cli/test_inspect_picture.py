@@ -69,6 +69,7 @@ def changed(tab: Tab, before: str) -> str:
     return str(tab.evaluate(SHOWN))
 
 
+@pytest.mark.thorough
 def test_the_page_turns_with_the_mouse_and_the_keyboard(tab: Tab) -> None:
     blank = "data:image/png"
     first = changed(tab, blank)

@@ -45,6 +45,7 @@ def test_a_new_file_is_commented_named_and_never_overwritten(kind: str, here: Pa
             Path(p).write_bytes(content)
 
 
+@pytest.mark.thorough
 def test_a_new_machine_runs(here: Path) -> None:
     assert jointlib("new machine -o m.toml").status == 0
     assert not mistakes(read_machine("m.toml"))

@@ -96,6 +96,7 @@ def test_a_linear_machine_is_exact_at_any_step(step: float, fmi: int) -> None:
     assert shares(found, np.array(expected)) < 1e-11
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     "machine",
     [
@@ -183,6 +184,7 @@ def test_modes_that_are_set_before_the_start_are_moved_by_explicit_steps() -> No
     assert shares(Stepping(folder, 2, start, tolerance=1e-6).run(forces(10), 3e-5, OUTPUTS), expected) < 1e-5
 
 
+@pytest.mark.thorough
 def test_free_body_accelerates_as_newton_says_by_modes_too() -> None:
     body = Rigid("body", 4.0, np.array([1.0, 2.0, 3.0]))
     system = system_of_component(body, {"top": np.eye(6)[0]})
@@ -273,6 +275,7 @@ def test_library_machines_keep_the_tolerance(name: str) -> None:
     assert shares(run(tolerance=1e-5).run(given, system.step, outputs), expected) < 1e-4
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("tolerance", [None, 1e-6], ids=["explicit", "closed"])
 def test_forces_that_go_on_between_steps_come_in_time(tolerance: float | None) -> None:
     """A sine in 178 steps a period beside one in tiny steps: held, as straight lines, as parabolas, and asked for."""
@@ -313,6 +316,7 @@ def test_forces_that_go_on_between_steps_come_in_time(tolerance: float | None) -
     assert asked.get(["force_x"])[0] == pytest.approx(force(steps * h)["force_x"], abs=1e-9)
 
 
+@pytest.mark.thorough
 @one_version
 @pytest.mark.parametrize("tolerance", [None, 1e-5], ids=["explicit", "closed"])
 @pytest.mark.parametrize("machine", [BENT, RUBBING, BRISTLING], ids=["bent", "rubbing", "bristling"])

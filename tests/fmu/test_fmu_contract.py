@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
 from host import GUIDE, JOINTS, exported, label, law_force, path, running
-from repeats import repeats
+from repeats import firsts, repeats
 
 from fmu.code import python_kernel
 from fmu.system.variables import variables_of
@@ -22,6 +22,7 @@ from jointlib.parameter import parameters_of
 from jointlib.registry import laws
 
 every_joint = pytest.mark.parametrize("joint", JOINTS, ids=label)
+FIRSTS = [label(joint) for joint in firsts(JOINTS, lambda joint: tuple(law.kind for law in joint.laws))]
 
 
 @pytest.mark.parametrize("kind", sorted(kind for kind, law in laws().items() if law.in_time))
@@ -42,7 +43,7 @@ def test_fmpy_finds_no_problem(joint: Joint) -> None:
     assert validate_fmu(str(exported(joint).file)) == []
 
 
-@every_joint
+@pytest.mark.parametrize("joint", repeats(JOINTS, lambda joint: label(joint) in FIRSTS), ids=label)
 def test_fmu_follows_the_python_law_through_rest_reversal_and_lift_off(joint: Joint, tmp_path: Path) -> None:
     z, v = path()
     expected = law_force(joint, z, v, 1e-5)

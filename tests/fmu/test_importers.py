@@ -202,6 +202,7 @@ def test_forces_of_a_machine_may_go_on_within_a_step_and_motions_of_a_joint_are_
         assert asked == ({s.name for s in system.inputs} if told == "true" else set())
 
 
+@pytest.mark.thorough
 @one_version
 def test_flat_names_are_identifiers_and_compute_the_same(fmi: int, tmp_path: Path) -> None:
     require("cc")

@@ -456,6 +456,7 @@ def test_importer_with_events_meets_the_end_stop() -> None:
     assert np.max(np.abs(found - expected[:, 0])) < 1e-5 * np.max(np.abs(expected[:, 0]))
 
 
+@pytest.mark.thorough
 def test_mass_that_only_grazes_the_stop_meets_it() -> None:
     """Free vibration about F/K reaches 2 F/K: the stop stands a hair before that."""
     force, h = 1.001 * GAP * K / (1 + np.exp(-np.pi * C / (2 * np.sqrt(K * M)))), 2 * np.pi * np.sqrt(M / K)

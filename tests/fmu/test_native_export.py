@@ -396,6 +396,7 @@ def test_same_joint_compiled_twice_gives_the_same_bytes(tmp_path: Path, monkeypa
     assert len(kept) == len(native(GUIDE, 3).platforms)
 
 
+@pytest.mark.thorough
 @one_version
 def test_sources_inside_compile_to_an_fmu_that_repeats_the_reference_run(fmi: int, tmp_path: Path) -> None:
     require("cmake")
@@ -488,6 +489,7 @@ def test_missing_compiler_is_told_in_a_sentence(
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.thorough
 def test_without_a_compiler_the_python_runtime_is_taken_and_said(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -570,6 +572,7 @@ def test_kernel_without_its_declarations_is_refused() -> None:
     assert sound.indicators == "0"
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("exponent", [2.0, 120.0, 165.0])
 def test_rates_of_a_sharp_bouc_wen_loop_pull_a_trial_beyond_it_back(exponent: float, tmp_path: Path) -> None:
     """A solver may try points that the law never reaches: 2 lengths are 2^165 in the power."""

@@ -293,6 +293,7 @@ def test_fmpy_moves_the_two_masses_of_the_library_as_one_solver_does(two_mass: M
     assert np.max(np.abs(without - exact)) / np.max(np.abs(exact)) > 5 * errors[-1], "the cubic spring matters here"
 
 
+@pytest.mark.thorough
 def test_each_structure_has_a_name_of_its_own_and_names_the_master_that_steps_it(two_mass: Made) -> None:
     """What OMSimulator 3 reads: variants by their names, the settings of a solver, its name at each element."""
     members = read_archive(two_mass.file)

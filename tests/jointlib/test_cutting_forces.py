@@ -127,6 +127,7 @@ def test_intervals_of_95_percent_hold_the_truth_at_least_nine_times_in_ten(kind:
     assert np.mean(inside) >= 0.9
 
 
+@pytest.mark.thorough
 def test_errors_are_as_large_as_the_scatter_of_repeated_tests(tmp_path: Path) -> None:
     short = {"seconds": 0.25, "feeds": (0.05, 0.15), "mode": "up", "immersion": 0.25, "arc": (0.0, 60.0), "helix": 0.0}
     z = [deviations(identify_cutting(read_measurement(recorded(tmp_path, seed, **short)))) for seed in range(12)]

@@ -62,6 +62,7 @@ def squared(frf: EstimatedFRF, part: Structure = PART) -> np.ndarray:
     return np.abs(frf.value - truth(frf, part)) ** 2 / frf.variance
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("kind", [0, 1, 2])
 def test_hits_give_the_response_within_its_predicted_variance(tmp_path: Path, kind: int) -> None:
     """Of F(2, 10) and above, as of six hits, the mean is between 1 and 10/8; how often bounds hold: test_coverage."""
@@ -216,6 +217,7 @@ def test_a_multisine_is_taken_by_whole_periods_and_its_own_lines(tmp_path: Path)
     assert np.mean(squared(f)) == pytest.approx(1.0, abs=0.4)
 
 
+@pytest.mark.thorough
 def test_a_chirp_from_rest_to_rest(tmp_path: Path) -> None:
     t = np.arange(6 * int(RATE) * 8) / (RATE * 8)
     chirp = np.where(t < 4, np.sin(2 * np.pi * (20 * t + (450 - 20) / 8 * t**2)), 0) * np.clip((4 - t) / 0.2, 0, 1)

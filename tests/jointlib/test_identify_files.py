@@ -121,6 +121,7 @@ def test_shaken_records_alone_tell_the_guide_where_it_nearly_lifts_off(tmp_path:
         assert within(found, name, truth)
 
 
+@pytest.mark.thorough
 def test_small_motion_tells_the_stiffness_but_no_preload(tmp_path: Path) -> None:
     steady = shaken(GUIDE, (2.0, 3.0))
     m = rig(tmp_path)

@@ -30,6 +30,7 @@ def fit(records: list[Record], joint: Joint = ROUGH, free: tuple[str, ...] = FRE
     return estimate(joint, tuple(balance_of(restoring_force(m, r)) for r in records), free)
 
 
+@pytest.mark.thorough
 def test_accelerations_give_back_motion_and_force() -> None:
     surface, steady = restoring_force(measurement(band=(1e3, 40e3)), clean()), shaken()
     for found, true in (

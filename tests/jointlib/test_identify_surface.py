@@ -28,6 +28,7 @@ def surfaces(noise: float, seed: int = 0) -> list[RestoringForce]:
     return out
 
 
+@pytest.mark.thorough
 def test_given_order_returns_the_surface() -> None:
     fit = fit_surface(tuple(balance_of(s) for s in surfaces(0.0)), (3, 1))
     table, _ = fit.polynomial()

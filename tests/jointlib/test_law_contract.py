@@ -66,6 +66,7 @@ def test_describing_function_with_a_bias_equals_the_first_harmonic(law: JointLaw
     np.testing.assert_allclose(given.mean, found.mean, rtol=1e-9, atol=1e-12 * peak)
 
 
+@pytest.mark.thorough
 @every_law
 def test_derivatives_of_the_gain_are_its_differences(law: JointLaw) -> None:
     harmonic = law.first_harmonic(AMPLITUDE, OMEGA)

@@ -67,6 +67,7 @@ def along(law: JointLaw, t: Array, omega: float) -> Array:
     return Joint((law,)).force_along(*wandering(t, omega), time_step=t[1] - t[0])
 
 
+@pytest.mark.thorough
 def test_dahl_follows_its_differential_equation() -> None:
     t, omega = np.linspace(0, 2.0, 8001), 2 * np.pi
     expected = F * integrated(lambda q, _, v: K / F * (v - q * abs(v)), t, omega)

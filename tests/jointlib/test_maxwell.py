@@ -170,6 +170,7 @@ def families(report: TraceReport) -> list[str]:
     return [report.chosen.family, *(r.family for r in report.rivals)]
 
 
+@pytest.mark.thorough
 def test_a_film_that_relaxes_is_named_on_a_rig_with_its_stiffness_and_time(tmp_path: Path) -> None:
     report = rig_with(np.array([4500.0]), 6e7, tmp_path)
     assert report.verdict in (Verdict.IDENTIFIED, Verdict.AMBIGUOUS)

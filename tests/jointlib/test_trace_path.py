@@ -442,6 +442,7 @@ def test_a_lag_that_would_need_a_damper_that_drives_is_refused(tmp_path: Path) -
     assert "lag" not in {c.family for c in report.corrections}
 
 
+@pytest.mark.thorough
 def test_few_blocks_are_said_and_what_can_be_decided_is_decided(tmp_path: Path) -> None:
     """Four declared periods of one sine: three are whole within the edges."""
     t = np.arange(0, 4.2, 1 / RATE)

@@ -75,6 +75,7 @@ def test_nothing_is_added_where_z_is_measured() -> None:
     assert found[0] == 0
 
 
+@pytest.mark.thorough
 def test_a_linear_joint_moves_nowhere_else() -> None:
     assert unseen_motion(rubbing(1e-4), Joint(LINEAR)) is None
 

@@ -401,6 +401,7 @@ def test_a_hanging_machine_moves_what_is_named(tmp_path: Path) -> None:
     assert centres == [[0, 0, 0], [0.1, 0, 0], [0, 0, 0]]
 
 
+@pytest.mark.thorough
 def test_inspect_tells_where_the_axes_stand() -> None:
     said = CliRunner().invoke(inspect, [str(LIBRARY / "column_mill_a.toml")]).output.splitlines()
     assert "axis y: moves saddle, table along (0, 1, 0), at 0 mm of -225 to 225 mm" in said

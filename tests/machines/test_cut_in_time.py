@@ -68,6 +68,7 @@ def test_small_vibrations_grow_above_the_depths_that_are_known() -> None:
         assert float(np.polyfit(row, share, 2)[-1]) == pytest.approx(1.0, rel=2e-3)
 
 
+@pytest.mark.thorough
 def test_forced_vibration_is_the_answer_to_the_force_of_the_feed() -> None:
     """Half way to the limit the chip is in the end what the feed makes it, also after a knock that lost contact."""
     depth, count = 0.05e-3, 2048

@@ -185,6 +185,7 @@ def multipliers(machine: Machine, speed: float, depth: float, flutes: int = 0) -
     return float(np.log(abs(largest))), float(angle[0]) / (2 * np.pi) * repeats
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     "change",
     [{}, {"immersion": 0.1, "mode": "up"}, {"teeth": 4}, {"mode": "slot", "immersion": None, "teeth": 3},
@@ -303,6 +304,7 @@ def test_forces_that_are_larger_than_the_file_says_are_named(tmp_path: Path) -> 
     assert low < 2.2 < high
 
 
+@pytest.mark.thorough
 def test_few_effective_draws_are_a_residual_and_no_posterior(tmp_path: Path) -> None:
     machine = machine_of(tmp_path)
     found = trace_cuts(campaign(machine, 0), machine, draws=2)

@@ -120,6 +120,7 @@ def test_nyquist_counts_the_multipliers_that_grow() -> None:
     assert len(seen) > 1
 
 
+@pytest.mark.thorough
 def test_a_helix_closes_period_doubling_into_an_island_that_multipliers_confirm() -> None:
     thin = Cutting("milling", teeth=1, tangential=6e8, normal=2e8, mode="down", immersion=0.05, diameter=0.008)
     soft = ToolModel.from_modes([800.0], [0.02], [0.03], np.eye(1), ("x",))

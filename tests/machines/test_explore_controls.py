@@ -96,6 +96,7 @@ def test_a_value_of_the_file_that_lies_beyond_what_is_sensible_may_stay() -> Non
         shallow.checked(0.6)
 
 
+@pytest.mark.thorough
 def test_controls_read_as_people_say_them(mill: Explorer) -> None:
     by = mill.by_key
     said = {key: (by[key].value, by[key].unit, by[key].label, by[key].group) for key in (

@@ -211,6 +211,7 @@ def test_energy_out_of_a_driving_point_is_refused_on_many_lines_and_told_on_few(
     assert read(tmp_path, record("a.csv", response="frame.y"))[0].remarks == ()
 
 
+@pytest.mark.thorough
 def test_noise_alone_does_not_make_a_driving_point_active(tmp_path: Path) -> None:
     H = truth()
     sigma = 0.03 * np.sqrt(np.mean(np.abs(H) ** 2))

@@ -167,6 +167,7 @@ def test_multipliers_of_the_three_solutions_past_the_fold() -> None:
     assert largest[Stability.UNSTABLE] == pytest.approx([1.0335], abs=6e-5)
 
 
+@pytest.mark.thorough
 def test_multipliers_agree_with_the_motion_in_time() -> None:
     case = Case(0.942, 2.2, 2e8, 200.0, two_mass().joints()[0], 75.0, 1240.0)
     found = response(case.machine, 75.0, [1235.0, 1240.0, 1245.0], harmonics=(1, 3, 5), outputs=["a.x", "b.x"])

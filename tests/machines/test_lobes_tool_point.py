@@ -58,6 +58,7 @@ def test_interpolation_passes_through_the_lines() -> None:
     assert point(f) == pytest.approx(turned_tool(f), rel=1e-9)
 
 
+@pytest.mark.thorough
 def test_search_lines_do_not_decide_the_depth_of_an_exact_receptance() -> None:
     speeds = np.linspace(4000.0, 20000.0, 17)
     coarse, fine = (stability_lobes(turned_tool, SLOT, speeds, frequency=np.arange(d, 3000.0, d)) for d in (30.0, 1.7))
@@ -82,6 +83,7 @@ def test_narrower_band_of_a_measurement_keeps_the_lobes_inside_it() -> None:
     assert part.branches[0].frequency[-1] == 1501.0
 
 
+@pytest.mark.thorough
 def test_noisy_measurement_gives_lobes_near_the_clean_ones() -> None:
     f, rng = np.arange(2.0, 3000.0, 2.0), np.random.default_rng(7)
     clean = sampled(tool, f, ("cutter.x",))

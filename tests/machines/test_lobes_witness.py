@@ -57,6 +57,7 @@ def test_steps_are_of_fourth_order() -> None:
     assert second < 1e-6 * 1e-4
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("feed", [None, 2e-5])
 def test_motion_is_that_of_a_plain_runge_kutta_method(feed: float | None) -> None:
     """With a small feed the edge leaves the cut; the surface is then the highest that any earlier pass left."""

@@ -86,6 +86,7 @@ def test_reduction_that_is_too_coarse_says_so() -> None:
     assert np.linalg.norm(small - full) / np.linalg.norm(full) == pytest.approx(coarse.error, rel=1.0)
 
 
+@pytest.mark.thorough
 def test_large_sparse_model_is_reduced_by_the_sparse_road() -> None:
     """2304 rows: fixed-interface modes by shift and invert, statics exact."""
     M, K, _ = lattice(16, 8, 6)

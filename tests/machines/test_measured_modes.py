@@ -98,6 +98,7 @@ def test_a_component_file_reads_back_as_what_was_fitted(tmp_path: Path) -> None:
     assert read_component(file, "tool").kind == "modal"
 
 
+@pytest.mark.thorough
 def test_lines_of_the_component_give_the_same_modes_again() -> None:
     """FRF to modes to FRF to modes: without noise nothing changes any more."""
     first = fit_modes(lines(40))
@@ -110,6 +111,7 @@ def test_lines_of_the_component_give_the_same_modes_again() -> None:
     np.testing.assert_allclose(again.damping_ratio, first.damping_ratio, rtol=1e-6)
 
 
+@pytest.mark.thorough
 def test_complex_shapes_become_states(tmp_path: Path) -> None:
     M, K, C = np.eye(2), np.array([[2.2, -1.1], [-1.1, 2.0]]) * 4e6, np.diag([200.0, 4.0])
     f = np.arange(100.0, 800.0, 0.5)

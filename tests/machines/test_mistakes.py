@@ -391,6 +391,7 @@ def test_a_part_far_too_thin_sets_nothing_else_adrift(tmp_path: Path) -> None:
     assert not [sentence for sentence in said if "nothing holds it" in sentence]
 
 
+@pytest.mark.thorough
 def test_what_drifts_beside_a_part_far_too_thin_is_named_alone(tmp_path: Path) -> None:
     said = mistakes(read_machine(with_a_wire(without(tmp_path, "z_screw"))))
     loose = [sentence.partition(", it")[0] for sentence in said if "nothing holds it" in sentence]

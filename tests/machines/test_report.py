@@ -353,6 +353,7 @@ def test_a_path_shows_the_shape_of_the_missing_force_and_the_strokes() -> None:
     assert not re.search(r"\b(nan|None|inf)\b", text)
 
 
+@pytest.mark.thorough
 def test_powers_of_ten_on_an_axis_are_drawn_as_such_and_words_of_a_user_as_they_are() -> None:
     """A label such as 10² is narrower than five letters; its formula written out would be wider than a panel."""
     with sheet() as paper:

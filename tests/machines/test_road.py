@@ -92,6 +92,7 @@ def test_steps_are_listed_in_their_order_and_each_can_be_left_out(done: tuple[Ru
     assert {"df", "check", "frf"} <= whole
 
 
+@pytest.mark.thorough
 def test_a_step_of_ones_own_is_taken_and_stands_in_the_report(tmp_path: Path) -> None:
     def weigh(made: Run) -> None:
         made.sections.append(Section("Weighed", [f"It has {len(made.machine.components)} parts."]))
@@ -125,6 +126,7 @@ def test_another_package_brings_a_step_by_entry_point(tmp_path: Path) -> None:
     assert weighed == "[{'step': 'weigh', 'parts': 2}]"
 
 
+@pytest.mark.thorough
 def test_another_package_brings_a_verb_by_entry_point(tmp_path: Path) -> None:
     site = tmp_path / "site"
     about = site / "scales-1.0.dist-info"

@@ -87,6 +87,7 @@ def _at_tip(machine: Machine, lines: Array) -> Array:
     return np.asarray(Assembly(machine, dofs, dofs).coupled(2 * np.pi * lines, tangents(machine, lines))[:, 0, 0])
 
 
+@pytest.mark.thorough
 def test_errors_of_the_spindle_end_are_doubt_of_the_response(tmp_path: Path) -> None:
     written(tmp_path)
     machine = read_machine(tmp_path / "machine.toml")

@@ -274,6 +274,7 @@ def test_python_control_has_the_same_rotating_shaft() -> None:
     assert linear_check(turning, frequency=np.geomspace(50.0, 2000.0, 60)).passed
 
 
+@pytest.mark.thorough
 def test_cutter_and_holder_of_a_tool_file_turn_together(tmp_path: Path) -> None:
     text = f"{TOOL}{SIZES}turns = -1\n[[section]]\n{SECTION}{JOINT}"
     (tmp_path / "a.tool.toml").write_text(text)
@@ -298,6 +299,7 @@ def measured_at(factor: float) -> Measured:
     return Measured("cutter", ("x", "y"), lines, H, interpolation="rational")
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("method", ["zero-order", "multi-frequency"])
 def test_measured_parts_at_two_speeds_are_between_what_a_softening_spring_is(method: str) -> None:
     part = BySpeed("cutter", (0.0, 10e3, 20e3), tuple(measured_at(factor) for factor in (1.0, 0.8, 0.6)))
@@ -340,6 +342,7 @@ lobes = "zero-order"
 STUDIED = np.linspace(8e3, 20e3, 5)
 
 
+@pytest.mark.thorough
 def test_the_explorer_shows_lobes_of_every_speed(tmp_path: Path) -> None:
     path = written(tmp_path)
     path.write_text(path.read_text() + CUTTING)
@@ -401,6 +404,7 @@ def test_charts_at_amplitudes_end_within_their_budget_with_what_is_known(tmp_pat
         assert chart.depth[middle] == pytest.approx(alone.depth[0], rel=1e-12)
 
 
+@pytest.mark.thorough
 def test_with_time_enough_every_speed_is_there_at_every_amplitude(tmp_path: Path) -> None:
     machine, speeds = guided(tmp_path), np.array([5000.0, 9000.0, 14000.0])
     charts = within_budget(machine, speeds, (2e-6, 5e-6), None, 60.0, 60.0)

@@ -599,6 +599,7 @@ samples = 5
         assert len({*alone}) > 1, "each sample by itself would have had another speed"
 
 
+@pytest.mark.thorough
 def test_at_an_amplitude_a_changed_cut_drives_the_tool(tmp_path: Path) -> None:
     """The force that shakes the joint points along the chatter of the configuration's own cut, not of the file's."""
     write_joint(tmp_path / "slipping.joint.toml", Joint((Jenkins(4e6, 8.0),)))

@@ -168,6 +168,7 @@ def test_a_best_value_at_the_end_of_its_range_is_named(tmp_path: Path) -> None:
     assert said == "The best guide, 700 N/um, is the highest looked at. There may be better ones beyond."
 
 
+@pytest.mark.thorough
 def test_a_design_far_from_the_front_does_not_press_the_picture_of_it_flat(tmp_path: Path) -> None:
     opened = study(tmp_path)
     compliance, peak = np.array([1.0, 2.0, 90.0, 1.5]) * 1e-8, np.array([2.0, 1.0, 1.5, 1.5]) * 1e-6
@@ -215,6 +216,7 @@ def test_a_study_of_what_is_uncertain_alone_has_nothing_to_choose(tmp_path: Path
     )
 
 
+@pytest.mark.thorough
 def test_where_nothing_is_allowed_the_nearest_design_is_named(tmp_path: Path) -> None:
     limit = '[[constraint]]\nquantity = "static-compliance"\nat_most = "0.005 um/N"\n[[objective]]'
     opened = study(tmp_path, ('[[objective]]\nquantity = "static', f'{limit}\nquantity = "static'))
@@ -314,6 +316,7 @@ def test_the_shipped_comparison_of_the_column_mills(tmp_path: Path) -> None:
     assert {d.factors["machine"] for d in judge(opened, results).leading} == {"A", "B"}
 
 
+@pytest.mark.thorough
 def test_the_report_warns_of_what_looks_wrong_in_the_base(tmp_path: Path) -> None:
     for joint in LIBRARY.glob("two_mass*.joint.toml"):
         (tmp_path / joint.name).write_text(joint.read_text())

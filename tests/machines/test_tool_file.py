@@ -45,6 +45,7 @@ def test_a_tool_file_makes_the_machine_with_the_tool_written_out(
     assert printed(tmp_path / "copy.toml") == by_hand
 
 
+@pytest.mark.thorough
 def test_the_cutter_of_the_library_may_be_a_tool_file(tmp_path: Path) -> None:
     for name in ("end.component.toml", "end.npz"):
         shutil.copy(LIBRARY / name, tmp_path)
@@ -84,6 +85,7 @@ def test_a_joint_of_shank_and_holder_is_a_compliance_in_series(tmp_path: Path) -
     np.testing.assert_allclose(found, G, rtol=1e-6)
 
 
+@pytest.mark.thorough
 def test_several_tools_by_name_are_those_machines(tmp_path: Path) -> None:
     written(tmp_path, "a.tool.toml", f"{TOOL}{SIZES}{CUT}")
     written(tmp_path, "a.holder.toml", HOLDER)

@@ -131,6 +131,7 @@ def _in_band(decibels: float, seeds: range, share: float) -> None:
     assert np.mean(inside) > share
 
 
+@pytest.mark.thorough
 def test_a_line_that_tells_nothing_of_the_rotation_says_so() -> None:
     slender = (Bar(0.01, 0.02), Bar(0.09, 0.02))
     found = estimated_end(LINES, [hits(slender, LINES, None, 40.0)], 0.1)

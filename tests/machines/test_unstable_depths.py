@@ -68,6 +68,7 @@ def test_the_largest_multiplier_passes_one_at_every_edge_of_a_lens(cut: Cutting,
     assert np.all(np.sign(below - 1) == [-1, 1, -1])
 
 
+@pytest.mark.thorough
 def test_of_random_tools_what_is_unstable_has_a_multiplier_outside_the_unit_circle() -> None:
     """Depths from a grid that knows nothing of the crossings; those within 10⁻³ of an edge are left out."""
     random = np.random.default_rng(2)
@@ -130,6 +131,7 @@ def test_a_picture_of_lenses_has_speeds_between_those_of_the_chart() -> None:
     assert all(beside)
 
 
+@pytest.mark.thorough
 def test_a_picture_of_lenses_ends_with_its_time_and_says_what_is_missing() -> None:
     machine = mill(0.1)
     chart = lobes_at_amplitude(machine, np.linspace(17600.0, 18600.0, 6))
