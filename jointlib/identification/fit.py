@@ -14,7 +14,7 @@ from jointlib.identification.estimate import Estimate, estimate
 from jointlib.identification.first_values import held_at_default
 from jointlib.identification.hertz_fit import HertzFit, fit_hertz
 from jointlib.identification.records import FitRecords
-from jointlib.identification.scatter import explained, misses, overall
+from jointlib.identification.scatter import by_test, misses
 from jointlib.identification.second_start import nearest_fit
 from jointlib.identification.surface import HIGHEST, OrderTrial, fit_surface
 from jointlib.joint import Covariance, Joint
@@ -165,11 +165,7 @@ def _untold(found: Estimate, guide: str | None, tests: Sequence[FitRecords]) -> 
     assert isinstance(law, HertzGuide)
     lift_off = law.lift_off_displacement
     far = f"the records reach {reach * 1e6:.2g} um, the rows lift off at about {lift_off * 1e6:.2g} um"
-    first = 0
-    for test in tests:
-        rms = overall(test, found.rms[first : first + len(test.balances)])
-        first += len(test.balances)
-        noise = explained(test, found.joint)
+    for test, rms, noise in by_test(tests, found):
         if misses(rms, noise):
             # The lift-off of a law that does not fit says nothing.
             return (

@@ -123,7 +123,7 @@ def _table(joint: Joint, fit: Fit, missed: bool) -> dict[str, Found]:
 
 def _error(test: FitRecords, fit: Fit) -> FitError:
     rms = fit.rms[test.measurement.source]
-    total, noise = overall(test, rms), explained(test, fit.joint)
+    total, noise = overall(test.balances, rms), explained(test, fit.joint)
     peak = max(b.peak for b in test.balances)
     by_record = {b.name: r for b, r in zip(test.balances, rms, strict=True)}
     name, kind = test.measurement.source.name, test.measurement.kind

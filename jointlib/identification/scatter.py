@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+
 import numpy as np
 
+from jointlib.identification.estimate import Estimate
 from jointlib.identification.force_balance import ForceBalance
 from jointlib.identification.force_samples import RestoringForce
 from jointlib.identification.records import FitRecords
@@ -23,9 +26,18 @@ def explained(test: FitRecords, joint: Joint) -> float | None:
     return float(np.sqrt(np.average([(x or 0.0) ** 2 for x in found], weights=sizes)))
 
 
-def overall(test: FitRecords, rms: tuple[float, ...]) -> float:
-    """Root mean square over the rows of all records of a test from that of each."""
-    return float(np.sqrt(np.average(np.square(rms), weights=[len(b.target) for b in test.balances])))
+def overall(balances: Sequence[ForceBalance], rms: Sequence[float]) -> float:
+    """Root mean square over the rows of all records from that of each."""
+    return float(np.sqrt(np.average(np.square(rms), weights=[len(b.target) for b in balances])))
+
+
+def by_test(tests: Sequence[FitRecords], found: Estimate) -> Iterator[tuple[FitRecords, float, float | None]]:
+    """Every test with what a fit leaves of it in N, and what noise explains of that."""
+    first = 0
+    for test in tests:
+        rms = found.rms[first : first + len(test.balances)]
+        first += len(test.balances)
+        yield test, overall(test.balances, rms), explained(test, found.joint)
 
 
 def misses(rms: float, noise: float | None) -> bool:

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from jointlib.identification.estimate import Estimate, estimate
-from jointlib.identification.force_balance import ForceBalance
 from jointlib.identification.records import FitRecords
-from jointlib.identification.scatter import explained, misses, overall
+from jointlib.identification.scatter import by_test, misses, overall
 from jointlib.joint import Joint
 
 SHARE = 0.25
@@ -33,25 +30,13 @@ def nearest_fit(joint: Joint, second: Joint | None, tests: Sequence[FitRecords],
         asked = [n for n in free if n in elastic[0].parameters]
         if not asked:
             return found
-        first, last = (_left(estimate(j, balances, asked, unknowns), balances) for j in elastic)
+        first, last = (overall(balances, estimate(j, balances, asked, unknowns).rms) for j in elastic)
         if not last < _BETTER * first:
             return found
     again = estimate(other, balances, free, unknowns)
-    return again if _left(again, balances) < _BETTER * _left(found, balances) else found
-
-
-def _left(found: Estimate, balances: tuple[ForceBalance, ...]) -> float:
-    """Root mean square residual over all rows."""
-    return float(np.sqrt(np.average(np.square(found.rms), weights=[len(b.target) for b in balances])))
+    return again if overall(balances, again.rms) < _BETTER * overall(balances, found.rms) else found
 
 
 def _holds(found: Estimate, tests: Sequence[FitRecords]) -> bool:
     """True where the noise is known of every test and explains what is left of it."""
-    first = 0
-    for test in tests:
-        rms = found.rms[first : first + len(test.balances)]
-        first += len(test.balances)
-        noise = explained(test, found.joint)
-        if noise is None or misses(overall(test, rms), noise):
-            return False
-    return True
+    return all(noise is not None and not misses(rms, noise) for _, rms, noise in by_test(tests, found))

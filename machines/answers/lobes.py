@@ -266,9 +266,8 @@ def _limit(model: Machine, amplitude: float, chart: StabilityLobes) -> str:
     small = " for small vibrations" if depends_on_amplitude(model) else ""
     at = f" at a tool-point amplitude of {amplitude * 1e6:g} um" if amplitude else small
     if np.isfinite(chart.minimum_depth):
-        short = f", up to {chart.known_to:g} Hz," if chart.known_to and chart.minimum_depth > chart.known_below else ""
         return (
-            f"stable at {chart.reach}{short} below {chart.minimum_depth * 1e3:.5g} mm{at} "
+            f"stable at {chart.reach}{chart.up_to} below {chart.minimum_depth * 1e3:.5g} mm{at} "
             f"(chatter at {chart.minimum_frequency:.5g} Hz), {chart.method}"
         )
     known = "" if chart.known_to is None else f" up to {chart.known_to:g} Hz, above which nothing is known"

@@ -145,6 +145,11 @@ class StabilityLobes(Shown):
         return np.asarray((self.depth > self.known_below) | open_ended)
 
     @property
+    def up_to(self) -> str:
+        """Up to which frequency the minimum depth holds, in words; empty where nothing known denies it above."""
+        return f", up to {self.known_to:g} Hz," if self.known_to and self.minimum_depth > self.known_below else ""
+
+    @property
     def everywhere(self) -> bool:
         """Whether the minimum depth is that of all speeds in its range, not of those computed alone."""
         return bool(self.branches) or self.minimum_at is not None
@@ -167,9 +172,8 @@ class StabilityLobes(Shown):
         if not np.isfinite(self.minimum_depth):
             known = "" if self.known_to is None else f" up to {self.known_to:g} Hz, above which nothing is known"
             return f"no chatter at any depth{known} ({self.method})"
-        short = f", up to {self.known_to:g} Hz," if self.known_to and self.minimum_depth > self.known_below else ""
         return (
-            f"stable at {self.reach}{short} below {self.minimum_depth * 1e3:.4g} mm, chatter at "
+            f"stable at {self.reach}{self.up_to} below {self.minimum_depth * 1e3:.4g} mm, chatter at "
             f"{self.minimum_frequency:.4g} Hz ({self.method}; chart of {_speeds(self.speed)})"
         )
 
