@@ -15,6 +15,8 @@ from jointlib.errors import InputError
 from jointlib.io.mistakes import Lost
 from jointlib.io.toml import Section
 from jointlib.joint import Joint
+from jointlib.laws.hertz_contact import HertzContact
+from jointlib.laws.hertz_guide import HertzGuide
 from jointlib.laws.viscous import Viscous
 from jointlib.motion import Motion
 from jointlib.registry import names, plugin
@@ -106,6 +108,7 @@ def placed(section: Section) -> Placed:
     try:
         bundle = cls.from_section(section)
         rows = _damped(bundle, bundle.rows(), damping)
+        _touching(rows)
     except InputError as error:
         where = f"{section.where}: "
         raise InputError(*(said if said.startswith(where) else where + said for said in error.sentences)) from None
@@ -129,6 +132,21 @@ def placed(section: Section) -> Placed:
         sides = between[0], between[1]
         out.append(Connection(f"{name}{label}.{row.name}", sides, joint, at=place, direction=direction))
     return Placed(name, bundle, (between[0], between[1]), {} if scalar else places, axes, tuple(out))
+
+
+_DEEPEST = 1e-3
+"""m that a preload may press rolling elements in; with steel some hundredths of a millimetre are much."""
+
+
+def _touching(rows: Iterable[Row]) -> None:
+    """Refuse a preload that no contact of metal bears."""
+    laws = [law for row in rows for law in row.joint.laws if isinstance(law, HertzContact | HertzGuide)]
+    deepest = max((law.indentation for law in laws), default=0.0)
+    if deepest > _DEEPEST:
+        raise InputError(
+            f"the preload presses its contacts in by {deepest * 1e3:.3g} mm, expected hundredths of a millimetre; "
+            "is a unit wrong?"
+        )
 
 
 _FARTHEST = 1e4

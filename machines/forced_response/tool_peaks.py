@@ -115,9 +115,10 @@ def _top(lines: Array, size: Array, k: int) -> tuple[float, float]:
     f, y = lines[k - 1 : k + 2], size[k - 1 : k + 2] ** -2.0
     curve = np.polyfit(f - f[1], y, 2)
     shift = -curve[1] / (2 * curve[0]) if curve[0] > 0 else np.inf
-    if not f[0] <= f[1] + shift <= f[2]:
+    lowest = float(np.polyval(curve, shift)) if f[0] <= f[1] + shift <= f[2] else 0.0
+    if not lowest > 0:  # lines so wide apart that the parabola dips below nothing say no more than they do
         return float(f[1]), float(size[k])
-    return float(f[1] + shift), float(np.polyval(curve, shift)) ** -0.5
+    return float(f[1] + shift), lowest**-0.5
 
 
 def _damping(lines: Array, size: Array, k: int, frequency: float, compliance: float) -> float:
