@@ -8,10 +8,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from jointlib.arrays import Array, ArrayLike
+from jointlib.arrays import Array, ArrayLike, ComplexArray
 from jointlib.errors import InputError
 from jointlib.harmonic import FirstHarmonic, broadcast, closed_form
 from jointlib.law import MemorylessLaw
+from jointlib.laws.ramp import Ramp
 from jointlib.parameter import Role, parameter
 
 
@@ -42,16 +43,15 @@ class ContactLoss(MemorylessLaw):
         return (self.side * self.clearance,), ()
 
     def first_harmonic(self, amplitude: ArrayLike, omega: ArrayLike = 1.0, bias: ArrayLike = 0.0) -> FirstHarmonic:
-        """Closed form of (a + A cos θ)₊, a = side·bias − clearance, with cos φ = −a/A where the edge is crossed:
-
-        G = −stiffness (φ − sin φ cos φ)/π, mean −side·stiffness (a φ + A sin φ)/π.
-        """
+        """Closed form: −stiffness times that of a `Ramp` about a = side·bias − clearance."""
         A, _, z0 = broadcast(amplitude, omega, bias)
-        a = self.side * z0 - self.clearance
-        size = np.where(A > 0, A, 1.0)
-        cos = np.where(A > 0, np.clip(-a / size, -1.0, 1.0), np.where(a > 0, -1.0, 1.0))
-        phi, sin = np.arccos(cos), np.sqrt(1 - cos**2)
-        gain = -self.stiffness * (phi - sin * cos) / np.pi
-        slope = np.where(A > 0, -2 * self.stiffness * sin * cos / (np.pi * size), 0.0)
-        mean = -self.side * self.stiffness * (a * phi + A * sin) / np.pi
-        return closed_form(gain, slope, 0.0, mean, A.shape)
+        ramp = Ramp.of(A, self.side * z0 - self.clearance)
+        k = self.stiffness
+        return closed_form(-k * ramp.gain, -k * ramp.gain_by_amplitude, 0.0, -self.side * k * ramp.mean, A.shape)
+
+    def by_bias(self, amplitude: Array, omega: Array, bias: Array) -> tuple[ComplexArray, Array, Array]:
+        """Closed forms, see `Ramp`."""
+        A, _, z0 = broadcast(amplitude, omega, bias)
+        ramp, k = Ramp.of(A, self.side * z0 - self.clearance), self.stiffness
+        gain = np.asarray(-self.side * k * ramp.gain_by_bias, dtype=complex)
+        return gain, -self.side * k * ramp.mean_by_amplitude, -k * ramp.mean_by_bias

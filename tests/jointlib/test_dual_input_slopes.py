@@ -8,8 +8,11 @@ import numpy as np
 import pytest
 
 from jointlib.arrays import Array
+from jointlib.harmonic import numerical_first_harmonic
 from jointlib.law import JointLaw
+from jointlib.laws.contact_loss import ContactLoss
 from jointlib.laws.cubic import Cubic
+from jointlib.laws.gap import Gap
 from jointlib.laws.hertz_contact import HertzContact
 from jointlib.laws.hertz_guide import HertzGuide, row_parts
 from jointlib.laws.linear import Linear
@@ -18,9 +21,10 @@ from jointlib.laws.viscous import Viscous
 GUIDE, CONTACT = HertzGuide(2000.0, 5e-8), HertzContact(2000.0, 5e-8)
 OMEGA = np.array(300.0)
 DEPTH = CONTACT.indentation
+PIECES = [Gap(2e7, 0.37 * DEPTH), ContactLoss(3e7, 0.43 * DEPTH), ContactLoss(-3e7, 0.23 * DEPTH, -1.0)]
 
 
-@pytest.mark.parametrize("law", [GUIDE, CONTACT, Linear(3e7), Viscous(200.0)], ids=lambda law: law.kind)
+@pytest.mark.parametrize("law", [GUIDE, CONTACT, Linear(3e7), Viscous(200.0), *PIECES], ids=lambda law: law.kind)
 def test_closed_forms_are_the_differences(law: JointLaw) -> None:
     """Always touching, lifting off in part of the cycle, far beyond; kinks themselves are left out."""
     A, z0 = np.meshgrid(DEPTH * np.array([0.03, 0.15, 0.31, 0.8, 1.7, 4.0]), DEPTH * np.array([-1.3, -0.45, 0.0, 0.6]))
@@ -37,6 +41,18 @@ def test_closed_forms_are_the_differences(law: JointLaw) -> None:
         (found[2], up.mean - down.mean, scale),
     ):
         np.testing.assert_allclose(own, other / (2 * h), rtol=1e-6, atol=1e-6 * unit)
+
+
+@pytest.mark.parametrize("law", PIECES, ids=lambda law: f"{law.kind} {law.stiffness:g}")
+def test_laws_of_straight_pieces_have_the_first_harmonic_of_their_quadrature(law: JointLaw) -> None:
+    """About a mean: without vibration, within one piece, across one kink and across both."""
+    A, z0 = np.meshgrid(DEPTH * np.array([0.0, 0.03, 0.2, 0.8, 4.0]), DEPTH * np.array([-1.3, -0.3, 0.0, 0.3, 0.6]))
+    found, known = law.first_harmonic(A, OMEGA, z0), numerical_first_harmonic(law, A, OMEGA, z0)
+    np.testing.assert_allclose(found.mean, known.mean, rtol=1e-12, atol=1e-12 * 3e7 * DEPTH)
+    moving = A > 0  # without vibration quadrature takes one of 1e-9 of the largest amplitude
+    np.testing.assert_allclose(found.gain[moving], known.gain[moving], rtol=1e-12, atol=1e-12 * 3e7)
+    np.testing.assert_allclose(found.gain, known.gain, rtol=1e-7, atol=1e-7 * 3e7)
+    np.testing.assert_allclose(found.d_amplitude, known.d_amplitude, rtol=1e-9, atol=1e-9 * 3e7 / DEPTH)
 
 
 @pytest.mark.parametrize("law", [GUIDE, CONTACT], ids=lambda law: law.kind)
