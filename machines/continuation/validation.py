@@ -173,13 +173,14 @@ class _Lines:
         low, fine = part.solve(levels[0], None)
         needed = 2 * len(levels) * (time.perf_counter() - begun)
         part, chosen, low = part.at(fine), chosen[fine], low[fine]
-        sweep = _Sweep(low, low * 0, np.full(len(low), levels[0]), np.zeros(len(low)))
+        sweep = _Sweep(low, low * 0, np.full(len(low), levels[0]), np.zeros(len(low)), np.ones(len(low), dtype=bool))
         hits = []
         # Below the least of the forces nothing is compared any more.
         ways = (levels[1:], levels[levels >= np.min(forces)][::-1])
         with during.step(f"raising the force to {top:g} N and back on {len(chosen)} lines, about {needed:.0f} s"):
             for order in ways:
-                going = np.ones(len(chosen), dtype=bool)
+                # What followed its tangent all the way up comes back the same way.
+                going = np.ones(len(chosen), dtype=bool) if order is ways[0] else ~sweep.smooth
                 for level in order:
                     moving = going & ((sweep.force < level) if order[0] < order[-1] else (sweep.force > level))
                     sweep, ok = sweep.to(part, float(level), moving)
@@ -199,6 +200,8 @@ class _Sweep:
     before: ComplexArray
     force: Array
     last: Array
+    smooth: Mask
+    """Whether every step so far ended near its secant."""
 
     def to(self, lines: _Lines, level: float, moving: Mask) -> tuple[_Sweep, Mask]:
         """Solutions at another force, by the secant; those that are not found stay where they were."""
@@ -212,6 +215,9 @@ class _Sweep:
         good = rows[fine]
         ok[good] = True
         z, before, force, last = self.z.copy(), self.before.copy(), self.force.copy(), self.last.copy()
+        smooth = self.smooth.copy()
+        size = _MISMATCH * _size(new - z[rows]) + _ROUNDING * _size(new)
+        smooth[rows] &= fine & (_size(new - guess) <= size)
         before[good], last[good] = z[good], force[good]
         z[good], force[good] = new[fine], level
-        return _Sweep(z, before, force, last), ok
+        return _Sweep(z, before, force, last, smooth), ok

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -11,6 +13,7 @@ from jointlib.joint import Joint
 
 from ..indices import Mask
 from ..solved import solve_each
+from ..statics.asked_together import asked_together
 from ..statics.mean_force import MeanForce
 from .assembly import is_linear
 
@@ -18,48 +21,59 @@ _RAMP, _STEPS = 6, 12
 _SETTLED = 1e-6
 
 
-@dataclass(frozen=True)
-class Parts:
-    """The laws of a joint with memory, and those without."""
+@dataclass(frozen=True, eq=False)
+class Laws:
+    """Joints that are not linear, those of each alike asked together."""
 
-    remembering: Joint
-    rest: Joint
-    bends: bool
-    """Whether what does not remember has a gain that the mean can change."""
+    remembering: tuple[Joint, ...]
+    """What has memory of each, perhaps nothing."""
+    rest: tuple[Joint, ...]
+    """What has none."""
 
     @classmethod
-    def of(cls, joint: Joint) -> Parts:
-        remembering, rest = joint.parted(lambda law: bool(law.states) and not law.linear)
-        return cls(remembering, rest, bool(rest.laws) and not is_linear(rest))
+    def of(cls, joints: Iterable[Joint]) -> Laws:
+        parted = [joint.parted(lambda law: bool(law.states) and not law.linear) for joint in joints]
+        return cls(tuple(part for part, _ in parted), tuple(part for _, part in parted))
 
-    def mean_and_gain(
-        self, amplitude: Array, omega: Array, bias: Array, kept: Mask | bool
-    ) -> tuple[Array, ComplexArray]:
-        """Mean force in N, where ``kept`` that of the sliders as well, and gain in N/m of what does not remember."""
-        mean, gain = np.zeros_like(amplitude), np.zeros(len(amplitude), dtype=complex)
-        if self.rest.laws:
-            found = self.rest.first_harmonic(amplitude, omega, bias)
-            mean, gain = mean + found.mean, gain + found.gain
-        if self.remembering.laws:
-            mean += kept * MeanForce(self.remembering).mean(amplitude, omega, bias)
+    @cached_property
+    def bends(self) -> Mask:
+        """Where what does not remember has a gain that the mean can change, (nj,)."""
+        return np.array([bool(joint.laws) and not is_linear(joint) for joint in self.rest])
+
+    @cached_property
+    def sliders(self) -> list[int]:
+        """Places of joints that remember."""
+        return [k for k, joint in enumerate(self.remembering) if joint.laws]
+
+    @cached_property
+    def _together(self) -> tuple[list[tuple[Joint, list[int]]], list[tuple[MeanForce, list[int]]]]:
+        rest, remembering = (asked_together(some) for some in (self.rest, self.remembering))
+        return (
+            [(joint, columns) for joint, columns in rest if joint.laws],
+            [(MeanForce(joint), columns) for joint, columns in remembering if joint.laws],
+        )
+
+    def carried(self, A: Array, omega: Array, place: Array, kept: Mask) -> tuple[Array, ComplexArray]:
+        """Mean forces in N, where ``kept`` (rows, nj) those of sliders as well, and gains in N/m of what does not
+        remember."""
+        mean, gain = np.zeros_like(A), np.zeros(A.shape, dtype=complex)
+        rest, remembering = self._together
+        for joint, columns in rest:
+            found = joint.first_harmonic(A[:, columns], omega[:, None], place[:, columns])
+            mean[:, columns], gain[:, columns] = found.mean, found.gain
+        for held, columns in remembering:
+            mean[:, columns] += kept[:, columns] * held.mean(A[:, columns], omega[:, None], place[:, columns])
         return mean, gain
 
-
-def carried(laws: tuple[Parts, ...], A: Array, omega: Array, place: Array, kept: Mask) -> tuple[Array, ComplexArray]:
-    """Mean forces in N, where ``kept`` (rows, nj) with those of sliders, and gains in N/m of what does not remember."""
-    found = [part.mean_and_gain(A[:, k], omega, place[:, k], kept[:, k]) for k, part in enumerate(laws)]
-    return np.stack([mean for mean, _ in found], axis=1), np.stack([gain for _, gain in found], axis=1)
-
-
-def stiffness(laws: tuple[Parts, ...], A: Array, omega: Array, place: Array, kept: Mask) -> Array:
-    """∂N/∂δ in N/m, (rows, nj)."""
-    nudge = 1e-4 * np.maximum(A, 1e-3 * np.max(A, axis=1, keepdims=True))
-    up, down = (carried(laws, A, omega, place + side * nudge, kept)[0] for side in (1.0, -1.0))
-    return np.asarray((up - down) / (2 * nudge))
+    def stiffness(self, A: Array, omega: Array, place: Array, kept: Mask) -> Array:
+        """∂N/∂δ in N/m, (rows, nj)."""
+        nudge = 1e-4 * np.maximum(A, 1e-3 * np.max(A, axis=1, keepdims=True))
+        up, down = (self.carried(A, omega, place + side * nudge, kept)[0] for side in (1.0, -1.0))
+        return np.asarray((up - down) / (2 * nudge))
 
 
 def raised(
-    laws: tuple[Parts, ...],
+    laws: Laws,
     C: Array,
     reference: Array,
     A: Array,
@@ -70,11 +84,11 @@ def raised(
 ) -> tuple[Array, Mask]:
     """δ of all joints in m, (rows, nj), while held forces (N) rise from nothing, and where it settled."""
     aside = np.zeros_like(A)
-    at_rest, length = carried(laws, A, omega, mean, kept)[0], np.full(len(A), np.inf)
+    at_rest, length = laws.carried(A, omega, mean, kept)[0], np.full(len(A), np.inf)
     for share in np.arange(1, _RAMP + 1) / _RAMP:
         for _ in range(_STEPS):
-            K = stiffness(laws, A, omega, mean + aside, kept)
-            more = carried(laws, A, omega, mean + aside, kept)[0] - at_rest
+            K = laws.stiffness(A, omega, mean + aside, kept)
+            more = laws.carried(A, omega, mean + aside, kept)[0] - at_rest
             left = aside + (more - share * pull - aside * reference) @ C.T
             step = solve_each(np.eye(len(C)) + C * (K - reference)[:, None, :], -left[:, :, None])[:, :, 0]
             aside = aside + step

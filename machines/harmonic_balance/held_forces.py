@@ -7,7 +7,6 @@ another law is not linear its gain changes with the mean. Neither harmonic knows
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,8 +19,9 @@ from ..blocks import blocks
 from ..deadline import in_time
 from ..indices import Index
 from ..solved import solve_each
+from ..statics.asked_together import asked_together
 from ..statics.mean_force import SLOW
-from .aside import Parts, carried, raised, stiffness
+from .aside import Laws, raised
 from .assembly import Assembly
 from .balance import Balance
 from .cycle import Harmonics
@@ -45,8 +45,8 @@ _SETTLED = 1e-6
 
 def can_hold(assembly: Assembly) -> bool:
     """Whether a joint remembers and another law, there or elsewhere, has a gain that the mean can change."""
-    laws = [Parts.of(assembly.standing[i]) for i in assembly.nonlinear]
-    return any(part.remembering.laws for part in laws) and any(part.bends for part in laws)
+    laws = Laws.of(assembly.standing[i] for i in assembly.nonlinear)
+    return bool(laws.sliders) and bool(np.any(laws.bends))
 
 
 def held_changes(assembly: Assembly, omega: Array, force: Array, z: ComplexArray, own: Harmonics) -> Array:
@@ -69,12 +69,12 @@ def held_changes(assembly: Assembly, omega: Array, force: Array, z: ComplexArray
     slow = np.array([_BARELY * np.min(omega)])
     if not np.all(reached(assembly.machine, slow, (1,))):
         return np.full((1, len(omega)), np.nan)
-    laws = tuple(Parts.of(assembly.standing[i]) for i in assembly.nonlinear)
-    sliders = [j for j, part in enumerate(laws) if part.remembering.laws]
+    laws = Laws.of(assembly.standing[i] for i in assembly.nonlinear)
     around = _Around.of(assembly, laws, Balance.of(assembly, omega, force, own), z, slow)
     each = len(omega) * around.balance.H[0].size
     # Both signs of a slider stay in one block.
-    changes = [around.changed(np.array(sliders[some])) for some in blocks(len(sliders), 2 * each)]
+    sliders = np.array(laws.sliders)
+    changes = [around.changed(sliders[some]) for some in blocks(len(sliders), 2 * each)]
     return np.concatenate(changes)
 
 
@@ -87,14 +87,17 @@ def held_force(joint: Joint, amplitude: Array, omega: float) -> Array:
     """
     A = np.asarray(amplitude, dtype=float)
     angle = 2 * np.pi * np.arange(_SAMPLES) / _SAMPLES
-    state, total = joint.initial_state(np.zeros_like(A)), np.zeros_like(A)
+    state = joint.initial_state(np.zeros_like(A))
     for place in (_PUSH * A, A):
         _, state = joint.step(Motion(place, np.zeros_like(A), SLOW), state)
-    for n in range(_CYCLES):
+    for _ in range(_CYCLES):
+        begun, total = state, np.zeros_like(A)
         for theta in angle:
             motion = Motion(A * np.cos(theta), -omega * A * np.sin(theta), 2 * np.pi / _SAMPLES / omega)
             found, state = joint.step(motion, state)
-            total += found if n == _CYCLES - 1 else 0.0
+            total += found
+        if np.array_equal(begun, state):  # so is every cycle from now on
+            break
     return np.asarray(np.abs(total) / _SAMPLES)
 
 
@@ -102,7 +105,7 @@ def held_force(joint: Joint, amplitude: Array, omega: float) -> Array:
 class _Around:
     """Solutions and what the machine makes of small changes there; arrays have one entry per point first."""
 
-    laws: tuple[Parts, ...]
+    laws: Laws
     balance: Balance
     start: ComplexArray
     """m, (points, nh, r)."""
@@ -124,7 +127,7 @@ class _Around:
     """What sliders add to ∂N/∂δ, N/m, (points, nj)."""
 
     @classmethod
-    def of(cls, assembly: Assembly, laws: tuple[Parts, ...], balance: Balance, z: ComplexArray, slow: Array) -> _Around:
+    def of(cls, assembly: Assembly, laws: Laws, balance: Balance, z: ComplexArray, slow: Array) -> _Around:
         coordinates, own = assembly.coordinates, balance.harmonics
         # Line by line less is lost where free bodies move far.
         C = (coordinates.T @ assembly.by_components(slow).Hzz[0] @ coordinates.T.T).real
@@ -134,7 +137,7 @@ class _Around:
         A = np.abs(z[:, own.index(1)])
         mean = z[:, own.index(0)].real if 0 in own else np.zeros_like(A)
         one = np.broadcast_to(np.eye(J.shape[1]), J.shape)
-        K, without = (stiffness(laws, A, balance.omega, mean, np.full(A.shape, kept)) for kept in (True, False))
+        K, without = (laws.stiffness(A, balance.omega, mean, np.full(A.shape, kept)) for kept in (True, False))
         reference = np.maximum(np.mean(K, axis=0), 0.0)
         C = np.linalg.solve(np.eye(len(C)) + C * reference, C)
         still = np.broadcast_to(np.eye(len(C)), (len(A), *C.shape))
@@ -188,8 +191,8 @@ class _Around:
         omega = float(np.median(self.balance.omega))
         each = A.reshape(len(joint), points, -1)[np.arange(len(joint)), :, joint]
         found = np.empty_like(each)
-        for law, cases in _alike(self.laws[j].remembering for j in joint):
-            found[cases] = held_force(law, each[cases].ravel(), omega).reshape(-1, points)
+        for law, cases in asked_together([self.laws.remembering[j] for j in joint]):
+            found[cases] = held_force(law, each[cases].T, omega).T
         pull = np.zeros((len(joint), points, A.shape[1]))
         pull[np.arange(len(joint)), :, joint] = sign[:, None] * found
         return pull.reshape(A.shape)
@@ -202,14 +205,14 @@ class _Around:
         Chords with the slopes at the solution lead there where these hardly change on the way; elsewhere the force
         rises in steps from nothing, which tells one balance from others.
         """
-        C, bends = self.compliance, [part.bends for part in self.laws]
+        C, bends = self.compliance, self.laws.bends
         omega, mean = self.balance.omega[rows], self.mean[rows]
         kept = np.arange(A.shape[1]) != np.repeat(joint, len(self.start))[:, None]
-        at_rest, gain = carried(self.laws, A, omega, mean, kept)
+        at_rest, gain = self.laws.carried(A, omega, mean, kept)
         aside = self._chord(-pull @ C.T, joint) if near is None else np.where(np.isfinite(near), near, 0.0)
         settled, before = np.zeros(len(A), dtype=bool), np.full(len(A), np.inf)
         going = np.ones(len(A), dtype=bool)
-        pulled, bent = carried(self.laws, A, omega, mean + aside, kept)
+        pulled, bent = self.laws.carried(A, omega, mean + aside, kept)
         for _ in range(_STEPS):
             step = self._chord(aside + (pulled - at_rest - pull - aside * self.reference) @ C.T, joint)
             length = np.max(np.abs(step), axis=1)
@@ -219,13 +222,13 @@ class _Around:
             if np.all(settled | ~going):
                 break
             aside, before = np.where(going[:, None], aside + step, aside), length
-            pulled, bent = carried(self.laws, A, omega, mean + aside, kept)
+            pulled, bent = self.laws.carried(A, omega, mean + aside, kept)
         lost = np.flatnonzero(~settled)
         if len(lost):
             part = A[lost], omega[lost], mean[lost], kept[lost]
             found, fine = raised(self.laws, C, self.reference, *part, pull[lost])
             aside[lost] = np.where(fine[:, None], found, np.nan)
-            bent[lost] = carried(self.laws, *part[:2], mean[lost] + aside[lost], kept[lost])[1]
+            bent[lost] = self.laws.carried(*part[:2], mean[lost] + aside[lost], kept[lost])[1]
         return aside, np.where(bends, bent - gain, 0.0)
 
     def _chord(self, left: Array, joint: Index) -> Array:
@@ -240,15 +243,3 @@ class _Around:
         case, k = np.arange(len(joint)), self.sticking[:, joint].T
         share = k * step[case, :, joint] / (1 - k * own[case, :, joint])
         return np.asarray(-(step + own * share[:, :, None]).reshape(left.shape))
-
-
-def _alike(joints: Iterable[Joint]) -> list[tuple[Joint, list[int]]]:
-    """Joints that are equal, each with the places where it stands."""
-    found: list[tuple[Joint, list[int]]] = []
-    for i, joint in enumerate(joints):
-        known = next((places for other, places in found if other is joint or other == joint), None)
-        if known is None:
-            found.append((joint, [i]))
-        else:
-            known.append(i)
-    return found

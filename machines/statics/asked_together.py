@@ -13,6 +13,8 @@ from jointlib.joint import Joint
 from jointlib.law import JointLaw
 from jointlib.parameter import parameters_of
 
+from .at_bias import AtBias
+
 
 @dataclass(frozen=True, eq=False)
 class Several(Sequence[Joint]):
@@ -62,10 +64,9 @@ def same_joints(joints: Sequence[Joint]) -> list[list[int]]:
 def asked_together(joints: Sequence[Joint]) -> list[tuple[Joint, list[int]]]:
     """Joints by their place, in as few as can be asked: equal ones, and those of the same laws, whose parameters are
     then arrays over them (`JointLaw.side_by_side`)."""
-    groups: dict[object, list[int]] = {}
+    groups: dict[tuple[Hashable, ...], list[int]] = {}
     for i, joint in enumerate(joints):
-        kinds = tuple(type(law) for law in joint.laws)
-        groups.setdefault(kinds if all(kind.side_by_side for kind in kinds) else id(joint), []).append(i)
+        groups.setdefault(tuple(_alike(law) for law in joint.laws), []).append(i)
     found = []
     for columns in groups.values():
         some = [joints[i] for i in columns]
@@ -81,13 +82,18 @@ def laws_together(joints: Sequence[Joint]) -> list[tuple[JointLaw, list[int]]]:
     groups: dict[tuple[int, Hashable], list[int]] = {}
     for i, joint in enumerate(joints):
         for k, law in enumerate(joint.laws):
-            groups.setdefault((k, type(law) if law.side_by_side else _alike(law)), []).append(i)
+            groups.setdefault((k, _alike(law)), []).append(i)
     order = sorted(groups, key=lambda group: group[0])
     return [(_side_by_side([joints[i].laws[k] for i in groups[k, kind]]), groups[k, kind]) for k, kind in order]
 
 
 def _alike(law: JointLaw) -> Hashable:
-    """What equal laws share; a law that holds a table is equal to itself alone."""
+    """What laws share that can be asked together: their kind where their parameters may be arrays, else all of them;
+    a law that holds a table is equal to itself alone."""
+    if isinstance(law, AtBias):
+        return AtBias, _alike(law.law)
+    if law.side_by_side:
+        return type(law)
     try:
         hash(law)
     except TypeError:
@@ -100,5 +106,8 @@ def _side_by_side(laws: Sequence[JointLaw]) -> JointLaw:
     first = laws[0]
     if all(law is first or law == first for law in laws):
         return first
+    if isinstance(first, AtBias):
+        seen = [law for law in laws if isinstance(law, AtBias)]
+        return AtBias(_side_by_side([law.law for law in seen]), np.array([law.bias for law in seen]))
     every = {p.name: np.array([getattr(law, p.name) for law in laws]) for p in parameters_of(first)}
     return type(first)(**every)

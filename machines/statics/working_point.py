@@ -2,62 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import ClassVar
+from dataclasses import replace
 
 import numpy as np
 
 from jointlib.arrays import Array, ArrayLike, ComplexArray
-from jointlib.harmonic import FirstHarmonic
 from jointlib.joint import Joint
-from jointlib.law import JointLaw, Motion
 
 from ..model.machine import Machine
 from .asked_together import same_joints
-from .mean_force import SLOW
+from .at_bias import AtBias
 from .statics import static_point
-
-
-@dataclass(frozen=True)
-class AtBias(JointLaw):
-    """A law seen from a static displacement ``bias`` (m), less the force it carries there."""
-
-    law: JointLaw
-    bias: float
-
-    kind: ClassVar[str] = "at-bias"
-
-    def __post_init__(self) -> None:
-        for key in ("kind", "in_time", "passive", "linear", "states"):
-            object.__setattr__(self, key, getattr(self.law, key))
-
-    @cached_property
-    def _loaded(self) -> tuple[float, Array]:
-        """Force and state after slow loading from rest."""
-        force, state = self.law.step(
-            Motion(np.asarray(self.bias), np.zeros(()), SLOW), self.law.initial_state(np.zeros(()))
-        )
-        return float(force), state
-
-    def initial_state(self, displacement: Array) -> Array:
-        z = np.asarray(displacement, dtype=float)
-        if not self.states:
-            return self.law.initial_state(z)
-        return np.broadcast_to(self._loaded[1], (*z.shape, len(self.states))).copy()
-
-    def step(self, motion: Motion, state: Array) -> tuple[Array, Array]:
-        force, after = self.law.step(replace(motion, displacement=motion.displacement + self.bias), state)
-        return force - self._loaded[0], after
-
-    def jacobian(self, motion: Motion, state: Array) -> tuple[Array, Array]:
-        return self.law.jacobian(replace(motion, displacement=motion.displacement + self.bias), state)
-
-    def kink_angles(self, amplitude: Array, omega: Array, bias: Array) -> Array:
-        return self.law.kink_angles(amplitude, omega, bias + self.bias)
-
-    def first_harmonic(self, amplitude: ArrayLike, omega: ArrayLike = 1.0, bias: ArrayLike = 0.0) -> FirstHarmonic:
-        return self.law.first_harmonic(amplitude, omega, np.asarray(bias) + self.bias)
 
 
 def at_working_point(machine: Machine) -> Machine:
