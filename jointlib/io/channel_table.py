@@ -5,7 +5,7 @@ from __future__ import annotations
 from jointlib.cutting_force.cut import AXES
 from jointlib.io.key_places import OF_CHANNEL, refuse_elsewhere
 from jointlib.io.toml import Section
-from jointlib.lab.unit_words import quantity_of, unit_of
+from jointlib.lab.unit_words import bracketed, quantity_of, unit_of
 from jointlib.measurement import FORCES, QUANTITIES, Channel
 from jointlib.units import number_and_unit
 
@@ -24,10 +24,11 @@ def channel_of(section: Section, kind: str) -> Channel:
     """The channel that a table declares: value in SI = factor · column + offset."""
     name = section.text("name")
     role = section.text("role", None, choices=CHANNEL_ROLES.get(kind, ()))
+    column = section.text("column", None) or name
     quantity = section.text("quantity", choices=tuple(QUANTITIES))
     si = QUANTITIES[quantity]
     sensitivity = section.text("sensitivity", None)
-    offset = 0.0
+    offset, silent = 0.0, not section.has("unit")
     if sensitivity is not None:
         unit, factor = _sensed(section, sensitivity, si)
     else:
@@ -46,6 +47,9 @@ def channel_of(section: Section, kind: str) -> Channel:
             factor, offset = _KELVIN[read]
         else:
             factor = section.scale("unit", read or unit, si)
+    heading = bracketed(column)
+    if silent and unit_of(heading) not in (None, unit_of(unit)):
+        section.fault(f"unit is not given and the heading {column!r} says {heading!r}, expected unit = {heading!r}")
     direction = section.text("direction", None, choices=_DIRECTIONS)
     full_scale = section.number("range", "1", None)
     if full_scale is not None and full_scale <= 0:
@@ -63,7 +67,7 @@ def channel_of(section: Section, kind: str) -> Channel:
         full_scale=None if full_scale is None else full_scale * factor,
         remove_mean=section.flag("remove_mean"),
         is_input=section.flag("input"),
-        column=section.text("column", None) or name,
+        column=column,
         label=name,
         offset=offset,
         dof=section.text("dof", None),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -207,3 +208,22 @@ def test_a_fault_without_a_file_is_data_too() -> None:
     assert done.err == f"jointlib: none.joint.toml: {said}\n"
     done = jointlib("df none.joint.toml --amplitude 1N --frequency 500 --json")
     assert json.loads(done.out)["faults"][0]["file"] is None
+
+
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        ('column = "acc [g]"\nquantity = "acceleration"', "the heading 'acc [g]' says 'g', expected unit = 'g'"),
+        ('column = "F (mV)"\nquantity = "force"\nsensitivity = "2.5 mV/N"', "expected unit = 'mV'"),
+        ('column = "F [V]"\nquantity = "force"', "expected unit = 'V'"),
+    ],
+)
+def test_a_unit_that_the_heading_denies_is_not_assumed(keys: str, said: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=re.escape(said)):
+        read_measurement(written(tmp_path, f'{PATH}{TWO}[[channel]]\nname = "x"\n{keys}\n{RECORD}'))
+    (channel,) = read_measurement(
+        written(
+            tmp_path, f'{PATH}{TWO}[[channel]]\nname = "x"\ncolumn = "a [m/s²]"\nquantity = "acceleration"\n{RECORD}'
+        )
+    ).channels[2:]
+    assert channel.factor == 1.0

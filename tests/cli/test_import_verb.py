@@ -31,6 +31,24 @@ def imported(folder: Path, words: str, name: str = "m.measurement.toml") -> Done
     return jointlib(f"import {words} -o {folder / name}")
 
 
+@pytest.mark.parametrize(("heading", "per"), [("[mV]", 1e-3), ("[V]", 1.0), ("(uV)", 1e-6)])
+def test_a_sensor_in_the_unit_of_its_heading_is_read_in_it(tmp_path: Path, heading: str, per: float) -> None:
+    """2.25 mV/N beside numbers in mV are not a thousand times the force."""
+    record = saved(tmp_path / "r.csv", f"Zeit [s];Kraft Hammer {heading};acc [g]", *NOISE[:2])
+    words = f"{record} --kind impact --set channel.kraft_hammer.sensitivity='2.25 mV/N'"
+    words += " --set channel.kraft_hammer.dof=tool.x --set channel.acc.dof=tool.x"
+    imported(tmp_path, words)
+    measurement = read_measurement(tmp_path / "m.measurement.toml")
+    (found,) = read_records(measurement, measurement.records)
+    np.testing.assert_allclose(found.channels["kraft_hammer"], np.round(NOISE[0], 6) * per / 2.25e-3)
+
+
+def test_a_sensor_beside_a_column_that_is_in_newtons_is_refused(tmp_path: Path) -> None:
+    record = saved(tmp_path / "r.csv", "Zeit [s];hammer [N];acc [g]", *NOISE[:2])
+    words = f"{record} --kind impact --set channel.hammer.sensitivity='2.25 mV/N' --set channel.hammer.dof=tool.x"
+    refused(tmp_path, words, "channel.hammer.sensitivity", "the column is in 'N', expected volts or a charge")
+
+
 def refused(folder: Path, words: str, *said: str) -> None:
     before = files(folder)
     done = imported(folder, words)

@@ -16,6 +16,7 @@ from jointlib.lab.unit_words import quantity_of, unit_of
 from jointlib.measurement import QUANTITIES
 from jointlib.units import number_and_unit
 
+_CHARGES = ("pC", "nC", "uC", "µC", "C")
 _OTHER = {
     "acceleration": "g",
     "velocity": "mm/s",
@@ -123,7 +124,9 @@ def _channel(draft: Draft, name: str, column: Column, unit: str, said: Mapping[s
     else:
         quantity = str(said.get("quantity", quantity))
         table["quantity"] = Noted(quantity)
-    if sensitivity is None:
+    if sensitivity is not None:
+        _raw_unit(draft, table, at, unit, known, said)
+    else:
         if ending and "unit" not in said:
             draft.guess(
                 table, "unit", _written(unit_of(ending) or ""), f"the heading ends in {ending!r}", f"{at}.unit=um"
@@ -163,6 +166,28 @@ def _unit(
             "the file says no unit",
             f"{at}.unit={_OTHER.get(quantity, 'mV')}",
         )
+
+
+def _raw_unit(draft: Draft, table: Table, at: str, unit: str, known: str | None, said: Mapping[str, Any]) -> None:
+    """What the column is in beside a sensitivity: volts or charge."""
+    if "unit" in said:
+        return
+    told = unit if unit in _CHARGES else known if known and quantity_of(known) == "voltage" else None
+    if told:
+        table["unit"] = Noted(told, "" if told == unit else f"written {unit!r}")
+    elif unit:
+        raise InputError(
+            f"--set {at}.sensitivity: the column is in {unit!r}, expected volts or a charge; "
+            "leave the sensitivity out, or say .unit too"
+        )
+    else:
+        draft.guess(table, "unit", _electric(str(said["sensitivity"])), "the file says no unit", f"{at}.unit=mV")
+
+
+def _electric(sensitivity: str) -> str:
+    """V, or C for a sensor of charge."""
+    parts = number_and_unit(sensitivity)
+    return "C" if parts and parts[1].partition("/")[0].strip("() ").endswith("C") else "V"
 
 
 def _written(unit: str) -> str:
