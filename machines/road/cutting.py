@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from .. import Cutting, Machine, StabilityLobes
+    from ..cutting.amplitude.pocket import Pocket
     from .run import Run
 
 
@@ -71,30 +73,57 @@ def _sizes(amplitudes: Sequence[float]) -> str:
 
 
 def _chart(road: Run, amplitude: float, before: Sequence[float] = ()) -> None:
-    """The chart at an amplitude; with very many joints none is begun after one ``before`` that was not done."""
+    """The chart at an amplitude; with very many joints none is begun after one ``before`` of which nothing is known.
+
+    Where it would take too long, the limit at the speed that is recommended at rest is what is asked for.
+    """
     from ..cutting.amplitude.amplitude_limits import depends_on_amplitude
     from ..cutting.amplitude.chattering_tool import seconds_of_chart
     from ..cutting.amplitude.frozen_lobes import lobes_at_amplitude
     from ..cutting.amplitude.lobes_over_range import lobes_over_range
+    from ..cutting.amplitude.pocket import pocket
     from ..cutting.forced.forced_vibration import too_many
     from ..cutting.process.cutting import Cutting
     from ..cutting.rest.chart_file import default_speeds
 
-    onset = road.charts.get(0.0)
+    onset, cutting = road.charts.get(0.0), Cutting(**(road.machine.cutting or {}))
     speeds = default_speeds(road.machine, 100) if onset is None else onset.speed
     with road.progress.step(f"stability lobes at {_size(amplitude)}"):
         if amplitude and depends_on_amplitude(road.machine) and too_many(road.machine):
-            lost = [A for A in before if A and A not in road.charts]
+            lost = [A for A in before if A and A not in road.charts and A not in road.near_pocket]
             if lost:
                 raise CheckFailed(f"not begun, as it takes as long as that at {_size(lost[0])}, which was not done")
-            needed = seconds_of_chart(road.machine, Cutting(**(road.machine.cutting or {})), amplitude, BUDGET)
+            needed = seconds_of_chart(road.machine, cutting, amplitude, BUDGET)
             if needed > BUDGET:
                 raise CheckFailed(f"it would take about {needed / 60:.0f} minutes, more than {BUDGET / 60:g}")
+            if onset is not None and (set_to := pocket([onset], cutting)) is not None:
+                _near_pocket(road, amplitude, set_to, speeds.size)
         road.charts[amplitude] = (
             lobes_at_amplitude(road.machine, speeds, amplitude)
             if amplitude
             else lobes_over_range(road.machine, speeds, budget=BUDGET)
         )
+
+
+def _near_pocket(road: Run, amplitude: float, at_rest: Pocket, count: int) -> None:
+    """Refuse a chart of so many speeds that takes too long, with the limit at the speed recommended at rest."""
+    from ..cutting.amplitude.frozen_lobes import lobes_at_amplitude
+    from ..cutting.amplitude.pocket import WANDER
+
+    def limit(rpm: float) -> float:
+        return float(lobes_at_amplitude(road.machine, [rpm], amplitude).minimum_depth)
+
+    begun, rpm = time.monotonic(), at_rest.speed
+    depth = limit(rpm)
+    needed = (time.monotonic() - begun) * count
+    if needed <= BUDGET:
+        return
+    depth = min(depth, limit(rpm * (1 - WANDER)), limit(rpm * (1 + WANDER)))
+    holds = f"the cut is stable below {depth * 1e3:.3g} mm" if np.isfinite(depth) else "no depth chatters"
+    less = ", less than the depth recommended for small vibrations" if depth < at_rest.depth else ""
+    near = f"at {rpm:.0f} rpm and {100 * WANDER:g} % off it {holds}{less}"
+    road.near_pocket[amplitude] = f"At {_size(amplitude)} the recommended speed alone is known: {near}."
+    raise CheckFailed(f"{count} speeds would take about {needed / 60:.0f} minutes, more than {BUDGET / 60:g}; {near}")
 
 
 def _each_tool(road: Run) -> None:
@@ -138,7 +167,8 @@ def _together(road: Run, amplitudes: tuple[float, ...]) -> None:
     told = sorted({w for c in charts for w in c.warnings})
     road.doubts += [warning for warning in told if warning != HELD]
     road.warnings += [warning for warning in told if warning == HELD]
-    missing = [A for A in amplitudes if A not in road.charts]
+    road.doubts += road.near_pocket.values()
+    missing = [A for A in amplitudes if A not in road.charts and A not in road.near_pocket]
     if missing:
         road.doubts.append(f"The limits at {_sizes(missing)} are not known.")
     forced = None

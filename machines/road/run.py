@@ -134,6 +134,8 @@ class Run(Shown):
     """Of a joint that was identified: as it was, and mended."""
     charts: dict[float, StabilityLobes] = field(default_factory=dict)
     """Stability lobes by tool-point amplitude in m."""
+    near_pocket: dict[float, str] = field(default_factory=dict)
+    """What is known where a chart would take too long, by amplitude in m: the limit near the recommended speed."""
     tools: tuple[str, ...] = ()
     """Tools of the file to be compared, by name."""
     tool_lobes: tuple[ToolLobes, ...] = ()

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from itertools import count
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -105,3 +108,27 @@ def test_no_chart_is_begun_after_one_as_long_that_was_not_done(tmp_path: Path, m
     assert begun == [1e-5]
     assert lost[0] == "not done after 10 minutes"
     assert lost[1].startswith("not begun, as it takes as long as that at a tool-point amplitude of 10 um")
+
+
+def test_where_a_chart_takes_too_long_the_limit_at_the_recommended_speed_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A speed that takes 100 s by the clock, 100 of them; the limit is lowest 2 % above the speed recommended."""
+    asked = list[float]()
+
+    def limits(machine: Machine, speed: Sequence[float], amplitude: float) -> SimpleNamespace:
+        asked.append(speed[0])
+        return SimpleNamespace(minimum_depth=2e-4 / speed[0])
+
+    monkeypatch.setattr("machines.cutting.forced.forced_vibration._MANY", 0)
+    monkeypatch.setattr("machines.cutting.amplitude.frozen_lobes.lobes_at_amplitude", limits)
+    monkeypatch.setattr("machines.road.cutting.time", SimpleNamespace(monotonic=count(0.0, 100.0).__next__))
+    made = run(LIBRARY / "lathe.toml", tmp_path, steps=["cutting"], amplitudes=[0.0, 1e-5])
+    (lost,) = [step["failed"] for step in made.data["steps"] if "failed" in step]
+    speed, *ends = asked
+    assert ends == [pytest.approx(0.98 * speed), pytest.approx(1.02 * speed)]
+    holds = f"at {speed:.0f} rpm and 2 % off it the cut is stable below {0.2 / max(ends):.3g} mm, less than the depth"
+    assert lost.startswith("100 speeds would take about 167 minutes, more than 5; ")
+    assert holds in lost
+    assert any(holds in said for said in made.doubts)
+    assert f"Recommended: {speed:.0f} rpm" in made.finding()

@@ -9,6 +9,7 @@ import numpy as np
 
 from jointlib.arrays import Array, ArrayLike
 from jointlib.errors import InputError, Outcome
+from jointlib.shown.progress import each
 
 from ...indices import Mask
 from ...model.machine import Machine
@@ -55,7 +56,7 @@ def developed_lobes(
     # Where so many oscillations are in a cut that harmonics are chosen, the search in modes would not end either.
     few = model is not None and "collocation" in (name, default_method(model, cutting, speeds))
     chatter = developed_chatter(machine, cutting, amplitude, table, name, few, model is not None)
-    vibrations = [chatter.persistent(rpm) for rpm in speeds.ravel().tolist()]
+    vibrations = [chatter.persistent(rpm) for rpm in each("speeds", speeds.ravel().tolist(), speeds.size)]
     found = [Found(one.crossing, one.line) for one in vibrations]
     said = (
         *said_before(point, cutting),
