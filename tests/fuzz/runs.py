@@ -39,7 +39,7 @@ GOOD = ("done", "refused", "check failed", "computing")
 OUTCOMES = (*GOOD, "badly said", "not a number", "warned", "half written", "slow", "traceback", "died")
 _PROGRESS = re.compile(r"\d+ s\)?\s*$")
 """What a command says that is still at work and tells how far it is."""
-_NOT_FINITE = re.compile(r"(?<![\w.'\"-])[+-]?(?:nan|inf)(?![\w.'\":])")
+_NOT_FINITE = re.compile(r"(?<![\w.'\"\])-])[+-]?(?:nan|inf)(?![\w.'\":])")
 
 _QUOTED = re.compile(rb'"[^"\n]*(?:nan|inf)[^"\n]*"')
 """Words of a file in which the letters stand as such."""
