@@ -28,7 +28,7 @@ def test_machines_that_differ_fail_the_check_and_still_print_their_numbers(
     assert "FAILED" in jointlib("check machines/library/two_mass.toml").out
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_run_with_a_failed_check_finishes_its_report_and_fails(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("machines.harmonic_balance.linear_check.TOLERANCE", 1e-300)
     done = jointlib("run machines/library/paper_sdof.toml -o out")

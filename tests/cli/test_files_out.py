@@ -54,7 +54,7 @@ def test_lobes_as_a_table_hold_what_the_command_prints(here: Path) -> None:
     assert "pocket" not in data
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.parametrize("amplitudes", ["", "--amplitude 0 1um"])
 def test_lobes_as_a_picture_name_the_recommended_pocket(here: Path, amplitudes: str) -> None:
     data = jointlib(f"lobes {TOOL} {amplitudes} -o out/l.svg --json").json

@@ -207,7 +207,7 @@ def test_fmu_gives_the_file_and_the_largest_step_of_co_simulation(here: Path) ->
     assert again["difference"] <= 1e-12
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_run_gives_steps_report_verdict_and_errors(here: Path) -> None:
     done = jointlib(f"run {LIBRARY / 'paper_sdof.toml'} -o out --json")
     data = done.json

@@ -30,7 +30,7 @@ def planned(tmp_path_factory: pytest.TempPathFactory) -> tuple[Done, Path]:
     return done, folder / "plan"
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_what_is_said_to_be_written_is_there(planned: tuple[Done, Path]) -> None:
     done, folder = planned
     assert {folder.parent / p for p in wrote(done)} == set(folder.iterdir())

@@ -22,6 +22,7 @@ def guide_trace(tmp_path_factory: pytest.TempPathFactory) -> Left:
         return Left(command, jointlib(f"{command} --json"), folder / "traced")
 
 
+@pytest.mark.slow
 def test_the_example_of_trace_works(guide_trace: Left) -> None:
     assert guide_trace.done.status == 0, guide_trace.done.err
     assert {path.name for path in guide_trace.folder.iterdir()} == {

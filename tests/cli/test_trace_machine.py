@@ -25,6 +25,7 @@ def machine_trace(tmp_path_factory: pytest.TempPathFactory) -> Left:
         return Left(command, jointlib(command), folder / "traced")
 
 
+@pytest.mark.slow
 def test_it_names_the_guide_and_its_friction_and_the_error_falls_to_the_noise(machine_trace: Left) -> None:
     assert machine_trace.done.status == 0, machine_trace.done.err
     found = json.loads((machine_trace.folder / "trace.json").read_text())

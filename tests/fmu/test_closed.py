@@ -96,7 +96,7 @@ def test_a_linear_machine_is_exact_at_any_step(step: float, fmi: int) -> None:
     assert shares(found, np.array(expected)) < 1e-11
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "machine",
     [
@@ -316,7 +316,7 @@ def test_forces_that_go_on_between_steps_come_in_time(tolerance: float | None) -
     assert asked.get(["force_x"])[0] == pytest.approx(force(steps * h)["force_x"], abs=1e-9)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @one_version
 @pytest.mark.parametrize("tolerance", [None, 1e-5], ids=["explicit", "closed"])
 @pytest.mark.parametrize("machine", [BENT, RUBBING, BRISTLING], ids=["bent", "rubbing", "bristling"])

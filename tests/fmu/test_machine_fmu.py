@@ -357,7 +357,7 @@ def test_slider_between_two_masses_sticks_and_slips_where_its_force_says(fmi: in
     assert np.max(shares(found, np.array(rows))) < 1e-6
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_directional_derivatives_are_the_differences_of_outputs_and_rates() -> None:
     fmu = Exchange(unpacked(_REMEMBERING, 2), 2)
     knowns = ["force_x", *fmu.states]

@@ -124,7 +124,7 @@ def test_c_kernels_declare_the_states_of_the_python_laws(joint: Joint) -> None:
             assert state.unit == units[name]
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @both_versions
 def test_every_kernel_follows_its_python_law(fmi: int, tmp_path: Path) -> None:
     z, v = path()

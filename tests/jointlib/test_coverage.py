@@ -90,6 +90,7 @@ def test_it_holds_whichever_sensor_is_noisy(tmp_path: Path, noise: tuple[float, 
     holds([within(frfs, PART) for frfs in hits(tmp_path, 4, 200, noise=noise)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("zone", repeats(ZONES, lambda _: False, lambda zone: zone == "low"))
 def test_it_holds_at_the_modes_and_between_them(tmp_path: Path, zone: str) -> None:
     """At one place of the band the errors of a record are nearly one number, so here counting leaves more open."""

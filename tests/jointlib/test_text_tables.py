@@ -80,6 +80,7 @@ def test_numbers_in_any_dialect_come_back_equal(style: Style, rows: list[list[fl
     np.testing.assert_array_equal(np.transpose(table.columns), [[style.read_back(v) for v in row] for row in rows])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", repeats(range(8), lambda seed: False))
 def test_no_table_is_read_wrongly_however_odd(seed: int, tmp_path: Path) -> None:
     rng, read = random.Random(seed), 0

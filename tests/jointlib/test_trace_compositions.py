@@ -87,7 +87,7 @@ def yielding(tmp_path_factory: pytest.TempPathFactory) -> TraceReport:
     return trace(measured(tmp_path_factory.mktemp("yielding"), damper(0, 0.0)), SPRUNG)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_friction_that_follows_a_voltage_is_found_where_no_effect_alone_explains_most(yielding: TraceReport) -> None:
     assert yielding.verdict in (Verdict.IDENTIFIED, Verdict.AMBIGUOUS), yielding.sentence
     assert members(yielding) == ["coulomb", "slip-force by voltage"]

@@ -75,7 +75,7 @@ def report(record: Path, tmp_path_factory: pytest.TempPathFactory) -> TraceRepor
     return trace(measured(tmp_path_factory.mktemp("emps"), record), Joint((Viscous(100.0),), "drive"))
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_mass_viscous_friction_and_offset_leave_a_sixth_of_the_force(report: TraceReport) -> None:
     assert report.error_before["in_sample"] == pytest.approx(0.166, abs=0.001)
     assert report.error_before["heldout_condition"] == pytest.approx(0.253, abs=0.01)

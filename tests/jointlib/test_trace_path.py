@@ -565,7 +565,7 @@ def test_a_mass_that_nobody_declared_is_the_first_thing_that_is_missing(tmp_path
     assert found["mass"] == pytest.approx(MASS, rel=0.02)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_without_inertia_no_mass_is_missing(tmp_path: Path) -> None:
     still = drive(dry(10.0), cycle((0.05, 0.1, 0.2), 3))
     z = still["z"]

@@ -168,7 +168,7 @@ def test_a_tool_more_compliant_than_predicted_costs_depth_by_the_same_share(tmp_
     assert section.figures[0].svg.startswith("<svg")
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_depths_are_the_lowest_between_the_speeds_too(tmp_path: Path) -> None:
     # Where a flank rubs, each lobe is another and speeds apart miss the lowest by more than a prediction is off.
     path, test = record_of_the_tool(tmp_path)

@@ -73,6 +73,7 @@ def test_a_mill_of_two_hundred_lines(speed: float) -> None:
     agreed(read_machine(BED_MILL), speed)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", repeats([107, 108, 109, 110, 120], lambda seed: seed != 109))
 def test_random_machines(seed: int) -> None:
     """With parts of up to 215 kHz; the flexibility of one at 14 kHz is 6e-4 off if only lines near by are seen."""

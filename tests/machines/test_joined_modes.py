@@ -53,7 +53,7 @@ def test_many_modes_beyond(seed: int) -> None:
     assert error(400.0) < alone / 20
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "more", [pytest.param({"helix": 38.0}, marks=pytest.mark.thorough), {"pitch": (85.0, 95.0, 85.0, 95.0)}]
 )

@@ -31,6 +31,7 @@ def over(seed: int, speeds: Array) -> StabilityLobes:
     return over_the_range(chart(seed, speeds), lambda more: chart(seed, more))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", repeats(range(2), lambda _: False, lambda seed: seed == 0))
 def test_the_minimum_does_not_depend_on_where_the_lines_stand(seed: int) -> None:
     one, other = (over(seed, np.linspace(5000, 15000, count)) for count in (40, 57))

@@ -22,7 +22,7 @@ SPEED, DEPTH = 9000.0, 3e-3
 OUT = (2e-6, -1e-6, 0.0, -1e-6)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("more", "within"),
     [

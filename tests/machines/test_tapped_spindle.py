@@ -55,6 +55,7 @@ def depth(H: np.ndarray) -> float:
     return float(-1 / (2 * 7e8 * np.min(H.real)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "seed", [pytest.param(0, marks=pytest.mark.thorough), *(pytest.param(k, marks=pytest.mark.slow) for k in (1, 2))]
 )
