@@ -65,6 +65,7 @@ def _written(
     except InputError as error:
         # What a machine is may forbid it: that is known beforehand, and no failure of the run.
         road.said.append(f"{title} is not exported: {error}.")
+        road.sections.append(Section(title, [f"It is not exported: {error}."]))
         return
     path = road.path(name)
     rows = [
@@ -105,7 +106,7 @@ def _export(road: Run, name: str) -> None:
     road.steps.append({"step": "fmu", "joint": name, "max_step": done.max_step, "file": path.name})
     road.said.append(f"{path.name}: verified with {', '.join(done.verified_with)}")
     text = ["It was validated and replayed its reference run before it was written.", *done.messages]
-    road.sections.append(Section(f"{name} as an FMU", text, (), [Table(("", ""), rows)]))
+    road.sections.append(Section(f"{name} as an FMU", text, (), [Table(("", ""), rows)], kind="Joints as FMUs"))
 
 
 STEP = Step("fmu", exporting_pieces, after=("cutting",))

@@ -40,6 +40,23 @@ class Section:
     tables: Sequence[Table] = ()
     parts: Sequence[Section] = ()
     """Sections within, each under a smaller heading."""
+    kind: str = ""
+    """What several of one sort are gathered under."""
+
+
+_MANY = 3
+
+
+def gathered(sections: Sequence[Section]) -> list[Section]:
+    """The sections with more than three of a kind as the parts of one, where the first of them stands."""
+    kinds = [section.kind for section in sections]
+    found: list[Section] = []
+    for section in sections:
+        if not section.kind or kinds.count(section.kind) <= _MANY:
+            found.append(section)
+        elif all(one.title != section.kind for one in found):
+            found.append(Section(section.kind, parts=[one for one in sections if one.kind == section.kind]))
+    return found
 
 
 @dataclass(frozen=True)

@@ -60,7 +60,7 @@ def gain_section(name: str, joints: Mapping[str, Joint], frequency: float, band:
         "The describing function is what the machine sees of the joint: at each amplitude an equivalent stiffness and "
         "damping."
     ]
-    return Section(f"Describing function of {name}", text, figures)
+    return Section(f"Describing function of {name}", text, figures, kind="Describing functions of the joints")
 
 
 def check_section(check: LinearCheck) -> Section:

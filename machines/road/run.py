@@ -28,7 +28,7 @@ from ..forced_response.response import Response
 from ..harmonic_balance.linear_check import LinearCheck
 from ..model.machine import Machine
 from ..ranges import LARGEST_AMPLITUDE
-from ..report.page import Page, Section
+from ..report.page import Page, Section, gathered
 from .each_tool import ToolLobes
 from .mistakes import beside
 from .open_joints import look_ahead
@@ -198,7 +198,7 @@ class Run(Shown):
             lost=self.failed,
             numbers=[*self.numbers, *(trace_numbers(main) if main else [])],
             doubts={self.numbers[0][0]: self.doubts} if self.numbers else {},
-            sections=beside([*self.front, *self.sections, *self.behind], self.mistakes),
+            sections=gathered(beside([*self.front, *self.sections, *self.behind], self.mistakes)),
             inputs=[*inputs, *inputs_of(self.tests)],
             assumptions=[
                 *assumptions_of(self.tests),

@@ -27,6 +27,7 @@ from machines.report import Page, Section
 from machines.report.drawing import sheet
 from machines.report.figures.joint_figures import gain, static_fit, surface
 from machines.report.figures.trace_figures import largest_cycles
+from machines.report.page import gathered
 from machines.report.parameter_table import parameter_table
 from machines.report.sections import check_section, response_section, trace_section
 
@@ -61,6 +62,20 @@ def test_a_report_needs_no_network_and_is_one_file() -> None:
     assert "@import" not in html
     assert "<script" not in html
     assert html.count("<svg") == 3
+
+
+def test_many_sections_of_a_kind_stand_under_one_heading() -> None:
+    """Where the first of them stood; two of another kind stay as they are."""
+    gains = [Section(f"Describing function of {n}", kind="Describing functions of the joints") for n in "abcd"]
+    files = [Section(f"{n} as an FMU", kind="Joints as FMUs") for n in "ab"]
+    found = gathered([Section("Stability lobes"), *gains[:2], *files, *gains[2:]])
+    assert [one.title for one in found] == [
+        "Stability lobes",
+        "Describing functions of the joints",
+        "a as an FMU",
+        "b as an FMU",
+    ]
+    assert list(found[1].parts) == gains
 
 
 def test_text_is_never_markup() -> None:
