@@ -18,9 +18,9 @@ _PRESSURE = (2e7, 2e10)
 """N/m² of chip section, from plastics and light metals at high feed to hardened steel at low feed."""
 _LIMITS = {"feed": (1e-7, 5e-3, "mm", 1e3), "diameter": (5e-5, 10.0, "mm", 1e3)}
 _RATIO = 1e5
-_CRAWLS = 3.0, 1.5, 15.0
-"""m/min of the highest speed below which nothing is turned or milled; of the lowest and the highest that are too slow
-together. Nickel alloys are cut by high-speed steel at 3 to 8, threads at 5 to 20."""
+_CRAWLS = 20.0
+"""m/min of the highest speed below which steel is cut by nothing, and so a remark. Titanium is milled by high-speed
+steel at 10 to 20, nickel alloys at 3 to 8; threads are turned at 5 to 20."""
 _TURNS = 15.0
 """rpm below which no mill turns; one of 0.5 m has 30 in steel."""
 _EARTH = (9.7, 9.9)
@@ -70,15 +70,16 @@ def _slow(cutting: Mapping[str, Any]) -> Iterator[str]:
     diameter = cutting.get("diameter")
     if diameter is not None:
         v_low, v_high = (np.pi * float(diameter) * n for n in (low, high))
-        slow = v_high < _CRAWLS[0] or (v_low < _CRAWLS[1] and v_high < _CRAWLS[2])
+        slow = v_high < _CRAWLS
         said = f"with a diameter of {float(diameter) * 1e3:g} mm cut at {v_low:.3g} to {v_high:.3g} m/min"
+        also = "; as slow are high-speed steel in titanium and nickel alloys, and threads"
     else:
         slow = cutting.get("process") == "milling" and high < _TURNS
-        said = "are those of no mill"
+        said, also = "are those of no mill", ""
     if slow:
         yield (
             f"[cutting]: speeds of {low:g} to {high:g} rpm {said}, expected 20 to 1000 m/min: were they meant in Hz? "
-            f'Then write ["{low:g} Hz", "{high:g} Hz"]'
+            f'Then write ["{low:g} Hz", "{high:g} Hz"]{also}'
         )
 
 

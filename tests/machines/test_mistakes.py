@@ -229,6 +229,18 @@ WRONG = [
     ),
     (TOOL, "speed = [4000, 25000]", "speed = [4, 9]", "[cutting]: speeds of 4 to 9 rpm"),
     (
+        MILL,
+        "speed = [2000, 12000]",
+        "speed = [50, 200]",
+        "[cutting]: speeds of 50 to 200 rpm with a diameter of 16 mm cut at 2.51 to 10.1 m/min",
+    ),
+    (
+        TOOL,
+        'diameter = "20 mm"\nspeed = [4000, 25000]',
+        'diameter = "63 mm"\nspeed = [20, 100]',
+        "[cutting]: speeds of 20 to 100 rpm with a diameter of 63 mm cut at 3.96 to 19.8 m/min",
+    ),
+    (
         PAIR,
         'joint = "two_mass.joint.toml"',
         'joint = { law = [{ kind = "linear", stiffness = "90 N/um" }, { kind = "gap", stiffness = "60 N/um", clearance '
