@@ -36,7 +36,14 @@ def wrong_operation(machine: Machine) -> Iterator[str]:
         if key in cutting:
             said = outside(float(cutting[key]), *_PRESSURE, f"[cutting]: {key}", "N/mm^2", 1e-6)
             yield from filter(None, [said])
-    normal = abs(float(cutting.get("normal", 0.0)))
+    signed = float(cutting.get("normal", 0.0))
+    normal = abs(signed)
+    if signed < 0:
+        yield (
+            f"[cutting]: normal is {signed * 1e-6:.4g} N/mm^2, so the cut pulls the teeth into the work instead of "
+            "pressing them off, and the limits are those of such a cut; expected more than 0, about a third of "
+            "tangential; only a strongly positive rake in soft metal pulls: is its sign right?"
+        )
     if 0 < normal < _RATIO and "tangential" in cutting:
         meant = normal * float(cutting["tangential"])
         yield (

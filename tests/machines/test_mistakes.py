@@ -202,6 +202,13 @@ WRONG = [
     (LATHE, 'specific = "2200 N/mm^2"', "specific = 2200", "far below any material"),
     (LATHE, 'feed = "0.15 mm"', "feed = 0.15", "[cutting]: feed is 150 mm"),
     (TOOL, 'normal = "42 N/mm^2"', "normal = 0.07", "if it was meant as a ratio, write 4.2e+07"),
+    (
+        TOOL,
+        'normal = "42 N/mm^2"',
+        'normal = "-42 N/mm^2"',
+        "[cutting]: normal is -42 N/mm^2, so the cut pulls the teeth into the work",
+    ),
+    (TOOL, 'tangential = "600 N/mm^2"', 'tangential = "-600 N/mm^2"', "[cutting]: tangential is -600000000.0, expected"),
     (TOOL, 'diameter = "20 mm"', "diameter = 20", "[cutting]: diameter is 2e+04 mm"),
     (
         TOOL,
