@@ -50,12 +50,14 @@ def laid_over(section: Section) -> Path:
     return path
 
 
-def tool_of(section: Section) -> tuple[dict[str, str], str | None]:
-    """Degrees of freedom of the tool by axis, and which of several tools it is."""
+def tool_of(section: Section) -> tuple[dict[str, str], str | None, str]:
+    """Degrees of freedom of the tool by axis, which of several tools it is, and the table that tells it."""
     tool = {axis: section.text(axis) for axis in AXES if section.has(axis)}
     name = section.text("name", None)
     section.done()
-    return tool, name
+    stands, key = {} if section.mistakes is None else section.mistakes.places, f": {AXES[0]}:"
+    told = stands.get(f"{section.where}{key}", f"{section.where}{key}").removesuffix(key)
+    return tool, name, told.removeprefix(section.where.removesuffix("[tool]"))
 
 
 def response_of(section: Section) -> tuple[str | None, tuple[float, ...], tuple[float, float] | None, float]:

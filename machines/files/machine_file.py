@@ -110,7 +110,7 @@ def _machine(path: Path, changes: Mapping[str, Any] | None, mistakes: Mistakes) 
     if mistakes.unopened:
         raise Lost
     drive, force, frequency, speed = response or (None, (), None, 0.0)
-    axes_of_tool, tool_name = tool or ({}, None)
+    axes_of_tool, tool_name, tool_table = tool or ({}, None, "[tool]")
     if not components and not parts:
         raise InputError(f"{path}: no component, expected at least one")
     if not components:
@@ -122,6 +122,7 @@ def _machine(path: Path, changes: Mapping[str, Any] | None, mistakes: Mistakes) 
         name=name,
         tool={axis: dof for axis, dof in axes_of_tool.items() if not unread.among([dof])},
         tool_name=tool_name,
+        tool_table=tool_table,
         drive=None if drive is None or unread.among([drive]) else drive,
         force=force,
         frequency=frequency,

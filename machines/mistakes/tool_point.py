@@ -45,7 +45,7 @@ def wrong_tool_point(machine: Machine) -> Iterator[str]:
 
 def mixed_directions(machine: Machine) -> Iterator[str]:
     """A difference of two different axes, and a direction without the workpiece that another one is relative to."""
-    where = "[tool]" if machine.tool_name is None else f"[tool.{machine.tool_name}]"
+    where = machine.tool_table
     sides = {axis: [side.strip() for side in dof.split(" - ")] for axis, dof in machine.tool.items()}
     whole = {axis: pair for axis, pair in sides.items() if len(pair) == 2}
     for axis, (tool, work) in whole.items():

@@ -40,6 +40,8 @@ class Machine(Shown):
         difference, ``cutter.tip.x - table.ux``, is the motion relative to the workpiece.
     tool_name
         Which of several tools this is, where they have names.
+    tool_table
+        The table of its file that tells the tool.
     drive
         Degree of freedom, or difference, that a force acts on; the tool's x, else y, where it is not given.
     force
@@ -80,6 +82,7 @@ class Machine(Shown):
     outlines: Mapping[str, Outline] = field(default_factory=dict)
     source: Path | None = None
     tool_name: str | None = None
+    tool_table: str = "[tool]"
 
     def __post_init__(self) -> None:
         where = self.where

@@ -208,7 +208,12 @@ WRONG = [
         'normal = "-42 N/mm^2"',
         "[cutting]: normal is -42 N/mm^2, so the cut pulls the teeth into the work",
     ),
-    (TOOL, 'tangential = "600 N/mm^2"', 'tangential = "-600 N/mm^2"', "[cutting]: tangential is -600000000.0, expected"),
+    (
+        TOOL,
+        'tangential = "600 N/mm^2"',
+        'tangential = "-600 N/mm^2"',
+        "[cutting]: tangential is -600000000.0, expected",
+    ),
     (TOOL, 'diameter = "20 mm"', "diameter = 20", "[cutting]: diameter is 2e+04 mm"),
     (
         TOOL,
@@ -367,6 +372,23 @@ def test_a_workpiece_that_an_axis_has_moved_away_is_no_mistake(tmp_path: Path) -
     machine = read_machine(path)
     assert machine.axes[0].position == pytest.approx(0.39)
     assert in_file(machine) == ()
+
+
+@pytest.mark.parametrize(
+    ("table", "stands"),
+    [
+        ('[tool]\nname = "VHM 16"', "[tool]"),
+        ("[tool.long]", "[tool.long]"),
+        ('[[tools]]\nname = "long"', "[[tools]] 1 (long)"),
+    ],
+)
+def test_directions_that_are_mixed_up_are_named_in_the_table_that_tells_them(
+    table: str, stands: str, tmp_path: Path
+) -> None:
+    path = written(tmp_path, MILL, "tool.tip.x - workpiece.cut.x", "tool.tip.x - workpiece.cut.y")
+    path.write_text(path.read_text("utf-8").replace("\n[tool]\n", f"\n{table}\n"), "utf-8")
+    (said,) = in_file(read_machine(path))
+    assert said.startswith(f"{stands}: x is the difference of")
 
 
 def test_what_drives_an_axis_rigidly_is_no_mistake(tmp_path: Path) -> None:
