@@ -19,6 +19,7 @@ from .doubled import doubled
 from .elements import elements
 from .forgotten import forgotten_damping
 from .free_parts import strained_nodes
+from .left_out import without_workpiece
 from .loose import loose, undamped
 from .loss_factors import short_losses
 from .materials import oversized, wrong_beams, wrong_modes
@@ -60,7 +61,8 @@ def in_file(machine: Machine) -> tuple[str, ...]:
         *wrong_modes(machine),
         *wrong_operation(machine),
     ]
-    said += [*mixed_directions(machine), *wrong_tool_point(machine), *torn_apart(machine)]
+    said += [*mixed_directions(machine), *wrong_tool_point(machine), *without_workpiece(machine)]
+    said += torn_apart(machine)
     if oversized(machine):  # such a beam would be cut into more elements than there is memory for
         return tuple(said)
     found = elements(machine)

@@ -22,7 +22,7 @@ def wrong_tool_point(machine: Machine) -> Iterator[str]:
     """
     for dof in machine.tool.values():
         sides = [side.strip() for side in dof.split(" - ")]
-        places = [place for side in sides if (place := _place(machine, side)) is not None]
+        places = [place for side in sides if (place := place_of(machine, side)) is not None]
         if len(sides) != 2 or len(places) != 2:
             continue
         one, other = (side.rpartition(".")[0] for side in sides)
@@ -53,15 +53,15 @@ def mixed_directions(machine: Machine) -> Iterator[str]:
         if (
             one != other
             and {one, other} <= set(DIRECTIONS)
-            and all(_place(machine, s) is not None for s in (tool, work))
+            and all(place_of(machine, s) is not None for s in (tool, work))
         ):
             yield (
                 f"{where}: {axis} is the difference of {tool} and {work}, motions along different axes; expected the "
-                f"same on both sides, as {_along(work, tool)}"
+                f"same on both sides, as {along(work, tool)}"
             )
     for axis, (tool, *relative) in sides.items():
         for by, (first, work) in whole.items():
-            wanted = _along(work, tool)
+            wanted = along(work, tool)
             if not relative and first.rpartition(".")[0] == tool.rpartition(".")[0] and wanted in machine.dofs:
                 yield (
                     f"{where}: {by} is relative to {work}, and {axis} is {tool} alone, as if the workpiece stood still "
@@ -70,14 +70,14 @@ def mixed_directions(machine: Machine) -> Iterator[str]:
                 break
 
 
-def _along(dof: str, other: str) -> str:
+def along(dof: str, other: str) -> str:
     """A dof along the axis of another one: ``table.ux`` along ``tip.y`` is ``table.uy``."""
     point, _, name = dof.rpartition(".")
     own = other.rpartition(".")[2].removeprefix("u")
     return f"{point}.{'u' if name.startswith('u') and not own.startswith('r') else ''}{own}"
 
 
-def _place(machine: Machine, dof: str) -> Array | None:
+def place_of(machine: Machine, dof: str) -> Array | None:
     """Where the point of a ``component.point.dof`` is, in m; None where nobody told."""
     component, _, rest = dof.partition(".")
     drawn = next((c.drawn() for c in machine.components if c.name == component), None)

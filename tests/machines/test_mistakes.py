@@ -164,6 +164,20 @@ WRONG = [
     ),
     (
         MILL,
+        'x = "tool.tip.x - workpiece.cut.x"\ny = "tool.tip.y - workpiece.cut.y"',
+        'x = "tool.tip.x"\ny = "tool.tip.y"',
+        "and workpiece, which axis x moves, is left out: does it carry the workpiece? Then write tool.tip.x - "
+        "workpiece.cut.x",
+    ),
+    (
+        LATHE,
+        "post.tip.x - spindle.cut.x",
+        "post.tip.x",
+        "[tool]: post.tip.x is taken against the ground, as if the workpiece stood still, and spindle, which turns in "
+        "its bearings, is left out: does it carry the workpiece? Then write post.tip.x - spindle.cut.x",
+    ),
+    (
+        MILL,
         "tool.tip.x - workpiece.cut.x",
         "tool.tip.x",
         "and x is tool.tip.x alone, as if the workpiece stood still in it; expected tool.tip.x - workpiece.cut.x",
@@ -372,6 +386,12 @@ def test_a_workpiece_that_an_axis_has_moved_away_is_no_mistake(tmp_path: Path) -
     machine = read_machine(path)
     assert machine.axes[0].position == pytest.approx(0.39)
     assert in_file(machine) == ()
+
+
+def test_a_tool_that_is_tapped_and_does_not_cut_may_be_against_the_ground(tmp_path: Path) -> None:
+    path = written(tmp_path, LATHE, "post.tip.x - spindle.cut.x", "post.tip.x")
+    path.write_text(path.read_text("utf-8").partition("\n[cutting]")[0], "utf-8")
+    assert in_file(read_machine(path)) == ()
 
 
 @pytest.mark.parametrize(
