@@ -268,6 +268,26 @@ def test_the_map_shows_the_worst_place_of_the_working_space(
         assert f"{worst:.4g} µm/N" in section
 
 
+@pytest.mark.parametrize(
+    ("lobes", "said"),
+    [
+        ("", "at every speed it cuts 2 mm deep without chatter (by zero order, a preview); 33 % more than the second."),
+        ('lobes = "zero-order"', "without chatter (by zero order, a preview); 33 % more than the second."),
+        ('lobes = "multi-frequency"', "at every speed it cuts 2 mm deep without chatter; 33 % more than the second."),
+    ],
+)
+def test_the_answer_says_that_its_depth_is_a_preview(lobes: str, said: str, tmp_path: Path) -> None:
+    path = tmp_path / "s.study.toml"
+    path.write_text(
+        f'schema = "jointlib/study/1"\nbase = "{LIBRARY}/two_mode_tool.toml"\n[[factor]]\nname = "teeth"\n'
+        f'path = "cutting.teeth"\nvalues = [2, 3]\n[conditions]\n{lobes}\n'
+        '[[objective]]\nquantity = "minimum-depth"\ngoal = "max"\n'
+    )
+    opened = read_study(path)
+    depths = {"minimum-depth": np.array([2e-3, 1.5e-3]), "pocket-speed": np.full(2, np.nan)}
+    assert answer(opened, judge(opened, depths)).endswith(said)
+
+
 @pytest.mark.thorough
 def test_the_page_tells_people_units_and_how_sure_it_is(tmp_path: Path) -> None:
     opened, results = in_positions(tmp_path, "{ x = [0, 0.1] }")

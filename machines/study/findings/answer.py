@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Set
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...cutting.amplitude.pocket import WANDER
+from ...cutting.rest.together import preview
+from ...model.named_files import read
 from .. import words
+from ..asked import DEPTHS
 from ..study import Study
 
 if TYPE_CHECKING:
@@ -20,7 +24,9 @@ def answer(study: Study, verdict: Verdict) -> str:
         return _nothing(study, verdict)
     best, main = verdict.best, study.objectives[0]
     take = f"Take {words.chosen(best.factors)}" if study.design else "There is nothing to choose"
-    said = f"{take}: {words.does(main.quantity, best.results)}{_elsewhere(study, verdict, best)}"
+    said = f"{take}: {words.does(main.quantity, best.results)}"
+    beside = [_elsewhere(study, verdict, best), _preview(study, {main.quantity})]
+    said += f" ({'; '.join(filter(None, beside))})" if any(beside) else ""
     said += f"{_ahead(study, verdict)}."
     if len(study.objectives) > 1 and len(verdict.front) > 1:
         others = " and ".join(words.named(o.quantity) for o in study.objectives)
@@ -34,7 +40,14 @@ def _elsewhere(study: Study, verdict: Verdict, best: Design) -> str:
         return ""
     speeds = verdict.ranking.worst["pocket-speed"][best.number]
     low, high = float(np.min(speeds)), float(np.max(speeds))
-    return f" (by condition at {low:.0f} to {high:.0f} rpm)" if high - low > 2 * WANDER * low else ""
+    return f"by condition at {low:.0f} to {high:.0f} rpm" if high - low > 2 * WANDER * low else ""
+
+
+def _preview(study: Study, quantities: Set[str]) -> str:
+    """What the depths are by, where it is no exact method."""
+    process = read(study.base).get("cutting", {}).get("process", "") if study.lobes is None else ""
+    zero = (study.lobes or preview(process)) == "zero-order"
+    return "by zero order, a preview" if zero and quantities & DEPTHS else ""
 
 
 def _ahead(study: Study, verdict: Verdict) -> str:
@@ -63,5 +76,6 @@ def _nothing(study: Study, verdict: Verdict) -> str:
     if verdict.nearest is not None:
         asked = dict.fromkeys(c.quantity for c in study.constraints)
         has = " and ".join(f"{words.named(q)} {words.with_unit(q, verdict.nearest.results[q])}" for q in asked)
-        said += f" Nearest comes {words.chosen(verdict.nearest.factors) or 'the machine as it is'} with {has}."
+        by = f" ({said_by})" if (said_by := _preview(study, asked.keys())) else ""
+        said += f" Nearest comes {words.chosen(verdict.nearest.factors) or 'the machine as it is'} with {has}{by}."
     return said
