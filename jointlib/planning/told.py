@@ -12,6 +12,8 @@ from jointlib.planning.outcome import NOTHING, UNNAMED
 from jointlib.planning.plan import Confusion, Plan, Tried
 
 _MANY = 4
+_LEVELS = 3, "Repeat at three or more levels"
+"""How an advice of the catalogue begins that a test of so many levels follows already."""
 
 
 def pairs_of(confusions: Sequence[Confusion]) -> dict[tuple[str, str], list[Confusion]]:
@@ -60,11 +62,11 @@ def sentences(plan: Plan) -> list[str]:
     if plan.ends.get("", frozenset()) - {NOTHING}:
         lines.append("Where nothing is hidden something may be named.")
     for (e, r), confusions in pairs_of(plan.confusions).items():
-        lines.append(_open(e, r, confusions))
+        lines.append(_open(e, r, confusions, c.levels))
     return [*lines, *plan.left_out]
 
 
-def _open(e: str, r: str, confusions: Sequence[Confusion]) -> str:
+def _open(e: str, r: str, confusions: Sequence[Confusion], levels: Sequence[float]) -> str:
     found, tried = resolution(confusions)
     what = {
         UNNAMED: f"Undecided: {e} may end without a name, as its form is not that of a single law",
@@ -72,15 +74,23 @@ def _open(e: str, r: str, confusions: Sequence[Confusion]) -> str:
     }.get(r, f"Undecided: {e} and {r}")
     if found is not None:
         return f"{what}. Resolved, as simulated, by {found.words}."
-    advice = advised(e, r)
+    advice = advised(e, r, levels)
     more = f" The catalogue advises, not tried: {advice}" if advice else ""
+    if not advice and advised(e, r):
+        more = " The levels that the catalogue advises are in the test."
     if tried:
         return f"{what}. Tried in vain: {'; '.join(t.words for t in tried)}.{more}"
     return f"{what}. Nothing further was tried.{more}"
 
 
-def advised(e: str, r: str) -> str:
-    """What the catalogue says of two look-alikes; empty where it says nothing."""
+def advised(e: str, r: str, levels: Sequence[float] = ()) -> str:
+    """What the catalogue says of two look-alikes; empty where it says nothing, or what a test of these levels does."""
+    said = _of_catalogue(e, r)
+    enough, begins = _LEVELS
+    return "" if said.startswith(begins) and len(set(levels)) >= enough else said
+
+
+def _of_catalogue(e: str, r: str) -> str:
     known = catalogue()
     for one, other in ((e, r), (r, e)):
         family, rival = one.split("@")[0], other.split("@")[0]
@@ -126,7 +136,7 @@ def as_json(plan: Plan) -> dict[str, Any]:
     b = plan.bench
     c, s = b.campaign, b.setup
     return {
-        **verdicts(plan.ends, plan.decides, plan.sizes, plan.confusions, lambda e, r: advised(e, r) or None),
+        **verdicts(plan.ends, plan.decides, plan.sizes, plan.confusions, lambda e, r: advised(e, r, c.levels) or None),
         "campaign": {
             "kind": "rig",
             "band": list(c.band),

@@ -14,6 +14,7 @@ from jointlib.joint import Joint
 from jointlib.laws.linear import Linear
 from jointlib.loop.answer.catalogue import catalogue
 from jointlib.loop.answer.naming import Effect, experiment, is_declared_pair
+from jointlib.planning.told import advised
 
 TIME = np.linspace(0.0, 1.0, 4001)
 PATH = Path(
@@ -59,3 +60,13 @@ def test_every_declared_pair_names_the_experiment_that_separates_it() -> None:
             assert others, family
             assert all(is_declared_pair(other, effect) for other in others)
             assert experiment(effect, others[0]) == effect.look_alikes[family]
+
+
+def test_a_plan_advises_no_levels_that_it_plays() -> None:
+    assert advised("cubic", "gap") == "Repeat at three or more levels: a gap loses weight as the amplitude grows."
+    assert advised("gap", "cubic", (0.5, 1.0, 1.0)) == advised("gap", "cubic")
+    effects = catalogue().joint
+    pairs = [(e.family, other) for e in effects for other, said in e.look_alikes.items() if "or more levels" in said]
+    assert ("gap", "cubic") in pairs
+    assert {advised(e, other, (0.3, 0.6, 1.0, 1.0)) for e, other in pairs} == {""}
+    assert advised("gap", "hysteresis", (0.3, 0.6, 1.0, 1.0)) == advised("gap", "hysteresis")
