@@ -61,3 +61,13 @@ def test_a_single_speed_or_no_limit_at_all_still_makes_a_picture(chart: Stabilit
     assert "<svg" in lobes_figure([(0.0, one)], CUT).svg
     stable = replace(chart, depth=np.full(chart.depth.shape, np.inf), kind=np.full(chart.kind.shape, ""))
     assert "<svg" in lobes_figure([(0.0, stable)], CUT).svg
+
+
+@pytest.mark.parametrize("kinds", [("hopf", "flip"), ("hopf",)])
+def test_the_marks_of_the_chatter_frequency_have_a_legend_where_there_are_both(
+    chart: StabilityLobes, kinds: tuple[str, ...]
+) -> None:
+    assert {"hopf", "flip"} <= set(np.ravel(chart.kind))
+    some = replace(chart, kind=np.where(np.isin(chart.kind, kinds), chart.kind, "hopf"))
+    drawn = lobes_figure([(0.0, some)], CUT).svg
+    assert [name in drawn for name in ("<!-- Hopf -->", "<!-- flip (period doubling) -->")] == [len(kinds) == 2] * 2

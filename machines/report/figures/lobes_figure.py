@@ -18,7 +18,8 @@ from ...cutting.process.cutting import Cutting
 from ..drawing import AFTER, BEFORE, FLOOR, shades, sheet
 from ..page import Figure
 
-_HOPF, _FLIP = ".", "x"
+_KINDS = {"hopf": (".", "Hopf"), "flip": ("x", "flip (period doubling)")}
+"""How a chatter frequency is drawn by the kind of the border, and called."""
 _CHATTERS, _BISTABLE, _SETTLES, _BAND, _FORCED = "#d9dde3", "#fdba74", "#93c5fd", "#7e22ce", "#0f766e"
 _LEVELS, _LINES = (1, 2, 5), 4
 """Digits of the iso-lines of forced vibration, and how many are drawn."""
@@ -74,7 +75,7 @@ def lobes_figure(
             name = _named(amplitude, len(charts)) + (", tool in use" if others else "")
             look = {"color": colour, "linewidth": width, "label": name + chart.short_of}
             draw_limit(depth, chart.speed, chart.depth, chart.left_out, **look)
-            for kind, marker in (("hopf", _HOPF), ("flip", _FLIP)):
+            for kind, (marker, _) in _KINDS.items():
                 of = chart.kind == kind
                 chatter.plot(chart.speed[of], chart.chatter_frequency[of], marker, color=colour, markersize=width + 2)
         looks = list(zip(_STYLES, _OTHERS, strict=True)) * len(others)
@@ -102,8 +103,18 @@ def lobes_figure(
         depth.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, columnspacing=1.5, handlelength=1.8)
         chatter.set(xlabel="spindle speed [rpm]", ylabel="chatter frequency [Hz]")
         chatter.margins(y=0.12)
+        _kinds(chatter, every)
         chatter.xaxis.set_major_formatter(matplotlib.ticker.StrMethodFormatter("{x:,.0f}"))
     return Figure(paper.svg, " ".join(said))
+
+
+def _kinds(axes: Any, charts: Sequence[StabilityLobes]) -> None:
+    """Which mark is which kind of chatter, where there are both."""
+    if not all(any(np.any(chart.kind == kind) for chart in charts) for kind in _KINDS):
+        return
+    for marker, name in _KINDS.values():
+        axes.plot([], [], marker, color="#57606a", markersize=5, label=name)
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, columnspacing=1.5, handletextpad=0.3)
 
 
 def tools_figure(charts: Sequence[tuple[str, StabilityLobes]]) -> Figure:
