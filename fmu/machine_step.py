@@ -64,8 +64,8 @@ def _written(
             done = export(road.machine, road.folder / name)
     except InputError as error:
         # What a machine is may forbid it: that is known beforehand, and no failure of the run.
-        road.said.append(f"{title} is not exported: {error}.")
-        road.sections.append(Section(title, [f"It is not exported: {error}."]))
+        road.said += [f"{title} is not exported: {said}." for said in error.sentences]
+        road.sections.append(Section(title, [f"It is not exported: {said}." for said in error.sentences]))
         return
     path = road.path(name)
     rows = [

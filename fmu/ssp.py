@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from jointlib.errors import InputError
+from jointlib.errors import InputError, together
 from jointlib.io import atomic
 
 from .export import Export, export_fmu
@@ -71,12 +71,7 @@ def export_ssp(
     if fmi not in {2, 3}:
         raise InputError(f"fmi is {fmi!r}, expected 2 or 3")
     machine, remarks = whole_machine(machine, tool)
-    if machine.static is not None:
-        raise InputError(
-            f"{machine.where}: static: the parts of a system of FMUs begin without each other's forces, so it would "
-            "not begin at rest under its load; export it as one FMU (jointlib fmu), or leave [static] out"
-        )
-    parts = parts_of_machine(machine)
+    parts = _parts(machine)
     loop, tangents = stiffest_loop(parts)
     steps = {master: largest_step(loop, master) for master in Master}
     systems = _systems(parts)
@@ -115,6 +110,21 @@ def export_ssp(
         (f"FMPy {version('fmpy')}",),
         (*told, *remarks),
     )
+
+
+def _parts(machine: Machine) -> Parts:
+    """The machine cut at its joints; all that forbids it is refused at once."""
+
+    def begins_at_rest() -> None:
+        if machine.static is not None:
+            raise InputError(
+                f"{machine.where}: static: the parts of a system of FMUs begin without each other's forces, so it "
+                "would not begin at rest under its load; export it as one FMU (jointlib fmu), or leave [static] out"
+            )
+
+    found: list[Parts] = []
+    together(begins_at_rest, lambda: found.append(parts_of_machine(machine)))
+    return found[0]
 
 
 def _finite(step: float | None) -> float | None:

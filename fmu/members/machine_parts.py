@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -65,6 +65,28 @@ class Parts:
     """Highest frequency of interest in Hz, if the machine states one."""
 
 
+@dataclass(frozen=True)
+class _Refused:
+    """What keeps a machine from being cut, of tool and drive and of its connections."""
+
+    where: str
+    still: list[str] = field(default_factory=list)
+    apart: dict[str, list[str]] = field(default_factory=dict)
+    idle: list[str] = field(default_factory=list)
+
+    def check(self) -> None:
+        """Raise all of it."""
+        said = [f"the {name} of tool or drive is held rigidly, expected it to move" for name in self.still]
+        said += [
+            f"the {' and '.join(of)} of tool or drive {'move' if len(of) > 1 else 'moves'} {both} against each other, "
+            "expected one of them; export it as one FMU (jointlib fmu), or give the motion of one"
+            for both, of in self.apart.items()
+        ]
+        said += [f"rigid connections leave {name!r} nothing that moves" for name in self.idle]
+        if said:
+            raise InputError(*(f"{self.where}: {each}" for each in said))
+
+
 def parts_of_machine(machine: Machine) -> Parts:
     """Cut a machine at its flexible connections.
 
@@ -83,24 +105,21 @@ def parts_of_machine(machine: Machine) -> Parts:
     }
     ports: dict[int, dict[str, Array]] = {block: {} for block in names}
     used = {block: {*AXES, "drive"} for block in names}
-    outside, rows = {}, _outside(machine)
+    outside, rows, said = {}, _outside(machine), _Refused(machine.where)
     for name, row in rows.items():
         pieces = _pieces(row @ equations.shapes, equations)
         if not pieces:
-            raise InputError(f"{machine.where}: the {name} of tool or drive is held rigidly, expected it to move")
-        if len(pieces) > 1:
-            both = " and ".join(names[i] for i in pieces)
-            raise InputError(
-                f"{machine.where}: the {name} of tool or drive moves {both} against each other, expected one of them; "
-                "export it as one FMU, or give the motion of one"
-            )
-        ((block, ports[block][name]),) = pieces.items()
-        outside[name] = (names[block], name)
+            said.still.append(name)
+        elif len(pieces) > 1:
+            said.apart.setdefault(" and ".join(names[i] for i in pieces), []).append(name)
+        else:
+            ((block, ports[block][name]),) = pieces.items()
+            outside[name] = (names[block], name)
     links = []
-    for connection, joint, row in zip(machine.flexible, joints, equations.joints, strict=True):
-        pieces = _pieces(row, equations)
-        if not pieces:
-            raise InputError(f"{machine.where}: rigid connections leave {connection.name!r} nothing that moves")
+    touched = [_pieces(row, equations) for row in equations.joints]
+    said.idle.extend(connection.name for connection, ends in zip(machine.flexible, touched, strict=True) if not ends)
+    said.check()
+    for connection, joint, pieces in zip(machine.flexible, joints, touched, strict=True):
         first = home.get(connection.between[0].split(".")[0])
         ends: list[tuple[str, str]] = []
         for block in sorted(pieces, key=lambda i: i != first):

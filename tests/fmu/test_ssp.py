@@ -48,6 +48,7 @@ from machines import read_machine
 from machines.components.component import Component
 from machines.components.connection import Connection, Identify
 from machines.components.lumped import Lumped
+from machines.components.static_load import StaticLoad
 from machines.model.machine import Machine
 
 LIBRARY = Path(__file__).parents[2] / "machines" / "library"
@@ -589,6 +590,19 @@ def refused(machine: Machine, file: Path, said: str) -> None:
     with pytest.raises(InputError, match=said):
         export_ssp(machine, file)
     assert not file.exists()
+
+
+def test_all_that_keeps_a_machine_from_being_a_system_of_fmus_is_refused_at_once(tmp_path: Path) -> None:
+    apart = {"x": "table.x - base.x", "y": "base.x - table.x"}
+    machine = replace(soft_machine(), tool=apart, static=StaticLoad(force={"table.x": 10.0}))
+    with pytest.raises(InputError) as told:
+        export_ssp(machine, tmp_path / "x.ssp")
+    load, tool = told.value.sentences
+    assert "or leave [static] out" in load
+    assert "the x and y of tool or drive move table and base against each other" in tool
+    assert "or give the motion of one" in tool
+    assert not list(tmp_path.iterdir())
+    assert parts_of_machine(replace(machine, static=None, tool={"x": "table.x"})).outside["x"] == ("table", "x")
 
 
 def test_a_machine_that_cannot_be_a_system_of_fmus_is_refused_in_one_sentence(tmp_path: Path) -> None:
