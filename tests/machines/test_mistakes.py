@@ -85,7 +85,12 @@ AXIS = '\n[[axis]]\nname = "z" '
 
 WRONG = [
     # file, what stands there, what is written instead, words of the sentence
-    (LATHE, 'stiffness = "700 N/um"', 'stiffness = "700 N/mm"', "z_guide_1: the stiffness of a carriage is 0.7"),
+    (
+        LATHE,
+        'stiffness = "700 N/um"',
+        'stiffness = "700 N/mm"',
+        "(z_guide): the preload presses its contacts in by 6.43 mm",
+    ),
     (LATHE, 'stiffness = "520 N/um"\nwidth', "stiffness = 520e9\nwidth", "x_guide_1: the stiffness of a carriage is"),
     (LATHE, 'nut_stiffness = "700 N/um"', 'nut_stiffness = "700 N/mm"', "z_screw: the stiffness of a ball screw"),
     (
