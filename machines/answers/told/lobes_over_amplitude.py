@@ -120,7 +120,7 @@ def safe_from_knocks(model: Any, chart: Any, budget: float, progress: Progress) 
     """
     from ...cutting.amplitude.amplitude_limits import depends_on_amplitude
     from ...cutting.amplitude.frozen_lobes import frozen_lobes
-    from ...cutting.amplitude.lobes_over_range import least_depth
+    from ...cutting.amplitude.least_depth import least_depth
     from ...cutting.amplitude.sampled_amplitudes import amplitude_range
     from ...cutting.process.cutting import Cutting
     from ...model.spindle_speed import depends_on_speed

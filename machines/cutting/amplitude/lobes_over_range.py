@@ -20,14 +20,12 @@ from jointlib.arrays import Array, ArrayLike
 from jointlib.errors import CheckFailed
 from jointlib.shown.progress import each, remark
 
-from ...deadline import in_time
 from ...indices import Index, Mask
 from ...model.machine import Machine
 from ..process.chart import BY_SPEED, StabilityLobes, joined
 from ..process.cutting import Cutting
-from ..process.power_law import touching_ratio
 from ..rest.periodic import AT_SPEEDS
-from .frozen_lobes import frozen_lobes, lobes_at_amplitude
+from .frozen_lobes import lobes_at_amplitude
 
 _HALVINGS = 5
 _CLOSER = 6
@@ -45,17 +43,26 @@ _DIPS = 1 - 1e-3
 _FEWEST = 3
 _TRIED = 5
 """Speeds that tell how long all of them take."""
+_HURRIED = 0.1
+"""Share of the budget that the speeds take from which on what is left goes to the lowest place first."""
 _LONG = 60.0
 """Seconds from which on that is said before the others are begun."""
 
 
 def lobes_over_range(
-    machine: Machine, speed: ArrayLike, amplitude: float = 0.0, method: str | None = None, budget: float = np.inf
+    machine: Machine,
+    speed: ArrayLike,
+    amplitude: float = 0.0,
+    method: str | None = None,
+    budget: float = np.inf,
+    *,
+    every: bool = False,
 ) -> StabilityLobes:
     """`lobes_at_amplitude` over a range of speeds (rpm, ascending): what dips between them is among them as well.
 
     Once ``budget`` (s) is spent the chart ends with the speeds that are known, spread over the range, and says so. A
-    speed at which the method does not settle is left out, and that is said.
+    speed at which the method does not settle is left out, and that is said. With ``every`` it keeps every speed that
+    was looked at, not those alone at which the limit dips.
     """
     speeds, deadline = np.ravel(np.asarray(speed, dtype=float)), time.monotonic() + budget
 
@@ -75,10 +82,10 @@ def lobes_over_range(
     refused: dict[float, str] = {}
     tried = np.unique(np.linspace(0, speeds.size - 1, _TRIED).round().astype(int))
     begun = time.monotonic()
-    chart = at(speeds if not np.isfinite(budget) else speeds[tried])
+    chart, hurried = at(speeds if not np.isfinite(budget) else speeds[tried]), False
     if chart.speed.size < speeds.size:
         needed = (time.monotonic() - begun) * speeds.size / tried.size
-        slow = needed > budget / 2 and not chart.branches
+        slow, hurried = needed > budget / 2 and not chart.branches, needed > _HURRIED * budget
         if needed > _LONG and not chart.branches:
             faster = "multi-frequency is faster, " if chart.method == "collocation" and not _plain(machine) else ""
             long = f"{speeds.size} speeds by {chart.method} take about {needed:.0f} s"
@@ -88,7 +95,7 @@ def lobes_over_range(
         return without(chart, refused)  # closed forms have the minimum over every speed
     missing = speeds.size - chart.speed.size - np.count_nonzero(np.isin(list(refused), speeds))
     known = speeds.size - missing
-    chart = without(over_the_range(chart, at, deadline), refused)
+    chart = without(over_the_range(chart, at, deadline, hurried, every), refused)
     if AT_SPEEDS not in chart.notes and not missing:
         return chart
     short = f"Time was up after {budget:.3g} s: " + (
@@ -149,19 +156,24 @@ def _tried(at: Callable[[Array], StabilityLobes], speeds: Array) -> StabilityLob
 
 
 def over_the_range(
-    chart: StabilityLobes, at: Callable[[Array], StabilityLobes], deadline: float = np.inf
+    chart: StabilityLobes,
+    at: Callable[[Array], StabilityLobes],
+    deadline: float = np.inf,
+    hurried: bool = False,
+    every: bool = False,
 ) -> StabilityLobes:
     """The chart with the lowest place of every interval that dips below both its ends, and the minimum over all speeds.
 
     ``chart`` has ascending speeds and comes from a method that computes speed by speed; ``at`` computes further ones,
-    until a ``deadline`` by `time.monotonic`; where that came before the end the minimum stays that at the speeds given.
+    until a ``deadline`` by `time.monotonic`; where that came before the end the minimum is the lowest that was seen.
+    ``hurried`` closes in on the lowest place before all else; ``every`` speed that was computed may be kept.
     """
     grid, whole = chart.speed.ravel(), True
     known = {key: getattr(chart, key).ravel() for key in BY_SPEED}
 
     def join(speeds: Array) -> None:
         nonlocal whole
-        parts = [speeds] if deadline == np.inf else speeds[:, None]
+        parts = [speeds] if deadline == np.inf else _lowest_first(known, speeds)[:, None]
         for part in each("speeds between them", parts, len(parts)):
             if time.monotonic() > deadline:
                 whole = False
@@ -173,6 +185,11 @@ def over_the_range(
             for key in BY_SPEED:
                 known[key] = np.concatenate([known[key], getattr(more, key).ravel()])[order]
 
+    for _ in range(_CLOSER if hurried else 0):
+        closer = _beside(known, _AS_LOW)
+        if not len(closer):
+            break
+        join(closer)
     # Of a mean cut no chatter doubles the period of the teeth: its lobes are alike, and are met by that.
     mean = chart.method in ("turning", "zero-order")
     for _ in range(0 if mean else _HALVINGS):
@@ -188,7 +205,7 @@ def over_the_range(
         if not len(closer):
             break
         join(closer)
-    kept = np.isin(known["speed"], grid) | _hidden(known, grid)
+    kept = np.isin(known["speed"], grid) | _hidden(known, grid) | every
     values = {key: known[key][kept] for key in BY_SPEED}
     row = int(np.argmin(known["depth"]))
     lowest, frequency, rpm = (float(known[key][row]) for key in ("depth", "chatter_frequency", "speed"))
@@ -202,6 +219,12 @@ def over_the_range(
         minimum_at=rpm if whole and np.isfinite(lowest) else None,
         notes=tuple(note for note in chart.notes if note != AT_SPEEDS or not whole),
     )
+
+
+def _lowest_first(known: dict[str, Array], speeds: Array) -> Array:
+    """Further speeds in the order of what is known beside them."""
+    after = np.clip(np.searchsorted(known["speed"], speeds), 1, len(known["speed"]) - 1)
+    return speeds[np.argsort(np.minimum(known["depth"][after - 1], known["depth"][after]), kind="stable")]
 
 
 def _hidden(known: dict[str, Array], grid: Array) -> Mask:
@@ -264,21 +287,3 @@ def _beside(known: dict[str, Array], near: float) -> Array:
             if b - a > _CLOSED * b:
                 found.append(np.linspace(a, b, _LOOKS + 2)[1:-1])
     return np.unique(np.concatenate(found))
-
-
-def least_depth(machine: Machine, chart: StabilityLobes, amplitude: Array) -> tuple[float, float]:
-    """Depth in m below which no vibration lasts at any speed in turning, and up to which amplitude in m that is known.
-
-    The least over every speed of the ``chart`` at rest and of the machine at each amplitude (m, ascending). A cut whose
-    force grows with a power q < 1 of the chip is weakest where the edge just leaves it (`touching_ratio`).
-    """
-    cutting = Cutting(**dict(machine.cutting or {}))
-    bent = min(1.0, touching_ratio(cutting.exponent)) if cutting.feed is not None else 1.0
-    least, known = chart.minimum_depth, 0.0
-    for size in amplitude.tolist():
-        in_time()
-        layer, held = frozen_lobes(machine, chart.speed, size, chart.method)
-        if np.any(held):
-            break
-        least, known = min(least, layer.minimum_depth), size
-    return (least * bent, known) if known else (np.inf, 0.0)

@@ -1,0 +1,32 @@
+"""The depth below which no vibration lasts at any speed, in turning."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from jointlib.arrays import Array
+
+from ...deadline import in_time
+from ...model.machine import Machine
+from ..process.chart import StabilityLobes
+from ..process.cutting import Cutting
+from ..process.power_law import touching_ratio
+from .frozen_lobes import frozen_lobes
+
+
+def least_depth(machine: Machine, chart: StabilityLobes, amplitude: Array) -> tuple[float, float]:
+    """Depth in m below which no vibration lasts at any speed in turning, and up to which amplitude in m that is known.
+
+    The least over every speed of the ``chart`` at rest and of the machine at each amplitude (m, ascending). A cut whose
+    force grows with a power q < 1 of the chip is weakest where the edge just leaves it (`touching_ratio`).
+    """
+    cutting = Cutting(**dict(machine.cutting or {}))
+    bent = min(1.0, touching_ratio(cutting.exponent)) if cutting.feed is not None else 1.0
+    least, known = chart.minimum_depth, 0.0
+    for size in amplitude.tolist():
+        in_time()
+        layer, held = frozen_lobes(machine, chart.speed, size, chart.method)
+        if np.any(held):
+            break
+        least, known = min(least, layer.minimum_depth), size
+    return (least * bent, known) if known else (np.inf, 0.0)
