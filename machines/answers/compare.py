@@ -12,9 +12,11 @@ from jointlib.errors import InputError
 from jointlib.io.atomic import given_target, write, write_text
 from jointlib.joint import Joint
 from jointlib.shown.pictures import axes_of, draw_magnitude, literal, name_curves, shades
+from jointlib.shown.progress import each
 from jointlib.shown.result import Columns, Shown
 
-from ..compare.side_by_side import Difference, Side, differences, sentence, side, there
+from ..compare.side_by_side import Difference, differences, sentence, side, there
+from ..compare.sides import Side
 from ..model.machine import Machine
 from ..report.figures.receptance_figure import Curve, Lobes, receptance_figure
 from ..study.findings.design_sides import design_sides
@@ -34,12 +36,12 @@ class Differences(Shown):
     @property
     def remarks(self) -> list[str]:
         """What could not be compared, and why."""
-        return [remark for each in self.sides for remark in each.remarks]
+        return [remark for one in self.sides for remark in one.remarks]
 
     @property
     def depths(self) -> list[str]:
         """How the lowest depths were found, a sentence, or one for each side where they were found differently."""
-        ways = [(each.name, each.depths) for each in self.sides if each.depths]
+        ways = [(one.name, one.depths) for one in self.sides if one.depths]
         if len({way for _, way in ways}) == 1:
             return [f"Depths are by {ways[0][1]}."]
         return [f"The depth of {name} is by {way}." for name, way in ways]
@@ -62,10 +64,10 @@ class Differences(Shown):
             axes.barh([literal(d.what) for d in both], [100 * (d.other / d.first - 1) for d in both])
             axes.set(xlabel="other against the first [%]", ylabel="what differs")
             return axes
-        for number, each in enumerate(self.sides):
-            for name, (f, H, _) in each.curves.items():
-                look = "--" if number else "-"
-                draw_magnitude(axes, f, H, linestyle=look, label=literal(f"{each.short}: {name}"))
+        for number, one in enumerate(self.sides):
+            for name, curve in one.curves.items():
+                look = {"linestyle": "--" if number else "-", "label": literal(f"{one.short}: {name}")}
+                draw_magnitude(axes, curve.frequency, curve.receptance, **look)
         axes.set(xlabel="frequency [Hz]", ylabel="|x/F| [µm/N]")
         name_curves(axes)
         return axes
@@ -110,7 +112,8 @@ def compare(
     if results is None:
         for path in (Path(one) for one in (first, *others) if not isinstance(one, Machine | Joint)):
             there(path)
-        sides = [side(one if isinstance(one, Machine | Joint) else Path(one), tool) for one in (first, *others)]
+        given = [one if isinstance(one, Machine | Joint) else Path(one) for one in (first, *others)]
+        sides = [side(one, tool) for one in each("compared", given, len(given))]
     elif isinstance(first, Machine | Joint):
         raise InputError("--results: expected the file of a study with it")
     else:
@@ -140,17 +143,17 @@ def _draw(path: Path, sides: Sequence[Side], plot: str) -> Path:
         (
             name,
             [
-                Curve(each.curves[name][0], each.curves[name][1], each.short, colour, style)
-                for each, colour, style in looks
-                if name in each.curves
+                Curve(own.frequency, own.receptance, one.short, colour, style)
+                for one, colour, style in looks
+                if (own := one.curves.get(name)) is not None
             ],
         )
         for name in sides[0].curves
     ]
     lobes = [
-        Lobes(each.limits.speed, each.limits.depth, each.limits.chatter_frequency, each.short, colour, style)
-        for each, colour, style in looks
-        if each.limits is not None
+        Lobes(limits.speed, limits.depth, limits.chatter_frequency, one.short + limits.short_of, colour, style)
+        for one, colour, style in looks
+        if (limits := one.limits) is not None
     ]
     figure = receptance_figure(panels, plot, lobes=lobes, png=path.suffix == ".png")
     if path.suffix == ".png":

@@ -12,7 +12,7 @@ from jointlib.arrays import Array, ComplexArray
 from ..loop.noise.deviation import FEWEST, local_errors
 from ..loop.records import LevelFRF
 
-_PROMINENT = np.log(np.sqrt(2.0))
+PROMINENT = np.log(np.sqrt(2.0))
 """By how much a peak of log|H| stands out of its surroundings: its half-power points belong to it."""
 _NOISE = 8.0
 """Deviations by which it does so too: the largest of thousands of noisy lines and the smallest lie seven apart."""
@@ -50,13 +50,14 @@ def resonances(frequency: Array, receptance: ComplexArray, deviation: Array | No
     where there are fewer; ``deviation`` (m/N) weighs them and gives the standard errors.
     """
     size = np.abs(receptance)
-    tops, _ = scipy.signal.find_peaks(np.log(np.maximum(size, 1e-300)), prominence=_PROMINENT)
+    tops, _ = scipy.signal.find_peaks(np.log(np.maximum(size, 1e-300)), prominence=PROMINENT)
     if deviation is not None:
         tops = tops[scipy.signal.peak_prominences(size, tops)[0] > _NOISE * deviation[tops]]
-    return tuple(_fitted(frequency, size, int(k), deviation) for k in tops)
+    return tuple(fitted(frequency, size, int(k), deviation) for k in tops)
 
 
-def _fitted(frequency: Array, size: Array, k: int, deviation: Array | None) -> Resonance:
+def fitted(frequency: Array, size: Array, k: int, deviation: Array | None = None) -> Resonance:
+    """The resonance of |x/F| (m/N) whose top is at the line k, see `resonances`."""
     low, high = _half_power(size, k)
     wide = high - low + 1 < _FEWEST
     low, high = (max(k - 2, 0), min(k + 2, len(size) - 1)) if wide else (low, high)
@@ -112,7 +113,7 @@ def at_the_peaks(frf: LevelFRF) -> Array:
     if frf.deviation_from != "neighbours" or len(out) < FEWEST:
         return out
     missed, size = local_errors(frf.frequency, frf.receptance)[0], np.abs(frf.receptance)
-    for k in scipy.signal.find_peaks(np.log(np.maximum(size, 1e-300)), prominence=_PROMINENT)[0]:
+    for k in scipy.signal.find_peaks(np.log(np.maximum(size, 1e-300)), prominence=PROMINENT)[0]:
         low, high = _half_power(size, int(k))
         reach = max(high - low + 1, _LOCAL) // 2
         part = slice(max(int(k) - reach, 0), int(k) + reach + 1)

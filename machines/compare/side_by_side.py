@@ -3,80 +3,34 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from jointlib import read_joint, read_measurement
-from jointlib.arrays import Array, ComplexArray
-from jointlib.errors import CheckFailed, InputError
+from jointlib.errors import InputError
 from jointlib.foreign.door import bytes_of, reason
 from jointlib.joint import Joint
 
-from ..cutting.amplitude.chattering_tool import tip_at_rest
-from ..cutting.amplitude.frozen_lobes import lobes_at_amplitude
 from ..files.opened import machine_of
 from ..loop.records import open_frfs
 from ..model.machine import Machine
 from ..model.named_files import read
-from ..tool.chatter_band import frequency_range
 from .comparison import paired, share
-from .measured_peaks import at_the_peaks, resonances
+from .computed_peaks import matched
+from .machine_side import of_machine
+from .measured_peaks import Resonance, at_the_peaks, resonances
+from .sides import Curve, Fact, Side
 
-_LINES = 3000
-_SPEEDS = 40
 _SURE = 2.0
 """Standard errors of a difference below which it is none."""
 _SAME, _LITTLE = 1e-6, 1e-3
 """Share by which numbers must differ: those that stand in a file or have an error, and computed ones without one."""
 _READ = {"m": (1e3, "mm"), "m/N": (1e6, "um/N")}
-
-
-@dataclass(frozen=True)
-class Fact:
-    """A number of one side, in SI, with its standard error; 0 where it has none."""
-
-    value: float
-    unit: str = ""
-    error: float = 0.0
-    samples: Array | None = None
-    """The same in samples of what is uncertain that both sides have in common."""
-
-
-@dataclass(frozen=True, eq=False)
-class Limits:
-    """Stability lobes, one entry a speed."""
-
-    speed: Array
-    """rpm."""
-    depth: Array
-    """m; inf where the cut is stable at any depth."""
-    chatter_frequency: Array
-    """Hz."""
-
-
-@dataclass(frozen=True, eq=False)
-class Side:
-    """What is known of one of the things compared."""
-
-    name: str
-    kind: str
-    facts: Mapping[str, Fact]
-    curves: Mapping[str, tuple[Array, ComplexArray, Array | None]] = field(default_factory=dict)
-    """Receptances in m/N over frequency in Hz, with their standard deviation where it is known."""
-    remarks: tuple[str, ...] = ()
-    """What could not be compared, and why."""
-    limits: Limits | None = None
-    depths: str = ""
-    """How its lowest depth was found, in words."""
-
-    @property
-    def short(self) -> str:
-        """The name without what is explained in brackets."""
-        return self.name.partition(" (")[0]
+_PARTLY = ", as far as it was looked for"
 
 
 @dataclass(frozen=True)
@@ -113,7 +67,7 @@ def side(path: Path | Machine | Joint, tool: str | None = None) -> Side:
     ``tool`` names which of several is in the machine.
     """
     if isinstance(path, Machine):
-        return _of_machine(path.where, machine_of(path, tool))
+        return of_machine(path.where, machine_of(path, tool))
     if tool is not None and (isinstance(path, Joint) or path.is_dir() or _kind(path) != "machine"):
         named = f"joint {path.name!r}" if isinstance(path, Joint) else path
         raise InputError(f"--tool: {named} is no machine, expected machines with several tools")
@@ -126,7 +80,7 @@ def side(path: Path | Machine | Joint, tool: str | None = None) -> Side:
     if kind == "joint":
         return _of_joint(str(path), read_joint(path))
     if kind == "machine":
-        return _of_machine(str(path), machine_of(path, tool))
+        return of_machine(str(path), machine_of(path, tool))
     if kind == "measurement":
         return _of_measurement(path)
     raise InputError(f"{path}: cannot be compared, expected a machine, a joint, a measurement or the folder of a run")
@@ -144,36 +98,6 @@ def _of_joint(called: str, joint: Joint) -> Side:
     return Side(called, "joint", facts)
 
 
-def _of_machine(name: str, machine: Machine) -> Side:
-    """Receptances of the tool at rest over the band of the file, and the lowest stable depth where it cuts."""
-    open_joints = [c.name for c in machine.connections if c.identify is not None]
-    if open_joints:
-        raise InputError(
-            f"{name}: {open_joints[0]} is to be identified; `jointlib run` does that, and its folder can be compared"
-        )
-    curves, facts, limits = receptances(machine), dict[str, Fact](), None
-    if machine.cutting is not None and machine.cutting.get("speed") is not None:
-        slowest, fastest = machine.cutting["speed"]
-        try:
-            chart = lobes_at_amplitude(machine, np.linspace(slowest, fastest, _SPEEDS), 0.0)
-        except (CheckFailed, InputError) as refused:
-            return Side(name, "machine", {}, curves, (f"{name}: depths are not compared: {refused}",))
-        facts["lowest stable depth"] = Fact(chart.minimum_depth, "m")
-        facts["chatter there"] = Fact(chart.minimum_frequency, "Hz")
-        limits = Limits(chart.speed, chart.depth, chart.chatter_frequency)
-    depths = "" if limits is None else f"{chart.method}, at {_SPEEDS} speeds from {slowest:g} to {fastest:g} rpm"
-    return Side(name, "machine", facts, curves, limits=limits, depths=depths)
-
-
-def receptances(machine: Machine) -> dict[str, tuple[Array, ComplexArray, Array | None]]:
-    """Those of its tool at rest over the band of its file, or of its modes; none without a tool."""
-    if not machine.tool:
-        return {}
-    lines = np.linspace(*frequency_range(machine), _LINES)
-    H = tip_at_rest(machine, lines)(lines)
-    return {f"tool {axis}": (lines, H[:, i, i], None) for i, axis in enumerate(machine.tool_axes)}
-
-
 def _of_measurement(path: Path) -> Side:
     measurement = read_measurement(path)
     if measurement.kind != "frf":
@@ -183,7 +107,8 @@ def _of_measurement(path: Path) -> Side:
         )
     records = open_frfs(measurement, measurement.records)
     curves = {
-        f"{r.response} for {r.force:g} N on {r.drive}": (r.frequency, r.receptance, at_the_peaks(r)) for r in records
+        f"{r.response} for {r.force:g} N on {r.drive}": Curve(r.frequency, r.receptance, at_the_peaks(r))
+        for r in records
     }
     return Side(str(path), "measurement", {}, curves)
 
@@ -224,9 +149,10 @@ def differences(first: Side, other: Side) -> tuple[Difference, ...]:
     if first.kind != other.kind:
         raise InputError(f"{other.name} is a {other.kind}, {first.name} a {first.kind}: expected two of a kind")
     found, least = [], _SAME if first.kind == "joint" else _LITTLE
-    for name in dict.fromkeys([*first.facts, *other.facts]):
-        a, b = first.facts.get(name), other.facts.get(name)
+    for key in dict.fromkeys([*first.facts, *other.facts]):
+        a, b = first.facts.get(key), other.facts.get(key)
         unit = (a or b or Fact(0.0)).unit
+        name = key + _PARTLY if any(fact is not None and fact.partly for fact in (a, b)) else key
         if a is None or b is None:
             x, y = (np.nan if f is None else f.value for f in (a, b))
             found.append(Difference(name, unit, x, y, other.name))
@@ -253,10 +179,17 @@ def _differ(a: Fact, b: Fact, least: float = _LITTLE) -> bool:
     return not abs(b.value - a.value) <= max(_SURE * spread, floor)
 
 
-def _of_resonances(name: str, a: Any, b: Any, against: str) -> list[Difference]:
+def _pairs(a: Curve, b: Curve) -> Iterable[tuple[Resonance | None, Resonance | None]]:
+    """The resonances of two receptances that are one and the same, or that one of them lacks."""
+    if a.tops is not None and b.tops is not None:
+        return matched(a.tops, b.tops)
+    read = (resonances(curve.frequency, curve.receptance, curve.deviation) for curve in (a, b))
+    return [(pair.measured, pair.predicted) for pair in paired(*read)]
+
+
+def _of_resonances(name: str, a: Curve, b: Curve, against: str) -> list[Difference]:
     found = []
-    for pair in paired(resonances(*a), resonances(*b)):
-        p, q = pair.measured, pair.predicted
+    for p, q in _pairs(a, b):
         if p is None or q is None:
             only = p or q
             assert only is not None
@@ -277,11 +210,11 @@ def _of_resonances(name: str, a: Any, b: Any, against: str) -> list[Difference]:
 
 
 def as_told(difference: Difference) -> tuple[str, str, str, str, str]:
-    """A row of it in the units in which such numbers are read: mm of depth, µm/N, % of damping."""
+    """A row of it in the units in which such numbers are read, mm of depth, µm/N, % of damping, with digits known."""
     unit = difference.unit
     factor, word = (100.0, "%") if unit == "" and difference.what.endswith("damping") else _READ.get(unit, (1.0, unit))
-    values = (f"{factor * x:.6g}" if x == x else "–" for x in (difference.first, difference.other))
-    first, other = values
+    digits = 4 if difference.what.endswith(_PARTLY) or word == "%" else 6
+    first, other = (f"{factor * x:.{digits}g}" if x == x else "–" for x in (difference.first, difference.other))
     return difference.what, first, other, word or "–", difference.against
 
 

@@ -87,7 +87,7 @@ def _peaks(result: Response, force: float, branches: Sequence[Branch], output: s
         own = branches[owner[k]]
         frequency, compliance = _top(own.frequency, np.abs(own.output[:, o]) / force, int(place[k]))
         name = result.connections[mover[k]] if mover[k] >= 0 else ""
-        damping = _damping(lines, size, int(k), frequency, compliance)
+        damping = half_power_damping(lines, size, int(k), frequency, compliance)
         yield ToolPeak(
             force, result.drive, output, frequency, compliance, damping, name, *map(float, (error[k], held[k]))
         )
@@ -121,8 +121,11 @@ def _top(lines: Array, size: Array, k: int) -> tuple[float, float]:
     return float(f[1] + shift), lowest**-0.5
 
 
-def _damping(lines: Array, size: Array, k: int, frequency: float, compliance: float) -> float:
-    """ζ of one mode: its half-power points r² = 1 − 2ζ² ± 2ζ√(1 − ζ²) give tan 2θ with ζ = sin θ."""
+def half_power_damping(lines: Array, size: Array, k: int, frequency: float, compliance: float) -> float:
+    """ζ of one mode with its top at the line k, nan where nothing tells it.
+
+    Its half-power points r² = 1 − 2ζ² ± 2ζ√(1 − ζ²) give tan 2θ with ζ = sin θ.
+    """
     ends = []
     for step in (-1, 1):
         i = k

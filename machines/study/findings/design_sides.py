@@ -11,7 +11,8 @@ import numpy as np
 from jointlib.errors import CheckFailed, InputError
 from jointlib.joint import Joint
 
-from ...compare.side_by_side import Fact, Limits, Side, receptances
+from ...compare.machine_side import receptances
+from ...compare.sides import Fact, Limits, Side
 from ...cutting.amplitude.frozen_lobes import lobes_at_amplitude
 from ...cutting.rest.together import preview
 from ...model.joint_places import changed_joints
