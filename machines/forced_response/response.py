@@ -28,6 +28,7 @@ from ..stability.labels import held_means, with_errors, with_held_forces
 from ..stability.perturbations import labelled, nothing_stable, of_peaks, with_stability
 from ..statics.statics import static_point
 from ..tool.chatter_band import chatter_band, frequency_range
+from ..tool.tool_model import around
 from .consistency import unmoved
 from .methods import AmplitudeMap, ArcLength, Newton, in_one_harmonic
 
@@ -242,6 +243,14 @@ def _forces(machine: Machine, force: float | Sequence[float] | None) -> Array:
     return np.array(checked)
 
 
+def _own_modes(machine: Machine) -> Array:
+    """Lines in Hz round the modes of a tool without a joint, of which no peak of a joint tells."""
+    if machine.flexible or not machine.tool:
+        return np.zeros(0)
+    model = chatter_band(machine).model
+    return np.zeros(0) if model is None else around(model.poles) / (2 * np.pi)
+
+
 def _lines(machine: Machine, frequency: Sequence[float] | Array | None, points: int) -> tuple[Array, bool]:
     """The lines in Hz, and whether more may be added."""
     given = frequency_range(machine) if frequency is None else frequency
@@ -250,7 +259,9 @@ def _lines(machine: Machine, frequency: Sequence[float] | Array | None, points: 
         low, high = checked_range(values.tolist(), "response")
         if points < 2:
             raise InputError(f"response: points is {points}, expected at least 2")
-        return np.linspace(low, high, points), True
+        lines = np.linspace(low, high, points)
+        near = _own_modes(machine)
+        return np.union1d(lines, near[(near > low) & (near < high)]), True
     if values.ndim != 1 or len(values) == 0 or not np.all(np.isfinite(values)):
         raise InputError("response: frequency must be [low, high] or ascending lines in Hz, finite")
     if values[0] <= 0 or np.any(np.diff(values) <= 0):

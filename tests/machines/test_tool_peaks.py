@@ -55,6 +55,25 @@ def test_overlapping_modes_have_no_half_power_width(tmp_path: Path) -> None:
     assert all(np.isnan(peak.damping_ratio) for peak in peaks)
 
 
+def test_close_modes_of_a_tool_without_joints_are_told_one_by_one(tmp_path: Path) -> None:
+    """1.4 Hz apart under lines of 5 Hz: a peak each, as high as the sum of the modes is there."""
+    path = tmp_path / "close.toml"
+    path.write_text(
+        'schema = "jointlib/machine/1"\n[[component]]\nname = "cutter"\nkind = "modal"\ndofs = ["x"]\n'
+        "frequency = [104.9, 106.3, 846.6]\ndamping_ratio = [0.002, 0.003, 0.003]\nmodal_mass = [20.0, 25.0, 1.0]\n"
+        'shapes = [[1.0, 1.0, 1.0]]\n[tool]\nx = "cutter.x"\n'
+    )
+    f, zeta = np.array([104.9, 106.3, 846.6]), np.array([0.002, 0.003, 0.003])
+    stiffness = np.array([20.0, 25.0, 1.0]) * (2 * np.pi * f) ** 2
+    peaks = tool_peaks(response(read_machine(path), 10.0, [20.0, 3000.0]))
+    assert [round(peak.frequency) for peak in peaks] == [105, 106, 847]
+    for peak in peaks:
+        fine = peak.frequency * (1 + np.linspace(-2e-3, 2e-3, 4001))
+        r = fine[:, None] / f
+        top = np.max(np.abs(np.sum(1 / stiffness / (1 - r**2 + 2j * zeta * r), axis=1)))
+        assert peak.compliance == pytest.approx(top, rel=5e-3)
+
+
 def test_small_peaks_are_counted_and_not_listed() -> None:
     machine = read_machine(LIBRARY / "two_mass.toml")
     peaks = tool_peaks(response(machine, [10.0]))
