@@ -36,6 +36,8 @@ def rate_of_times(time: Array, what: str) -> float:
 
 
 def rounded_rate(rate: float) -> float:
-    """The whole number of Hz that a rate is but for the digits of its step, else the rate."""
+    """The whole number of Hz that a rate is but for the digits of its step, else the rate; `InputError` without end."""
+    if not np.isfinite(rate):
+        raise InputError(f"the sample rate is {rate:g} Hz, expected a number of samples a second that has an end")
     whole = round(rate)
     return float(whole) if whole and abs(rate / whole - 1) < _SNAP else float(f"{rate:.9g}")
