@@ -11,9 +11,11 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from jointlib.io.joint_file import read_joint
 from jointlib.shown.progress import Silent
 from machines import lobes_at_amplitude, lobes_over_range, read_machine
 from machines.answers.told.lobes_preview import previewed
+from machines.cutting.amplitude import charts_by_amplitude
 from machines.cutting.amplitude import lobes_over_range as lowest
 from machines.cutting.process.chart import BY_SPEED
 from machines.verbs.lobes import command
@@ -125,3 +127,15 @@ def test_a_recommendation_from_a_chart_cut_short_says_so() -> None:
     said = CliRunner().invoke(command, [str(LIBRARY / "two_mode_tool.toml"), "--budget", "60 s"])
     (line,) = [line for line in said.stdout.splitlines() if line.startswith("recommended: ")]
     assert re.search(r", \d+ of 200 speeds, time was up$", line)
+
+
+def test_a_chart_at_an_amplitude_ends_with_its_budget_where_very_many_joints_make_it_dear(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(charts_by_amplitude, "too_many", lambda machine: 50)
+    machine = read_machine(LIBRARY / "guide_mill.toml").with_joint("guide", read_joint(LIBRARY / "guide.joint.toml"))
+    speeds = np.linspace(9000.0, 12000.0, 40)
+    (chart,) = charts_by_amplitude.charts_by_amplitude(machine, speeds, (5e-6,), None, 1e-3)
+    assert "Time was up after 0.001 s: 1 of 40 speeds are computed at every amplitude" in " ".join(chart.warnings)
+    assert len(chart.left_out) == 39
+    assert chart.depth == lobes_at_amplitude(machine, chart.speed, 5e-6).depth

@@ -14,6 +14,7 @@ from jointlib.errors import CheckFailed
 from ...harmonic_balance.assembly import Assembly
 from ...model.machine import Machine
 from ...model.spindle_speed import depends_on_speed
+from ..forced.forced_vibration import too_many
 from ..process.chart import BY_SPEED, StabilityLobes, joined
 from .frozen_lobes import lobes_at_amplitude
 from .lobes_over_range import farthest, lobes_over_range, without
@@ -25,12 +26,15 @@ def charts_by_amplitude(
     """A chart an amplitude (m), all of them at the same speeds (rpm).
 
     At rest over a range, which has a ``budget`` (s), what dips between the speeds is looked for; other amplitudes take
-    the same speeds. A nonlinear machine that is another at every speed costs a frozen receptance a speed and amplitude:
-    the charts then share the budget and have the speeds that were reached at all amplitudes.
+    the same speeds. A nonlinear machine that is another at every speed costs a frozen receptance a speed and amplitude,
+    one of very many nonlinear joints many seconds a speed in milling: the charts then share the budget and have the
+    speeds that were reached at all amplitudes.
     """
     at_rest = [A for A in amplitude if not A][:1]
     vibrating = tuple(A for A in amplitude if A)
-    dear = bool(vibrating) and depends_on_speed(machine) and Assembly(machine, (), ()).nonlinear
+    dear = bool(vibrating and Assembly(machine, (), ()).nonlinear) and (
+        depends_on_speed(machine) or _speed_by_speed(machine, method)
+    )
     begun, found = time.monotonic(), {}
     if at_rest and budget is not None:
         share = budget / len(amplitude) if dear else budget
@@ -46,6 +50,12 @@ def charts_by_amplitude(
         found |= {A: lobes_at_amplitude(machine, speed, A, method) for A in vibrating}
     left_out = tuple(sorted({rpm for chart in found.values() for rpm in chart.left_out}))
     return [replace(found[A], left_out=left_out) for A in amplitude]
+
+
+def _speed_by_speed(machine: Machine, method: str | None) -> bool:
+    """Whether a chart at an amplitude costs by its speeds, and much."""
+    milling = (machine.cutting or {}).get("process") == "milling"
+    return milling and method != "zero-order" and bool(too_many(machine))
 
 
 def within_budget(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -31,6 +32,8 @@ _LINE_BY_LINE = (
 )
 
 _OWN_SPEED = "Every speed is computed with the machine as it is at that speed."
+_table = lru_cache(maxsize=4)(wide_receptance)
+"""For those who ask for a few amplitudes speed by speed."""
 
 
 def lobes_at_amplitude(
@@ -136,7 +139,7 @@ def _frozen(
         and method != "zero-order"
         and (amplitude > 0 or (method == "collocation" and exact is None))
     ):
-        table = wide_receptance(machine, amplitude, points)
+        table = _table(machine, amplitude, points)
         chart, held = developed_lobes(machine, cutting, speed, amplitude, method, table)
         return _within(chart, machine, band), held
     if amplitude == 0:
