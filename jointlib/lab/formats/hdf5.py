@@ -9,6 +9,7 @@ import numpy as np
 
 from jointlib.foreign.door import foreign
 from jointlib.foreign.memory import refuse_beyond
+from jointlib.foreign.tried import tried
 from jointlib.lab.lab_file import LabFile, columns_of, needed
 
 _UNITS = ("unit", "units", "Unit", "Units", "unit_string", "EngineeringUnit")
@@ -38,5 +39,6 @@ def read_hdf5(path: Path) -> LabFile:
             visit("", file)
             file.visititems(visit)
 
+    tried(path, "an HDF5 file", read)
     foreign(path, "an HDF5 file", read)
     return LabFile(path, columns_of(arrays, units))
