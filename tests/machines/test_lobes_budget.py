@@ -132,7 +132,7 @@ def test_a_recommendation_from_a_chart_cut_short_says_so() -> None:
 def test_a_chart_at_an_amplitude_ends_with_its_budget_where_very_many_joints_make_it_dear(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(charts_by_amplitude, "too_many", lambda machine: 50)
+    monkeypatch.setattr(charts_by_amplitude, "_MANY", 0)
     machine = read_machine(LIBRARY / "guide_mill.toml").with_joint("guide", read_joint(LIBRARY / "guide.joint.toml"))
     speeds = np.linspace(9000.0, 12000.0, 40)
     (chart,) = charts_by_amplitude.charts_by_amplitude(machine, speeds, (5e-6,), None, 1e-3)

@@ -14,10 +14,12 @@ from jointlib.errors import CheckFailed
 from ...harmonic_balance.assembly import Assembly
 from ...model.machine import Machine
 from ...model.spindle_speed import depends_on_speed
-from ..forced.forced_vibration import too_many
 from ..process.chart import BY_SPEED, StabilityLobes, joined
 from .frozen_lobes import lobes_at_amplitude
 from .lobes_over_range import farthest, lobes_over_range, without
+
+_MANY = 12
+"""Joints that depend on amplitude beyond which a speed takes many seconds in milling."""
 
 
 def charts_by_amplitude(
@@ -32,9 +34,8 @@ def charts_by_amplitude(
     """
     at_rest = [A for A in amplitude if not A][:1]
     vibrating = tuple(A for A in amplitude if A)
-    dear = bool(vibrating and Assembly(machine, (), ()).nonlinear) and (
-        depends_on_speed(machine) or _speed_by_speed(machine, method)
-    )
+    bent = len(Assembly(machine, (), ()).nonlinear) if vibrating else 0
+    dear = bent > 0 and (depends_on_speed(machine) or (bent > _MANY and _speed_by_speed(machine, method)))
     begun, found = time.monotonic(), {}
     if at_rest and budget is not None:
         share = budget / len(amplitude) if dear else budget
@@ -53,9 +54,8 @@ def charts_by_amplitude(
 
 
 def _speed_by_speed(machine: Machine, method: str | None) -> bool:
-    """Whether a chart at an amplitude costs by its speeds, and much."""
-    milling = (machine.cutting or {}).get("process") == "milling"
-    return milling and method != "zero-order" and bool(too_many(machine))
+    """Whether a chart at an amplitude costs by its speeds."""
+    return (machine.cutting or {}).get("process") == "milling" and method != "zero-order"
 
 
 def within_budget(
