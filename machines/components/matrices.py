@@ -149,7 +149,7 @@ class Matrices(Component):
         M, K = (_small(T, matrix) for matrix in (self.mass, self.stiffness))
         for key, matrix in (("mass", M), ("stiffness", K)):
             checked_square(self._where, key, matrix, len(M))
-        own = np.sqrt(np.diag(M))
+        own = np.sqrt(np.maximum(np.diag(M), 0.0))
         if not np.all(own > 0) or not np.linalg.eigvalsh(M / own / own[:, None])[0] > 1e-13:
             raise InputError(f"{self._where}: mass is singular, expected every row to carry a mass")
         if self.damping is not None:

@@ -142,7 +142,7 @@ def wrong_modes(machine: Machine) -> Iterator[str]:
         assert part.modal_mass is not None
         size = np.max(np.abs(part.shapes), axis=0)
         for f, m, s in zip(part.frequency[flexible], part.modal_mass[flexible], size[flexible], strict=True):
-            with np.errstate(over="ignore"):
+            with np.errstate(over="ignore", divide="ignore"):
                 stiffness = float(m * (2 * np.pi * f) ** 2 / s**2) if s > 0 else np.inf
             if np.isfinite(stiffness):
                 what = f"{part.name}: the stiffness of its mode at {f:g} Hz, modal_mass·ω² at its largest shape,"
