@@ -185,11 +185,15 @@ def over_the_range(
             for key in BY_SPEED:
                 known[key] = np.concatenate([known[key], getattr(more, key).ravel()])[order]
 
-    for _ in range(_CLOSER if hurried else 0):
-        closer = _beside(known, _AS_LOW)
-        if not len(closer):
-            break
-        join(closer)
+    def close_in(near: float) -> None:
+        for _ in range(_CLOSER):
+            closer = _beside(known, near)
+            if not len(closer):
+                break
+            join(closer)
+
+    if hurried:
+        close_in(_AS_LOW)
     # Of a mean cut no chatter doubles the period of the teeth: its lobes are alike, and are met by that.
     mean = chart.method in ("turning", "zero-order")
     for _ in range(0 if mean else _HALVINGS):
@@ -200,11 +204,7 @@ def over_the_range(
     again = _alike(known, chart.cuts_per_revolution, mean)
     if len(again):
         join(again)
-    for _ in range(_CLOSER):
-        closer = _beside(known, _AS_LOW if mean else _NEAR)
-        if not len(closer):
-            break
-        join(closer)
+    close_in(_AS_LOW if mean else _NEAR)
     kept = np.isin(known["speed"], grid) | _hidden(known, grid) | every
     values = {key: known[key][kept] for key in BY_SPEED}
     row = int(np.argmin(known["depth"]))
