@@ -244,10 +244,13 @@ def _forces(machine: Machine, force: float | Sequence[float] | None) -> Array:
 
 
 def _own_modes(machine: Machine) -> Array:
-    """Lines in Hz round the modes of a tool without a joint, of which no peak of a joint tells."""
+    """Lines in Hz round the modes of a tool without a joint, of which no peak of a joint tells; none without modes."""
     if machine.flexible or not machine.tool:
         return np.zeros(0)
-    model = chatter_band(machine).model
+    try:
+        model = chatter_band(machine).model
+    except InputError:
+        model = None
     return np.zeros(0) if model is None else around(model.poles) / (2 * np.pi)
 
 

@@ -74,6 +74,17 @@ def test_close_modes_of_a_tool_without_joints_are_told_one_by_one(tmp_path: Path
         assert peak.compliance == pytest.approx(top, rel=5e-3)
 
 
+def test_a_mass_without_a_mode_has_its_response(tmp_path: Path) -> None:
+    path = tmp_path / "mass.toml"
+    path.write_text(
+        'schema = "jointlib/machine/1"\n[[component]]\nname = "cutter"\nkind = "lumped"\ndofs = ["x"]\n'
+        'mass = [[2.0]]\n[tool]\nx = "cutter.x"\n'
+    )
+    (frf,) = response(read_machine(path), 10.0, [100.0, 900.0]).frfs
+    inertia = -1 / (2.0 * (2 * np.pi * frf.frequency) ** 2)
+    np.testing.assert_allclose(frf.receptance[:, 0, 0], inertia, rtol=1e-9)
+
+
 def test_small_peaks_are_counted_and_not_listed() -> None:
     machine = read_machine(LIBRARY / "two_mass.toml")
     peaks = tool_peaks(response(machine, [10.0]))
