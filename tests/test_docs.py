@@ -433,7 +433,7 @@ def test_the_files_of_a_run_are_those_that_the_program_names() -> None:
             assert name.removeprefix("guide") in program, name
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_example_of_a_third_party_package_is_found_and_holds(tmp_path: Path) -> None:
     """The package of docs/extend.md, installed as pip would leave it, in a process of its own."""
     for block in blocks("extend.md"):

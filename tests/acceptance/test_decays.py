@@ -7,12 +7,12 @@ from decay_records import Case
 from decay_table import in_set, named, run
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_nothing_is_named_in_a_decay_where_nothing_is_hidden() -> None:
     assert run(Case((), 1, 40, 0))["verdict"] == "nothing_missing"
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_quadratic_damping_is_named_from_its_decay() -> None:
     row = run(Case(("quadratic-damping",), 1, 60, 0))
     assert in_set(row), row

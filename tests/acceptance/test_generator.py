@@ -112,7 +112,7 @@ def test_an_adaptive_integrator_stays_on_the_periodic_motion() -> None:
     np.testing.assert_allclose(y.y[0], m.z[0, :until], atol=1e-7 * np.abs(m.z).max())
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_both_ways_lead_to_one_motion() -> None:
     rig = cubic_rig(0.05 * RIG.stiffness / (3e-6) ** 2)
     equation = Equation(rig, drive_of(600.0), 1 / (8 * RATE))

@@ -49,7 +49,7 @@ def settled(s: Structure, omega: float, force: float, periods: float, start: Arr
     return complex(2 / 512 * (s.drive @ y.y[:n]) @ np.exp(-2j * np.pi * np.arange(512) / 512))
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [pytest.param(CHAIN, marks=pytest.mark.slow), ROCKING])
 def test_an_adaptive_integrator_settles_to_the_same_motion(seed: int) -> None:
     case = few(draw(seed), 5, 1)
@@ -77,7 +77,7 @@ def test_where_nothing_is_altered_receptance_coupling_agrees_within_its_own_esti
         assert np.all(apart < 3 * branch.error + 1e-4), float(np.max(apart / (branch.error + 1e-5)))
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_an_alteration_changes_the_responses_by_more_than_the_noise() -> None:
     for seed in range(6):
         case = draw(seed)
@@ -115,7 +115,7 @@ def test_stuck_sliders_are_springs() -> None:
     assert term.carried(z, at) == pytest.approx(at)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_hardening_oscillator_keeps_its_branch_up_to_the_jump() -> None:
     # One mass whose spring hardens: a sweep up stays on the upper branch and falls once.
     m, k, c, k3 = 10.0, 1e7, 200.0, 3e16
@@ -149,7 +149,7 @@ def test_files_are_read_and_their_noise_is_what_was_added(tmp_path: Path) -> Non
     assert share == pytest.approx(0.01, rel=0.15)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_steps_are_fine_enough(monkeypatch: pytest.MonkeyPatch) -> None:
     case = few(draw(ROCKING), 6, 1)
     coarse = measure(case).exact

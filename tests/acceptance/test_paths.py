@@ -14,7 +14,7 @@ FEW = [
 NULLS = [c for c in cases(range(3)) if not c.effects]
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.parametrize("case", FEW, ids=lambda case: case.name)
 def test_two_effects_of_like_size_are_named_together(case: Case) -> None:
     row = run(case)

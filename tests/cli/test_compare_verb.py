@@ -46,7 +46,7 @@ def test_machines_differ_in_resonance_and_depth(lathe: str) -> None:
     assert Path("both.svg").read_text().startswith("<svg")
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_machines_are_compared_with_the_tool_that_is_asked_for(lathe: str) -> None:
     text = (LIBRARY / "two_mode_tool.toml").read_text()
     tools = '[tool.low]\nx = "cutter.x"\n\n[tool.both]\nx = "cutter.x"\ny = "cutter.y"\n'

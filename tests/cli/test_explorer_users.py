@@ -49,7 +49,7 @@ def _drawn(user: User, share: float) -> list[Any]:
     return seen
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_fifty_users_at_once_each_get_their_own(site: Site, tmp_path: Path) -> None:
     shares = [i / USERS for i in range(USERS)]
     found: dict[float, list[Any]] = {}
@@ -121,7 +121,7 @@ def _half(site: Site, count: int) -> list[socket.socket]:
     return held
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_slow_clients_hold_up_nobody_and_are_let_go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     package("dash")
     monkeypatch.setattr("machines.explore.server.PATIENCE", 2.0)

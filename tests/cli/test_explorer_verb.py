@@ -21,7 +21,7 @@ from tools import package
 MACHINE = "machines/library/two_mass.toml"
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_example_runs_until_ctrl_c_and_ends_without_a_word_of_failure(here: Path) -> None:
     package("dash")
     (shown,) = examples("explore")

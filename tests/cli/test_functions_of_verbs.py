@@ -186,7 +186,7 @@ def test_lobes_are_what_the_verb_prints(here: Path) -> None:
     assert printed.splitlines() == found.lines
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_modes_are_what_the_verb_prints(here: Path) -> None:
     found = machines.modes(LIBRARY / "lathe.toml", all=True)
     same(found.as_json(), f"modes {LIBRARY / 'lathe.toml'} --all")

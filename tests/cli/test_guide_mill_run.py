@@ -21,7 +21,7 @@ from jointlib import read_joint
 from jointlib.describing import DescribingFunction
 from machines import lobes_at_amplitude, read_machine, response
 
-pytestmark = pytest.mark.thorough
+pytestmark = pytest.mark.slow
 VERDICTS = {"identified", "ambiguous", "partial", "unexplained", "nothing_missing"}
 
 

@@ -33,7 +33,7 @@ def load(path: Path) -> None:
         assert path.read_text().rstrip().endswith("</html>"), path
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="signals are sent as on POSIX")
 @pytest.mark.parametrize(
     ("machine", "moment"), [("guide_mill", "tracing"), ("two_mode_tool", "forced response"), ("guide_mill", "")]

@@ -114,7 +114,7 @@ def test_one_amplitude_and_one_speed_keep_their_axes(here: Path) -> None:
     assert len(data["speed"]) == len(data["amplitude"]) == 1
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_without_speeds_the_lobes_span_the_range_of_the_file(here: Path) -> None:
     data = jointlib(f"lobes {TOOL} --json -o chart.npz").json
     assert (data["speed"][0], data["speed"][-1], len(data["depth"])) == (4000.0, 25000.0, len(data["speed"]))

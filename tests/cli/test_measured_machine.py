@@ -27,7 +27,7 @@ frequency = [60, 1400]
 )
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_measured_part_is_told_and_left_out_of_the_check(tmp_path: Path) -> None:
     files(tmp_path)
     machine = tmp_path / "m.toml"

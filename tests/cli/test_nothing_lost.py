@@ -165,7 +165,7 @@ def test_a_disk_that_fills_up_ends_in_a_sentence_and_leaves_nothing_half_written
     whole(here)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_working_folder_that_is_gone_gets_a_sentence(tmp_path: Path) -> None:
     code = "import os, sys; os.mkdir('gone'); os.chdir('gone'); os.rmdir('../gone'); " + MAIN
     for words in (["inspect", "a.toml"], ["new", "machine", "-o", "a.toml"], ["run", "a.toml", "-o", "out"]):

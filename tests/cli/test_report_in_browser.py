@@ -38,7 +38,7 @@ samples = 3
 """
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_page_of_a_study_answers_every_question(browser: str, here: Path) -> None:
     Path("s.study.toml").write_text(STUDY)
     done = jointlib("study run s.study.toml -o out --workers 1 --json")

@@ -104,7 +104,7 @@ def test_a_joint_that_cannot_be_identified_leaves_the_others(lathe: str) -> None
         assert said in text, said
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_chart_that_fails_leaves_the_others_and_is_told_beside_the_recommendation(
     forced: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -128,7 +128,7 @@ def test_a_chart_that_fails_leaves_the_others_and_is_told_beside_the_recommendat
     assert Path("out/guide.fmu").is_file()
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_without_the_first_chart_nothing_is_recommended(forced: str, monkeypatch: pytest.MonkeyPatch) -> None:
     def guarded(*_: Any) -> Any:
         raise InputError("refused")
@@ -140,7 +140,7 @@ def test_without_the_first_chart_nothing_is_recommended(forced: str, monkeypatch
     assert done.out.startswith("No speed and depth are recommended: the limits at vanishing vibration are not known.")
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_what_nobody_expected_ends_no_run_and_says_where_it_arose(forced: str, monkeypatch: pytest.MonkeyPatch) -> None:
     def broken(*_: Any, **__: Any) -> Any:
         raise ZeroDivisionError("division by zero")

@@ -84,7 +84,7 @@ def test_the_table_of_tools_shows_the_same_digits(both: Path) -> None:
         assert f"recommended: {speed} rpm, {depth} mm," in alone
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_picture_has_a_curve_for_every_tool(both: Path, tmp_path: Path) -> None:
     one = told("lobes", str(both), "--tool", "short", "--method", "zero-order", "-o", str(tmp_path / "one.svg"))
     shown("lobes", str(both), "--method", "zero-order", "-o", str(tmp_path / "both.svg"))

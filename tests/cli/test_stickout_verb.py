@@ -45,7 +45,7 @@ speed = [6000, 24000]
 WORDS = "stickout mill.toml --between 62mm 76mm --speed 15000 --method zero-order"
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_pocket_lies_where_a_mode_is_met_by_a_multiple_of_the_teeth(here: Path) -> None:
     Path("mill.toml").write_text(MILL)
     data = jointlib(f"{WORDS} --count 9 --json").json

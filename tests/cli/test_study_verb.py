@@ -60,7 +60,7 @@ def one(tmp_path_factory: pytest.TempPathFactory) -> Left:
         return Left(command, jointlib(command), folder / "one")
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_study_ends_with_its_best_configuration(one: Left) -> None:
     assert one.done.status == 0
     data = one.done.json
@@ -75,7 +75,7 @@ def test_a_study_ends_with_its_best_configuration(one: Left) -> None:
     assert again.json == data
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_parts_processes_and_one_process_leave_the_same_bytes(study: Path, one: Left) -> None:
     halves = [jointlib(f"study run {study} -o parts --workers 1 --shard {k}/2 --json") for k in (2, 1)]
     assert [h.json["done"] for h in halves] == [32, 64]
@@ -272,7 +272,7 @@ def test_a_stranger_at_the_address_of_the_scheduler_is_told(study: Path, monkeyp
     assert "does not answer (nothing in 1 s), expected a Dask scheduler" in done.err
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="process groups are those of POSIX systems")
 @pytest.mark.parametrize("after", [0.0, 1.0])
 def test_ctrl_c_ends_command_and_workers_without_a_traceback(study: Path, after: float) -> None:

@@ -65,7 +65,7 @@ def test_the_blank_coupled_again_gives_the_measurement_back(end: Path) -> None:
         assert np.mean(off < 3) > 0.99
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_machine_with_it_has_a_response_modes_and_lobes(end: Path) -> None:
     Path("mill.toml").write_text(
         MILL + '[cutting]\nprocess = "milling"\nteeth = 3\ntangential = 8e8\nnormal = 2e8\nmode = "down"\n'
@@ -94,7 +94,7 @@ def test_a_tool_is_coupled_through_a_joint_too(end: Path) -> None:
     assert np.all(found[1] > 1.5 * np.abs(rigid))
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_same_input_gives_the_same_bytes(end: Path) -> None:
     first = end.read_bytes(), end.with_name("end.npz").read_bytes()
     jointlib(f"uncouple {BAR} --remove {BLANK} -o end.component.toml")
@@ -189,7 +189,7 @@ at = "45 mm"
 HOLDER = '[[section]]\nlength = "20 mm"\ndiameter = "50 mm"\n[joint]\nstiffness = 1e8\nrotation = 1e4\n'
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_tool_file_is_a_blank_as_well(end: Path) -> None:
     variant("bar.tool.toml", TOOL)
     done = jointlib(f"uncouple {BAR} --remove bar.tool.toml -o by_tool.component.toml")

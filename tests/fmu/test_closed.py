@@ -239,7 +239,7 @@ def test_the_error_of_fixed_steps_bounds_what_finer_ones_change() -> None:
     assert np.max(changed / np.max(np.abs(fine), axis=0)) > 1e-9
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "law", [BRISTLE, BoucWen(4e7, 36.0, 2.0, 0.5), Maxwell(5e7, 2e3)], ids=lambda law: str(law.kind)
 )
@@ -249,7 +249,7 @@ def test_a_stiff_machine_with_a_law_that_is_integrated_repeats_its_run(law: Join
     assert verify_fmu(export_fmu(machine, tmp_path / "a.fmu").file).difference < 5e-5
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_stiff_machine_has_no_explicit_steps_and_repeats_its_run(tmp_path: Path) -> None:
     """A base of 700 kHz: explicit steps would be bound by it."""
     system = system_of_machine(STIFF)

@@ -159,7 +159,7 @@ def test_the_page_gives_each_parameter_with_its_error_and_where_the_joint_holds(
     assert "<script" not in page
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_what_importers_need_is_in_the_archive_and_a_date_only_where_it_is_set(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -202,7 +202,7 @@ def test_forces_of_a_machine_may_go_on_within_a_step_and_motions_of_a_joint_are_
         assert asked == ({s.name for s in system.inputs} if told == "true" else set())
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @one_version
 def test_flat_names_are_identifiers_and_compute_the_same(fmi: int, tmp_path: Path) -> None:
     require("cc")

@@ -270,7 +270,7 @@ def test_steady_vibration_under_a_sine_has_the_amplitude_of_harmonic_balance(
     assert found == pytest.approx(peak.amplitude, rel=5e-3)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @both_versions
 def test_saved_state_repeats_the_run_bit_for_bit(fmi: int) -> None:
     machine = rubbing()
@@ -467,7 +467,7 @@ def test_mass_that_only_grazes_the_stop_meets_it() -> None:
     assert np.max(np.abs(found[0] - expected[0]) / np.abs(expected[0] - free)) < 1e-4
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_motion_that_cannot_go_on_ends_with_a_sentence(capsys: pytest.CaptureFixture[str]) -> None:
     machine = on_base("guide", Joint((Linear(1e6), Coulomb(50.0, 1e-3))))
     fmu = Stepping(unpacked(machine, 2), 2, {"guide.coulomb.smoothing_velocity": 0.0})
@@ -512,7 +512,7 @@ def test_foreign_fmu_may_not_ask_for_much_to_be_overlooked(tmp_path: Path) -> No
         verify_fmu(tmp_path / "b.fmu")
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_same_machine_gives_the_same_bytes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     machine = library_machine("guide_mill")
     once = export_fmu(machine, tmp_path / "a.fmu", fmi=3).file.read_bytes()
@@ -664,7 +664,7 @@ def sanitized_host(machine: Machine, folder: Path) -> Path:
     return folder / "host"
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "machine",
     [

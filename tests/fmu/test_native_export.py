@@ -269,7 +269,7 @@ def test_co_simulation_comes_to_the_same_force_as_its_step_falls(fmi: int, tmp_p
     assert fine == pytest.approx(coarse / 4, rel=0.05)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @both_versions
 def test_importer_that_finds_the_events_comes_to_the_path_of_the_python_law(fmi: int, tmp_path: Path) -> None:
     require("cc")
@@ -385,7 +385,7 @@ def test_force_and_rates_depend_on_what_is_declared_and_on_nothing_else(tmp_path
     assert found == {**declared, "force": declared["force"] - {"displacement"}}
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_same_joint_compiled_twice_gives_the_same_bytes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     once = native(GUIDE, 3).file.read_bytes()
     (tmp_path / "elsewhere").mkdir()
@@ -396,7 +396,7 @@ def test_same_joint_compiled_twice_gives_the_same_bytes(tmp_path: Path, monkeypa
     assert len(kept) == len(native(GUIDE, 3).platforms)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @one_version
 def test_sources_inside_compile_to_an_fmu_that_repeats_the_reference_run(fmi: int, tmp_path: Path) -> None:
     require("cmake")

@@ -72,7 +72,7 @@ def steady(force: Force, peak: float, frequency: float, guess: Array) -> Array:
     pytest.fail("the periodic motion was not found")
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @both_versions
 def test_mass_on_the_fmu_moves_as_on_the_law_also_past_lift_off(fmi: int) -> None:
     times = np.linspace(0.0, 20 / 500.0, 401)

@@ -43,7 +43,7 @@ def test_sources_alone_are_validated_and_said_not_to_have_run(
         verify_fmu(told.file)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @both_versions
 def test_sources_alone_become_the_fmu_that_repeats_the_reference_run(
     fmi: int, tmp_path: Path, without_compilers: pytest.MonkeyPatch

@@ -548,7 +548,7 @@ def test_a_joint_between_two_places_of_one_body_has_one_side() -> None:
     np.testing.assert_array_equal(parts.bodies[0].ports["y"], [1.0, 0.0])
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_corners_of_a_guide_are_four_joints_on_two_bodies(tmp_path: Path) -> None:
     made = export_ssp(read_machine(GUIDE_BODY), tmp_path / "body.ssp")
     system = read_ssd(str(tmp_path / "body.ssp")).system
@@ -635,7 +635,7 @@ def test_friction_that_jumps_runs_too(tmp_path: Path) -> None:
     assert made.file.is_file()
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_command_prints_the_promised_keys(tmp_path: Path) -> None:
     file = tmp_path / "two_mass.ssp"
     done = CliRunner().invoke(cli, ["ssp", str(TWO_MASS), "-o", str(file), "--json"])

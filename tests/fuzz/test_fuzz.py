@@ -85,7 +85,7 @@ def test_damaged_inputs_are_answered(kind: str) -> None:
     assert _bad(kind, 2, 60) == []
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_inputs_that_reach_new_lines_are_damaged_on() -> None:
     """The lines that inputs reach are told, and those that reached new ones are kept."""
     command = [sys.executable, str(Path(__file__).parent / "guided.py"), "--inputs", "40", "--kind", "matrix market"]

@@ -167,7 +167,7 @@ def test_it_holds_for_multisines(tmp_path: Path, records: int, periods: int) -> 
     holds([within(frfs, PART) for frfs in runs])
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.parametrize("records", [2, 4])
 def test_it_holds_for_chirps(tmp_path: Path, records: int) -> None:
     t = np.arange(6 * int(RATE) * 8) / (RATE * 8)

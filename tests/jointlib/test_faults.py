@@ -532,7 +532,7 @@ def test_a_transient_record_comes_back_from_a_delay() -> None:
     assert np.max(np.abs(channels["a1"] - burst(0.0))) > 0.05
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_transient_record_comes_back_from_a_rocking_mode_at_rest_before_it() -> None:
     # The oscillator is integrated at 32 steps per sample with a force linear in between: its error is (ω step)²/12.
     fine, n = 32, 4096

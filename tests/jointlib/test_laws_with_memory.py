@@ -196,7 +196,7 @@ def test_clearance_is_play_that_is_crossed_before_the_element_moves(law: JointLa
     assert np.max(np.abs(Joint((law,)).force_along(z - z[0], 0.0) - expected)) > 0.3 * F
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "law",
     [
@@ -260,7 +260,7 @@ def test_bouc_wen_of_shape_one_is_elastic_and_loses_nothing() -> None:
     assert abs(BoucWen(K, F, 2.0, 1.0).describing_function(A).imag) < 1e-12 * K
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_what_bouc_wen_gives_back_was_stored_before() -> None:
     """V = ∫ f dz along the unloading line never falls faster than the work that comes out, whatever the shape."""
     z = np.cumsum(np.random.default_rng(3).normal(0, 2e-8, 20000))

@@ -180,7 +180,7 @@ def test_a_film_that_relaxes_is_named_on_a_rig_with_its_stiffness_and_time(tmp_p
         assert abs(found[name].value - true) < 4 * found[name].standard_error < true
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_relaxation_stands_beside_a_material_with_many_relaxation_times(tmp_path: Path) -> None:
     """Eight corners over four decades: a loss that is level over the band."""
     report = rig_with(np.geomspace(60, 6e5, 8), 3e8, tmp_path)

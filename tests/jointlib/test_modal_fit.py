@@ -126,7 +126,7 @@ def test_modes_and_depths_of_many_random_machines(machines: range) -> None:
     assert good_z >= 0.9 * count
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_errors_of_frequency_and_damping_are_those_of_repeated_fits() -> None:
     modes = Modes(np.array([300.0, 340.0]), np.array([0.02, 0.015]), np.array([[1.0, 0.7], [0.4, -0.9]]))
     pairs = ((0, 0), (1, 0))

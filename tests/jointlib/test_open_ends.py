@@ -36,7 +36,7 @@ def warming() -> tuple[Array, Array, Array]:
     return push, y[0], np.array([force(t, q) for t, q in zip(at, y.T, strict=True)])
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_ramp_and_a_parabola_of_z_close_the_joint_equation_of_a_motion_that_does_not_return() -> None:
     P, z, f = warming()
     a1, a2 = (P - f) / M1, f / (M2 + M3)

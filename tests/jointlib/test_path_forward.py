@@ -67,7 +67,7 @@ def test_the_free_run_falls_with_the_term_that_was_missing(report: TraceReport) 
         assert run["after"] < 0.02
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_linear_run_is_the_convolution_with_the_impulse_response(tmp_path: Path) -> None:
     """Runge–Kutta against the transfer function of the same oscillator over one period of a steady state."""
     n, joint = 2000, Joint((Linear(STIFFNESS), Viscous(DAMPING)))
@@ -85,7 +85,7 @@ def test_the_linear_run_is_the_convolution_with_the_impulse_response(tmp_path: P
     assert found == pytest.approx(expected, abs=2e-3 * float(np.max(np.abs(z))))
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_an_offset_of_the_force_moves_nothing(tmp_path: Path) -> None:
     record = oscillator(3, 1.0)
     lifted = {**record, "F": record["F"] + 7.0}

@@ -164,7 +164,7 @@ def laws(d: Array) -> dict[str, JointLaw]:
     }
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.parametrize("name", list(laws(np.ones(1))))
 def test_segments_side_by_side_reach_the_steady_state_of_plain_stepping(name: str) -> None:
     z, v, h = swing(3)

@@ -56,7 +56,7 @@ def tapped(folder: Path, seeds: range, window: str) -> list[np.ndarray]:
     return found
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_noise_that_many_lines_share_is_no_mode(tmp_path: Path) -> None:
     """Taken as the errors of single lines, those of these two hits looked like a fourth mode at 2.04 and 2.65 kHz."""
     for seed, window in ((13, "exponential = 0.08"), (9, "")):

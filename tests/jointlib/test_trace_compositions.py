@@ -122,7 +122,7 @@ def test_a_joint_whose_force_follows_a_voltage_is_written_and_read_back(yielding
     assert [(m.role, m.condition) for m in back.modulations] == [(Role.SLIP_FORCE, "voltage")]
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_an_input_that_nothing_follows_is_not_named(tmp_path: Path) -> None:
     columns = damper(1, 0.0)
     v = np.gradient(columns["z"], 1 / RATE)
@@ -157,7 +157,7 @@ def test_a_drive_moved_by_pulses_shows_friction_and_uneven_drag_together(tmp_pat
     assert report.error_after["relative"] < 0.02
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_two_effects_that_hide_one_another_are_seen_together(tmp_path: Path) -> None:
     """Damping that grows with speed looks like friction that falls: one Stribeck law explains 97 % of the two."""
     columns = pulsed(1)

@@ -140,7 +140,7 @@ def late(signals: dict[str, Array], tmp_path_factory: pytest.TempPathFactory) ->
     return trace(drive(tmp_path_factory.mktemp("late"), "late", signals["qm"], voltage), FRICTION)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_force_that_comes_late_is_named_and_undone(late: TraceReport) -> None:
     assert late.chosen is not None
     assert (late.chosen.family, late.chosen.channel) == ("lag", "vir")

@@ -97,7 +97,7 @@ def rubbing(tmp_path_factory: pytest.TempPathFactory) -> TraceReport:
     return traced(tmp_path_factory.mktemp("rubbing"), dry(18.0), VISCOUS)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_dry_friction_on_a_drive_is_named_with_its_force_and_the_mass(rubbing: TraceReport) -> None:
     assert rubbing.verdict in (Verdict.IDENTIFIED, Verdict.AMBIGUOUS)
     assert rubbing.chosen is not None
@@ -137,7 +137,7 @@ def test_the_report_is_json_and_is_judged_on_conditions_held_out(rubbing: TraceR
     assert json.loads(json.dumps(rubbing.as_json(), allow_nan=False))["error_before"]["where"] == "condition folds"
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_report_depends_on_nothing_but_its_input(tmp_path: Path) -> None:
     reports, record = [], drive(dry(18.0), cycle((0.1,), 1))
     for folder in (tmp_path / "one", tmp_path / "two"):
@@ -157,7 +157,7 @@ def test_nothing_is_named_where_only_noise_is_left(tmp_path: Path, seed: int) ->
     assert report.error_before == report.error_after
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_an_effect_outside_the_catalogue_gets_no_name(tmp_path: Path) -> None:
     def ripple(z: Array, v: Array) -> Array:
         return np.asarray(12.0 * np.cos(2 * np.pi * z / 0.011 + 0.4))
@@ -167,7 +167,7 @@ def test_an_effect_outside_the_catalogue_gets_no_name(tmp_path: Path) -> None:
     assert report.unexplained["fraction"] > 0.05
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_friction_that_rises_with_speed_is_not_called_stribeck(tmp_path: Path) -> None:
     def rising(z: Array, v: Array) -> Array:
         return np.asarray(20.0 * v / np.sqrt(v**2 + 1e-6) * (1 - 0.5 / (1 + (v / 0.05) ** 2)))
@@ -199,7 +199,7 @@ def test_a_sealed_record_judges_and_does_not_teach(tmp_path: Path) -> None:
     assert any("spent" in w for w in trace(m, shifted.mended).warnings)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_what_makes_the_sealed_record_worse_is_not_added(tmp_path: Path) -> None:
     """Records that rub, sealed one of the same drive that does not: friction fits the former and not the latter."""
     fit, free = drive(dry(18.0), cycle((0.1, 0.2), 3)), drive(lambda z, v: 0 * z, cycle((0.12, 0.15), 2), seed=7)
@@ -216,7 +216,7 @@ def test_what_makes_the_sealed_record_worse_is_not_added(tmp_path: Path) -> None
     assert all(link["status"] == "hypothesis" for link in report.chain)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_one_trajectory_repeated_is_at_best_ambiguous(tmp_path: Path) -> None:
     record = drive(dry(18.0), cycle((0.1,), 6))
     report = trace(measurement(tmp_path, Mass(None), fit=(record, "fit", None)), VISCOUS)
@@ -237,7 +237,7 @@ def test_declared_conditions_are_the_folds(tmp_path: Path) -> None:
     assert report.chosen.family == "coulomb"
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_play_in_a_spring_without_inertia_is_named(tmp_path: Path) -> None:
     """A slow test of a sprung joint: a spring with a dead zone, at three amplitudes, no mass in the balance."""
     t = np.arange(0, 12, 1 / RATE)
@@ -382,7 +382,7 @@ def drifting(seed: int) -> dict[str, Array]:
     return {**record, "F": record["F"] + 20 * (t / t[-1]) * (1.5 - 0.5 * t / t[-1])}
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_zero_that_wanders_is_undone_as_a_drift(tmp_path: Path) -> None:
     measured = measurement(tmp_path, Mass(None), fit=(drifting(0), "fit", None))
     report = trace(measured, VISCOUS)
@@ -395,7 +395,7 @@ def test_a_zero_that_wanders_is_undone_as_a_drift(tmp_path: Path) -> None:
     assert again.error_before["relative"] == pytest.approx(report.error_after["relative"], rel=0.1)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_records_without_a_common_clock_cannot_show_a_drift(tmp_path: Path) -> None:
     files = {f"r{i}": (drifting(i), "fit", None) for i in range(2)}
     apart = measurement(tmp_path, Mass(None), **files)
@@ -406,7 +406,7 @@ def test_records_without_a_common_clock_cannot_show_a_drift(tmp_path: Path) -> N
     assert "drift" in {c.family for c in trace(together, VISCOUS).candidates}
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_late_force_is_shifted_back_exactly(tmp_path: Path) -> None:
     """Four milliseconds are 1.6 samples: the force is evaluated at the earlier time, no sample is moved.
 
@@ -478,7 +478,7 @@ def test_a_record_of_a_few_samples_is_refused(tmp_path: Path) -> None:
         trace(measurement(tmp_path, None, fit=(short, "fit", None)), VISCOUS)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_samples_at_the_end_of_the_range_are_said(tmp_path: Path) -> None:
     record = drive(dry(18.0), cycle((0.05, 0.1), 3))
     top = float(np.max(record["F"]))
@@ -550,7 +550,7 @@ print(report.candidates[0].family, resource.getrusage(resource.RUSAGE_SELF).ru_m
     assert int(peak) < 2 * 1024**2
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_mass_that_nobody_declared_is_the_first_thing_that_is_missing(tmp_path: Path) -> None:
     """Without a carriage in the file, moved fast enough that inertia is most of the force."""
     record = drive(dry(4.0), cycle((0.2, 0.4, 0.6), 3))

@@ -196,7 +196,7 @@ def cubic(tmp_path_factory: pytest.TempPathFactory) -> tuple[Measurement, TraceR
     return measurement, trace_periodic(measurement, START)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.parametrize("effect", ["coulomb", "hysteresis"])
 def test_friction_of_another_formula_is_named_and_explains_nearly_all(tmp_path: Path, effect: str) -> None:
     report = traced(tmp_path, effect, 0.04, 40.0, seed=11)
@@ -217,7 +217,7 @@ def test_a_lost_contact_is_named_and_the_sealed_error_falls_to_its_floor(tmp_pat
     assert report.error_after["joint_N"] < 1.1 * report.error_after["joint_floor_N"]
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2])
 def test_a_complete_model_leaves_nothing_but_noise(tmp_path: Path, seed: int) -> None:
     report = traced(tmp_path, None, 0.0, 50.0, seed)
@@ -239,7 +239,7 @@ def test_an_effect_outside_the_catalogue_is_not_named(tmp_path: Path) -> None:
         assert report.error_after["relative"] == report.error_before["relative"]
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_gain_error_shows_in_the_balance_and_is_named_with_its_channel(tmp_path: Path) -> None:
     records = Rig(None, 0.0, 7).measured(50.0, gain_a1=1.02)
     report = trace_periodic(measurement_of(tmp_path, records), START)
@@ -257,7 +257,7 @@ def test_a_gain_error_shows_in_the_balance_and_is_named_with_its_channel(tmp_pat
     assert balance["excess"] > balance["threshold"]
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_small_gain_beside_a_strong_spring_enters_because_it_closes_the_balance(tmp_path: Path) -> None:
     records = Rig("cubic", 0.25, 4).measured(50.0, gain_a1=1.006)
     report = trace_periodic(measurement_of(tmp_path, records), START)
@@ -273,7 +273,7 @@ def test_a_small_gain_beside_a_strong_spring_enters_because_it_closes_the_balanc
     assert correction.parameters["gain"] == pytest.approx(0.006, rel=0.1)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_without_force_and_third_acceleration_the_joint_is_still_judged(tmp_path: Path) -> None:
     records = Rig("cubic", 0.04, 3).measured(50.0)
     report = trace_periodic(measurement_of(tmp_path, records, ALL[:2]), START)
@@ -284,7 +284,7 @@ def test_without_force_and_third_acceleration_the_joint_is_still_judged(tmp_path
     assert "P" in why["rocking-mode"]
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_mended_rig_predicts_the_measured_accelerations(cubic: tuple[Measurement, TraceReport]) -> None:
     report = cubic[1]
     assert report.verdict is Verdict.IDENTIFIED, report.sentence
@@ -301,7 +301,7 @@ def test_the_mended_rig_predicts_the_measured_accelerations(cubic: tuple[Measure
     assert k3 == pytest.approx(truth, abs=4 * estimate.standard_error + 2e-3 * truth)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_same_records_give_the_same_report_and_a_spent_seal_is_said(
     cubic: tuple[Measurement, TraceReport],
 ) -> None:

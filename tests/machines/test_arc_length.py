@@ -89,7 +89,7 @@ def test_a_limit_ends_the_branch_exactly_and_by_name() -> None:
     assert [p.outcome for p in peaks] == [Outcome.PAST_FORCE_PEAK, Outcome.CONVERGED]
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_several_joints_fold_and_no_part_is_lost() -> None:
     """Newton loses this resonance below 1227 Hz; the fold is where two solutions of Newton's meet."""
     machine = chain(10, 5)
@@ -116,7 +116,7 @@ def test_outside_a_fold_newton_and_arc_length_agree() -> None:
     assert np.max(difference) < 1e-8 * np.max(np.abs(b.frfs[0].receptance))
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_an_isola_is_found_by_raising_the_force_where_the_map_has_it() -> None:
     """Two equal hardening springs on one mass act as one of twice the size, which the map solves without following.
 

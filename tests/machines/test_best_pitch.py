@@ -18,7 +18,7 @@ def least(machine: Machine, pitch: tuple[float, ...], speeds: np.ndarray) -> flo
     return float(np.min(lobes_at_amplitude(replace(machine, cutting=cutting), speeds).depth))
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_two_flutes_get_the_best_pair_there_is() -> None:
     machine = mill(teeth=2)
     found = best_pitch(machine, 9000.0, 9000.0)

@@ -50,7 +50,7 @@ def assert_same_peaks(one: Response, other: Response) -> None:
     assert not missing
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_points_carried_over_are_those_of_the_curve() -> None:
     carried, followed = both_ways("two_mass.toml", [60.0, 80.0])
     assert {b.harmonics for own in carried.branches for b in own} == {(1, 3, 5)}

@@ -99,7 +99,7 @@ def test_a_table_changes_the_keys_it_names(tmp_path: Path) -> None:
         read_machine(MILL, {"bundle.x_guide": {"widht": 0.05}})
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_longer_cutter_takes_its_tip_along(tmp_path: Path) -> None:
     """Stick-out as one number: the station "end" lies where the last segment ends."""
     modules = (LIBRARY / "column_mill/modules.toml").read_text()

@@ -278,7 +278,7 @@ def test_the_size_of_an_effect_is_that_of_quadrature(tmp_path: Path) -> None:
     assert found.evidence == pytest.approx(marginal, abs=3 * np.sqrt(4 / found.effective))
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_where_nothing_is_missing_nothing_is_named(tmp_path: Path) -> None:
     machine = machine_of(tmp_path)
     for seed in range(2):
@@ -289,7 +289,7 @@ def test_where_nothing_is_missing_nothing_is_named(tmp_path: Path) -> None:
         assert found.effective_size["before"] > NEEDED
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_forces_that_are_larger_than_the_file_says_are_named(tmp_path: Path) -> None:
     machine = machine_of(tmp_path)
     found = trace_cuts(campaign(machine, 5, force=2.2), machine, draws=300)
@@ -313,7 +313,7 @@ def test_few_effective_draws_are_a_residual_and_no_posterior(tmp_path: Path) -> 
     assert (found.verdict.value, found.chosen) == ("unexplained", None)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_mode_far_off_is_found_where_the_cuts_have_it(tmp_path: Path) -> None:
     machine = machine_of(tmp_path)
     found = trace_cuts(campaign(machine, 6, shift=0.1), machine, draws=300)
@@ -324,7 +324,7 @@ def test_a_mode_far_off_is_found_where_the_cuts_have_it(tmp_path: Path) -> None:
     assert found.error_after["log_score"] > found.error_before["log_score"]
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_what_has_no_name_leaves_cuts_unexplained(tmp_path: Path) -> None:
     machine = machine_of(tmp_path)
     found = trace_cuts(campaign(machine, 6, shift=0.35), machine, draws=300)
@@ -332,7 +332,7 @@ def test_what_has_no_name_leaves_cuts_unexplained(tmp_path: Path) -> None:
     assert any(cut.unexplained for cut in found.cuts)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_next_cut_lies_where_the_border_is_in_doubt(tmp_path: Path) -> None:
     machine = machine_of(tmp_path)
     found = trace_cuts(campaign(machine, 0), machine, draws=250, safe=0.9)
@@ -356,7 +356,7 @@ def test_a_trace_of_cuts_shows_itself(tmp_path: Path) -> None:
     assert any(line.startswith("tells most: ") for line in found.words())
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_bytes(tmp_path: Path) -> None:
     machine = machine_of(tmp_path)
     cuts = campaign(machine, 1)
@@ -402,7 +402,7 @@ def written(folder: Path, seed: int, **what: float) -> tuple[Path, Path]:
     return folder / "cuts.toml", folder / "machine.toml"
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_what_was_found_is_written_with_the_mended_machine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     cuts, file = written(tmp_path, 5, force=2.2)
     monkeypatch.setattr(trace_cuts_room, "DRAWS", 250)

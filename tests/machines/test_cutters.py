@@ -185,7 +185,7 @@ def test_process_damping_in_turning_is_the_closed_form(speed: float) -> None:
     assert chart.depth[0] > none.depth[0]
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_process_damping_lifts_the_slow_lobes_of_a_mill_and_leaves_the_fast_ones() -> None:
     rubbed = replace(STRAIGHT, process_damping=2e4, diameter=0.02)
     rise = []
@@ -196,7 +196,7 @@ def test_process_damping_lifts_the_slow_lobes_of_a_mill_and_leaves_the_fast_ones
     assert rise[0] > 1.2
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_process_damping_in_milling_agrees_with_the_cut_stepped_in_time() -> None:
     cutting = replace(STRAIGHT, process_damping=3e4, diameter=0.02)
     depth = float(stability_lobes(TOOL, cutting, [6000.0], "collocation").depth[0])

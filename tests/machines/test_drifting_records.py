@@ -137,7 +137,7 @@ def test_a_large_drift_near_the_peak_lacks_nothing() -> None:
     assert found.verdict is Verdict.NOTHING_MISSING, found.sentence
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("machine", "place", "families"),
     [pytest.param(RUBBING, "j1", {"coulomb"}, marks=pytest.mark.slow), (STIFFER, "j0", {"refit"})],
@@ -290,7 +290,7 @@ def test_a_record_may_be_one_line_where_its_noise_is_known(tmp_path: Path) -> No
         record(tmp_path, 'force = "6 N"', "frequency [Hz],real [m/N],imag [m/N]\n98,1e-6,-1e-6\n")
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_single_lines_at_many_forces_show_a_joint_that_hardens() -> None:
     """Dwells at one frequency under twelve forces beside one sweep: the cubic term comes from the dwells."""
     machine = chain(UPPER, Joint((Linear(6e7), Viscous(2500.0), Cubic(1e17))))

@@ -94,7 +94,7 @@ def test_of_two_users_who_take_one_name_one_gets_it(lathe: Explorer, tmp_path: P
     assert joint.parameters["linear.stiffness"] == won * 1e6
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_report_shows_the_setting_and_needs_no_network(lathe: Explorer, tmp_path: Path) -> None:
     page = lathe.report({STIFFNESS: 432.1, "amplitude": 4.0}, tmp_path / "kept", "my setting.html")
     assert page == tmp_path / "kept" / "my setting.html"

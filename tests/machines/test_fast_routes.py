@@ -141,7 +141,7 @@ def test_branches_whose_points_lie_in_turn_have_one_peak_of_the_tool(row: Machin
     assert len(tool_peaks(replace(found, branches=(both,)))) == 1
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_what_sliders_may_hold_does_not_jump_from_line_to_line() -> None:
     machine = read_machine(LIBRARY / "column_mill_a.toml")
     lines = np.concatenate([[20.0], np.linspace(2240.0, 2260.0, 6)])

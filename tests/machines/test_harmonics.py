@@ -79,7 +79,7 @@ def ratios(seed: int, count: int) -> list[float]:
     return found
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_estimated_error_is_that_against_time_integration() -> None:
     assert all(0.5 < r < 2 for r in ratios(11, 3))
 

@@ -63,7 +63,7 @@ def test_slopes_of_a_mill_with_its_guide_held_are_those_of_lobes_computed_again(
     slopes_are_those_of_lobes(shipped("guide_mill"), 2e-6, 0.004)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_slopes_of_a_lathe_with_its_joints_held_are_those_of_lobes_computed_again() -> None:
     slopes_are_those_of_lobes(shipped("lathe"), 30e-6, 0.1)
 

@@ -89,7 +89,7 @@ def test_a_slider_beside_the_spring_does_what_one_in_its_joint_does() -> None:
     assert two.branches[0][0].held == pytest.approx(one.branches[0][0].held, rel=1e-6)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_another_slider_that_sticks_is_a_spring_to_what_one_holds() -> None:
     """Without it the mean would move half as far again, and further with every slider that a machine has."""
     stiffened = machine(apart=True, beside=BESIDE)

@@ -173,7 +173,7 @@ def test_six_unknowns_satisfy_the_equations_of_motion_of_both_bodies() -> None:
         start += len(component.dofs)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_parallel_joints_curve_together_by_arc_length_too() -> None:
     """Three equal springs on one mass are one coordinate; harmonics and folds are those of one spring of their sum."""
     mass = Lumped("m", ("x",), np.array([[1.0]]))
@@ -210,7 +210,7 @@ def on_its_lines(part: Measured, joints: int) -> Machine:
     return Machine((part,), links, drive="part.d50")
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_record_of_many_dofs_is_never_held_whole() -> None:
     """10 000 lines of 200 by 200 receptances are 6.4 GB; 40 joints need 41 columns and rows, a block at a time."""
     part = hammered(10_000, 200)

@@ -118,7 +118,7 @@ def test_in_milling_the_force_points_where_the_chatter_does() -> None:
     np.testing.assert_allclose(again.frf.receptance, point.frf.receptance[at], rtol=1e-4)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_micro_slip_raises_the_limit_of_a_large_vibration() -> None:
     speeds = np.linspace(3300, 5000, 6)
     without = [lobes_at_amplitude(mill(), speeds, A).depth.min() for A in (0.0, 6e-6)]

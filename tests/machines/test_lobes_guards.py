@@ -216,7 +216,7 @@ def test_stable_cuts_above_the_limits_are_looked_for_in_time() -> None:
         unstable_depths(machine, chart)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_slow_spindle_gets_its_depth_by_default() -> None:
     """579 rad of the mode between two teeth: nearly a hundred harmonics, or collocation in pieces."""
     tool = ToolModel.from_modes([922.0, 922.0], [0.011, 0.011], [0.03993, 0.03993], np.eye(2))

@@ -29,7 +29,7 @@ def refuse(*_: object) -> Array:
     raise AssertionError("computed depth by depth")
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(9))
 def test_an_interpolated_chart_is_that_of_every_point_by_itself(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Random tools, one and two directions, one to six teeth, up to ten times the limit of the slowest speed."""

@@ -31,7 +31,7 @@ def told_at(limits: AmplitudeLimits, depth: float, multiplier: float | None = No
     return of_fate(fate_at(limits, depth, multiplier=multiplier), reach_words(limits), forced)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_hardening_turns_at_the_published_depth_and_returns_on_its_upper_branch() -> None:
     limits = amplitude_limits(lathe(Cubic(CUBIC)), [SPEED], SIZES)
     turn, peak = limits.turns()
@@ -130,7 +130,7 @@ def test_in_milling_the_onset_and_the_vibration_are_computed_by_one_method() -> 
     assert np.isnan(limits.depth[-1, 0])
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_few_amplitudes_miss_no_chatter_on_the_flank_of_a_peak_between_lobes() -> None:
     """A joint that hardens through three lobes, at twice its onset: in time chatter settles at 39.1 and at 78.3 µm."""
     joint = Joint((Linear(240752.11230746587), Viscous(10.509284919073526), Cubic(70329700383237.46)))

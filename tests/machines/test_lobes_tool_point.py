@@ -44,7 +44,7 @@ def test_sampled_tool_agrees_with_the_exact_one(spacing: float, tolerance: float
     assert not np.array_equal(measured.depth, exact.depth)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_sampled_tool_with_cross_terms_agrees_with_the_exact_one() -> None:
     f, speeds = np.arange(0.0, 3000.0, 2.0), np.linspace(5000.0, 20000.0, 31)
     exact = stability_lobes(turned_tool, SLOT, speeds, frequency=f)

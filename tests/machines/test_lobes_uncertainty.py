@@ -65,7 +65,7 @@ def test_many_charts_at_once_are_the_charts_one_by_one() -> None:
         np.testing.assert_allclose(depth, alone.depth, rtol=1e-3)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_small_errors_of_a_joint_propagate_linearly() -> None:
     """The lowest depth of one mode is 2kζ(1+ζ)/Ks; at a fixed speed the slope over k and c is taken by differences."""
     deviation = (1e-3 * STIFFNESS, 1e-2 * DAMPING)

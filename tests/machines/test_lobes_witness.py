@@ -45,7 +45,7 @@ def boundary(machine: Machine, speed: float, depth: float, chatter: float) -> fl
     return float(np.polyfit(batch.rate, depths, 2)[-1])
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_steps_are_of_fourth_order() -> None:
     machine, counts, ends = lathe(Cubic(CUBIC)), [], []
     for steps in (48, 96, 384):
@@ -115,7 +115,7 @@ def test_small_vibrations_in_milling_grow_above_the_published_limit(
     assert boundary(mill(axes, **cut), speed, depth, 900.0) == pytest.approx(depth, rel=2e-5)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_near_a_flip_the_vibration_starts_in_the_better_of_two_phases() -> None:
     """A flip stands still against the teeth: of a start only the part in its phase lasts, cos of the angle between."""
     machine, size = mill(("x",), mode="down", immersion=0.1), np.array([1e-6])
@@ -171,7 +171,7 @@ def around(amplitude: float) -> Array:
     return amplitude * np.array([0.98, 0.99, 1.01, 1.02])
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("law", "depth", "amplitude", "stable"),
     [(Cubic(CUBIC), 0.66324e-3, 60.0e-6, False), (Cubic(-CUBIC), 0.75348e-3, 60.0e-6, True)],

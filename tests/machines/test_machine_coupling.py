@@ -99,7 +99,7 @@ def direct(machine: Machine, omega: Array) -> tuple[ComplexArray, float]:
     return out, float(np.sqrt(elastic[0]))
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None, derandomize=True)
 @given(seed=st.integers(0, 10**6), parts=st.integers(2, 4), rigid=st.booleans(), free=st.booleans())
 def test_linear_joints_equal_direct_assembly(seed: int, parts: int, rigid: bool, free: bool) -> None:

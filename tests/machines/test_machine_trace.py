@@ -201,7 +201,7 @@ def test_pointing_says_which_kind_of_change_would_do() -> None:
     assert found.pointing["j1"]["stiffness"] < 0.9
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_an_unaltered_machine_is_left_alone_over_many_seeds() -> None:
     for seed in range(6):
         found = trace_frfs(measured(MACHINE, seed), MACHINE)
@@ -215,7 +215,7 @@ def test_an_unaltered_machine_is_left_alone_over_many_seeds() -> None:
 SERIES = chain(Joint((Linear(3e7), Viscous(500.0))), Joint((Linear(5e7), Viscous(1500.0))), masses=(9.0, 0.02, 80.0))
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_two_joints_in_series_are_told_apart_by_the_measurement_that_is_suggested_and_not_before() -> None:
     true = SERIES.with_joint("j0", Joint((Linear(3.5e7), Viscous(500.0))))
     records = measured(true)

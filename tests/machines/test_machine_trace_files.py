@@ -199,7 +199,7 @@ def page(report: MachineTrace) -> str:
     return Page("T", report.sentence, [], [section], [], [], report.warnings, "x", "0").html()
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_page_answers_each_question_and_takes_no_text_for_markup() -> None:
     machine = three_joints()
     frfs = [level(f, r) for r in ("spindle.x", "base.x") for f in (20.0, 5.0)]
@@ -227,7 +227,7 @@ def test_a_page_without_a_name_shows_no_model_after() -> None:
     assert "Nothing missing" in html
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_many_levels_are_thinned_and_that_is_said() -> None:
     machine = three_joints()
     html = page(traced(machine, machine, None, [level(float(f)) for f in range(1, 21)]))

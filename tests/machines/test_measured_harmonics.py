@@ -25,7 +25,7 @@ def machine(part: Component) -> Machine:
     return Machine((part, slide), (Connection("j", ("c.x", "s.x"), joint),), drive="c.y")
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.parametrize("wanted", [(1, 3, 5), "auto"])
 def test_record_that_reaches_the_fifth_harmonic_answers_like_its_model(wanted: tuple[int, ...] | str) -> None:
     found, known = (
@@ -36,7 +36,7 @@ def test_record_that_reaches_the_fifth_harmonic_answers_like_its_model(wanted: t
         assert (p.amplitude, p.frequency) == pytest.approx((q.amplitude, q.frequency), rel=1e-4)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_curves_end_on_the_last_line_of_a_record() -> None:
     """Steps that look past the end ask nothing of the record."""
     found, known = (

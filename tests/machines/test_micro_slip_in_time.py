@@ -58,7 +58,7 @@ def forced_in_time(frequency: float, force: float, start: complex, cycles: int =
     return complex(2 * np.mean(motion[late] * np.exp(-1j * angle[late])))
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.parametrize(("frequency", "force"), [(346.0, 5.0), (352.0, 5.0)])
 def test_forced_response_with_micro_slip_is_what_time_integration_finds(frequency: float, force: float) -> None:
     machine = read_machine(LIBRARY / "guide_mill.toml").with_joint("guide", GUIDE)
@@ -70,7 +70,7 @@ def test_forced_response_with_micro_slip_is_what_time_integration_finds(frequenc
     assert abs(found / predicted - 1) < 2e-3
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_three_harmonics_come_closer_to_time_by_what_was_estimated() -> None:
     machine = read_machine(LIBRARY / "guide_mill.toml").with_joint("guide", GUIDE)
     lines = np.array([345.5, 346.0, 346.5])

@@ -136,7 +136,7 @@ def test_python_control_agrees_for_every_kind_with_equations(seed: int) -> None:
     assert linear_check(machine, frequency=LINES).max_relative_difference < 1e-8
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_reduced_matrices_are_coupled_within_the_error_that_they_tell() -> None:
     M, K, _ = lattice(8, 5, 4)
     rows = (0, 1, 2, 477, 478, 479)

@@ -73,7 +73,7 @@ def at(machine: Machine, force: float, frequency: float, harmonics: tuple[int, .
     return branch, int(np.flatnonzero(branch.frequency == frequency)[0])
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("law", "load", "force", "frequency", "highest"),
     [
@@ -99,7 +99,7 @@ def test_the_whole_orbit_is_that_of_the_motion_in_time(
     assert np.max(np.abs(orbit(one, k) - expected)) > 10 * left
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_two_joints_and_their_means_move_as_in_time() -> None:
     machine, force, frequency = two_guides(800.0), 300.0, 440.0
     upper, lower = HertzContact(2500.0, KAPPA), HertzGuide(630.0, KAPPA)
@@ -139,7 +139,7 @@ def test_small_vibrations_are_those_of_the_dual_input_describing_function() -> N
         assert size[1] < 1e-2
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_estimate_counts_the_second_harmonic_that_a_one_sided_law_raises() -> None:
     """A quadratic law raises a mean and a second harmonic and nothing else: without these the estimate were 0."""
     true, estimated = [], []
@@ -169,7 +169,7 @@ def test_harmonics_are_added_under_load_where_the_first_is_not_enough() -> None:
     assert max(b.error.max() for b in found.branches[1]) < 1e-3
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_arc_length_finds_the_branches_and_folds_of_the_map_under_load() -> None:
     machine = hung(900.0, HertzContact(2000.0, KAPPA), Viscous(4e3), mass=MASS)
     mapped, traced = (
@@ -185,7 +185,7 @@ def test_arc_length_finds_the_branches_and_folds_of_the_map_under_load() -> None
         assert b.frequency[[0, -1]] == pytest.approx(a.frequency[[0, -1]], rel=1e-3)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_arc_length_of_several_joints_under_load_passes_the_solutions_of_newton() -> None:
     machine = two_guides(800.0)
     newton, traced = (response(machine, 300.0, [420.0, 540.0], points=25, method=m) for m in (Newton(), ArcLength()))
@@ -271,7 +271,7 @@ def test_disturbances_under_load_die_out_as_in_time(load: float, force: float, f
     assert labelled.stability is Stability.STABLE
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_middle_one_of_three_solutions_under_load_is_unstable_by_folds_and_by_hill() -> None:
     machine = hung(900.0, HertzContact(2000.0, KAPPA), Viscous(4e3), mass=MASS)
     found = response(machine, 120.0, [380.0, 520.0], points=80, stability="hill")
@@ -281,7 +281,7 @@ def test_the_middle_one_of_three_solutions_under_load_is_unstable_by_folds_and_b
     assert "unstable" in kinds[1]
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_lobes_at_an_amplitude_hold_the_joint_at_the_gain_about_its_moved_mean() -> None:
     law, A, load = HertzContact(2000.0, KAPPA), 3e-6, 900.0
     cut = {"tool": {"x": "slide.z"}, "cutting": {"process": "turning", "specific": 1e9}, "frequency": (200.0, 800.0)}

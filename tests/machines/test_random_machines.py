@@ -14,7 +14,7 @@ from machines import frozen_receptance, read_machine
 SEEDS = range(8)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_seed_is_one_machine_of_5_to_200_contacts_held_damped_and_soft_at_its_tool(tmp_path: Path) -> None:
     counts = []
     for seed in SEEDS:
@@ -41,7 +41,7 @@ def test_its_band_holds_what_the_tool_feels_and_its_receptance_is_that_of_its_mo
     np.testing.assert_allclose(np.trace(still), compliance.sum(), rtol=2e-2)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_mutations_differ_from_the_machine_in_the_one_thing_they_name() -> None:
     machine = random_machine(5)
     made = dict(mutations(machine, 5))

@@ -85,7 +85,7 @@ def test_text_is_never_markup() -> None:
     assert "<b>new</b>" not in html
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_same_data_give_the_same_bytes() -> None:
     assert page(*sections()).html() == page(*sections()).html()
 
@@ -257,7 +257,7 @@ def words_of(report: TraceReport) -> str:
     return re.sub(r"\s+", " ", re.sub(r"<[^>]+>", " ", html)).replace("\u202f", " ")
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_trace_tells_a_reader_all_that_he_must_know(misread: tuple[dict[str, Any], dict[str, Any]]) -> None:
     text = words_of(rig_report(misread[0]))
     for said in (
@@ -284,7 +284,7 @@ def test_a_trace_tells_a_reader_all_that_he_must_know(misread: tuple[dict[str, A
     assert not re.search(r"\b(nan|None|inf)\b", text)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_each_question_has_its_picture(misread: tuple[dict[str, Any], dict[str, Any]]) -> None:
     parts = {p.title: p for p in trace_section(rig_report(misread[0])).parts}
     captions = [f.caption.split("?")[0] for p in parts.values() for f in p.figures]
@@ -322,7 +322,7 @@ def test_without_a_name_the_nearest_is_called_the_nearest() -> None:
     assert "Chosen: " not in text
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_path_shows_the_shape_of_the_missing_force_and_the_strokes() -> None:
     rng, t = np.random.default_rng(1), np.linspace(0, 4, 5000)
     z, v = 0.02 * np.sin(5 * t), 0.1 * np.cos(5 * t)

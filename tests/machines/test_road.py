@@ -104,7 +104,7 @@ def test_a_step_of_ones_own_is_taken_and_stands_in_the_report(tmp_path: Path) ->
     assert "It has 2 parts." in (tmp_path / "report.html").read_text("utf-8")
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_another_package_brings_a_step_by_entry_point(tmp_path: Path) -> None:
     about = tmp_path / "site" / "scales-1.0.dist-info"
     about.mkdir(parents=True)
@@ -160,7 +160,7 @@ def test_four_lines_run_a_mill_and_draw_its_lobes(tmp_path: Path) -> None:
     assert any("Recommended" in said for said in made.advice)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_machine_is_exported_whole_and_in_parts_with_the_joints_of_the_run(tmp_path: Path) -> None:
     made = run(LIBRARY / "two_mass.toml", tmp_path, steps=["fmu"])
     assert made.failed == []

@@ -106,7 +106,7 @@ def test_a_simulation_denies_no_depth_of_a_slow_uneven_cutter() -> None:
     assert below < 1 < above
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_march_that_begins_where_something_grows_goes_back_to_where_nothing_does() -> None:
     marcher = Marcher(TOOL, Cutter.of(UNEVEN), 1500.0)
     (one,) = changes(marcher, 1e-3, 30e-3, first=True)[:1]

@@ -352,7 +352,7 @@ def test_the_explorer_shows_lobes_of_every_speed(tmp_path: Path) -> None:
     assert "The spindle depends on its speed: 40 speeds, by zero-order." in curves.notes
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_study_takes_every_speed_with_the_machine_at_that_speed(tmp_path: Path) -> None:
     path = written(tmp_path)
     path.write_text(path.read_text() + CUTTING)

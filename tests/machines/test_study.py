@@ -441,7 +441,7 @@ def test_speeds_must_stand_somewhere(folder: Path) -> None:
         begin(opened(folder, ("speed = [2000, 9000]", "speeds = 20")), folder / "r")
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_positions_of_axes_are_computed_as_the_machine_that_stands_there(tmp_path: Path) -> None:
     """Static compliance of a column mill at three places: what a machine read at each place has; the worst counts."""
     (tmp_path / "p.study.toml").write_text(f"""
@@ -637,7 +637,7 @@ objective = [{ quantity = "minimum-depth", goal = "max" }, { quantity = "pocket-
         assert found["minimum-depth"][i] == pytest.approx(chart.minimum_depth, rel=1e-9)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_spindle_that_turns_freely_stops_no_study(tmp_path: Path) -> None:
     """Its turning is a double pole at zero that rounding splits otherwise in every configuration; no cut sees it."""
     (tmp_path / "l.study.toml").write_text(

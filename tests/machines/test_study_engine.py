@@ -71,7 +71,7 @@ def test_a_pool_and_two_parts_leave_the_same_results(tmp_path: Path) -> None:
     assert same(parts.results())
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_killed_at_random_moments_it_goes_on_where_it_was(tmp_path: Path) -> None:
     """SIGKILL leaves no half-written shard, and what was computed is not computed again."""
     folder, rng = tmp_path / "r", np.random.default_rng(5)

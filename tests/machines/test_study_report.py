@@ -312,7 +312,7 @@ def test_the_page_tells_people_units_and_how_sure_it_is(tmp_path: Path) -> None:
     assert "m/N" not in re.sub(r"µm/N", "", re.sub(r"<svg.*?</svg>", "", html, flags=re.S))
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_shipped_comparison_of_the_column_mills(tmp_path: Path) -> None:
     """Thinned to one place. In B the saddle turns on its carriages under a force in x: L²/K softer, 1.54 nm/N."""
     text = (LIBRARY / "column_mill.study.toml").read_text()

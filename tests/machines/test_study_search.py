@@ -110,7 +110,7 @@ def kill_often(kills: int, workers: int, undisturbed: tuple[Path, dict[str, byte
     assert all(first[1] < then[0] for first, then in itertools.pairwise(ranges))
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_search_killed_at_random_moments_ends_with_the_same_bytes(undisturbed: Any) -> None:
     kill_often(3, 1, undisturbed)
 

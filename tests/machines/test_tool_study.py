@@ -57,7 +57,7 @@ def depth(path: Path, changes: dict[str, object]) -> float:
     return found.minimum_depth
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("tool", "values", "more"),
     [
@@ -92,7 +92,7 @@ def test_every_design_of_a_study_is_the_machine_of_lobes(
     np.testing.assert_allclose(np.ravel(found), wanted, rtol=1e-9)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_best_of_a_study_is_written_and_read_back_by_lobes(folder: Path) -> None:
     machine(folder, 'tool = "a.tool.toml"')
     written(folder, "a.study.toml", STUDY.format(tool=FILES, more=""))

@@ -215,7 +215,7 @@ def test_a_study_run_with_a_tool_writes_the_machine_with_it_and_belongs_to_it(tm
         assert said in str(study(words).exception)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_explorer_shows_and_saves_the_tool_it_was_asked_for(tmp_path: Path) -> None:
     path = written(tmp_path, BOTH)
     short, long = Explorer(path), Explorer(path, tool="long")

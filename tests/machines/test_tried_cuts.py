@@ -43,7 +43,7 @@ def chart() -> StabilityLobes:
     return stability_lobes(tool, cut, SPEEDS)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_record_tells_on_which_side_of_the_border_its_cut_was() -> None:
     found = chart()
     depth = found.depth

@@ -24,7 +24,7 @@ def ends(found: Response) -> list[float]:
     return [float(f) for b in found.branches[0] for f in b.frequency[[0, -1]]]
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.parametrize("force", [35.0, 75.0])
 def test_windows_find_the_branches_that_arc_length_finds(force: float) -> None:
     """At 35 N five joints fold over; at 75 N one reaches its limit on both flanks."""
