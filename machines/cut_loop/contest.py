@@ -131,7 +131,8 @@ def decided(base: Entry, entries: Sequence[Entry], problem: Problem) -> Outcome:
     order = np.argsort(-family)
     best = {name: members[name][int(np.argmax(gains[members[name]]))] for name in families}
     status = [Status.REJECTED] * len(entries)
-    reason = [f"gains {gain:.1f} nats over the machine as it is" for gain in gains]
+    by = [f" by {n} draws" if (n := one.posterior.count) < problem.tool.count else "" for one in entries]
+    reason = [f"gains {gain:.1f} nats over the machine as it is{of}" for gain, of in zip(gains, by, strict=True)]
     for i, one in enumerate(entries):
         if not one.reached:
             of = one.posterior

@@ -8,6 +8,7 @@ count in the end, each draw over the mixture of what all of them stand for (Shir
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from zlib import crc32
 
@@ -15,6 +16,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from jointlib.arrays import Array
+from jointlib.shown.progress import each
 
 from ..indices import Index, Mask
 from ..uncertainty.drawn_machines import draws
@@ -32,11 +34,30 @@ _ACCEPTED, _TOLD = 0.25, 1.5
 """Share of the steps that should be accepted, and how fast their length follows."""
 _JITTER = 0.01
 _SETTLED = 30
+_FIRST, _BEHIND = 300, 6.0
+"""Draws that every suspect is tried with, and by how many nats it may be behind then and be told after all: three leave
+one of twenty chances, and three more is what so few draws may err."""
 
 
-def posterior(suspect: Suspect, problem: Problem) -> Posterior:
-    """Draws of a suspect with their weights."""
+def posteriors(suspects: Sequence[Suspect], problem: Problem, needed: float) -> list[Posterior]:
+    """Of every suspect: few draws tell who can be named at all, and all draws how well.
+
+    ``needed`` is the evidence that a name needs at least, in nats.
+    """
+    found = [posterior(one, problem, _FIRST) for one in each("suspects", suspects, len(suspects))]
+    if problem.tool.count <= _FIRST:
+        return found
+    least = max([needed, *(one.evidence for one in found)]) - _BEHIND
+    able = [k for k, one in enumerate(found) if one.evidence >= least]
+    for k in each("suspects that are left", able, len(able)):
+        found[k] = posterior(suspects[k], problem)
+    return found
+
+
+def posterior(suspect: Suspect, problem: Problem, most: int | None = None) -> Posterior:
+    """Draws of a suspect with their weights, as many as there are samples of the tool, or ``most``."""
     count, name = problem.tool.count, f"{suspect.family} {suspect.member}"
+    count = count if most is None else min(count, most)
     size = len(suspect.parameters) + problem.tool.freedom + 1  # the scatter of the verdicts comes last
     rng = np.random.default_rng([problem.seed, crc32(name.encode())])
     every = np.arange(count, dtype=np.intp)

@@ -13,7 +13,6 @@ from jointlib.errors import InputError
 from jointlib.io.atomic import sha256
 from jointlib.loop.answer.report import Verdict
 from jointlib.measurement import CUTS, Measurement
-from jointlib.shown.progress import each
 
 from ..components.modal import Modal
 from ..cutting.process.cutting import Cutting
@@ -28,7 +27,7 @@ from .problem import Problem, problem_of
 from .report import CutCandidate, CutRival, CutTold, CutTrace
 from .sampled_tool import SampledTool, sampled_tool
 from .suspects import AsItIs
-from .tempered import posterior
+from .tempered import posterior, posteriors
 
 DRAWS, SAFE = 300, 0.95
 _FEWEST = 6
@@ -66,7 +65,8 @@ def trace_cuts(
     suspects, undecided = suspects_of(tool, table, fastest, usual)
     folds = folds_of(problem)
     base = entry(posterior(AsItIs(), problem), problem, folds)
-    entries = [entry(posterior(one, problem), problem, folds) for one in each("suspects", suspects, len(suspects))]
+    tried = posteriors(suspects, problem, base.weight + float(np.log(ODDS)))
+    entries = [entry(one, problem, folds) for one in tried]
     outcome = decided(base, entries, problem)
     after = outcome.chosen or base
     believed = [after, *outcome.rivals, *(outcome.left_open if outcome.chosen is None else ())]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from jointlib.cuts.tried_cut import TriedCut
 from jointlib.laws.jenkins import Jenkins
 from jointlib.measurement import Measurement
 from machines import Machine, lobes_at_amplitude, read_machine, trace
+from machines.cut_loop import tempered
 from machines.cut_loop import trace_cuts as trace_cuts_room
 from machines.cut_loop.borders import border, condition, conditions_of
 from machines.cut_loop.contest import NEEDED
@@ -485,3 +487,21 @@ def test_a_campaign_is_read_as_it_was_written(tmp_path: Path) -> None:
     back = read_measurement(cuts)
     assert len(back.cuts) == 18
     assert {cut.verdict for cut in back.cuts} == {"stable", "chatter"}
+
+
+def test_suspects_that_few_draws_put_far_behind_are_not_drawn_in_full(monkeypatch: pytest.MonkeyPatch) -> None:
+    behind = {"likely": 20.0, "near": 16.0, "far": 12.0, "no name": 2.0}
+    tried: list[tuple[str, int]] = []
+
+    def drawn(suspect: str, problem: SimpleNamespace, most: int | None = None) -> SimpleNamespace:
+        tried.append((suspect, min(most or problem.tool.count, problem.tool.count)))
+        return SimpleNamespace(evidence=behind[suspect], count=tried[-1][1])
+
+    monkeypatch.setattr(tempered, "posterior", drawn)
+    cases = ((2000, list(behind), ["likely", "near"]), (2000, ["no name"], []), (300, list(behind), []))
+    for count, suspects, in_full in cases:
+        tried.clear()
+        problem = SimpleNamespace(tool=SimpleNamespace(count=count))
+        found = tempered.posteriors(suspects, problem, 12.0)  # type: ignore[arg-type]
+        assert tried == [*((one, 300) for one in suspects), *((one, count) for one in in_full)]
+        assert [one.count for one in found] == [count if one in in_full else 300 for one in suspects]
