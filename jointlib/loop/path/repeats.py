@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,8 +16,16 @@ _ALIKE = 0.02
 """Strokes repeat one another if travel and starting point agree to this fraction of the travel."""
 _SAME_PATH = 0.01
 """… and their paths, laid over one another, to this rms fraction of it."""
+_MOSTLY = 0.5
+"""Less than this share of the variance left by differences of the motion, and it is no noise but theirs."""
 _FULL = 0.8
 """A stroke of a record counts as one at full level from this fraction of the largest travel on."""
+_SIGNALS: tuple[Callable[[Run], Array], ...] = (
+    lambda run: run.force,
+    lambda run: run.path.displacement,
+    lambda run: run.path.velocity,
+    lambda run: run.acceleration,
+)
 
 
 @dataclass(frozen=True)
@@ -66,8 +74,8 @@ def _record_variance(runs: Sequence[Run], number: int, run: Run) -> float:
     edge, n = run.preparation.edge, run.period
     count = (len(run.force) - 2 * edge) // n if n else 0
     if n and count >= 3:
-        periods = run.force[edge : edge + count * n].reshape(count, n)
-        return float(periods.var(axis=0, ddof=1).mean())
+        forces, *motions = (signal(run)[edge : edge + count * n].reshape(count, n) for signal in _SIGNALS)
+        return _beyond(forces, motions)
     own = strokes(number, run)
     full = [b for b in own if b.travel > _FULL * max(o.travel for o in own)]
     found = [(_variance(runs, [full[i] for i in s]), len(s)) for s in _repeated_strokes(runs, full)]
@@ -109,16 +117,32 @@ def _variance(all_runs: Sequence[Run], blocks: Sequence[Block]) -> float | None:
     if len(offsets) < 3:
         return None
     at = [(c + offsets, run) for c, run in zip(crossings, runs, strict=True)]
-    paths = np.array([np.interp(i, np.arange(len(run.force)), run.path.displacement) for i, run in at])
-    forces = np.array([np.interp(i, np.arange(len(run.force)), run.force) for i, run in at])
+    forces, paths, *moving = (
+        np.array([np.interp(i, np.arange(len(run.force)), signal(run)) for i, run in at]) for signal in _SIGNALS
+    )
     if np.sqrt(paths.var(axis=0, ddof=1).mean()) > _SAME_PATH * blocks[0].travel:
         return None
     if len({b.run for b in blocks}) == 1:
         # A zero that wanders is no noise: what it adds from one repetition to the next is taken out.
         when = np.array(crossings) - np.mean(crossings)
-        level = forces.mean(axis=1)
-        forces = forces - (when @ level / (when @ when) * when)[:, None]
-    return float(forces.var(axis=0, ddof=1).mean())
+        forces, paths, *moving = (
+            x - (when @ x.mean(axis=1) / (when @ when) * when)[:, None] for x in (forces, paths, *moving)
+        )
+    return _beyond(forces, (paths, *moving))
+
+
+def _beyond(forces: Array, motions: Sequence[Array]) -> float:
+    """Variance of forces over repetitions, (repetitions, samples), in N².
+
+    Where motions that are only nearly the same explain most of it, it is what they leave.
+
+    Near a resonance springs and inertia cancel, and a hundredth of the motion is as large as all of the force.
+    """
+    off = (forces - forces.mean(axis=0)).ravel()
+    differences = np.array([(x - x.mean(axis=0)).ravel() for x in motions]).T
+    left = off - differences @ np.linalg.lstsq(differences, off, rcond=None)[0]
+    own = left if left @ left < _MOSTLY * (off @ off) else off
+    return float(own @ own) / (forces.shape[1] * (forces.shape[0] - 1))
 
 
 def _crossing(run: Run, b: Block, level: float) -> float:
