@@ -9,12 +9,14 @@ from numpy.typing import NDArray
 
 from jointlib.arrays import Array
 
-_SHORTEST = 128
+_SHORTEST = 64
 """Steps in a piece: most contacts forget within fewer how they were left."""
 _WIDEST = 1024
 """Numbers side by side beyond which a step costs as much as they are many, so that pieces no longer pay."""
 _SAME = 1e-12
 """States that differ by this fraction of the largest one are the same."""
+_TOLD = 1e-9
+"""Of the largest state; a beginning that moves by less does not tell by how much the end follows."""
 
 Step = Callable[[Array, Array, Array], tuple[Array, Array]]
 """Displacement, velocity and state to what is wanted (the force, or the state itself) and the state after."""
@@ -24,9 +26,11 @@ def in_pieces(begin: Array, virgin: Callable[[Array], Array], step: Step, z: Arr
     """What ``step`` gives first along a path (time on the first axis) whose first step begins in the state ``begin``.
 
     A path of n steps is cut into pieces that are stepped together, first from guessed states, the virgin ones at the
-    displacement before. A piece whose guess was not the end of the piece before it is stepped again from there, until
-    none is left: contacts that slip forget their past, so that two rounds mostly do. The first piece is right at once
-    and each round makes at least the next one right, so the result is that of one step after the other.
+    displacement before. A piece whose guess was not the end of the piece before it is stepped again from there.
+    Contacts that slip forget their past, and of those that do not, or slowly, the state at the end of a piece is as
+    good as linear in that at its beginning: two rounds tell the slope, and with it where all pieces after begin. The
+    first piece is right at once and each round makes at least the next one right, so the result is that of one step
+    after the other.
     """
     count = min(len(z) // _SHORTEST, _WIDEST // max(1, int(np.prod(z.shape[1:]))))
     if count < 2:
@@ -36,16 +40,33 @@ def in_pieces(begin: Array, virgin: Callable[[Array], Array], step: Step, z: Arr
     Z, V = (np.pad(x, pad, mode="edge").reshape(count, length, *z.shape[1:]) for x in (z, v))
     start = np.concatenate([begin[None], virgin(Z[:-1, -1])])
     given, end = _one_by_one(step, start, np.moveaxis(Z, 0, 1), np.moveaxis(V, 0, 1))
-    while (again := _elsewhere(start, begin, end)).size:
-        start[again] = np.concatenate([begin[None], end[:-1]])[again]
+    slope, known = np.zeros_like(end), np.zeros(end.shape, dtype=bool)
+    while (behind := _elsewhere(start, np.concatenate([begin[None], end[:-1]]))).size:
+        wanted = _beginnings(start, end, slope, int(behind[0]))
+        again = np.union1d(behind[:1], _elsewhere(start, wanted))
         there = np.moveaxis(Z[again], 0, 1), np.moveaxis(V[again], 0, 1)
+        moved, before = wanted[again] - start[again], end[again]
+        start[again] = wanted[again]
         given[:, again], end[again] = _one_by_one(step, start[again], *there)
+        told = np.abs(moved) > _TOLD * np.max(np.abs(wanted), axis=0)
+        found = np.clip((end[again] - before) / np.where(told, moved, 1.0), -1.0, 1.0)
+        slope[again], known[again] = np.where(told, found, slope[again]), known[again] | told
+        slope[~known] = 1.0  # a piece that nothing told about may have been at rest
     return np.moveaxis(given, 1, 0).reshape(count * length, *given.shape[2:])[: len(z)]
 
 
-def _elsewhere(start: Array, begin: Array, end: Array) -> NDArray[np.int64]:
-    """Pieces that did not start where the one before them has ended, but for rounding."""
-    wanted = np.concatenate([begin[None], end[:-1]])
+def _beginnings(start: Array, end: Array, slope: Array, first: int) -> Array:
+    """Where pieces from the ``first`` on begin if those before end as far from where they did as ``slope`` says."""
+    wanted = start.copy()
+    off = np.zeros_like(start[0])
+    for i in range(first, len(start)):
+        wanted[i] = end[i - 1] + slope[i - 1] * off
+        off = wanted[i] - start[i]
+    return wanted
+
+
+def _elsewhere(start: Array, wanted: Array) -> NDArray[np.int64]:
+    """Pieces that did not start where they should have, but for rounding."""
     apart = np.abs(wanted - start) > _SAME * np.max(np.abs(wanted), axis=0)
     return np.flatnonzero(apart.reshape(len(start), -1).any(axis=1))
 

@@ -88,3 +88,41 @@ def test_between_two_turns_one_step_ends_as_many_do(law: JointLaw) -> None:
     for here in at:
         force, state = law.step(Motion(z[here], np.zeros(()), STEP), state)
     assert force == pytest.approx(float(one_by_one(law, z, 0 * z)[-1]), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "law",
+    [Jenkins(1e6, 1e6), Dahl(1e6, 1e5), LuGre(1e6, 50.0, 3e4, 4.5e4, 2e-3), BoucWen(1e6, 1e5, 2.0, 0.6)],
+    ids=lambda law: law.kind,
+)
+def test_contacts_that_hardly_forget_are_stepped_in_few_rounds(law: JointLaw) -> None:
+    z, steps = wander(8000), []
+
+    def step(z: Array, v: Array, state: Array) -> tuple[Array, Array]:
+        steps.append(0)
+        return law.step(Motion(z, v, STEP), state)
+
+    v = np.gradient(z, STEP)
+    force = in_pieces(law.initial_state(z[0]), law.initial_state, step, z, v)
+    plain = one_by_one(law, z, v)
+    assert force == pytest.approx(plain, abs=1e-11 * float(np.max(np.abs(plain))))
+    # 125 pieces of 64 steps: one after the other in as many rounds, in a handful where ends follow from beginnings.
+    assert len(steps) <= 8 * 65
+
+
+def test_no_law_is_stepped_more_often_than_there_are_pieces() -> None:
+    rng = np.random.default_rng(4)
+    z, rounds = wander(4000), []
+    beginning = np.zeros(2)
+
+    def step(z: Array, v: Array, state: Array) -> tuple[Array, Array]:
+        # Ends that jump about with their beginnings, by which no slope tells anything.
+        rounds.append(0)
+        y = np.cos(1e3 * state[..., 1] + z * 1e5)
+        return y, np.stack([z, y], axis=-1)
+
+    def virgin(z: Array) -> Array:
+        return np.stack([z, rng.standard_normal(np.shape(z))], axis=-1)
+
+    in_pieces(beginning, virgin, step, z, 0 * z)
+    assert len(rounds) <= 62 * 65
