@@ -42,4 +42,5 @@ def test_strokes_that_are_nearly_alike_are_no_measure_of_noise_near_a_resonance(
     assert found.verdict is not Verdict.NOTHING_MISSING
     # 60 dB of the motion, carried into the force by springs and inertia, are some 4 % of it.
     assert max(found.noise_floor["force_rel_per_record"].values()) < 0.06
-    assert found.chosen is not None and found.chosen.family == "missing-mass"
+    assert found.chosen is not None
+    assert found.chosen.family == "missing-mass"

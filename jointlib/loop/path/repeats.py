@@ -141,8 +141,8 @@ def _beyond(forces: Array, motions: Sequence[Array]) -> float:
     off = (forces - forces.mean(axis=0)).ravel()
     differences = np.array([(x - x.mean(axis=0)).ravel() for x in motions]).T
     left = off - differences @ np.linalg.lstsq(differences, off, rcond=None)[0]
-    own = left if left @ left < _MOSTLY * (off @ off) else off
-    return float(own @ own) / (forces.shape[1] * (forces.shape[0] - 1))
+    own = left if np.sum(left**2) < _MOSTLY * np.sum(off**2) else off
+    return float(np.sum(own**2)) / (forces.shape[1] * (forces.shape[0] - 1))
 
 
 def _crossing(run: Run, b: Block, level: float) -> float:
