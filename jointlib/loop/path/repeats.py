@@ -135,14 +135,14 @@ def _beyond(forces: Array, motions: Sequence[Array]) -> float:
     """Variance of forces over repetitions, (repetitions, samples), in N².
 
     Where motions that are only nearly the same explain most of it, it is what they leave.
-
     Near a resonance springs and inertia cancel, and a hundredth of the motion is as large as all of the force.
     """
     off = (forces - forces.mean(axis=0)).ravel()
     differences = np.array([(x - x.mean(axis=0)).ravel() for x in motions]).T
     left = off - differences @ np.linalg.lstsq(differences, off, rcond=None)[0]
     own = left if np.sum(left**2) < _MOSTLY * np.sum(off**2) else off
-    return float(np.sum(own**2)) / (forces.shape[1] * (forces.shape[0] - 1))
+    free = float(forces.shape[1] * (forces.shape[0] - 1))
+    return float(np.sum(own**2)) / free
 
 
 def _crossing(run: Run, b: Block, level: float) -> float:
