@@ -172,8 +172,10 @@ def _interface(root: Element, kind: str, card: Card, system: System) -> None:
             attributes |= {"providesIntermediateUpdate": "true", "recommendedIntermediateInputSmoothness": "2"}
         if _inside(system, card):
             attributes["maxOutputDerivativeOrder"] = "1"
-    elif card.fmi == 2:
+    elif not system.states and card.fmi == 2:
         attributes["completedIntegratorStepNotNeeded"] = "true"
+    elif system.states and card.fmi == 3:  # FMI 2.0 takes that for granted
+        attributes["needsCompletedIntegratorStep"] = "true"
     interface = ElementTree.SubElement(root, kind, attributes)
     if card.fmi == 2 and card.sources:
         files = ElementTree.SubElement(interface, "SourceFiles")

@@ -22,7 +22,8 @@ int jl_new_discrete_states(void *c, jl_call call, int *jumped)
     memcpy(before, v->s, sizeof before);
     jl_motion(v->s, v->u, motion);
     *jumped = jl_event(v->p, v->s + JL_STRUCTURE, v->m, motion) && jl_moved(before, v->s);
-    v->fresh = 0;
+    v->fresh = v->behind = v->late = 0;
+    v->told = v->time;
     if (!jl_all_finite(v->s, JL_STATES)) return jl_no_number(instance, call, "a state after the event");
     jl_watch(instance, call);
     return JL_OK;
@@ -36,11 +37,15 @@ int jl_continuous_time(void *c, jl_call call)
     return JL_OK;
 }
 
-int jl_completed_step(void *c, jl_call call, int answerable)
+/* Some hosts hold a given signal while their solver goes past an output point, and tell new forces only then: rates were
+ * asked for times without them. An event makes their solver drop what it stepped too far. */
+int jl_completed_step(void *c, jl_call call, int answerable, int *event)
 {
     jl_instance *instance = (jl_instance *)c;
     if (jl_refuse(c, call, !answerable, "the place of the answer is NULL")) return JL_ERROR;
     jl_watch(instance, call);
+    *event = instance->values.late;
+    instance->values.behind = instance->values.late = 0;
     return JL_OK;
 }
 
@@ -91,6 +96,7 @@ int jl_get_rates(void *c, jl_call call, double *x, size_t count)
     jl_instance *instance = (jl_instance *)c;
     if (jl_array(instance, call, x, count, JL_CONTINUOUS) || jl_prepare(instance, call)) return JL_ERROR;
     if (JL_CONTINUOUS == 0) return JL_OK;
+    if (JL_STRUCTURE && instance->values.time != instance->values.told) instance->values.behind = 1;
     jl_look(&instance->values, x, NULL);
     return jl_all_finite(x, JL_CONTINUOUS) ? JL_OK : jl_no_number(instance, call, "a rate");
 }

@@ -223,6 +223,7 @@ typedef struct {
     double d[JL_ROOM(JL_BENT)], was[JL_ROOM(JL_BENT)];        /* their forces beyond the tangents, in N */
     double at[JL_ROOM(JL_TURNS * JL_MOTIONS)], past[JL_ROOM(JL_TURNS * JL_MOTIONS)]; /* motions, where joints remember */
     double before;   /* s, that step; 0 where there was none */
+    double told;     /* s, when an input was last set */
     int closed;      /* the structure is in q, and s is behind */
     int bent;        /* d and push are of the present parameters */
     int state;       /* what may be called */
@@ -231,6 +232,8 @@ typedef struct {
     int sound;       /* the parameters were checked since they were set */
     int timed;       /* the time is the host's, by an experiment that was set up or a step */
     int fresh;       /* the outputs were computed since anything was set: 1 those of ports, 2 all */
+    int behind;      /* a solver asked rates of a time for which it told no inputs */
+    int late;        /* and told another input later */
 } jl_values;
 
 typedef struct jl_instance jl_instance;
@@ -315,7 +318,7 @@ void jl_port_motions(const jl_values *values, double *out);
 /* Model exchange (exchange.c). */
 int jl_new_discrete_states(void *instance, jl_call call, int *jumped); /* NULL: the host has no place for it */
 int jl_continuous_time(void *instance, jl_call call);
-int jl_completed_step(void *instance, jl_call call, int answerable);
+int jl_completed_step(void *instance, jl_call call, int answerable, int *event);
 int jl_set_time(void *instance, jl_call call, double time);
 int jl_set_continuous_states(void *instance, jl_call call, const double *x, size_t count);
 int jl_get_continuous_states(void *instance, jl_call call, double *x, size_t count);

@@ -32,9 +32,11 @@ JL_T(Status) JL_FMI(CompletedIntegratorStep)(JL_HANDLE c, JL_T(Boolean) noSetFMU
                                              JL_T(Boolean) *enterEventMode, JL_T(Boolean) *terminateSimulation)
 {
     const int answerable = enterEventMode && terminateSimulation;
+    int event = 0;
     (void)noSetFMUStatePriorToCurrentPoint;
-    if (jl_completed_step(c, JL_CALLED(CompletedIntegratorStep), answerable)) return JL_T(Error);
-    *enterEventMode = *terminateSimulation = JL_T(False);
+    if (jl_completed_step(c, JL_CALLED(CompletedIntegratorStep), answerable, &event)) return JL_T(Error);
+    *enterEventMode = event ? JL_T(True) : JL_T(False);
+    *terminateSimulation = JL_T(False);
     return JL_T(OK);
 }
 

@@ -216,8 +216,11 @@ int jl_set(void *c, jl_call call, const unsigned int *references, size_t count, 
     for (i = 0; i < count; i++) {
         jl_values *v = &instance->values;
         const int at = (int)JL_PLACE(references[i]), kind = jl_variables[at].kind;
-        if (kind == JL_INPUT) v->u[at] = x[i];
-        else if (kind == JL_STATE) v->s[at - JL_FIRST_STATE] = x[i];
+        if (kind == JL_INPUT) {
+            if (v->behind && v->u[at] != x[i]) v->late = 1;
+            v->told = v->time;
+            v->u[at] = x[i];
+        } else if (kind == JL_STATE) v->s[at - JL_FIRST_STATE] = x[i];
         else {
             v->p[at - JL_FIRST_PARAMETER] = x[i];
             v->sound = v->bent = 0;

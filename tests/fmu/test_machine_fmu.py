@@ -456,6 +456,41 @@ def test_importer_with_events_meets_the_end_stop() -> None:
     assert np.max(np.abs(found - expected[:, 0])) < 1e-5 * np.max(np.abs(expected[:, 0]))
 
 
+@one_version
+def test_only_a_solver_that_went_on_with_old_forces_is_told_to_begin_again(fmi: int) -> None:
+    fmu = Exchange(unpacked(STOPPED, fmi), fmi)
+    x = np.zeros(fmu.n)
+
+    def step(told: float | None, at: float, behind: float | None) -> bool:
+        """A step whose rates are of time ``at``, with a force told before or after; True if it ends in an event."""
+        fmu.fmu.setTime(at)
+        if told is not None:
+            fmu.put({"force_x": told})
+        fmu.slope(at, x)
+        if behind is not None:
+            fmu.put({"force_x": behind})
+        event, over = fmu.fmu.completedIntegratorStep()
+        assert not over
+        return bool(event)
+
+    assert not any(step(t * 1e3, t, None) for t in np.linspace(1e-3, 1e-2, 10))
+    assert not step(None, 2e-2, 10.0)  # as it was
+    assert step(None, 3e-2, 11.0)
+    fmu.fmu.enterEventMode()
+    fmu.put({"force_x": 12.0})
+    fmu.settle()
+    assert not step(None, 4e-2, None)
+
+
+@pytest.mark.slow
+def test_a_solver_that_holds_forces_past_output_points_comes_to_the_motion_of_co_simulation() -> None:
+    """FMPy's CVode, which without an event for new forces is 11 % off."""
+    folder = unpacked(library_machine("guide_mill"), 2)
+    found = verify_fmu(folder.with_suffix(".fmu"), exchange=True).exchange
+    assert found is not None
+    assert found < 5e-3
+
+
 @pytest.mark.thorough
 def test_mass_that_only_grazes_the_stop_meets_it() -> None:
     """Free vibration about F/K reaches 2 F/K: the stop stands a hair before that."""
