@@ -125,9 +125,9 @@ static void exchange(void)
 }
 
 /* Many steps under forces that jump, with a state kept and put back now and then. */
-static void many(long count)
+static void many(long count, double tolerance)
 {
-    fmi2Component c = start(0, 0.0);
+    fmi2Component c = start(0, tolerance);
     fmi2FMUstate saved = NULL;
     const unsigned int force = 1;
     unsigned long long noise = 88172645463325252ull;
@@ -152,7 +152,7 @@ static void many(long count)
 int main(int count, char **words)
 {
     if (count > 1) {
-        many(atol(words[1]));
+        many(atol(words[1]), count > 2 ? atof(words[2]) : 0.0);
         return failures != 0;
     }
     within(0.0), within(1e-5);
