@@ -115,9 +115,9 @@ def export_fmu(
     reference = csv_text(replace(run, names=tuple(map(system.shown, run.names))))
     card = _named(system, card, reference)
     with told_of.step("writing and compiling the sources" if chosen == "c" else "building"):
-        members = _native(system, card, platforms) if chosen == "c" else _python(system, card)
+        members, left = _native(system, card, platforms) if chosen == "c" else (_python(system, card), {})
     present = {name.split("/")[1] for name in members if name.startswith("binaries/")}
-    told = native_notes(system, fmi, present) if chosen == "c" else python_notes("" if runtime else obstacle)
+    told = native_notes(system, fmi, present, left) if chosen == "c" else python_notes("" if runtime else obstacle)
     if not runs_here:
         told = [f"The FMU was not run, as there is {obstacle}; fmpy compile builds it where there is one.", *told]
     steps = step_notes(coupled, chosen, over, limit) if coupled and over and limit else machine_notes(system)
@@ -246,10 +246,10 @@ def _source(system: System, card: Card) -> dict[str, str]:
     return {f"resources/{card.identifier}.py": slave_source(_lone(system), card.identifier)}
 
 
-def _native(system: System, card: Card, platforms: Sequence[str]) -> dict[str, bytes]:
-    known = compilers_for(platforms)
-    members = native_members(_source(system, card), card.fmi, card.identifier, known, all_needed=bool(platforms))
-    return members | {"documentation/licenses/jointlib.txt": licence_of("jointlib").encode("utf-8")}
+def _native(system: System, card: Card, platforms: Sequence[str]) -> tuple[dict[str, bytes], dict[str, str]]:
+    known, source = compilers_for(platforms), _source(system, card)
+    members, left = native_members(source, card.fmi, card.identifier, known, all_needed=bool(platforms))
+    return members | {"documentation/licenses/jointlib.txt": licence_of("jointlib").encode("utf-8")}, left
 
 
 def _python(system: System, card: Card) -> dict[str, bytes]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from importlib.metadata import PackageNotFoundError, distribution
 
 from jointlib.joint import Joint
@@ -21,12 +21,14 @@ def python_notes(obstacle: str) -> list[str]:
     return ["The FMU runs only in hosts that bring Python, such as FMPy; a host without Python cannot load it.", *why]
 
 
-def native_notes(system: System, fmi: int, present: Iterable[str]) -> list[str]:
-    """About the native runtime with libraries for the platforms ``present``."""
+def native_notes(system: System, fmi: int, present: Iterable[str], left: Mapping[str, str]) -> list[str]:
+    """About the native runtime with libraries for the platforms ``present``; compilers of those ``left`` failed."""
     said = []
     if steps := only_in_steps(joints_of(system)):
         said.append(f"The FMU does co-simulation only, as the importer cannot integrate {', '.join(steps)}.")
-    if missing := absent(fmi, present):
+    for platform, why in left.items():
+        said.append(f"It has no library for {platform}, as its compiler failed: {why}.")
+    if missing := [name for name in absent(fmi, present) if name not in left]:
         said.append(
             f"It has no library for {', '.join(missing)}: pip install 'jointlib[native]' brings a compiler for every "
             "platform, and fmpy compile builds the FMU from its own sources on any."

@@ -39,11 +39,12 @@ def _build_description(identifier: str) -> str:
 
 def native_members(
     sources: dict[str, str], fmi: int, identifier: str, compilers: tuple[Compiler, ...], *, all_needed: bool = False
-) -> dict[str, bytes]:
-    """Sources, the libraries compiled from them, and the licence of the FMI headers.
+) -> tuple[dict[str, bytes], dict[str, str]]:
+    """Sources, the libraries compiled from them, and the licence of the FMI headers; and what was left out, and why.
 
     A platform whose compiler fails is left out, unless it is this computer's own or ``all_needed``.
     """
+    left = {}
     members = {name: text.encode("utf-8") for name, text in sources.items()}
     members["documentation/licenses/fmi-headers.txt"] = licence().encode("utf-8")
     files = {name.removeprefix(SOURCES): text for name, text in sources.items() if name.endswith((".c", ".h"))}
@@ -51,7 +52,8 @@ def native_members(
         place = f"binaries/{compiler.platform.folder(fmi)}/{identifier}{compiler.platform.suffix}"
         try:
             members[place] = library(compiler, files, TRANSLATION_UNIT, identifier)
-        except InputError:
+        except InputError as error:
             if all_needed or compiler.platform.fmi3 == here():
                 raise  # what cannot run here cannot be verified; another platform does without
-    return members
+            left[compiler.platform.folder(fmi)] = str(error)
+    return members, left
