@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -61,9 +61,18 @@ def _joint(prefix: str, joint: Joint) -> list[str]:
         lines.append(f"<p>Valid for {html.escape(quantity)} from {low:.4g} to {high:.4g} {unit}.</p>")
     if not joint.validity:
         lines.append("<p>The joint states no range in which it holds.</p>")
-    for key, value in joint.provenance.items():
-        lines.append(f"<p>Provenance, {html.escape(str(key))}: {html.escape(str(value))[:600]}</p>")
+    if joint.provenance:
+        lines.append(_table(("provenance", ""), [(str(k), _in_words(v)) for k, v in joint.provenance.items()]))
     return lines
+
+
+def _in_words(value: object) -> str:
+    """An entry of the provenance: a file by its name and the beginning of its hash, lists as their parts."""
+    if isinstance(value, Mapping):
+        return " ".join(str(v)[:12] if k == "sha256" else _in_words(v) for k, v in value.items())
+    if isinstance(value, list | tuple):
+        return "; ".join(map(_in_words, value))
+    return ("yes" if value else "no") if isinstance(value, bool) else str(value)
 
 
 def _force_picture(joint: Joint) -> str:

@@ -85,7 +85,7 @@ def identify(
         fit.joint,
         covariance=fit.covariance,
         validity={**fit.joint.validity, **validity(used)},
-        provenance=provenance(used),
+        provenance={**provenance(used), "residuals": [_residual(e) for e in errors]},
     )
     return Identification(
         joint=joint,
@@ -96,6 +96,11 @@ def identify(
         orders=fit.orders,
         messages=tuple(messages),
     )
+
+
+def _residual(error: FitError) -> str:
+    """What the laws do not explain of a measurement, in words that go into the joint's file."""
+    return f"{error.measurement}: {error.rms:.3g} {error.unit} rms, {100 * error.relative:.2g} % of the largest"
 
 
 def _missing(test: FitRecords, error: FitError, joint_file: str) -> str:

@@ -150,11 +150,18 @@ def test_the_page_gives_each_parameter_with_its_error_and_where_the_joint_holds(
         "mount",
         validity={"amplitude": (0.0, 5e-6)},
         covariance=Covariance(names, np.diag([4e10, 25.0])),
-        provenance={"files": "r1.csv <sha>"},
+        provenance={
+            "simulated": True,
+            "files": [{"file": "r1.csv <sha>", "sha256": "0123456789abcdef"}, {"file": "r2.csv", "sha256": "ab"}],
+            "residuals": ["r1: 3 N rms, 0.2 % of the largest"],
+        },
     )
     page = documentation_text(system_of_joint(joint), ("One sentence.",), [("made with", "jointlib")])
-    for said in ("One sentence.", "made with", "linear.stiffness", "± 2e+05", "± 5", "5e-06 m", "r1.csv &lt;sha&gt;"):
+    for said in ("One sentence.", "made with", "linear.stiffness", "± 2e+05", "± 5", "5e-06 m"):
         assert said in page
+    for said in ("r1.csv &lt;sha&gt; 0123456789ab; r2.csv ab", "<td>yes</td>", "3 N rms, 0.2 % of the largest"):
+        assert said in page
+    assert "{" not in page.split("<body>")[1]
     assert page.count("<svg") == 2
     assert "<script" not in page
 

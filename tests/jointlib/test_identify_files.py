@@ -112,6 +112,8 @@ def test_range_and_origin_come_from_the_data(tmp_path: Path) -> None:
     assert found.joint.validity["frequency"] == (2000.0, 20000.0)
     assert found.joint.validity["velocity"][1] == pytest.approx(np.max(np.abs(shaken().velocity)), rel=0.01)
     names = [f["file"] for f in found.joint.provenance["files"]]
+    assert [said.split(":")[0] for said in found.joint.provenance["residuals"]] == [e.measurement for e in found.errors]
+    assert all(said.endswith("% of the largest") for said in found.joint.provenance["residuals"])
     assert names == ["static.measurement.toml", "curve.csv", "rig.measurement.toml", "r0.npz", "r1.npz"]
 
 
