@@ -1,30 +1,34 @@
 """What the record of a cut tells: stable or chatter, and at which frequency.
 
-A stable cut repeats with the revolution, run-out and all, so what one revolution differs from the one before is noise.
-Chatter does not repeat with it (Schmitz's once-per-revolution sampling); a flip repeats with every second tooth, and is
-told from run-out only by its size where the number of teeth is even.
+A stable cut repeats with the revolution, run-out and all, so what it holds beside the harmonics of the revolution is
+background. Chatter stands there in narrow lines; noise does not. A flip repeats with every second tooth, and is told
+from run-out only by its size, and by the other harmonics of the revolution, where the number of teeth is even.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from jointlib.arrays import Array
-from jointlib.errors import InputError
+from jointlib.cuts.sound import Line, Sound, listen
 
-_FEWEST = 12
-"""Revolutions."""
-_WITHIN = 0.01
-"""Share of the nominal speed within which the true one is looked for."""
 _STABLE, _CHATTER = 0.1, 0.3
-"""Shares of the vibration that does not repeat: below the one stable, from the other on chatter."""
-_STANDS_OUT = 10.0
-"""Times the middle of the spectrum from which on a line is one."""
-_AWAY = 3.0
-"""Widths of a line of the spectrum that a line of chatter stands from those of the spindle, at least."""
-_PADDED = 4
+"""Shares of the vibration in lines that do not repeat: below the one stable, from the other on chatter."""
+_NOISY = 0.3
+"""Share of noise from which on it is told."""
+_RUN_OUT, _FLIP = 3.0, 10.0
+"""Times the other harmonics of the revolution that a line halfway is: to the one run-out, from the other on a flip."""
+_UNUSUAL = 30.0
+"""Times what it is in other cuts, over the lines of the teeth, that it is in a flip: a mode raises run-out too."""
+_MAINS = (50.0, 60.0)
+_MULTIPLES = 6
+_OFF = 0.002
+"""Share by which the mains may be off."""
+_SHALLOWER = "a shallower cut at this speed would tell: run-out stays, a flip goes"
+WOULD_TELL = 'a record of the spindle turning without cutting (role = "quiet") would tell'
 
 
 @dataclass(frozen=True)
@@ -40,9 +44,11 @@ class Heard:
     kind
         ``"hopf"`` or ``"flip"``; empty without chatter.
     share
-        Effective value of what does not repeat with the revolution, over that of the vibration.
+        Effective value of the lines that do not repeat with the revolution, over that of all lines but background.
     speed
         rpm as the record has it.
+    said
+        Half sentences: what was left out, and why nothing more can be told.
     """
 
     verdict: str
@@ -50,71 +56,101 @@ class Heard:
     kind: str
     share: float
     speed: float
+    said: tuple[str, ...] = ()
 
 
 def heard(signal: Array, rate: float, speed: float, teeth: int, where: str) -> Heard:
-    """Judge a cut by its record, (samples,), at a nominal speed in rpm; ``where`` begins what is refused."""
-    x = np.asarray(signal, dtype=float) - np.mean(signal)
-    nominal = speed / 60
-    if len(x) / rate * nominal < _FEWEST:
-        turns = len(x) / rate * nominal
-        raise InputError(f"{where}: holds {turns:.3g} revolutions, expected at least {_FEWEST} to tell a cut by")
-    if not np.any(x):
-        raise InputError(f"{where}: never changes, expected the sound or vibration of a cut")
-    size = _PADDED * 2 ** int(np.ceil(np.log2(len(x))))
-    spectrum = np.abs(np.fft.rfft(x * np.hanning(len(x)), size)) ** 2
-    step, width = rate / size, 2 * rate / len(x)
-    frequency = np.arange(len(spectrum)) * step
-    turning = _turning(spectrum, step, nominal, teeth, rate / 2)
-    order = frequency / turning
-    apart = np.abs(order - np.round(order)) * turning
-    half = np.abs(order / teeth - 0.5 - np.round(order / teeth - 0.5)) * teeth * turning
-    of_teeth = np.abs(order / teeth - np.round(order / teeth)) * teeth * turning
-    audible = (frequency > 0.5 * turning) & (frequency < 0.8 * rate / 2)
-    away = audible & (apart > _AWAY * width)
-    floor = float(np.median(spectrum[away])) if np.any(away) else 0.0
-    share = _unrepeated(x, rate / turning)
-    peak = int(np.argmax(np.where(away, spectrum, 0.0)))
-    flip = int(np.argmax(np.where(audible & (half < _AWAY * width), spectrum, 0.0)))
-    tooth = float(np.max(np.where(audible & (of_teeth < _AWAY * width), spectrum, 0.0)))
-    if teeth % 2 == 0 and spectrum[flip] > max(tooth, spectrum[peak]):  # repeats with the revolution, yet too large
-        return Heard("chatter", float(_refined(spectrum, flip) * step), "flip", share, 60 * turning)
-    stands_out = spectrum[peak] > _STANDS_OUT**2 * floor
-    if share < _STABLE or (share < _CHATTER and not stands_out):
-        return Heard("stable", None, "", share, 60 * turning)
-    if not stands_out:
-        return Heard("unknown", None, "", share, 60 * turning)
-    found = _refined(spectrum, peak) * step
-    kind = "flip" if half[peak] < _AWAY * width else "hopf"
-    return Heard("chatter" if share >= _CHATTER else "marginal", float(found), kind, share, 60 * turning)
+    """Judge a cut by its record, (samples,), at a nominal speed in rpm, of a tool that runs true.
+
+    ``where`` begins what is refused.
+    """
+    return told_by(listen(signal, rate, speed, teeth, where), run_out=0.0)
 
 
-def _turning(spectrum: Array, step: float, nominal: float, teeth: int, highest: float) -> float:
-    """Revolutions per second at which the harmonics of the teeth hold most, evenly weighed so that none decides."""
-    orders = teeth * np.arange(1, 7)
-    orders = orders[orders * nominal < 0.8 * highest]
-    if not len(orders):
-        return nominal
-    fine = step / orders[-1]
-    tried = nominal + fine * np.arange(-int(_WITHIN * nominal / fine), int(_WITHIN * nominal / fine) + 1)
-    level = np.log(np.maximum(spectrum, 1e-12 * np.max(spectrum)))
-    held = np.sum(np.interp(orders[:, None] * tried, np.arange(len(level)) * step, level), axis=0)
-    return float(tried[np.argmax(held)])
+def told_by(sound: Sound, background: Sequence[Line] = (), run_out: float | None = None, rises: bool = False) -> Heard:
+    """Judge a cut by its spectrum, without the lines of the background.
+
+    ``run_out`` is the usual size of lines halfway between those of the teeth in other cuts with the tool, over that of
+    the teeth; None where nobody knows. ``rises`` where the hump of the noise is that of this cut alone.
+    """
+    said: list[str] = []
+    lines = [line for line in sound.lines if line.loud and line not in background]
+    weak = [line for line in lines if _of_mains(line, sound) and _share(sound, line.power) < _CHATTER]
+    if weak:
+        part = _share(sound, sum(line.power for line in weak))
+        if part >= _STABLE / 2:
+            hum = ", ".join(f"{line.frequency:.1f}" for line in weak)
+            said.append(f"{hum} Hz is the mains, {100 * part:.0f} % of the vibration: left out")
+        lines = [line for line in lines if line not in weak]
+    power = sum(line.power for line in lines)
+    share, speed = _share(sound, power), 60 * sound.turning
+    everything = sound.repeated + power + sound.noise
+    hump = sound.hump if sound.hump and _share(sound, sound.hump.power) >= _CHATTER else None
+    noisy = f"{100 * np.sqrt(sound.noise / everything):.0f} % of the vibration"
+    if hump is None and sound.noise > _NOISY**2 * everything:
+        said.append(f"{noisy} is noise, which is no chatter")
+    strongest = max(lines, key=lambda line: line.power, default=None)
+    either = False
+    if sound.half > max(sound.tooth, strongest.power if strongest else 0.0):
+        kind = _halfway(sound, run_out)
+        place = (
+            f"the line at {sound.half_frequency:.5g} Hz, {round(sound.half_frequency / sound.turning)} per revolution,"
+        )
+        if kind == "flip":
+            return Heard("chatter", sound.half_frequency, "flip", share, speed, tuple(said))
+        either = kind == "either"
+        told = f"is run-out or a flip; {_SHALLOWER}" if either else "is run-out: others of the revolution are as large"
+        said.append(f"{place} {told}")
+    if strongest is not None and share >= _STABLE:
+        if _of_mains(strongest, sound):
+            said.append(f"{strongest.frequency:.1f} Hz is the mains or chatter; {WOULD_TELL}")
+            return Heard("unknown", None, "", share, speed, tuple(said))
+        order = strongest.frequency / sound.turning / sound.teeth - 0.5
+        near = abs(order - round(order)) * sound.teeth * sound.turning < 3 * sound.width
+        verdict = "chatter" if share >= _CHATTER else "marginal"
+        return Heard(verdict, strongest.frequency, "flip" if near else "hopf", share, speed, tuple(said))
+    if hump is not None:
+        irregular = f"{noisy} is irregular, most of it about {hump.frequency:.0f} Hz"
+        why = "other records do not have that" if rises else f"chatter, or a mode that noise shakes; {WOULD_TELL}"
+        said.append(f"{irregular}: {why}")
+        verdict = "chatter" if rises else "unknown"
+        return Heard(verdict, None, "", _share(sound, power + hump.power), speed, tuple(said))
+    unknown = _hidden(sound, sound.repeated + power)
+    said += [unknown] if unknown else []
+    return Heard("unknown" if either or unknown else "stable", None, "", share, speed, tuple(said))
 
 
-def _unrepeated(x: Array, period: float) -> float:
-    """Effective value of half of what one revolution, of ``period`` samples, differs from the next, over the whole."""
-    at = np.arange(len(x), dtype=float)
-    later = np.interp(at + period, at, x, right=np.nan)
-    inside = np.isfinite(later)
-    differs = float(np.mean((later[inside] - x[inside]) ** 2)) / 2
-    return float(np.sqrt(differs / np.mean(x**2)))
+def _hidden(sound: Sound, told: float) -> str:
+    """Why nobody can tell whether a cut without lines is stable, ``told`` the power of all lines; or nothing."""
+    if sound.faintest > _CHATTER**2 * (told + sound.faintest):
+        return "noise hides whether the cut repeats; a longer record, or a microphone closer to it, would tell"
+    if sound.beside > _CHATTER**2 * (told + sound.beside):
+        return "something stands too close beside lines of the spindle to be told; a longer record would tell"
+    return ""
 
 
-def _refined(spectrum: Array, line: int) -> float:
-    """The top of a line by a parabola through the logarithms around it, in lines."""
-    if not 0 < line < len(spectrum) - 1 or np.any(spectrum[line - 1 : line + 2] <= 0):
-        return float(line)
-    a, b, c = np.log(spectrum[line - 1 : line + 2])
-    bend = a - 2 * b + c
-    return float(line + (0.5 * (a - c) / bend if bend < 0 else 0.0))
+def _share(sound: Sound, power: float) -> float:
+    """Effective value of some lines over that of them and the lines of the spindle."""
+    return float(np.sqrt(power / (sound.repeated + power))) if power > 0 else 0.0
+
+
+def _of_mains(line: Line, sound: Sound) -> bool:
+    """Whether a line stands at the frequency of the mains or a multiple of it."""
+    for mains in _MAINS:
+        multiple = round(line.frequency / mains)
+        off = abs(line.frequency - multiple * mains)
+        if 1 <= multiple <= _MULTIPLES and off < 0.25 * sound.width + _OFF * line.frequency:
+            return True
+    return False
+
+
+def _halfway(sound: Sound, run_out: float | None) -> str:
+    """What a large line halfway between those of the teeth is: a flip, run-out, or either of them."""
+    if sound.half < _RUN_OUT**2 * sound.others:
+        return "run-out"
+    if sound.half < _FLIP**2 * sound.others:
+        return "either"
+    if run_out is None and sound.teeth == 2:  # every harmonic of the revolution is one of the teeth or halfway
+        return "either"
+    usual = run_out or 0.0
+    return "flip" if sound.half > (_UNUSUAL * usual) ** 2 * sound.tooth else "either"

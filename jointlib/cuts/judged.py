@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from jointlib.cuts.heard import Heard, heard
+from jointlib.cuts.background import background_of, rises
+from jointlib.cuts.heard import Heard, told_by
+from jointlib.cuts.sound import Sound, listen
 from jointlib.cuts.tried_cut import TriedCut
 from jointlib.io.measurement_file import read_records
 from jointlib.measurement import Measurement
+
+_ENOUGH = 2
+"""Other cuts by which the run-out of a tool is told."""
+_FAINT = 0.2
+"""Size of the faintest line over that of the teeth up to which a record tells of run-out."""
 
 
 @dataclass(frozen=True)
@@ -18,6 +26,8 @@ class JudgedCut:
 
     cut: TriedCut
     heard: Heard | None = None
+    background: tuple[str, ...] = ()
+    """Sentences on lines that were left out, alike in all records that hold them."""
 
     def doubt(self) -> str:
         """Half a sentence where file and record disagree; empty where they do not."""
@@ -28,19 +38,53 @@ class JudgedCut:
         share = f"{100 * self.heard.share:.0f} % of the vibration does not repeat with the revolution"
         return f"{self.cut.name}: {self.cut.verdict} by the file, {self.heard.verdict} by its record ({share})"
 
+    def remarks(self) -> list[str]:
+        """What was left out of the record, and why it does not tell more."""
+        return [] if self.heard is None else [f"{self.cut.name}: {said}" for said in self.heard.said]
+
+
+def heard_of(judged: Sequence[JudgedCut]) -> list[str]:
+    """What was left out as background, once, and what is to be said of single records."""
+    shared = dict.fromkeys(said for one in judged for said in one.background)
+    return [*shared, *(said for one in judged for said in one.remarks())]
+
 
 def judged_cuts(m: Measurement) -> tuple[JudgedCut, ...]:
-    """Every cut of a measurement of kind ``cuts``; the loudest channel of a record tells it."""
-    found = []
+    """Every cut of a measurement of kind ``cuts``; the channel of a record that holds most chatter tells it."""
+    names = [c.name for c in m.channels if c.quantity not in ("time", "temperature")]
+    sounds: list[dict[str, Sound]] = []
+    for cut in m.cuts:
+        if cut.record is not None:
+            (record,) = read_records(m, [cut.record])
+            sounds.append({
+                name: listen(record.channels[name], record.sample_rate, cut.speed, cut.teeth, f"{record.name}: {name}")
+                for name in names
+            })  # fmt: skip
+    quiet = [
+        {name: listen(record.channels[name], record.sample_rate, 0.0, 1, f"{record.name}: {name}") for name in names}
+        for record in read_records(m, m.with_role("quiet"))
+    ]
+    found, k = [], 0
     for cut in m.cuts:
         if cut.record is None:
             found.append(JudgedCut(cut))
             continue
-        (record,) = read_records(m, [cut.record])
-        told = [
-            heard(record.channels[c.name], record.sample_rate, cut.speed, cut.teeth, f"{record.name}: {c.name}")
-            for c in m.channels
-        ]
-        loudest = told[int(np.argmax([one.share for one in told]))]
-        found.append(JudgedCut(cut.judged(loudest.verdict, loudest.chatter_frequency), loudest))
+        told = [_judged(k, [s[name] for s in sounds], [q[name] for q in quiet]) for name in names]
+        loudest, background = told[int(np.argmax([one.share for one, _ in told]))]
+        found.append(JudgedCut(cut.judged(loudest.verdict, loudest.chatter_frequency), loudest, background))
+        k += 1
     return tuple(found)
+
+
+def _judged(k: int, sounds: Sequence[Sound], quiet: Sequence[Sound]) -> tuple[Heard, tuple[str, ...]]:
+    """Record ``k`` of a channel with what the others say of shop and tool."""
+    background = background_of(k, sounds, quiet)
+    sizes = [
+        float(np.sqrt(s.half / s.tooth))
+        for i, s in enumerate(sounds)
+        if i != k and s.teeth == sounds[k].teeth and s.faintest < _FAINT**2 * s.tooth
+    ]
+    run_out = float(np.median(sizes)) if len(sizes) >= _ENOUGH else None
+    told = told_by(sounds[k], list(background), run_out, rises(k, sounds, quiet))
+    loud = {one.sentence() for line, one in background.items() if line.loud}
+    return told, tuple(sorted(loud))

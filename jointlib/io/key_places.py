@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from jointlib.estimation.settings import EXCITED
 from jointlib.io.toml import Section
-from jointlib.measurement import CUTS, FORCES, KINDS, RINGDOWN
+from jointlib.measurement import CUTS, FORCES, RINGDOWN
 
 _OF_CUT = ("process", "teeth", "mode", "immersion", "speed", "depth", "feed", "diameter", "helix")
 OF_FILE: Mapping[str, Sequence[str]] = {
@@ -21,7 +21,6 @@ OF_FILE: Mapping[str, Sequence[str]] = {
     "estimate": EXCITED,
     "cutting": (FORCES, CUTS),
     "cut": (CUTS,),
-    "record": tuple(kind for kind in KINDS if kind != CUTS),
 }
 """The kinds that read a key at the top of a file; what is not here all read."""
 OF_CHANNEL: Mapping[str, Sequence[str]] = {

@@ -22,7 +22,7 @@ from jointlib.io.estimate_table import settings_of
 from jointlib.io.key_places import OF_FILE, OF_RECORD, refuse_elsewhere
 from jointlib.io.measurement_checks import check
 from jointlib.io.mistakes import Lost, Mistakes, all_at_once
-from jointlib.io.readers import read_columns
+from jointlib.io.readers import rate_of_sound, read_columns
 from jointlib.io.tables.correction_table import carriage, correction_of, mended
 from jointlib.io.tables.cut_table import cut_of, operation_of
 from jointlib.io.tables.cuts_table import records_of, tried_cut
@@ -82,7 +82,8 @@ def _measurement(path: Path, section: Section) -> Measurement:
     acts_on, shared = ("tool", {}) if operation is None else operation_of(operation, kind)
     cuts, unread = section.each("cut", lambda part: tried_cut(part, shared), needed=True) if kind == CUTS else ([], [])
     of_record = _sweep if kind == "frf" else partial(_record, kind=kind, shared=shared)
-    records, lost = (records_of(cuts), unread) if kind == CUTS else section.each("record", of_record, needed=True)
+    records, lost = section.each("record", of_record, needed=kind != CUTS)
+    records = [*records_of(cuts), *records]
     asked = section.section("estimate")
     estimate = asked.read(lambda part: settings_of(part, kind)) if kind in EXCITED else None
     found = Measurement(
@@ -107,7 +108,7 @@ def _measurement(path: Path, section: Section) -> Measurement:
     refuse_elsewhere(section, kind, OF_FILE)
     section.section("provenance")
     section.done()
-    check(found, channels=not faulty, records=not lost)
+    check(found, channels=not faulty, records=not lost and not unread)
     return found
 
 
@@ -149,6 +150,8 @@ def _record(section: Section, kind: str, shared: Mapping[str, Any]) -> RecordSou
         section.fault(f"rows is {rows!r}, expected [first, end) with 0 <= first < end")
         rows = None
     role = section.text("role", "fit", choices=ROLES)
+    if kind == CUTS and role != "quiet":
+        section.fault(f"role is {role!r}, expected 'quiet', the spindle turning without a cut: cuts stand in [[cut]]")
     record = RecordSource(
         file=section.path("file"),
         role=role,
@@ -199,11 +202,12 @@ def _sweep(section: Section) -> RecordSource:
 
 def read_records(m: Measurement, sources: Iterable[RecordSource]) -> tuple[Record, ...]:
     """Read records, convert to SI, refuse samples that are missing or not finite, and undo the corrections."""
-    cache: dict[Path, tuple[dict[str, Array], str]] = {}
+    cache: dict[Path, tuple[dict[str, Array], str, float]] = {}
     out = []
     for source in sources:
         if source.file not in cache:
-            cache[source.file] = read_columns(source.file, m.text), sha256(source.file)
+            columns = read_columns(source.file, m.text)
+            cache[source.file] = columns, sha256(source.file), _rate(m, source.file)
         out.append(_read(m, source, *cache[source.file]))
     return tuple(out)
 
@@ -219,7 +223,15 @@ def _of_group(source: RecordSource, columns: dict[str, Array]) -> dict[str, Arra
     return inside
 
 
-def _read(m: Measurement, source: RecordSource, columns: dict[str, Array], digest: str) -> Record:
+def _rate(m: Measurement, file: Path) -> float:
+    """Hz of a record, which a WAV file tells too; 0 where nobody does."""
+    said, own = m.sample_rate, rate_of_sound(file)
+    if said is not None and own is not None and abs(own / said - 1) > 1e-3:
+        raise InputError(f"{file}: was recorded at {own:g} Hz, sample_rate says {said:g} Hz")
+    return said or own or 0.0
+
+
+def _read(m: Measurement, source: RecordSource, columns: dict[str, Array], digest: str, rate: float) -> Record:
     columns, data = _of_group(source, columns), {}
     for channel in m.channels:
         heading = channel.column or channel.name
@@ -240,7 +252,6 @@ def _read(m: Measurement, source: RecordSource, columns: dict[str, Array], diges
     if len(set(lengths.values())) > 1:
         listed = ", ".join(f"{name} {n}" for name, n in lengths.items())
         raise InputError(f"{source.file}: channels of different length ({listed}), expected one length")
-    rate = m.sample_rate or 0.0
     for channel in m.of("time"):
         _check_clock(source, data[channel.name], rate)
     used = {channel.column or channel.name for channel in m.channels}

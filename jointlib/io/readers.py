@@ -9,6 +9,7 @@ from jointlib.arrays import Array
 from jointlib.errors import InputError, nearest
 from jointlib.foreign.door import foreign
 from jointlib.lab.dialect import Told
+from jointlib.lab.formats.wave import read_wave
 from jointlib.lab.open_file import open_lab_file
 from jointlib.lab.text_table import TextTable, read_table
 from jointlib.registry import installed
@@ -36,6 +37,11 @@ def read_columns(path: Path, told: Told | None = None) -> dict[str, Array]:
     if not columns or all(len(c) == 0 for c in columns.values()):
         raise InputError(f"{path}: holds no samples, expected columns of numbers")
     return columns
+
+
+def rate_of_sound(path: Path) -> float | None:
+    """Hz that a WAV file tells of itself; None for any other file."""
+    return read_wave(path).columns[0].rate if path.suffix.lower() == ".wav" else None
 
 
 def read_csv(path: Path, told: Told | None = None) -> dict[str, Array]:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from jointlib.cuts.judged import JudgedCut, judged_cuts
+from jointlib.cuts.judged import JudgedCut, heard_of, judged_cuts
 from jointlib.errors import InputError
 from jointlib.io.atomic import sha256
 from jointlib.loop.answer.report import Verdict
@@ -263,7 +263,7 @@ def _warnings(
     base: Entry,
     mended: str,
 ) -> list[str]:
-    said = [one.doubt() for one in judged if one.doubt()]
+    said = [one.doubt() for one in judged if one.doubt()] + heard_of(judged)
     unknown = sum(one.cut.verdict == "unknown" for one in judged)
     if unknown:
         said.append(f"{unknown} cuts of unknown verdict are left out.")

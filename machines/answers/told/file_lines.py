@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from jointlib.arrays import Array
-from jointlib.cuts.judged import judged_cuts
+from jointlib.cuts.judged import heard_of, judged_cuts
 from jointlib.cutting_force.coefficients import Coefficients
 from jointlib.errors import InputError, told
 from jointlib.io.measurement_file import read_records
@@ -92,7 +92,7 @@ def tried_lines(m: Measurement) -> list[str]:
         rows.append((cut.name, *row))
         doubts += [one.doubt()] if one.doubt() else []
     header = ("cut", "speed [rpm]", "depth [mm]", "verdict", "chatter [Hz]", "kind", "by", "not repeated [%]")
-    return [*table(header, rows), *doubts]
+    return [*table(header, rows), *doubts, *heard_of(judged)]
 
 
 def component_lines(component: Component) -> list[str]:
