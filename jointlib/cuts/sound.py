@@ -19,6 +19,8 @@ _TRACE = 4.5
 """Times from which on a line is kept, to be found again in other records: no noise reaches that in a million lines."""
 _AWAY, _BESIDE = 3.0, 1.25
 """Widths that a line is told from those of the spindle at, and those at which it is no longer a part of them."""
+_WANDERS, _AT_MOST = 0.002, 0.1
+"""Share of a frequency by which lines of a spindle that does not keep its speed are off, up to one of the speed."""
 _LEAKS = 0.06
 """Amplitude over that of the line of the spindle from which on what stands beside it is something else."""
 _AROUND, _AROUND_SHARE = 10.0, 0.03
@@ -108,12 +110,11 @@ class Sound:
 
     def hides(self, frequency: float) -> bool:
         """Whether a line there cannot be told from those of the spindle."""
-        return self.turning > 0 and self.apart(frequency) <= _AWAY * self.width
-
-    def apart(self, frequency: float) -> float:
-        """Hz to the next harmonic of the revolution."""
+        if self.turning == 0:
+            return False
         order = frequency / self.turning
-        return abs(order - round(order)) * self.turning
+        wanders = min(_WANDERS * frequency, _AT_MOST * self.turning)
+        return abs(order - round(order)) * self.turning <= max(_AWAY * self.width, _BESIDE * self.width + wanders)
 
 
 def listen(signal: Array, rate: float, speed: float, teeth: int, where: str) -> Sound:
@@ -133,24 +134,26 @@ def listen(signal: Array, rate: float, speed: float, teeth: int, where: str) -> 
     turning = _turning(spectrum, step, nominal, teeth, rate / 2) if speed else 0.0
     order = frequency / turning if speed else np.full(len(frequency), 0.5)
     apart = np.abs(order - np.round(order)) * turning if speed else np.full(len(frequency), np.inf)
+    reach = _BESIDE * width + np.minimum(_WANDERS * frequency, _AT_MOST * turning)
     audible = (frequency > (0.5 * turning if speed else width)) & (frequency < 0.8 * rate / 2)
-    away = audible & (apart > _AWAY * width)
+    away = audible & (apart > np.maximum(_AWAY * width, reach))
     at, level = _floor(spectrum, frequency, away, width)
     floor = np.maximum(np.interp(frequency, at, level), 1e-14 * float(np.max(spectrum)))
     lines = _lines(spectrum, floor, away, step)
     spindle = audible & ~away
     above = np.where(spectrum > _TRACE**2 * floor, spectrum - floor, 0.0)
-    beside = spindle & (apart > _BESIDE * width)
+    beside = spindle & (apart > reach)
     near = np.interp(np.round(order) * turning, frequency, spectrum) if speed else spectrum
     foreign = float(np.sum(above[beside & (spectrum > _LEAKS**2 * near) & (spectrum > STANDS_OUT**2 * floor)]))
     repeated = float(np.sum(above[spindle])) - foreign
+    held = spindle & ~beside
     base = float(np.median(floor[away])) if np.any(away) else 0.0
     cell = 1.5 * size / len(x)  # lines of the padded spectrum that the power of one line of the window is spread over
     of_teeth = np.round(order).astype(int) % teeth == 0
     halfway = np.zeros(len(order), dtype=bool)
     if teeth % 2 == 0:
         halfway = (np.round(order).astype(int) % (teeth // 2) == 0) & ~of_teeth
-    top = int(np.argmax(np.where(spindle & halfway, spectrum, 0.0)))
+    top = int(np.argmax(np.where(held & halfway, spectrum, 0.0)))
     return Sound(
         turning=turning,
         teeth=teeth,
@@ -160,9 +163,9 @@ def listen(signal: Array, rate: float, speed: float, teeth: int, where: str) -> 
         noise=max(float(np.mean(x**2)) - repeated - foreign - sum(line.power for line in lines), 0.0),
         faintest=STANDS_OUT**2 * cell * base,
         beside=foreign,
-        tooth=cell * float(np.max(above, where=spindle & of_teeth, initial=0.0)),
-        half=cell * float(np.max(above, where=spindle & halfway, initial=0.0)),
-        others=cell * float(np.max(above, where=spindle & ~of_teeth & ~halfway, initial=0.0)),
+        tooth=cell * float(np.max(above, where=held & of_teeth, initial=0.0)),
+        half=cell * float(np.max(above, where=held & halfway, initial=0.0)),
+        others=cell * float(np.max(above, where=held & ~of_teeth & ~halfway, initial=0.0)),
         half_frequency=_refined(spectrum, top) * step,
         hump=_hump(frequency[audible], floor[audible], base),
         floor=(at, level, base),
