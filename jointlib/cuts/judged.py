@@ -70,7 +70,7 @@ def judged_cuts(m: Measurement) -> tuple[JudgedCut, ...]:
             found.append(JudgedCut(cut))
             continue
         told = [_judged(k, [s[name] for s in sounds], [q[name] for q in quiet]) for name in names]
-        loudest, background = told[int(np.argmax([one.share for one, _ in told]))]
+        loudest, background = max(told, key=lambda one: (one[0].share, one[0].verdict != "unknown"))
         found.append(JudgedCut(cut.judged(loudest.verdict, loudest.chatter_frequency), loudest, background))
         k += 1
     return tuple(found)
