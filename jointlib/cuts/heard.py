@@ -99,7 +99,7 @@ def told_by(sound: Sound, background: Sequence[Line] = (), run_out: float | None
         if kind == "flip":
             return Heard("chatter", sound.half_frequency, "flip", share, speed, tuple(said))
         either = kind == "either"
-        told = f"is run-out or a flip; {_SHALLOWER}" if either else "is run-out: others of the revolution are as large"
+        told = f"is run-out or a flip; {_SHALLOWER}" if either else "is run-out: others are more than a third of it"
         said.append(f"{place} {told}")
     if strongest is not None and share >= _STABLE:
         if _of_mains(strongest, sound):
