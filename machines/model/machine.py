@@ -102,6 +102,8 @@ class Machine(Shown):
             if axis not in AXES:
                 raise InputError(f"{where}: [tool]: unknown axis {axis!r}, {nearest(axis, AXES)}")
             yield partial(motion_row, dof, self.components, f"{where}: [tool]: {axis}")
+        if len(self.tool) == len(AXES):
+            yield self._check_tool
         if self.drive is not None:
             yield partial(motion_row, self.drive, self.components, f"{where}: [response]: drive")
         yield partial(checked_forces, self.force, f"{where}: [response]")
@@ -110,6 +112,19 @@ class Machine(Shown):
             yield partial(self.static.check, self.dofs, flexible, f"{where}: [static]")
         if self.frequency is not None:
             yield partial(checked_range, self.frequency, f"{where}: [response]")
+
+    def _check_tool(self) -> None:
+        """Two directions of the tool are two motions: a force along one does not push the other as a whole."""
+        known, dofs = set(self.dofs), self.tool_dofs
+        if not {side for dof in dofs for side in dof.split(" - ", 1)} <= known:
+            return  # refused by its name
+        one, other = (motion_row(dof, self.components, self.where) for dof in dofs)
+        if np.array_equal(one, other) or np.array_equal(one, -other):
+            how = "the same degree of freedom as" if np.array_equal(one, other) else "the opposite of"
+            raise InputError(
+                f"{self.where}: [tool]: y: {dofs[1]!r} is {how} x, {dofs[0]!r}, expected a motion along another axis, "
+                "or x alone"
+            )
 
     def _check_names(self, what: str) -> None:
         names = [each.name for each in (self.components if what == "component" else self.connections)]
