@@ -12,12 +12,14 @@ from ..components.connection import Connection
 from ..components.riding import Riding
 from ..model.axes import FREE, Axis
 from ..model.machine import Machine
+from ..modes.natural_modes import NaturalModes
 from .contacts import words
 from .elements import Element
 
 _STIFF = 0.01
 """Share of a carriage's largest stiffness that a direction of travel may have."""
 _PARALLEL = 0.999
+_SLIDES = 1e-6
 _HELD = 0.5
 """Cosine of the angle between an axis and what a flange holds."""
 
@@ -35,15 +37,12 @@ def wrong_directions(machine: Machine, found: Sequence[Element]) -> Iterator[str
                     f"{_along(guide, along) * 1e-6:.4g} N/um; its carriages run along {words(_travel(guide))}"
                 )
                 break
-    for screw in (e for e in found if e.kind == "ball-screw" and e.direction is not None):
+    for screw, guide in _blocked(found):
         assert screw.direction is not None
-        for guide in guides:
-            if set(guide.sides) == set(screw.sides) and _stiff(guide, screw.direction[0]):
-                yield (
-                    f"{screw.name}: it drives along {words(screw.direction[0])}, where {guide.name} holds already; its "
-                    f"carriages run along {words(_travel(guide))}"
-                )
-                break
+        yield (
+            f"{screw.name}: it drives along {words(screw.direction[0])}, where {guide.name} holds already; its "
+            f"carriages run along {words(_travel(guide))}"
+        )
     for i, guide in enumerate(guides):
         for other in guides[:i]:
             apart = abs(float(_travel(guide) @ _travel(other))) < _PARALLEL
@@ -52,6 +51,48 @@ def wrong_directions(machine: Machine, found: Sequence[Element]) -> Iterator[str
                     f"{guide.name}: it runs along {words(_travel(guide))} and {other.name} between the same "
                     "parts along "
                     f"{words(_travel(other))}, so they hold each other"
+                )
+                break
+
+
+def blocked_travels(found: Sequence[Element]) -> list[Array]:
+    """Directions in which guides slide whose screw drives across them: what drifts along these follows from that."""
+    return [_travel(guide) for _, guide in _blocked(found)]
+
+
+def _blocked(found: Sequence[Element]) -> Iterator[tuple[Element, Element]]:
+    """Screws, each with the first guide of its slide that is stiff where it drives."""
+    for screw in (e for e in found if e.kind == "ball-screw" and e.direction is not None):
+        assert screw.direction is not None
+        for guide in (e for e in found if e.kind == "linear-guide" and e.direction is not None):
+            if set(guide.sides) == set(screw.sides) and _stiff(guide, screw.direction[0]):
+                yield screw, guide
+                break
+
+
+def across(modes: NaturalModes, found: Sequence[Element]) -> Iterator[tuple[str, Array]]:
+    """Connections that act where the guides of their slide hold, while nothing drives it: a sentence and the travel.
+
+    A gib or a clamp acts there too, but beside a drive.
+    """
+    parts, free = modes.machine.components, modes.free
+    size = np.max(np.abs(free), initial=0.0)
+    for connection in (e for e in found if not e.kind and e.direction is not None):
+        assert connection.direction is not None
+        for guide in (e for e in found if e.kind == "linear-guide" and e.direction is not None):
+            if set(guide.sides) != set(connection.sides) or not _stiff(guide, connection.direction[0]):
+                continue
+            assert guide.at is not None
+            travel = _travel(guide)
+            at, along = guide.at[0], travel
+            slides = Connection(
+                "travel", guide.words, at=(at[0], at[1], at[2]), direction=(along[0], along[1], along[2]), rigid=True
+            )
+            if size and abs(slides.row(parts) @ free).max() > _SLIDES * size:
+                yield (
+                    f"{connection.name}: it acts along {words(connection.direction[0])}, where {guide.name} holds "
+                    f"already; its carriages run along {words(travel)}, and nothing holds them there",
+                    travel,
                 )
                 break
 

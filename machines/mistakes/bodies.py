@@ -27,7 +27,7 @@ _MASS = (1e-6, 3e5)
 """kg of a lumped mass."""
 
 
-def wrong_bodies(machine: Machine, found: Sequence[Element]) -> Iterator[str]:
+def wrong_bodies(machine: Machine) -> Iterator[str]:
     """Rigid bodies and lumped masses out of scale."""
     for body in machine.components:
         if isinstance(body, Lumped):
@@ -35,29 +35,37 @@ def wrong_bodies(machine: Machine, found: Sequence[Element]) -> Iterator[str]:
                 if not dof.rpartition(".")[2].startswith("r"):
                     said = outside(float(mass), *_MASS, f"{body.name}: the mass of {dof}", "kg")
                     yield from filter(None, [said])
-        if not isinstance(body, Rigid):
-            continue
-        J = np.linalg.eigvalsh(body.inertia)
-        if J[2] > (1 + _TRIANGLE) * (J[0] + J[1]):
-            yield (
-                f"{body.name}: no body has the inertia {', '.join(f'{value:.4g}' for value in J)} kg m^2: the "
-                "largest exceeds "
-                "the sum of the two others; is a value off, or its unit?"
-            )
-            continue
-        size = block(body)
-        said = outside(
-            float(body.mass / np.prod(size)),
-            *_DENSITY,
-            f"{body.name}: the density of the block of {' x '.join(f'{1e3 * a:.3g}' for a in size)} mm that has "
-            "its mass of "
-            f"{body.mass:g} kg and its inertia",
-            "kg/m^3",
+        if isinstance(body, Rigid):
+            yield from filter(None, [_unlike(body)])
+
+
+def _unlike(body: Rigid) -> str:
+    """What no body has of its mass and inertia."""
+    J = np.linalg.eigvalsh(body.inertia)
+    if J[2] > (1 + _TRIANGLE) * (J[0] + J[1]):
+        return (
+            f"{body.name}: no body has the inertia {', '.join(f'{value:.4g}' for value in J)} kg m^2: the largest "
+            "exceeds the sum of the two others; is a value off, or its unit?"
         )
-        if said:
-            yield said.partition(";")[0].removesuffix(", is its unit right?") + "; is its mass or its inertia off?"
+    size = block(body)
+    said = outside(
+        float(body.mass / np.prod(size)),
+        *_DENSITY,
+        f"{body.name}: the density of the block of {' x '.join(f'{1e3 * a:.3g}' for a in size)} mm that has its mass "
+        f"of {body.mass:g} kg and its inertia",
+        "kg/m^3",
+    )
+    said = said.partition(";")[0].removesuffix(", is its unit right?")
+    return f"{said}; is its mass or its inertia off?" if said else ""
+
+
+def far_centres(machine: Machine, found: Sequence[Element]) -> Iterator[str]:
+    """Rigid bodies, of a size that bodies have, whose centre lies far from all that holds them."""
+    for body in machine.components:
+        if not isinstance(body, Rigid) or _unlike(body):
             continue
         assert body.centre is not None
+        size = block(body)
         at = [e.at for e in found if e.at is not None and body.name in e.words]
         if at:
             nearest = float(np.min(np.linalg.norm(np.concatenate(at) - body.centre, axis=1)))

@@ -37,11 +37,24 @@ _SLIGHTLY, _PLAIN = 1e-4, 2e-5
 _PLAY = 5e-4
 """m of clearance of a joint; guides and nuts have none or up to 0.05 mm, worn ones 0.2 mm."""
 _ONE_WAY = 0.01
+_NAMED = 4
+"""Of elements that the same is wrong with."""
 _NOTHING = 1e-9
 
 
 def wrong_contacts(machine: Machine, found: Sequence[Element]) -> Iterator[str]:
-    """Elements out of scale, with signs reversed, or that do not hold what their kind holds."""
+    """Elements out of scale, with signs reversed, or that do not hold what their kind holds; what is wrong with several
+    of them alike, as carriages of one bundle, is told once."""
+    alike: dict[str, list[str]] = {}
+    for sentence in _each(machine, found):
+        name, _, said = sentence.partition(": ")
+        alike.setdefault(said, []).append(name)
+    for said, names in alike.items():
+        shown = names if len(names) <= _NAMED else [*names[: _NAMED - 1], f"{len(names) - _NAMED + 1} more"]
+        yield f"{' and '.join(filter(None, [', '.join(shown[:-1]), shown[-1]]))}: {said}"
+
+
+def _each(machine: Machine, found: Sequence[Element]) -> Iterator[str]:
     for element in found:
         K, C = element.stiffness, element.damping
         negative = K + _NOTHING * np.max(np.abs(K), initial=0.0) < 0

@@ -7,8 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from jointlib.arrays import Array
-
 from ..components.connection import GROUND
 from ..model.machine import Machine
 from ..model.masses import part_masses, whole_mass
@@ -66,7 +64,6 @@ def wrong_operation(machine: Machine) -> Iterator[str]:
         if g:
             said = outside(g, *_EARTH, "[static]: gravity", "m/s^2")
             yield from filter(None, [said])
-            yield from _hanging(machine, np.array(machine.static.gravity) / g)
 
 
 def _slow(cutting: Mapping[str, Any]) -> Iterator[str]:
@@ -90,8 +87,13 @@ def _slow(cutting: Mapping[str, Any]) -> Iterator[str]:
         )
 
 
-def _hanging(machine: Machine, down: Array) -> Iterator[str]:
-    """A machine below all that joins it to the ground; machines stand."""
+def hanging(machine: Machine) -> Iterator[str]:
+    """A machine below all that joins it to the ground; machines stand. It takes masses and places as they are."""
+    g = 0.0 if machine.static is None or machine.static.gravity is None else np.linalg.norm(machine.static.gravity)
+    if not g:
+        return
+    assert machine.static is not None
+    down = np.array(machine.static.gravity) / g
     ground = [c.at for c in machine.connections if GROUND in c.between and c.at is not None]
     centre = whole_mass(tuple(part for part in part_masses(machine) if part.centre is not None)).centre
     if not ground or centre is None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -60,7 +61,7 @@ def _concerned(said: str, titles: Sequence[str]) -> set[int]:
     if named is not None:
         found = {i for i, title in enumerate(titles) if title.startswith(named)}
     else:
-        found = {i for name in about.split(" and ") for i, title in enumerate(titles) if _of(name, title)}
+        found = {i for name in re.split(" and |, ", about) for i, title in enumerate(titles) if _of(name, title)}
     return found or {i for i, title in enumerate(titles) if title == _SEEN}
 
 

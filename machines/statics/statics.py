@@ -25,6 +25,7 @@ _STANDS = (2 * np.pi * 0.01) ** 2
 _SUM = 1e-13
 """Share of what a sum is made of that rounding leaves of it."""
 NO_EQUILIBRIUM = "static: no equilibrium under the static load"
+UNHELD = "static: nothing holds"
 _ROUNDED = 50 * np.finfo(float).eps
 _FURTHEST = 1.0
 """m; a joint that would go further has no equilibrium."""
@@ -69,8 +70,8 @@ class Balance:
             moved = np.abs(equations.shapes @ (T @ unheld))
             dof = machine.dofs[int(np.argmax(moved))]
             raise InputError(
-                f"{machine.where}: static: nothing holds {dof} against the static load; add a connection or a "
-                "stiffness that does, or leave that load out"
+                f"{machine.where}: {UNHELD} {dof} against the static load; add a connection or a stiffness that does, "
+                "or leave that load out"
             )
         Q = np.concatenate([held, vector[:, fixed]], axis=1)
         assert machine.static is not None

@@ -5,11 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from gantry_mill import gantry
+from click.testing import CliRunner
+from gantry_mill import GANTRY, gantry
 
+from jointlib.cli.main import cli
 from jointlib.errors import InputError
 from machines import read_machine
-from machines.mistakes import mistakes
+from machines.mistakes import in_file, mistakes
 
 
 def test_nothing_is_said_of_the_gantry(tmp_path: Path) -> None:
@@ -28,3 +30,84 @@ def test_two_directions_of_the_tool_are_two_motions(x: str, y: str, words: str, 
     edits = (('x = "cutter.tip.x"', f'x = "{x}"'), ('y = "cutter.tip.y"', f'y = "{y}"'))
     with pytest.raises(InputError, match=words):
         read_machine(gantry(tmp_path, *edits))
+
+
+DRIVE = '"-60 mm", "250 mm"]\ndirection = [0, 0, 1]'
+RAILS = 'at = [["-200 mm", 0, "250 mm"], ["200 mm", 0, "250 mm"]]'
+ALONE = [
+    # what stands there, what is written instead, how the only sentence begins
+    (RAILS, "at = [[-200, 0, 250], [200, 0, 250]]", "rails: it lies 319.9 m from the centre of bridge, a body of"),
+    ('at = [0, "-90 mm", "80 mm"] }]', "at = [0, -90, 80] }]", "quill.nose: it lies 120.2 m from the centre of quill"),
+    ('width = "18 mm"', 'width = "18 m"', "rails: the width of a linear-guide is 1.8e+04 mm, expected 0.1 to 5000 mm"),
+    ('centre = [0, "-90 mm", "230 mm"]', "centre = [0, -90, 230]", "quill: its centre lies 246.7 m from the nearest"),
+    ("inertia = [1.2, 0.9, 1.6]", "inertia = [1.2e6, 0.9e6, 1.6e6]", "bridge: the density of the block"),
+    ('mass = "9 kg"', "mass = 9000", "quill: the density of the block"),
+    (
+        "axes = [[0, 1, 0], [0, 0, 1]]",
+        "axes = [[1, 0, 0], [0, 0, 1]]",
+        "screw: it drives along (0, 1, 0), where rails_1",
+    ),
+    ("axes = [[0, 1, 0]]", "axes = [[1, 0, 0]]", "screw: it drives along (1, 0, 0), where rails_1 holds already"),
+    (DRIVE, DRIVE.replace("0, 0, 1", "1, 0, 0"), "zdrive: it acts along (1, 0, 0), where zrail_1 holds already; its "),
+    ('damping = "900 N s/m"', 'damping = "900 N s/mm"', "rails_1 and rails_2: at 100 Hz its damping, 2.25e+05 N s/m"),
+    ('preload = "500 N"', 'preload = "0.5 N"', "rails_1 and rails_2: its preload presses its rolling contacts"),
+    ('length = "40 mm"\ndamping = "500 N s/m"', 'length = "40 mm"', "zrail: this linear-guide has no damping, while"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "words"), ALONE, ids=lambda value: None)
+def test_what_follows_from_a_mistake_is_no_mistake_of_its_own(old: str, new: str, words: str, tmp_path: Path) -> None:
+    (said,) = mistakes(read_machine(gantry(tmp_path, (old, new))))
+    assert said.startswith(words)
+
+
+def test_a_joint_between_nodes_far_apart_is_named_once(tmp_path: Path) -> None:
+    turns = GANTRY[GANTRY.index('[[connection]]\nname = "collet_rot"') : GANTRY.index("[static]")]
+    edits = (turns, ""), ('at = [0, "-90 mm", "80 mm"]\naxis', "at = [0, -90, 80]\naxis")
+    (said,) = mistakes(read_machine(gantry(tmp_path, *edits)))
+    assert said.startswith("collet_x: cutter.shank and quill.nose, which it joins, lie 120.3 m apart: were mm read")
+
+
+BED = """schema = "jointlib/machine/1"
+name = "long bed"
+
+[[component]]
+name = "bed"
+kind = "rigid"
+mass = "150 t"
+inertia = [5e4, 6.2e7, 6.2e7]
+centre = [0, 0, 0]
+
+[[bundle]]
+name = "rails"
+kind = "linear-guide"
+between = ["bed", "ground"]
+at = [[-35, 0, 0], [35, 0, 0]]
+axes = [[0, 1, 0], [0, 0, 1]]
+preload = "9 kN"
+stiffness = "900 N/um"
+width = "60 mm"
+length = "120 mm"
+damping = "9 kN s/m"
+"""
+
+
+def test_a_machine_larger_than_any_is_named_by_its_farthest_point(tmp_path: Path) -> None:
+    path = tmp_path / "long.toml"
+    path.write_text(BED, "utf-8")
+    (said,) = in_file(read_machine(path))
+    assert said.startswith("rails_1.")
+    assert "m, and the machine is 70.06 m long, expected at most 60 m: were mm read as m?" in said
+
+
+def test_what_a_wrong_place_does_to_the_load_is_not_told_beside_it(tmp_path: Path) -> None:
+    path = gantry(tmp_path, ('centre = [0, "-90 mm", "230 mm"]', "centre = [0, -90, 230]"))
+    done = CliRunner().invoke(cli, ["inspect", str(path)], catch_exceptions=False)
+    assert "looks wrong: quill: its centre lies 246.7 m" in done.stdout
+    assert "nothing holds" not in done.stdout
+
+
+def test_a_mode_that_its_damping_hardly_slows_is_not_called_without_damping(tmp_path: Path) -> None:
+    edits = ('damping = "900 N s/m"', 'damping = "0.09 N s/m"'), ('damping = "500 N s/m"', 'damping = "0.05 N s/m"')
+    said = mistakes(read_machine(gantry(tmp_path, *edits)))
+    assert not [sentence for sentence in said if "dissipates nothing" in sentence]

@@ -91,7 +91,12 @@ WRONG = [
         'stiffness = "700 N/mm"',
         "(z_guide): the preload presses its contacts in by 6.43 mm",
     ),
-    (LATHE, 'stiffness = "520 N/um"\nwidth', "stiffness = 520e9\nwidth", "x_guide_1: the stiffness of a carriage is"),
+    (
+        LATHE,
+        'stiffness = "520 N/um"\nwidth',
+        "stiffness = 520e9\nwidth",
+        "x_guide_1, x_guide_2, x_guide_3 and x_guide_4: the stiffness of a carriage is",
+    ),
     (LATHE, 'nut_stiffness = "700 N/um"', 'nut_stiffness = "700 N/mm"', "z_screw: the stiffness of a ball screw"),
     (
         LATHE,
@@ -127,8 +132,8 @@ WRONG = [
         'length = "150 mm"\ndiameter = 60',
         "its section is 6e+04 mm",
     ),
-    (LATHE, GUIDE, GUIDE + 'contact_angle = "88 deg"\n', "x_guide_1: it carries"),
-    (LATHE, 'damping = "25 kN s/m"', 'damping = "25 MN s/m"', "z_guide_1: at 100 Hz its damping"),
+    (LATHE, GUIDE, GUIDE + 'contact_angle = "88 deg"\n', "x_guide_4: it carries"),
+    (LATHE, 'damping = "25 kN s/m"', 'damping = "25 MN s/m"', "z_guide_4: at 100 Hz its damping"),
     (
         LATHE,
         'name = "x"\ndirection = [1, 0, 0]',
@@ -159,7 +164,7 @@ WRONG = [
         'direction = [1, 0, 0], joint = { law = [{ kind = "linear", stiffness = -3e8 }] }',
         "mount_1.x: its stiffness is -300 N/um, so it pushes",
     ),
-    (LATHE, 'damping = "25 kN s/m"', 'damping = "25 N s/m"', "z_guide_1: at 100 Hz its damping"),
+    (LATHE, 'damping = "25 kN s/m"', 'damping = "25 N s/m"', "z_guide_4: at 100 Hz its damping"),
     (LATHE, "loss_factor = 0.02", "loss_factor = 2e-5", "less than of a bell"),
     (
         MILL,
@@ -203,7 +208,7 @@ WRONG = [
     (LATHE, 'damping = "25 kN s/m"\n', "", "z_guide: this linear-guide has no damping, while x_guide has some"),
     (TOOL, "damping_ratio = [0.039, 0.035]", "damping_ratio = [3.9e-6, 0.035]", "a damping_ratio of 3.9e-06"),
     (LATHE, 'preload = "1.5 kN"', 'preload = "1500 kN"', "front: its preload presses its rolling contacts"),
-    (LATHE, 'preload = "1100 N"', 'preload = "1.1 N"', "x_guide_1: its preload presses its rolling contacts"),
+    (LATHE, 'preload = "1100 N"', 'preload = "1.1 N"', "x_guide_4: its preload presses its rolling contacts"),
     (MILL, 'drawbar = "9 kN"', 'drawbar = "9 MN"', "taper: its preload presses its faces together by"),
     (MILL, "at = [0, 0, 1.093]", "at = [0, 0, 1093]", "workpiece.cut: it lies at (0, 0, 1093) m, 1092 m from tool.tip"),
     (MILL, "at = [0, 0, 1.093]", "at = [0, 0.5, 1.093]", "workpiece.cut: it lies at (0, 0.5, 1.093) m, 0.5 m"),

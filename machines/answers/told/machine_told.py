@@ -51,7 +51,7 @@ def told(machine: Machine, contacts: bool, further: Sequence[str] = ()) -> tuple
     if machine.cutting:
         lines.append("cutting: " + ", ".join(_cut(machine.cutting)))
     if known:
-        lines += _under_load(machine, each)
+        lines += _under_load(machine, each, wrong)
         lines += _stiffness(machine)
     if modes is not None:
         lines += _first_modes(modes)
@@ -137,14 +137,14 @@ def _summary(machine: Machine) -> list[str]:
     return [*lines, "(--contacts: every connection on a line of its own)"]
 
 
-def _under_load(machine: Machine, each: bool) -> list[str]:
+def _under_load(machine: Machine, each: bool, wrong: Sequence[str]) -> list[str]:
     import numpy as np
 
     from jointlib.errors import InputError
 
     from ...bundles.bundle import said_by
     from ...model.joint_places import bundles
-    from ...statics.statics import static_point
+    from ...statics.statics import UNHELD, static_point
 
     lines = list(said_by(machine.joints()))
     if machine.static is None:
@@ -152,7 +152,9 @@ def _under_load(machine: Machine, each: bool) -> list[str]:
     try:
         point = static_point(machine)
     except InputError as error:  # what is wrong with the load stands among the mistakes, and this beside it
-        return [*lines, str(error).removeprefix(f"{machine.where}: ")]
+        said = str(error).removeprefix(f"{machine.where}: ")
+        follows = wrong and said.startswith(UNHELD)  # a mistake that explains it is named
+        return lines if follows else [*lines, said]
     groups: Mapping[str, Any] = bundles(machine.flexible)
     if each:
         groups = {name: [i] for i, name in enumerate(point.connections)}
