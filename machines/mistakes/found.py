@@ -16,6 +16,7 @@ from ..statics.working_point import tangents
 from .axes import across, blocked_travels, torn_apart, wrong_directions
 from .bodies import far_centres, wrong_bodies
 from .contacts import wrong_contacts
+from .cutter import band_of_none, wrong_cutter
 from .doubled import doubled
 from .elements import Element, elements
 from .forgotten import forgotten_damping
@@ -52,7 +53,7 @@ def mistakes(machine: Machine, modes: NaturalModes | None = None) -> tuple[str, 
                 )
         if modes is not None:
             crossed = list(across(modes, seen.elements))
-            said += [sentence for sentence, _ in crossed]
+            said += [*(sentence for sentence, _ in crossed), *([] if seen.bodies else band_of_none(modes))]
             said += loose(modes, [*blocked_travels(seen.elements), *(travel for _, travel in crossed)])
             if not seen.bodies:
                 said += [*undamped(modes, seen.undamped), *short_losses(modes)]
@@ -103,6 +104,7 @@ def _seen(machine: Machine) -> _Seen:
         *wrong_operation(machine),
     ]
     said += [*mixed_directions(machine), *wrong_tool_point(machine), *without_workpiece(machine)]
+    said += wrong_cutter(machine)
     said += torn_apart(machine)
     if oversized(machine):  # such a beam would be cut into more elements than there is memory for
         return _Seen(tuple(said))

@@ -49,6 +49,12 @@ ALONE = [
     ),
     ("axes = [[0, 1, 0]]", "axes = [[1, 0, 0]]", "screw: it drives along (1, 0, 0), where rails_1 holds already"),
     (DRIVE, DRIVE.replace("0, 0, 1", "1, 0, 0"), "zdrive: it acts along (1, 0, 0), where zrail_1 holds already; its "),
+    ('diameter = "8 mm"\nflute', 'diameter = "8 cm"\nflute', "[cutting]: diameter is 8 mm, and cutter is by its sizes"),
+    ('0.25\ndiameter = "8 mm"', '0.25\ndiameter = "8 cm"', "[cutting]: diameter is 80 mm, and cutter is by its sizes"),
+    ('stick_out = "38 mm"', 'stick_out = "380 mm"', "cutter: it sticks out 380 mm at a diameter of 8 mm, 47.5 times"),
+    ("axis = [0, 0, 1]", "axis = [0, 0, -1]", "cutter: its tip lies at (0, -0.09, 0.118) m, inside of quill, which"),
+    ('x = "cutter.tip.x"', 'x = "cutter.tip.z"', "[tool]: x is cutter.tip.z, along the axis of cutter; a mill cuts"),
+    ('["40 Hz", "1500 Hz"]', "[0.04, 1.5]", "[response]: frequency ends at 1.5 Hz, far below the first mode at 26.3"),
     ('damping = "900 N s/m"', 'damping = "900 N s/mm"', "rails_1 and rails_2: at 100 Hz its damping, 2.25e+05 N s/m"),
     ('preload = "500 N"', 'preload = "0.5 N"', "rails_1 and rails_2: its preload presses its rolling contacts"),
     ('length = "40 mm"\ndamping = "500 N s/m"', 'length = "40 mm"', "zrail: this linear-guide has no damping, while"),
@@ -66,6 +72,86 @@ def test_a_joint_between_nodes_far_apart_is_named_once(tmp_path: Path) -> None:
     edits = (turns, ""), ('at = [0, "-90 mm", "80 mm"]\naxis', "at = [0, -90, 80]\naxis")
     (said,) = mistakes(read_machine(gantry(tmp_path, *edits)))
     assert said.startswith("collet_x: cutter.shank and quill.nose, which it joins, lie 120.3 m apart: were mm read")
+
+
+IN_A_SPINDLE = """schema = "jointlib/machine/1"
+name = "spindle"
+
+[[component]]
+name = "spindle"
+kind = "beam"
+start = [0, 0, 0]
+axis = [0, 0, -1]
+up_to = "5 kHz"
+material = [{ name = "steel", young = "210 GPa", poisson = 0.3, density = "7850 kg/m^3", loss_factor = 0.004 }]
+segment = [{ length = "320 mm", diameter = "70 mm" }]
+station = [{ name = "rear", at = "60 mm" }, { name = "nose", at = "end" }]
+
+[[component]]
+name = "work"
+kind = "rigid"
+mass = "20 kg"
+inertia = [0.1, 0.1, 0.1]
+centre = [0, 0, "-500 mm"]
+point = [{ name = "cut", at = [0, 0, "-425 mm"] }]
+
+[[component]]
+name = "cutter"
+kind = "tool"
+diameter = "20 mm"
+flute_length = "40 mm"
+stick_out = "100 mm"
+at = [0, 0, "-320 mm"]
+axis = [0, 0, 1]
+
+[[connection]]
+name = "nose"
+between = ["cutter", "CARRIER"]
+at = [0, 0, "-320 mm"]
+rigid = true
+
+[tool]
+x = "cutter.tip.x - work.cut.x"
+
+[cutting]
+process = "milling"
+teeth = 4
+tangential = "700 N/mm^2"
+normal = "210 N/mm^2"
+mode = "down"
+immersion = 0.25
+diameter = "20 mm"
+speed = ["3000 rpm", "9000 rpm"]
+"""
+HEAD = """name = "head"
+kind = "rigid"
+mass = "180 kg"
+inertia = [3.2, 2.7, 3.2]
+centre = [0, "300 mm", "-200 mm"]
+
+"""
+
+
+def test_a_tool_within_its_own_spindle_is_named(tmp_path: Path) -> None:
+    path, right = tmp_path / "spindle.toml", IN_A_SPINDLE.replace("CARRIER", "spindle")
+    path.write_text(right, "utf-8")
+    assert in_file(read_machine(path)) == ()
+    path.write_text(right.replace('mm"]\naxis = [0, 0, 1]', 'mm"]\naxis = [0, 0, -1]'), "utf-8")
+    (said,) = in_file(read_machine(path))
+    assert said.startswith(
+        "cutter: its tip lies at (0, 0, -0.22) m, inside of spindle, which holds it at (0, 0, -0.32)"
+    )
+
+
+def test_a_tool_that_points_away_from_the_workpiece_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "head.toml"
+    parts = IN_A_SPINDLE.replace("CARRIER", "head").split("[[component]]\n")
+    right = "[[component]]\n".join([parts[0], HEAD, *parts[2:]])
+    path.write_text(right, "utf-8")
+    assert in_file(read_machine(path)) == ()
+    path.write_text(right.replace('mm"]\naxis = [0, 0, 1]', 'mm"]\naxis = [0, 0, -1]'), "utf-8")
+    (said,) = in_file(read_machine(path))
+    assert said.startswith("cutter: its tip lies 205 mm from work.cut and the end that is held 105 mm, so that it")
 
 
 BED = """schema = "jointlib/machine/1"
