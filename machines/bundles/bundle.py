@@ -108,7 +108,7 @@ def placed(section: Section) -> Placed:
     try:
         bundle = cls.from_section(section)
         rows = _damped(bundle, bundle.rows(), damping)
-        _touching(rows)
+        _touching(rows, section.table)
     except InputError as error:
         where = f"{section.where}: "
         raise InputError(*(said if said.startswith(where) else where + said for said in error.sentences)) from None
@@ -138,11 +138,21 @@ _DEEPEST = 1e-3
 """m that a preload may press rolling elements in; with steel some hundredths of a millimetre are much."""
 
 
-def _touching(rows: Iterable[Row]) -> None:
-    """Refuse a preload that no contact of metal bears."""
+_SOFT = 1e6
+"""N/m of the contacts of one row; of rolling elements they have ten times that and more."""
+
+
+def _touching(rows: Iterable[Row], given: Mapping[str, object]) -> None:
+    """Refuse a preload that no contact of metal bears, and a stiffness that makes it so."""
     laws = [law for row in rows for law in row.joint.laws if isinstance(law, HertzContact | HertzGuide)]
     deepest = max((law.indentation for law in laws), default=0.0)
     if deepest > _DEEPEST:
+        stiffest = max(1.5 * law.preload / law.indentation for law in laws if law.indentation > 0)
+        if "stiffness" in given and stiffest < _SOFT:
+            raise InputError(
+                f"its stiffness is so low that the preload presses its contacts in by {deepest * 1e3:.3g} mm, expected "
+                "hundredths of a millimetre; is its unit wrong?"
+            )
         raise InputError(
             f"the preload presses its contacts in by {deepest * 1e3:.3g} mm, expected hundredths of a millimetre; "
             "is a unit wrong?"

@@ -40,6 +40,7 @@ def grouped(controls: Sequence[Control]) -> tuple[Control, ...]:
 
 
 def layout(
+    title: str,
     name: str,
     folder: str,
     controls: Sequence[Control],
@@ -50,7 +51,8 @@ def layout(
 ) -> Any:
     """The whole page for controls in the order of :func:`grouped`.
 
-    ``measured`` says whether records are laid over it, ``leading`` whose describing function is shown first.
+    ``title`` is what the machine is called, ``name`` the file that is offered to be written; ``measured`` says whether
+    records are laid over it, ``leading`` whose describing function is shown first.
     """
     start = State.start(controls)
     empty = ("kept", "action", "answer", "speed", "read-off", "exact", "settled", "drawn", "view", "wish", *ORDERS)
@@ -60,7 +62,7 @@ def layout(
             *(dcc.Store(id=key, data=data) for key, data in stores.items()),
             html.Header(
                 [
-                    html.H1(name),
+                    html.H1(title),
                     html.P("", id="headline"),
                     html.P("", id="status", role="status"),
                     html.Span("computing …", id="working"),

@@ -37,7 +37,10 @@ _log = logging.getLogger(__name__)
 
 
 def explorer_app(explorer: Explorer, name: str, folder: Path, export: Export, alone: bool = True) -> tuple[Dash, Lock]:
-    """The page of one machine; ``alone``: for this computer only. The lock is held while files are written."""
+    """The page of one machine, ``name`` that of its file; ``alone``: for this computer only.
+
+    The lock is held while files are written.
+    """
     logging.getLogger("werkzeug").setLevel(logging.ERROR)
     app = Dash(
         "jointlib",
@@ -46,7 +49,7 @@ def explorer_app(explorer: Explorer, name: str, folder: Path, export: Export, al
         external_stylesheets=list(ADDRESSES[:1]),
         external_scripts=list(ADDRESSES[1:]),
         compress=False,
-        title=escape(f"{name} – jointlib"),
+        title=escape(f"{explorer.base.name} – jointlib"),
         update_title="",
         add_log_handler=False,
         on_error=_told,
@@ -58,7 +61,8 @@ def explorer_app(explorer: Explorer, name: str, folder: Path, export: Export, al
     controls = grouped(explorer.controls)
     study = explorer.scatter()
     first = explorer.curves({})
-    app.layout = layout(name, str(folder), controls, first, study, any(explorer.records), explorer.leading(first))
+    seen = first, study, any(explorer.records), explorer.leading(first)
+    app.layout = layout(explorer.base.name, name, str(folder), controls, *seen)
     connect_sliders(app, controls)
     connect_pictures(app, explorer, controls)
     connect_readings(app, explorer, controls)

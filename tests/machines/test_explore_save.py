@@ -126,3 +126,16 @@ def test_where_the_exact_method_gives_no_lobes_the_preview_stands_with_the_reaso
     page = explorer.report({}, tmp_path / "kept", "slow").read_text("utf-8")
     assert reason in page
     assert "zero-order" in page
+
+
+def test_the_page_is_headed_by_what_the_machine_is_called(tmp_path: Path) -> None:
+    pytest.importorskip("dash")
+    from machines.explore.server import explorer_app
+
+    explorer = Explorer(lathe_file(tmp_path))
+    app, _ = explorer_app(explorer, "stem", tmp_path, lambda source, target: [])
+    called = explorer.base.name
+    assert called != "stem"
+    assert app.title == f"{called} – jointlib"
+    assert f"H1('{called}')" in repr(app.layout)
+    assert "value='stem'" in repr(app.layout)

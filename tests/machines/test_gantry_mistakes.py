@@ -197,3 +197,17 @@ def test_a_mode_that_its_damping_hardly_slows_is_not_called_without_damping(tmp_
     edits = ('damping = "900 N s/m"', 'damping = "0.09 N s/m"'), ('damping = "500 N s/m"', 'damping = "0.05 N s/m"')
     said = mistakes(read_machine(gantry(tmp_path, *edits)))
     assert not [sentence for sentence in said if "dissipates nothing" in sentence]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('stiffness = "140 N/um"', 'stiffness = "140 N/mm"', r"its stiffness is so low .* \(line 26: stiffness = "),
+        ('preload = "500 N"', 'preload = "500 kN"', r"the preload presses its contacts in .* \(line 25: preload = "),
+    ],
+)
+def test_a_preload_that_presses_too_deep_is_told_by_the_value_that_is_off(
+    old: str, new: str, words: str, tmp_path: Path
+) -> None:
+    with pytest.raises(InputError, match=words):
+        read_machine(gantry(tmp_path, (old, new)))

@@ -89,7 +89,7 @@ WRONG = [
         LATHE,
         'stiffness = "700 N/um"',
         'stiffness = "700 N/mm"',
-        "(z_guide): the preload presses its contacts in by 6.43 mm",
+        "(z_guide): its stiffness is so low that the preload presses its contacts in by 6.43 mm",
     ),
     (
         LATHE,
