@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -28,7 +29,24 @@ def with_joints(machine: Machine) -> tuple[Machine, tuple[str, ...]]:
             )
     from ..mistakes import mistakes
 
-    return machine, (*said, *mistakes(machine))
+    wrong = mistakes(machine)
+    _refuse_by_cause(machine, wrong)
+    return machine, (*said, *wrong)
+
+
+def _refuse_by_cause(machine: Machine, wrong: Sequence[str]) -> None:
+    """A load that nothing holds because of mistakes that are named: refused by these, not by what follows from them."""
+    from jointlib.errors import InputError
+
+    from ..statics.statics import UNHELD, static_point
+
+    if not wrong or machine.static is None or any(said.startswith(UNHELD) for said in wrong):
+        return
+    try:
+        static_point(machine)
+    except InputError as error:
+        if UNHELD in str(error):
+            raise InputError(*(f"{machine.where}: {said}" for said in wrong)) from None
 
 
 def look_ahead(machine: Machine) -> None:

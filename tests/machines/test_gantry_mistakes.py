@@ -211,3 +211,10 @@ def test_a_preload_that_presses_too_deep_is_told_by_the_value_that_is_off(
 ) -> None:
     with pytest.raises(InputError, match=words):
         read_machine(gantry(tmp_path, (old, new)))
+
+
+def test_a_load_that_a_mistake_leaves_unheld_is_refused_by_that_mistake(tmp_path: Path) -> None:
+    path = gantry(tmp_path, ('centre = [0, "-90 mm", "230 mm"]', "centre = [0, -90, 230]"))
+    with pytest.raises(InputError, match=r"quill: its centre lies 246.7 m") as refused:
+        CliRunner().invoke(cli, ["modes", str(path)], catch_exceptions=False)
+    assert "nothing holds" not in str(refused.value)
