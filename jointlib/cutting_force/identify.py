@@ -11,11 +11,13 @@ import numpy as np
 from jointlib.arrays import Array
 from jointlib.cutting_force.coefficients import Coefficients
 from jointlib.cutting_force.cut import AXES, Cut
+from jointlib.cutting_force.doubts import doubts, refuse_sign, refuse_teeth
 from jointlib.cutting_force.fit import CoefficientFit, ForceRecord, by_lines, by_means
 from jointlib.cutting_force.lines import tooth_lines
 from jointlib.cutting_force.result import CuttingForces, MeanForce
 from jointlib.cutting_force.tooth_force import COEFFICIENTS
 from jointlib.cutting_force.transfer import Transfer, read_transfer
+from jointlib.cutting_force.uneven_fit import with_run_out
 from jointlib.errors import InputError
 from jointlib.identification.result import FitError, Found
 from jointlib.io.atomic import sha256
@@ -27,19 +29,15 @@ _READABLE = 2.56
 """Sample rate over the highest frequency that a recorder passes."""
 _PARTS = 10
 """Of a quiet record, whose means tell how well the zero is known."""
-_DIFFER = 4.0
-"""Standard errors from which on the two fits are said to differ."""
-_POOR = 4.0
-"""χ² over degrees of freedom from which on the linear force is said not to hold."""
 
 
 def identify_cutting(measurement: Measurement) -> CuttingForces:
     """Coefficients of cutting forces from the fit records of a measurement of kind ``cutting-force``.
 
     Mean forces give a first answer, a straight line over the feed. Where the lines of the teeth stand out of the noise
-    every one of them is fitted, which is least squares on the force at each instant without what repeats with the
-    revolution alone (run-out). Errors come from the scatter of blocks of whole revolutions; where the straight line
-    misses more than that they are raised by what it misses.
+    every one of them is fitted, which is least squares on the force at each instant. Where the force repeats with the
+    revolution but not from tooth to tooth, the lines between are fitted too, with the run-out of each flute. Errors
+    come from the scatter of blocks of whole revolutions; where the fit misses more they are raised by what it misses.
     """
     _refuse_one_feed(measurement)
     channels = [c for c in measurement.channels if c.name in AXES[_process(measurement)]]
@@ -59,13 +57,19 @@ def identify_cutting(measurement: Measurement) -> CuttingForces:
         unheard += [] if heard else [record.name]
     if not zero:
         messages.append("No quiet record: the zero of the dynamometer is taken as it stands in the records.")
+    refuse_teeth(measurement, records)
     try:
         means = by_means(records)
     except InputError as error:
         raise InputError(f"{measurement.source}: {error}") from None
-    _refuse_sign(measurement, means)
+    refuse_sign(measurement, means, records)
     found = None if unheard or highest == 0 or _process(measurement) == "turning" else by_lines(records, means)
-    messages += _said(measurement, means, found, unheard)
+    uneven = None if found is None else with_run_out(records, found)
+    if uneven is not None:
+        found, records = uneven, [replace(record, run_out=uneven.run_out) for record in records]
+        means = by_means(records)
+    refuse_sign(measurement, found or means, records)
+    messages += doubts(measurement, records, means, found, unheard)
     return _result(measurement, opened, records, found or means, means, messages)
 
 
@@ -115,54 +119,20 @@ def _lines(
     top = 0.0 if cut.process == "turning" else highest
     found = tooth_lines(force, record.sample_rate, cut.frequency, cut.teeth, top, record.name)
     value, variance = found.value.copy(), found.variance.copy()
+    turn, turn_variance = found.turn.copy(), found.turn_variance.copy()
     line = found.frequency * np.arange(len(value), dtype=float)
     for i, name in enumerate(names):
         if name in transfers:
             gain = transfers[name].inverse(line)
             value[:, i] *= gain
             variance[:, i] *= np.abs(gain) ** 2
-    value[0] = value[0].real
-    turning_at = 60 * found.frequency / cut.teeth
-    made = ForceRecord(record.name, replace(cut, speed=turning_at), axes, value, variance, np.zeros(len(axes)))
+            gain = transfers[name].inverse(found.frequency / cut.teeth * np.arange(len(turn), dtype=float))
+            turn[:, i] *= gain
+            turn_variance[:, i] *= np.abs(gain) ** 2
+    value[0], turn[0] = value[0].real, turn[0].real
+    running = replace(cut, speed=60 * found.frequency / cut.teeth)
+    made = ForceRecord(record.name, running, axes, value, variance, np.zeros(len(axes)), turn, turn_variance)
     return made, found.heard or top == 0
-
-
-def _refuse_sign(m: Measurement, means: CoefficientFit) -> None:
-    names = tuple(COEFFICIENTS)
-    told = dict(zip((names[k] for k in means.known), means.value, strict=True))
-    wrong = [name for name in ("tangential", "normal") if told.get(name, 1.0) <= 0]
-    if wrong:
-        raise InputError(
-            f"{m.source}: {wrong[0]} comes out as {1e-6 * told[wrong[0]]:.4g} N/mm², expected more than 0: is it the "
-            'force on the workpiece (acts_on = "workpiece"), does a channel look the other way (direction), or x '
-            "not along the feed?"
-        )
-
-
-def _said(m: Measurement, means: CoefficientFit, lines: CoefficientFit | None, unheard: Sequence[str]) -> list[str]:
-    said = []
-    feeds = {round(r.cut.feed, 9) for r in m.with_role("fit") if r.cut is not None}
-    if len(feeds) == 2:
-        said.append("Two feeds: nothing tells whether the force grows straight with the feed; a third would.")
-    if unheard:
-        said.append(f"The teeth do not stand out of the noise in {', '.join(unheard)}: mean forces alone are used.")
-    elif lines is None and _process(m) != "turning":
-        said.append("The lines of the teeth tell no angle of the spindle: mean forces alone are used.")
-    used = lines or means
-    if used.misfit > _POOR:
-        said.append(
-            f"The records miss the linear force by {used.misfit**0.5:.2g} times their scatter, and the errors are "
-            "raised by that: the force may bend with the feed, the tool may vibrate, or the dynamometer resonate."
-        )
-    if lines is not None:
-        names = tuple(COEFFICIENTS)
-        apart = (lines.value - means.value) / np.sqrt(np.diag(lines.covariance) + np.diag(means.covariance))
-        for k in np.flatnonzero(np.abs(apart) > _DIFFER):
-            said.append(
-                f"{names[lines.known[k]]}: mean forces alone say something else, by {abs(apart[k]):.2g} standard "
-                "errors; mind the zero of the dynamometer and its bandwidth."
-            )
-    return said
 
 
 def _result(
@@ -187,6 +157,7 @@ def _result(
         "program": f"jointlib {version('jointlib')}",
         "simulated": m.simulated,
         "method": fit.method,
+        **({"run_out": list(fit.run_out)} if fit.run_out else {}),
         "files": [{"file": name, "sha256": digest} for name, digest in files.items()],
     }
     values = {name: one.value for name, one in table(fit).items()}
@@ -208,4 +179,5 @@ def _result(
         (FitError(m.source.name, m.kind, rms, "N", rms / (largest or 1.0), by_record),),
         tuple(shown),
         tuple(messages),
+        tuple(Found(r, "m", e, "fitted") for r, e in zip(fit.run_out, fit.run_out_error, strict=True)),
     )

@@ -41,6 +41,9 @@ class ToothLines:
     value: ComplexArray
     variance: Array
     heard: bool
+    turn: ComplexArray
+    """N, (orders of the revolution, channels): those between the lines of the teeth too."""
+    turn_variance: Array
 
 
 def tooth_lines(
@@ -68,7 +71,10 @@ def tooth_lines(
     spread = np.sum(np.abs(found - value) ** 2, axis=0) / (blocks * (blocks - 1))
     variance = _smooth(spread)
     heard = bool(np.any(np.abs(value[1:]) > _STANDS_OUT * np.sqrt(variance[1:])))
-    return ToothLines(frequency, value, variance, heard)
+    turns, _ = _blocks(force, rate, frequency / per_revolution, 1, orders * per_revolution)
+    turn = np.mean(turns, axis=0)
+    scatter = np.sum(np.abs(turns - turn) ** 2, axis=0) / (len(turns) * (len(turns) - 1))
+    return ToothLines(frequency, value, variance, heard, turn, _smooth(scatter))
 
 
 def _blocks(

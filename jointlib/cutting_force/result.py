@@ -42,6 +42,8 @@ class CuttingForces(Shown):
     errors: tuple[FitError, ...]
     means: tuple[MeanForce, ...]
     messages: tuple[str, ...]
+    run_out: tuple[Found, ...] = ()
+    """m by which each flute stands out from the mean, in the order in which they cut; empty where none was heard."""
 
     @property
     def rms(self) -> float:
@@ -63,6 +65,7 @@ class CuttingForces(Shown):
             "method": self.method,
             "averages": self.averages,
             "covariance": None if known is None else {"names": known.names, "matrix": known.matrix},
+            "run_out": self.run_out,
             "misfit": self.misfit,
             "errors": self.errors,
             "messages": self.messages,

@@ -36,21 +36,33 @@ def harmonics(cut: Cut, order: Array) -> ComplexArray:
             found[:, axis, [axis, axis + 3]] = still * np.array([cut.feed, 1.0])
         return found
     wave = cut.teeth * order
-    sine, cosine = (_arc(cut, wave, 1, part) for part in ("sine", "cosine"))
-    double, turned = (_arc(cut, wave, 2, part) for part in ("sine", "cosine"))
-    one = _arc(cut, wave, 0, "cosine")
-    mixed, square = double / 2 * cut.feed, (one - turned) / 2 * cut.feed
+    return np.asarray(cut.teeth * along(cut, wave) * of_arc(wave, cut.arc, cut.feed, 0.0))
+
+
+def along(cut: Cut, wave: Array) -> ComplexArray:
+    """m, (waves, 1, 1): the depth, damped and turned by the helix at each order of the revolution."""
+    late = wave * cut.lag * cut.depth
+    return np.asarray((cut.depth * np.exp(-0.5j * late) * np.sinc(late / (2 * np.pi)))[:, None, None])
+
+
+def of_arc(wave: Array, arc: tuple[float, float], slope: float, offset: float) -> ComplexArray:
+    """What every coefficient gives, per depth, to the forces of one tooth whose chip over an arc in rad is
+    slope·sin φ + offset (m): (waves, 3, 6), (1/2π)·∫ f(φ)·e^(−j·wave·φ) dφ."""
+    sine, cosine = (_arc(arc, wave, 1, part) for part in ("sine", "cosine"))
+    double, turned = (_arc(arc, wave, 2, part) for part in ("sine", "cosine"))
+    one = _arc(arc, wave, 0, "cosine")
+    mixed = slope * double / 2 + offset * cosine
+    square = slope * (one - turned) / 2 + offset * sine
+    found = np.zeros((len(wave), 3, 6), dtype=complex)
     found[:, 0, 0], found[:, 0, 1], found[:, 0, 3], found[:, 0, 4] = -mixed, -square, -cosine, -sine
     found[:, 1, 0], found[:, 1, 1], found[:, 1, 3], found[:, 1, 4] = square, -mixed, sine, -cosine
-    found[:, 2, 2], found[:, 2, 5] = sine * cut.feed, one
-    late = wave * cut.lag * cut.depth
-    along = np.exp(-0.5j * late) * np.sinc(late / (2 * np.pi))
-    return np.asarray(cut.teeth * cut.depth * along[:, None, None] * found)
+    found[:, 2, 2], found[:, 2, 5] = slope * sine + offset * one, one
+    return found
 
 
-def _arc(cut: Cut, wave: Array, times: int, part: str) -> ComplexArray:
-    """Fourier coefficient (1/2π)·∫ trig(times·φ)·e^(−j·wave·φ) dφ over the arc of cut."""
-    first, last = cut.arc
+def _arc(arc: tuple[float, float], wave: Array, times: int, part: str) -> ComplexArray:
+    """Fourier coefficient (1/2π)·∫ trig(times·φ)·e^(−j·wave·φ) dφ over an arc."""
+    first, last = arc
     middle, half = (first + last) / 2, (last - first) / 2
 
     def turning(s: Array) -> ComplexArray:

@@ -95,29 +95,33 @@ class Milled:
 
 
 def milled(cut: Milled, rate: float, seconds: float, stand: Stand, rng: np.random.Generator) -> Array:
-    """Forces F_x, F_y, F_z on the tool in N, (3, samples), as a dynamometer records them."""
+    """Forces F_x, F_y, F_z on the tool in N, (3, samples), as a dynamometer records them.
+
+    A tooth cuts away what the teeth before it left, c·sin φ and by how much it stands out further than they; where that
+    is nothing it feels nothing.
+    """
     time = np.arange(round((seconds + _LEAD) * rate) * _FINER) / (rate * _FINER)
     slices = max(1, math.ceil(cut.depth / _SLICE)) if cut.helix else 1
     height = (np.arange(slices) + 0.5) / slices * cut.depth
     begin = rng.uniform(0, 2 * np.pi)
     out = np.array(cut.runout) if cut.runout else np.zeros(cut.teeth)
     force, step = np.zeros((3, len(time))), 2 * np.pi * cut.speed / 60 / (rate * _FINER)
-    k = cut.coefficients
+    K = cut.coefficients
     for tooth in range(cut.teeth):
-        feed = cut.feed + out[tooth] - out[tooth - 1]
+        ahead = [(k * cut.feed, out[tooth] - out[tooth - k]) for k in range(1, cut.teeth + 1)]
         for z in height:
             lag = 2 * math.tan(math.radians(cut.helix)) * z / cut.diameter
             angle = begin + 2 * np.pi * cut.speed / 60 * time - 2 * np.pi * tooth / cut.teeth - lag
             low, high = _inside(angle, step, cut.arc)
             in_cut, middle = np.maximum(high - low, 0.0) / step, (low + high) / 2
             sine, cosine = np.sin(middle), np.cos(middle)
-            area = feed * sine
-            part = in_cut * cut.depth / slices
-            tangential = part * (k["tangential"] * area + k["edge_tangential"])
-            normal = part * (k["normal"] * area + k["edge_normal"])
+            chip = np.min([travel * sine + further for travel, further in ahead], axis=0)
+            part = in_cut * cut.depth / slices * (chip > 0)
+            tangential = part * (K["tangential"] * chip + K["edge_tangential"])
+            normal = part * (K["normal"] * chip + K["edge_normal"])
             force[0] += -tangential * cosine - normal * sine
             force[1] += tangential * sine - normal * cosine
-            force[2] += part * (k["axial"] * area + k["edge_axial"])
+            force[2] += part * (K["axial"] * chip + K["edge_axial"])
     return _recorded(force, rate, stand, rng)
 
 

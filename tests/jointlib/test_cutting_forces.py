@@ -17,6 +17,7 @@ from jointlib.cutting_force.cut import AXES, Cut
 from jointlib.cutting_force.cutting_file import read_cutting_file, write_cutting_file
 from jointlib.cutting_force.identify import identify_cutting
 from jointlib.cutting_force.result import CuttingForces
+from jointlib.cutting_force.run_out import uneven
 from jointlib.cutting_force.tooth_force import COEFFICIENTS, harmonics
 from jointlib.rig.dynamometer import EXAMPLE, Milled, Stand, milled, transfer, turned, write_forces
 
@@ -24,6 +25,7 @@ SHIPPED = Path(__file__).parents[2] / "machines" / "library" / "end_mill_forces"
 RATE, SPEED, DEPTH, DIAMETER = 6400.0, 3000.0, 1e-3, 12e-3
 NOISY = Stand(noise=0.01)
 """40 dB."""
+THREE = (0.0, 6e-6, -3e-6)
 CUTS: Mapping[str, dict[str, Any]] = {
     "slot": {},
     "half down": {"mode": "down", "immersion": 0.5, "arc": (90.0, 180.0)},
@@ -31,6 +33,7 @@ CUTS: Mapping[str, dict[str, Any]] = {
     "slot of four teeth": {"teeth": 4},
     "a dynamometer that resonates": {"stand": replace(NOISY, mode=(1500.0, 0.03))},
     "run-out of 8 um": {"runout": (4e-6, -4e-6)},
+    "three uneven flutes up": {"mode": "up", "immersion": 0.5, "arc": (0.0, 90.0), "teeth": 3, "runout": THREE},
 }
 
 
@@ -107,7 +110,9 @@ def test_harmonics_are_those_of_the_force_stepped_in_time(kind: str) -> None:
     np.testing.assert_allclose(lines[0] * lines[1].conj(), model[:, 0] * model[:, 1].conj(), atol=1e-3 * scale**2)
 
 
-@pytest.mark.parametrize("kind", repeats(CUTS, lambda kind: kind in ("half down", "a dynamometer that resonates")))
+@pytest.mark.parametrize(
+    "kind", repeats(CUTS, lambda kind: kind in ("half down", "a dynamometer that resonates", "run-out of 8 um"))
+)
 def test_coefficients_come_back_within_their_errors_at_40_db(kind: str, tmp_path: Path) -> None:
     found = identify_cutting(read_measurement(recorded(tmp_path, 3, **CUTS[kind])))
     assert found.method == "instantaneous"
@@ -230,6 +235,76 @@ def test_what_cannot_be_used_is_told_in_a_sentence(change: Any, said: str, tmp_p
         cutting_forces(file, output=tmp_path / "out" / "x.cutting.toml")
     assert any(said in sentence for sentence in caught.value.sentences), caught.value.sentences
     assert not (tmp_path / "out").exists()
+
+
+def test_flutes_that_do_not_stand_out_cut_alike() -> None:
+    cut = Cut("milling", 3000, 1e-3, 1e-4, 3, "up", 0.5, 12e-3, 30.0)
+    order = np.arange(9.0)
+    found = uneven(cut, 3 * order, np.zeros(3))
+    np.testing.assert_allclose(found, harmonics(cut, order), atol=1e-12 * np.max(np.abs(found)))
+    np.testing.assert_allclose(uneven(cut, np.array([1.0, 2.0, 4.0]), np.zeros(3)), 0, atol=1e-18)
+
+
+def test_a_flute_that_stands_far_back_leaves_its_chip_to_the_next() -> None:
+    one, both = Cut("milling", 3000, 1e-3, 2e-4), Cut("milling", 3000, 1e-3, 1e-4, teeth=2)
+    found = uneven(both, np.arange(5.0), np.array([5e-4, -5e-4]))
+    np.testing.assert_allclose(found, harmonics(one, np.arange(5.0)), atol=1e-12 * np.max(np.abs(found)))
+
+
+def test_run_out_is_found_flute_by_flute(tmp_path: Path) -> None:
+    found = identify_cutting(read_measurement(recorded(tmp_path, 3, **CUTS["three uneven flutes up"])))
+    out = np.array([one.value for one in found.run_out])
+    told = np.array(THREE) - np.mean(THREE)
+    turns = [np.roll(told, k) for k in range(3)]
+    nearest = turns[int(np.argmin([np.max(np.abs(out - turn)) for turn in turns]))]
+    assert np.max(np.abs(out - nearest)) < 0.02e-6
+    assert all(0 < (one.standard_error or 0) < 0.01e-6 for one in found.run_out)
+    assert np.max(np.abs(deviations(found))) < 4
+    assert any(said.startswith("Run-out: the flutes stand out by") for said in found.messages)
+    assert len(found.as_json()["run_out"]) == 3
+
+
+def test_teeth_that_differ_by_more_than_their_place_are_told(tmp_path: Path) -> None:
+    file = recorded(tmp_path, 3, feeds=(0.05, 0.15), teeth=4)
+    for feed in (0.05, 0.15):
+        record = dict(np.load(tmp_path / f"feed_{feed}.npz"))
+        turn = 2 * np.pi * 1.004 * SPEED / 60 * np.arange(len(record["Fx"])) / RATE
+        record["Fy"] = record["Fy"] * (1 + 0.3 * np.cos(turn))  # one edge is worn
+        np.savez(tmp_path / f"feed_{feed}.npz", **record)
+    found = identify_cutting(read_measurement(file))
+    assert not found.run_out
+    assert any("differs from tooth to tooth by" in said for said in found.messages)
+
+
+def test_the_other_sense_of_milling_is_named(tmp_path: Path) -> None:
+    file = recorded(tmp_path, 3, **CUTS["three uneven flutes up"])
+    file.write_text(file.read_text().replace('mode = "up"', 'mode = "down"'))
+    (said,) = [said for said in identify_cutting(read_measurement(file)).messages if "-milling" in said]
+    assert said.startswith("As up-milling the records leave 0.08")
+    assert said.endswith('is it mode = "up", or does an axis look the other way?')
+
+
+def test_the_number_of_teeth_that_the_force_repeats_with_is_named(tmp_path: Path) -> None:
+    file = recorded(tmp_path, 3, **CUTS["three uneven flutes up"])
+    file.write_text(file.read_text().replace("teeth = 3", "teeth = 4"))
+    with pytest.raises(InputError, match=r"forces.toml: the force repeats 3 times .*, not 4 times: is teeth 3"):
+        identify_cutting(read_measurement(file))
+
+
+def test_kilonewtons_read_as_newtons_are_named(tmp_path: Path) -> None:
+    file = recorded(tmp_path, 3)
+    assert not any("metal" in said for said in identify_cutting(read_measurement(file)).messages)
+    for path in tmp_path.glob("*.npz"):
+        np.savez(path, **{name: 1e-3 * force for name, force in np.load(path).items()})
+    (said,) = [said for said in identify_cutting(read_measurement(file)).messages if "metal" in said]
+    assert said.startswith("tangential 0.796 N/mm² is not that of a metal, 300 to 6000; 1000 times that would be usual")
+
+
+def test_an_edge_that_pulls_is_named(tmp_path: Path) -> None:
+    file = recorded(tmp_path, 3, **CUTS["half down"], extra='acts_on = "tool"\n')
+    for path in tmp_path.glob("*.npz"):
+        np.savez(path, **{name: force + 60 * (name == "Fx") for name, force in np.load(path).items()})
+    assert any("pulls" in said for said in identify_cutting(read_measurement(file)).messages)
 
 
 def test_the_result_shows_itself() -> None:
