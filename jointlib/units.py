@@ -33,6 +33,7 @@ HUGE = 1e75
 _UNIT = re.compile(r"[^\d.eE+\-\s]")
 _GRAM = re.compile(r"(?<![A-Za-z_])(m?)g(?![A-Za-z_0-9])")
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*$", re.ASCII | re.DOTALL)
+_COMMA = re.compile(r",(\d+)", re.ASCII)
 _WHOLE = re.compile(r"[0-9]{1,18}")
 MOST_LINES = 1_000_000
 """Lines of frequency; what fewer of them need is told where they are used."""
@@ -49,6 +50,8 @@ def _registry() -> Any:
 
 def scale(unit: str, expected: str, where: str) -> float:
     """SI value of one ``unit``, which must have the dimension of the SI unit ``expected``."""
+    if _COMMA.match(unit):
+        raise InputError(f"{where}: a decimal comma before {unit[1:]!r}, expected a point: write it as 3.5 mm")
     if expected in _BY_RULE:
         if unit in _BY_RULE[expected]:
             return _BY_RULE[expected][unit]
@@ -104,6 +107,10 @@ def quantity(value: Any, expected: str, where: str) -> float:
         if parts is None:
             raise InputError(f"{where}: {value!r}, expected a number with a unit like {expected!r}")
         number, unit = parts
+        if (after := _COMMA.match(unit)) is not None:
+            grouped = len(after[1]) == 3 and not re.search(r"[.eE]", value.partition(",")[0])
+            whole = f", or {value.replace(',', '').strip()} where it groups thousands" if grouped else ""
+            raise InputError(f"{where}: {value!r}, a decimal comma: write {value.replace(',', '.', 1).strip()}{whole}")
         factor = scale(unit, expected, where) if unit else 1.0
         # Dividing by a whole reciprocal keeps "25 um" the float that 25e-6 is.
         out = number / round(1 / factor) if 0 < factor < 1 and (1 / factor).is_integer() else number * factor

@@ -8,9 +8,8 @@ from functools import cached_property
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
-from jointlib.arrays import Array, ComplexArray
+from jointlib.arrays import Array, ComplexArray, Mask
 from jointlib.cutting_force.fit import SCALE, CoefficientFit, ForceRecord, floored, real, told, zeros
 from jointlib.cutting_force.run_out import by_offset, uneven
 
@@ -23,7 +22,7 @@ _MICROMETRE = 1e-6
 _MOST_TEETH = 16
 
 
-def beside_teeth(record: ForceRecord) -> NDArray[np.bool_]:
+def beside_teeth(record: ForceRecord) -> Mask:
     """Which lines of the revolution stand between those of the teeth."""
     assert record.turn is not None
     return np.asarray(np.arange(len(record.turn)) % record.cut.teeth != 0, dtype=bool)
@@ -186,7 +185,7 @@ class _Fit:
     def _largest(self) -> int:
         return int(np.argmax([record.cut.feed for record in self.records]))
 
-    def beside(self) -> NDArray[np.bool_]:
+    def beside(self) -> Mask:
         """Which residuals belong to lines between those of the teeth."""
         marks = [np.repeat(beside_teeth(r)[:, None], len(r.axes), axis=1) for r in self.records]
         return np.concatenate([real(mark.astype(complex) * (1 + 1j)) != 0 for mark in marks])
