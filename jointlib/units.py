@@ -108,9 +108,9 @@ def quantity(value: Any, expected: str, where: str) -> float:
             raise InputError(f"{where}: {value!r}, expected a number with a unit like {expected!r}")
         number, unit = parts
         if (after := _COMMA.match(unit)) is not None:
-            grouped = len(after[1]) == 3 and not re.search(r"[.eE]", value.partition(",")[0])
-            whole = f", or {value.replace(',', '').strip()} where it groups thousands" if grouped else ""
-            raise InputError(f"{where}: {value!r}, a decimal comma: write {value.replace(',', '.', 1).strip()}{whole}")
+            head, tail = (part.strip() for part in value.split(",", 1))
+            whole = f", or {head}{tail} where it groups thousands" if len(after[1]) == 3 and "." not in head else ""
+            raise InputError(f"{where}: {value!r}, a decimal comma: write {head.replace('.', '')}.{tail}{whole}")
         factor = scale(unit, expected, where) if unit else 1.0
         # Dividing by a whole reciprocal keeps "25 um" the float that 25e-6 is.
         out = number / round(1 / factor) if 0 < factor < 1 and (1 / factor).is_integer() else number * factor

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from jointlib.cutting_force.possible import impossible
 from jointlib.errors import InputError
 from jointlib.measurement import RecordSource
 
@@ -30,6 +31,10 @@ class TriedCut:
         Hz, None where none was heard.
     record
         Sound, acceleration or force of the cut, None where there is none.
+    diameter
+        m of the cutter, None where the file does not say it.
+    process
+        ``"milling"`` or ``"turning"``.
     """
 
     name: str
@@ -42,6 +47,8 @@ class TriedCut:
     verdict: str | None = None
     chatter_frequency: float | None = None
     record: RecordSource | None = None
+    diameter: float | None = None
+    process: str = "milling"
 
     def __post_init__(self) -> None:
         said = []
@@ -50,6 +57,15 @@ class TriedCut:
         if not self.depth > 0:
             told = f"a {self.verdict} verdict at zero depth tells nothing" if self.depth == 0 else "a depth is positive"
             said.append(f"depth is {self.depth:g} m, expected more than 0: {told}")
+        said += impossible(
+            self.process,
+            speed=self.speed,
+            depth=self.depth,
+            feed=self.feed,
+            teeth=self.teeth,
+            immersion=self.immersion,
+            diameter=self.diameter if self.process == "milling" else None,
+        )
         if self.verdict is None and self.record is None:
             said.append(f"verdict is missing, expected {', '.join(VERDICTS)}, or a record (file) that tells it")
         f = self.chatter_frequency

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from jointlib.cutting_force.possible import impossible
 from jointlib.errors import InputError
 
 PROCESSES = ("milling", "turning")
@@ -12,6 +13,9 @@ MODES = ("up", "down", "slot")
 AXES = {"milling": ("Fx", "Fy", "Fz"), "turning": ("Fc", "Ff", "Fp")}
 """Forces by process. Milling: along the feed, normal to it, along the spindle; turning: along the cutting speed, along
 the thickness of the chip (the feed), along the edge."""
+
+_IN_RAD, _LEAST_HELIX, _WHOLE = 1.1, 9.5, 0.06
+"""A helix below so many degrees that is a whole number of degrees, so large and so nearly, where it is read in rad."""
 
 
 @dataclass(frozen=True)
@@ -52,16 +56,28 @@ class Cut:
             )
             if not value > 0
         ]
-        if not 0 < self.immersion <= 1:
-            said.append(f"immersion is {self.immersion:g}, expected a/D above 0 and at most 1")
+        said += impossible(
+            self.process,
+            speed=self.speed,
+            depth=self.depth,
+            feed=self.feed,
+            teeth=self.teeth,
+            immersion=self.immersion,
+            diameter=self.diameter,
+        )
         if not 0 <= self.helix < 90:
             said.append(f"helix is {self.helix:g} degrees, expected from 0 to below 90")
         if self.helix and self.diameter is None:
             said.append("helix is given without a diameter, expected both")
-        if self.diameter is not None and not self.diameter > 0:
-            said.append(f"diameter is {self.diameter:g} m, expected more than 0")
         if said:
             raise InputError(*said)
+
+    def strange(self) -> list[str]:
+        """Sentences on what only looks wrong: a helix in rad."""
+        meant = math.degrees(self.helix)
+        if not (0 < self.helix < _IN_RAD and meant >= _LEAST_HELIX and abs(meant - round(meant)) < _WHOLE):
+            return []
+        return [f'helix is {self.helix:g} degrees; is it in rad? Then write {round(meant)}, or "{self.helix:g} rad"']
 
     @property
     def arc(self) -> tuple[float, float]:

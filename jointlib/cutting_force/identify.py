@@ -69,6 +69,7 @@ def identify_cutting(measurement: Measurement) -> CuttingForces:
         found, records = uneven, [replace(record, run_out=uneven.run_out) for record in records]
         means = by_means(records)
     refuse_sign(measurement, found or means, records)
+    messages += dict.fromkeys(said for record in records for said in record.cut.strange())
     messages += doubts(measurement, records, means, found, unheard)
     return _result(measurement, opened, records, found or means, means, messages)
 

@@ -31,6 +31,7 @@ from ..mistakes import in_file
 from ..model.machine import Machine
 from ..study.study_file import read_study
 from .told.file_lines import (
+    WRONG,
     coefficient_lines,
     component_lines,
     finite,
@@ -58,12 +59,12 @@ class Contents(Shown):
     lines: tuple[str, ...]
     """What ``jointlib inspect`` prints."""
     warnings: tuple[str, ...]
-    """Of a machine: what looks wrong in it."""
+    """Of a machine, test cuts and cutting forces: what looks wrong in it."""
     picture: Path | None
 
     def finding(self) -> str:
         """The first line that is no warning, and what looks wrong."""
-        first = next(line for line in self.lines if not line.startswith("looks wrong: "))
+        first = next(line for line in self.lines if not line.startswith(WRONG))
         more = f" (and {len(self.warnings) - 1} more)" if len(self.warnings) > 1 else ""
         return f"{first}; looks wrong: {self.warnings[0]}{more}" if self.warnings else first
 
@@ -142,7 +143,8 @@ def _opened(file: Path, contacts: bool, tool: str | None) -> tuple[Any, list[str
         return joint, joint_lines(joint), ()
     if schema == "jointlib/measurement/1":
         measurement = read_measurement(file)
-        return measurement, measurement_lines(measurement), ()
+        lines = measurement_lines(measurement)
+        return measurement, lines, [line.removeprefix(WRONG) for line in lines if line.startswith(WRONG)]
     if schema == "jointlib/cutting/1":
         coefficients = read_cutting_file(file)
         return coefficients, coefficient_lines(coefficients), ()

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from jointlib.cuts.judged import JudgedCut, heard_of, judged_cuts
+from jointlib.cuts.strange import strange
 from jointlib.errors import InputError
 from jointlib.io.atomic import sha256
 from jointlib.loop.answer.report import Verdict
@@ -72,6 +73,7 @@ def trace_cuts(
     believed = [after, *outcome.rivals, *(outcome.left_open if outcome.chosen is None else ())]
     seen = outlook(machine, problem, believed, safe, seed)
     changes, mended = _changes(machine, outcome)
+    odd = strange([one.cut for one in judged], measurement.sample_rate, (machine.cutting or {}).get("diameter"))
     return CutTrace(
         verdict=outcome.verdict,
         sentence=_sentence(outcome, base, problem, seen),
@@ -95,7 +97,7 @@ def trace_cuts(
         band_after=seen.after,
         depth=seen.depth,
         probability=seen.probability,
-        warnings=(*_warnings(measurement, judged, tool, problem, base, mended), *_nearly(base, outcome)),
+        warnings=(*odd, *_warnings(measurement, judged, tool, problem, base, mended), *_nearly(base, outcome)),
         not_decidable=tuple(undecided),
         repro=_repro(measurement, machine, seed, draws),
         changes=changes,

@@ -38,6 +38,7 @@ def test_a_value_is_read_in_si(text: object, unit: str, value: float) -> None:
         ("abc", "kg", "expected a number with a unit"),
         ("3,5 mm", "m", "file: key: '3,5 mm', a decimal comma: write 3.5 mm"),
         ("-0,25", "N", "file: key: '-0,25', a decimal comma: write -0.25"),
+        ("1.200,5 rpm", "rpm", "a decimal comma: write 1200.5 rpm"),
         ("7,5 kHz", "Hz", "a decimal comma: write 7.5 kHz"),
         ("1,200 rpm", "rpm", "a decimal comma: write 1.200 rpm, or 1200 rpm where it groups thousands"),
         (float("nan"), "kg", "expected a finite value"),

@@ -43,6 +43,8 @@ def tried_cut(section: Section, shared: Mapping[str, Any]) -> TriedCut:
             verdict,
             frequency,
             record,
+            own.get("diameter"),
+            own.get("process", "milling"),
         )
     except InputError as error:
         raise InputError(*(f"{section.where}: {said}" for said in error.sentences)) from None

@@ -11,6 +11,7 @@ import numpy as np
 
 from jointlib.arrays import Array
 from jointlib.cuts.judged import heard_of, judged_cuts
+from jointlib.cuts.strange import strange
 from jointlib.cutting_force.coefficients import Coefficients
 from jointlib.errors import InputError, told
 from jointlib.io.measurement_file import read_records
@@ -25,6 +26,9 @@ from jointlib.units import shown
 from ...components.component import Component
 from ...components.connection import Connection
 from ...loop.records import open_frfs, said_of
+
+WRONG = "looks wrong: "
+"""Before a sentence on what looks like a mistake."""
 
 
 def joint_lines(joint: Joint) -> list[str]:
@@ -77,7 +81,8 @@ def cut_lines(m: Measurement) -> list[str]:
                 arc if cut.process == "milling" else cut.process,
             ))  # fmt: skip
     said = [f"the forces act on the {m.acts_on}"]
-    return [*said, *table(("record", "speed [rpm]", "depth [mm]", "feed [mm]", "cut"), rows)]
+    odd = dict.fromkeys(f"{WRONG}{one}" for record in m.records if record.cut for one in record.cut.strange())
+    return [*said, *table(("record", "speed [rpm]", "depth [mm]", "feed [mm]", "cut"), rows), *odd]
 
 
 def tried_lines(m: Measurement) -> list[str]:
@@ -92,7 +97,8 @@ def tried_lines(m: Measurement) -> list[str]:
         rows.append((cut.name, *row))
         doubts += [one.doubt()] if one.doubt() else []
     header = ("cut", "speed [rpm]", "depth [mm]", "verdict", "chatter [Hz]", "kind", "by", "not repeated [%]")
-    return [*table(header, rows), *doubts, *heard_of(judged)]
+    odd = strange([one.cut for one in judged], m.sample_rate)
+    return [*table(header, rows), *doubts, *heard_of(judged), *(f"{WRONG}{said}" for said in odd)]
 
 
 def component_lines(component: Component) -> list[str]:
