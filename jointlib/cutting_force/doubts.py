@@ -123,7 +123,7 @@ def _of_run_out(records: Sequence[ForceRecord], fit: CoefficientFit) -> list[str
         return []
     return [
         f"The force differs from tooth to tooth by {unlike(records):.3g} N rms, which run-out of even teeth does not "
-        "explain: mind pitch and wear; the coefficients may be off by more than their errors."
+        "explain: mind pitch and wear; the coefficients are those of a mean tooth."
     ]
 
 
