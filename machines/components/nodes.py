@@ -123,6 +123,8 @@ class Nodes:
             return None
         along = self.line[1] - self.line[0]
         length = float(np.linalg.norm(along))
+        if not length > 0:
+            return None
         at = float(np.clip((point - self.line[0]) @ along / length, 0, length))
         near = np.linalg.norm(self.line[0] + at * along / length - point) <= self.tolerance
         return at if near else None
