@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-DEEPEST, DIAMETERS = 0.2, 5.0
+DEEPEST, DIAMETERS = 0.2, 10.0
 """m, and diameters, that no flute is long."""
 LARGEST_FEED = {"milling": 5e-3, "turning": 20e-3}
 """m a tooth (mills for high feed take 3.5 mm) and a revolution (peeling takes 15 mm)."""

@@ -55,7 +55,7 @@ def cut(speed: float = 7500.0, depth: float = 3e-3, teeth: int = 4, **more: Any)
             "immersion is 6, expected a/D above 0 and at most 1; a width of 6 mm is 0.5",
         ),
         ('depth = "3 mm"', "depth = 3", "depth is 3000 mm, expected at most 200 mm; a number without a unit is in m"),
-        ("teeth = 4", 'teeth = 4\ndiameter = "0.5 mm"', "depth is 3 mm, expected at most 2.5 mm, 5 diameters"),
+        ("teeth = 4", 'teeth = 4\ndiameter = "0.25 mm"', "depth is 3 mm, expected at most 2.5 mm, 10 diameters"),
         (
             'feed = "0.05 mm"',
             'feed = "1500 mm"',
@@ -73,7 +73,7 @@ def test_cuts_that_cannot_be_are_refused(old: str, new: str, said: str, tmp_path
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        ({"depth": 1.0}, "depth is 1000 mm, expected at most 60 mm, 5 diameters"),
+        ({"depth": 1.0}, "depth is 1000 mm, expected at most 120 mm, 10 diameters"),
         (
             {"feed": 0.27},
             "feed is 270 mm a tooth, expected at most 5 mm; 270 mm a minute are 0.03 mm a tooth at 3000 rpm",
