@@ -19,25 +19,33 @@ def forced(
     """As JSON, told, and for a picture: over the speeds of a chart at rest and depths, and in the recommended pocket.
 
     Nothing where nothing forces a vibration: without a feed, in turning. ``safe`` are the limits (m) of the pocket.
+    Where very many joints depend on amplitude they are held as at rest.
     """
     from ...cutting.forced.forced_field import forced_field
     from ...cutting.forced.forced_vibration import too_many, unforced
+    from ...cutting.forced.held_at_rest import held_at_rest
     from ...cutting.forced.quiet_pocket import pocket_in_cut
     from ...cutting.process.cutting import Cutting
 
     cutting = Cutting(**(model.cutting or {}))
     if cutting.feed is not None and cutting.process == "milling" and (left := unforced(model)):
         return {}, [f"The vibration that the teeth force is {left}."], None
-    if bent := too_many(model):
-        return {}, [f"The vibration that the teeth force is not computed: {bent} joints depend on amplitude."], None
+    bent = too_many(model)
     with progress.step("computing the vibration that the teeth force"):
+        if bent and cutting.feed is not None and cutting.process == "milling":
+            tooth = float(np.median(chart.speed)) / 60 * cutting.cuts_per_revolution
+            model = held_at_rest(model, tooth)
         field = forced_field(model, chart, np.array(sorted(depth)) if depth else None)
         if field is None:
             return {}, [], None
         cut, quiet, said = (None, None, []) if pocket is None else pocket_in_cut(model, chart.speed, safe, pocket)
         said += field.words() + _walls(field, cutting, depth, pocket, model)
+        if bent and said:
+            as_at_rest = f"{bent} joints depend on amplitude and are held as at rest in what the teeth force"
+            said = [f"{as_at_rest}; larger motions change it.", *said]
     keys = ("speed", "depth", "amplitude", "limit", "surface_error")
-    data = {key: getattr(field, key) for key in keys} | ({} if cut is None else {"pocket": cut.data})
+    data = {key: getattr(field, key) for key in keys} | ({"held_at_rest": bent} if bent else {})
+    data |= {} if cut is None else {"pocket": cut.data}
     data |= {} if quiet is None else {"quieter": {"speed": quiet.speed, "depth": quiet.depth, "margin": quiet.margin}}
     return {"forced": data}, said, field
 
