@@ -83,7 +83,7 @@ class ToolModel:
                 raise InputError(_COINCIDE)
         # A pole at zero, of a part that nothing holds, is counted as slow as numbers tell.
         speed = np.maximum(np.abs(poles), 1e-15 * np.max(np.abs(poles), axis=1, keepdims=True, initial=1e-285))
-        with np.errstate(over="ignore"):  # the two poles of a part that drifts have one vector, and inputs without bound
+        with np.errstate(over="ignore"):  # the two poles of a part that drifts have one vector, and inputs unbounded
             peak = np.linalg.norm(inputs, axis=2) * np.linalg.norm(outputs, axis=2)
         peak /= np.maximum(np.abs(poles.real), 1e-9 * speed)
         share = peak / np.max(np.where(aside, 0.0, peak), axis=1, keepdims=True)

@@ -264,6 +264,7 @@ def test_run_out_is_found_flute_by_flute(tmp_path: Path) -> None:
     assert len(found.as_json()["run_out"]) == 3
 
 
+@pytest.mark.thorough
 def test_teeth_that_differ_by_more_than_their_place_are_told(tmp_path: Path) -> None:
     file = recorded(tmp_path, 3, feeds=(0.05, 0.15), teeth=4)
     for feed in (0.05, 0.15):
@@ -276,6 +277,7 @@ def test_teeth_that_differ_by_more_than_their_place_are_told(tmp_path: Path) -> 
     assert any("differs from tooth to tooth by" in said for said in found.messages)
 
 
+@pytest.mark.thorough
 def test_the_other_sense_of_milling_is_named(tmp_path: Path) -> None:
     file = recorded(tmp_path, 3, **CUTS["three uneven flutes up"])
     file.write_text(file.read_text().replace('mode = "up"', 'mode = "down"'))
