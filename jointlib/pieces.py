@@ -56,11 +56,15 @@ def in_pieces(begin: Array, virgin: Callable[[Array], Array], step: Step, z: Arr
 
 
 def _beginnings(start: Array, end: Array, slope: Array, first: int) -> Array:
-    """Where pieces from the ``first`` on begin if those before end as far from where they did as ``slope`` says."""
-    wanted = start.copy()
+    """Where pieces from the ``first`` on begin if those before end as far from where they did as ``slope`` says.
+
+    Never beyond all states that were met: no law answers for those that it does not reach.
+    """
+    wanted, met = start.copy(), np.concatenate([start, end])
+    low, high = np.min(met, axis=0), np.max(met, axis=0)
     off = np.zeros_like(start[0])
     for i in range(first, len(start)):
-        wanted[i] = end[i - 1] + slope[i - 1] * off
+        wanted[i] = np.clip(end[i - 1] + slope[i - 1] * off, low, high)
         off = wanted[i] - start[i]
     return wanted
 

@@ -33,6 +33,7 @@ def test_its_keys_hold_the_modes_and_shares_that_sum_to_one(here: Path) -> None:
     assert data["depth"]["depth"] > 0
 
 
+@pytest.mark.thorough
 def test_it_leads_with_the_sentence_and_shows_all_on_request(here: Path) -> None:
     done = jointlib(f"modes {LIBRARY / 'two_mode_tool.toml'}")
     lines = done.out.splitlines()

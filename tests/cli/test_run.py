@@ -10,6 +10,7 @@ import pytest
 from command_line import jointlib, read
 
 
+@pytest.mark.thorough
 def test_a_machine_whose_joints_are_given_runs_without_identification(here: Path) -> None:
     done = jointlib("run machines/library/paper_sdof.toml -o out")
     assert done.status == 0, done.err

@@ -263,6 +263,7 @@ def test_a_stiff_machine_has_no_explicit_steps_and_repeats_its_run(tmp_path: Pat
     assert 0 < shares(usual, fine) < 1e-4
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", repeats(["guide_mill", "three_joints", "two_mass"], lambda name: name == "two_mass"))
 def test_library_machines_keep_the_tolerance(name: str) -> None:
     machine = library_machine(name)

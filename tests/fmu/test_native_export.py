@@ -307,6 +307,7 @@ def test_every_law_exports_validates_and_repeats_its_reference_run(joint: Joint,
     assert np.isfinite([fmu.force(), *fmu.moved()]).all()
 
 
+@pytest.mark.thorough
 @one_version
 @pytest.mark.parametrize(
     ("laws", "least", "most"),

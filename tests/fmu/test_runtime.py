@@ -40,6 +40,7 @@ def standard_functions() -> set[str]:
     return set(re.findall(r"^\s*FMI[23]_Export fmi[23]\w+TYPE\s+(fmi[23]\w+);", text, re.MULTILINE))
 
 
+@pytest.mark.thorough
 @both_kinds
 @both_versions
 @pytest.mark.parametrize("check", repeats(CHECKS, lambda check: check != "life"))

@@ -175,6 +175,7 @@ def test_friction_that_was_loaded_slips_on_at_once_to_one_side_and_sticks_to_the
         np.testing.assert_allclose(held, -SLIP + sticks * (end[:, z] - rest[0, z]), rtol=1e-7)
 
 
+@pytest.mark.thorough
 @one_version
 def test_fmpy_finds_no_problem_in_it(fmi: int) -> None:
     assert validate_fmu(str(unpacked(pressed(), fmi))) == []

@@ -110,6 +110,7 @@ def test_harmonics_are_those_of_the_force_stepped_in_time(kind: str) -> None:
     np.testing.assert_allclose(lines[0] * lines[1].conj(), model[:, 0] * model[:, 1].conj(), atol=1e-3 * scale**2)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     "kind", repeats(CUTS, lambda kind: kind in ("half down", "a dynamometer that resonates", "run-out of 8 um"))
 )
@@ -293,6 +294,7 @@ def test_the_number_of_teeth_that_the_force_repeats_with_is_named(tmp_path: Path
         identify_cutting(read_measurement(file))
 
 
+@pytest.mark.thorough
 def test_kilonewtons_read_as_newtons_are_named(tmp_path: Path) -> None:
     file = recorded(tmp_path, 3)
     assert not any("metal" in said for said in identify_cutting(read_measurement(file)).messages)
@@ -302,6 +304,7 @@ def test_kilonewtons_read_as_newtons_are_named(tmp_path: Path) -> None:
     assert said.startswith("tangential 0.796 N/mm² is not that of a metal, 300 to 6000; 1000 times that would be usual")
 
 
+@pytest.mark.thorough
 def test_an_edge_that_pulls_is_named(tmp_path: Path) -> None:
     file = recorded(tmp_path, 3, **CUTS["half down"], extra='acts_on = "tool"\n')
     for path in tmp_path.glob("*.npz"):

@@ -110,6 +110,7 @@ def test_a_block_that_ends_too_early_is_mended_by_the_modes(tmp_path: Path) -> N
         assert np.linalg.norm(f.value - truth(f, LIGHT)) < 0.012 * np.linalg.norm(f.value)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("T", [pytest.param(0.2, marks=pytest.mark.thorough), 0.08])
 def test_the_damping_of_an_exponential_window_is_taken_off(tmp_path: Path, T: float) -> None:
     file = struck(

@@ -458,6 +458,7 @@ def test_few_blocks_are_said_and_what_can_be_decided_is_decided(tmp_path: Path) 
     assert {c.family for c in report.candidates[:3]} <= {"coulomb", "hysteresis", "stribeck"}
 
 
+@pytest.mark.thorough
 def test_one_cycle_shows_friction_by_its_slow_and_fast_parts(tmp_path: Path) -> None:
     report = trace(measurement(tmp_path, Mass(MASS), fit=(drive(dry(18.0), cycle((0.1,), 1)), "fit", None)), VISCOUS)
     assert report.data["conditions"]["grouped_by"] == "thirds of peak speed"

@@ -217,6 +217,7 @@ def mill(**more: Any) -> Machine:
     return Machine((tool,), (), tool=axes, frequency=(300.0, 2000.0), cutting=cutting | {"diameter": 0.012} | more)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("more", "waves", "within"),
     [

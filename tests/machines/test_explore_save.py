@@ -128,6 +128,7 @@ def test_where_the_exact_method_gives_no_lobes_the_preview_stands_with_the_reaso
     assert "zero-order" in page
 
 
+@pytest.mark.thorough
 def test_the_page_is_headed_by_what_the_machine_is_called(tmp_path: Path) -> None:
     pytest.importorskip("dash")
     from machines.explore.server import explorer_app

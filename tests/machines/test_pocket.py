@@ -35,6 +35,7 @@ def test_the_pocket_is_stable_at_every_speed_inside_its_band(chart: StabilityLob
     assert found.margin == pytest.approx(found.limit / found.depth - 1)
 
 
+@pytest.mark.thorough
 def test_no_other_speed_removes_more_with_the_same_reserve(chart: StabilityLobes) -> None:
     found = pocket([chart], CUT)
     assert found is not None

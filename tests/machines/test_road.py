@@ -68,6 +68,7 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> tuple[Run, Told]:
     return run(LIBRARY / "two_mass.toml", folder, told, steps()[:-1]), told
 
 
+@pytest.mark.thorough
 def test_a_run_returns_what_every_step_found(done: tuple[Run, Told]) -> None:
     made, told = done
     assert made.failed == []

@@ -16,6 +16,8 @@ _ALIKE = 0.02
 """Strokes repeat one another if travel and starting point agree to this fraction of the travel."""
 _SAME_PATH = 0.01
 """… and their paths, laid over one another, to this rms fraction of it."""
+_UNLIKE = 0.1
+"""Of the force, by which repeated strokes that are such do not differ."""
 _MOSTLY = 0.5
 """Less than this share of the variance left by differences of the motion, and it is no noise but theirs."""
 _FULL = 0.8
@@ -134,13 +136,14 @@ def _variance(all_runs: Sequence[Run], blocks: Sequence[Block]) -> float | None:
 def _beyond(forces: Array, motions: Sequence[Array]) -> float:
     """Variance of forces over repetitions, (repetitions, samples), in N².
 
-    Where motions that are only nearly the same explain most of it, it is what they leave.
+    Where forces differ much and motions that are only nearly the same explain most of it, it is what they leave.
     Near a resonance springs and inertia cancel, and a hundredth of the motion is as large as all of the force.
     """
     off = (forces - forces.mean(axis=0)).ravel()
     differences = np.array([(x - x.mean(axis=0)).ravel() for x in motions]).T
     left = off - differences @ np.linalg.lstsq(differences, off, rcond=None)[0]
-    own = left if np.sum(left**2) < _MOSTLY * np.sum(off**2) else off
+    apart, explained = np.sum(off**2) > _UNLIKE**2 * np.sum(forces**2), np.sum(left**2) < _MOSTLY * np.sum(off**2)
+    own = left if apart and explained else off
     free = float(forces.shape[1] * (forces.shape[0] - 1))
     return float(np.sum(own**2)) / free
 
