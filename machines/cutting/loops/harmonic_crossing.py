@@ -15,6 +15,7 @@ from .critical_depth import eigenvector, first_crossings, near
 from .iterated_loop import IteratedLoop
 from .loop_branches import NONE, Crossing
 from .multi_frequency import HarmonicLoop
+from .strong_lines import StrongLines, strong_lines
 
 PAST = 3
 """Harmonics beyond the highest frequency that matters, in the search; the depth itself is settled with more."""
@@ -83,14 +84,20 @@ def _strongest(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> Found:
             break
         whole, finer = resolving(loop, P), resolving(loop, 2 * P)
         fraction = resolved.folded(loop.tooth_frequency, level / 2)
-        search = first_crossings(whole, fraction)
+        strong = strong_lines(replace(loop, harmonics=P), resolved, level)
+        narrowed = strong.size <= (whole.rows if isinstance(whole, IteratedLoop) else whole.size) / 2
+        search = _searched(whole, strong, fraction) if narrowed else first_crossings(whole, fraction)
+        if search is None:
+            level /= 2
+            continue
         if not search and level < faintest:
             return Found(NONE)
         if not search:
             level /= 4
             continue
         needed = GAIN / (2 * stiffest * search[0].depth)
-        if level >= faintest and resolved.reaching(needed) > (P + 0.5) * loop.tooth_frequency:
+        lacking = level > needed if narrowed else resolved.reaching(needed) > (P + 0.5) * loop.tooth_frequency
+        if level >= faintest and lacking:
             level = min(needed, level / 1.5)
             continue
         before, settled = search[0], _lowest(finer, search, fraction)
@@ -112,6 +119,15 @@ def _strongest(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> Found:
         f"multi-frequency: {P} harmonics of a tooth frequency of {loop.tooth_frequency:g} Hz would be needed, expected "
         f"at most {_MOST}; take a faster spindle, or zero-order, near the truth with so many waves between teeth"
     )
+
+
+def _searched(whole: HarmonicLoop | IteratedLoop, strong: StrongLines, fraction: Array) -> list[Crossing] | None:
+    """The crossings of a loop, looked for on its strong lines; none is told where one of these moves far."""
+    found = first_crossings(IteratedLoop(strong) if strong.size > _LARGEST else strong, fraction)
+    settled = [near(whole, one) for one in found]
+    if all(at.kind and abs(at.depth / one.depth - 1) < SAME for one, at in zip(found, settled, strict=True)):
+        return sorted(settled, key=lambda one: one.depth)
+    return None
 
 
 def _lowest(finer: HarmonicLoop | IteratedLoop, search: list[Crossing], fraction: Array) -> Crossing:

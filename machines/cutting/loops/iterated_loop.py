@@ -23,6 +23,7 @@ from jointlib.arrays import Array, ComplexArray
 
 from .loop_branches import Iterated, nearest_of, regeneration
 from .multi_frequency import HarmonicLoop
+from .strong_lines import StrongLines
 
 _FIRST = 6
 """Eigenvalues asked for to begin with."""
@@ -42,7 +43,7 @@ _BESIDE = 0.3
 class IteratedLoop(Iterated):
     """A `HarmonicLoop` of which the matrix is applied, not formed."""
 
-    loop: HarmonicLoop
+    loop: HarmonicLoop | StrongLines
 
     def __call__(self, fraction: Array) -> ComplexArray:
         """The matrices themselves, by lines, (g, m, m)."""
@@ -79,7 +80,7 @@ class IteratedLoop(Iterated):
 
     def _applied(self, fraction: float) -> Callable[[ComplexArray], ComplexArray]:
         """x → A·x at one ν."""
-        if self.rows <= _FORMED:
+        if self.rows <= _FORMED or isinstance(self.loop, StrongLines):
             matrix = self(np.array([fraction]))[0]
             return lambda x: np.asarray(matrix @ x)
         lines, n = self.loop.lines(np.array([fraction]))[0], len(self.loop.axes)
@@ -108,6 +109,7 @@ class IteratedLoop(Iterated):
     @cached_property
     def _kernel(self) -> tuple[ComplexArray, int]:
         """The transform of H_r, r = p − q, arranged for a convolution of ``length`` lines."""
+        assert isinstance(self.loop, HarmonicLoop), "lines that follow each other"
         many = len(self.loop.orders)
         length = int(scipy.fft.next_fast_len(2 * many - 1))
         arranged = np.zeros((length, len(self.loop.axes), len(self.loop.axes)), dtype=complex)

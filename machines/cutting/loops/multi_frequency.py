@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
+import scipy
 
 from jointlib.arrays import Array, ComplexArray
 
@@ -30,7 +31,10 @@ Spectrum = Callable[[Array], ComplexArray]
 _BLOCK = 2_000_000
 
 
-_gauss = lru_cache(maxsize=64)(np.polynomial.legendre.leggauss)
+_RULES = 96
+"""Nodes beyond which a rule has a multiple of so many."""
+
+_gauss = lru_cache(maxsize=64)(scipy.special.roots_legendre)
 
 
 @dataclass(frozen=True)
@@ -50,11 +54,17 @@ class HarmonicLoop:
     def nodes(self) -> tuple[Array, Array]:
         """Angles φ_k in rad and weights (N/2π)·W_k of a Gauss rule that integrates the products of all harmonics."""
         arc = self.cutting.exit_angle - self.cutting.entry_angle
-        turns = (self.harmonics + 1) * self.cutting.cuts_per_revolution * arc
-        count = int(np.ceil(0.5 * turns + 2.5 * max(turns, 1.0) ** (1 / 3))) + 5
-        x, w = _gauss(count)
+        x, w = _gauss(self._nodes)
         angle = self.cutting.entry_angle + arc * (x + 1) / 2
         return angle, w * arc / 2 * self.cutting.cuts_per_revolution / (2 * np.pi)
+
+    @property
+    def _nodes(self) -> int:
+        """How many nodes the rule has; many are rounded up, so that neighbouring speeds share a rule."""
+        arc = self.cutting.exit_angle - self.cutting.entry_angle
+        turns = (self.harmonics + 1) * self.cutting.cuts_per_revolution * arc
+        count = int(np.ceil(0.5 * turns + 2.5 * max(turns, 1.0) ** (1 / 3))) + 5
+        return count if count <= _RULES else -(-count // _RULES) * _RULES
 
     def lines(self, fraction: Array) -> ComplexArray:
         """G(ω + qω_T), shape (g, 2P + 2, n, n)."""
@@ -79,15 +89,18 @@ class HarmonicLoop:
 
     def by_lines(self, fraction: Array) -> ComplexArray:
         """H_(p−q)·G(ω + qω_T), shape (g, lines·n, lines·n)."""
-        size, n = self._coupled.shape[0], len(self.axes)
-        turned = self._coupled.reshape(size, -1, 1, n) @ self.lines(fraction)[:, None]
-        return np.asarray(turned.reshape(len(fraction), size, size))
+        return coupled(self._coupled, self.lines(fraction))
 
     @cached_property
     def _coupled(self) -> ComplexArray:
-        """H_(p−q), shape (lines·n, lines·n)."""
-        into, out = self._directions
-        return np.asarray(into.reshape(len(into), -1).T @ out.reshape(len(out), -1))
+        return self.coupling(self.orders)
+
+    def coupling(self, orders: Array) -> ComplexArray:
+        """H_(p−q) between lines of these orders, shape (lines·n, lines·n)."""
+        apart = (orders[:, None] - orders).astype(int)
+        reach, rows = int(np.max(apart)), len(orders) * len(self.axes)
+        every = self.of_cut(np.arange(-reach, reach + 1.0))
+        return np.asarray(every[apart + reach].transpose(0, 2, 1, 3).reshape(rows, rows))
 
     def of_cut(self, orders: Array) -> ComplexArray:
         """H_r of orders r, |r| ≤ 2P + 1, shape (r, n, n)."""
@@ -118,8 +131,7 @@ class HarmonicLoop:
     @property
     def size(self) -> int:
         """Rows of its matrices."""
-        nodes, lines, n = self._directions[0].shape
-        return int(min(nodes, lines * n))
+        return min(self._nodes, len(self.orders) * len(self.axes))
 
     @staticmethod
     def _felt(out: ComplexArray, G: ComplexArray) -> ComplexArray:
@@ -127,3 +139,10 @@ class HarmonicLoop:
         (nodes, lines, n), many = out.shape, len(G)
         felt = np.swapaxes(out, 0, 1) @ G.transpose(1, 2, 0, 3).reshape(lines, n, many * n)
         return np.asarray(felt.reshape(lines, nodes, many, n).transpose(2, 1, 0, 3))
+
+
+def coupled(coupling: ComplexArray, lines: ComplexArray) -> ComplexArray:
+    """H_(p−q)·G(ω + qω_T), shape (g, m, m), of H (m, m) and G (g, lines, n, n)."""
+    rows, n = len(coupling), lines.shape[-1]
+    turned = coupling.reshape(rows, -1, 1, n) @ lines[:, None]
+    return np.asarray(turned.reshape(len(lines), rows, rows))

@@ -1,0 +1,94 @@
+"""Strong lines of a slow cut: which are kept, and that what they find is what all lines find."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from machines import lobes_at_amplitude, read_machine
+from machines.cutting.loops import harmonic_crossing as crossing
+from machines.cutting.loops.critical_depth import first_crossings, near
+from machines.cutting.loops.multi_frequency import HarmonicLoop
+from machines.cutting.loops.strong_lines import StrongLines, strong_lines
+from machines.cutting.process.cutting import Cutting
+from machines.tool.bounded_band import Shape, shape, spectrum
+from machines.tool.tool_model import ToolModel
+from machines.tool.tool_point import ToolPoint, tool_point
+
+LIBRARY = Path(__file__).parents[2] / "machines" / "library"
+CUT = Cutting("milling", teeth=3, tangential=1.8e9, normal=5.4e8, mode="down", immersion=0.6)
+
+
+def tool(seed: int) -> ToolModel:
+    """Five modes in two directions that are not the axes."""
+    rng = np.random.default_rng(seed)
+    frequency = np.array([130.0, 420.0, 860.0, 2250.0, 4100.0]) * rng.uniform(0.9, 1.1, 5)
+    damping, stiffness = rng.uniform(0.008, 0.012, 5), np.array([2e9, 2e9, 2e7, 1e9, 4e7])
+    w = 2 * np.pi * frequency
+    turned = w * np.sqrt(1 - damping**2)
+    angle = rng.uniform(0, np.pi, 5)
+    shapes = np.stack([np.cos(angle), np.sin(angle)], axis=1) * (w / np.sqrt(stiffness))[:, None]
+    return ToolModel(
+        -damping * w + 1j * turned, shapes + 0j, shapes / (2j * turned[:, None]), np.zeros((2, 2)), ("x", "y")
+    )
+
+
+def loop_of(seed: int, speed: float) -> tuple[HarmonicLoop, Shape]:
+    """The loop of a tool and its receptance's shape."""
+    model = tool(seed)
+    point: ToolPoint = tool_point(lambda f: model(f), ("x", "y"), np.geomspace(40.0, 12e3, 1500))
+    loop = HarmonicLoop(spectrum(point, 1e5), CUT, (0, 1), CUT.cuts_per_revolution * speed / 60, 0)
+    return loop, shape(point)
+
+
+def test_the_depth_of_the_strong_lines_settles_where_that_of_all_lines_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At 2800 rpm the crossing of the few strongest lines is not that of the loop, so that more are asked."""
+    machine = read_machine(LIBRARY / "column_mill_a.toml")
+    sizes = []
+
+    def watched(loop: HarmonicLoop, resolved: Shape, level: float) -> StrongLines:
+        strong = strong_lines(loop, resolved, level)
+        sizes.append(strong.size / loop.size)
+        return strong
+
+    def every(loop: HarmonicLoop, _resolved: Shape, _level: float) -> StrongLines:
+        return StrongLines(loop, np.ones(len(loop.orders), dtype=bool))
+
+    found = []
+    for lines in (watched, every):
+        monkeypatch.setattr(crossing, "strong_lines", lines)
+        found.append(lobes_at_amplitude(machine, [2800.0], method="multi-frequency"))
+    assert min(sizes) < 0.3
+    assert found[0].kind.tolist() == found[1].kind.tolist() == ["hopf"]
+    assert found[0].depth == pytest.approx(found[1].depth, rel=crossing.AGREE)
+
+
+def test_a_line_is_kept_with_its_mate_and_where_a_resonance_lies_between_its_ends() -> None:
+    loop, resolved = loop_of(0, 2000.0)
+    many = HarmonicLoop(loop.receptance, CUT, (0, 1), loop.tooth_frequency, 60)
+    kept = strong_lines(many, resolved, 0.3 * resolved.largest).kept
+    assert np.array_equal(kept, kept[::-1])  # q and −q−1 carry the same frequency at ν = 1/2
+    strongest = resolved.lines[np.argmax(resolved.size)]
+    assert kept[list(many.orders).index(np.floor(strongest / loop.tooth_frequency))]
+    assert 0 < np.count_nonzero(kept) < 0.3 * len(kept)
+
+
+def test_rows_of_the_strong_lines_are_those_of_the_whole_loop() -> None:
+    loop, resolved = loop_of(1, 2000.0)
+    many = HarmonicLoop(loop.receptance, CUT, (0, 1), loop.tooth_frequency, 30)
+    strong = strong_lines(many, resolved, 0.3 * resolved.largest)
+    fraction = np.array([0.1, 0.37, 0.5])
+    rows = np.repeat(strong.kept, 2)
+    np.testing.assert_allclose(strong(fraction), many.by_lines(fraction)[:, rows][:, :, rows], rtol=0, atol=1e-9)
+
+
+def test_a_loop_of_lines_that_are_all_kept_has_the_crossings_of_the_whole() -> None:
+    loop, resolved = loop_of(2, 4000.0)
+    many = HarmonicLoop(loop.receptance, CUT, (0, 1), loop.tooth_frequency, 24)
+    every = StrongLines(many, np.ones(len(many.orders), dtype=bool))
+    fraction = resolved.folded(loop.tooth_frequency)
+    by_all, by_lines = first_crossings(many, fraction), first_crossings(every, fraction)
+    assert [one.depth for one in by_lines] == pytest.approx([one.depth for one in by_all], rel=1e-9)
+    assert near(many, by_lines[0]).depth == pytest.approx(by_all[0].depth, rel=1e-11)
