@@ -16,7 +16,8 @@ from jointlib.arrays import Array
 from ..indices import Index
 from .borders import Condition, border
 from .exactness import Exactness
-from .passes import arc_of, multiplier, pass_of
+from .growth import growth, multiplier
+from .passes import arc_of, map_of, pass_of
 from .sampled_tool import Drawn, SampledTool
 from .suspects import Suspect
 
@@ -69,13 +70,14 @@ def distances(
         if found is None or suspect.by_depth:
             changed = suspect.changed(base, values, at.speed, float(depth))
             found = pass_of(changed, tool.direct[rows], at, arc, tool.axes)
-        passing = found.map(np.full(len(rows), float(depth)))
+        steps = found.steps(np.full(len(rows), float(depth)))
         if changed.active is None:
-            grown[:, k], angle[:, k] = multiplier(passing)
+            grown[:, k], angle[:, k] = growth(steps, found.states)
             continue
         # A flute that stands back leaves the surface to the next one.
         teeth = at.cutting.cuts_per_revolution
-        turned, idle = passing, found.idle()
+        passing, idle = map_of(steps, found.states), found.idle()
+        turned = passing
         for tooth in range(1, teeth):
             cuts = (tooth < changed.active)[:, None, None]
             turned = np.where(cuts, passing, idle) @ turned

@@ -25,8 +25,9 @@ from machines.cut_loop.contest import NEEDED
 from machines.cut_loop.doubted_modes import JointSlip, MissingMode, ModeFrequency
 from machines.cut_loop.evidence import of_frequency, of_verdict
 from machines.cut_loop.exactness import learnt
+from machines.cut_loop.growth import multiplier
 from machines.cut_loop.line_up import suspects_of
-from machines.cut_loop.passes import arc_of, multiplier, pass_of
+from machines.cut_loop.passes import arc_of, map_of, pass_of
 from machines.cut_loop.problem import Problem, problem_of
 from machines.cut_loop.sampled_tool import receptance, sampled_tool
 from machines.cut_loop.suspects import AsItIs, Coefficient, RunOut
@@ -174,9 +175,10 @@ def multipliers(machine: Machine, speed: float, depth: float, flutes: int = 0) -
     tool, table = sampled_tool(bare(machine), 1, 0, 60.0), Cutting(**dict(machine.cutting or {}))
     at = condition(table, speed, machine.tool_axes)
     found = pass_of(tool.drawn(), tool.direct, at, arc_of(at, tool.highest), tool.axes)
-    passing, teeth = found.map(np.full(1, depth)), table.cuts_per_revolution
+    cut, teeth = map_of(found.steps(np.full(1, depth)), found.states), table.cuts_per_revolution
+    passing = cut
     for tooth in range(1, teeth if flutes else 1):
-        passing = (found.map(np.full(1, depth)) if tooth < flutes else found.idle()) @ passing
+        passing = (cut if tooth < flutes else found.idle()) @ passing
     value = np.linalg.eigvals(passing[0])
     largest = value[np.argmax(np.abs(value))]
     growth, angle = multiplier(passing)
