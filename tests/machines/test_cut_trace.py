@@ -18,10 +18,12 @@ from jointlib.cuts.tried_cut import TriedCut
 from jointlib.laws.jenkins import Jenkins
 from jointlib.measurement import Measurement
 from machines import Machine, lobes_at_amplitude, read_machine, trace
+from machines.cut_loop import posterior as posteriors_room
 from machines.cut_loop import tempered
 from machines.cut_loop import trace_cuts as trace_cuts_room
 from machines.cut_loop.borders import border, condition, conditions_of
 from machines.cut_loop.contest import NEEDED
+from machines.cut_loop.distances import distances
 from machines.cut_loop.doubted_modes import JointSlip, MissingMode, ModeFrequency
 from machines.cut_loop.evidence import of_frequency, of_verdict
 from machines.cut_loop.exactness import learnt
@@ -306,6 +308,30 @@ def test_forces_that_are_larger_than_the_file_says_are_named(tmp_path: Path) -> 
     (coefficient,) = (c for c in found.candidates if c.family == "coefficient")
     low, high = coefficient.parameters["factor"]["ci95"]
     assert low < 2.2 < high
+
+
+def test_in_which_order_places_are_asked_changes_the_time_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    machine = machine_of(tmp_path)
+    problem = asked(machine, campaign(machine, 3), 200)
+    usual, counted = tempered.telling, dict[bool, int]()
+    told = []
+    for turned in (False, True):
+        monkeypatch.setattr(tempered, "telling", lambda *at, t=turned: usual(*at)[:: -1 if t else 1])
+        count = counted_draws(monkeypatch)
+        found = posterior(Coefficient(), problem)
+        told.append((found.evidence, *found.weights()))
+        counted[turned] = sum(count)
+    np.testing.assert_array_equal(told[0], told[1])
+    assert counted[False] < 0.95 * counted[True]
+
+
+def counted_draws(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """How many draws are asked at each place, as it happens."""
+    count = list[int]()
+    monkeypatch.setattr(posteriors_room, "distances", lambda *at: (count.append(len(at[4])), distances(*at))[1])
+    return count
 
 
 @pytest.mark.thorough
