@@ -32,6 +32,8 @@ from .tempered import posterior, posteriors
 
 DRAWS, SAFE = 300, 0.95
 _FEWEST = 6
+_SPEAKS = 3.0
+"""Odds from which on cuts speak for something rather than nothing (Kass & Raftery 1995, sec. 3.2)."""
 _SCATTERS = 0.25
 """Of ln depth: where the exact border scatters more about what was learnt, that is said."""
 
@@ -202,8 +204,8 @@ def _sentence(outcome: Outcome, base: Entry, problem: Problem, seen: Outlook) ->
 
 
 def _near(outcome: Outcome) -> bool:
-    """Whether the cuts come near to a name without reaching one."""
-    return outcome.chosen is None and bool(outcome.left_open) and outcome.odds >= np.log(ODDS) / 2
+    """Whether the cuts speak for something without reaching a name."""
+    return outcome.chosen is None and bool(outcome.left_open) and outcome.odds >= np.log(_SPEAKS)
 
 
 def _nearly(base: Entry, outcome: Outcome) -> list[str]:
@@ -213,8 +215,8 @@ def _nearly(base: Entry, outcome: Outcome) -> list[str]:
     of = outcome.left_open[0].posterior
     gain = of.evidence - base.weight
     return [
-        f"It would make the cuts {np.exp(gain):.0f} times as likely if this were so: {of.suspect.told(of.mean())}. "
-        f"All suspects together need {ODDS:g} for a name; cut on."
+        f"It would make the cuts {np.exp(gain):.2g} times as likely if this were so: {of.suspect.told(of.mean())}. "
+        f"All suspects together make them {np.exp(outcome.odds):.2g} times as likely, a name needs {ODDS:g}: cut on."
     ]
 
 

@@ -510,6 +510,29 @@ def test_a_mill_cut_in_time_whose_forces_were_half_as_large_again(tmp_path: Path
     assert found.chosen is not None or "rule out that something is missing" in found.sentence
 
 
+@pytest.mark.parametrize(("odds", "speaks"), [(2.0, False), (5.7, True), (49.0, True)])
+def test_odds_that_speak_for_something_are_told_with_those_of_all_suspects(
+    odds: float, speaks: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One suspect may have more than a name needs, which counts all of them."""
+    of = SimpleNamespace(suspect=Coefficient(), evidence=np.log(78.0) - 20.0, mean=lambda: {"factor": 1.34})
+    best = SimpleNamespace(posterior=of)
+    found = SimpleNamespace(
+        chosen=None, left_open=(best,), odds=np.log(odds), verdict=trace_cuts_room.Verdict.NOTHING_MISSING
+    )
+    monkeypatch.setattr(trace_cuts_room, "surprising", lambda *_: np.zeros(0))
+    base, problem = SimpleNamespace(weight=-20.0), SimpleNamespace(cuts=())
+    said = trace_cuts_room._sentence(found, base, problem, None)  # type: ignore[arg-type]
+    assert ("do not rule out that something is missing" in said) == speaks
+    told = trace_cuts_room._nearly(base, found)  # type: ignore[arg-type]
+    assert len(told) == speaks
+    if speaks:
+        assert told[0].startswith(
+            "It would make the cuts 78 times as likely if this were so: cutting forces 1.34 times"
+        )
+        assert f"All suspects together make them {odds:.2g} times as likely, a name needs 50: cut on." in told[0]
+
+
 def test_a_campaign_is_read_as_it_was_written(tmp_path: Path) -> None:
     cuts, _ = written(tmp_path, 2)
     back = read_measurement(cuts)
