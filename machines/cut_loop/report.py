@@ -179,11 +179,18 @@ class CutTrace(Shown):
         )
         s = self.safe_cut
         lines.append(
-            f"no cut is stable with a probability of {self.safe:g}"
+            self.none_safe
             if s is None
             else f"most productive at a probability of {self.safe:g}: {s.speed:g} rpm, {1e3 * s.depth:.3g} mm"
         )
         return [*lines, *(f"warning: {w}" for w in self.warnings)]
+
+    @property
+    def none_safe(self) -> str:
+        """Why no cut is told to be safe, where none is."""
+        if self.verdict is Verdict.UNEXPLAINED:
+            return "no cut is told to be safe: draws that do not explain the cuts tell no probability"
+        return f"no cut is stable with a probability of {self.safe:g}"
 
     def columns(self) -> Columns:
         """A row per candidate."""

@@ -19,7 +19,7 @@ from ..components.modal import Modal
 from ..cutting.process.cutting import Cutting
 from ..model.machine import Machine
 from ..model.spindle_speed import refuse_dependence
-from .advice import Outlook, outlook
+from .advice import outlook
 from .borders import conditions_of
 from .contest import NEEDED, ODDS, STRAINED, Entry, Outcome, decided, entry, errors, folds_of, surprising
 from .line_up import suspects_of
@@ -27,13 +27,12 @@ from .posterior import Posterior
 from .problem import Problem, problem_of
 from .report import CutCandidate, CutRival, CutTold, CutTrace
 from .sampled_tool import SampledTool, sampled_tool
+from .sentences import nearly, reach, sentence
 from .suspects import AsItIs
 from .tempered import posterior, posteriors
 
 DRAWS, SAFE = 300, 0.95
 _FEWEST = 6
-_SPEAKS = 3.0
-"""Odds from which on cuts speak for something rather than nothing (Kass & Raftery 1995, sec. 3.2)."""
 _SCATTERS = 0.25
 """Of ln depth: where the exact border scatters more about what was learnt, that is said."""
 
@@ -78,7 +77,7 @@ def trace_cuts(
     odd = strange([one.cut for one in judged], measurement.sample_rate, (machine.cutting or {}).get("diameter"))
     return CutTrace(
         verdict=outcome.verdict,
-        sentence=_sentence(outcome, base, problem, seen),
+        sentence=sentence(outcome, base, problem, seen),
         machine=machine,
         chosen=None if outcome.chosen is None else _candidates(base, entries, outcome)[entries.index(outcome.chosen)],
         candidates=tuple(_candidates(base, entries, outcome)),
@@ -88,7 +87,7 @@ def trace_cuts(
         error_before=errors(base, problem),
         error_after=errors(after, problem),
         next_cut=seen.next_cut,
-        safe_cut=seen.safe_cut,
+        safe_cut=None if outcome.verdict is Verdict.UNEXPLAINED else seen.safe_cut,
         safe=safe,
         effective_size={"before": base.posterior.effective, "after": after.posterior.effective, "draws": float(draws)},
         strain={"before": base.posterior.strain, "after": after.posterior.strain},
@@ -99,7 +98,7 @@ def trace_cuts(
         band_after=seen.after,
         depth=seen.depth,
         probability=seen.probability,
-        warnings=(*odd, *_warnings(measurement, judged, tool, problem, base, mended), *_nearly(base, outcome)),
+        warnings=(*odd, *_warnings(measurement, judged, tool, problem, base, mended), *nearly(base, outcome)),
         not_decidable=tuple(undecided),
         repro=_repro(measurement, machine, seed, draws),
         changes=changes,
@@ -182,50 +181,6 @@ def _rival(one: Entry, best: Entry) -> CutRival:
     )
 
 
-def _sentence(outcome: Outcome, base: Entry, problem: Problem, seen: Outlook) -> str:
-    odd = int(np.count_nonzero(surprising(base, problem)))
-    if outcome.chosen is None and outcome.verdict is Verdict.NOTHING_MISSING:
-        but = ", but do not rule out that something is missing" if _near(outcome) else ""
-        return f"The {len(problem.cuts)} cuts are explained by what the inputs leave open{but}."
-    if outcome.chosen is None:
-        why = (
-            f"the machine reaches the cuts with {_reach(base)} alone"
-            if not base.reached
-            else f"{odd} of {len(problem.cuts)} cuts are against what the inputs leave open"
-        )
-        return f"Something is missing that has no name here: {why}. Cut next at {seen.next_cut.speed:g} rpm."
-    of = outcome.chosen.posterior
-    said = of.suspect.told(of.mean())
-    if outcome.rivals:
-        others = " or ".join(one.posterior.suspect.told(one.posterior.mean()) for one in outcome.rivals)
-        return f"The cuts point to this: {said}; they cannot rule out {others}."
-    left = ", which does not explain all of them" if outcome.verdict is Verdict.PARTIAL else ""
-    return f"What the cuts show: {said}{left}."
-
-
-def _near(outcome: Outcome) -> bool:
-    """Whether the cuts speak for something without reaching a name."""
-    return outcome.chosen is None and bool(outcome.left_open) and outcome.odds >= np.log(_SPEAKS)
-
-
-def _nearly(base: Entry, outcome: Outcome) -> list[str]:
-    """What comes near to a name where there is none."""
-    if not _near(outcome):
-        return []
-    of = outcome.left_open[0].posterior
-    gain = of.evidence - base.weight
-    return [
-        f"It would make the cuts {np.exp(gain):.2g} times as likely if this were so: {of.suspect.told(of.mean())}. "
-        f"All suspects together make them {np.exp(outcome.odds):.2g} times as likely, a name needs {ODDS:g}: cut on."
-    ]
-
-
-def _reach(base: Entry) -> str:
-    """What it takes to reach the cuts, in words."""
-    of = base.posterior
-    return f"{of.effective:.1f} effective draws and modes pulled by {of.strain:.1f} standard errors"
-
-
 def _changes(machine: Machine, outcome: Outcome) -> tuple[Mapping[str, Any], str]:
     """Keys of the machine file that the finding is, and a sentence where it is none."""
     if outcome.chosen is None:
@@ -277,7 +232,7 @@ def _warnings(
         said.append(f"{tool.left_out} samples of the machine have other modes and are left out.")
     if not base.reached:
         said.append(
-            f"The machine as it is reaches the cuts with {_reach(base)} alone ({NEEDED:g} draws are needed and "
+            f"The machine as it is reaches the cuts with {reach(base)} alone ({NEEDED:g} draws are needed and "
             f"{STRAINED:g} standard errors at most): that is a residual and no posterior."
         )
     wide = [place.at.speed for k, place in enumerate(problem.places) if problem.scatter(k) > _SCATTERS]

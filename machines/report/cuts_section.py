@@ -24,7 +24,7 @@ def cuts_section(report: CutTrace) -> Section:
     """The chart before and after the cuts, the cuts, the suspects, and what they cannot tell."""
     safe = report.safe_cut
     most = (
-        f"No cut is stable with a probability of {report.safe:g}."
+        f"{report.none_safe[0].upper()}{report.none_safe[1:]}."
         if safe is None
         else f"The most productive cut that is stable with a probability of {report.safe:g}: {safe.speed:g} rpm and "
         f"{1e3 * safe.depth:.3g} mm."

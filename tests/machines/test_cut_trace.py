@@ -16,10 +16,11 @@ from jointlib import InputError, read_measurement
 from jointlib.cuts.heard import heard
 from jointlib.cuts.tried_cut import TriedCut
 from jointlib.laws.jenkins import Jenkins
+from jointlib.loop.answer.report import Verdict
 from jointlib.measurement import Measurement
 from machines import Machine, lobes_at_amplitude, read_machine, trace
+from machines.cut_loop import contest, sentences, tempered
 from machines.cut_loop import posterior as posteriors_room
-from machines.cut_loop import tempered
 from machines.cut_loop import trace_cuts as trace_cuts_room
 from machines.cut_loop.borders import border, condition, conditions_of
 from machines.cut_loop.contest import NEEDED
@@ -516,21 +517,46 @@ def test_odds_that_speak_for_something_are_told_with_those_of_all_suspects(
 ) -> None:
     """One suspect may have more than a name needs, which counts all of them."""
     of = SimpleNamespace(suspect=Coefficient(), evidence=np.log(78.0) - 20.0, mean=lambda: {"factor": 1.34})
-    best = SimpleNamespace(posterior=of)
-    found = SimpleNamespace(
-        chosen=None, left_open=(best,), odds=np.log(odds), verdict=trace_cuts_room.Verdict.NOTHING_MISSING
-    )
-    monkeypatch.setattr(trace_cuts_room, "surprising", lambda *_: np.zeros(0))
+    best = SimpleNamespace(posterior=of, weight=of.evidence)
+    found = SimpleNamespace(chosen=None, left_open=(best,), odds=np.log(odds), verdict=Verdict.NOTHING_MISSING)
+    monkeypatch.setattr(sentences, "surprising", lambda *_: np.zeros(0))
     base, problem = SimpleNamespace(weight=-20.0), SimpleNamespace(cuts=())
-    said = trace_cuts_room._sentence(found, base, problem, None)  # type: ignore[arg-type]
+    said = sentences.sentence(found, base, problem, None)  # type: ignore[arg-type]
     assert ("do not rule out that something is missing" in said) == speaks
-    told = trace_cuts_room._nearly(base, found)  # type: ignore[arg-type]
+    told = sentences.nearly(base, found)  # type: ignore[arg-type]
     assert len(told) == speaks
     if speaks:
         assert told[0].startswith(
             "It would make the cuts 78 times as likely if this were so: cutting forces 1.34 times"
         )
         assert f"All suspects together make them {odds:.2g} times as likely, a name needs 50: cut on." in told[0]
+
+
+def test_why_what_is_likely_has_no_name_is_told() -> None:
+    of = SimpleNamespace(suspect=Coefficient(), effective=3.7, strain=0.7, mean=lambda: {"factor": 1.34})
+    for reached, said in (
+        (False, "No name, for it has 3.7 effective draws"),
+        (True, "On cuts held out it does no better"),
+    ):
+        best = SimpleNamespace(posterior=of, weight=0.0, reached=reached)
+        found = SimpleNamespace(chosen=None, left_open=(best,), odds=np.log(7500.0))
+        (told,) = sentences.nearly(SimpleNamespace(weight=-9.0), found)  # type: ignore[arg-type]
+        assert said in told
+        assert "need" not in told
+
+
+def test_no_cut_is_told_to_be_safe_by_draws_that_do_not_explain_the_cuts(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A mode of 560 Hz that nobody measured: the cut that was told as safe at 0.95 lay at 1.7 times the border."""
+    machine = machine_of(tmp_path)
+    outcomes = {}
+    for verdict in (Verdict.UNEXPLAINED, Verdict.NOTHING_MISSING):
+        monkeypatch.setattr(contest, "_unnamed", lambda *_, v=verdict: v)
+        outcomes[verdict] = trace_cuts(campaign(machine, 3), machine, draws=100)
+    assert outcomes[Verdict.NOTHING_MISSING].safe_cut is not None
+    assert outcomes[Verdict.UNEXPLAINED].safe_cut is None
+    assert any("no cut is told to be safe" in line for line in outcomes[Verdict.UNEXPLAINED].words())
 
 
 def test_a_campaign_is_read_as_it_was_written(tmp_path: Path) -> None:
