@@ -21,7 +21,7 @@ from ...statics.working_point import tangents
 from ...tool.chatter_band import chatter_band
 from ...tool.tabulated import Tabulated
 from ...tool.tool_model import ToolModel
-from ...tool.tool_point import ToolPoint
+from ...tool.tool_point import ToolPoint, share_along
 from ..process.cutting import Cutting
 from ..process.zero_order import loop_stiffness
 
@@ -33,6 +33,8 @@ _STRAIGHT, _ROUGH = 1e-4, 1e-2
 """Share by which a receptance may be off between its lines, and where it only tells where to start."""
 _FAINT = 5e-3
 """Share of the largest receptance below which no resonance is looked for."""
+_NEAR, _HIDDEN = 0.5, 0.1
+"""Share of the strongest chatter, and by how much the receptance may be off, where only the lowest depth counts."""
 _ROUNDS = 3
 _ALIGNED, _TOWARDS = 1e-6, 1e-2
 """How nearly a force points where it chatters first, and where the receptance only tells where to start."""
@@ -58,13 +60,15 @@ def operating_receptance(
     beyond: float = 1.0,
     cutting: Cutting | None = None,
     rough: bool = False,
+    lowest: bool = False,
 ) -> OperatingPoint:
     """Tool-point receptance at an amplitude in m, on lines over the machine's band that are close enough.
 
     Lines are halved where the inverse receptance, which the lobe solver interpolates, is off by more than a share of
     ``straight`` between them. Where the joint jumps from one state to another no spacing is close enough; there the
-    halving ends. The band is widened by the factor ``beyond`` at both ends. In milling the tool vibrates as the
-    ``cutting`` drives it, by default that of the machine.
+    halving ends. Where only the ``lowest`` depth in turning is asked for, those that are far from it are halved once,
+    or as long as the receptance is not what it seemed between them. The band is widened by the factor ``beyond`` at
+    both ends. In milling the tool vibrates as the ``cutting`` drives it, by default that of the machine.
     """
     if cutting is None:
         if machine.cutting is None:
@@ -96,11 +100,23 @@ def operating_receptance(
         between = np.linalg.inv((inverse[ends] + inverse[ends + 1]) / 2)
         error = np.linalg.norm(between - found.frf.receptance, axis=(1, 2))
         coarse = error > straight * np.linalg.norm(found.frf.receptance, axis=(1, 2))
+        if lowest:
+            share = share_along(machine.tool_axes, cutting.rotation[0])
+            chatters = _chatters(point, share)
+            near = np.maximum(chatters[ends], chatters[ends + 1]) >= _NEAR * np.max(chatters)
+            seen = _chatters(found, share) >= _NEAR * np.max(chatters)
+            coarse &= near | seen | (error > _HIDDEN * np.linalg.norm(found.frf.receptance, axis=(1, 2)))
         point = _merged(point, found)
         # Both halves of an interval that was too coarse are looked at again.
         after = np.searchsorted(point.frf.frequency, middle[coarse])
         ends = np.unique(np.concatenate([after - 1, after]))
     return point
+
+
+def _chatters(point: OperatingPoint, share: Array) -> Array:
+    """−Re G along the chip thickness in m/N, 0 where it is positive: in turning 1/(2·K_s·depth) of the lobe there."""
+    along = np.einsum("a,fab,b->f", share, point.frf.receptance, share)
+    return np.asarray(np.maximum(-along.real, 0.0))
 
 
 def seconds_of_chart(machine: Machine, cutting: Cutting, amplitude: float, enough: float = np.inf) -> float:

@@ -25,7 +25,7 @@ def least_depth(machine: Machine, chart: StabilityLobes, amplitude: Array) -> tu
     least, known = chart.minimum_depth, 0.0
     for size in amplitude.tolist():
         in_time()
-        layer, held = frozen_lobes(machine, chart.speed, size, chart.method)
+        layer, held = frozen_lobes(machine, chart.speed, size, chart.method, lowest=True)
         if np.any(held):
             break
         least, known = min(least, layer.minimum_depth), size

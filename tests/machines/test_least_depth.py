@@ -1,0 +1,55 @@
+"""The least depth over amplitude in turning: the same as from lines that are refined everywhere, for fewer of them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from jointlib.arrays import Array
+from machines import Machine, read_machine
+from machines.cutting.amplitude import chattering_tool
+from machines.cutting.amplitude.frozen_lobes import frozen_lobes
+from machines.cutting.amplitude.least_depth import least_depth
+from machines.cutting.rest.solve import stability_lobes
+
+LATHE = Path(__file__).parents[2] / "machines" / "library" / "lathe.toml"
+SPEED = np.linspace(800.0, 4000.0, 30)
+
+
+@pytest.fixture(scope="module")
+def lathe() -> Machine:
+    return read_machine(LATHE)
+
+
+@pytest.mark.parametrize("amplitude", [1e-6, 1e-5])
+def test_lines_far_from_the_lowest_depth_decide_nothing(
+    lathe: Machine, amplitude: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[int] = []
+    chattering = chattering_tool.chattering
+
+    def counted(tool: chattering_tool.OpenTool, *rest: object) -> object:
+        asked.append(len(tool.frequency))
+        return chattering(tool, *rest)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(chattering_tool, "chattering", counted)
+    found, lines = [], []
+    for lowest in (False, True):
+        asked.clear()
+        found.append(frozen_lobes(lathe, SPEED, amplitude, "turning", 80, lowest)[0].minimum_depth)
+        lines.append(sum(asked))
+    assert found[1] == pytest.approx(found[0], rel=1e-9)
+    assert lines[1] < 0.6 * lines[0]
+
+
+def test_the_least_depth_is_the_lowest_of_the_charts_over_amplitude(lathe: Machine) -> None:
+    chart = stability_lobes(
+        chattering_tool.kept_tool(lathe), chattering_tool.Cutting(**dict(lathe.cutting or {})), SPEED
+    )
+    sizes: Array = np.array([1e-6, 4e-6])
+    every = [frozen_lobes(lathe, SPEED, size, "turning")[0].minimum_depth for size in sizes.tolist()]
+    depth, known = least_depth(lathe, chart, sizes)
+    assert known == 4e-6
+    assert depth == pytest.approx(min(chart.minimum_depth, *every), rel=1e-9)
