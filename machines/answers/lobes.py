@@ -32,9 +32,11 @@ from ..model.machine import Machine
 from ..ranges import DEEPEST, LARGEST_AMPLITUDE
 from ..road.cutting import BUDGET
 from ..road.each_tool import ToolLobes
+from ..road.knocks import safe_from_knocks
 from ..road.open_joints import with_joints
 from ..uncertainty.drawn_machines import refuse_certain
 from .told.lobe_files import write_charts
+from .told.lobes_between import limit_between
 from .told.lobes_forced import forced
 from .told.lobes_growth import grown, growth_tables
 from .told.lobes_of_tools import Asked, charts_of_tools
@@ -42,7 +44,6 @@ from .told.lobes_over_amplitude import (
     bands,
     lenses,
     over_amplitude,
-    safe_from_knocks,
     witnessed,
     zones_of,
 )
@@ -215,7 +216,10 @@ def lobes(
     lines += words
     band = np.reshape(data["band"]["depth"], (-1, 3, len(speeds))) if samples else None
     safe = safe_limit(charts, zones, None if band is None else band[0])
-    best = None if rates else best_pocket(speeds, safe, Cutting(**(model.cutting or {})))
+    between, best = limit_between(model, found.amplitude, charts[0].method, zones, samples), None
+    if not rates:
+        with during.step("looking for the best speed"):
+            best = best_pocket(speeds, safe, Cutting(**(model.cutting or {})), between)
     if best is not None:
         lines.append(f"recommended: {best.words()}{charts[0].short_of}")
         data["pocket"] = {"speed": best.speed, "depth": best.depth, "margin": best.margin}
@@ -232,10 +236,10 @@ def lobes(
     field = None
     tell(lines)
     if not sizes:
-        further, words, field = forced(model, charts[0], depths, best, safe, during)
+        further, words, field = forced(model, charts[0], depths, best, (safe, between), during)
         lines += _added(data, further, words)
     if target is not None:
-        lines += write_charts(target, found, tools, zones, band, field, safe, _left(ends), during)
+        lines += write_charts(target, found, tools, zones, band, field, safe, best, _left(ends), during)
         found.files.append(target)
     return found
 

@@ -11,7 +11,7 @@ from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import CheckFailed, InputError
 
 from ..cutting.amplitude.frozen_lobes import lobes_at_amplitude
-from ..cutting.amplitude.pocket import best_pocket
+from ..cutting.amplitude.pocket import Limit, best_pocket, limit_of
 from ..cutting.process.chart import Integers, StabilityLobes, Words
 from ..cutting.rest.solve import stability_lobes
 from ..cutting.rest.together import preview
@@ -119,13 +119,22 @@ def drawn(moment: Moment, places: Mapping[str, str], largest: float, exact: bool
     )
 
 
+def limit(moment: Moment, method: str) -> Limit:
+    """The limit at any speeds by the ``method`` of the curves of a moment."""
+    built, A, cutting = moment.built, moment.amplitude, moment.cutting
+    if cutting is None or method != preview(cutting.process) or depends_on_speed(moment.machine):
+        return limit_of(moment.machine, [A], method)
+    moving = built.moving(A, cutting)
+    return lambda speeds: built.quick_lobes(speeds, A, cutting, moving).sure
+
+
 def _beside(moment: Moment, quick: StabilityLobes) -> list[str]:
     """What the method of `jointlib lobes` has where one would cut after the preview.
 
     At rest and with few modes only, where that is as quick as the rest.
     """
     model, cutting = moment.built.model, moment.cutting
-    best = None if cutting is None else best_pocket(quick.speed, quick.sure, cutting)
+    best = None if cutting is None else best_pocket(quick.speed, quick.sure, cutting, limit(moment, quick.method))
     if moment.amplitude or model is None or len(model.poles) > _FEW_MODES or cutting is None or best is None:
         return []
     try:

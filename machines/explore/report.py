@@ -13,7 +13,7 @@ from jointlib.errors import CheckFailed
 from jointlib.io.atomic import sha256
 
 from ..cutting.amplitude.frozen_lobes import lobes_at_amplitude
-from ..cutting.amplitude.pocket import pocket
+from ..cutting.amplitude.pocket import limit_of, pocket
 from ..cutting.process.chart import StabilityLobes
 from ..model.named_files import documents_and_data
 from ..report.drawing import AFTER, BEFORE, sheet
@@ -45,9 +45,11 @@ def setting_page(
     if moment.cutting is not None and moment.cutting.speed is not None:
         speeds = moment.cutting.speeds(_SPEEDS)
         charts = [(A, _chart(replace(moment, amplitude=A), speeds)) for A in dict.fromkeys((0.0, moment.amplitude))]
-        sections.append(lobes_section(charts, moment.cutting))
+        made = charts[0][1].method if len({chart.method for _, chart in charts}) == 1 else None
         lowest = min(chart.minimum_depth for _, chart in charts)
-        best = pocket([chart for _, chart in charts], moment.cutting)
+        limit = None if made is None else limit_of(machine, [A for A, _ in charts], made)
+        best = pocket([chart for _, chart in charts], moment.cutting, limit)
+        sections.append(lobes_section(charts, moment.cutting, best))
         if np.isfinite(lowest):
             numbers.append(("stable at every speed shown below", f"{lowest * 1e3:.4g} mm"))
         finding += "" if best is None else f" Recommended: {best.words()}."

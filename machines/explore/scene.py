@@ -27,7 +27,7 @@ from ..study.variants import Machines, with_joints
 from ..tool.chatter_band import modes_at_rest
 from .built import Built, Moment
 from .controls import AMPLITUDE, Control, chosen
-from .curves import Curves, drawn, leading
+from .curves import Curves, drawn, leading, limit
 from .knobs import controls_of
 from .measured import Measured, Tried, laid_over, records_of, tried_of
 from .report import setting_page
@@ -162,9 +162,16 @@ class Explorer:
         curves, moment = self.curves(values), self.moment(values)
         lowest = best = None
         if moment.cutting is not None and len(curves.speed):
-            lowest, best = float(np.min(curves.depth)), best_pocket(curves.speed, curves.sure, moment.cutting)
+            lowest, best = float(np.min(curves.depth)), self._best(moment, curves)
         peak = max(float(np.max(np.abs(G))) for G in curves.receptance.values())
         return Summary(lowest, best, moment.built.static_compliance, peak)
+
+    def _best(self, moment: Moment, curves: Curves) -> Pocket | None:
+        """The recommended pocket of a setting, by the method of its curves."""
+        cutting = moment.cutting
+        return (
+            None if cutting is None else best_pocket(curves.speed, curves.sure, cutting, limit(moment, curves.method))
+        )
 
     def scatter(self) -> Scatter | None:
         """The designs of the study; None without one."""

@@ -10,6 +10,7 @@ from jointlib.identification import Identification
 from jointlib.identification.force_samples import RestoringForce
 from jointlib.joint import Joint
 
+from ..cutting.amplitude.pocket import Pocket
 from ..cutting.amplitude.zones import Zones
 from ..cutting.forced.forced_field import ForcedField
 from ..cutting.process.chart import StabilityLobes
@@ -76,9 +77,12 @@ def check_section(check: LinearCheck) -> Section:
 
 
 def lobes_section(
-    charts: Sequence[tuple[float, StabilityLobes]], cutting: Cutting, forced: ForcedField | None = None
+    charts: Sequence[tuple[float, StabilityLobes]],
+    cutting: Cutting,
+    best: Pocket | None,
+    forced: ForcedField | None = None,
 ) -> Section:
-    """Stability lobes at several tool-point amplitudes, with the recommended pocket and the ``forced`` vibration."""
+    """Stability lobes at several tool-point amplitudes, with the ``best`` pocket and the ``forced`` vibration."""
     rows = [
         (
             "vanishing" if A == 0 else f"{A * 1e6:g}",
@@ -93,7 +97,7 @@ def lobes_section(
     return Section(
         "Stability lobes",
         notes,
-        [lobes_figure(charts, cutting, Zones.between(charts), forced=forced)],
+        [lobes_figure(charts, cutting, best, Zones.between(charts), forced=forced)],
         [Table(header, rows)],
     )
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -17,13 +17,15 @@ from .piece import Piece, Step, open_joints
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from .. import Cutting, Machine, StabilityLobes
+    from .. import Machine, StabilityLobes
     from ..cutting.amplitude.pocket import Pocket
     from .run import Run
 
 
 BUDGET = 300.0
 """Seconds for the chart at rest; of `jointlib lobes` also for limits over amplitude."""
+KNOCKS_BUDGET = 60.0
+"""Seconds for the depth below which knocks die out."""
 
 
 def cutting_pieces(machine: Machine, amplitudes: Sequence[float]) -> list[Piece]:
@@ -148,12 +150,14 @@ def _each_tool(road: Run) -> None:
 
 def _together(road: Run, amplitudes: tuple[float, ...]) -> None:
     from ..cutting.amplitude.milling_at_amplitude import HELD
+    from ..cutting.amplitude.pocket import limit_of, pocket
     from ..cutting.forced.advice import advice
     from ..cutting.forced.forced_field import forced_field
     from ..cutting.forced.forced_vibration import unforced
     from ..cutting.process.cutting import Cutting
     from ..cutting.rest.chart_file import chart_data, write_lobes
     from ..report.sections import lobes_section, tools_section
+    from .knocks import safe_from_knocks
 
     sizes = [A for A in amplitudes if A in road.charts]
     if not sizes:
@@ -171,18 +175,23 @@ def _together(road: Run, amplitudes: tuple[float, ...]) -> None:
     missing = [A for A in amplitudes if A not in road.charts and A not in road.near_pocket]
     if missing:
         road.doubts.append(f"The limits at {_sizes(missing)} are not known.")
-    forced = None
+    forced = best = None
     if cutting.process == "milling" and cutting.feed is not None and (left := unforced(road.machine)):
         road.doubts.append(f"The vibration that the teeth force is {left}.")
     if amplitudes[0] in road.charts:
+        with road.progress.step("looking for the best speed"):
+            best = pocket(charts, cutting, limit_of(road.machine, sizes, charts[0].method))
         with road.progress.step("the vibration that the teeth force"):
-            road.advice += advice(pairs, cutting, road.machine)
+            road.advice += advice(pairs, cutting, best, road.machine)
             forced = forced_field(road.machine, charts[0]) if sizes[0] == 0 else None
             road.doubts += [] if forced is None else forced.words()
-        road.numbers += _figures(charts, cutting)
+        rest = road.charts.get(0.0)
+        knocks, words = ({}, []) if rest is None else safe_from_knocks(road.machine, rest, KNOCKS_BUDGET, road.progress)
+        road.advice += [f"{said[0].upper()}{said[1:]}." for said in words if knocks]
+        road.numbers += _figures(pairs, best, road.machine, knocks.get("safe_at_every_speed"))
     else:
         road.advice.append(f"No speed and depth are recommended: the limits at {_size(amplitudes[0])} are not known.")
-    road.front.insert(0, lobes_section(pairs, cutting, forced))
+    road.front.insert(0, lobes_section(pairs, cutting, best, forced))
     if road.tool_lobes:
         road.front.insert(1, tools_section(road.machine.tool_name, *_told(road)))
 
@@ -219,15 +228,33 @@ def _test_cuts(road: Run, path: Path) -> None:
     road.steps.append({"step": "cuts", "of": path.name, "verdict": found.verdict.value, "next_cut": next_cut})
 
 
-def _figures(charts: Sequence[StabilityLobes], cutting: Cutting) -> list[tuple[str, str]]:
-    """Where to set the machine, the depth that is safe whatever the speed, and what would chatter there."""
-    from ..cutting.amplitude.pocket import pocket
+def _figures(
+    charts: Sequence[tuple[float, StabilityLobes]],
+    best: Pocket | None,
+    machine: Machine,
+    knocks: Mapping[str, float] | None = None,
+) -> list[tuple[str, str]]:
+    """Where to set the machine, the depth that is safe whatever the speed, and what would chatter there.
 
-    lowest, best = min(charts, key=lambda chart: chart.minimum_depth), pocket(charts, cutting)
-    said = [] if best is None else [("recommended", f"{best.depth * 1e3:.3g} mm at {best.speed:.0f} rpm")]
-    if np.isfinite(lowest.minimum_depth):
-        where = "safe depth at every speed" if lowest.everywhere else "lowest depth at the speeds computed"
-        said.append((where, f"{lowest.minimum_depth * 1e3:.3g} mm"))
+    Where something depends on amplitude, the depth is that below which ``knocks`` die out, or it is told up to which
+    tool-point amplitude it is known.
+    """
+    from ..cutting.amplitude.amplitude_limits import depends_on_amplitude
+    from ..cutting.amplitude.pocket import told_depth
+
+    lowest = min((chart for _, chart in charts), key=lambda chart: chart.minimum_depth)
+    said = [] if best is None else [("recommended", f"{told_depth(best.depth)} at {best.speed:.0f} rpm")]
+    if not np.isfinite(lowest.minimum_depth):
+        return said
+    depth, of = lowest.minimum_depth, ""
+    if knocks is not None and lowest.everywhere:
+        depth, of = min(depth, knocks["depth"]), f", knocks of up to {knocks['amplitude'] * 1e6:.3g} µm included"
+    elif depends_on_amplitude(machine):
+        largest = max(A for A, _ in charts)
+        of = f", vibrations beyond {largest * 1e6:g} µm left out" if largest else ", larger vibrations left out"
+    where = "safe depth at every speed" if lowest.everywhere else "lowest depth at the speeds computed"
+    said.append((where + of, told_depth(depth)))
+    if depth == lowest.minimum_depth:
         said.append(("chatter that limits it", f"{lowest.minimum_frequency:.0f} Hz"))
     return said
 

@@ -14,7 +14,7 @@ from jointlib.errors import CheckFailed, InputError
 from jointlib.shown.progress import Progress
 from jointlib.shown.text import table
 
-from ..cutting.amplitude.pocket import Pocket, best_pocket
+from ..cutting.amplitude.pocket import Pocket, limit_of, pocket, told_depth
 from ..cutting.process.chart import StabilityLobes
 from ..cutting.process.cutting import Cutting
 from ..files.machine_file import read_machine
@@ -36,10 +36,12 @@ class ToolLobes:
     failed: str = ""
 
     @classmethod
-    def of(cls, name: str, machine: Machine, chart: StabilityLobes, over_range: bool) -> ToolLobes:
-        """A chart with the pocket that it holds."""
+    def of(cls, name: str, machine: Machine, chart: StabilityLobes, amplitude: float, over_range: bool) -> ToolLobes:
+        """A chart at an amplitude (m) with the pocket that it holds."""
         cutting = Cutting(**(machine.cutting or {}))
-        found = best_pocket(chart.speed.ravel(), chart.sure.ravel(), cutting) if over_range else None
+        found = None
+        if over_range:
+            found = pocket([chart], cutting, limit_of(machine, [amplitude], chart.method))
         return cls(name, chart, found)
 
     def as_json(self) -> dict[str, Any]:
@@ -66,28 +68,34 @@ def each_tool(
     over_range: bool,
     during: Progress,
     told: Callable[[ToolLobes], None] = lambda tool: None,
+    amplitude: float = 0.0,
 ) -> tuple[ToolLobes, ...]:
     """Every tool of a machine file, ``told`` when it is there; that in use, whose machine and chart are ``known``, is
-    not computed again.
+    not computed again. The charts are at an ``amplitude`` of the tool in m.
     """
     found = list[ToolLobes]()
     for name in names:
         if name == used.tool_name:
-            found.append(ToolLobes.of(name, used, known, over_range))
+            found.append(ToolLobes.of(name, used, known, amplitude, over_range))
         else:
             with during.step(f"stability lobes of the tool {name}"):
-                found.append(_other(name, used, path, chart_of, over_range))
+                found.append(_other(name, used, path, chart_of, amplitude, over_range))
         told(found[-1])
     return tuple(found)
 
 
 def _other(
-    name: str, used: Machine, path: Path, chart_of: Callable[[Machine], StabilityLobes], over_range: bool
+    name: str,
+    used: Machine,
+    path: Path,
+    chart_of: Callable[[Machine], StabilityLobes],
+    amplitude: float,
+    over_range: bool,
 ) -> ToolLobes:
     """A tool that is not in use."""
     try:
         machine = _with_joints_of(used, read_machine(path, {USE: name}))
-        return ToolLobes.of(name, machine, chart_of(machine), over_range)
+        return ToolLobes.of(name, machine, chart_of(machine), amplitude, over_range)
     except (CheckFailed, InputError) as refused:
         return ToolLobes(name, None, failed=str(refused))
 
@@ -120,7 +128,7 @@ def _cells(tool: ToolLobes, speeds: Array | None) -> tuple[str, ...]:
     here = (tool.name, _mm(least), f"{tool.chart.minimum_frequency:.5g}" if np.isfinite(least) else _NONE)
     if speeds is not None:
         return (*here, *(_mm(depth) for depth in tool.chart.depth))
-    return (*here, *((_NONE, _NONE) if best is None else (f"{best.speed:.0f}", f"{best.depth * 1e3:.3g}")))
+    return (*here, *((_NONE, _NONE) if best is None else (f"{best.speed:.0f}", told_depth(best.depth).split()[0])))
 
 
 def header_of(names: Sequence[str], speeds: Array | None = None) -> str:

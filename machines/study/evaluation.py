@@ -4,27 +4,24 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
-from jointlib.arrays import Array, ComplexArray
+from jointlib.arrays import Array
 from jointlib.errors import CheckFailed, InputError
 from jointlib.frf import FRF
 from jointlib.joint import Joint
 
 from ..cutting.amplitude.chattering_tool import operating_receptance, tool_at_rest
-from ..cutting.amplitude.pocket import common_pockets
 from ..cutting.process.cutting import Cutting
-from ..cutting.rest.solve import stability_lobes
-from ..cutting.rest.together import METHODS, limits, peak_receptance, preview, static_compliance
+from ..cutting.rest.together import static_compliance
 from ..model.joint_places import joint_units
 from ..model.spindle_speed import depends_on_speed
 from ..operating.operating_point import frozen_receptance
 from ..tool.tool_model import ToolModel
-from ..tool.tool_point import ToolPoint
 from .asked import DEPTHS
 from .conditions import Case
 from .inputs import inputs_hash
@@ -32,9 +29,8 @@ from .settings import Setting, setting
 from .speed_dependent import SpeedDependent
 from .study import Study
 from .study_file import read_study
+from .tool_points import Cut, Tips, direct, pockets_of
 from .variants import Machines, Variant
-
-_Cut = ToolModel | FRF | ToolPoint | SpeedDependent
 
 _STATIC_LINE = 0.1
 """Hz; low enough for the receptance to be the static one, high enough for free parts."""
@@ -109,7 +105,7 @@ class Evaluation:
         """Every quantity of configurations told by the numbers of their factors and their conditions."""
         settings = [self.setting(*one) for one in asked]
         out = {name: np.full(len(asked), np.nan) for name in self._study.quantities}
-        tips, cuttings = _Tips(), dict[int, Cutting]()  # the cut of every row, where there is one
+        tips, cuttings = Tips(), dict[int, Cutting]()  # the cut of every row, where there is one
         for rows in _by_machine(settings):
             part = self._machines.of(settings[rows[0]].file, settings[rows[0]].document)
             if "weight" in out:
@@ -133,7 +129,7 @@ class Evaluation:
         settings: Mapping[int, Setting],
         cuttings: Mapping[int, Cutting],
         out: dict[str, Array],
-        tips: _Tips,
+        tips: Tips,
     ) -> None:
         """Static compliances and tool points of configurations, by row, that differ in joints and cut only."""
         draws = self._study.samples, self._study.seed
@@ -144,14 +140,14 @@ class Evaluation:
                 out["static-compliance"][list(modal)] = static_compliance(list(modal.values()))
             for row in models.keys() - modal.keys():
                 at_rest = frozen_receptance(part.changed(settings[row], *draws), _STATIC_LINE, 0.0)
-                out["static-compliance"][row] = np.max(_direct(at_rest.receptance))
+                out["static-compliance"][row] = np.max(direct(at_rest.receptance))
         if not set(out) & (DEPTHS | {"peak-receptance"}):
             return
         by_speed = bool(set(out) & DEPTHS) and depends_on_speed(part.machine)
         for amplitude in self._study.amplitudes:
             for row, of in settings.items():
                 tool: ToolModel | FRF | None = modal.get(row) if amplitude == 0 else None
-                cut: _Cut | None = tool
+                cut: Cut | None = tool
                 if tool is None or by_speed:
                     machine, cutting = part.changed(of, *draws), cuttings.get(row)
                     if tool is None:
@@ -171,9 +167,7 @@ class Evaluation:
         """Rows of the plan that belong to designs, given as quantiles (designs, design factors)."""
         return replace(self._study, found=designs).numbers()
 
-    def _depths(
-        self, tips: _Tips, cuttings: Sequence[Cutting], asked: Sequence[tuple[Array, Case]]
-    ) -> dict[str, Array]:
+    def _depths(self, tips: Tips, cuttings: Sequence[Cutting], asked: Sequence[tuple[Array, Case]]) -> dict[str, Array]:
         """Depths and pockets of every configuration, the lowest limit over its tool points counting."""
         study = self._study
         speeds = np.array([
@@ -183,38 +177,14 @@ class Evaluation:
             for cutting, (_, case) in zip(cuttings, asked, strict=True)
         ])  # fmt: skip
         pockets = bool(set(study.quantities) & DEPTHS - {"minimum-depth"})
-        lowest, limit = np.full(len(cuttings), np.inf), np.full(speeds.shape, np.inf)
-        together: dict[tuple[tuple[str, ...], str], list[int]] = {}
-        for i, (row, tool, axes) in enumerate(zip(tips.rows, tips.cut, tips.axes, strict=True)):
-            method = study.lobes or preview(cuttings[row].process)
-            if isinstance(tool, ToolModel) and method in METHODS:
-                together.setdefault((axes, method), []).append(i)
-                continue
-            if isinstance(tool, SpeedDependent):
-                chart = tool.lobes(cuttings[row], speeds[row], method)
-            else:
-                chart = stability_lobes(
-                    tool, cuttings[row], speeds[row], method, axes=axes if isinstance(tool, FRF) else None
-                )
-            lowest[row], limit[row] = min(lowest[row], chart.minimum_depth), np.minimum(limit[row], chart.sure)
-        for (_, method), members in together.items():
-            rows = [tips.rows[i] for i in members]
-            models = [tool for i in members if isinstance(tool := tips.cut[i], ToolModel)]
-            found = limits(
-                models, [cuttings[row] for row in rows], method, speeds[rows] if pockets else speeds[rows, :0]
-            )
-            np.minimum.at(lowest, rows, found.minimum_depth)
-            if pockets:
-                np.minimum.at(limit, rows, found.depth)
-        out = {"minimum-depth": lowest}
+        found = tips.limits(range(len(cuttings)), cuttings, speeds, study.lobes, pockets)
+        out = {"minimum-depth": found.minimum_depth}
         if pockets:
             out |= {name: np.full(len(cuttings), np.nan) for name in ("pocket-depth", "pocket-speed", "removal-rate")}
-            for rows in self._told_apart(asked, speeds):
-                best = common_pockets(speeds[rows[0]], limit[rows], [cuttings[row] for row in rows])
-                for row, one in zip(rows, best, strict=True):
-                    if one is not None:
-                        out["pocket-depth"][row], out["pocket-speed"][row] = one.depth, one.speed
-                        out["removal-rate"][row] = np.nan if one.removal_rate is None else one.removal_rate
+            groups = self._told_apart(asked, speeds)
+            for row, one in pockets_of(tips, cuttings, speeds, found.depth, groups, study.lobes).items():
+                out["pocket-depth"][row], out["pocket-speed"][row] = one.depth, one.speed
+                out["removal-rate"][row] = np.nan if one.removal_rate is None else one.removal_rate
         return out
 
     def _told_apart(self, asked: Sequence[tuple[Array, Case]], speeds: Array) -> list[list[int]]:
@@ -224,37 +194,6 @@ class Evaluation:
         for row, (numbers, case) in enumerate(asked):
             found.setdefault((case, numbers[known].tobytes(), speeds[row].tobytes()), []).append(row)
         return list(found.values())
-
-
-@dataclass(eq=False)
-class _Tips:
-    """Tool points of configurations, one per amplitude: as modes, or on lines where there are none."""
-
-    rows: list[int] = field(default_factory=list)
-    tools: list[ToolModel | FRF] = field(default_factory=list)
-    cut: list[_Cut] = field(default_factory=list)
-    """As `lobes` takes them: what has no modes is known at every frequency for small vibrations."""
-    axes: list[tuple[str, ...]] = field(default_factory=list)
-
-    def add(self, row: int, tool: ToolModel | FRF, cut: _Cut, axes: tuple[str, ...]) -> None:
-        """A tool point that moves along these axes."""
-        self.rows.append(row)
-        self.tools.append(tool)
-        self.cut.append(cut)
-        self.axes.append(axes)
-
-    def peaks(self, count: int) -> Array:
-        """Largest direct receptance in m/N of every configuration: of modes at the very peak, else on the lines."""
-        found = np.zeros(count)
-        modal: dict[tuple[str, ...], list[tuple[int, ToolModel]]] = {}
-        for row, tool, axes in zip(self.rows, self.tools, self.axes, strict=True):
-            if isinstance(tool, ToolModel):
-                modal.setdefault(axes, []).append((row, tool))
-            else:
-                found[row] = max(found[row], np.max(_direct(tool.receptance)))
-        for members in modal.values():
-            np.maximum.at(found, [row for row, _ in members], peak_receptance([tool for _, tool in members]))
-        return found
 
 
 def _by_machine(settings: Sequence[Setting]) -> list[list[int]]:
@@ -292,8 +231,3 @@ def _arrived(
     if known is None or not run or known.run != run:
         known = _LATEST.evaluation = Evaluation(source, joints, run, files, tools)
     return known
-
-
-def _direct(receptance: ComplexArray) -> Array:
-    """Sizes of the direct receptances, (lines, axes)."""
-    return np.asarray(np.abs(np.einsum("fii->fi", receptance)))

@@ -16,6 +16,7 @@ from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from machines import Machine, lobes_at_amplitude, read_machine
 from machines.cutting.amplitude.amplitude_limits import amplitude_limits
+from machines.cutting.amplitude.pocket import pocket
 from machines.cutting.forced.advice import advice
 from machines.cutting.forced.beside_forced import BesideForced, beside_forced
 from machines.cutting.forced.forced_field import forced_field
@@ -125,10 +126,12 @@ def test_advice_tells_the_forced_motion_of_the_pocket_and_the_reason_of_the_chan
     machine = guide_mill()
     speeds = np.array([10440.0, 10455.0, 10470.0, 11500.0, 11600.0, 11727.0, 11800.0, 11900.0])
     charts = [(A, lobes_at_amplitude(machine, speeds, A)) for A in (0.0, 1e-5)]
-    said = advice(charts, Cutting(**dict(machine.cutting or {})), machine)
+    cutting = Cutting(**dict(machine.cutting or {}))
+    best = pocket([chart for _, chart in charts], cutting)
+    said = advice(charts, cutting, best, machine)
     assert any("There the tooth-passing vibration is " in line for line in said)
     assert any("the cut is stable at the speeds computed" in line for line in said)
     (last,) = [line for line in said if "dies out below" in line]
     assert "beside that of the teeth" in last
     assert "because the joints lose stiffness (" in last
-    assert advice(charts, Cutting(**dict(machine.cutting or {})))[-1].startswith("Below ")
+    assert advice(charts, cutting, best)[-1].startswith("Below ")

@@ -160,7 +160,7 @@ def test_advice_tells_a_growing_limit_from_a_falling_one() -> None:
 
     def said(law: JointLaw) -> tuple[str, ...]:
         charts = [(A, lobes_at_amplitude(lathe(law), speeds, A)) for A in (0.0, 60e-6)]
-        return advice(charts, Cutting(**dict(lathe().cutting or {})))
+        return advice(charts, Cutting(**dict(lathe().cutting or {})), None)
 
     assert "dies out below 0.753 mm" in said(Cubic(-CUBIC))[1]
     assert "lasts from 0.663 mm on, below the 0.699 mm" in said(Cubic(CUBIC))[1]

@@ -49,11 +49,11 @@ def test_the_picture_speaks_of_what_it_draws_and_of_nothing_else(chart: Stabilit
     assert not any(word in plain.caption for word in ("istable", "finite size", "lens", "samples", "Grey"))
     zones = Zones(0.7 * chart.depth, chart.depth, 1.3 * chart.depth, np.array([1e-6, 5e-6]))
     unstable = unstable_depths_of(TOOL, CUT, chart, 1e-3 * axis_top([chart]))
-    drawn = lobes_figure([(0.0, chart)], CUT, zones, chart.depth * np.array([[0.9], [1.0], [1.1]]), unstable)
+    drawn = lobes_figure([(0.0, chart)], CUT, None, zones, chart.depth * np.array([[0.9], [1.0], [1.1]]), unstable)
     for words in ("Bistable", "Chatter of finite size", "a lens", "95 % of the samples", "removal rate", "5 µm"):
         assert words in drawn.caption
     falling = Zones(0.7 * chart.depth, chart.depth, chart.depth, np.array([1e-6, 5e-6]))
-    assert "finite size" not in lobes_figure([(0.0, chart)], CUT, falling).caption
+    assert "finite size" not in lobes_figure([(0.0, chart)], CUT, None, falling).caption
 
 
 def test_a_single_speed_or_no_limit_at_all_still_makes_a_picture(chart: StabilityLobes) -> None:

@@ -13,8 +13,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from lathe_file import lathe_file
 
 from jointlib.errors import InputError
+from jointlib.shown.progress import Silent
 from machines import Machine, Piece, Run, Step, lobes_at_amplitude, read_machine, run, steps
 from machines.report import Section
 
@@ -178,15 +180,30 @@ def test_the_machine_is_exported_whole_and_in_parts_with_the_joints_of_the_run(t
 
 
 def test_a_depth_is_called_safe_at_every_speed_only_where_it_was_looked_for_between_them() -> None:
-    from machines.cutting.process.cutting import Cutting
+    from machines.cutting.amplitude.pocket import told_depth
     from machines.road.cutting import _figures
 
     machine = read_machine(LIBRARY / "two_mode_tool.toml")
-    cutting = Cutting(**(machine.cutting or {}))
     few = lobes_at_amplitude(machine, np.array([9000.0, 15000.0]), 0.0, "multi-frequency")
-    told = dict(_figures([few], cutting))
-    assert told["lowest depth at the speeds computed"] == f"{few.minimum_depth * 1e3:.3g} mm"
+    told = dict(_figures([(0.0, few)], None, machine))
+    assert told["lowest depth at the speeds computed"] == told_depth(few.minimum_depth)
     every = replace(few, minimum_at=12000.0)
-    assert "safe depth at every speed" in dict(_figures([every], cutting))
+    assert "safe depth at every speed" in dict(_figures([(0.0, every)], None, machine))
     zero = lobes_at_amplitude(machine, few.speed, 0.0, "zero-order")
-    assert "safe depth at every speed" in dict(_figures([zero], cutting))
+    assert "safe depth at every speed" in dict(_figures([(0.0, zero)], None, machine))
+
+
+def test_the_safe_depth_of_a_run_is_the_one_that_knocks_leave(tmp_path: Path) -> None:
+    """A joint that softens lets a knock chatter below what small vibrations bear: the tile tells that, or says so."""
+    from machines.road.cutting import _figures
+    from machines.road.knocks import safe_from_knocks
+
+    machine = read_machine(lathe_file(tmp_path))
+    chart = lobes_at_amplitude(machine, np.linspace(2000.0, 9000.0, 50))
+    knocks = safe_from_knocks(machine, chart, 60.0, Silent())[0]["safe_at_every_speed"]
+    assert knocks["depth"] < chart.minimum_depth
+    told = dict(_figures([(0.0, chart)], None, machine, knocks))
+    (label,) = told
+    assert label.startswith("safe depth at every speed, knocks of up to ")
+    assert float(told[label].split()[0]) <= knocks["depth"] * 1e3
+    assert "safe depth at every speed, larger vibrations left out" in dict(_figures([(0.0, chart)], None, machine))

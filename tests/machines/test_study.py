@@ -13,7 +13,7 @@ from jointlib.errors import InputError
 from jointlib.joint import Joint
 from jointlib.laws.jenkins import Jenkins
 from machines import Beam, Rigid, frozen_receptance, lobes_at_amplitude, read_machine
-from machines.cutting.amplitude.pocket import pocket, removal_rate
+from machines.cutting.amplitude.pocket import limit_of, pocket, removal_rate
 from machines.lobes import Cutting
 from machines.study import engine, run
 from machines.study.evaluation import Evaluation
@@ -83,7 +83,7 @@ def test_a_configuration_is_worth_what_the_command_says_of_its_machine(folder: P
         assert joint is not None
         machine = machine.with_joint("guide", joint.with_parameters({"linear.stiffness": 1e6 * float(stiffness)}))
         chart = lobes_at_amplitude(machine, np.linspace(2000, 9000, 100), 0.0, "turning")
-        best = pocket([chart], Cutting(**(machine.cutting or {})))
+        best = pocket([chart], Cutting(**(machine.cutting or {})), limit_of(machine, [0.0], "turning"))
         assert best is not None
         assert found["minimum-depth"][row] == pytest.approx(chart.minimum_depth, rel=1e-6)
         assert found["removal-rate"][row] == pytest.approx(best.removal_rate, rel=1e-6)
@@ -392,7 +392,7 @@ def test_materials_replace_the_keys_of_the_cut(folder: Path) -> None:
         assert joint is not None
         machine = machine.with_joint("guide", joint.with_parameters({"linear.stiffness": 500e6}))
         chart = lobes_at_amplitude(machine, np.linspace(low, high, 100), 0.0, "turning")
-        best = pocket([chart], Cutting(**(machine.cutting or {})))
+        best = pocket([chart], Cutting(**(machine.cutting or {})), limit_of(machine, [0.0], "turning"))
         assert best is not None
         assert found["removal-rate"][0, case, 0] == pytest.approx(best.removal_rate, rel=1e-6)
         assert found["pocket-speed"][0, case, 0] == best.speed
@@ -577,6 +577,9 @@ samples = 5
     assert all((part.stop - part.start) % 5 == 0 for part in rows), "the samples of a design are in one block"
     found = {name: study.shaped(v)[:, 0] for name, v in Evaluation(study.source)(0, 15).items()}
     speeds = np.linspace(2000, 9000, 100)
+    fine = np.unique(np.concatenate([np.linspace(2000, 9000, 6931), 0.98 * speeds, 1.02 * speeds]))
+    near = np.searchsorted(fine, 0.98 * speeds), np.searchsorted(fine, 1.02 * speeds, side="right")
+    inside = (speeds * 0.98 >= 2000) & (speeds * 1.02 <= 9000) & (0.04 * speeds > 3 * 7000 / 99)
     for design in range(3):
         worst, cut = [], None
         for sample in range(5):
@@ -585,16 +588,15 @@ samples = 5
             joint = machine.connections[0].joint
             assert joint is not None
             machine = machine.with_joint("guide", joint.with_parameters({"linear.stiffness": 1e6 * float(stiffness)}))
-            depth = lobes_at_amplitude(machine, speeds, 0.0, "turning").depth
-            near = np.abs(speeds[:, None] - speeds) <= 0.02 * speeds[:, None]
-            inside = (speeds * 0.98 >= 2000) & (speeds * 1.02 <= 9000) & (np.sum(near, axis=1) >= 3)
-            worst.append(np.where(inside, np.min(np.where(near, depth, np.inf), axis=1), -np.inf))
+            depth = lobes_at_amplitude(machine, fine, 0.0, "turning").depth
+            lowest = [np.min(depth[low:high]) if ok else 0.0 for low, high, ok in zip(*near, inside, strict=True)]
+            worst.append(np.array(lowest))
             cut = Cutting(**(machine.cutting or {}))
         at = int(np.argmax(speeds * np.mean(worst, axis=0)))
         assert np.all(found["pocket-speed"][design] == speeds[at])
         assert cut is not None
         rates = [removal_rate(cut, float(speeds[at]), 0.9 * float(one[at])) for one in worst]
-        np.testing.assert_allclose(found["removal-rate"][design], rates, rtol=1e-6)
+        np.testing.assert_allclose(found["removal-rate"][design], rates, rtol=1e-4)
         alone = [float(speeds[int(np.argmax(speeds * one))]) for one in worst]
         assert len({*alone}) > 1, "each sample by itself would have had another speed"
 

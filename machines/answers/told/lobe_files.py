@@ -30,15 +30,17 @@ def write_charts(
     band: Any,
     field: Any,
     safe: Any,
+    best: Any,
     budget: float,
     progress: Progress,
 ) -> list[str]:
     """The charts by the suffix of the file, with the safe depth and the band (m) where they are known; what is told.
 
-    ``tools`` are those of a machine with several, by amplitude; a picture takes ``budget`` (s) to complete its charts.
+    ``tools`` are those of a machine with several, by amplitude; a picture marks the ``best`` pocket, and
+    takes ``budget`` (s) to complete its charts.
     """
     if path.suffix == ".svg":
-        return _draw(path, found, zones, band, field, budget, progress)
+        return _draw(path, found, zones, band, field, best, budget, progress)
     over = found.data.get("over_amplitude")
     if zones is None and over is not None:
         safe = np.fmin(safe, over["safe_depth"])
@@ -49,7 +51,9 @@ def write_charts(
     return []
 
 
-def _draw(path: Path, found: Lobes, zones: Any, band: Any, field: Any, budget: float, progress: Progress) -> list[str]:
+def _draw(
+    path: Path, found: Lobes, zones: Any, band: Any, field: Any, best: Any, budget: float, progress: Progress
+) -> list[str]:
     """The charts as a picture, with what is unstable up to the end of its axis."""
     from ...cutting.process.cutting import Cutting
     from ...report.figures.lobes_figure import axis_top, lobes_figure
@@ -62,7 +66,7 @@ def _draw(path: Path, found: Lobes, zones: Any, band: Any, field: Any, budget: f
     unstable, said = ((), []) if amplitude or first.left_out else lenses_to(found.machine, first, top, budget, progress)
     cutting = Cutting(**(found.machine.cutting or {}))
     limits = None if band is None else band[0]
-    figure = lobes_figure(charts, cutting, zones, limits, unstable, field, others, found.preview)
+    figure = lobes_figure(charts, cutting, best, zones, limits, unstable, field, others, found.preview)
     write_text(path, figure.svg)
     return said
 

@@ -14,12 +14,12 @@ _SIGNS = "Above 0 too much is cut away, below material is left standing (surface
 
 
 def forced(
-    model: Any, chart: Any, depth: Sequence[float], pocket: Any, safe: Any, progress: Progress
+    model: Any, chart: Any, depth: Sequence[float], pocket: Any, safe: tuple[Any, Any], progress: Progress
 ) -> tuple[dict[str, Any], list[str], Any]:
     """As JSON, told, and for a picture: over the speeds of a chart at rest and depths, and in the recommended pocket.
 
-    Nothing where nothing forces a vibration: without a feed, in turning. ``safe`` are the limits (m) of the pocket.
-    Where very many joints depend on amplitude they are held as at rest.
+    Nothing where nothing forces a vibration: without a feed, in turning. ``safe`` are the limits (m) at the
+    speeds, and between them. Where very many joints depend on amplitude they are held as at rest.
     """
     from ...cutting.forced.forced_field import forced_field
     from ...cutting.forced.forced_vibration import too_many, unforced
@@ -38,7 +38,7 @@ def forced(
         field = forced_field(model, chart, np.array(sorted(depth)) if depth else None)
         if field is None:
             return {}, [], None
-        cut, quiet, said = (None, None, []) if pocket is None else pocket_in_cut(model, chart.speed, safe, pocket)
+        cut, quiet, said = (None, None, []) if pocket is None else pocket_in_cut(model, chart.speed, *safe, pocket)
         said += field.words() + _walls(field, cutting, depth, pocket, model)
         if bent and said:
             as_at_rest = f"{bent} joints depend on amplitude and are held as at rest in what the teeth force"

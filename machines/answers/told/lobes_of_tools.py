@@ -67,7 +67,8 @@ def charts_of_tools(
 
         lines.extend([f"at a tool-point amplitude of {A * 1e6:g} um:"] if A else [])
         lines.append(header_of(names, asked.speeds))
-        found.append(each_tool(asked.used, asked.path, names, chart_of, known, asked.speeds is None, during, told))
+        over_range = asked.speeds is None
+        found.append(each_tool(asked.used, asked.path, names, chart_of, known, over_range, during, told, A))
         lines.extend(remarks_of(found[-1], used))
     tell(lines)
     return found

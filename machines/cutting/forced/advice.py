@@ -13,7 +13,7 @@ from ...model.spindle_speed import at_speed
 from ...statics.working_point import tangents
 from ...tool.machine_model import machine_model
 from ..amplitude.chattering_tool import chattering_point
-from ..amplitude.pocket import WANDER, pocket, safe_depth
+from ..amplitude.pocket import WANDER, Pocket, limit_of, safe_depth
 from ..cutters.settled_multipliers import settled_multipliers
 from ..process.chart import StabilityLobes
 from ..process.cutting import Cutting
@@ -26,9 +26,12 @@ _ALONE = 0.9
 
 
 def advice(
-    charts: Sequence[tuple[float, StabilityLobes]], cutting: Cutting, machine: Machine | None = None
+    charts: Sequence[tuple[float, StabilityLobes]],
+    cutting: Cutting,
+    best: Pocket | None,
+    machine: Machine | None = None,
 ) -> tuple[str, ...]:
-    """Sentences on the recommended pocket, the depth that is safe at every speed, and what amplitude does.
+    """Sentences on the ``best`` pocket, the depth that is safe at every speed, and what amplitude does.
 
     ``charts`` holds (tool-point amplitude in m, chart) with the same speeds, amplitudes ascending. Where the limiting
     depth grows with amplitude, a vibration settles at the amplitude whose limit is the depth of the cut; where it
@@ -37,7 +40,6 @@ def advice(
     said of amplitude in a cut with a feed that mills.
     """
     lowest = [chart.minimum_depth for _, chart in charts]
-    best = pocket([chart for _, chart in charts], cutting)
     if not np.isfinite(min(lowest)):
         return ("No chatter was found at any speed and depth, inside the frequencies that were searched.",)
     said = []
@@ -45,7 +47,8 @@ def advice(
         said.append(f"Recommended: {best.words()}; it holds for speeds {100 * WANDER:g} % off as well.")
         if machine is not None:
             limits = safe_depth([chart for _, chart in charts])
-            said += pocket_in_cut(machine, charts[0][1].speed.ravel(), limits, best)[2]
+            limit = limit_of(machine, [A for A, _ in charts], charts[0][1].method)
+            said += pocket_in_cut(machine, charts[0][1].speed.ravel(), limits, limit, best)[2]
     said.append(safe_words(charts[int(np.argmin(lowest))][1]))
     if len(charts) > 1 and charts[0][0] == 0:
         said += _amplitude_words(charts, cutting, machine)

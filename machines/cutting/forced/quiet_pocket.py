@@ -6,6 +6,8 @@ most (Schmitz and Smith, Machining Dynamics, ch. 5: surface location error).
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from jointlib.arrays import Array
@@ -13,7 +15,7 @@ from jointlib.errors import CheckFailed, InputError
 
 from ...harmonic_balance.assembly import is_linear
 from ...model.machine import Machine
-from ..amplitude.pocket import RESERVE, Pocket, removal_rate, worst_near
+from ..amplitude.pocket import RESERVE, Limit, Pocket, best_pocket, removal_rate, worst_near
 from ..process.cutting import Cutting
 from .forced_vibration import forced_vibration, too_many
 from .shaken_limits import SteadyCut, steady_cut
@@ -24,11 +26,14 @@ _MOST = 24
 """Settings looked at where joints depend on amplitude."""
 
 
-def quiet_pocket(machine: Machine, speeds: Array, safe: Array, best: Pocket, amplitude: float) -> Pocket | None:
+def quiet_pocket(
+    machine: Machine, speeds: Array, safe: Array, limit: Limit | None, best: Pocket, amplitude: float
+) -> Pocket | None:
     """The setting that removes most among those whose teeth move the tool by less than `LOUD` times the feed.
 
-    ``speeds`` in rpm, ascending, ``safe`` the limits there in m, and ``amplitude`` (m) what the teeth make of the tool
-    in the recommended pocket, ``best``. None where that is below `LOUD` already, or no setting is quieter.
+    ``speeds`` in rpm, ascending, ``safe`` the limits there in m, ``limit`` that at others, and ``amplitude`` (m) what
+    the teeth make of the tool in the recommended pocket, ``best``. None where that is below `LOUD` already, or no
+    setting is quieter.
     """
     cutting = Cutting(**dict(machine.cutting or {}))
     if cutting.feed is None or too_many(machine) or not amplitude > LOUD * cutting.feed:
@@ -48,19 +53,22 @@ def quiet_pocket(machine: Machine, speeds: Array, safe: Array, best: Pocket, amp
     if not np.any(quiet):
         return None
     at = int(np.argmax(np.where(quiet, speeds[chosen] * depth, 0.0)))
-    speed, b = float(speeds[chosen[at]]), float(depth[at])
-    return Pocket(speed, b, float(safe[chosen[at]]), removal_rate(cutting, speed, b))
+    settled = best_pocket(speeds, safe, cutting, limit, int(chosen[at]))
+    if settled is None:
+        return None
+    b = min(settled.depth, float(depth[at]))  # the depth for which the vibration is known
+    return replace(settled, depth=b, removal_rate=removal_rate(cutting, settled.speed, b))
 
 
 def pocket_in_cut(
-    machine: Machine, speeds: Array, safe: Array, best: Pocket
+    machine: Machine, speeds: Array, safe: Array, limit: Limit | None, best: Pocket
 ) -> tuple[SteadyCut | None, Pocket | None, list[str]]:
     """The cut in the recommended pocket, a setting with less of its vibration, and both told; see `quiet_pocket`."""
     cut = steady_cut(machine, best.speed, best.depth)
     if cut is None:
         return None, None, []
     said = [cut.words()]
-    quiet = quiet_pocket(machine, speeds, safe, best, float(cut.forced.amplitude[0]))
+    quiet = quiet_pocket(machine, speeds, safe, limit, best, float(cut.forced.amplitude[0]))
     if quiet is not None:
         said.append(f"With a tooth-passing vibration of less than half the feed: {quiet.words()}.")
     return cut, quiet, said

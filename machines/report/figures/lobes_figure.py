@@ -9,9 +9,9 @@ import numpy as np
 
 from jointlib.arrays import Array
 
-from ...cutting.amplitude.pocket import WANDER, Pocket, best_pocket, removal_rate
+from ...cutting.amplitude.pocket import WANDER, Pocket, removal_rate
 from ...cutting.amplitude.unstable_depths import UnstableDepths
-from ...cutting.amplitude.zones import Zones, safe_limit
+from ...cutting.amplitude.zones import Zones
 from ...cutting.forced.forced_field import ForcedField
 from ...cutting.process.chart import StabilityLobes, draw_limit
 from ...cutting.process.cutting import Cutting
@@ -33,6 +33,7 @@ _SHOWN = 1e-3
 def lobes_figure(
     charts: Sequence[tuple[float, StabilityLobes]],
     cutting: Cutting,
+    best: Pocket | None = None,
     zones: Zones | None = None,
     band: Array | None = None,
     unstable: Sequence[UnstableDepths] = (),
@@ -45,15 +46,13 @@ def lobes_figure(
     Grey: chatter, with the lenses of ``unstable`` where given, else everything above the first curve. Between the safe
     limit and the onset of ``zones`` the cut is bistable; above the onset, up to their ceiling, chatter has a finite
     size. ``band`` holds depths in m at 2.5, 50 and 97.5 %, (3, speeds), of the first chart. Contours tell the removal
-    rate, where feed and diameter are given, and the ``forced`` vibration of the teeth; a box marks the recommended
+    rate, where feed and diameter are given, and the ``forced`` vibration of the teeth; a box marks the ``best``
     pocket with the speeds for which it holds. A ``preview`` of all speeds stands beside a chart that was cut short.
     """
     import matplotlib.ticker
 
     every = [chart for _, chart in charts]
     speeds, top = every[0].speed.ravel(), axis_top([*every, *(chart for _, chart in others)])
-    safe = safe_limit(every, zones, band)
-    found = best_pocket(speeds, safe, cutting)
     said = [
         "Stability lobes: the limiting depth of cut where vibration of the stated tool-point amplitude neither grows "
         "nor dies, and the frequency it has (crosses: flip, half the tooth frequency)."
@@ -96,9 +95,9 @@ def lobes_figure(
         if others:
             names = ", ".join(name for name, _ in others)
             said.append(f"By name: the other tools, {names}; everything else is of the tool in use.")
-        if found is not None:
-            _mark(depth, found)
-            said.append(f"Box: the recommended pocket, {found.words()}.")
+        if best is not None:
+            _mark(depth, best)
+            said.append(f"Box: the recommended pocket, {best.words()}.")
         depth.set(ylabel="depth of cut [mm]")
         depth.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, columnspacing=1.5, handlelength=1.8)
         chatter.set(xlabel="spindle speed [rpm]", ylabel="chatter frequency [Hz]")

@@ -1,0 +1,33 @@
+"""The depth to stay under between the speeds of a chart, by what stands behind it at them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from jointlib.arrays import Array
+
+from ...cutting.amplitude.amplitude_limits import amplitude_limits
+from ...cutting.amplitude.pocket import Limit, limit_of
+from ...cutting.amplitude.zones import Zones
+from ...model.machine import Machine
+from ...uncertainty.lobe_bands import lobe_band
+
+
+def limit_between(
+    machine: Machine, amplitudes: Sequence[float], method: str, zones: Zones | None, samples: int | None
+) -> Limit:
+    """What `safe_limit` has at any speeds: of the charts at ``amplitudes`` (m), of ``zones`` over more of them, and of
+    so many ``samples`` at the first amplitude."""
+    charts = limit_of(machine, amplitudes, method)
+
+    def limit(speeds: Array) -> Array:
+        parts = [charts(speeds)]
+        if zones is not None and not any(amplitudes):
+            parts.append(amplitude_limits(machine, speeds, zones.amplitude, method).safe)
+        if samples:
+            parts.append(lobe_band(machine, speeds, amplitudes[0], samples, method=method).quantiles[0])
+        return np.asarray(np.fmin.reduce(parts))
+
+    return limit

@@ -1,0 +1,60 @@
+"""The depth below which what a knock leaves dies out at every speed, in turning."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import numpy as np
+
+from jointlib.shown.progress import Progress
+
+from ..cutting.amplitude.amplitude_limits import depends_on_amplitude
+from ..cutting.amplitude.frozen_lobes import frozen_lobes
+from ..cutting.amplitude.least_depth import least_depth
+from ..cutting.amplitude.sampled_amplitudes import amplitude_range
+from ..cutting.process.chart import StabilityLobes
+from ..cutting.process.cutting import Cutting
+from ..deadline import OutOfTime, within
+from ..model.machine import Machine
+from ..model.spindle_speed import depends_on_speed
+
+_KNOCKS = 10
+"""Tool amplitudes behind it."""
+
+
+def safe_from_knocks(
+    model: Machine, chart: StabilityLobes, budget: float, progress: Progress
+) -> tuple[dict[str, Any], list[str]]:
+    """In turning, where something depends on amplitude: the depth below which knocks die out at every speed.
+
+    Left out, which is told, where it takes more than the ``budget`` (s), or would in a machine that is another at every
+    speed.
+    """
+    cutting = Cutting(**(model.cutting or {}))
+    if chart.method != "turning" or not cutting.plain or not depends_on_amplitude(model):
+        return {}, []
+    sizes = amplitude_range(cutting, _KNOCKS)
+    with progress.step(f"computing the least depth over amplitude, in at most {budget:.3g} s"):
+        if depends_on_speed(model):
+            begun = time.monotonic()
+            frozen_lobes(model, chart.speed[:1], float(sizes[0]), chart.method)
+            needed = (time.monotonic() - begun) * chart.speed.size * len(sizes)
+            if needed > budget:
+                return {}, [
+                    f"The depth below which knocks die out was left out: {len(sizes)} amplitudes at each of "
+                    f"{chart.speed.size} speeds take about {needed:.0f} s, more than --budget leaves ({budget:.3g} s)."
+                ]
+        try:
+            with within(budget):
+                depth, amplitude = least_depth(model, chart, sizes)
+        except OutOfTime:
+            left = f"not done in the {budget:.3g} s that --budget leaves"
+            return {}, [f"The depth below which knocks die out was left out: {left}."]
+    if not np.isfinite(depth):
+        return {}, []
+    data = {"safe_at_every_speed": {"depth": depth, "amplitude": amplitude}}
+    return data, [
+        f"vibrations of up to {amplitude * 1e6:.3g} um, as a knock leaves them, die out at every speed below "
+        f"{depth * 1e3:.5g} mm"
+    ]
