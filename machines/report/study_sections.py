@@ -13,6 +13,7 @@ from ..study import words
 from ..study.asked import DEPTHS
 from ..study.findings.best import BestMachine
 from ..study.findings.contrast import Contrast
+from ..study.findings.effects import matters
 from ..study.findings.verdict import Design, Verdict
 from ..study.study import BASE, Study
 from .figures.study_figures import certainty_figure, contrast_figure, effects_figure, map_figure, pareto_figure
@@ -41,7 +42,8 @@ def _ends(study: Study, verdict: Verdict) -> list[str]:
     for i, f in enumerate(study.factors):
         values, best = np.unique(verdict.ranking.numbers[:, i]), verdict.ranking.numbers[verdict.best.number, i]
         ordered = not f.choices or (len(f.choices) > 2 and not f.labels)
-        if not f.uncertain and ordered and len(values) > 1 and best in (values[0], values[-1]):
+        free = not f.uncertain and ordered and matters(verdict.sensitivity, f)
+        if free and len(values) > 1 and best in (values[0], values[-1]):
             ends = ("first of its list", "last of its list") if f.choices else ("lowest looked at", "highest looked at")
             said.append(f"The best {f.name}, {f.words(float(best))}, is the {ends[int(best == values[-1])]}.")
     return [f"{' '.join(said)} There may be better ones beyond."] if said else []
@@ -293,7 +295,5 @@ def machine_section(study: Study, best: BestMachine) -> Section:
             "pocket a little beside."
         )
     if best.method == "zero-order":
-        text.append(
-            "The depths are those of the zero-order method, a preview: without --method the exact one is taken."
-        )
+        text.append("The depths are by zero order, a preview: without --method the exact method is taken.")
     return Section("The machine file", text, tables=[Table(["", "of this file"], rows)])

@@ -19,8 +19,10 @@ from ..cutting.amplitude.chattering_tool import operating_receptance, tool_at_re
 from ..cutting.process.cutting import Cutting
 from ..cutting.rest.together import static_compliance
 from ..model.joint_places import joint_units
+from ..model.machine import Machine
 from ..model.spindle_speed import depends_on_speed
 from ..operating.operating_point import frozen_receptance
+from ..tool.chatter_band import chatter_band
 from ..tool.tool_model import ToolModel
 from .asked import DEPTHS
 from .conditions import Case
@@ -139,6 +141,7 @@ class Evaluation:
             if modal:
                 out["static-compliance"][list(modal)] = static_compliance(list(modal.values()))
             for row in models.keys() - modal.keys():
+                _refuse_unstable(part.changed(settings[row], *draws))
                 at_rest = frozen_receptance(part.changed(settings[row], *draws), _STATIC_LINE, 0.0)
                 out["static-compliance"][row] = np.max(direct(at_rest.receptance))
         if not set(out) & (DEPTHS | {"peak-receptance"}):
@@ -150,6 +153,8 @@ class Evaluation:
                 cut: Cut | None = tool
                 if tool is None or by_speed:
                     machine, cutting = part.changed(of, *draws), cuttings.get(row)
+                    if tool is None and amplitude == min(self._study.amplitudes):
+                        _refuse_unstable(machine)
                     if tool is None:
                         tool = cut = operating_receptance(machine, amplitude, cutting=cutting).frf
                     if by_speed:
@@ -194,6 +199,13 @@ class Evaluation:
         for row, (numbers, case) in enumerate(asked):
             found.setdefault((case, numbers[known].tobytes(), speeds[row].tobytes()), []).append(row)
         return list(found.values())
+
+
+def _refuse_unstable(machine: Machine) -> None:
+    """Raise for a machine that does not stand by itself: its receptance looks like that of one that does."""
+    undamped = chatter_band(machine).undamped
+    if undamped is not None and undamped.unstable:
+        raise undamped
 
 
 def _by_machine(settings: Sequence[Setting]) -> list[list[int]]:

@@ -24,7 +24,7 @@ from ..model.machine import Machine
 from ..statics.working_point import tangents
 from ..tool.chatter_band import chatter_band, modes_at_rest
 from ..tool.machine_model import OpenJoints
-from ..tool.tool_model import ToolModel
+from ..tool.tool_model import ToolModel, Undamped
 from ..uncertainty.drawn_machines import drawn_cut, sampled_machines
 from .settings import Setting, plain
 from .study import Study
@@ -106,6 +106,10 @@ class Variant:
     def _alone(self, gain: ComplexArray) -> ToolModel | None:
         try:
             return self._open.models(gain[None], self._middle)[0]
+        except Undamped as error:
+            if error.unstable:
+                raise
+            return None
         except InputError:
             return None
 

@@ -17,6 +17,8 @@ _HELD_APART = 1e8
 _NOTHING = 1e-13
 _SLOW = 1e-7
 """Share of the fastest pole below which one is a free motion, which rounding has put beside zero."""
+_GROWS = 1e-6
+"""Share of itself by which a pole lies right of zero where that is no rounding."""
 _ASIDE = 1e-9
 _JOINED = 2.0
 """Times the highest frequency kept up to which the modes above it are one with inertia."""
@@ -30,12 +32,29 @@ _COINCIDE = "collocation: the tool has modes that coincide, such as a free motio
 
 
 class Undamped(InputError):
-    """The tool feels a mode that never settles: no depth of cut is stable."""
+    """The tool feels a mode that never settles: no depth of cut is stable.
 
-    def __init__(self, pole: complex) -> None:
+    It may even grow by itself: ``unstable``, as of a machine that a stiffness below zero lets give way.
+    """
+
+    def __init__(self, pole: complex, fastest: float = 0.0) -> None:
+        size = abs(pole) or 1.0
+        self.unstable = pole.real > max(_GROWS * size, _SLOW * fastest)
+        if self.unstable and abs(pole.imag) < _GROWS * size:
+            super().__init__(
+                "the machine does not stand by itself: it gives way without any force, by a factor of e in "
+                f"{1e3 / pole.real:.3g} ms, so no depth of cut can be told; expected no stiffness so far below zero"
+            )
+            return
+        if self.unstable:
+            super().__init__(
+                f"the mode at {size / (2 * np.pi):.5g} Hz that the tool feels grows by itself, with a damping ratio of "
+                f"{-pole.real / size:.1g}, so no depth of cut can be told; expected no damping below zero"
+            )
+            return
         super().__init__(
             f"the mode at {abs(pole) / (2 * np.pi):.5g} Hz that the tool feels has a damping ratio of "
-            f"{0.0 - pole.real / (abs(pole) or 1.0):.1g}, so no depth of cut can be told; expected 0.001 to 0.1: "
+            f"{0.0 - pole.real / size:.1g}, so no depth of cut can be told; expected 0.001 to 0.1: "
             "a damping, or a loss_factor"
         )
 
@@ -89,7 +108,7 @@ class ToolModel:
         share = peak / np.max(np.where(aside, 0.0, peak), axis=1, keepdims=True)
         kept = (poles.imag >= -_NOTHING * speed) & ~aside & (share > _NOTHING)
         if np.any(poles.real[kept] >= 0):
-            raise Undamped(poles[kept][int(np.argmax(poles.real[kept]))])
+            raise Undamped(poles[kept][int(np.argmax(poles.real[kept]))], float(np.max(np.abs(poles))))
         return [
             cls(one[mask], to[mask], seen[mask], D, axes)
             for one, to, seen, mask in zip(poles, inputs, outputs, kept, strict=True)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from groover_file import groover_file
 
 from machines import lobes_at_amplitude, read_machine
 from machines.answers.lobes import lobes
@@ -20,42 +21,11 @@ from machines.study.evaluation import Evaluation
 from machines.study.study_file import read_study
 
 LIBRARY = Path(__file__).parents[2] / "machines" / "library"
-GROOVER = """schema = "jointlib/machine/1"
-name = "groover"
-[[component]]
-name = "slide"
-kind = "lumped"
-dofs = ["x"]
-mass = [[9.0]]
-damping = [["900 N s/m"]]
-stiffness = [["45 N/um"]]
-[[component]]
-name = "block"
-kind = "lumped"
-dofs = ["x"]
-mass = [[2.4]]
-[[connection]]
-name = "neck"
-between = ["block.x", "slide.x"]
-joint = { law = [{ kind = "linear", stiffness = "30 N/um" }, { kind = "jenkins", stiffness = "12 N/um", slip_force = "25 N" }, { kind = "viscous", damping = "300 N s/m" }] }
-[tool]
-x = "block.x"
-[response]
-force = ["2 N", "20 N"]
-frequency = ["100 Hz", "1500 Hz"]
-[cutting]
-process = "turning"
-specific = "1800 N/mm^2"
-feed = "0.12 mm"
-diameter = "40 mm"
-speed = [2000, 12000]
-"""  # noqa: E501
 
 
 @pytest.fixture
 def groover(tmp_path: Path) -> Path:
-    (tmp_path / "groover.toml").write_text(GROOVER)
-    return tmp_path / "groover.toml"
+    return groover_file(tmp_path)
 
 
 def recommended(machine: Machine, count: int, amplitudes: Sequence[float] = (0.0,)) -> Pocket:

@@ -56,7 +56,8 @@ def _ahead(study: Study, verdict: Verdict) -> str:
         return f" on average over {_samples(study)}" if study.uncertain else ""
     best, second = (design.results[study.objectives[0].quantity] for design in verdict.leading[:2])
     if words.alike(best, second):
-        return "; the second does as well"
+        pairs = ([design.results[o.quantity] for design in verdict.leading[:2]] for o in study.objectives)
+        return "; the second does as well" + ("" if all(words.alike(*pair) for pair in pairs) else " in that")
     said = f"; {words.apart(best, second)} than the second"
     if verdict.surer is None:
         return said

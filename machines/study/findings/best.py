@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -36,9 +37,11 @@ class BestMachine:
 
     @property
     def command(self) -> str:
-        """The command line that tells the depth again, without the folder."""
-        said = " --amplitude " + " ".join(f"{A:g}" for A in self.amplitudes) if any(self.amplitudes) else ""
-        return f"jointlib lobes {self.files[0].name} --method {self.method}{said}"
+        """The command line that tells the depth again, from where the study was run."""
+        file, here = self.files[0], Path.cwd()
+        file = file.relative_to(here) if file.is_relative_to(here) else file
+        said = ["--amplitude", *(f"{A:g}" for A in self.amplitudes)] if any(self.amplitudes) else []
+        return shlex.join(["jointlib", "lobes", str(file), "--method", self.method, *said])
 
 
 def write_best(

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from jointlib.arrays import Array
+from jointlib.errors import CheckFailed, InputError
 
 from ..evaluation import Evaluation
 from ..study import ROUNDING, Objective, Study
@@ -87,7 +88,10 @@ def _mean(study: Study, evaluate: Evaluation, ranking: Ranking, design: Array, k
     rows = study.numbers()[: study.repeats][:kept]  # the first case of the first design, for its samples
     uncertain = np.array([f.uncertain for f in study.factors])
     drawn = np.where(uncertain, rows, design)
-    found = evaluate.each([(row, case) for case in study.cases for row in drawn])
+    try:
+        found = evaluate.each([(row, case) for case in study.cases for row in drawn])
+    except (CheckFailed, InputError):  # the best with one value of the other may be no machine at all
+        return np.nan
     values = found[quantity].reshape(1, len(study.cases), kept)
     at = worst_of(study, {quantity: values})[quantity]
     return float(np.mean(np.take_along_axis(values, at[:, None], axis=1)))

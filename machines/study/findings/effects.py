@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +15,8 @@ from ..study import ROUNDING
 
 _LEVELS = 12
 """Different values up to which each is a level of its own."""
+_IDLE = 1e-3
+"""Share of the variance of a result below which a factor has no say in it."""
 _BINS = 6
 _LONG = 24
 """Letters of a value that a picture has room for."""
@@ -65,6 +67,12 @@ def effects(factors: Sequence[Factor], numbers: Array, result: Array, method: st
         return binned
     told = zip(binned, first, total, strict=True)
     return [Effect(e.factor, e.place, e.mean, float(a), float(b)) for e, a, b in told]
+
+
+def matters(found: Mapping[str, Sequence[Effect]], factor: Factor) -> bool:
+    """Whether a factor has a say in any of the results, whose effects are known; where none are, nobody knows."""
+    own = [effect for each in found.values() for effect in each if effect.factor == factor]
+    return not found or any(max(effect.first, effect.total or 0.0) > _IDLE for effect in own)
 
 
 def _crossed(numbers: Array, result: Array) -> tuple[Array, Array]:

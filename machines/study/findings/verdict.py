@@ -119,6 +119,8 @@ class Verdict(Shown):
 def judge(study: Study, results: Mapping[str, Array]) -> Verdict:
     """Rank the designs of a study by its first objective, among those that meet the constraints.
 
+    Those that are alike in it stand in the order of the next one, so that no other design beats the best in every way.
+
     In every sample of what is uncertain a design counts with its worst case, and over the samples with the mean; a
     constraint must hold in every case, in the share of the samples that the study asks for. A result that does not
     exist (no pocket, no limit) meets no constraint and wins nothing; a depth without limit counts as better than any
@@ -164,7 +166,7 @@ def rank(study: Study, results: Mapping[str, Array]) -> Ranking:
             broken[words.missing(o.quantity)] = np.isnan(mean)
     allowed = ~np.any([*broken.values(), np.zeros(len(once), dtype=bool)], axis=0)
     counted = allowed & once
-    order = np.flatnonzero(counted)[np.argsort(-means[0][counted], kind="stable")]
+    order = np.flatnonzero(counted)[np.lexsort(tuple(-_rounded(np.stack(means, axis=1)[counted]).T[::-1]))]
     return Ranking(numbers, by_design, allowed, order, broken, once)
 
 
@@ -255,10 +257,15 @@ def _score(values: Array, goal: str) -> Array:
     return values if goal == "max" else -values
 
 
+def _rounded(scores: Array) -> Array:
+    """Scores, (designs, objectives), such that those which differ by rounding alone are equal."""
+    largest = np.max(np.abs(scores), axis=0, initial=0.0, where=np.isfinite(scores))
+    return np.asarray(np.round(scores / np.where(largest > 0, ROUNDING * largest, 1.0)))
+
+
 def _front(scores: Array) -> list[int]:
     """Rows that no other row equals or exceeds in every column, exceeding it in one; rounding beats nothing."""
-    largest = np.max(np.abs(scores), axis=0, initial=0.0, where=np.isfinite(scores))
-    scores = np.round(scores / np.where(largest > 0, ROUNDING * largest, 1.0))
+    scores = _rounded(scores)
     order = np.lexsort(tuple(-scores[:, ::-1].T))
     kept: list[int] = []
     for i in order:
