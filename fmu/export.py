@@ -165,7 +165,9 @@ def _proposed(limit: StepLimit | None, step: float | None) -> float | None:
 def _figures(system: System, card: Card) -> list[tuple[str, str]]:
     """Step, cost and accuracy for the page inside."""
     rows = [("made with", f"jointlib {version('jointlib')}"), ("runtime", card.runtime)]
-    rows.append(("largest co-simulation step", "none is safe" if card.max_step is None else f"{card.max_step:.3g} s"))
+    if card.max_step is None or card.max_step != card.step:  # else no step makes it unstable
+        largest = "none is safe" if card.max_step is None else f"{card.max_step:.3g} s"
+        rows.append(("largest co-simulation step", largest))
     if card.step is not None:
         rows.append(("step it proposes", f"{card.step:.3g} s"))
     repeats = "to rounding" if card.tolerance is None else f"within {card.tolerance:g} of the largest value"

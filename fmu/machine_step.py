@@ -68,11 +68,13 @@ def _written(
         road.sections.append(Section(title, [f"It is not exported: {said}." for said in error.sentences]))
         return
     path = road.path(name)
+    # One FMU is integrated inside, whatever the step; between several it decides.
+    limit = "largest co-simulation step" if step == "ssp" else "co-simulation step that it proposes"
     rows = [
         ("file", path.name),
         ("platforms", ", ".join(done.platforms)),
         ("verified with", ", ".join(done.verified_with)),
-        ("largest co-simulation step", "none is safe" if done.max_step is None else f"{done.max_step * 1e6:.3g} µs"),
+        (limit, "none is safe" if done.max_step is None else f"{done.max_step * 1e6:.3g} µs"),
     ]
     road.steps.append({"step": step, "max_step": done.max_step, "file": path.name})
     road.said.append(f"{path.name}: verified with {', '.join(done.verified_with)}")

@@ -26,6 +26,7 @@ from ..forced_response.response import response
 from ..loop.records import LevelFRF, read_frfs
 from ..model.machine import Machine
 from .measured_peaks import Resonance, at_the_peaks, resonances
+from .whole_curves import frac, unit_smell
 
 _APART = 0.25
 """Share of its frequency by which two peaks may lie apart and still be called the same."""
@@ -135,7 +136,12 @@ def _compared(machine: Machine, frf: LevelFRF) -> Comparison:
     known = np.isfinite(predicted)
     measured = frf.receptance[:: -(-len(frf.frequency) // _MOST)]
     of_bundles = said_by(machine.joints())  # which hold for the machine, whatever was measured
-    said = [*frf.remarks, *(f"{frf.name}: {warning}" for warning in result.warnings if warning not in of_bundles)]
+    unit = unit_smell(measured[known], predicted[known])
+    said = [
+        *frf.remarks,
+        *([f"{frf.name} {unit}"] if unit else []),
+        *(f"{frf.name}: {warning}" for warning in result.warnings if warning not in of_bundles),
+    ]
     if not known.all():
         said.append(f"{frf.name}: on {int((~known).sum())} lines the machine has no solution inside its valid range.")
     if machine.frequency is not None and (lines[0] > machine.frequency[0] or lines[-1] < machine.frequency[1]):
@@ -148,16 +154,6 @@ def _compared(machine: Machine, frf: LevelFRF) -> Comparison:
     theirs = resonances(frf.frequency, frf.receptance, at_the_peaks(frf))
     pairs = paired(theirs, ours)
     return Comparison(frf, lines, predicted, frac(measured[known], predicted[known]), pairs, tuple(said))
-
-
-def frac(a: ComplexArray, b: ComplexArray) -> float:
-    """|Σ a b*|² / (Σ|a|² Σ|b|²) over the lines, from 0 to 1.
-
-    Heylen and Lammens, "FRAC: a consistent way of comparing frequency response functions", Int. Conf. on
-    Identification in Engineering Systems, Swansea 1996; Allemang, Sound and Vibration 37(8) (2003) 14–23.
-    """
-    energy = float(np.sum(np.abs(a) ** 2) * np.sum(np.abs(b) ** 2))
-    return float(np.abs(np.vdot(b, a)) ** 2 / energy) if energy else 0.0
 
 
 def paired(measured: Sequence[Resonance], predicted: Sequence[Resonance]) -> tuple[Pair, ...]:
@@ -181,8 +177,10 @@ def _apart(pair: Pair) -> float:
 
 
 def share(value: float) -> str:
-    """``+12 %``; from twice on as ``2.3 times``."""
-    return f"{100 * value:+.2g} %" if value < 1 else f"{1 + value:.2g} times"
+    """``+12 %``; from twice and below a tenth as ``2.3 times``, without powers of ten."""
+    if -0.9 <= value < 1 or not np.isfinite(value):
+        return f"{100 * value:+.2g} %"
+    return f"{np.format_float_positional(1 + value, precision=2, unique=False, fractional=False, trim='-')} times"
 
 
 _NONE = Resonance(0.0, 0.0, 0.0)

@@ -29,7 +29,7 @@ _SURE = 2.0
 """Standard errors of a difference below which it is none."""
 _SAME, _LITTLE = 1e-6, 1e-3
 """Share by which numbers must differ: those that stand in a file or have an error, and computed ones without one."""
-_READ = {"m": (1e3, "mm"), "m/N": (1e6, "um/N")}
+_READ = {"m": (1e3, "mm"), "m/N": (1e6, "um/N"), "m^3/s": (60e6, "cm³/min")}
 _PARTLY = ", as far as it was looked for"
 
 
@@ -49,7 +49,8 @@ class Difference:
         if np.isnan(self.first) or np.isnan(self.other):
             return f"{self.what}: only in {'the first' if np.isnan(self.other) else self.against}"
         if self.first == 0:
-            return f"{self.what}: {self.other:.4g} {self.unit} instead of 0".replace("  ", " ")
+            factor, unit = _READ.get(self.unit, (1.0, self.unit))
+            return f"{self.what}: {self.other * factor:.4g} {unit} instead of 0".replace("  ", " ")
         return f"{self.what}: {share(self.other / self.first - 1)}"
 
 

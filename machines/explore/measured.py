@@ -14,8 +14,9 @@ from jointlib.cuts.judged import judged_cuts
 from jointlib.cuts.tried_cut import TriedCut
 from jointlib.frf import FRF
 
-from ..compare.comparison import Comparison, frac, paired
+from ..compare.comparison import Comparison, paired
 from ..compare.measured_peaks import Resonance, at_the_peaks, resonances
+from ..compare.whole_curves import frac
 from ..loop.records import LevelFRF, read_frfs
 from ..model.machine import Machine
 from .curves import Curves

@@ -24,7 +24,9 @@ def response_section(results: Sequence[Response], axes: Mapping[str, str]) -> Se
     if contacts:
         header = ("force [N]", "joint", "amplitude [µm]", "frequency [Hz]", "outcome")
         caption = f"Peaks of the relative motion for a force on {results[0].drive}, refined between the lines"
-        tables.append(Table(header, contacts, caption, f"Peaks of the {len(results[0].connections)} joints"))
+        count = len(results[0].connections)
+        fold = f"Peaks of the {count} joints" if count > 1 else "Peaks of the joint"
+        tables.append(Table(header, contacts, caption, fold))
     said = [f"{f:g} N: {o.value}" for r in results for f, o in zip(r.force, r.outcomes, strict=True) if o.value]
     said += [warning for result in results for warning in result.warnings]
     joints = joints_figure(results[0])

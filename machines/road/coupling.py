@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from jointlib.shown.progress import Inside
 
 from .piece import BUDGET, Piece, Step, open_joints
@@ -54,17 +56,26 @@ def coupling_pieces(machine: Machine, amplitudes: Sequence[float] = ()) -> list[
     return pieces
 
 
+_OFF = 0.05
+"""Share by which the lowest depth must be off from that with the measured tool point to be a doubt."""
+
+
 def _lay_over(road: Run) -> None:
+    from jointlib import read_measurement
+
     from ..compare.over_measured import over_measured
     from ..report.comparison_section import comparison_section
 
     with road.progress.step("laying measured frequency responses over the prediction"):
         laid, data = over_measured(road.machine, road.machine.compare)
     road.json("compare.json", data)
+    road.tests += [read_measurement(path) for path in road.machine.compare]
     sentence = (data.get("depth") or {}).get("sentence")
     road.steps.append({"step": "compare", "frac": {c.record.name: c.frac for c in laid}})
-    road.said += [*([sentence] if sentence else []), *(c.sentence() for c in laid)]
-    road.doubts += [sentence] if sentence else []
+    depth = data.get("depth") or {}
+    doubted = bool(sentence) and not np.isclose(depth["predicted"], depth["measured"], rtol=_OFF, atol=0.0)
+    road.said += [*([sentence] if sentence and not doubted else []), *(c.sentence() for c in laid)]
+    road.doubts += [sentence] if sentence and doubted else []
     road.warnings += [warning for c in laid for warning in c.warnings]
     road.front.append(comparison_section(laid, sentence))
 

@@ -39,7 +39,6 @@ def command(machine: Path, output: Path, amplitude: tuple[float, ...], changes: 
     said, tool = shlex.join(words), changes.get("tool.use")
     road = whole_road(machine, output, progress=Steps(), amplitudes=amplitude or AMPLITUDES, command=said, tool=tool)
     doubts = [f"warning: {doubt}" for doubt in road.doubts]
-    lost = [f"failed: {why}" for why in road.failed]
-    emit(as_json, road.data, [*road.advice, *doubts, *lost, *road.said, *(wrote(path) for path in road.written)])
+    emit(as_json, road.data, [*road.advice, *doubts, *road.said, *(wrote(path) for path in road.written)])
     if road.failed:
-        raise CheckFailed("; ".join(road.failed))
+        raise CheckFailed("; ".join(f"failed: {why}" for why in road.failed))

@@ -76,6 +76,7 @@ def test_a_joint_that_cannot_be_identified_leaves_the_others(lathe: str) -> None
     assert done.status == 1
     assert "Traceback" not in done.err
     assert "Identification of screw: " in done.err.splitlines()[-1]
+    assert done.out.count("Identification of screw: ") == 0  # a failure is told once, in the end
     found = failures(Path("out"))
     assert set(found) == {
         "identify screw",

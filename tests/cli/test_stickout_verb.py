@@ -130,3 +130,56 @@ def test_what_cannot_be_asked_gets_one_sentence(here: Path, words: str, said: st
     assert done.status == 2
     (complaint,) = done.complaints
     assert said in complaint
+
+
+def test_a_joint_that_records_tell_is_identified_once(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """`modes`, `lobes` and `study` do it by themselves; the depths are those of the machine with the joint written."""
+    from jointlib.joint import Joint
+    from jointlib.laws.linear import Linear
+    from jointlib.laws.viscous import Viscous
+    from machines.answers.told import stickout_depths
+
+    joint, asked = Joint((Linear(5e8), Viscous(2e3))), []
+    slide = (
+        MILL.replace('"ground"]\nat = [0, 0, 0]\nrigid', '"slide"]\nat = [0, 0, 0]\nrigid')
+        + """
+[[component]]
+name = "slide"
+kind = "rigid"
+mass = 20.0
+inertia = [0.1, 0.1, 0.1]
+centre = [0, 0, 0]
+[[connection]]
+name = "guide"
+between = ["slide", "ground"]
+at = [0, 0, 0]
+direction = [1, 0, 0]
+{}
+[[connection]]
+name = "rest"
+between = ["slide", "ground"]
+at = [0, 0, 0]
+rigid = true
+holds = ["y", "z", "rx", "ry", "rz"]
+"""
+    )
+    Path("x.csv").write_text("z,F\n0,0\n1,500\n")
+    Path("x.measurement.toml").write_text('schema = "jointlib/measurement/1"\nkind = "static"\n')
+    Path("open.toml").write_text(slide.format('identify = { from = ["x.measurement.toml"] }'))
+    Path("given.toml").write_text(
+        slide.format('joint = { law = [{ kind = "linear", stiffness = 5e8 }, { kind = "viscous", damping = 2e3 }] }')
+    )
+
+    def identified(machine: machines.Machine) -> tuple[machines.Machine, tuple[str, ...]]:
+        asked.append(machine)
+        return machine.with_joint("guide", joint), ("guide: as identified from its records.", "something else")
+
+    monkeypatch.setattr(stickout_depths, "with_joints", identified)
+    found, known = (
+        machines.stickout(f, between=["62 mm", "70 mm"], speed=15000, method="zero-order", count=3)
+        for f in ("open.toml", "given.toml")
+    )
+    np.testing.assert_array_equal(found.depth, known.depth)
+    assert len(asked) == 1
+    assert "guide: as identified from its records." in found.notes
+    assert "something else" not in found.notes

@@ -10,8 +10,9 @@ import pytest
 
 from jointlib.frf import FRF
 from machines import Cutting, read_machine, stability_lobes
-from machines.compare.comparison import compared, depths, frac, paired
+from machines.compare.comparison import compared, depths, paired, share
 from machines.compare.measured_peaks import Resonance, at_the_peaks, resonances
+from machines.compare.whole_curves import frac, unit_smell
 from machines.cutting.amplitude.chattering_tool import tip_at_rest
 from machines.loop.noise.deviation import from_neighbours
 from machines.loop.records import LevelFRF
@@ -211,3 +212,33 @@ def test_records_at_the_tool_are_those_at_its_degree_of_freedom(tmp_path: Path) 
     found, known = compared(machine, tmp_path / "tip.measurement.toml"), compared(machine, shipped)
     assert [c.pairs for c in found] == [c.pairs for c in known]
     assert found[0].record.drive == machine.tool["x"]
+
+
+@pytest.mark.parametrize(
+    ("factor", "said"),
+    [(1e3, "1000 times as large"), (-1e-3, "1000 times smaller and of reversed sign"), (1.05e3, "1000 times as large"),
+     (9.81, "9.80665 times as large"), (-1.2, "the opposite sign"), (1.3, ""), (30.0, "")],
+)  # fmt: skip
+def test_a_record_whose_size_is_that_of_another_unit_is_named(factor: float, said: str) -> None:
+    lines = np.arange(300.0, 500.0, 1.0)
+    found = unit_smell(factor * mode(lines), mode(lines))
+    assert said in found
+    assert bool(found) == bool(said)
+
+
+def test_differences_are_told_without_powers_of_ten() -> None:
+    assert [share(x) for x in (-0.999, -0.5, 0.12, 999.0, 1.3)] == [
+        "0.001 times",
+        "-50 %",
+        "+12 %",
+        "1000 times",
+        "2.3 times",
+    ]
+
+
+def test_a_record_a_thousand_times_too_small_is_told_as_a_unit(tmp_path: Path) -> None:
+    path, test = record_of_the_tool(tmp_path, 1e-3)
+    (found,) = compared(read_machine(path), test)
+    assert found.frac > 0.99
+    assert "e+0" not in found.sentence()
+    assert any("1000 times smaller: that smells of a unit" in warning for warning in found.warnings)

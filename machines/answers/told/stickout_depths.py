@@ -9,12 +9,14 @@ import numpy as np
 
 from jointlib.arrays import Array
 from jointlib.errors import CheckFailed, InputError, Outcome
+from jointlib.joint import Joint
 
 from ...cutting.amplitude.frozen_lobes import lobes_at_amplitude
 from ...cutting.process.chart import StabilityLobes
 from ...cutting.rest.beyond_record import refuse_unknown
 from ...files.machine_file import read_machine
 from ...model.machine import Machine
+from ...road.open_joints import with_joints
 
 MORE = "records to a higher frequency tell more, or a spindle end that is known with its modes"
 
@@ -26,10 +28,23 @@ class StickOutDepths:
         self._path, self._changes, self._key, self._speed, self._method = path, changes, key, speed, method
         self._charts: dict[float, StabilityLobes] = {}
         self._refused: dict[float, str] = {}
+        self._joints: dict[str, Joint] = {}
+        self.remarks: tuple[str, ...] = ()
+        """What is said of the joints that were identified."""
 
     def machine(self, stick_out: float) -> Machine:
-        """The machine with the tool so far (m) out."""
-        return read_machine(self._path, {**self._changes, self._key: float(stick_out)})
+        """The machine with the tool so far (m) out; joints that records tell are identified once."""
+        read = read_machine(self._path, {**self._changes, self._key: float(stick_out)})
+        names = [connection.name for connection in read.connections if connection.identify is not None]
+        if names and not self._joints:
+            found, said = with_joints(read)
+            self._joints = {c.name: c.joint for c in found.connections if c.name in names and c.joint is not None}
+            self.remarks = tuple(
+                words for words in said if any(words.startswith(f"{name}: as ident") for name in names)
+            )
+        for name in names:
+            read = read.with_joint(name, self._joints[name])
+        return read
 
     def chart(self, stick_out: float) -> StabilityLobes | None:
         """The chart at a stick-out in m, None where it is refused."""
@@ -77,7 +92,7 @@ class StickOutDepths:
             said = [f"At {1e3 * at:.4g} mm: {sentence}" for sentence in dict.fromkeys(known[at].warnings)]
         if pockets and self._refused_or_doubted(grid):
             said.append(f"Where the depth is not known or doubtful nothing is recommended: {MORE}.")
-        return [*said, *self.refusals()]
+        return [*self.remarks, *said, *self.refusals()]
 
     def _refused_or_doubted(self, grid: Array) -> bool:
         return self.known_to is not None and bool(np.any(np.isnan([self.sure(x) for x in grid])))
