@@ -138,11 +138,13 @@ SLOW_TO_LOAD = {
 }
 
 
-@pytest.mark.parametrize("verb", ["inspect", "modes", "frf", "lobes --speed 9000"])
+@pytest.mark.parametrize("verb", ["inspect", "modes", "frf", "lobes --speed 9000", "estimate"])
 def test_a_verb_loads_what_it_uses(verb: str, tmp_path: Path) -> None:
-    machine = ROOT / "machines" / "library" / "two_mode_tool.toml"
-    out = ["-o", str(tmp_path / "out.npz")] if verb not in {"inspect", "modes"} else []
-    arguments = [*verb.split()[:1], str(machine), *verb.split()[1:], *out]
+    library = ROOT / "machines" / "library"
+    file = library / ("tap_test/hits.measurement.toml" if verb == "estimate" else "two_mode_tool.toml")
+    written = {"inspect": [], "modes": [], "estimate": ["-o", str(tmp_path / "out.measurement.toml")]}
+    out = written.get(verb, ["-o", str(tmp_path / "out.npz")])
+    arguments = [*verb.split()[:1], str(file), *verb.split()[1:], *out]
     code = (
         "import sys; from jointlib.cli.main import main\n"
         f"sys.argv = {['jointlib', *arguments]}\n"

@@ -126,7 +126,9 @@ def _together(values: Array, sharing: Array) -> Array:
     if len(kernel) == 1:
         return np.asarray(values * kernel[0])
     scale = max(float(np.max(np.abs(values))), _TINY)
-    return np.asarray(scale * scipy.signal.fftconvolve(values / scale, kernel)[len(sharing) - 1 :][: len(values)])
+    size = scipy.fft.next_fast_len(len(values) + len(kernel) - 1, real=True)
+    both = scipy.fft.irfft(scipy.fft.rfft(values / scale, size) * scipy.fft.rfft(kernel, size), size)
+    return np.asarray(scale * both[len(sharing) - 1 :][: len(values)])
 
 
 def _around(values: Array, reach: int) -> Array:

@@ -42,7 +42,7 @@ def threshold(responses: Responses, extra: int = 0) -> float:
     freedom if it is chance, and there are as many places for it as lines.
     """
     count = len(responses.pairs) + 2 + extra
-    return float(scipy.stats.chi2.isf(_CHANCE / len(responses.frequency), count))
+    return float(scipy.special.chdtri(count, _CHANCE / len(responses.frequency)))
 
 
 def selected(responses: Responses, chart: Chart, ends: Ends, most: int | None = None) -> PoleFit:

@@ -173,7 +173,7 @@ def _unnamed(base: Entry, problem: Problem) -> Verdict:
 def _too_many(surprises: Mask, problem: Problem) -> bool:
     """More surprises than a model that is right has."""
     count, number = int(np.count_nonzero(surprises)), int(np.count_nonzero(judged(problem.cuts)))
-    return bool(scipy.stats.binom.sf(count - 1, number, _SURPRISE / 2) < _CHANCE)
+    return bool(scipy.special.bdtrc(count - 1, number, _SURPRISE / 2) < _CHANCE)
 
 
 def _said(problem: Problem) -> Mask:
