@@ -75,6 +75,7 @@ def test_a_common_part_makes_the_errors_larger_and_is_told(tmp_path: Path) -> No
     assert 0.55 < float(said.split("with the others ")[1].split()[0]) < 0.75
 
 
+@pytest.mark.thorough
 def test_forces_of_one_signal_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="so what each causes cannot be told"):
         driven(tmp_path, 4, common=1.0, noise=0.002)

@@ -80,6 +80,7 @@ def test_a_linear_joint_moves_nowhere_else() -> None:
     assert unseen_motion(rubbing(1e-4), Joint(LINEAR)) is None
 
 
+@pytest.mark.thorough
 def test_without_a_driven_mass_nothing_can_be_told() -> None:
     o = rubbing(1e-4)
     blind = replace(o, rig=replace(o.rig, m1=None))

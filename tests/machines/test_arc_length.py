@@ -107,6 +107,7 @@ def test_several_joints_fold_and_no_part_is_lost() -> None:
     assert len(on_line) >= 1
 
 
+@pytest.mark.thorough
 def test_outside_a_fold_newton_and_arc_length_agree() -> None:
     machine = chain(10, 5)
     lines = np.linspace(1240.0, 1400.0, 41)
@@ -175,6 +176,7 @@ def test_bad_stability_and_maps_of_several_joints_are_refused() -> None:
         response(chain(10, 5), 10.0, [1200.0, 1300.0], method=AmplitudeMap())
 
 
+@pytest.mark.thorough
 def test_next_to_a_fold_the_estimated_error_bounds_that_found_with_more_harmonics() -> None:
     machine = read_machine(LIBRARY / "two_mass.toml")
     lines = np.linspace(4900, 5000, 120)

@@ -148,6 +148,7 @@ def test_a_true_fate_stands_and_a_false_one_is_replaced_by_what_is_seen() -> Non
     assert found.cycles[1].amplitude == pytest.approx(high, rel=0.1)
 
 
+@pytest.mark.thorough
 def test_ideal_friction_is_not_stepped() -> None:
     machine = lathe(Coulomb(50.0))
     limits = amplitude_limits(machine, [SPEED], SIZES[::3])

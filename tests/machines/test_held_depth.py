@@ -85,6 +85,7 @@ def test_the_depth_is_the_minimum_of_the_chart_at_that_amplitude_and_the_words_s
     assert "at rest" not in " ".join(said)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("more", "words"),
     [

@@ -64,6 +64,7 @@ def in_time(force: float, frequency: float, share: float, beside: float = 0.0) -
     return complex(2 * np.mean(last * np.exp(-2j * np.pi * np.arange(1, 4 * n + 1) / n)))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("force", "frequency", "least"),
     # Near to slipping the second harmonic makes the slider lose part of what it holds.

@@ -44,6 +44,7 @@ def test_lines_far_from_the_lowest_depth_decide_nothing(
     assert lines[1] < 0.6 * lines[0]
 
 
+@pytest.mark.thorough
 def test_the_least_depth_is_the_lowest_of_the_charts_over_amplitude(lathe: Machine) -> None:
     chart = stability_lobes(
         chattering_tool.kept_tool(lathe), chattering_tool.Cutting(**dict(lathe.cutting or {})), SPEED

@@ -90,6 +90,7 @@ def test_motion_is_that_of_a_plain_runge_kutta_method(feed: float | None) -> Non
     assert np.any(batch.run.lost) == (feed is not None)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("speed", [SPEED, 3000.0])
 def test_small_vibrations_in_turning_grow_above_the_linear_limit(speed: float) -> None:
     chart = lobes_at_amplitude(lathe(), [speed])

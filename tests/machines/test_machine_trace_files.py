@@ -219,6 +219,7 @@ def test_the_page_answers_each_question_and_takes_no_text_for_markup() -> None:
     assert html == page(traced(machine, mended(machine, ["guide"]), "guide", frfs))
 
 
+@pytest.mark.thorough
 def test_a_page_without_a_name_shows_no_model_after() -> None:
     machine = three_joints()
     html = page(traced(machine, machine, None))

@@ -28,6 +28,7 @@ def tool(*fast: float) -> ToolModel:
     return ToolModel.from_modes(frequency, np.full(len(frequency), 0.02), mass, shapes)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("cut", "speed", "method"), [(MILL, 3000.0, "multi-frequency"), (TURN, 900.0, "turning")])
 def test_the_limiting_depth_of_another_method_is_where_growth_begins(cut: Cutting, speed: float, method: str) -> None:
     stiff, rpm = tool(60e3, 95e3), np.array([speed])

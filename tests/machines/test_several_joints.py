@@ -80,6 +80,7 @@ def test_solution_satisfies_the_equations_of_motion_of_every_mass() -> None:
     assert np.max(np.abs(y - np.concatenate([x0.real, x0.imag]))) < 1e-8 * np.max(np.abs(x0))
 
 
+@pytest.mark.thorough
 def test_peaks_of_every_joint_are_refined() -> None:
     machine = chain(10, 5)
     found = response(machine, 20.0, (1000.0, 2000.0), points=100)

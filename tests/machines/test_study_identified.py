@@ -97,6 +97,7 @@ def test_a_parameter_that_is_chosen_is_taken_as_chosen_and_the_others_vary(tmp_p
         np.testing.assert_allclose(np.sort(row), np.sort(wanted), rtol=1e-6)
 
 
+@pytest.mark.thorough
 def test_the_scatter_of_a_measured_receptance_travels_too(tmp_path: Path) -> None:
     """A mass on a spring as a record with noise: one line's relative error σ gives the peak about the same error."""
     f = np.arange(40.0, 240.0, 1.0)

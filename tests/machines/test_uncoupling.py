@@ -106,6 +106,7 @@ def test_sixty_random_assemblies_come_apart_exactly_and_together_again() -> None
         assert np.max(np.abs(back - measured.assembly) / np.abs(measured.assembly)) < 1e-10, seed
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("decibels", "seeds"), [(60.0, 3), pytest.param(40.0, 3, marks=pytest.mark.thorough)])
 def test_random_assemblies_with_noise_lie_in_the_stated_band(decibels: float, seeds: int) -> None:
     _in_band(decibels, range(seeds), 0.93)
