@@ -15,6 +15,9 @@ from jointlib.measurement import Measurement, Record
 _FEWEST = 200
 """Samples below which a path is not filtered and differentiated."""
 
+_SETTLED = 3.0
+"""Periods of the cutoff frequency in which a low pass forgets how it began."""
+
 
 def path_unknowns(measurement: Measurement) -> tuple[str, ...]:
     """What a path identifies besides the joint: the offset F0, and the carriage mass where it is unknown."""
@@ -30,7 +33,10 @@ def _sections(cutoff: float) -> Array:
 
 def low_pass(x: Array, cutoff: float, sample_rate: float) -> Array:
     """The part of x below a frequency, along the last axis: Butterworth of order 4, forward and backward, no phase."""
-    return np.asarray(scipy.signal.sosfiltfilt(_sections(cutoff / (sample_rate / 2)), x, axis=-1))
+    # Carried on at its ends, turned about them, for so long that the filter has settled: it then keeps the ends, and
+    # with the first of them the place at which a slider stands that has not slipped yet.
+    pad = min(x.shape[-1] - 1, int(_SETTLED * sample_rate / cutoff) + 1)
+    return np.asarray(scipy.signal.sosfiltfilt(_sections(cutoff / (sample_rate / 2)), x, axis=-1, padlen=pad))
 
 
 def path_balance(measurement: Measurement, record: Record) -> ForceBalance:

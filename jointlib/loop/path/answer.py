@@ -17,6 +17,7 @@ from jointlib.loop.path import account, judgement, words
 from jointlib.loop.path.acceptance import CHANCE, SHARE, TIE
 from jointlib.loop.path.columns import law_forces
 from jointlib.loop.path.composed import remains as composed_remains
+from jointlib.loop.path.composed.same_law import without_itself
 from jointlib.loop.path.estimates import candidate_of, chosen_of, estimates, set_by
 from jointlib.loop.path.evidence import Evidence
 from jointlib.loop.path.fitted import Fitted
@@ -175,6 +176,9 @@ def _named(found: Finding) -> _Named:
         rivals += [r for c in found.others if (r := _beside(found, c)) is not None and r.effect.family not in known]
     elif found.parts:
         rivals = [_rivalry(r, found.parts[0]) for r in found.rows[:_MOST_RIVALS] if is_rival(r)]
+    if terms and not composed:
+        rows, same = without_itself(rows, found)
+        rivals = [rival for rival in rivals if rival.effect not in same]
     several = len(evidence.division.conditions) > 1
     verdict = words.verdict_of(total if composed else alone, len(rivals), is_quiet(found.before), several)
     if verdict in (Verdict.UNEXPLAINED, Verdict.NOTHING_MISSING):

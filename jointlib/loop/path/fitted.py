@@ -19,6 +19,8 @@ from jointlib.parameter import Role, parameters_of
 
 _FAULT_ROUNDS = 4
 """Rounds in which a fault is undone by what the round before left of it; a lag converges quadratically."""
+_NOTHING = 1e-9
+"""Share of the motion below which a length does nothing."""
 _UNKNOWN = 1e100
 """A standard error that held-out conditions widen so many times says nothing any more."""
 
@@ -79,7 +81,18 @@ def fit(evidence: Evidence, model: Model, *, quick: bool = False, rounding: bool
         model = _moved(here, model, joint, beta)
     here = evidence.without(model.faults)
     joint, beta = _solved(here, model.joint, free, quick)
-    return _judged(here, Model(joint, model.faults), beta)
+    judged = _judged(here, Model(joint, model.faults), beta)
+    return dataclasses.replace(judged, model=dataclasses.replace(judged.model, joint=_without_nothing(judged)))
+
+
+def _without_nothing(fitted: Fitted) -> Joint:
+    """The joint with lengths that the fit sent to nothing, such as a play, at zero; they have no standard error."""
+    joint, none = fitted.joint, _NOTHING * fitted.evidence.scale.displacement
+    units, known = joint.units, joint.parameters
+    gone = {
+        n: 0.0 for n in free_parameters(joint) if units[n] == "m" and n not in fitted.names and abs(known[n]) < none
+    }
+    return (moved_or_none(joint, gone) or joint) if gone else joint
 
 
 def _moved(evidence: Evidence, model: Model, joint: Joint, beta: Array) -> Model:
