@@ -6,6 +6,8 @@ import shlex
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from jointlib.errors import InputError
 from jointlib.identification.first_values import first_laws, size_of
 from jointlib.identification.fit import Fit, law_fit, surface_fit
@@ -17,6 +19,8 @@ from jointlib.identification.second_start import SHARE
 from jointlib.joint import Joint
 from jointlib.measurement import Measurement
 
+_SAMPLES, _SLOW = 200, 0.01
+"""Samples of a cycle along which a joint is asked for its stiffness, and its frequency in Hz."""
 SURFACES = ("chebyshev", "polynomial")
 """Kinds whose table is fitted as a whole, with its order."""
 
@@ -87,6 +91,7 @@ def identify(
         validity={**fit.joint.validity, **validity(used)},
         provenance={**provenance(used), "residuals": [_residual(e) for e in errors]},
     )
+    messages += _turned(joint)
     return Identification(
         joint=joint,
         parameters=_table(joint, fit, bool(missed)),
@@ -96,6 +101,28 @@ def identify(
         orders=fit.orders,
         messages=tuple(messages),
     )
+
+
+def _turned(joint: Joint) -> list[str]:
+    """A sentence where the joint, over the motion of its records, pulls the way it is pulled, as if a sign were wrong.
+
+    Its stiffness is that of the first harmonic along a slow cycle, ∮ f z / ∮ z².
+    """
+    largest = joint.validity.get("amplitude", (0.0, 0.0))[1]
+    if not np.isfinite(largest) or largest <= 0:
+        return []
+    phase = 2 * np.pi * np.arange(2 * _SAMPLES) / _SAMPLES
+    z, v = largest * np.sin(phase), 2 * np.pi * largest * np.cos(phase)
+    force = joint.force_along(z, v * _SLOW, 1 / (_SLOW * _SAMPLES))
+    last = slice(_SAMPLES, None)
+    stiffness = float(np.mean((force[last] - np.mean(force[last])) * z[last]) / np.mean(z[last] ** 2))
+    if not stiffness < 0:
+        return []
+    return [
+        f"Over its {largest * 1e6:.3g} um the joint has a stiffness of {stiffness * 1e-6:.4g} N/um, below zero: it "
+        "pushes on the way it is moved. The sign of the force or of the displacement is turned, look at the gain of "
+        "the [[channel]], unless the records hold a motion that snaps through."
+    ]
 
 
 def _residual(error: FitError) -> str:

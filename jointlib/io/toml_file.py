@@ -65,7 +65,23 @@ def _not_valid(text: str, error: Exception) -> str:
         return "not valid TOML: lists or tables are nested too deeply"
     line = re.search(r"at line (\d+)", str(error))
     number = int(line[1]) if line else len(text.splitlines())
+    twice = re.match(r"Cannot (?:mutate immutable namespace|overwrite a value|declare) \('([^']*)',", str(error))
+    if twice and number and (first := _written_as(text, twice[1], number)):
+        row, style = first
+        told = f"{twice[1]} stands as {style} in line {row} and again as a table in line {number}"
+        return f"not valid TOML: {told}, expected one of the two throughout {shown(text, number)}"
     return f"not valid TOML: {error} {shown(text, number)}" if number else f"not valid TOML: {error}"
+
+
+def _written_as(text: str, name: str, before: int) -> tuple[int, str] | None:
+    """In which line before one a key is given its value, and how: where it may not be a table as well."""
+    given = re.compile(rf"\s*[\"']?{re.escape(name)}[\"']?\s*=\s*(.)")
+    for number, line in enumerate(text.splitlines()[: before - 1], 1):
+        if found := given.match(line):
+            return number, {"[": f"a list, {name} = [...]", "{": f"a table in a line, {name} = {{...}}"}.get(
+                found[1], "a value"
+            )
+    return None
 
 
 def write_toml(path: Path, kind: str, table: dict[str, Any]) -> None:

@@ -285,3 +285,20 @@ def test_a_connection_that_another_file_holds_is_told_without_a_line_of_this_one
     (library / "parted.toml").write_text(parts + own)
     (sentence,) = [said for said in told(jointlib("inspect parted.toml")) if "'bedd'" in said]
     assert sentence.endswith("no component 'bedd', did you mean 'bed'?")
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("connection = [\n  { a = 1 },\n]\n[[connection]]\na = 2\n", "a list, connection = [...] in line 1"),
+        ("x = 1\ntool = { x = 1 }\n[tool]\ny = 2\n", "a table in a line, tool = {...} in line 2"),
+    ],
+)
+def test_two_styles_of_one_table_are_told_with_both_lines(here: Path, text: str, said: str) -> None:
+    Path("m.toml").write_text(f"{text}")
+    done = jointlib("inspect m.toml")
+    assert done.status == 2
+    name = said.split("=")[0].split()[-1]
+    assert f"not valid TOML: {name} stands as {said} and again as a table in line" in done.err
+    assert "immutable" not in done.err
+    assert "expected one of the two throughout" in done.err

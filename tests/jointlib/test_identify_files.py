@@ -221,3 +221,21 @@ def test_shipped_guide_is_identified_and_leaves_more_than_noise() -> None:
     # The quiet record bounds what sensors can do: 0.32 m/s² on 2.2 kg, averaged over four periods, below half a newton.
     assert found.rms > 10
     assert any("simulated" in m for m in found.messages)
+
+
+@pytest.mark.parametrize("gain", [1, -1])
+def test_a_force_whose_sign_is_turned_is_told(tmp_path: Path, gain: int) -> None:
+    """Stiffness and damping come out below zero, which no joint has that stands by itself."""
+    time = np.arange(2000) / 1000
+    z, v = 8e-6 * np.sin(2 * np.pi * 2 * time), 8e-6 * 4 * np.pi * np.cos(2 * np.pi * 2 * time)
+    force = 8e7 * z + 3e4 * v + np.random.default_rng(1).normal(size=len(z))
+    np.savez(tmp_path / "p.npz", x=z, F=force)
+    (tmp_path / "p.measurement.toml").write_text(
+        'schema = "jointlib/measurement/1"\nkind = "path"\nsample_rate = 1000\nchannel = [ { name = "x", quantity = '
+        f'"displacement", unit = "m" }}, {{ name = "F", quantity = "force", unit = "N", gain = {gain} }} ]\n'
+        'record = [ { file = "p.npz" } ]\n'
+    )
+    found = identify([read_measurement(tmp_path / "p.measurement.toml")], laws=["linear"])
+    told = [said for said in found.messages if "below zero: it pushes on the way it is moved" in said]
+    assert len(told) == (gain < 0)
+    assert found.parameters["linear.stiffness"].value == pytest.approx(8e7 * gain, rel=1e-2)
