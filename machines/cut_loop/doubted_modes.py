@@ -18,6 +18,9 @@ _BEYOND = 1.6
 _NODES = 1.15
 """Times the same for which nodes lie closely enough: 2.9 to a period of the fastest that may be missing."""
 
+_PLACED = 1.5
+"""Times the lower end of its interval up to which the frequency of a mode is told by one number."""
+
 
 @dataclass(frozen=True)
 class ModeFrequency(Suspect):
@@ -144,6 +147,12 @@ class MissingMode(Suspect):
 
     def told(self, value: dict[str, float]) -> str:
         return f"a mode along {self.name} near {value['frequency']:.4g} Hz that the model does not have"
+
+    def told_within(self, value: dict[str, float], inside: dict[str, tuple[float, float]]) -> str:
+        low, high = inside["frequency"]
+        if high <= _PLACED * low:
+            return self.told(value)
+        return f"a mode along {self.name} that the model does not have, from {low:.4g} to {high:.4g} Hz by these cuts"
 
 
 @dataclass(frozen=True)

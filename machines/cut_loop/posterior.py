@@ -146,6 +146,10 @@ class Posterior:
             for i, (name, _) in enumerate(self.suspect.parameters)
         }
 
+    def told(self) -> str:
+        """What is suspected as these cuts show it, in words."""
+        return self.suspect.told_within(self.mean(), self.interval())
+
 
 def evaluated(
     suspect: Suspect,

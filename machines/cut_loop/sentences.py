@@ -27,9 +27,9 @@ def sentence(outcome: Outcome, base: Entry, problem: Problem, seen: Outlook) -> 
         )
         return f"Something is missing that has no name here: {why}. Cut next at {seen.next_cut.speed:g} rpm."
     of = outcome.chosen.posterior
-    said = of.suspect.told(of.mean())
+    said = of.told()
     if outcome.rivals:
-        others = " or ".join(one.posterior.suspect.told(one.posterior.mean()) for one in outcome.rivals)
+        others = " or ".join(one.posterior.told() for one in outcome.rivals)
         return f"The cuts point to this: {said}; they cannot rule out {others}."
     left = ", which does not explain all of them" if outcome.verdict is Verdict.PARTIAL else ""
     return f"What the cuts show: {said}{left}."
@@ -49,10 +49,7 @@ def nearly(base: Entry, outcome: Outcome) -> list[str]:
     why = f"All suspects together make them {np.exp(outcome.odds):.2g} times as likely, a name needs {ODDS:g}"
     if outcome.odds > np.log(ODDS):
         why = f"No name, for it has {reach(best)}" if not best.reached else "On cuts held out it does no better"
-    return [
-        f"It would make the cuts {np.exp(gain):.2g} times as likely if this were so: {of.suspect.told(of.mean())}. "
-        f"{why}: cut on."
-    ]
+    return [f"It would make the cuts {np.exp(gain):.2g} times as likely if this were so: {of.told()}. {why}: cut on."]
 
 
 def reach(base: Entry) -> str:

@@ -47,6 +47,10 @@ class Suspect(ABC):
     def told(self, value: dict[str, float]) -> str:
         """The change in words."""
 
+    def told_within(self, value: dict[str, float], inside: dict[str, tuple[float, float]]) -> str:
+        """The same where the parameters lie ``inside`` their 95 % intervals."""
+        return self.told(value)
+
 
 @dataclass(frozen=True)
 class AsItIs(Suspect):

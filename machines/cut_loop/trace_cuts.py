@@ -162,7 +162,7 @@ def _candidates(base: Entry, entries: Sequence[Entry], outcome: Outcome) -> list
                 int(order[i]) + 1,
                 outcome.status[i],
                 outcome.reason[i],
-                of.suspect.told(of.mean()),
+                of.told(),
             )
         )
     return found
@@ -176,9 +176,7 @@ def _parameters(of: Posterior) -> dict[str, dict[str, Any]]:
 
 def _rival(one: Entry, best: Entry) -> CutRival:
     of = one.posterior
-    return CutRival(
-        of.suspect.family, of.suspect.member, best.weight - one.weight, of.effective, of.suspect.told(of.mean())
-    )
+    return CutRival(of.suspect.family, of.suspect.member, best.weight - one.weight, of.effective, of.told())
 
 
 def _changes(machine: Machine, outcome: Outcome) -> tuple[Mapping[str, Any], str]:

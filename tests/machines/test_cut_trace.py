@@ -516,7 +516,7 @@ def test_odds_that_speak_for_something_are_told_with_those_of_all_suspects(
     odds: float, speaks: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """One suspect may have more than a name needs, which counts all of them."""
-    of = SimpleNamespace(suspect=Coefficient(), evidence=np.log(78.0) - 20.0, mean=lambda: {"factor": 1.34})
+    of = SimpleNamespace(evidence=np.log(78.0) - 20.0, told=lambda: Coefficient().told({"factor": 1.34}))
     best = SimpleNamespace(posterior=of, weight=of.evidence)
     found = SimpleNamespace(chosen=None, left_open=(best,), odds=np.log(odds), verdict=Verdict.NOTHING_MISSING)
     monkeypatch.setattr(sentences, "surprising", lambda *_: np.zeros(0))
@@ -533,7 +533,7 @@ def test_odds_that_speak_for_something_are_told_with_those_of_all_suspects(
 
 
 def test_why_what_is_likely_has_no_name_is_told() -> None:
-    of = SimpleNamespace(suspect=Coefficient(), effective=3.7, strain=0.7, mean=lambda: {"factor": 1.34})
+    of = SimpleNamespace(effective=3.7, strain=0.7, told=lambda: Coefficient().told({"factor": 1.34}))
     for reached, said in (
         (False, "No name, for it has 3.7 effective draws"),
         (True, "On cuts held out it does no better"),
@@ -582,3 +582,12 @@ def test_suspects_that_few_draws_put_far_behind_are_not_drawn_in_full(monkeypatc
         found = tempered.posteriors(suspects, problem, 12.0)  # type: ignore[arg-type]
         assert tried == [*((one, 300) for one in suspects), *((one, count) for one in in_full)]
         assert [one.count for one in found] == [count if one in in_full else 300 for one in suspects]
+
+
+def test_the_frequency_of_a_missing_mode_is_one_number_only_where_the_cuts_place_it() -> None:
+    missing = MissingMode(0, "x", 500.0, 900.0, 1e-7)
+    value = {"frequency": 1439.0, "stiffness": 1e7, "damping_ratio": 0.03}
+    assert "near 1439 Hz" in missing.told_within(value, {"frequency": (1390.0, 1480.0)})
+    wide = missing.told_within(value, {"frequency": (551.0, 1648.0)})
+    assert "1439" not in wide
+    assert "from 551 to 1648 Hz" in wide
