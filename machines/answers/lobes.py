@@ -32,7 +32,7 @@ from ..model.machine import Machine
 from ..ranges import DEEPEST, LARGEST_AMPLITUDE
 from ..road.cutting import BUDGET
 from ..road.each_tool import ToolLobes
-from ..road.knocks import safe_from_knocks
+from ..road.knocks import knocks_in_pocket, safe_from_knocks
 from ..road.open_joints import with_joints
 from ..uncertainty.drawn_machines import refuse_certain
 from .told.lobe_files import write_charts
@@ -223,6 +223,8 @@ def lobes(
     if best is not None:
         lines.append(f"recommended: {best.words()}{charts[0].short_of}")
         data["pocket"] = {"speed": best.speed, "depth": best.depth, "margin": best.margin}
+        if not sizes:
+            lines += _added(data["pocket"], *knocks_in_pocket(model, charts[0], best, _left(ends), during))
     elif not rates and not all(chart.known_below > 0 for chart in charts):
         lines.append(
             "No speed and depth are recommended: the records end on a mode that may chatter; expected them to a higher "

@@ -157,7 +157,7 @@ def _together(road: Run, amplitudes: tuple[float, ...]) -> None:
     from ..cutting.process.cutting import Cutting
     from ..cutting.rest.chart_file import chart_data, write_lobes
     from ..report.sections import lobes_section, tools_section
-    from .knocks import safe_from_knocks
+    from .knocks import knocks_in_pocket, safe_from_knocks
 
     sizes = [A for A in amplitudes if A in road.charts]
     if not sizes:
@@ -188,6 +188,8 @@ def _together(road: Run, amplitudes: tuple[float, ...]) -> None:
         rest = road.charts.get(0.0)
         knocks, words = ({}, []) if rest is None else safe_from_knocks(road.machine, rest, KNOCKS_BUDGET, road.progress)
         road.advice += [f"{said[0].upper()}{said[1:]}." for said in words if knocks]
+        if rest is not None:
+            road.advice += knocks_in_pocket(road.machine, rest, best, KNOCKS_BUDGET, road.progress)[1]
         road.numbers += _figures(pairs, best, road.machine, knocks.get("safe_at_every_speed"))
     else:
         road.advice.append(f"No speed and depth are recommended: the limits at {_size(amplitudes[0])} are not known.")

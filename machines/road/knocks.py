@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,8 @@ from jointlib.shown.progress import Progress
 
 from ..cutting.amplitude.amplitude_limits import depends_on_amplitude
 from ..cutting.amplitude.frozen_lobes import frozen_lobes
-from ..cutting.amplitude.least_depth import least_depth
+from ..cutting.amplitude.least_depth import least_depth, least_depth_at
+from ..cutting.amplitude.pocket import RESERVE, WANDER, Pocket, told_depth
 from ..cutting.amplitude.sampled_amplitudes import amplitude_range
 from ..cutting.process.chart import StabilityLobes
 from ..cutting.process.cutting import Cutting
@@ -21,6 +23,8 @@ from ..model.spindle_speed import depends_on_speed
 
 _KNOCKS = 10
 """Tool amplitudes behind it."""
+_IN_BAND = 17
+"""Speeds of the band of a pocket."""
 
 
 def safe_from_knocks(
@@ -32,7 +36,7 @@ def safe_from_knocks(
     speed.
     """
     cutting = Cutting(**(model.cutting or {}))
-    if chart.method != "turning" or not cutting.plain or not depends_on_amplitude(model):
+    if not _matter(model, chart, cutting):
         return {}, []
     sizes = amplitude_range(cutting, _KNOCKS)
     with progress.step(f"computing the least depth over amplitude, in at most {budget:.3g} s"):
@@ -58,3 +62,34 @@ def safe_from_knocks(
         f"vibrations of up to {amplitude * 1e6:.3g} um, as a knock leaves them, die out at every speed below "
         f"{depth * 1e3:.5g} mm"
     ]
+
+
+def knocks_in_pocket(
+    model: Machine, chart: StabilityLobes, best: Pocket | None, budget: float, progress: Progress
+) -> tuple[dict[str, Any], list[str]]:
+    """In turning, where something depends on amplitude: below which depth knocks die out in the whole band of a pocket.
+
+    Nothing where that is no less than the depth of the pocket, or takes more than the ``budget`` (s).
+    """
+    cutting = Cutting(**(model.cutting or {}))
+    if best is None or not _matter(model, chart, cutting) or depends_on_speed(model):
+        return {}, []
+    band = best.speed * np.linspace(1 - WANDER, 1 + WANDER, _IN_BAND)
+    sizes = amplitude_range(cutting, _KNOCKS)
+    rest = replace(chart, speed=band, minimum_depth=best.depth / (1 - RESERVE))
+    try:
+        with progress.step("looking what knocks do at the best speed"), within(budget):
+            depth, amplitude = least_depth_at(model, rest, sizes)
+    except OutOfTime:
+        return {}, []
+    if not depth < best.depth:
+        return {}, []
+    return {"knocks": {"depth": depth, "amplitude": amplitude}}, [
+        f"A knock may start chatter there that lasts: below {told_depth(depth)} vibrations of up to "
+        f"{amplitude * 1e6:.3g} µm die out, speeds {100 * WANDER:g} % off included."
+    ]
+
+
+def _matter(model: Machine, chart: StabilityLobes, cutting: Cutting) -> bool:
+    """Whether limits over amplitude are known in closed form, and are not those at rest."""
+    return chart.method == "turning" and cutting.plain and depends_on_amplitude(model)

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from groover_file import groover_file
 from lathe_file import lathe_file
 
 from jointlib.errors import InputError
@@ -207,3 +208,20 @@ def test_the_safe_depth_of_a_run_is_the_one_that_knocks_leave(tmp_path: Path) ->
     assert label.startswith("safe depth at every speed, knocks of up to ")
     assert float(told[label].split()[0]) <= knocks["depth"] * 1e3
     assert "safe depth at every speed, larger vibrations left out" in dict(_figures([(0.0, chart)], None, machine))
+
+
+def test_what_a_knock_does_at_the_best_speed_is_told(tmp_path: Path) -> None:
+    from machines.cutting.amplitude.pocket import Pocket
+    from machines.road.knocks import knocks_in_pocket
+
+    machine = read_machine(groover_file(tmp_path))
+    chart = lobes_at_amplitude(machine, np.linspace(2000.0, 12000.0, 50))
+    best = Pocket(9172.0, 3e-3, 4e-3, None)
+    data, said = knocks_in_pocket(machine, chart, best, 60.0, Silent())
+    knocks, speeds = data["knocks"], best.speed * np.linspace(0.98, 1.02, 5)
+    for size in knocks["amplitude"] * np.array([0.2, 0.5, 1.0]):
+        assert np.min(lobes_at_amplitude(machine, speeds, size).depth) >= 0.98 * knocks["depth"]
+    assert knocks["depth"] < best.depth
+    assert said[0].startswith("A knock may start chatter there that lasts: below ")
+    shallow = replace(best, depth=0.5 * knocks["depth"])
+    assert knocks_in_pocket(machine, chart, shallow, 60.0, Silent()) == ({}, [])

@@ -17,8 +17,19 @@ from .frozen_lobes import frozen_lobes
 def least_depth(machine: Machine, chart: StabilityLobes, amplitude: Array) -> tuple[float, float]:
     """Depth in m below which no vibration lasts at any speed in turning, and up to which amplitude in m that is known.
 
-    The least over every speed of the ``chart`` at rest and of the machine at each amplitude (m, ascending). A cut whose
-    force grows with a power q < 1 of the chip is weakest where the edge just leaves it (`touching_ratio`).
+    The least over every speed of the ``chart`` at rest and of the machine at each amplitude (m, ascending).
+    """
+    return _least(machine, chart, amplitude, everywhere=True)
+
+
+def least_depth_at(machine: Machine, chart: StabilityLobes, amplitude: Array) -> tuple[float, float]:
+    """`least_depth` at the speeds of the ``chart`` alone, whose minimum is that at rest."""
+    return _least(machine, chart, amplitude, everywhere=False)
+
+
+def _least(machine: Machine, chart: StabilityLobes, amplitude: Array, everywhere: bool) -> tuple[float, float]:
+    """A cut whose force grows with a power q < 1 of the chip is weakest where the edge just leaves it, see
+    `touching_ratio`.
     """
     cutting = Cutting(**dict(machine.cutting or {}))
     bent = min(1.0, touching_ratio(cutting.exponent)) if cutting.feed is not None else 1.0
@@ -28,5 +39,5 @@ def least_depth(machine: Machine, chart: StabilityLobes, amplitude: Array) -> tu
         layer, held = frozen_lobes(machine, chart.speed, size, chart.method, lowest=True)
         if np.any(held):
             break
-        least, known = min(least, layer.minimum_depth), size
+        least, known = min(least, layer.minimum_depth if everywhere else float(np.min(layer.depth))), size
     return (least * bent, known) if known else (np.inf, 0.0)
