@@ -85,7 +85,7 @@ def knocks_in_pocket(
     if not depth < best.depth:
         return {}, []
     return {"knocks": {"depth": depth, "amplitude": amplitude}}, [
-        f"A knock may start chatter there that lasts: below {told_depth(depth)} vibrations of up to "
+        f"A knock at the recommended speed may start chatter that lasts: below {told_depth(depth)} vibrations of up to "
         f"{amplitude * 1e6:.3g} µm die out, speeds {100 * WANDER:g} % off included."
     ]
 

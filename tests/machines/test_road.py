@@ -222,6 +222,6 @@ def test_what_a_knock_does_at_the_best_speed_is_told(tmp_path: Path) -> None:
     for size in knocks["amplitude"] * np.array([0.2, 0.5, 1.0]):
         assert np.min(lobes_at_amplitude(machine, speeds, size).depth) >= 0.98 * knocks["depth"]
     assert knocks["depth"] < best.depth
-    assert said[0].startswith("A knock may start chatter there that lasts: below ")
+    assert said[0].startswith("A knock at the recommended speed may start chatter that lasts: below ")
     shallow = replace(best, depth=0.5 * knocks["depth"])
     assert knocks_in_pocket(machine, chart, shallow, 60.0, Silent()) == ({}, [])
