@@ -34,6 +34,8 @@ _STEP = 0.35
 _APART = 0.5
 _TOLERANCE = 1e-12
 _HALVINGS = 60
+_HALF = 1e-12
+"""Within so much of 1/2 a crossing is the flip there: numbers cannot tell the two."""
 
 
 @dataclass(frozen=True)
@@ -125,7 +127,8 @@ def closed(loop: Loop, bracket: Bracket) -> Crossing | None:
         value, _ = nearest(loop, float(nu), start + chord * (nu - origin))
         turned = value * complex(regeneration(np.array(nu)))
         if abs(turned.imag) <= _TOLERANCE * abs(turned):
-            return Crossing(-1 / turned.real, float(nu), value) if turned.real < 0 else None
+            at = 0.5 if 0.5 - nu <= _HALF else float(nu)
+            return Crossing(-1 / turned.real, at, value) if turned.real < 0 else None
         if abs(right - left) <= 4e-15 * nu:
             break
         if np.sign(turned.imag) == np.sign(above):

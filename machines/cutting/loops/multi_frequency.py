@@ -19,7 +19,6 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
-import scipy
 
 from jointlib.arrays import Array, ComplexArray
 
@@ -34,7 +33,7 @@ _BLOCK = 2_000_000
 _RULES = 96
 """Nodes beyond which a rule has a multiple of so many."""
 
-_gauss = lru_cache(maxsize=64)(scipy.special.roots_legendre)
+_gauss = lru_cache(maxsize=64)(np.polynomial.legendre.leggauss)
 
 
 @dataclass(frozen=True)
