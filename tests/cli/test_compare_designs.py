@@ -104,6 +104,7 @@ def test_samples_in_common_are_no_doubt_about_a_difference(here: Path) -> None:
     assert abs(found[0].other / found[0].first - 1) < 1e-3
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("words", "said"),
     [

@@ -52,6 +52,7 @@ def agree(found: Array, joint: Joint, rounding: float = 0.0) -> None:
     assert found == pytest.approx(force, rel=0, abs=1e-12 * largest + rounding)
 
 
+@pytest.mark.thorough
 @both_versions
 def test_fmpy_computes_the_force_of_the_law_from_a_table_of_inputs(fmi: int) -> None:
     z, v = travel()
@@ -127,6 +128,7 @@ def test_ecos_which_brings_no_python_computes_the_force_of_the_law(fmi: int, tmp
     agree(found, RUBBING, rounding=0.5000001e-6)
 
 
+@pytest.mark.thorough
 @both_versions
 def test_container_of_two_joints_and_both_versions_keeps_each_force(fmi: int, tmp_path: Path) -> None:
     package("fmu_manipulation_toolbox")

@@ -41,6 +41,7 @@ def test_given_order_returns_the_surface() -> None:
     assert fit.law.force(np.array(0.0), np.array(0.0)) == pytest.approx(0.0, abs=1e-9)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("noise", [0.0, 0.5, 5.0, 20.0])
 def test_order_follows_the_surface_and_not_the_noise(noise: float) -> None:
     for seed in range(4):

@@ -44,6 +44,7 @@ def driven(
     return estimate(read_measurement(folder / "m.toml"))
 
 
+@pytest.mark.thorough
 def test_what_each_force_causes_is_told_apart(tmp_path: Path) -> None:
     found = driven(tmp_path, 0)
     assert {(f.response, f.drive) for f in found.frfs} == {(f"part.p{o}", f"part.p{i}") for o in (0, 1) for i in (0, 1)}

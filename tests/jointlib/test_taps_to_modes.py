@@ -18,6 +18,7 @@ from machines.measured_modes.measured_responses import read_responses
 CASES = [(seed, window) for seed in range(5) for window in ("", 'exponential = "0.08 s"\n')]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("seed", "window"), repeats(CASES, lambda case: case == (3, 'exponential = "0.08 s"\n')))
 def test_the_modes_are_found_within_their_errors_and_no_others(tmp_path: Path, seed: int, window: str) -> None:
     write_tap_test(tmp_path)

@@ -46,6 +46,7 @@ def of_library(name: str) -> Machine:
     )
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("file", "speed"),
     [

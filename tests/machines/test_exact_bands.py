@@ -59,6 +59,7 @@ def depths(stiffness: Array, damping: Array) -> Array:
     return np.array(found)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("method", "within"), [("collocation", 1e-7), ("multi-frequency", 2e-4)])
 def test_an_exact_band_is_made_of_the_charts_of_tools_drawn_by_hand(method: str, within: float) -> None:
     band = lobe_band(mill(), SPEEDS, count=6, method=method)

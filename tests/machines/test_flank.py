@@ -31,6 +31,7 @@ def displaced(y: Array, per_wave: int, wave: float, land: float, slope: float) -
     return area
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("amplitude", [1e-7, 5e-6, 3e-5])
 @pytest.mark.parametrize("hertz", [400.0, 3000.0])
 def test_the_damping_is_the_energy_that_the_displaced_area_takes(amplitude: float, hertz: float) -> None:

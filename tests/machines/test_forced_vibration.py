@@ -99,6 +99,7 @@ def in_time(cubic: float, slip: tuple[float, float] | None, depth: float, steps:
     return np.array(path[-2 * steps :: 2])
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("laws", "cubic", "slip", "within"),
     [

@@ -114,6 +114,7 @@ def test_what_limits_an_unlike_cutter_is_told_of_the_even_one(more: dict[str, ob
         assert np.min(depths) < 1.05 * found.depth
 
 
+@pytest.mark.thorough
 def test_what_more_stiffness_gives_at_an_amplitude_is_the_depth_of_the_stiffer_machine() -> None:
     machine = shipped("guide_mill")
     found = depth_sensitivity(natural_modes(machine, 5e-6))

@@ -76,6 +76,7 @@ def guide_mill() -> Machine:
     return read_machine(LIBRARY / "guide_mill.toml").with_joint("guide", guide)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("make", [one_direction, two_directions])
 @pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)
 def test_harmonics_and_collocation_agree_at_an_amplitude(make: object, law: JointLaw) -> None:
@@ -92,6 +93,7 @@ def test_harmonics_and_collocation_agree_at_an_amplitude(make: object, law: Join
     assert np.all(np.isfinite(nodes.depth))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("amplitude", "speeds"),
     [(20e-6, [3473.0]), pytest.param(6e-6, [3000.0, 3473.0, 4000.0, 9000.0], marks=pytest.mark.slow)],

@@ -196,6 +196,7 @@ def test_what_is_told_beside_the_teeth_says_so() -> None:
     assert said[1] == told(limits)[1]
 
 
+@pytest.mark.thorough
 def test_limits_are_known_up_to_where_a_chart_does_not_settle(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = frozen_lobes.frozen_lobes
 

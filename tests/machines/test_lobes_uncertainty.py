@@ -90,6 +90,7 @@ def test_receptance_below_resonance_is_as_uncertain_as_the_stiffness() -> None:
     assert (high - low) * STIFFNESS == pytest.approx(2 * 1.96 * 0.02, rel=0.1)
 
 
+@pytest.mark.thorough
 def test_the_same_numbers_stand_behind_every_speed_and_design() -> None:
     machine = lathe((0.01 * STIFFNESS, 0.05 * DAMPING))
     one, other = (lobe_band(machine, s, count=50).samples for s in ([2350.0], [2000.0, 2350.0]))

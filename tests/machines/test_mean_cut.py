@@ -23,6 +23,7 @@ CUTTING = Cutting(
 )
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("rubbing", [None, 4e4])
 @pytest.mark.parametrize("speed", [1500.0, 4000.0, 9000.0])
 def test_the_lowest_depth_is_that_of_all_frequencies_and_few_of_them_are_asked(

@@ -12,6 +12,7 @@ from random_cuts import Cut, Fate, fates, judged, machine
 from machines.lobes import amplitude_limits
 
 
+@pytest.mark.thorough
 def test_sentences_are_read_as_fates() -> None:
     made = machine(np.random.default_rng(0), False)
     limits = amplitude_limits(made, [3000.0], [1e-6, 1e-5, 1e-4])

@@ -41,6 +41,7 @@ def chain(masses: int, joints: int) -> Machine:
 CASES = [(10, 1, 2.807235, 1240.401, 1), (10, 5, 4.472190, 1230.384, 4), (50, 5, 1.646353, 1070.117, 5)]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("masses", "joints", "amplitude", "frequency", "joint"), CASES)
 def test_chain_of_masses(masses: int, joints: int, amplitude: float, frequency: float, joint: int) -> None:
     branch = response(chain(masses, joints), 50.0, LINES).branches[0][0]

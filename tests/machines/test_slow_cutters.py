@@ -37,6 +37,7 @@ CUTTERS = {
 }
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", CUTTERS)
 def test_a_march_has_the_multipliers_of_the_map(name: str) -> None:
     cutter = Cutter.of(CUTTERS[name])

@@ -37,6 +37,7 @@ def asked_enough(table: Tabulated) -> Tabulated:
     return table
 
 
+@pytest.mark.thorough
 def test_a_measured_spindle_end_with_a_cutter_is_the_same_from_its_table() -> None:
     machine = read_machine(LIBRARY / "end_mill.toml")
     tip = tool_at_rest(machine)
