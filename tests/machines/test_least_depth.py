@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ from jointlib.arrays import Array
 from machines import Machine, read_machine
 from machines.cutting.amplitude import chattering_tool
 from machines.cutting.amplitude.frozen_lobes import frozen_lobes
-from machines.cutting.amplitude.least_depth import least_depth
+from machines.cutting.amplitude.least_depth import least_depth, least_depth_at
 from machines.cutting.rest.solve import stability_lobes
 
 LATHE = Path(__file__).parents[2] / "machines" / "library" / "lathe.toml"
@@ -54,3 +55,14 @@ def test_the_least_depth_is_the_lowest_of_the_charts_over_amplitude(lathe: Machi
     depth, known = least_depth(lathe, chart, sizes)
     assert known == 4e-6
     assert depth == pytest.approx(min(chart.minimum_depth, *every), rel=1e-9)
+
+
+@pytest.mark.thorough
+def test_at_given_speeds_lines_are_refined_wherever_these_chatter(lathe: Machine) -> None:
+    """The lobe of a speed need not be near the lowest depth of all, so that no line may be left coarse."""
+    speed = 3613.0 * np.linspace(0.98, 1.02, 5)
+    cutting = chattering_tool.Cutting(**dict(lathe.cutting or {}))
+    chart = stability_lobes(chattering_tool.kept_tool(lathe), cutting, speed)
+    chart = replace(chart, minimum_depth=1.0)
+    whole = frozen_lobes(lathe, speed, 4e-6, "turning")[0]
+    assert least_depth_at(lathe, chart, np.array([4e-6])) == (float(np.min(whole.depth)), 4e-6)
