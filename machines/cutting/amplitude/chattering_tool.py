@@ -99,13 +99,14 @@ def operating_receptance(
         inverse = np.linalg.inv(point.frf.receptance)
         between = np.linalg.inv((inverse[ends] + inverse[ends + 1]) / 2)
         error = np.linalg.norm(between - found.frf.receptance, axis=(1, 2))
-        coarse = error > straight * np.linalg.norm(found.frf.receptance, axis=(1, 2))
+        size = np.linalg.norm(found.frf.receptance, axis=(1, 2))
+        coarse = error > straight * size
         if lowest:
             share = share_along(machine.tool_axes, cutting.rotation[0])
             chatters = _chatters(point, share)
             near = np.maximum(chatters[ends], chatters[ends + 1]) >= _NEAR * np.max(chatters)
             seen = _chatters(found, share) >= _NEAR * np.max(chatters)
-            coarse &= near | seen | (error > _HIDDEN * np.linalg.norm(found.frf.receptance, axis=(1, 2)))
+            coarse &= near | seen | (error > _HIDDEN * size)
         point = _merged(point, found)
         # Both halves of an interval that was too coarse are looked at again.
         after = np.searchsorted(point.frf.frequency, middle[coarse])

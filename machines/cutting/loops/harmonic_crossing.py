@@ -85,7 +85,7 @@ def _strongest(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> Found:
         whole, finer = resolving(loop, P), resolving(loop, 2 * P)
         fraction = resolved.folded(loop.tooth_frequency, level / 2)
         strong = strong_lines(replace(loop, harmonics=P), resolved, level)
-        narrowed = strong.size <= (whole.rows if isinstance(whole, IteratedLoop) else whole.size) / 2
+        narrowed = strong.size <= whole.size / 2
         search = _searched(whole, strong, fraction) if narrowed else first_crossings(whole, fraction)
         if search is None:
             level /= 2

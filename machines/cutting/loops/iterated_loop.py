@@ -50,8 +50,8 @@ class IteratedLoop(Iterated):
         return self.loop.by_lines(fraction)
 
     @property
-    def rows(self) -> int:
-        """Lines times directions."""
+    def size(self) -> int:
+        """Lines times directions: rows of the matrix that is not formed."""
         return len(self.loop.orders) * len(self.loop.axes)
 
     def leftmost(
@@ -63,10 +63,10 @@ class IteratedLoop(Iterated):
         """
         turn, applied = complex(regeneration(np.array(fraction))), self._applied(fraction)
         operator = scipy.sparse.linalg.LinearOperator(
-            (self.rows, self.rows), matvec=lambda x: turn * applied(x), dtype=complex
+            (self.size, self.size), matvec=lambda x: turn * applied(x), dtype=complex
         )
-        while _PART * count < self.rows:
-            start = np.exp(1j * np.arange(self.rows) ** 2)
+        while _PART * count < self.size:
+            start = np.exp(1j * np.arange(self.size) ** 2)
             try:
                 turned, vectors = scipy.sparse.linalg.eigs(
                     operator, count, which="SR", ncv=_BASIS + 2 * count, v0=start, maxiter=50, tol=tolerance
@@ -80,7 +80,7 @@ class IteratedLoop(Iterated):
 
     def _applied(self, fraction: float) -> Callable[[ComplexArray], ComplexArray]:
         """x → A·x at one ν."""
-        if self.rows <= _FORMED or isinstance(self.loop, StrongLines):
+        if self.size <= _FORMED or isinstance(self.loop, StrongLines):
             matrix = self(np.array([fraction]))[0]
             return lambda x: np.asarray(matrix @ x)
         lines, n = self.loop.lines(np.array([fraction]))[0], len(self.loop.axes)
@@ -95,7 +95,7 @@ class IteratedLoop(Iterated):
 
     def nearest(self, fraction: float, guess: complex) -> tuple[complex, ComplexArray]:
         """The eigenvalue nearest to a guess and its vector."""
-        if self.rows <= _FACTORED:
+        if self.size <= _FACTORED:
             return nearest_of(self(np.array([fraction]))[0], guess)
         turned = guess * complex(regeneration(np.array(fraction)))
         values, vectors = self.leftmost(fraction, turned.real + _BESIDE * abs(turned), tolerance=0.0)
