@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from jointlib.errors import InputError
 from jointlib.io import atomic
 from jointlib.joint import Joint
-from jointlib.shown.progress import Progress, Silent
+from jointlib.shown.progress import Progress, Silent, remark
 
 from .members.archive import archive_bytes
 from .members.build import can_compile, compilers_for
@@ -135,8 +135,10 @@ def export_fmu(
     if runs_here:
         with told_of.step("validating and repeating the reference run"):
             verified = verify_fmu(path, data)
+            cost = cost_notes(system, card.step, verified.step_times)
+            if cost and card.step is not None and max(verified.step_times) > card.step:
+                remark(cost[0])
         made, clients = verified.platforms, verified.verified_with
-        cost = cost_notes(system, card.step, verified.step_times)
     else:
         made, clients = validate_fmu(path, data), ()
     atomic.write(path, lambda file: file.write(data))

@@ -74,7 +74,7 @@ def export_ssp(
     parts = _parts(machine)
     loop, tangents = stiffest_loop(parts)
     steps = {master: largest_step(loop, master) for master in Master}
-    systems = _systems(parts)
+    systems = {name: replace(system, author=machine.author) for name, system in _systems(parts).items()}
     members: dict[str, bytes] = {}
     exports: list[Export] = []
     with tempfile.TemporaryDirectory(prefix="jointlib-") as folder:
@@ -82,7 +82,7 @@ def export_ssp(
             file = Path(folder) / f"{name}.fmu"
             exports.append(export_fmu(system, file, fmi=fmi, platforms=platforms))
             members[f"resources/{file.name}"] = file.read_bytes()
-    structure = _structure(parts, systems)
+    structure = replace(_structure(parts, systems), author=machine.author)
     coupling = {f"{_word(master)}MaxStep": repr(step) for master, step in steps.items() if _finite(step)}
     jacobi = _finite(steps[Master.JACOBI])
     recommended = jacobi / 20 if jacobi else None

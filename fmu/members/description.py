@@ -122,7 +122,7 @@ def _made_by(system: System) -> dict[str, str]:
     about = metadata(TOOL)
     told = {"version": about["Version"], "license": "BSD-3-Clause, texts in documentation/licenses"}
     told["generationTool"] = f"{TOOL} {about['Version']}"
-    told["author"] = str(system.lone.provenance.get("author", "")) if system.lone else ""
+    told["author"] = system.author
     if date := os.environ.get("SOURCE_DATE_EPOCH", ""):
         try:
             told["generationDateAndTime"] = datetime.fromtimestamp(int(date), UTC).strftime("%Y-%m-%dT%H:%M:%SZ")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.linalg import eigh
@@ -56,7 +57,8 @@ def system_of_machine(machine: Machine) -> System:
         title += f"; joints {', '.join(c.name for c in machine.flexible)}"
     told = {port: f"at {dof}" for port, dof in ports.items()}
     point = None if machine.static is None else static_point(machine)
-    return _system(machine.name, title, equations, joints, told, rows, force, top, point)
+    made = _system(machine.name, title, equations, joints, told, rows, force, top, point)
+    return replace(made, author=machine.author)
 
 
 def system_of_component(component: Component, ports: Mapping[str, Array]) -> System:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -68,6 +68,8 @@ class System:
     """x at the start, in balance with that load; 0 without one."""
     flat: bool = False
     """Variables have names of letters, digits and _ alone in the FMU."""
+    author: str = ""
+    """Who made what it computes, where that is known."""
 
     def shown(self, name: str) -> str:
         """A variable's name as the FMU has it: ``guide_viscous_damping`` where it is flat."""
@@ -118,7 +120,8 @@ def system_of_joint(joint: Joint) -> System:
         for kind in ("input", "output")
     )
     title = f"Restoring force of the joint {joint.name}: " + " + ".join(law.kind for law in joint.laws)
-    return _of_joint(joint.name, title, inputs, outputs, joint, np.eye(2), np.ones((1, 1)), joint)
+    alone = _of_joint(joint.name, title, inputs, outputs, joint, np.eye(2), np.ones((1, 1)), joint)
+    return replace(alone, author=str(joint.provenance.get("author", "")))
 
 
 def system_of_connection(name: str, joint: Joint, sides: int) -> System:

@@ -65,6 +65,7 @@ class Structure:
     """From where a value comes to where it goes."""
     parameters: str = ""
     """Path in the archive of the parameter set that is bound to it."""
+    author: str = ""
 
 
 def inner(structure: Structure) -> Structure:
@@ -84,6 +85,7 @@ def ssd_text(
     """
     root = ElementTree.Element("ssd:SystemStructureDescription", {f"xmlns:{k}": v for k, v in NAMESPACES.items()})
     root.attrib |= {"version": VERSIONS[fmi], "name": structure.name, "generationTool": TOOL}
+    root.attrib |= {"author": structure.author} if structure.author else {}
     system = ElementTree.SubElement(root, "ssd:System", name=structure.name)
     _connectors(system, structure.connectors, fmi)
     if structure.parameters:

@@ -40,9 +40,8 @@ from .unread import Unread
 
 T = TypeVar("T")
 
-
 _PART = ("component", "connection", "bundle", "axis")
-_TOP = (*_PART, "name", "parts", "static", "tool", "tools", "spindle", "response", "cutting", "compare", "cuts")
+_OWN = ("name", "author", "parts", "static", "tool", "tools", "spindle", "response", "cutting", "compare", "cuts")
 
 
 def read_machine(path: Path | str, changes: Mapping[str, Any] | None = None, every_tool: bool = False) -> Machine:
@@ -81,6 +80,7 @@ def _machine(path: Path, changes: Mapping[str, Any] | None, mistakes: Mistakes) 
         read_axes(all_of)
     document = all_of[-1]
     name = document.text("name", path.name.removesuffix(".toml").removesuffix(".machine"))
+    author = document.text("author", "")
     components, parts = _each(all_of, "component", component_of)
     connections, joins = _each(all_of, "connection", connection_of)
     bundles, groups = _each(all_of, "bundle", placed)
@@ -134,6 +134,7 @@ def _machine(path: Path, changes: Mapping[str, Any] | None, mistakes: Mistakes) 
         cuts=tuple(cuts),
         outlines=outlines,
         source=path,
+        author=author,
     )
     machine = at_speed(machine, speed)
     check_sound(machine, whole=not (parts or joins or groups), doubtful=[str(each.table.get("name")) for each in joins])
@@ -170,7 +171,7 @@ def documents(path: Path, changes: Mapping[str, Any] | None = None, mistakes: Mi
     """The tables of a machine file after those of its parts, opened but not read, with changes in them."""
     document = read_toml(path, "machine", mistakes)
     if mistakes is not None:
-        document.expect(*_TOP)
+        document.expect(*_PART, *_OWN)
     own = dict(changes or {})
     change([document], {key: own.pop(key) for key in list(own) if key.startswith("parts")}, str(path))
     parts = [_part(document, file) for file in document.words("parts", ())]

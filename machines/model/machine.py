@@ -64,6 +64,8 @@ class Machine(Shown):
         Surfaces that components are drawn as, by name, where the file drew them, whatever position its axes have.
     source
         The file it came from.
+    author
+        Who made it, told in the FMUs made of it.
     """
 
     components: tuple[Component, ...]
@@ -83,6 +85,7 @@ class Machine(Shown):
     source: Path | None = None
     tool_name: str | None = None
     tool_table: str = "[tool]"
+    author: str = ""
 
     def __post_init__(self) -> None:
         where = self.where

@@ -31,7 +31,7 @@ from jointlib.law import JointLaw
 from jointlib.laws.jenkins import Jenkins
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
-from machines import Connection, Lumped, Machine
+from machines import Connection, Lumped, Machine, read_machine
 
 GUIDE = read_joint(LIBRARY / "guide.joint.toml")
 both_versions = pytest.mark.parametrize("fmi", [2, 3])
@@ -241,3 +241,15 @@ def test_flat_names_that_fall_together_are_refused(tmp_path: Path) -> None:
         export_fmu(machine, tmp_path / "a.fmu", names="short")
     with pytest.raises(InputError, match="names is 'flat', which needs the native runtime"):
         export_fmu(GUIDE, tmp_path / "a.fmu", runtime="python", names="flat")
+
+
+@both_versions
+def test_the_author_of_a_machine_file_is_told(fmi: int, tmp_path: Path) -> None:
+    text = (LIBRARY / "two_mass.toml").read_text("utf-8")
+    file = tmp_path / "mine.toml"
+    (tmp_path / "two_mass.joint.toml").write_bytes((LIBRARY / "two_mass.joint.toml").read_bytes())
+    file.write_text(text.replace('schema = "jointlib/machine/1"', 'schema = "jointlib/machine/1"\nauthor = "A < B"'))
+    assert described(system_of_machine(read_machine(file)), fmi).get("author") == "A < B"
+    assert described(system_of_machine(library_machine("two_mass")), fmi).get("author") is None
+    joint = Joint((Linear(2e8),), provenance={"author": "C & D"})
+    assert described(system_of_joint(joint), fmi).get("author") == "C & D"

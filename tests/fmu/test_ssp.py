@@ -82,7 +82,7 @@ class Made:
 @pytest.fixture(scope="module")
 def soft(tmp_path_factory: pytest.TempPathFactory) -> Made:
     file = tmp_path_factory.mktemp("soft") / "soft.ssp"
-    return Made(file, export_ssp(soft_machine(), file))
+    return Made(file, export_ssp(replace(soft_machine(), author="A < B"), file))
 
 
 @pytest.fixture(scope="module")
@@ -164,6 +164,7 @@ def pulse(length: float, size: float) -> Callable[[float], float]:
 @pytest.mark.thorough
 def test_the_document_follows_the_schema_and_names_what_it_joins(soft: Made) -> None:
     system = read_ssd(str(soft.file), validate=True).system
+    assert ElementTree.fromstring(read_archive(soft.file)[SSD]).get("author") == "A < B"
     assert [element.name for element in system.elements] == ["base", "table", "mount"], (
         "bodies first, each group sorted"
     )
