@@ -29,6 +29,7 @@ _SIGN = {
     "why": "its sign does not show in frequency and damping",
     "needs": "the mean of the displacement, or a static test",
 }
+_MEAN = "Measure the mean of the displacement, or a static curve: an uneven spring moves the mean."
 _BODIES = {
     "family": "missing-mass, gain, delay",
     "why": "stiffness, damping and forces scale with the modal mass",
@@ -199,13 +200,9 @@ def _rival(r: Row, found: Search) -> Rival:
     last = found.terms[-1]
     own = next((t for t in found.terms if t.effect.family in r.effect.look_alikes), last)
     ratio = r.share / last.share if last.share else 1.0
-    return Rival(
-        r.effect.family,
-        ratio,
-        is_declared_pair(own.effect, r.effect),
-        experiment(own.effect, r.effect),
-        r.effect.member,
-    )
+    springs = {own.effect.family, r.effect.family} == {"cubic", "quadratic"}
+    told = _MEAN if springs else experiment(own.effect, r.effect)
+    return Rival(r.effect.family, ratio, is_declared_pair(own.effect, r.effect), told, r.effect.member)
 
 
 def _of_unseen_harmonics(found: Search) -> tuple[Rival, ...]:
@@ -214,16 +211,19 @@ def _of_unseen_harmonics(found: Search) -> tuple[Rival, ...]:
     told = {r.effect.family for r in (*found.terms, *found.rivals)}
     if "cubic" not in told or "quadratic" in told:
         return ()
-    said = "Measure the mean of the displacement, or a static curve: an uneven spring moves the mean."
-    return (Rival("quadratic", 1.0, False, said, "quadratic"),)
+    return (Rival("quadratic", 1.0, False, _MEAN, "quadratic"),)
 
 
 def _composition(found: Search) -> tuple[Mapping[str, Any], ...]:
-    out, done = [], 0.0
-    for k, r in enumerate(found.terms):
-        whole = r.share if k == 0 else found.explained
-        out.append({"family": r.effect.family, "member": r.effect.member, "share": whole - done, "explained": whole})
-        done = whole
+    """Two effects in the order of their entry; what does as well as the last one is its rival."""
+    one, two = found.terms
+    alone = max((r.share for r in found.first.rows if r.effect.family == two.effect.family), default=0.0)
+    shares = ((one.share, one.share, found.explained - max(alone, 0.0)), (found.explained - one.share, found.explained))
+    out = []
+    for r, (share, explained, *adds) in zip(found.terms, shares, strict=True):
+        told = {"family": r.effect.family, "member": r.effect.member, "share": share, "explained": explained}
+        rivals = [other.effect.family for other in found.rivals] if r is two else []
+        out.append({**told, "adds": adds[0] if adds else share, "rivals": rivals})
     return tuple(out)
 
 

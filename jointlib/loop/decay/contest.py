@@ -25,7 +25,9 @@ _ALIKE = 3.0
 _SHARE = 0.05
 """Of the excess, from which a fold must gain."""
 _NEAR = 0.9
-"""Of the best share in sample, from which further members of a family are tried, and candidates held out."""
+"""Of the best share in sample, from which candidates are held out."""
+_PART = 0.5
+"""Of what the best explains in sample, from which further members of a family are tried."""
 _TWO = 0.05
 """Of the first excess, that a second effect must remove."""
 
@@ -103,11 +105,14 @@ def contest(
 
 
 def _wanted(family: str, trials: Sequence[Trial], before: Fitted, count: int) -> bool:
-    """Whether a further member may change the answer: those before come near the best effect, and miss something."""
-    done = [t for t in trials if t.fitted is not None]
-    own = min((t.fitted.loss for t in done if t.fitted and t.effect.family == family), default=np.inf)
-    top = min((t.fitted.loss for t in done if t.fitted), default=np.inf)
-    return own > CLEAN * count and before.loss - own > _NEAR * (before.loss - top)
+    """Whether a further member may change the answer: all that nothing speaks against miss something, and the members
+    before it explain a good part of what the best of them does."""
+    done = [(t.effect.family, t.fitted.loss) for t in trials if t.fitted is not None and not t.harmonic]
+    own = min((loss for name, loss in done if name == family), default=np.inf)
+    top = min((loss for _, loss in done), default=np.inf)
+    left, there = excess(top, count), excess(before.loss, count)
+    missed = top > CLEAN * count or (not is_quiet(top, count) and left > (1 - NAMED_FROM) * there)
+    return missed and before.loss - own > _PART * (before.loss - top)
 
 
 def _judged(
@@ -148,20 +153,30 @@ def _ranked(rows: Sequence[Row], count: int) -> list[Row]:
         return rest
     lowest = min(_held_out(r) for r in passed)
     alike = [r for r in passed if _held_out(r) <= max(_ALIKE * lowest, CLEAN * count)]
-    alike.sort(key=lambda r: (_parameters(r), _held_out(r)))
-    first = alike[0]
+    # An uneven spring that does as well as an even one has shown itself in no second harmonic.
+    alike.sort(key=lambda r: (_parameters(r), r.effect.family == "quadratic", _held_out(r)))
+    first = _member(alike, count)
     out = [first]
     for r in sorted(passed, key=_held_out):
         if r is first:
             continue
         tied = any(r is one for one in alike)
         if tied and r.effect.family in {one.effect.family for one in out}:
-            out.append(replace(r, status=Status.REJECTED, reason="a member of the same family does as well"))
+            alone = r.effect.family == first.effect.family and _held_out(r) > _ALIKE * _held_out(first)
+            better = "leaves less" if alone else "does as well"
+            out.append(replace(r, status=Status.REJECTED, reason=f"a member of the same family {better}"))
         elif tied:
             out.append(replace(r, status=Status.TIED, reason="does as well"))
         else:
             out.append(replace(r, status=Status.REJECTED, reason="passes, but leaves more than the best"))
     return [*out, *rest]
+
+
+def _member(alike: Sequence[Row], count: int) -> Row:
+    """Of the family of the simplest effect the simplest member that leaves noise, or hardly more than the best one."""
+    own = [r for r in alike if r.effect.family == alike[0].effect.family]
+    lowest = min(_held_out(r) for r in own)
+    return next(r for r in own if _held_out(r) <= _ALIKE * lowest or is_quiet(_held_out(r), count))
 
 
 def _held_out(r: Row) -> float:
@@ -193,7 +208,7 @@ class Search:
 
 
 def search(evidence: Evidence, folds: Folds, before: Fitted, effects: Sequence[JointEffect]) -> Search:
-    """The best single effect; where it leaves too much a second one, and then the first again beside the second."""
+    """The best single effect; where it leaves too much, two that do better than it alone does."""
     count = len(folds.masks[0])
     reference = excess(before.held_out, count)
     first = contest(evidence, folds, before, effects, reference)
@@ -219,6 +234,8 @@ def search(evidence: Evidence, folds: Folds, before: Fitted, effects: Sequence[J
     assert two.fitted is not None
     total = 1 - excess(two.fitted.held_out, count) / reference
     lowest = max(_ALIKE * two.fitted.held_out, CLEAN * count)
+    if best.fitted.held_out <= lowest:
+        return alone
     rivals = {r.effect.family: r for r in second.rivals}
     for _, other in pairs:
         found = other.best
