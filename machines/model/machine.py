@@ -244,10 +244,15 @@ class Machine(Shown):
 
     def with_joint(self, connection: str, joint: Joint) -> Machine:
         """The same machine with this joint in the named connection."""
+        return self.with_joints({connection: joint})
+
+    def with_joints(self, joints: Mapping[str, Joint]) -> Machine:
+        """The same machine with these joints in the connections named; what else it is made of is checked once."""
         names = [c.name for c in self.flexible]
-        if connection not in names:
-            raise InputError(f"{self.where}: no flexible connection {connection!r}, {nearest(connection, names)}")
-        changed = tuple(replace(c, joint=joint) if c.name == connection else c for c in self.connections)
+        for name in joints:
+            if name not in names:
+                raise InputError(f"{self.where}: no flexible connection {name!r}, {nearest(name, names)}")
+        changed = tuple(replace(c, joint=joints[c.name]) if c.name in joints else c for c in self.connections)
         return replace(self, connections=changed)
 
     def driven_dof(self, drive: str | None = None) -> str:

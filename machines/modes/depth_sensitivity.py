@@ -95,10 +95,9 @@ class DepthSensitivity:
         maximum of the depth, or where another mode begins to limit it, more stiffness may do the opposite.
         """
         changed = at_working_point(self.machine)
-        for i in joints:
-            spring = Linear(share * float(self.gain[i].real))
-            changed = changed.with_joint(changed.flexible[i].name, changed.joints()[i] + spring)
-        return _lowest(changed, self.amplitude).depth
+        held, own = changed.flexible, changed.joints()
+        beside = {held[i].name: own[i] + Linear(share * float(self.gain[i].real)) for i in joints}
+        return _lowest(changed.with_joints(beside), self.amplitude).depth
 
 
 def lowest_depth(machine: Machine) -> StabilityLobes:

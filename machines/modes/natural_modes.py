@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -158,12 +159,8 @@ def natural_modes(machine: Machine, amplitude: float = 0.0) -> NaturalModes:
         )
     if amplitude > 0 and not machine.tool_axes:
         raise InputError(f"{machine.where}: no tool point, expected [tool] with x or y for an amplitude")
-    in_motions = all((part := c.second_order()) is not None and part.reciprocal for c in machine.components)
-    equations = machine_equations(machine) if in_motions else None
-    system: Eigenproblem = InStates(machine) if equations is None else InMotions(machine.where, equations)
-    probed = _tangents(machine, _PROBE)
-    K, C = probed.real[1], probed.imag[1] / (2 * np.pi * _PROBE[1])
-    found = system.solve(K, C)
+    equations, system, probed, found = _at_rest(machine)
+    K, C = _springs(probed)
     pole, vectors = found.pole, found.vector
     gain, limited = K + 1j * np.abs(pole)[:, None] * C, np.zeros(len(pole), dtype=bool)
     if len(pole) and (amplitude > 0 or not _steady(probed)):
@@ -182,9 +179,24 @@ def natural_modes(machine: Machine, amplitude: float = 0.0) -> NaturalModes:
         found.decay,
         found.free,
         limited,
-        shown.vector if in_motions else None,
+        None if equations is None else shown.vector,
         equations,
     )
+
+
+@lru_cache(maxsize=2)  # what looks for mistakes asks for it, and what shows the modes after that
+def _at_rest(machine: Machine) -> tuple[MachineEquations | None, Eigenproblem, ComplexArray, Vibrations]:
+    """The equations, tangents of the joints at the frequencies of `_PROBE`, and the vibrations with that in between."""
+    in_motions = all((part := c.second_order()) is not None and part.reciprocal for c in machine.components)
+    equations = machine_equations(machine) if in_motions else None
+    system: Eigenproblem = InStates(machine) if equations is None else InMotions(machine.where, equations)
+    probed = _tangents(machine, _PROBE)
+    return equations, system, probed, system.solve(*_springs(probed))
+
+
+def _springs(probed: ComplexArray) -> tuple[Array, Array]:
+    """Stiffness and damping of the joints by their gains at `_PROBE`, (joints,)."""
+    return probed.real[1], np.asarray(probed.imag[1] / (2 * np.pi * _PROBE[1]))
 
 
 def _held(gain: ComplexArray, pole: ComplexArray) -> tuple[Array, Array]:

@@ -11,9 +11,9 @@ from jointlib.arrays import Array, ArrayLike, ComplexArray
 from jointlib.errors import InputError
 
 from ..indices import Index, Mask
+from .coinciding import told_apart
 from .tool_point import share_along
 
-_HELD_APART = 1e8
 _NOTHING = 1e-13
 _SLOW = 1e-7
 """Share of the fastest pole below which one is a free motion, which rounding has put beside zero."""
@@ -97,8 +97,7 @@ class ToolModel:
             raise InputError(_COINCIDE) from None
         aside = np.array([_aside(*one) for one in zip(poles, inputs, outputs, strict=True)])
         for vectors, left_out in zip(right / np.linalg.norm(right, axis=1, keepdims=True), aside, strict=True):
-            reach = np.linalg.svd(vectors[:, ~left_out], compute_uv=False)
-            if not reach[-1] * _HELD_APART > reach[0]:
+            if not told_apart(vectors[:, ~left_out]):
                 raise InputError(_COINCIDE)
         # A pole at zero, of a part that nothing holds, is counted as slow as numbers tell.
         speed = np.maximum(np.abs(poles), 1e-15 * np.max(np.abs(poles), axis=1, keepdims=True, initial=1e-285))

@@ -152,12 +152,13 @@ def beside_forced(machine: Machine, forced: ForcedVibration, index: int = 0) -> 
     tooth = 2 * np.pi * int(machine.cutting["teeth"]) * float(forced.speed[index]) / 60
     band = _BAND * tooth if machine.frequency is None else 2 * np.pi * machine.frequency[1]
     highest = 1.2 * max(band, tooth)
-    for i, name in enumerate(forced.connections):
-        joint, path = machine.joints()[i], forced.joints[index, :, i]
+    changed: dict[str, Joint] = {}
+    for i, (name, joint) in enumerate(zip(forced.connections, machine.joints(), strict=True)):
+        path = forced.joints[index, :, i]
         if is_linear(joint) or not np.max(np.abs(path[1:]), initial=0.0) > _STILL:
             continue
         steady = tuple(law for law in joint.laws if law.linear)
         bent = Joint(tuple(law for law in joint.laws if not law.linear), joint.name)
         shaken = BesideForced(bent, path, tooth, highest)
-        machine = machine.with_joint(name, replace(joint, laws=(*steady, shaken), covariance=None))
-    return machine
+        changed[name] = replace(joint, laws=(*steady, shaken), covariance=None)
+    return machine.with_joints(changed) if changed else machine
