@@ -1,4 +1,4 @@
-"""The joints of a run, and the machine, whole and in parts, as verified FMUs."""
+"""The joints of a run that are more than springs and dampers, and the machine, whole and in parts, as verified FMUs."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from machines.road.joints import first_like
 from machines.road.piece import Piece, Step, open_joints
 
 if TYPE_CHECKING:
+    from jointlib.joint import Joint
     from machines import Machine
     from machines.road.run import Run
 
@@ -20,10 +21,11 @@ if TYPE_CHECKING:
 
 
 def exporting_pieces(machine: Machine, amplitudes: Sequence[float] = ()) -> list[Piece]:
-    """Every joint, once; then the machine as one FMU, and as a system of FMUs."""
+    """Every joint that was identified or is nonlinear, once; then the machine as one FMU, and as a system of FMUs."""
     pieces = []
     for c in machine.connections:
-        if c.identify is not None or (c.joint is not None and first_like(machine, c.name) == c.name):
+        bent = c.joint is not None and not is_plain(c.joint) and first_like(machine, c.name) == c.name
+        if c.identify is not None or bent:
             needs = () if c.identify is None else (f"identify {c.name}",)
             remedy = "`jointlib fmu JOINT -o X.fmu` repeats it alone; `jointlib doctor` says what this computer can do."
             pieces.append(Piece("fmu", f"{c.name} as an FMU", partial(_export, name=c.name), remedy, c.name, needs))
@@ -38,13 +40,20 @@ def exporting_pieces(machine: Machine, amplitudes: Sequence[float] = ()) -> list
     return pieces
 
 
+def is_plain(joint: Joint) -> bool:
+    """Whether a joint is linear: not worth an FMU of its own, as a spring and a damper are two numbers of the file."""
+    return all(law.linear for law in joint.laws)
+
+
 _FILES = {"fmu": "machine.fmu", "ssp": "machine.ssp"}
 
 
 def _whole(road: Run) -> None:
     from .export import export_fmu
 
-    _written(road, "machine fmu", "The machine as an FMU", _FILES["fmu"], export_fmu)
+    plain = [c.name for c in road.machine.flexible if c.name not in road.shown and c.joint and is_plain(c.joint)]
+    said = "Joints of the file that are linear are in it alone: `jointlib fmu JOINT -o X.fmu` exports the file of one."
+    _written(road, "machine fmu", "The machine as an FMU", _FILES["fmu"], export_fmu, [said] if plain else [])
 
 
 def _parts(road: Run) -> None:
@@ -54,9 +63,14 @@ def _parts(road: Run) -> None:
 
 
 def _written(
-    road: Run, step: str, title: str, name: str, export: Callable[[Machine, Path], Export | SspExport]
+    road: Run,
+    step: str,
+    title: str,
+    name: str,
+    export: Callable[[Machine, Path], Export | SspExport],
+    beside: Sequence[str] = (),
 ) -> None:
-    """The machine with the joints of the run, in one of the two forms."""
+    """The machine with the joints of the run, in one of the two forms, and what is to be said ``beside`` it."""
     from machines.report import Section, Table
 
     try:
@@ -78,7 +92,7 @@ def _written(
     ]
     road.steps.append({"step": step, "max_step": done.max_step, "file": path.name})
     road.said.append(f"{path.name}: verified with {', '.join(done.verified_with)}")
-    road.sections.append(Section(title, list(done.messages), (), [Table(("", ""), rows)]))
+    road.sections.append(Section(title, [*done.messages, *beside], (), [Table(("", ""), rows)]))
 
 
 def _export(road: Run, name: str) -> None:
