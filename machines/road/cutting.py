@@ -154,6 +154,7 @@ def _together(road: Run, amplitudes: tuple[float, ...]) -> None:
     from ..cutting.forced.advice import advice
     from ..cutting.forced.forced_field import forced_field
     from ..cutting.forced.forced_vibration import unforced
+    from ..cutting.forced.held_at_rest import held_if_many
     from ..cutting.process.cutting import Cutting
     from ..cutting.rest.chart_file import chart_data, write_lobes
     from ..report.sections import lobes_section, tools_section
@@ -183,7 +184,8 @@ def _together(road: Run, amplitudes: tuple[float, ...]) -> None:
             best = pocket(charts, cutting, limit_of(road.machine, sizes, charts[0].method))
         with road.progress.step("the vibration that the teeth force"):
             road.advice += advice(pairs, cutting, best, road.machine)
-            forced = forced_field(road.machine, charts[0]) if sizes[0] == 0 else None
+            shaken = held_if_many(road.machine, float(np.median(speeds)))[0]
+            forced = forced_field(shaken, charts[0]) if sizes[0] == 0 else None
             road.doubts += [] if forced is None else forced.words()
         rest = road.charts.get(0.0)
         knocks, words = ({}, []) if rest is None else safe_from_knocks(road.machine, rest, KNOCKS_BUDGET, road.progress)

@@ -23,7 +23,7 @@ def forced(
     """
     from ...cutting.forced.forced_field import forced_field
     from ...cutting.forced.forced_vibration import too_many, unforced
-    from ...cutting.forced.held_at_rest import held_at_rest
+    from ...cutting.forced.held_at_rest import held_if_many
     from ...cutting.forced.quiet_pocket import pocket_in_cut
     from ...cutting.process.cutting import Cutting
 
@@ -32,41 +32,28 @@ def forced(
         return {}, [f"The vibration that the teeth force is {left}."], None
     bent = too_many(model)
     with progress.step("computing the vibration that the teeth force"):
-        if bent and cutting.feed is not None and cutting.process == "milling":
-            tooth = float(np.median(chart.speed)) / 60 * cutting.cuts_per_revolution
-            model = held_at_rest(model, tooth)
+        model, as_at_rest = held_if_many(model, float(np.median(chart.speed)))
         field = forced_field(model, chart, np.array(sorted(depth)) if depth else None)
         if field is None:
             return {}, [], None
         cut, quiet, said = (None, None, []) if pocket is None else pocket_in_cut(model, chart.speed, *safe, pocket)
-        said += field.words() + _walls(field, cutting, depth, pocket, model)
-        if bent and said:
-            as_at_rest = f"{bent} joints depend on amplitude and are held as at rest in what the teeth force"
-            said = [f"{as_at_rest}; larger motions change it.", *said]
+        said += field.words() + _walls(field, depth)
+        said = [*as_at_rest, *said] if said else []
     keys = ("speed", "depth", "amplitude", "limit", "surface_error")
-    data = {key: getattr(field, key) for key in keys} | ({"held_at_rest": bent} if bent else {})
+    data = {key: getattr(field, key) for key in keys} | ({"held_at_rest": bent} if as_at_rest else {})
     data |= {} if cut is None else {"pocket": cut.data}
     data |= {} if quiet is None else {"quieter": {"speed": quiet.speed, "depth": quiet.depth, "margin": quiet.margin}}
     return {"forced": data}, said, field
 
 
-def _walls(field: Any, cutting: Any, depth: Sequence[float], pocket: Any, model: Any) -> list[str]:
-    """Where the finished wall stands: a table over the cuts that were asked for, or a sentence of the pocket."""
-    from ...cutting.forced.forced_vibration import forced_vibration
-    from ...cutting.forced.surface_error import surface_errors, worst_error
-
+def _walls(field: Any, depth: Sequence[float]) -> list[str]:
+    """Where the finished wall stands: a table over the cuts that were asked for."""
     error = field.surface_error
-    if depth and np.any(np.isfinite(error)):
-        header = ("speed [rpm]", *(f"wall at {b * 1e3:g} mm [um]" for b in sorted(depth)))
-        told = np.where(
-            np.array(sorted(depth)) > field.rest[:, None], "chatters", np.vectorize("{:+.3g}".format)(1e6 * error)
-        )
-        rows = [(f"{n:g}", *map(str, row)) for n, row in zip(field.speed, told, strict=True)]
-        return [*table(header, rows), _SIGNS]
-    if pocket is None:
+    if not depth or not np.any(np.isfinite(error)):
         return []
-    error = worst_error(surface_errors(cutting, forced_vibration(model, pocket.speed, pocket.depth)))
-    if not np.isfinite(error[0]):
-        return []
-    where = "too far in, beyond what is to be cut" if error[0] > 0 else "short of it, with material left"
-    return [f"There the finished wall stands {1e6 * abs(float(error[0])):.3g} µm {where} (surface location error)."]
+    header = ("speed [rpm]", *(f"wall at {b * 1e3:g} mm [um]" for b in sorted(depth)))
+    told = np.where(
+        np.array(sorted(depth)) > field.rest[:, None], "chatters", np.vectorize("{:+.3g}".format)(1e6 * error)
+    )
+    rows = [(f"{n:g}", *map(str, row)) for n, row in zip(field.speed, told, strict=True)]
+    return [*table(header, rows), _SIGNS]

@@ -13,6 +13,8 @@ from jointlib.laws.viscous import Viscous
 from ...harmonic_balance.assembly import is_linear
 from ...model.machine import Machine
 from ...statics.working_point import tangents
+from ..process.cutting import Cutting
+from .forced_vibration import too_many
 
 
 def held_at_rest(machine: Machine, frequency: float) -> Machine:
@@ -32,3 +34,16 @@ def held_at_rest(machine: Machine, frequency: float) -> Machine:
         for c in machine.connections
     )
     return replace(machine, connections=connections, static=None)
+
+
+def held_if_many(machine: Machine, speed: float) -> tuple[Machine, list[str]]:
+    """The machine that a cut at ``speed`` (rpm) shakes, and what is to be said of it.
+
+    Where very many joints depend on amplitude they are held as at rest at the tooth frequency, which is told; else, and
+    where no tooth forces a vibration, the machine stays as it is.
+    """
+    cutting = Cutting(**dict(machine.cutting or {}))
+    if cutting.process != "milling" or cutting.feed is None or not (bent := too_many(machine)):
+        return machine, []
+    as_at_rest = f"{bent} joints depend on amplitude and are held as at rest in what the teeth force"
+    return held_at_rest(machine, speed / 60 * cutting.cuts_per_revolution), [f"{as_at_rest}; larger motions change it."]

@@ -18,7 +18,9 @@ from ...model.machine import Machine
 from ..amplitude.pocket import RESERVE, Limit, Pocket, best_pocket, removal_rate, worst_near
 from ..process.cutting import Cutting
 from .forced_vibration import forced_vibration, too_many
+from .held_at_rest import held_if_many
 from .shaken_limits import SteadyCut, steady_cut
+from .surface_error import surface_errors, worst_error
 
 LOUD = 0.5
 """Vibration of the teeth over the feed per tooth above which a quieter setting is named."""
@@ -63,12 +65,26 @@ def quiet_pocket(
 def pocket_in_cut(
     machine: Machine, speeds: Array, safe: Array, limit: Limit | None, best: Pocket
 ) -> tuple[SteadyCut | None, Pocket | None, list[str]]:
-    """The cut in the recommended pocket, a setting with less of its vibration, and both told; see `quiet_pocket`."""
+    """The cut in the recommended pocket, a setting with less of its vibration, and both told; see `quiet_pocket`.
+
+    Told are the vibration of the teeth, where that leaves the finished wall, and the quieter setting; joints that are
+    too many to be shaken are held as at rest, which is told first.
+    """
+    machine, said = held_if_many(machine, best.speed)
     cut = steady_cut(machine, best.speed, best.depth)
     if cut is None:
         return None, None, []
-    said = [cut.words()]
+    said += [cut.words(), *_wall(Cutting(**dict(machine.cutting or {})), cut)]
     quiet = quiet_pocket(machine, speeds, safe, limit, best, float(cut.forced.amplitude[0]))
     if quiet is not None:
         said.append(f"With a tooth-passing vibration of less than half the feed: {quiet.words()}.")
     return cut, quiet, said
+
+
+def _wall(cutting: Cutting, cut: SteadyCut) -> list[str]:
+    """Where the finished wall stands, in a sentence; none where that is not known."""
+    error = float(worst_error(surface_errors(cutting, cut.forced))[0])
+    if not np.isfinite(error):
+        return []
+    where = "too far in, beyond what is to be cut" if error > 0 else "short of it, with material left"
+    return [f"There the finished wall stands {1e6 * abs(error):.3g} µm {where} (surface location error)."]
