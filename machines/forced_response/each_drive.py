@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from jointlib.shown.progress import Named, Progress, Silent
@@ -20,14 +20,29 @@ def both(
     **keywords: Any,
 ) -> list[Any]:
     """The response to a force on ``drive`` or, where neither that nor the file names one, along each tool axis."""
-    free = drive is None and machine.drive is None
-    drives = list(dict.fromkeys(machine.tool.values())) if free and machine.tool else [drive]
+    return list(each(machine, drive, force, band, progress, **keywords))
+
+
+def each(
+    machine: Any,
+    drive: str | None,
+    force: Any = None,
+    band: Any = None,
+    progress: Progress | None = None,
+    **keywords: Any,
+) -> Iterator[Any]:
+    """The responses of `both` one after the other, so that the first is kept where the second takes too long."""
+    drives = drives_of(machine, drive)
     axes, told = {dof: axis for axis, dof in machine.tool.items()}, progress or Silent()
-    found = []
     for k, name in enumerate(drives, start=1):
         own = Named(told, f"{axes.get(name, name)}, {k} of {len(drives)}") if len(drives) > 1 else told
-        found.append(response(machine, force, band, name, progress=own, **keywords))
-    return found
+        yield response(machine, force, band, name, progress=own, **keywords)
+
+
+def drives_of(machine: Any, drive: str | None) -> list[Any]:
+    """What is driven: ``drive`` or that of the file, which may be None for the tool, else every axis of the tool."""
+    free = drive is None and machine.drive is None
+    return list(dict.fromkeys(machine.tool.values())) if free and machine.tool else [drive]
 
 
 def peak_rows(results: Sequence[Response]) -> dict[str, Any]:

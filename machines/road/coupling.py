@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -9,10 +10,12 @@ import numpy as np
 
 from jointlib.shown.progress import Inside
 
+from ..deadline import OutOfTime
 from .piece import BUDGET, Piece, Step, open_joints
 
 if TYPE_CHECKING:
     from .. import Machine
+    from ..forced_response.response import Response
     from .run import Run
 
 
@@ -111,14 +114,22 @@ def _check(road: Run) -> None:
 
 
 def _force(road: Run) -> None:
-    from ..forced_response.each_drive import both, peak_rows
+    from ..forced_response.each_drive import drives_of, each, peak_rows
     from ..forced_response.response_file import write_response
     from ..report.sections import response_section
 
     # Every step of a cycle that is sampled costs, so joints that remember keep one harmonic, and its error is said.
     harmonics = 1 if any(joint.states for joint in road.machine.joints()) else "auto"
     with road.progress.step(f"forced response at each force, in at most {BUDGET / 60:g} minutes"):
-        results = both(road.machine, None, progress=Inside(), harmonics=harmonics, stability="auto")
+        results: list[Response] = []
+        late = ""
+        try:
+            for one in each(road.machine, None, progress=Inside(), harmonics=harmonics, stability="auto"):
+                results.append(one)
+        except OutOfTime as error:
+            if not results:
+                raise
+            late = str(error)
     road.responses = results
     result = results[0]
     write_response(road.path("frf.npz"), results)
@@ -138,7 +149,12 @@ def _force(road: Run) -> None:
         )
         road.numbers.append((f"motion of {top.connection}", f"{top.amplitude * 1e6:.3g} {unit}"))
         road.doubts += told
-    road.front.append(response_section(results, {dof: axis for axis, dof in road.machine.tool.items()}))
+    axes = {dof: axis for axis, dof in road.machine.tool.items()}
+    road.front.append(response_section(results, axes))
+    if late:
+        missing = drives_of(road.machine, None)[len(results)]
+        again = f"`jointlib frf {road.machine.source} --drive {shlex.quote(missing)} -o frf.npz` computes it alone."
+        road.lost(Piece("frf", f"Forced response along {axes.get(missing, missing)}", _force, again, missing), late)
 
 
 STEP = Step("coupling", coupling_pieces, after=("picture",))
