@@ -5,8 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+import numpy as np
+
 from jointlib.shown.progress import Named, Progress, Silent
 
+from ..tool.chatter_band import chatter_band, frequency_range
+from .methods import Newton
 from .response import Response, response
 from .tool_peaks import tool_peaks
 
@@ -37,6 +41,15 @@ def each(
     for k, name in enumerate(drives, start=1):
         own = Named(told, f"{axes.get(name, name)}, {k} of {len(drives)}") if len(drives) > 1 else told
         yield response(machine, force, band, name, progress=own, **keywords)
+
+
+def on_lines(machine: Any, drive: str | None) -> Any:
+    """The response where the search for peaks and jumps takes too long: on lines that every mode of the tool leaves a
+    trace on, each from rest."""
+    low, high = frequency_range(machine)
+    lines = chatter_band(machine).lines
+    inside = lines[(lines > low) & (lines < high)]
+    return response(machine, None, np.concatenate([[low], inside, [high]]), drive, Newton())
 
 
 def drives_of(machine: Any, drive: str | None) -> list[Any]:

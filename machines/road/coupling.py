@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from contextlib import nullcontext, suppress
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from jointlib.shown.progress import Inside
 
-from ..deadline import OutOfTime
+from ..deadline import OutOfTime, within
 from .piece import BUDGET, Piece, Step, open_joints
 
 if TYPE_CHECKING:
     from .. import Machine
-    from ..forced_response.response import Response
     from .run import Run
 
 
@@ -59,6 +59,8 @@ def coupling_pieces(machine: Machine, amplitudes: Sequence[float] = ()) -> list[
     return pieces
 
 
+_SEARCHED = 0.8
+"""Share of the time of the forced response for its peaks and jumps; the rest is for lines alone where that is over."""
 _OFF = 0.05
 """Share by which the lowest depth must be off from that with the measured tool point to be a doubt."""
 
@@ -114,22 +116,22 @@ def _check(road: Run) -> None:
 
 
 def _force(road: Run) -> None:
-    from ..forced_response.each_drive import drives_of, each, peak_rows
+    from ..forced_response.each_drive import drives_of, each, on_lines, peak_rows
     from ..forced_response.response_file import write_response
     from ..report.sections import response_section
 
     # Every step of a cycle that is sampled costs, so joints that remember keep one harmonic, and its error is said.
     harmonics = 1 if any(joint.states for joint in road.machine.joints()) else "auto"
+    machine, late, searched = road.machine, "", 0
+    drives, results = drives_of(machine, None), list[Any]()
     with road.progress.step(f"forced response at each force, in at most {BUDGET / 60:g} minutes"):
-        results: list[Response] = []
-        late = ""
         try:
-            for one in each(road.machine, None, progress=Inside(), harmonics=harmonics, stability="auto"):
-                results.append(one)
+            with within(_SEARCHED * BUDGET):
+                results.extend(each(machine, None, progress=Inside(), harmonics=harmonics, stability="auto"))
         except OutOfTime as error:
-            if not results:
-                raise
-            late = str(error)
+            late, searched = str(error), len(results)
+            with suppress(OutOfTime) if results else nullcontext():
+                results.extend(on_lines(machine, drive) for drive in drives[searched:])
     road.responses = results
     result = results[0]
     write_response(road.path("frf.npz"), results)
@@ -149,12 +151,18 @@ def _force(road: Run) -> None:
         )
         road.numbers.append((f"motion of {top.connection}", f"{top.amplitude * 1e6:.3g} {unit}"))
         road.doubts += told
-    axes = {dof: axis for axis, dof in road.machine.tool.items()}
+    axes = {dof: axis for axis, dof in machine.tool.items()}
     road.front.append(response_section(results, axes))
-    if late:
-        missing = drives_of(road.machine, None)[len(results)]
-        again = f"`jointlib frf {road.machine.source} --drive {shlex.quote(missing)} -o frf.npz` computes it alone."
-        road.lost(Piece("frf", f"Forced response along {axes.get(missing, missing)}", _force, again, missing), late)
+    for k, drive in enumerate(drives[searched:] if late else [], start=searched):
+        dof = machine.driven_dof(drive)
+        along = f"forced response along {axes.get(dof, dof)}"
+        again = f"`jointlib frf {machine.source} --drive {shlex.quote(dof)} -o frf.npz` computes it alone."
+        if k < len(results):
+            count = len(results[k].frfs[0].frequency)
+            late_here = f"{late}; it is known on {count} lines, and may be higher between them"
+            road.lost(Piece("frf", f"Peaks and jumps of the {along}", _force, again, dof), late_here)
+        else:
+            road.lost(Piece("frf", f"F{along[1:]}", _force, again, dof), late)
 
 
 STEP = Step("coupling", coupling_pieces, after=("picture",))

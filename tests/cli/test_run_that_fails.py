@@ -120,7 +120,7 @@ def test_a_chart_that_fails_leaves_the_others_and_is_told_beside_the_recommendat
     done = jointlib("run lathe.toml -o out --amplitude 0 5um 10um")
     assert done.status == 1
     assert list(failures(Path("out"))) == ["lobes a tool-point amplitude of 5 um"]
-    assert "9880 nodes" in done.out
+    assert "9880 nodes" in done.err.splitlines()[-1]
     assert "9880 nodes" in read(Path("out"))
     first, second = done.out.splitlines()[0], "The limits at a tool-point amplitude of 5 um are not known."
     assert first.startswith("Recommended: ")
