@@ -192,7 +192,7 @@ def test_noise_that_grows_with_the_drive_is_at_rest_what_it_was(tmp_path: Path) 
     assert loud / calm == pytest.approx(np.sqrt(1 + (times * np.array([LEVELS[0], LEVELS[2], 0.0])) ** 2), rel=0.03)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_something_that_changes_along_the_record_is_no_period_but_repeats_nowhere_else() -> None:
     drifting = simulate("stiffness-drift", (effects.stiffness_drift,), "MS", 0)
     steady = simulate("cubic", (effects.cubic,), "MS", 0)

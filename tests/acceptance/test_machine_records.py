@@ -131,7 +131,7 @@ def test_a_hardening_oscillator_keeps_its_branch_up_to_the_jump() -> None:
     assert omega[drops[0]] <= last * 1.01
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_files_are_read_and_their_noise_is_what_was_added(tmp_path: Path) -> None:
     case = draw(CHAIN)
     case = replace(case, forces=case.forces[-2:], sealed=1)
@@ -158,7 +158,7 @@ def test_steps_are_fine_enough(monkeypatch: pytest.MonkeyPatch) -> None:
     np.testing.assert_allclose(coarse, measure(case).exact, rtol=2e-4)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_records() -> None:
     a, b = (measure(few(draw(CHAIN), 4, 1)).noisy for _ in range(2))
     assert np.array_equal(a, b)

@@ -8,7 +8,7 @@ from machine_table import Row, figures, first, run
 SLOW = 60
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 9])
 def test_an_altered_joint_is_named(seed: int) -> None:
     row = run(seed, True)

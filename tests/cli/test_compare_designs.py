@@ -50,7 +50,7 @@ def study(here: Path) -> str:
     return "s.study.toml"
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_designs_are_compared_by_results_resonances_and_lobes(study: str) -> None:
     done = jointlib(f"compare {study} --results out --designs 0 1 -o both.svg --json")
     assert done.status == 0, done.err

@@ -60,7 +60,7 @@ def test_the_same_records_give_the_same_bytes(tapped: Path) -> None:
     assert [path.read_bytes() for path in files] == before
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_modes_of_what_was_estimated_are_those_that_made_the_records(tapped: Path) -> None:
     done = jointlib(f"modes {tapped} -o tool.component.toml --plot chart.png --json")
     assert (done.status, done.complaints) == (0, [])

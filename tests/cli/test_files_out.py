@@ -80,7 +80,7 @@ def test_the_table_has_safe_depth_and_band_where_they_are_computed(lathe: str) -
     np.testing.assert_allclose(columns["safe_depth"], safe, rtol=1e-9)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_picture_of_a_machine_with_nonlinear_joints_draws_its_zones(lathe: str) -> None:
     plain = jointlib(f"lobes {lathe} --amplitude 0 -o out/plain.svg --json").json
     drawn = jointlib(f"lobes {lathe} --samples 40 -o out/zones.svg --json").json
@@ -88,7 +88,7 @@ def test_a_picture_of_a_machine_with_nonlinear_joints_draws_its_zones(lathe: str
     assert len(Path("out/zones.svg").read_text()) > len(Path("out/plain.svg").read_text())
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_receptance_goes_out_with_its_band(lathe: str) -> None:
     done = jointlib(f"frf {lathe} --force 5 --frequency 80Hz:140Hz:21 --samples 40 -o out/x.csv --json")
     assert [Path(f).name for f in done.json["files"]] == ["x.csv", "x_band.csv"]

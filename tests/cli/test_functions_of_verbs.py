@@ -208,7 +208,7 @@ def test_check_is_what_the_verb_prints(here: Path) -> None:
     assert list(found.remarks) == data["warnings"]
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_compare_takes_files_or_what_was_read_of_them(here: Path) -> None:
     first, other = LIBRARY / "paper_sdof.toml", LIBRARY / "paper_sdof_hertz.toml"
     found = machines.compare(first, other, output="f.svg")
@@ -339,7 +339,7 @@ def test_a_room_that_has_the_name_of_a_verb_is_called_and_keeps_its_names(verb: 
     assert verb in dir(machines)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_names_of_rooms_are_there_before_and_after_a_call_without_a_warning() -> None:
     code = """
 import warnings

@@ -38,7 +38,7 @@ def test_what_is_said_to_be_written_is_there(planned: tuple[Done, Path]) -> None
     assert "simulating quadratic-damping …" in done.err
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_numbers_agree_with_the_files_to_play(planned: tuple[Done, Path]) -> None:
     _, folder = planned
     told = json.loads((folder / "plan.json").read_text())

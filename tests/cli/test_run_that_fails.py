@@ -67,7 +67,7 @@ def failures(folder: Path) -> dict[str, str]:
     return {f"{s['step']} {s.get('joint', s.get('of', ''))}".strip(): s["failed"] for s in steps if "failed" in s}
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_joint_that_cannot_be_identified_leaves_the_others(lathe: str) -> None:
     Path("two.toml").write_text(TWO_JOINTS)
     Path("screw.measurement.toml").write_text(STATIC)

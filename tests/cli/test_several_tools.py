@@ -57,7 +57,7 @@ def test_lobes_tells_of_every_tool_what_it_tells_when_asked_for_it(both: Path, m
         assert row["pocket"] == alone.get("pocket")
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_with_amplitudes_there_is_a_table_for_each(both: Path) -> None:
     asked = ("--amplitude", "2 um", "--amplitude", "5 um", "--method", "zero-order")
     rows = told("lobes", str(both), *asked, *SPEEDS)["tools"]

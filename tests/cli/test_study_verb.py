@@ -120,7 +120,7 @@ def test_a_scheduler_that_ends_is_told_and_nothing_is_lost(study: Path) -> None:
     assert list(Path("out").glob("shards/*.npz"))
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_resume_goes_on_where_results_are_missing(study: Path, one: Left) -> None:
     shutil.copytree(one.folder, "out")
     before = Path("out/results.npz").read_bytes()
@@ -191,7 +191,7 @@ def search(here: Path) -> Path:
     return Path("a.study.toml")
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_search_finds_the_optimal_absorber(search: Path) -> None:
     """Den Hartog: an absorber of mass ratio μ lowers the peak to √(1 + 2/μ)/k, at a stiffness of μ k/(1 + μ)².
 

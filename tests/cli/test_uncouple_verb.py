@@ -105,7 +105,7 @@ def test_the_same_input_gives_the_same_bytes(end: Path) -> None:
     assert part.motion_at(np.zeros(3), np.array([1.0, 0, 0])).tolist() == [1, 0, 0, 0]
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_function_is_what_the_verb_prints(end: Path) -> None:
     found = machines.uncouple(BAR, remove=BLANK, output="end.component.toml")
     done = jointlib(f"uncouple {BAR} --remove {BLANK} -o end.component.toml --json")

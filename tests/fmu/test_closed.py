@@ -121,7 +121,7 @@ def test_the_error_falls_with_the_tolerance_of_the_host(machine: Machine) -> Non
     assert errors[2] < 1e-5
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_explicit_steps_keep_the_tolerance_of_the_host_too() -> None:
     """Damping that is tuned, however little, is not in the modes."""
     folder, given, start = unpacked(BRISTLING, 2), forces(40), {"guide.viscous.damping": 300.0 * (1 + 1e-12)}
@@ -132,7 +132,7 @@ def test_explicit_steps_keep_the_tolerance_of_the_host_too() -> None:
     assert errors[0] > errors[1] > errors[2] == 0.0
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_turn_within_a_step_is_not_overlooked() -> None:
     """Bouc-Wen hysteresis of this shape unloads in straight lines: both ends of a step tell nothing of a turn."""
     folder, given = unpacked(ROUNDED, 2), forces(80)
@@ -140,7 +140,7 @@ def test_a_turn_within_a_step_is_not_overlooked() -> None:
     assert shares(Stepping(folder, 2, tolerance=1e-7).run(given, 3e-5, OUTPUTS), expected) < 1e-6
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @one_version
 def test_saved_state_repeats_the_run_bit_for_bit(fmi: int) -> None:
     fmu = Stepping(unpacked(RUBBING, fmi), fmi, tolerance=1e-5)
@@ -263,7 +263,7 @@ def test_a_stiff_machine_has_no_explicit_steps_and_repeats_its_run(tmp_path: Pat
     assert 0 < shares(usual, fine) < 1e-4
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.parametrize("name", repeats(["guide_mill", "three_joints", "two_mass"], lambda name: name == "two_mass"))
 def test_library_machines_keep_the_tolerance(name: str) -> None:
     machine = library_machine(name)

@@ -314,7 +314,7 @@ def rubbing() -> Machine:
     return _RUBBING
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_names_with_blanks_and_dots_stand_in_quotes() -> None:
     names = Stepping(unpacked(rubbing(), 2), 2).place
     assert {"'my guide'.hertz_guide.preload", "'my guide'.jenkins.slider", "'my guide'.force", "force_x"} <= set(names)
@@ -513,7 +513,7 @@ def test_motion_that_cannot_go_on_ends_with_a_sentence(capsys: pytest.CaptureFix
         fmu.get(["displacement_x"])
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_machine_repeats_its_reference_run_and_a_bent_one_is_noticed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -623,7 +623,7 @@ def test_law_that_exists_in_steps_only_is_refused_in_a_machine(tmp_path: Path, m
         export_fmu(on_base("guide", Joint((Jenkins(4e7, 36.0),))), tmp_path / "a.fmu")
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "system",
     [

@@ -153,7 +153,7 @@ def test_fmpy_finds_no_problem_in_the_whole_fmu(fmi: int) -> None:
     assert verify_fmu(told.file).difference <= 1e-12
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_library_starts_from_the_values_of_the_description(tmp_path: Path) -> None:
     with running([native(EVERYTHING, 2).file], tmp_path) as (fmu,):
         fmu.fmu.setupExperiment()
@@ -307,7 +307,7 @@ def test_every_law_exports_validates_and_repeats_its_reference_run(joint: Joint,
     assert np.isfinite([fmu.force(), *fmu.moved()]).all()
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @one_version
 @pytest.mark.parametrize(
     ("laws", "least", "most"),

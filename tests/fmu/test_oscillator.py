@@ -95,7 +95,7 @@ def test_steady_vibration_of_the_mass_on_the_fmu_has_the_amplitude_of_harmonic_b
     assert abs(2 * np.mean(z[:-1] * turn)) == pytest.approx(peak.amplitude, rel=5e-3)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_steady_vibration_builds_up_from_rest_to_the_same_amplitude() -> None:
     """Time integration alone, off the peak, where the transient beats and decays by exp(-c t/(2 m))."""
     machine = library_machine("paper_sdof_hertz")

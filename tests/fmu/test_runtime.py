@@ -98,7 +98,7 @@ def test_library_shows_the_119_functions_of_both_standards_and_needs_libc_and_li
     assert set(re.findall(r"\(NEEDED\).*\[(.*)\]", done.stdout)) <= {"libc.so.6", "libm.so.6"}
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_wrapper_keeps_nothing_between_calls_but_in_instances(tmp_path: Path) -> None:
     *folders, joint = (x for x in inputs("joint") if x not in sorted(RUNTIME.glob("*.c")))
     for source in [*sorted(RUNTIME.glob("*.c")), joint]:
@@ -107,7 +107,7 @@ def test_wrapper_keeps_nothing_between_calls_but_in_instances(tmp_path: Path) ->
         assert [name for kind, name in symbols(data) if kind in "dDbBcCsSgG"] == []
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_two_joints_can_be_linked_into_one_program(tmp_path: Path) -> None:
     units = "".join(f'#include "{name}"\n' for name in ["joint.c", *sorted(p.name for p in RUNTIME.glob("*.c"))])
     (tmp_path / "all.c").write_text(units)

@@ -161,7 +161,7 @@ def pulse(length: float, size: float) -> Callable[[float], float]:
     return lambda t: size * math.sin(math.pi * t / length) ** 2 if t < length else 0.0
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_document_follows_the_schema_and_names_what_it_joins(soft: Made) -> None:
     system = read_ssd(str(soft.file), validate=True).system
     assert ElementTree.fromstring(read_archive(soft.file)[SSD]).get("author") == "A < B"
@@ -212,7 +212,7 @@ def test_the_parameter_set_holds_what_the_joints_start_with(soft: Made, tmp_path
         check_parameters(Path("wrong.ssp"), {**members, SSV: wrong})
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_set_that_was_edited_is_the_machine_with_that_joint(soft: Made, tmp_path: Path) -> None:
     """FMPy takes no set by itself, but one that it is handed."""
     edited = tmp_path / "joints.ssv"
@@ -227,7 +227,7 @@ def test_a_set_that_was_edited_is_the_machine_with_that_joint(soft: Made, tmp_pa
     assert np.max(np.abs(bound["displacement_x"] - as_exported["displacement_x"])) > 0
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_step_that_is_published_is_that_of_the_assembled_machine(soft: Made, two_mass: Made) -> None:
     k = SOFT_K + 3 * SOFT_K3 * 1e-6
     loop = Loop(
@@ -264,7 +264,7 @@ def test_another_road_is_advised_where_the_coupling_sets_the_step(soft: Made, tw
         assert any("jointlib fmu MACHINE" in sentence for sentence in said) == advised
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_fmpy_moves_the_soft_machine_as_one_solver_does_the_better_the_smaller_the_step(soft: Made) -> None:
     push, errors, runs = pulse(0.02, 60.0), [], []
     for step in (4e-5, 2e-5, 1e-5):
@@ -280,7 +280,7 @@ def test_fmpy_moves_the_soft_machine_as_one_solver_does_the_better_the_smaller_t
     assert np.max(np.abs(extrapolated - exact[1::2])) < 5e-5 * np.max(np.abs(exact))
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_fmpy_moves_the_two_masses_of_the_library_as_one_solver_does(two_mass: Made) -> None:
     push, errors = pulse(1e-4, 1500.0), []
     joint = read_joint(TWO_MASS.with_name("two_mass.joint.toml"))
@@ -336,7 +336,7 @@ model.terminate()
     assert found == pytest.approx(soft_solved(lambda _: force, np.array([0.0, end]))[-1], rel=0.02)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_joints_and_bodies_in_fmi_3_move_as_those_in_fmi_2(soft: Made, tmp_path: Path) -> None:
     file = tmp_path / "soft3.ssp"
     assert export_ssp(soft_machine(), file, fmi=3).masters == soft.done.masters
@@ -352,7 +352,7 @@ def test_joints_and_bodies_in_fmi_3_move_as_those_in_fmi_2(soft: Made, tmp_path:
         export_ssp(soft_machine(), file, fmi=4)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_fmucontainer_moves_the_machines_as_fmpy_does(soft: Made, two_mass: Made, tmp_path: Path) -> None:
     push, errors = pulse(0.02, 60.0), []
     for step in (4e-5, 2e-5):
@@ -444,7 +444,7 @@ def test_the_published_steps_are_where_fmucontainer_becomes_unstable(
     assert (late_over_early(x) < 0.7) == (not grows)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_machine_gives_the_same_bytes_again(soft: Made, tmp_path: Path) -> None:
     export_ssp(soft_machine(), tmp_path / "again.ssp")
     assert (tmp_path / "again.ssp").read_bytes() == soft.file.read_bytes()
@@ -515,7 +515,7 @@ def one_mass(name: str, m: float) -> Lumped:
     return Lumped(name, ("x",), np.array([[m]]))
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_components_that_are_tied_rigidly_are_one_fmu(tmp_path: Path) -> None:
     tied = Connection("bolts", ("head.x", "ram.x"), rigid=True)
     spring = Connection("way 1", ("ground", "ram.x"), soft_joint())
@@ -559,7 +559,7 @@ def test_the_corners_of_a_guide_are_four_joints_on_two_bodies(tmp_path: Path) ->
     assert made.max_step == pytest.approx(2 * 125.75 / (3 * 150e6), rel=0.01)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_without_damping_there_is_no_step_and_it_is_said(tmp_path: Path) -> None:
     bare = Lumped("base", ("x",), np.array([[4.0]]), None, np.array([[5e5]]))
     spring = Connection("mount", ("table.x", "base.x"), Joint((Linear(stiffness=1e5),), "mount"))
@@ -629,7 +629,7 @@ def test_a_machine_that_cannot_be_a_system_of_fmus_is_refused_in_one_sentence(tm
     )
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_friction_that_jumps_runs_too(tmp_path: Path) -> None:
     joint = soft_joint() + Coulomb(slip_force=2.0, smoothing_velocity=1e-3)
     made = export_ssp(soft_machine(joint), tmp_path / "dry.ssp")
@@ -651,7 +651,7 @@ def test_the_command_prints_the_promised_keys(tmp_path: Path) -> None:
     assert "Steps of 4.93e-07 s and more are unstable" in told.stdout
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_joints_that_turn_over_or_stay_at_rest_do_not_disturb_the_check(tmp_path: Path) -> None:
     """A soft joint whose force falls beyond a thirtieth of its range; across it one that nothing moves."""
     turning = Joint((Linear(stiffness=SOFT_K), Cubic(stiffness3=-3e13), Viscous(damping=SOFT_C)), validity=RANGE)

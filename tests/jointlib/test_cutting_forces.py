@@ -110,7 +110,7 @@ def test_harmonics_are_those_of_the_force_stepped_in_time(kind: str) -> None:
     np.testing.assert_allclose(lines[0] * lines[1].conj(), model[:, 0] * model[:, 1].conj(), atol=1e-3 * scale**2)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "kind", repeats(CUTS, lambda kind: kind in ("half down", "a dynamometer that resonates", "run-out of 8 um"))
 )
@@ -192,7 +192,7 @@ def test_a_cutting_file_reads_back_bit_for_bit(tmp_path: Path) -> None:
     assert back.provenance["simulated"] is True
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_records_that_ship_are_those_of_the_generator(tmp_path: Path) -> None:
     write_forces(tmp_path)
     assert (tmp_path / "forces.measurement.toml").read_text() == (SHIPPED / "forces.measurement.toml").read_text()
@@ -265,7 +265,7 @@ def test_run_out_is_found_flute_by_flute(tmp_path: Path) -> None:
     assert len(found.as_json()["run_out"]) == 3
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_teeth_that_differ_by_more_than_their_place_are_told(tmp_path: Path) -> None:
     file = recorded(tmp_path, 3, feeds=(0.05, 0.15), teeth=4)
     for feed in (0.05, 0.15):
@@ -278,7 +278,7 @@ def test_teeth_that_differ_by_more_than_their_place_are_told(tmp_path: Path) -> 
     assert any("differs from tooth to tooth by" in said for said in found.messages)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_other_sense_of_milling_is_named(tmp_path: Path) -> None:
     file = recorded(tmp_path, 3, **CUTS["three uneven flutes up"])
     file.write_text(file.read_text().replace('mode = "up"', 'mode = "down"'))
@@ -294,7 +294,7 @@ def test_the_number_of_teeth_that_the_force_repeats_with_is_named(tmp_path: Path
         identify_cutting(read_measurement(file))
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_kilonewtons_read_as_newtons_are_named(tmp_path: Path) -> None:
     file = recorded(tmp_path, 3)
     assert not any("metal" in said for said in identify_cutting(read_measurement(file)).messages)
@@ -304,7 +304,7 @@ def test_kilonewtons_read_as_newtons_are_named(tmp_path: Path) -> None:
     assert said.startswith("tangential 0.796 N/mm² is not that of a metal, 300 to 6000; 1000 times that would be usual")
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_an_edge_that_pulls_is_named(tmp_path: Path) -> None:
     file = recorded(tmp_path, 3, **CUTS["half down"], extra='acts_on = "tool"\n')
     for path in tmp_path.glob("*.npz"):

@@ -56,7 +56,7 @@ def test_two_halves_of_the_realisations_differ_as_their_variance_says(halves: tu
     assert np.mean(ratio) == pytest.approx(1.25, abs=0.3)  # F(2, 16) has a mean of 8/7
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_its_one_mode_is_where_the_phase_turns(halves: tuple[Estimate, Estimate]) -> None:
     found = []
     for half in halves:

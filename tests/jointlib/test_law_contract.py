@@ -39,7 +39,7 @@ def test_every_installed_law_is_held_to_the_contract() -> None:
     assert all(cls.kind == word for word, cls in laws().items())
 
 
-@pytest.mark.parametrize("law", repeats(IN_TIME, quick), ids=label)
+@pytest.mark.parametrize("law", repeats(IN_TIME, quick, lambda law: law.kind not in ("dahl", "bouc-wen")), ids=label)
 def test_describing_function_equals_the_first_harmonic_of_the_cycle(law: JointLaw) -> None:
     given = law.first_harmonic(AMPLITUDE, OMEGA)
     found = numerical_first_harmonic(law, AMPLITUDE, OMEGA)

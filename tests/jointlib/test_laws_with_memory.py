@@ -276,7 +276,7 @@ def test_what_bouc_wen_gives_back_was_stored_before() -> None:
         assert np.min(np.diff((work - V)[::100])) > -1e-3 * F * F / K
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_lugre_with_play_answers_every_amplitude_as_it_does_alone() -> None:
     law, A = LuGre(K, 300.0, F, 1.4 * F, 5e-3, 5e-7), np.linspace(1e-7, 3e-6, 5)
     together, alone = law.first_harmonic(A, 300.0), [law.first_harmonic(a, 300.0) for a in A]

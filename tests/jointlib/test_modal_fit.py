@@ -218,7 +218,7 @@ def test_matrix_fractions_see_a_pole_anywhere_in_the_band(frequency: float) -> N
     assert np.min(np.abs(np.abs(poles) - w)) < 2e-3 * w
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_mode_that_hardly_moves_the_driven_place_is_found_by_the_others() -> None:
     """Its residue at the driving point is noise, of either sign."""
     shapes = np.array([[1.0, 1e-3, 0.8], [0.7, 1.5, -0.6], [-0.4, 1.2, 0.9]])

@@ -31,7 +31,7 @@ def shaken(size: float, seed: int, count: int = 8192) -> dict[str, Array]:
     return {"z": scale * (z + noise), "F": scale * force}
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_strokes_that_are_nearly_alike_are_no_measure_of_noise_near_a_resonance(tmp_path: Path) -> None:
     # Springs and inertia cancel there, so that a hundredth of the motion is more than all of the force.
     records = []

@@ -110,7 +110,7 @@ def off(report: TraceReport) -> dict[str, float]:
     return {n: (p.value - truth[n]) / p.standard_error for n, p in report.chosen.parameters.items()}
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.parametrize("body", ["block", "rail"])
 def test_a_body_held_to_ground_is_named_with_stiffness_and_damping(tmp_path: Path, body: str) -> None:
     report = trace_periodic(measured(tmp_path, body, 60.0, 3), START)
@@ -139,7 +139,7 @@ def test_a_declared_suspension_leaves_nothing_missing(tmp_path: Path, body: str)
         assert before < 3e-3
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_what_is_declared_too_much_is_taken_back(tmp_path: Path) -> None:
     held = {"rail": Mass(MASSES["rail"], 0.0, 2 * SPRING, 2 * DAMPER)}
     report = trace_periodic(measured(tmp_path, "rail", 60.0, 4, **held), START)
@@ -148,7 +148,7 @@ def test_what_is_declared_too_much_is_taken_back(tmp_path: Path) -> None:
     assert report.chosen.parameters["stiffness"].value == pytest.approx(-SPRING, rel=0.05)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_where_a_narrow_band_cannot_tell_it_from_a_mass_both_stay(tmp_path: Path) -> None:
     """On one line −k/ω² of a spring and a mass that is too small are one."""
     report = trace_periodic(measured(tmp_path, "rail", 50.0, 5, band=(4600.0, 5000.0), damper=0.0), START)

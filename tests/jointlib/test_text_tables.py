@@ -59,7 +59,7 @@ NAMES = ("Zeit", "acc front", "Kraft P", "µ-Weg")
 UNITS = ("s", "g", "N", "µm")
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @settings(max_examples=120, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(style=styles(), rows=ROWS)
 def test_numbers_in_any_dialect_come_back_equal(style: Style, rows: list[list[float]], tmp_path: Path) -> None:

@@ -101,7 +101,7 @@ def test_friction_that_follows_a_voltage_is_found_where_no_effect_alone_explains
         assert force == pytest.approx(40 + 60 * voltage, rel=0.1)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_what_each_effect_of_a_composition_adds_is_told(yielding: TraceReport) -> None:
     first, second = yielding.composition
     assert first["explained"] < 0.95 < second["explained"]

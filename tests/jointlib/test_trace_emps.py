@@ -81,7 +81,7 @@ def test_mass_viscous_friction_and_offset_leave_a_sixth_of_the_force(report: Tra
     assert report.error_before["heldout_condition"] == pytest.approx(0.253, abs=0.01)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_dry_friction_is_named_first_with_the_values_of_the_benchmark(report: TraceReport) -> None:
     step = report.reduction["steps"][1]
     assert step["family"] == "coulomb"
@@ -154,7 +154,7 @@ def test_a_force_that_comes_late_is_named_and_undone(late: TraceReport) -> None:
     assert [law.kind for law in late.mended.laws] == ["coulomb", "viscous-by-direction"]
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_undoing_the_lag_leaves_what_the_friction_model_leaves(late: TraceReport, report: TraceReport) -> None:
     before, after = late.reduction["steps"]
     assert before["heldout_condition"] == pytest.approx(0.126, abs=0.01)

@@ -110,7 +110,7 @@ def test_dry_friction_on_a_drive_is_named_with_its_force_and_the_mass(rubbing: T
     assert rubbing.error_after["relative"] < 0.1 * rubbing.error_before["relative"]
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_standard_errors_hold_the_truth(rubbing: TraceReport) -> None:
     step = rubbing.reduction["steps"][1]["parameters"]
     for name, truth in (("mass", MASS), ("viscous.damping", DAMPING), ("offset", OFFSET)):
@@ -361,7 +361,7 @@ def test_an_effect_that_does_not_load_is_said(monkeypatch: pytest.MonkeyPatch) -
     assert found.failed == ("Effect mine did not load: ImportError: no module.",)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_force_that_repeats_with_the_pitch_of_the_screw_is_a_fault_of_the_feed(tmp_path: Path) -> None:
     def ripple(z: Array, v: Array) -> Array:
         return np.asarray(9.0 * np.sin(2 * np.pi * z / 0.0025 + 0.7))
@@ -430,7 +430,7 @@ def sprung(z: Array, v: Array) -> Array:
     return np.asarray(SPRING * z + (250 - DAMPING) * v)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_lag_that_would_need_a_damper_that_drives_is_refused(tmp_path: Path) -> None:
     """Of k z + c v + m a, the inertia unknown to the model: −(m/c) dF/dt has it, and takes m k/c off the damping c."""
     record = drive(sprung, cycle((0.05, 0.1, 0.2), 3))
@@ -458,7 +458,7 @@ def test_few_blocks_are_said_and_what_can_be_decided_is_decided(tmp_path: Path) 
     assert {c.family for c in report.candidates[:3]} <= {"coulomb", "hysteresis", "stribeck"}
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_one_cycle_shows_friction_by_its_slow_and_fast_parts(tmp_path: Path) -> None:
     report = trace(measurement(tmp_path, Mass(MASS), fit=(drive(dry(18.0), cycle((0.1,), 1)), "fit", None)), VISCOUS)
     assert report.data["conditions"]["grouped_by"] == "thirds of peak speed"

@@ -65,7 +65,7 @@ def test_friction_moves_the_joint_outside_the_band_as_time_integration_says() ->
         assert error < 0.1 * size  # the second round leaves the square of what the first moved
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_nothing_is_added_where_z_is_measured() -> None:
     o = rubbing(1e-4)
     found = unseen_motion(o, TRUE)

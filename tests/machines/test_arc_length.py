@@ -158,7 +158,7 @@ def test_limit_of_one_of_several_joints_is_named() -> None:
     assert peak.amplitude == pytest.approx(2e-6, rel=1e-8)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_every_point_says_what_it_is() -> None:
     found = response(chain(10, 5), 50.0, [1150.0, 1300.0], points=50)
     for branch in found.branches[0]:

@@ -100,7 +100,7 @@ def test_the_top_of_one_mode_is_where_mechanics_put_it() -> None:
     assert found.resonance.compliance == pytest.approx(1 / (2 * zeta * np.sqrt(1 - zeta**2)), rel=1e-6)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_depths_are_those_of_the_lobes_over_the_range() -> None:
     machine = read_machine(LIBRARY / "two_mode_tool.toml")
     side = of_machine("a", machine)

@@ -175,7 +175,7 @@ def random_steps(seed: int) -> tuple[list[Array], int]:
     return found.steps(np.exp(rng.uniform(np.log(1e-4), np.log(2e-2), count))), found.states
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.parametrize("long", [0, rates._LONG, 10**6], ids=["carried", "either", "raised"])
 def test_growth_is_that_of_the_largest_eigenvalue(long: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Vectors that are carried and powers against numpy, on cutters drawn at random; a side is lost nowhere but within

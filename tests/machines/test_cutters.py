@@ -49,7 +49,7 @@ def test_reference_depths_of_a_semi_discretisation_over_the_revolution(
     assert chart.kind[0] == "hopf"
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_harmonics_and_collocation_agree_for_every_kind_of_cutter() -> None:
     two = ToolModel.from_modes([620.0, 910.0], [0.03, 0.025], [0.8, 0.6], np.eye(2))
     for more in (
@@ -82,7 +82,7 @@ def test_without_anything_uneven_it_is_the_chart_of_even_cutters() -> None:
     assert np.array_equal(stability_lobes(TOOL, same, speeds, "collocation").depth, even.depth)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_pitches_that_hardly_differ_chatter_like_even_ones() -> None:
     near = replace(STRAIGHT, pitch=(90.001, 89.999, 90.0005, 89.9995))
     even, other = (stability_lobes(TOOL, c, [5000.0, 9000.0], "multi-frequency").depth for c in (STRAIGHT, near))
@@ -217,7 +217,7 @@ def mill(**more: Any) -> Machine:
     return Machine((tool,), (), tool=axes, frequency=(300.0, 2000.0), cutting=cutting | {"diameter": 0.012} | more)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("more", "waves", "within"),
     [
@@ -273,7 +273,7 @@ def test_no_simulated_cut_denies_the_unstable_depths_of_uneven_cutters() -> None
                 assert bool(found.grows[0]) == chatters, (more, depth)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_simulated_cut_of_pitches_that_hardly_differ_is_that_of_even_ones() -> None:
     at, motions = np.linspace(0.0, 0.05, 3001), []
     for pitch in ((90.0,) * 4, (90.00001, 89.99999, 90.00001, 89.99999)):

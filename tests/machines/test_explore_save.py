@@ -112,7 +112,7 @@ def test_a_report_shows_the_setting_and_needs_no_network(lathe: Explorer, tmp_pa
         lathe.report({}, tmp_path / "kept", "my setting")
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_where_the_exact_method_gives_no_lobes_the_preview_stands_with_the_reason(tmp_path: Path) -> None:
     text = (LIBRARY / "two_mode_tool.toml").read_text()
     assert "speed = [4000, 25000]" in text

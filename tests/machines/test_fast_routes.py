@@ -150,7 +150,7 @@ def test_what_sliders_may_hold_does_not_jump_from_line_to_line() -> None:
     assert np.ptp(held[1:]) <= 0.1 * np.max(held[1:])
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_what_takes_long_is_said() -> None:
     said: list[str] = []
 

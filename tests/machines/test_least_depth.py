@@ -45,7 +45,7 @@ def test_lines_far_from_the_lowest_depth_decide_nothing(
     assert lines[1] < 0.6 * lines[0]
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_least_depth_is_the_lowest_of_the_charts_over_amplitude(lathe: Machine) -> None:
     chart = stability_lobes(
         chattering_tool.kept_tool(lathe), chattering_tool.Cutting(**dict(lathe.cutting or {})), SPEED
@@ -57,7 +57,7 @@ def test_the_least_depth_is_the_lowest_of_the_charts_over_amplitude(lathe: Machi
     assert depth == pytest.approx(min(chart.minimum_depth, *every), rel=1e-9)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_at_given_speeds_lines_are_refined_wherever_these_chatter(lathe: Machine) -> None:
     """The lobe of a speed need not be near the lowest depth of all, so that no line may be left coarse."""
     speed = 3613.0 * np.linspace(0.98, 1.02, 5)

@@ -71,7 +71,7 @@ def test_the_other_flank_exchanges_hardening_and_softening() -> None:
         assert np.all(np.sign(limits.depth[:, 1] - limits.onset[1]) == -sign)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_ideal_friction_never_starts_but_is_bistable_down_to_the_limit_without_it() -> None:
     limits = amplitude_limits(lathe(Coulomb(5.0)), [SPEED], np.geomspace(1e-6, 1e-2, 41))
     assert limits.onset[0] == np.inf
@@ -163,7 +163,7 @@ def test_nothing_starts_by_itself_where_the_multiplier_at_rest_is_below_one() ->
     assert "above a lens, the smallest vibrations die out; what becomes of larger ones is not computed" in said
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_sentences_about_milling_end_where_edges_leave_the_cut() -> None:
     """Along x the chip varies with sin φ as the feed does: contact is lost at A·|1 − e^(−jωτ)| = h₀, and soon after
     5 % of the chip, N(1.2) = 0.960 and N(1.25) = 0.948.

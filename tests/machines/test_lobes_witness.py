@@ -144,7 +144,7 @@ def test_forced_vibration_in_milling_is_no_chatter() -> None:
     assert not batch.lost[0]
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_after_a_lost_contact_the_tool_shakes_as_the_teeth_force_it_again() -> None:
     """A knock lets the edges leave the cut for some teeth; then the chip is the feed's alone, and a Fourier series of
     its force through the receptance gives the motion. Where the tooth leaves the arc the feed moves no surface away.

@@ -165,7 +165,7 @@ ALTERED: list[tuple[str, Joint, str, str, float]] = [
 ]
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("place", "joint", "family", "parameter", "value"),
     repeats(ALTERED, lambda case: case is ALTERED[0]),

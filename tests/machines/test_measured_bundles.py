@@ -127,7 +127,7 @@ def test_a_face_may_be_measured_one_way_only(tmp_path: Path) -> None:
         on_ground(tmp_path, along + "normal_stiffness = 4e12\n")
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_nut_of_its_own_stands_in_series_with_shaft_and_bearings(tmp_path: Path) -> None:
     """Screw of 8 kg between; with a stiff linear nut the chain is that of the bundle with it."""
     screw = '[[component]]\nname = "screw"\nkind = "lumped"\ndofs = ["x"]\nmass = [[8.0]]\n'

@@ -123,7 +123,7 @@ def test_two_joints_and_their_means_move_as_in_time() -> None:
         assert abs(moved) > 1e-3 * np.ptp(expected)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_small_vibrations_are_those_of_the_dual_input_describing_function() -> None:
     """What further harmonics change falls with the square of the amplitude, in the mean's own move too."""
     machine = hung(900.0, HertzContact(2000.0, KAPPA), Viscous(DAMPING), mass=MASS)
@@ -159,7 +159,7 @@ def test_the_estimate_counts_the_second_harmonic_that_a_one_sided_law_raises() -
     assert np.all((ratio > 0.6) & (ratio < 1.6))
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_harmonics_are_added_under_load_where_the_first_is_not_enough() -> None:
     machine = hung(900.0, HertzContact(2000.0, KAPPA), Viscous(DAMPING), mass=MASS)
     found = response(machine, [5.0, 600.0], [300.0, 600.0], points=30, harmonics="auto")

@@ -90,7 +90,7 @@ def test_the_same_data_give_the_same_bytes() -> None:
     assert page(*sections()).html() == page(*sections()).html()
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_every_joint_picture_is_drawn() -> None:
     rng = np.random.default_rng(3)
     z = np.linspace(-6e-6, 6e-6, 80)

@@ -209,7 +209,7 @@ def test_results_of_another_release_are_not_mixed_in(folder: Path, monkeypatch: 
         begin(study, folder / "r")
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_one_worker_computes_elsewhere_where_this_process_has_many_threads(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -269,7 +269,7 @@ def test_machines_that_are_alternatives_are_compared(folder: Path) -> None:
         (("speed = [2000, 9000]", "speed = [2000, 9000]\nspeeds = 20"), "expected speeds = 4"),
         pytest.param(
             *(("speed = [2000, 9000]", "speed = [2000, 2010]"), "expected a wider range of speeds"),
-            marks=pytest.mark.thorough,
+            marks=pytest.mark.slow,
         ),
         (("speed = [2000, 9000]", "speed = [2000, 9000]\nlobes = 'zero-order'"), "is about turning"),
         (
@@ -484,7 +484,7 @@ objective = [{{ quantity = "weight", goal = "min" }}]
         begin(read_study(tmp_path / "p.study.toml"), tmp_path / "r")
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_natural_factors_of_a_machine_tool_are_paths(tmp_path: Path) -> None:
     """Parts of another make, guide size, number of carriages, stick-out, joint file: each is the file written so."""
     text = (LIBRARY / "column_mill/modules.toml").read_text().replace("../", f"{LIBRARY}/")

@@ -60,7 +60,7 @@ def test_lobes_say_of_it_that_it_does_not_stand(tmp_path: Path) -> None:
         lobes(read_machine(file))
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_no_design_beats_the_best_in_every_way_and_ends_without_a_say_are_not_told(tmp_path: Path) -> None:
     """The slip force does nothing to the lowest depth; of designs alike in it the one that removes most is taken."""
     found = done(tmp_path, '"30 N/um", "45 N/um"')

@@ -243,7 +243,7 @@ def in_positions(folder: Path, positions: str) -> tuple[Study, dict[str, Array]]
     return opened, {"static-compliance": value + 1e-10 * (rows % 3), "peak-receptance": 3 * value}
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("positions", "pictures", "said"),
     [

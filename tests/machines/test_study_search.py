@@ -34,7 +34,7 @@ def searched(study: Study, evaluation: Any, folder: Path, block: int = 4) -> tup
     return planned(study, folder), store.results()
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.parametrize("power", [0.5, 2.0])
 def test_a_search_finds_a_known_front(power: float, tmp_path: Path) -> None:
     """ZDT1 (convex) and ZDT2 (concave) in four variables, 2000 designs: the front is f2 = 1 − f1^p, f1 from 0 to 1.

@@ -47,7 +47,7 @@ def test_what_unlike_flutes_force_is_what_the_cut_in_time_settles_on(more: dict[
     assert np.max(np.abs(seen - told)) < within * np.ptp(told)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.parametrize(("mode", "wall"), [pytest.param("up", 0, marks=pytest.mark.thorough), ("down", 1)])
 def test_the_wall_is_what_the_path_of_the_teeth_envelops(mode: str, wall: int) -> None:
     machine = mill(feed=1e-4, pitch=UNLIKE, runout=OUT, mode=mode)

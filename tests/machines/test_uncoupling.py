@@ -106,7 +106,7 @@ def test_sixty_random_assemblies_come_apart_exactly_and_together_again() -> None
         assert np.max(np.abs(back - measured.assembly) / np.abs(measured.assembly)) < 1e-10, seed
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.parametrize(("decibels", "seeds"), [(60.0, 3), pytest.param(40.0, 3, marks=pytest.mark.thorough)])
 def test_random_assemblies_with_noise_lie_in_the_stated_band(decibels: float, seeds: int) -> None:
     _in_band(decibels, range(seeds), 0.93)
@@ -142,7 +142,7 @@ def test_a_line_that_tells_nothing_of_the_rotation_says_so() -> None:
     assert np.median(found.doubt) > 10 * np.median(stubby.doubt)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_tool_never_measured_is_predicted_within_five_per_cent_of_depth() -> None:
     true = in_spindle(CUTTER, LINES)[:, 0, 0]
     off = []
@@ -164,7 +164,7 @@ def test_rotations_from_places_ten_to_sixty_millimetres_apart_predict_within_ten
         assert depth(tip_of(CUTTER, LINES, found.receptance)) == pytest.approx(depth(true), rel=0.05)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_several_blanks_tell_more_than_each_alone() -> None:
     other = (Bar(0.05, 0.03), Bar(0.04, 0.03))
     measured = [hits(BAR, LINES, None, 50.0, 1), hits(other, LINES, None, 50.0, 2)]
