@@ -127,6 +127,28 @@ def test_noise_is_found_from_the_neighbours_at_and_away_from_resonances(growth: 
     assert np.mean(np.abs(ratios - 1) < 0.2) > 0.85
 
 
+@pytest.mark.parametrize(("of_force", "of_motion"), [(0.004, 0.002), (0.0, 0.01), (0.01, 0.0)])
+def test_noise_from_the_neighbours_leaves_a_chi_square_of_one_also_where_it_has_two_sources(
+    of_force: float, of_motion: float
+) -> None:
+    """Noise in proportion to |H| over a floor, thirty times the median at the top; smooth stretches between peaks."""
+    peaks, rng = np.array([130.0, 372.0, 645.0]), np.random.default_rng(3)
+    near = [f * (1 + 2e-5 * f * np.linspace(-12, 12, 73)) for f in peaks]
+    lines = np.unique(np.concatenate([np.linspace(80.0, 700.0, 120), *near]))
+    r = lines[:, None] / peaks
+    H = (np.array([1.0, 0.2, 0.3]) / (1 - r**2 + 4e-5j * peaks * r)).sum(axis=1)
+    sigma = np.hypot(of_force * np.abs(H), of_motion * np.median(np.abs(H)))
+    top = np.argsort(np.abs(H))[-20:]
+    chi2, ratios = [], []
+    for _ in range(12):
+        error = sigma * noise(rng, len(H))
+        found = from_neighbours(lines, H + error)
+        chi2.append(np.mean(np.abs(error / found) ** 2))
+        ratios.append(np.mean(found[top] / sigma[top]))
+    assert np.mean(chi2) == pytest.approx(1.05, abs=0.06)
+    assert np.mean(ratios) == pytest.approx(1.0, abs=0.1)
+
+
 def test_the_local_fit_holds_two_resonances_exactly() -> None:
     # A ratio of polynomials of order 2 in f near f0 is what one pole pair with a residual leaves of a receptance.
     f = np.linspace(100.0, 140.0, 40)

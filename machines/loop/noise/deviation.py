@@ -20,12 +20,14 @@ _POWERS = np.arange(3)
 """Of the numerator and of the denominator: up to two resonances in a window."""
 _SWEEPS = 3
 _NEAREST_POLE = 0.05
+_NOISE = 2.0
+"""Deviations that a column of noise in a window is long."""
 _GATHERED = 61
-_GROWTH = (0.0, 0.5, 1.0)
-"""Powers of |H| that noise may follow: 0 for noise of the motion at constant force, 1 for noise of the force."""
+_FLOORS = 0.5 ** np.arange(1, 10)
+"""Shares of the largest |H| below which noise may be that of the motion, above which that of the force."""
 _FLAT = 1e-3
 _PREFERENCE = 15.0
-"""Logarithm of the likelihood by which a power must beat the smaller one."""
+"""Logarithm of the likelihood by which noise that follows |H|, and then both noises, must beat what is simpler."""
 _ROUNDING = 1e-15
 _OUTLIER = 12.0
 FEWEST = 16
@@ -38,8 +40,12 @@ def from_neighbours(frequency: Array, H: ComplexArray) -> Array:
     Within a fifth of the truth where a half-power width has a line or more; where lines are sparser than that, or
     noise is below about a thousandth of H, the fit misses more than noise and the estimate is too large.
     """
-    error, smooth = local_errors(frequency, H)
-    return _gathered(np.abs(error[None]) ** 2, np.abs(smooth))
+    deviation = None
+    for _ in range(2):
+        error, smooth = local_errors(frequency, H, deviation)
+        deviation = _gathered(np.abs(error[None]) ** 2, np.abs(smooth))
+    assert deviation is not None
+    return deviation
 
 
 def from_repeats(repeats: Sequence[ComplexArray]) -> Array:
@@ -49,9 +55,16 @@ def from_repeats(repeats: Sequence[ComplexArray]) -> Array:
     return _gathered(np.abs(H - mean) ** 2 * len(H) / (len(H) - 1), np.abs(mean))
 
 
-def local_errors(frequency: Array, H: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
-    """Per line, what the fit to the lines around it misses, scaled to the deviation of one line; and that fit."""
-    missed, smooth, _ = _local_fits(frequency, H)
+def local_errors(
+    frequency: Array, H: ComplexArray, deviation: Array | None = None
+) -> tuple[ComplexArray, ComplexArray]:
+    """Per line, what the fit to the lines around it misses, scaled to the deviation of one line; and that fit.
+
+    Where no resonance bends the response, the columns of the denominator differ from those of the numerator by noise
+    alone, and a fit of the one noise by the other misses less than the deviation of a line. With a first estimate of
+    the ``deviation`` what is no longer than noise in them is left out, where it tells no more of the response either.
+    """
+    missed, smooth, _ = _local_fits(frequency, H, deviation)
     return missed, smooth
 
 
@@ -60,7 +73,9 @@ def local_slopes(frequency: Array, H: ComplexArray) -> ComplexArray:
     return _local_fits(frequency, H)[2]
 
 
-def _local_fits(frequency: Array, H: ComplexArray) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+def _local_fits(
+    frequency: Array, H: ComplexArray, deviation: Array | None = None
+) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
     n = len(frequency)
     start = np.clip(np.arange(n) - _WINDOW // 2, 0, n - _WINDOW)
     window = start[:, None] + np.arange(_WINDOW)
@@ -74,8 +89,13 @@ def _local_fits(frequency: Array, H: ComplexArray) -> tuple[ComplexArray, Comple
     columns = np.concatenate([powers, -y[:, :, None] * powers[:, :, 1:]], axis=2)
     others = (window != np.arange(n)[:, None]).astype(float)
     weight = others
+    least = np.zeros(n) if deviation is None else _NOISE * deviation / size
     for sweep in range(_SWEEPS):
-        inverse = np.linalg.pinv(columns * weight[:, :, None], rcond=1e-12)
+        left, length, right = np.linalg.svd(columns * weight[:, :, None], full_matrices=False)
+        told = (left.conj().swapaxes(1, 2) @ (y * weight)[:, :, None])[:, :, 0]
+        kept = (length > 1e-12 * length[:, :1]) & (np.maximum(length, np.abs(told)) > least[:, None])
+        scaled = left.conj() * (kept / np.where(kept, length, 1.0))[:, None]
+        inverse = right.conj().swapaxes(1, 2) @ scaled.swapaxes(1, 2)
         fit = (inverse @ (y * weight)[:, :, None])[:, :, 0]
         if sweep < _SWEEPS - 1:
             denominator = 1 + np.sum(powers[:, :, 1:] * fit[:, None, len(_POWERS) :], axis=2)
@@ -88,16 +108,24 @@ def _local_fits(frequency: Array, H: ComplexArray) -> tuple[ComplexArray, Comple
 
 
 def _gathered(square: Array, size: Array) -> Array:
-    """Deviation from squared errors (repeat, line), each an exponential variable, following the likeliest power."""
-    size = np.maximum(size, _FLAT * float(np.max(size)))
-    best, cost = np.zeros(square.shape[1]), np.inf
-    for power in _GROWTH:
-        shape = size ** (2 * power)
-        variance = np.maximum(_running_median(square / shape) / np.log(2) * shape, (_ROUNDING * size) ** 2)
-        likely = float(np.sum(np.minimum(square / variance, _OUTLIER) + np.log(variance)))
-        if likely < cost - _PREFERENCE:
-            best, cost = variance, likely
-    return np.asarray(np.sqrt(best))
+    """Deviation from squared errors (repeat, line), each an exponential variable.
+
+    Noise of the motion at constant force is the same on all lines, noise of the force follows |H|; a record has one of
+    them, or both, or what lies between.
+    """
+    largest = float(np.max(size))
+    share = np.maximum(size / largest, _FLAT)
+
+    def scored(shape: Array) -> tuple[float, Array]:
+        variance = np.maximum(_running_median(square / shape) / np.log(2) * shape, (_ROUNDING * largest * share) ** 2)
+        return float(np.sum(np.minimum(square / variance, _OUTLIER) + np.log(variance))), variance
+
+    both = min((scored(share**2 + floor**2) for floor in _FLOORS), key=lambda found: found[0])
+    best = scored(np.ones(len(share)))
+    for found in (scored(share), scored(share**2), both):
+        if found[0] < best[0] - _PREFERENCE:
+            best = found
+    return np.asarray(np.sqrt(best[1]))
 
 
 def _running_median(rows: Array) -> Array:
