@@ -18,7 +18,7 @@ import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
 
-from .loop_branches import NONE, Crossing, Loop, brackets, closed, nearest, regeneration
+from .loop_branches import NONE, Bracket, Crossing, Loop, brackets, closed, nearest, regeneration
 from .loop_samples import samples
 
 _LEVELS = (0.6, 0.3, 0.15, 0.07, 0.02, 0.004, 5e-4)
@@ -44,6 +44,7 @@ def first_crossings(
     level = _LEVELS[0] * float(np.max(known.bound))
     known.know(fraction == fraction[-1], level)
     found = _flips(known.values[-1], accepted, max(level, 1 / (_CLOSE * ceiling)))
+    closings: dict[Bracket, Crossing | None] = {}  # every level meets again most of those of the levels above it
     for share in _LEVELS:
         level = max(share * float(np.max(known.bound)), 1 / (_CLOSE * _lowest(found, ceiling)))
         for _ in range(_ROUNDS):
@@ -57,9 +58,12 @@ def first_crossings(
         for bracket in sorted(between, key=lambda one: one.floor):
             if bracket.floor > _CLOSE * _lowest(found, ceiling):
                 break
-            closed_at = closed(loop, bracket)
-            if closed_at is not None and (accepted is None or accepted(closed_at)):
-                found.append(closed_at)
+            if bracket not in closings:
+                closed_at = closed(loop, bracket)
+                counts = closed_at is not None and (accepted is None or accepted(closed_at))
+                closings[bracket] = closed_at if counts else None
+            if (crossing := closings[bracket]) is not None:
+                found.append(crossing)
         if 1 / (_CLOSE * _lowest(found, ceiling)) >= level:
             break
     found = found or _flips(known.values[-1], accepted, 1 / (_CLOSE * ceiling))

@@ -8,6 +8,8 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
+from math import isfinite, sqrt
 
 import numpy as np
 from scipy.linalg.lapack import zgetrf, zgetrs
@@ -87,9 +89,11 @@ def brackets(fraction: Array, values: ComplexArray, matters: Mask, level: float)
     """
     rows = np.flatnonzero(matters)
     coarse = np.zeros(len(matters), dtype=bool)
+    turn = regeneration(fraction)[:, None]
+    closing = np.concatenate([values[rows] * turn[rows], values[rows + 1] * turn[rows + 1]], axis=1)
+    rows = rows[np.any(closing.real <= -LOOKED * level, axis=1)]
     left, right = values[rows], values[rows + 1]
-    at_left = left * regeneration(fraction[rows])[:, None]
-    at_right = right * regeneration(fraction[rows + 1])[:, None]
+    at_left, at_right = left * turn[rows], right * turn[rows + 1]
     distance = np.abs(left[:, :, None] - right[:, None, :])
     found = []
     for flipped in (False, True):
@@ -165,15 +169,18 @@ def nearest(loop: Loop, fraction: float, guess: complex) -> tuple[complex, Compl
 def nearest_of(matrix: ComplexArray, guess: complex) -> tuple[complex, ComplexArray]:
     """The eigenvalue of a matrix nearest to a guess and its vector, by inverse iteration."""
     size, shift = len(matrix), guess * (1 + 1e-9)
-    factors, pivots, _ = zgetrf(matrix - shift * np.eye(size))
-    vector = np.exp(1j * np.arange(size) ** 2) / np.sqrt(size)
+    shifted = np.array(matrix, dtype=complex, order="F")
+    shifted.flat[:: size + 1] -= shift
+    factors, pivots, _ = zgetrf(shifted, overwrite_a=True)
+    vector = _unlike_any(size)
     value = complex(np.nan)
     for _ in range(60):
         grown, _ = zgetrs(factors, pivots, vector)
-        if not np.all(np.isfinite(grown)):
+        length = sqrt(np.vdot(grown, grown).real)
+        if not isfinite(length):
             break  # the shift is an eigenvalue to the last digit
         share = np.vdot(vector, grown)
-        vector = grown / np.linalg.norm(grown)
+        vector = grown / length
         new = shift + 1 / complex(share)
         if abs(new - value) <= 1e-14 * abs(new):
             return new, vector
@@ -181,3 +188,9 @@ def nearest_of(matrix: ComplexArray, guess: complex) -> tuple[complex, ComplexAr
     values, vectors = np.linalg.eig(matrix)
     at = int(np.argmin(np.abs(values - guess)))
     return complex(values[at]), np.asarray(vectors[:, at])
+
+
+@lru_cache(maxsize=64)
+def _unlike_any(size: int) -> ComplexArray:
+    """A unit vector with a share of every eigenvector of a matrix, to begin with."""
+    return np.asarray(np.exp(1j * np.arange(size) ** 2) / np.sqrt(size))
