@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -158,25 +158,39 @@ class OpenTool:
 
         Where several joints do not settle at once, a ``ramp`` of amplitudes leads there; without it they are STALLED.
         """
+        lines = self.frequency if chosen is None else self.frequency[chosen]
+        joints, moving, omega = self.assembly.joints, list(self.assembly.nonlinear), 2 * np.pi * lines
+        state = self.held(amplitude, direction, chosen, ramp)
+        if amplitude == 0:
+            kind = ReceptanceKind.TANGENT if moving else ReceptanceKind.LINEAR
+            none = np.zeros((len(lines), len(joints)))
+            frf = self._frf(lines, self.assembly.coupled(omega, state.gain), kind)
+            return OperatingPoint(frf, state.gain, none, state.force, state.outcomes, self._names)
+        whole = self._view if chosen is None else self._view.at(chosen)
+        view, gain = whole.directed(_direction(direction, len(lines), len(self.tool))), state.gain[:, moving]
+        joint_amplitude = np.abs(_motions(view, gain, state.force))[:, : len(joints)]
+        H = _coupled(whole, gain, len(joints)) if moving else self.assembly.coupled(omega, state.gain)
+        kind = ReceptanceKind.FROZEN if moving else ReceptanceKind.LINEAR
+        frf = self._frf(lines, H, kind)
+        return OperatingPoint(frf, state.gain, joint_amplitude, state.force, state.outcomes, self._names)
+
+    def held(
+        self, amplitude: float, direction: ArrayLike | None = None, chosen: Index | None = None, ramp: bool = True
+    ) -> Gains:
+        """What `vibrating` says of the joints alone, on lines in any order."""
         if not (np.isfinite(amplitude) and amplitude >= 0):
             raise InputError(f"frozen receptance: amplitude is {amplitude!r} m, expected at least 0")
         lines = self.frequency if chosen is None else self.frequency[chosen]
         axes = len(self.tool)
         towards = _direction(direction, len(lines), axes)
         joints, moving = self.assembly.joints, list(self.assembly.nonlinear)
-        omega = 2 * np.pi * lines
         gains = np.empty((len(lines), len(joints)), dtype=complex)
         for j, joint in enumerate(joints):
             if amplitude == 0 or j not in moving:
-                gains[:, j] = joint.first_harmonic(0.0, omega).gain
+                gains[:, j] = joint.first_harmonic(0.0, 2 * np.pi * lines).gain
         if amplitude == 0:
-            kind = ReceptanceKind.TANGENT if moving else ReceptanceKind.LINEAR
-            none = np.zeros((len(lines), len(joints)))
-            frf = self._frf(lines, self.assembly.coupled(omega, gains), kind)
-            fine = (Outcome.CONVERGED,) * len(lines)
-            return OperatingPoint(frf, gains, none, np.zeros(len(lines)), fine, self._names)
-        whole = self._view if chosen is None else self._view.at(chosen)
-        view = whole.directed(towards)
+            return Gains(gains, np.zeros(len(lines)), (Outcome.CONVERGED,) * len(lines))
+        view = (self._view if chosen is None else self._view.at(chosen)).directed(towards)
         if not np.all(np.any(view.Hof[:, len(joints) : len(joints) + axes, 0], axis=1)):
             raise InputError(
                 f"{self.machine.where}: a force on the tool {', '.join(self.tool)} moves nothing there, expected "
@@ -187,11 +201,7 @@ class OpenTool:
         else:
             state = _joints(self.assembly, view, axes, amplitude, ramp)
         gains[:, moving] = state.gain
-        joint_amplitude = np.abs(_motions(view, state.gain, state.force))[:, : len(joints)]
-        H = _coupled(whole, state.gain, len(joints)) if moving else self.assembly.coupled(omega, gains)
-        kind = ReceptanceKind.FROZEN if moving else ReceptanceKind.LINEAR
-        frf = self._frf(lines, H, kind)
-        return OperatingPoint(frf, gains, joint_amplitude, state.force, state.outcomes, self._names)
+        return replace(state, gain=gains)
 
     @property
     def _names(self) -> tuple[str, ...]:
@@ -201,7 +211,7 @@ class OpenTool:
         H = H[:, [self.assembly.outputs.index(name) for name in self.rows], :]
         return FRF(lines, H, self.rows, self.tool, kind)
 
-    def _with_one(self, view: View, amplitude: float, lines: Index) -> _State:
+    def _with_one(self, view: View, amplitude: float, lines: Index) -> Gains:
         """One joint: force and receptances follow from its amplitude."""
         first, axes = len(self.assembly.joints), len(self.tool)
         h, driven = view.Hzz[:, 0, 0], view.Hzf[:, 0, 0]
@@ -213,12 +223,12 @@ class OpenTool:
         if np.any(still):
             every = _motions(view, G[:, None], np.ones(len(lines)))
             F = np.where(still, amplitude / np.max(np.abs(every[:, first : first + axes]), axis=1), F)
-        return _State(G[:, None], F, outcomes)
+        return Gains(G[:, None], F, outcomes)
 
 
 @dataclass(frozen=True, eq=False)
-class _State:
-    """Gains of the nonlinear joints (nf, nj), force magnitudes (nf,) and outcomes."""
+class Gains:
+    """Gains of joints in N/m (nf, joints), force magnitudes in N (nf,) and outcomes."""
 
     gain: ComplexArray
     force: Array
@@ -258,17 +268,17 @@ def _motions(view: View, gain: ComplexArray, force: Array) -> ComplexArray:
     return moved * force[:, None]
 
 
-def _joints(assembly: Assembly, view: View, axes: int, amplitude: float, ramp: bool) -> _State:
+def _joints(assembly: Assembly, view: View, axes: int, amplitude: float, ramp: bool) -> Gains:
     """Several joints, or none."""
     joints = assembly.moving
     first, lines = len(assembly.joints), len(view.omega)
     direct, through = view.Hof[:, first : first + axes, 0], view.Hoz[:, first : first + axes]
     if not joints:
         none = np.zeros((lines, 0), dtype=complex)
-        return _State(none, amplitude / np.max(np.abs(direct), axis=1), (Outcome.CONVERGED,) * lines)
+        return Gains(none, amplitude / np.max(np.abs(direct), axis=1), (Outcome.CONVERGED,) * lines)
     found = solve_prescribed(view, joints, caps_of(assembly), direct, through, amplitude, ramp)
     outcomes = found.outcomes(assembly.limits)
-    return _State(_held(assembly, found, outcomes, view.omega), found.force, tuple(outcomes))
+    return Gains(_held(assembly, found, outcomes, view.omega), found.force, tuple(outcomes))
 
 
 def _held(assembly: Assembly, found: Prescribed, outcomes: Reasons, omega: Array) -> ComplexArray:

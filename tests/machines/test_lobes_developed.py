@@ -109,12 +109,12 @@ def test_the_joint_is_moved_by_the_force_that_the_crossing_has() -> None:
     machine = guide_mill()
     cutting, tooth = Cutting(**dict(machine.cutting or {})), 4 * 4000.0 / 60
     chatter = developed_chatter(machine, cutting, 6e-6, wide_receptance(machine, 6e-6), "collocation", modes=True)
-    found = chatter.persistent(4000.0)
+    found = next(chatter.persistent([4000.0]))
     assert found.gain is not None
     loop = chatter.method.loop(4000.0, 1, Constant(found.line * tooth, found.gain))
     order, direction = loop.strongest(found.crossing)
     assert order == found.order
-    again = chatter.point(np.array([found.line * tooth]), direction)
+    again = chatter.joints(np.array([found.line * tooth]), direction[None])
     np.testing.assert_allclose(again.gain[0], found.gain, rtol=1e-7)
     value = np.linalg.eigvals(loop(np.array([found.crossing.fraction]))[0])
     turned = value * (1 - np.exp(-2j * np.pi * found.crossing.fraction))
@@ -154,7 +154,7 @@ def test_no_other_line_of_the_band_chatters_at_a_lower_depth(speed: float, ampli
     cutting, tooth = Cutting(**dict(machine.cutting or {})), 4 * speed / 60
     table = wide_receptance(machine, amplitude)
     chatter = developed_chatter(machine, cutting, amplitude, table, "collocation", modes=True)
-    found = chatter.persistent(speed)
+    found = next(chatter.persistent([speed]))
     lowest = found.crossing.depth
     for frequency in np.geomspace(120.0, 1700.0, 260).tolist():
         gain = table.gain[np.argmin(np.abs(table.frf.frequency - frequency))]

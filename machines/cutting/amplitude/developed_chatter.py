@@ -11,9 +11,10 @@ line is kept while the tool moves half as much as at most.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import islice
 
 import numpy as np
 
@@ -21,7 +22,7 @@ from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import CheckFailed, InputError, Outcome
 
 from ...deadline import in_time
-from ...operating.operating_point import OperatingPoint
+from ...operating.operating_point import Gains, OperatingPoint
 from ...tool.bounded_band import Shape
 from ..loops.critical_depth import first_crossings, near
 from ..loops.loop_branches import NONE, Crossing
@@ -39,8 +40,10 @@ _BESIDE = 1e-4
 _PEAK, _MOST = 0.01, 16
 _RAISES = 6
 _TRIES = 3
+_TOGETHER = 16
+"""Speeds at once."""
 
-Point = Callable[[Array, ComplexArray], OperatingPoint]
+Joints = Callable[[Array, ComplexArray], Gains]
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,28 +73,37 @@ class DevelopedChatter:
     ----------
     table
         The machine at that amplitude over its band, moved by the mean cut.
-    point
-        The machine at that amplitude at frequencies in Hz, moved by a force along a direction.
+    joints
+        What they are at that amplitude at frequencies in Hz, (n,), moved by forces along directions, (n, axes).
     search, method
         How crossings are found, and how they are settled.
     """
 
     cutting: Cutting
     table: OperatingPoint
-    point: Point
+    joints: Joints
     search: HeldJoints
     method: HeldJoints
 
-    def persistent(self, speed: float) -> Persistent:
-        """The lowest one at a speed in rpm; its depth is inf where there is none."""
-        before: list[Persistent] | None = None
+    def persistent(self, speeds: Iterable[float]) -> Iterator[Persistent]:
+        """The lowest one at each speed in rpm; its depth is inf where there is none."""
+        remaining = iter(speeds)
+        while some := list(islice(remaining, _TOGETHER)):
+            yield from self._lowest(some)
+
+    def _lowest(self, speeds: list[float]) -> list[Persistent]:
+        lowest, before = dict[int, Persistent](), set[int]()
         for level in range(_RAISES):
-            found = self._found(speed, level)
-            if found or (found is not None and before is not None):
-                return min(found, key=lambda one: one.crossing.depth, default=Persistent(NONE))
-            before = found
+            left = [i for i in range(len(speeds)) if i not in lowest]
+            for i, found in zip(left, self._found([speeds[i] for i in left], level), strict=True):
+                if found or (found is not None and i in before):
+                    lowest[i] = min(found, key=lambda one: one.crossing.depth, default=Persistent(NONE))
+                (before.discard if found is None else before.add)(i)
+            if len(lowest) == len(speeds):
+                return [lowest[i] for i in range(len(speeds))]
+        rpm = next(rpm for i, rpm in enumerate(speeds) if i not in lowest)
         raise CheckFailed(
-            f"lobes: at {speed:g} rpm the depth at that amplitude still changes with the resolution of a tooth period"
+            f"lobes: at {rpm:g} rpm the depth at that amplitude still changes with the resolution of a tooth period"
         )
 
     @cached_property
@@ -120,25 +132,37 @@ class DevelopedChatter:
                 found.append([i])
         return found
 
-    def _found(self, speed: float, level: int) -> list[Persistent] | None:
-        """The lowest of every resonance, with those that do not settle only if none does; None if under-resolved."""
-        settled: list[Persistent] = []
-        stalled: list[Persistent] = []
+    def _found(self, speeds: list[float], level: int) -> list[list[Persistent] | None]:
+        """At each speed the lowest of every resonance, with those that do not settle only if none does.
+
+        None where the level resolves too little.
+        """
+        settled, stalled = ([list[Persistent]() for _ in speeds] for _ in range(2))
+        resolved = set(range(len(speeds)))
         for group in self.groups:
-            tried: list[Persistent] = []
+            tried = [list[Persistent]() for _ in speeds]
+            going = sorted(resolved)
             for _ in range(_TRIES):
-                in_time()
-                ceiling = min((one.crossing.depth for one in settled), default=np.inf)
-                some = self._crossings(speed, level, group, tried, ceiling)
-                if some is None:
-                    return None
-                ends = [self._settled(one, speed) for one in some]
-                settled += [one for one in ends if one is not None]
-                tried += [one for one, end in zip(some, ends, strict=True) if end is None]
-                if not some or any(one is not None for one in ends):
-                    break
-            stalled += [replace(one, outcome=Outcome.STALLED) for one in tried]
-        return settled or stalled
+                some: list[tuple[int, Persistent]] = []
+                for i in going:
+                    in_time()
+                    ceiling = min((one.crossing.depth for one in settled[i]), default=np.inf)
+                    crossings = self._crossings(speeds[i], level, group, tried[i], ceiling)
+                    if crossings is None:
+                        resolved.discard(i)
+                    some += [(i, one) for one in crossings or []]
+                ends = self._settled([one for _, one in some], [speeds[i] for i, _ in some])
+                reached = set[int]()
+                for (i, one), end in zip(some, ends, strict=True):
+                    if end is None:
+                        tried[i].append(one)
+                    else:
+                        settled[i].append(end)
+                        reached.add(i)
+                going = sorted({i for i, _ in some} - reached)
+            for i, left in enumerate(tried):
+                stalled[i] += [replace(one, outcome=Outcome.STALLED) for one in left]
+        return [settled[i] or stalled[i] if i in resolved else None for i in range(len(speeds))]
 
     def _crossings(
         self, speed: float, level: int, group: list[int], tried: list[Persistent], ceiling: float
@@ -170,45 +194,73 @@ class DevelopedChatter:
     def _shapes(self) -> list[Shape]:
         return [self.search.resolved(frequency, gain) for frequency, gain in self.starts]
 
-    def _settled(self, found: Persistent, speed: float) -> Persistent | None:
-        """The vibration with joints, frequency and force that agree, resolved until a finer level changes nothing."""
+    def _settled(self, found: list[Persistent], speeds: list[float]) -> list[Persistent | None]:
+        """The vibrations with joints, frequency and force that agree, resolved until a finer level changes nothing."""
+        tooth = self.cutting.cuts_per_revolution * np.array(speeds) / 60
+        ends: list[Persistent | None] = [None] * len(found)
+        going = dict(enumerate(found))
         for level in range(_RAISES):
-            after = self._agreeing(found, speed, level)
-            if after is None:
-                return None
-            if level and abs(after.crossing.depth / found.crossing.depth - 1) <= self.method.tolerance:
-                return after
-            found = after
-        return None
+            agreeing = self._agreeing(going, speeds, tooth, level)
+            for i, after in agreeing.items():
+                if level and abs(after.crossing.depth / going[i].crossing.depth - 1) <= self.method.tolerance:
+                    ends[i] = after
+            going = {i: after for i, after in agreeing.items() if ends[i] is None}
+        done = [(i, one) for i, one in enumerate(ends) if one is not None]
+        if done:
+            held = self.joints(*_lines([one for _, one in done], tooth[[i for i, _ in done]]))
+            for (i, one), gain, outcome in zip(done, held.gain, held.outcomes, strict=True):
+                ends[i] = replace(one, gain=gain, outcome=outcome)
+        return ends
 
-    def _agreeing(self, found: Persistent, speed: float, level: int) -> Persistent | None:
-        tooth = self.cutting.cuts_per_revolution * speed / 60
+    def _agreeing(
+        self, found: dict[int, Persistent], speeds: list[float], tooth: Array, level: int
+    ) -> dict[int, Persistent]:
+        """Those of some vibrations whose joints, frequency and force can be made to agree."""
+        agreed: dict[int, Persistent] = {}
+        going = dict(found)
         for _ in range(_ROUNDS):
+            if not going:
+                break
             in_time()
-            loop = self.method.loop(speed, level, self._following(found, tooth))
-            try:
-                crossing = near(loop, found.crossing)
-            except InputError:  # so far from where it was that gains run straight no longer and a joint would feed it
-                return None
-            if not crossing.kind:
-                return None
-            order, direction = loop.strongest(crossing, found.order)
-            change = abs(crossing.depth / found.crossing.depth - 1)
-            found = Persistent(crossing, order, direction)
-            if change <= _SETTLED:
-                point = self.point(np.array([found.line * tooth]), direction)
-                return replace(found, gain=point.gain[0], outcome=point.outcomes[0])
-        return None
+            each, going = going, {}
+            for i, held in zip(each, self._following(list(each.values()), tooth[list(each)]), strict=True):
+                loop = self.method.loop(speeds[i], level, held)
+                try:
+                    crossing = near(loop, each[i].crossing)
+                except InputError:  # so far from where it was that gains run straight no longer and a joint would feed
+                    continue
+                if not crossing.kind:
+                    continue
+                order, direction = loop.strongest(crossing, each[i].order)
+                change = abs(crossing.depth / each[i].crossing.depth - 1)
+                (agreed if change <= _SETTLED else going)[i] = Persistent(crossing, order, direction)
+        return agreed
 
-    def _following(self, found: Persistent, tooth: float) -> Held:
-        """The joints as they are when the line of the vibration is at ν; near by, their gains run straight."""
-        assert found.direction is not None
-        start = found.line * tooth
-        here, beside = self.point(np.array([start, start * (1 + _BESIDE)]), found.direction).gain
-        slope = (beside - here) / (_BESIDE * start)
+    def _following(self, found: list[Persistent], tooth: Array) -> list[Held]:
+        """The joints as they are when the line of each vibration is at ν; near by, their gains run straight."""
+        start, direction = _lines(found, tooth)
+        both = np.concatenate([start, start * (1 + _BESIDE)])
+        here, beside = np.split(self.joints(both, np.concatenate([direction, direction])).gain, 2)
+        slope = (beside - here) / (_BESIDE * start)[:, None]
+        orders = [one.order for one in found]
+        return [Straight(*one) for one in zip(orders, tooth.tolist(), start.tolist(), here, slope, strict=True)]
 
-        def held(fraction: Array) -> tuple[Array, ComplexArray]:
-            chatter = np.abs(fraction + found.order) * tooth
-            return chatter, here + (chatter - start)[:, None] * slope
 
-        return held
+@dataclass(frozen=True, eq=False)
+class Straight:
+    """Joints at the line ν + ``order`` of the tooth frequency (Hz): ``here`` at ``start`` (Hz), with that slope."""
+
+    order: int
+    tooth: float
+    start: float
+    here: ComplexArray
+    slope: ComplexArray
+
+    def __call__(self, fraction: Array) -> tuple[Array, ComplexArray]:
+        chatter = np.abs(fraction + self.order) * self.tooth
+        return chatter, self.here + (chatter - self.start)[:, None] * self.slope
+
+
+def _lines(found: list[Persistent], tooth: Array) -> tuple[Array, ComplexArray]:
+    """Frequencies in Hz and directions of the force of some vibrations, (n,) and (n, axes)."""
+    return np.array([one.line for one in found]) * tooth, np.array([one.direction for one in found])

@@ -44,7 +44,7 @@ def _at_one(machine: Machine, cutting: Cutting, speed: Array, amplitude: float) 
         chatter = developed_chatter(
             machine, cutting, amplitude, wide_receptance(machine, amplitude), "collocation", True
         )
-        found = [chatter.persistent(rpm) for rpm in speed.tolist()]
+        found = list(chatter.persistent(speed.tolist()))
         tooth = cutting.cuts_per_revolution * speed / 60
         opened = OpenJoints.of(machine)
         return [

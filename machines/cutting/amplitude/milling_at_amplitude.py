@@ -13,7 +13,7 @@ from jointlib.shown.progress import each
 
 from ...indices import Mask
 from ...model.machine import Machine
-from ...operating.operating_point import OperatingPoint, operating_point
+from ...operating.operating_point import OpenTool, OperatingPoint
 from ...tool.bounded_band import shape
 from ...tool.machine_model import machine_model
 from ...tool.tool_point import tool_point
@@ -56,7 +56,7 @@ def developed_lobes(
     # Where so many oscillations are in a cut that harmonics are chosen, the search in modes would not end either.
     few = model is not None and "collocation" in (name, default_method(model, cutting, speeds))
     chatter = developed_chatter(machine, cutting, amplitude, table, name, few, model is not None)
-    vibrations = [chatter.persistent(rpm) for rpm in each("speeds", speeds.ravel().tolist(), speeds.size)]
+    vibrations = list(each("speeds", chatter.persistent(speeds.ravel().tolist()), speeds.size))
     found = [Found(one.crossing, one.line) for one in vibrations]
     said = (
         *said_before(point, cutting),
@@ -88,10 +88,11 @@ def developed_chatter(
     highest = shape(point).highest
     harmonics = HeldInHarmonics(machine, cutting, table.frf.frequency, highest, modes=known)
     search: HeldJoints = HeldInModes(machine, cutting, highest) if modes else harmonics
+    tool = OpenTool(machine, table.frf.frequency)
     return DevelopedChatter(
         cutting,
         table,
-        lambda frequency, direction: operating_point(machine, frequency, amplitude, direction),
+        lambda frequency, direction: tool.on(frequency).held(amplitude, direction),
         search,
         harmonics if method == "multi-frequency" else search,
     )

@@ -31,6 +31,7 @@ MORE = 10
 _LONGEST = 60.0
 """θ above which a stretch is split."""
 FINER = 4
+_Stretch = tuple[float, float, Array]
 MOST_NODES, MOST_SETTLED = 1000, 4000
 """Nodes up to which the map is searched, and up to which a crossing is followed on it."""
 
@@ -106,8 +107,8 @@ def arc_map(
     More nodes than ``most`` are refused. Several speeds, shape (b,), have the nodes of the slowest in common and become
     the first axis of the map.
     """
-    slowest = float(np.min(speed))
-    needed = node_count(model, cutting, slowest, more)
+    slowest, stretches = float(np.min(speed)), _stretches(cutting)
+    needed = _count(model, stretches, slowest, more)
     if needed > most:
         raise CheckFailed(
             f"collocation: at {slowest:g} rpm the cut of a tooth takes {needed} nodes for modes of up to "
@@ -121,7 +122,7 @@ def arc_map(
     pushed: list[ComplexArray] = []
     entry, rows, times, weights, forces = [], [], [], [], []
     seen = model.weight[:, None] * model.outputs
-    for start, end, cut in _stretches(cutting):
+    for start, end, cut in stretches:
         duration = (end - start) / turning
         if not len(cut):
             ring = np.exp(model.poles * duration[..., None])[..., None]
@@ -172,11 +173,15 @@ def arc_map(
 
 def node_count(model: ToolModel, cutting: Cutting, speed: float, more: int = MORE) -> int:
     """Nodes of `arc_map` at a speed in rpm."""
-    cut = [end - start for start, end, teeth in _stretches(cutting) if len(teeth)]
-    return int(sum(np.prod(_nodes(model, 2 * np.pi * speed / 60, angle, more)) for angle in cut))
+    return _count(model, _stretches(cutting), speed, more)
 
 
-def _stretches(cutting: Cutting) -> list[tuple[float, float, Array]]:
+def _count(model: ToolModel, stretches: list[_Stretch], speed: float, more: int) -> int:
+    nodes = [_nodes(model, 2 * np.pi * speed / 60, end - start, more) for start, end, teeth in stretches if len(teeth)]
+    return sum(pieces * each for pieces, each in nodes)
+
+
+def _stretches(cutting: Cutting) -> list[_Stretch]:
     """Angles of tooth 0 over one pitch between which the same teeth cut: from, to, and those teeth as `_teeth`."""
     edges = _edges(cutting, 2 * np.pi / cutting.cuts_per_revolution).tolist()
     return [(start, end, _teeth(cutting, (start + end) / 2)) for start, end in pairwise(edges)]

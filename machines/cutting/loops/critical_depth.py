@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import islice
+from math import isnan, nan
 
 import numpy as np
 
@@ -83,18 +84,20 @@ def near(loop: Loop, crossing: Crossing) -> Crossing:
         if abs(value.imag) > _REAL * abs(value) or value.real >= 0:
             return NONE
         return Crossing(-0.5 / value.real, 0.5, complex(value.real))
-    before, value = nu * (1 - 1e-6), crossing.eigenvalue
-    past = nearest(loop, before, value)[0] * complex(regeneration(np.array(before)))
+    before, value, past = nan, crossing.eigenvalue, complex(nan)
     for _ in range(20):
         new, _ = nearest(loop, nu, value)
         if abs(new - value) > _APART * abs(value):
             return NONE
-        value, turned = new, new * complex(regeneration(np.array(nu)))
+        turned = new * complex(regeneration(np.array(nu)))
         if abs(turned.imag) <= 1e-11 * abs(turned) or nu == before:
-            return Crossing(-1 / turned.real, nu, value) if turned.real < 0 else NONE
+            return Crossing(-1 / turned.real, nu, new) if turned.real < 0 else NONE
+        if isnan(before):  # the slope of the first step, from close by
+            before = nu * (1 - 1e-6)
+            past = nearest(loop, before, value)[0] * complex(regeneration(np.array(before)))
         slope = (turned.imag - past.imag) / (nu - before)
-        before, past = nu, turned
-        nu = nu - turned.imag / slope if slope else np.nan
+        before, past, value = nu, turned, new
+        nu = nu - turned.imag / slope if slope else nan
         if not 0 < nu < 0.5:
             return NONE
     return NONE
