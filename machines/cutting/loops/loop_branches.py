@@ -89,24 +89,18 @@ def brackets(fraction: Array, values: ComplexArray, matters: Mask, level: float)
     """
     rows = np.flatnonzero(matters)
     coarse = np.zeros(len(matters), dtype=bool)
-    turn = regeneration(fraction)[:, None]
-    closing = np.concatenate([values[rows] * turn[rows], values[rows + 1] * turn[rows + 1]], axis=1)
-    rows = rows[np.any(closing.real <= -LOOKED * level, axis=1)]
-    left, right = values[rows], values[rows + 1]
+    left, right, turn = values[rows], values[rows + 1], regeneration(fraction)[:, None]
     at_left, at_right = left * turn[rows], right * turn[rows + 1]
-    distance = np.abs(left[:, :, None] - right[:, None, :])
     found = []
     for flipped in (False, True):
         own, other = (at_right, at_left) if flipped else (at_left, at_right)
-        size = np.abs(right if flipped else left)
-        apart = np.swapaxes(distance, 1, 2) if flipped else distance
-        mate = np.argmin(apart, axis=2)
-        two = np.partition(apart, 1, axis=2)[:, :, :2] if apart.shape[2] > 1 else np.dstack([apart, apart + np.inf])
-        looked = own.real <= -LOOKED * level
-        wide = (two[:, :, 0] > _STEP * size) | ((two[:, :, 0] > _APART * two[:, :, 1]) & (two[:, :, 0] > 0.02 * size))
-        coarse[rows[np.any(wide & looked, axis=1)]] = True
-        row, column = np.nonzero(looked)
-        partner = mate[row, column]
+        row, column = np.nonzero(own.real <= -LOOKED * level)
+        size = np.abs((right if flipped else left)[row, column])
+        apart = np.abs(left[row] - right[row, column, None] if flipped else left[row, column, None] - right[row])
+        partner = np.argmin(apart, axis=1)
+        two = np.partition(apart, 1, axis=1) if apart.shape[1] > 1 else np.column_stack([apart, apart + np.inf])
+        wide = (two[:, 0] > _STEP * size) | ((two[:, 0] > _APART * two[:, 1]) & (two[:, 0] > 0.02 * size))
+        coarse[rows[row[wide]]] = True
         a, b = own[row, column], other[row, partner]
         crossed = (a.imag * b.imag < 0) & (np.minimum(a.real, b.real) < 0)
         row, column, partner, a, b = (part[crossed] for part in (row, column, partner, a, b))
