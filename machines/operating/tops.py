@@ -20,6 +20,8 @@ _WIDE, _NARROW = 7, 5
 _GRID, _NEWTON = 33, 6
 _STILL = 1e-9
 """Share of the largest motion at a frequency; what rises by less above the points around is rounding."""
+_NOTHING = 1e-10
+"""Share of the largest motion at a frequency that is itself rounding, as of contacts that a symmetry keeps still."""
 _SURE, _PLACED = 1e-8, 1e-5
 """Relative differences of amplitude and frequency; what the wider polynomial leaves is far less."""
 _BESIDE = 0.25
@@ -63,7 +65,7 @@ class Tops:
 
 def tops(omega: Array, amplitude: Array, sure: float = _SURE, still: float = _STILL) -> Tops:
     """Tops of amplitudes (points, motions) in m over ascending frequencies (rad/s), in doubt by more than ``sure``;
-    what rises by less than ``still`` of the largest motion is rounding.
+    what rises by less than ``still`` of the largest motion, or is next to nothing of it, is rounding.
     """
     count = amplitude.shape[1]
     places = [local_maxima(amplitude[:, k]) for k in range(count)]
@@ -72,7 +74,8 @@ def tops(omega: Array, amplitude: Array, sure: float = _SURE, still: float = _ST
     near = np.clip(row[:, None] + np.arange(1, 3 * _WIDE) * np.array([[[-1]], [[1]]]), 0, max(len(omega) - 1, 0))
     lowest = np.min(amplitude[near, motion[:, None]], axis=2, initial=np.inf)
     rise = amplitude[row, motion] - np.max(lowest, axis=0, initial=0.0)
-    moving = rise > still * np.max(amplitude[row], axis=1, initial=0.0)
+    largest = np.max(amplitude[row], axis=1, initial=0.0)
+    moving = (rise > still * largest) & (amplitude[row, motion] > _NOTHING * largest)
     motion, row = motion[moving], row[moving]
     if not len(row) or len(omega) < _WIDE:
         return Tops(motion, row, omega[row], amplitude[row, motion], np.zeros(len(row)), np.zeros(len(row), dtype=bool))

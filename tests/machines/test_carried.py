@@ -97,3 +97,10 @@ def test_rounding_has_no_tops() -> None:
     omega = np.linspace(1.0, 2.0, 200)
     shaken = 1e-12 * np.random.default_rng(1).standard_normal(200)
     assert not len(tops(omega, np.stack([2 - omega + shaken, np.abs(shaken)], axis=1)).row)
+
+
+def test_a_motion_that_is_rounding_is_not_closed_in_on_however_little_counts_as_a_rise() -> None:
+    omega = np.linspace(1.0, 2.0, 200)
+    still = 1e-11 * np.abs(np.random.default_rng(1).standard_normal(200))
+    found = tops(omega, np.stack([1 / (1 + (omega - 1.5) ** 2), still], axis=1), still=1e-12)
+    assert found.motion.tolist() == [0]
