@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import prod
 from typing import ClassVar, Protocol
 
 import numpy as np
@@ -15,6 +16,7 @@ from jointlib.motion import Motion
 _GAUSS_POINTS = 32
 _CYCLES = 200
 _SETTLED = 1e-10
+_FEW = 4096
 
 
 class Steppable(Protocol):
@@ -85,13 +87,25 @@ def broadcast(amplitude: ArrayLike, omega: ArrayLike, bias: ArrayLike) -> tuple[
     if not _allowed(w):
         raise InputError(f"describing function: angular frequency {omega!r}, expected finite values of at least 0")
     shape = np.broadcast(A, w, z0).shape
-    A, w, z0 = (x if x.shape == shape else np.broadcast_to(x, shape) for x in (A, w, z0))
-    return A, w, z0
+    return _spread(A, shape), _spread(w, shape), _spread(z0, shape)
 
 
 def _allowed(value: Array) -> bool:
     """Finite and not negative."""
+    if value.ndim == 0:
+        return 0 <= float(value) < np.inf
     return bool(value.size == 0 or (value.min() >= 0 and value.max() < np.inf))
+
+
+def _spread(value: Array, shape: tuple[int, ...]) -> Array:
+    """The value at every place of a shape; a few numbers are copied faster than a view of them is made."""
+    if value.shape == shape:
+        return value
+    if prod(shape) > _FEW:
+        return np.broadcast_to(value, shape)
+    out = np.empty(shape)
+    out[...] = value
+    return out
 
 
 def numerical_first_harmonic(

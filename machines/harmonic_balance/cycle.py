@@ -54,8 +54,15 @@ def tangent(
     """
     known = np.empty((*motion.displacement.shape, 0)) if state is None else state
     k, c = joint.jacobian(motion, known)
-    wave = np.exp(-1j * cycle.angle[:, None] * np.arange(highest + 1)) / len(cycle.angle)
+    wave = _wave(len(cycle.angle), highest)
     return k @ wave, c @ wave
+
+
+@lru_cache(maxsize=16)
+def _wave(samples: int, highest: int) -> ComplexArray:
+    """e^(−jnθ) over equal samples of a cycle, n = 0 … highest, for the mean of a product with it."""
+    angle = 2 * np.pi * np.arange(samples) / samples
+    return np.asarray(np.exp(-1j * angle[:, None] * np.arange(highest + 1)) / samples)
 
 
 def slopes_of_harmonics(

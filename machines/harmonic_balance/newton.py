@@ -217,7 +217,8 @@ def gains(joints: Sequence[Joint], amplitude: Array, omega: Array) -> tuple[Comp
         return joints.biased.gains(amplitude, omega)
     gain, slope = np.zeros(amplitude.shape, dtype=complex), np.zeros(amplitude.shape, dtype=complex)
     for law, columns in joints.laws if isinstance(joints, Several) else laws_together(joints):
-        found = law.first_harmonic(amplitude[:, columns], omega[:, None])
-        gain[:, columns] += found.gain
-        slope[:, columns] += found.d_amplitude
+        own = slice(None) if len(columns) == amplitude.shape[1] else columns
+        found = law.first_harmonic(amplitude[:, own], omega[:, None])
+        gain[:, own] += found.gain
+        slope[:, own] += found.d_amplitude
     return gain, slope
