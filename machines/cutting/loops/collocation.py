@@ -114,7 +114,7 @@ def arc_map(
             f"collocation: at {slowest:g} rpm the cut of a tooth takes {needed} nodes for modes of up to "
             f"{model.fastest / (2 * np.pi):.0f} Hz, expected at most {most}: a faster speed or lower modes"
         )
-    modes, axes = len(model.poles), ["xy".index(axis) for axis in model.axes]
+    modes, axes = len(model.poles), tuple("xy".index(axis) for axis in model.axes)
     pitch = 2 * np.pi / cutting.cuts_per_revolution
     turning = 2 * np.pi * np.asarray(speed, dtype=float) / 60
     shape = turning.shape
@@ -129,13 +129,12 @@ def arc_map(
             state, pushed = ring * state, [ring * part for part in pushed]
             continue
         pieces, count = _nodes(model, float(np.min(turning)), end - start, more, share)
-        x, derivative, rule = chebyshev(count)
+        _, derivative, rule = chebyshev(count)
         rate = 2 * pieces / duration[..., None, None, None]
         inverse = np.linalg.inv(rate * derivative[1:, 1:] - model.poles[:, None, None] * np.eye(count))
         free = -rate[..., 0] * (inverse @ derivative[1:, 0])
         for piece in range(pieces):
-            angle = start + (end - start) * (piece + (x + 1) / 2) / pieces
-            U, V = _directions(cutting, axes, angle[:, None] + cut)
+            angle, U, V = _cut(cutting, axes, (start, end), (piece, pieces), count)
             look, drive = np.tensordot(seen, V, (1, 1)), np.tensordot(model.inputs, U, (1, 1))
             ring = np.einsum("pkr,...pk->...krp", look, free).reshape(*shape, -1, modes)
             entry.append((ring @ state).real)
@@ -181,6 +180,7 @@ def _count(model: ToolModel, stretches: list[_Stretch], speed: float, more: int)
     return sum(pieces * each for pieces, each in nodes)
 
 
+@lru_cache(maxsize=64)
 def _stretches(cutting: Cutting) -> list[_Stretch]:
     """Angles of tooth 0 over one pitch between which the same teeth cut: from, to, and those teeth as `_teeth`."""
     edges = _edges(cutting, 2 * np.pi / cutting.cuts_per_revolution).tolist()
@@ -213,10 +213,20 @@ def _teeth(cutting: Cutting, angle: float) -> Array:
     return np.asarray(offset[(place > cutting.entry_angle) & (place < cutting.exit_angle)])
 
 
-def _directions(cutting: Cutting, axes: list[int], angle: Array) -> tuple[Array, Array]:
+@lru_cache(maxsize=256)
+def _cut(
+    cutting: Cutting, axes: tuple[int, ...], stretch: tuple[float, float], part: tuple[int, int], count: int
+) -> tuple[Array, Array, Array]:
+    """Angles of tooth 0 at the nodes of a piece of a stretch, ``part`` its place and how many there are, and
+    `_directions` of the teeth in the cut there."""
+    (start, end), (piece, pieces) = stretch, part
+    angle = start + (end - start) * (piece + (chebyshev(count)[0] + 1) / 2) / pieces
+    return angle, *_directions(cutting, axes, angle[:, None] + _teeth(cutting, (start + end) / 2))
+
+
+def _directions(cutting: Cutting, axes: tuple[int, ...], angle: Array) -> tuple[Array, Array]:
     """U and V with H = U·Vᵀ at the nodes but the first, shape (nodes, axes, r); r = 1 while one tooth cuts."""
-    u, v = cutting.tooth(angle[1:])
-    u, v = u[..., axes], v[..., axes]
+    u, v = (part[..., list(axes)] for part in cutting.tooth(angle[1:]))
     alone = cutting.process != "milling" or (
         cutting.exit_angle - cutting.entry_angle <= 2 * np.pi / cutting.cuts_per_revolution * (1 + 1e-12)
     )
