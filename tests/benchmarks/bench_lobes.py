@@ -16,7 +16,9 @@ import numpy as np
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
+from jointlib import read_joint
 from jointlib.arrays import Array, ComplexArray
+from machines import lobes_at_amplitude, read_machine
 from machines.cutting.cutters.pattern_multipliers import largest_multipliers as cutter_multipliers
 from machines.cutting.loops.collocation import arc_map
 from machines.cutting.loops.multipliers import largest_multipliers
@@ -184,6 +186,20 @@ def boundary() -> None:
         print(f"boundary at {len(SPEEDS)} speeds, slot, three teeth: {seconds:.2f} s by {method}")
 
 
+def developed() -> None:
+    """Milling at an amplitude of the guide mill: all speeds at once beside one after the other."""
+    library = Path(__file__).parents[2] / "machines" / "library"
+    machine = read_machine(library / "guide_mill.toml").with_joint("guide", read_joint(library / "guide.joint.toml"))
+    speeds = np.linspace(3000.0, 12000.0, 32)
+    lobes_at_amplitude(machine, speeds[:1], 5e-6)  # what all speeds share
+    together, depth = timed(lambda: lobes_at_amplitude(machine, speeds, 5e-6).depth, 1)
+    apart, other = timed(lambda: np.array([lobes_at_amplitude(machine, [s], 5e-6).depth[0] for s in speeds]), 1)
+    print(
+        f"{len(speeds)} speeds at 5 um, {1e3 * together / len(speeds):.0f} ms each at once: {apart / together:.2f} "
+        f"times as long one after the other; depths differ by {np.max(np.abs(depth / other - 1)):.0e}"
+    )
+
+
 def timed(work: Callable[[], Array], repeats: int) -> tuple[float, Array]:
     seconds = []
     for _ in range(repeats):
@@ -200,6 +216,7 @@ def main() -> None:
     slow_uneven()
     memory()
     boundary()
+    developed()
     fast, depth = timed(vectorised, 9)
     slow, check = timed(one_by_one, 1)
     print(f"400 speeds, zero-order: {fast * 1e3:.1f} ms vectorised, {slow * 1e3:.0f} ms one by one: {slow / fast:.0f}x")
