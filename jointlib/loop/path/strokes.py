@@ -61,26 +61,28 @@ class Division:
 
 
 def divide(runs: Sequence[Run]) -> Division:
-    """Whole records where there are 8 or more, complete strokes where there are between 8 and 60, else equal pieces;
-    conditions as declared, or found."""
+    """Whole records where there are 8 or more, complete strokes where there are between 8 and 60 and some in each, else
+    equal pieces; conditions as declared, or found."""
     if len(runs) >= FEWEST_BLOCKS:
         blocks = [_block(i, run, run.begin, len(run.force) - run.preparation.edge, 0) for i, run in enumerate(runs)]
     else:
         blocks = [b for i, run in enumerate(runs) for b in strokes(i, run)]
-        if not FEWEST_BLOCKS <= len(blocks) <= _MOST_BLOCKS:
+        if not FEWEST_BLOCKS <= len(blocks) <= _MOST_BLOCKS or len({b.run for b in blocks}) < len(runs):
             blocks = [b for i, run in enumerate(runs) for b in _pieces(i, run, len(runs))]
     labels = [run.condition for run in runs]
     if len({label for label in labels if label}) > 1:
         return Division(tuple(replace(b, condition=labels[b.run] or "none") for b in blocks), "declared conditions")
+    told = []
     for name, unit, values in (
-        ("peak speed", "m/s", [b.peak_speed for b in blocks]),
-        ("travel", "m", [b.travel for b in blocks]),
+        ("peak speed", "m/s", np.array([b.peak_speed for b in blocks])),
+        ("travel", "m", np.array([b.travel for b in blocks])),
     ):
-        groups = _clusters(np.array(values))
+        groups = _clusters(values)
         if groups is not None:
-            means = [np.mean(np.array(values)[groups == g]) for g in groups]
-            named = [f"{name} {mean:.3g} {unit}" for mean in means]
-            return Division(tuple(replace(b, condition=n) for b, n in zip(blocks, named, strict=True)), name)
+            named = [f"{name} {np.mean(values[groups == g]):.3g} {unit}" for g in groups]
+            told.append(Division(tuple(replace(b, condition=n) for b, n in zip(blocks, named, strict=True)), name))
+    if told:  # tones of one speed and several travels are several conditions
+        return max(told, key=lambda division: len(division.conditions))
     if len(runs) > 1:
         return Division(tuple(replace(b, condition=runs[b.run].name) for b in blocks), "record")
     speeds = np.array([b.peak_speed for b in blocks])
