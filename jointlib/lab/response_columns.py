@@ -54,7 +54,7 @@ def response_of(path: Path, columns: Mapping[str, Array], units: Sequence[str]) 
     """
     found: dict[str, tuple[Array, str, str]] = {}
     for (heading, values), unit in zip(columns.items(), units, strict=True):
-        role = _role(heading)
+        role = role_of(heading)
         if role is None or role in found:
             continue
         bracket = _BRACKETS.search(heading)
@@ -96,7 +96,7 @@ def _force(path: Path, found: Mapping[str, tuple[Array, str, str]]) -> Array | N
     return np.asarray(values * (scale(unit, "N", f"{path}: {heading!r}") if unit else 1.0))
 
 
-def _role(heading: str) -> str | None:
+def role_of(heading: str) -> str | None:
     """What a column is, by the words of its heading before its unit."""
     for word in _WORD.findall(_BRACKETS.sub("", heading)):
         for role, pattern in _ROLES.items():

@@ -43,6 +43,24 @@ def test_a_sensor_in_the_unit_of_its_heading_is_read_in_it(tmp_path: Path, headi
     np.testing.assert_allclose(found.channels["kraft_hammer"], np.round(NOISE[0], 6) * per / 2.25e-3)
 
 
+def test_frequency_responses_with_a_column_of_the_force_have_its_levels(tmp_path: Path) -> None:
+    """The shaker loses two fifths of 2 N and of 60 N on its way; one file says kilonewtons."""
+    lines, sag = np.linspace(80.0, 120.0, 40), 1 - 0.4 * np.exp(-(np.linspace(-3, 3, 40) ** 2))
+    H = 1 / (1 - (lines / 100) ** 2 + 0.05j)
+    for name, unit, force in (("a", "N", 1.997 * sag), ("b", "kN", 0.05994 * sag)):
+        head = f"Frequenz [Hz];Betrag [um/N];Phase [deg];force [{unit}]"
+        saved(tmp_path / f"{name}.csv", head, lines, np.abs(H), np.degrees(np.angle(H)), force, time=None)
+    done = imported(tmp_path, f"{tmp_path / 'a.csv'} {tmp_path / 'b.csv'}")
+    assert "peak of the force" not in done.out + done.err
+    measurement = read_measurement(tmp_path / "m.measurement.toml")
+    assert [r.sweep.level for r in measurement.records if r.sweep] == ["2 N", "60 N"]
+    for name in "ab":
+        saved(tmp_path / f"{name}.csv", "f [Hz];Re [m/N];Im [m/N]", lines, H.real, H.imag, time=None)
+    done = imported(tmp_path, f"{tmp_path / 'a.csv'} {tmp_path / 'b.csv'} --set record.b.force='8 N'", "n.toml")
+    assert done.out.count("records with one force count as repeats") == 1, done
+    assert "record.a.force" in done.out
+
+
 def test_a_sensor_beside_a_column_that_is_in_newtons_is_refused(tmp_path: Path) -> None:
     record = saved(tmp_path / "r.csv", "Zeit [s];hammer [N];acc [g]", *NOISE[:2])
     words = f"{record} --kind impact --set channel.hammer.sensitivity='2.25 mV/N' --set channel.hammer.dof=tool.x"

@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+
 from jointlib.frf import Quantity
 from jointlib.lab.importing.draft import Draft, Noted, Table
 from jointlib.lab.importing.signals import by_name
 from jointlib.lab.lab_file import LabFile
-from jointlib.lab.response_columns import quantity_of
+from jointlib.lab.response_columns import quantity_of, role_of
+from jointlib.units import scale
 
 
 def holds_responses(file: LabFile) -> bool:
@@ -33,10 +36,26 @@ def response_records(draft: Draft, files: Sequence[tuple[str, LabFile]]) -> None
                 draft.guess(table, key, dof, why, f"{at}.{key}=tool.x")
             if pair is not None and several:
                 table |= {"response_at": Noted(pair[0]), "drive_at": Noted(pair[1])}
-            draft.guess(table, "force", "1 N", "no file says the peak of the force", f"{at}.force='10 N'")
+            _force(draft, table, file, at, len(files) > 1)
             if pair is None:
                 _quantity(draft, table, file, at)
             draft.records.append(table)
+
+
+def _force(draft: Draft, table: Table, file: LabFile, at: str, several: bool) -> None:
+    """What was asked of the shaker: the largest force of a column, as it loses some at a resonance."""
+    column = next((c for c in file.columns if role_of(c.name) == "force"), None)
+    if column is not None:
+        peak = float(np.max(column.values)) * scale(column.unit or "N", "N", f"{file.path}: {column.name!r}")
+        # Two digits: records asked for one force are repeats of each other.
+        table["force"] = Noted(
+            f"{float(f'{peak:.2g}'):g} N", f"largest of {column.name!r}, which tells that of each line"
+        )
+        return
+    why = "no file says the peak of the force"
+    if several:
+        why += "; records with one force count as repeats, and what depends on its size as their noise"
+    draft.guess(table, "force", "1 N", why, f"{at}.force='10 N'")
 
 
 def _quantity(draft: Draft, table: Table, file: LabFile, at: str) -> None:
