@@ -16,12 +16,17 @@ from ..model.machine import Machine
 from .explanations.quick import quick
 from .fit import Fitting
 from .forward import Answer, Forward
+from .judge import excess
 from .noise.drift import FARTHEST, FREQUENCY
 from .records import LevelFRF
 from .truncated import correction
 
 _CAP = 2.0
-_CENTRED = 3
+WHITE = 3.0
+"""Mean square of what is left, in units of the noise, above which there is more to be found than was named."""
+_CENTRED, _TRIED = 3, 65
+"""Turns to the drift of every record, and drifts that are tried where no first order leads to it."""
+_FINE = 0.01 * FREQUENCY
 SETTLED = 0.3 * FREQUENCY
 """Drift that is small enough for its first order to hold."""
 
@@ -46,13 +51,37 @@ class Setting:
     def centred(cls, machine: Machine, frfs: Sequence[LevelFRF]) -> Setting:
         """The same with the frequencies of every record moved by what they have likeliest drifted."""
         setting, taken = cls.of(machine, frfs), np.zeros(len(frfs))
+        if setting.loss > WHITE * len(setting.rows):
+            # A peak narrower than its drift: no first order leads there.
+            tried = np.linspace(-FARTHEST, FARTHEST, _TRIED) * FREQUENCY
+            taken = tried[np.argmin([setting.losses_at(machine, frfs, drift) for drift in tried.tolist()], axis=0)]
+            setting = cls.of(machine, frfs, taken)
         for _ in range(_CENTRED):
             drift = setting.drifted(setting.residual, len(frfs))
-            if np.max(np.abs(drift - taken)) <= SETTLED:
+            left = float(np.max(np.abs(drift - taken)))
+            if left <= _FINE or (left <= SETTLED and excess(setting.loss, len(setting.rows)) == 0):
                 break
             taken = drift
             setting = cls.of(machine, frfs, taken)
         return setting
+
+    @property
+    def loss(self) -> float:
+        """Σ abs(residual)²."""
+        return float(np.sum(np.abs(self.residual) ** 2))
+
+    def losses_at(self, machine: Machine, frfs: Sequence[LevelFRF], drift: float) -> Array:
+        """Loss of the machine on every record as if all had drifted so."""
+        fitting = self.fitting_at(machine, frfs, drift)
+        joints = fitting.quick_joints
+        answer = fitting.forward.answer(joints, tuple(range(len(joints))), self.base.z)
+        return np.asarray(np.bincount(fitting.forward.points.record, np.abs(fitting.residual(answer)) ** 2, len(frfs)))
+
+    def fitting_at(self, machine: Machine, frfs: Sequence[LevelFRF], drift: float) -> Fitting:
+        """The same lines and noise as if all records had drifted so."""
+        old, taken = self.fitting, np.full(len(frfs), drift)
+        forward = Forward.of(machine, undrifted(frfs, taken)).with_caps(old.forward.cap).on(self.rows)
+        return Fitting(forward, old.sigma, old.correction, taken, old.near)
 
     def drifts(self, residual: ComplexArray, records: int) -> Array:
         """By how much level and natural frequencies of each record are off, (records, 2), relative, by a residual."""

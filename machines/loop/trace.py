@@ -28,8 +28,8 @@ from .records import LevelFRF, read_frfs, said_of, within_parts
 from .report import MachineCandidate, MachineRival, MachineTrace
 from .search import Search
 from .separate import Separation, separation
-from .setting import Setting
-from .with_drift_out import WHITE, Searched
+from .setting import WHITE, Setting
+from .with_drift_out import Searched
 from .words import NOT_DECIDABLE, sentence
 
 _ALIKE = {"gap", "contact-loss"}

@@ -12,16 +12,13 @@ from jointlib.arrays import Array
 from ..model.machine import Machine
 from . import fallback
 from .explanations.places import Place
-from .fit import Fitted, Fitting
-from .forward import Forward
+from .fit import Fitted
 from .judge import excess
 from .noise.drift import FARTHEST, FREQUENCY
 from .records import LevelFRF
 from .search import Search
-from .setting import SETTLED, Setting, undrifted
+from .setting import SETTLED, WHITE, Setting
 
-WHITE = 3.0
-"""Mean square of what is left, in units of the noise, above which there is more to be found than was named."""
 _DRIFTED = 0.8
 """Share to which the loss must fall for the drift to be judged once more."""
 _TURNS, _TRIED = 4, 33
@@ -42,7 +39,7 @@ class Searched:
     @classmethod
     def of(cls, machine: Machine, places: tuple[Place, ...], training: Sequence[LevelFRF]) -> Searched:
         setting, taken, previous = Setting.centred(machine, training), np.zeros(len(training)), np.inf
-        if excess(float(np.sum(np.abs(setting.residual) ** 2)), len(setting.rows)) > 0:
+        if excess(setting.loss, len(setting.rows)) > 0:
             setting = Setting.of(machine, training)
         while True:
             search = Search(machine, places, setting.fitting, setting.base, setting.residual)
@@ -85,12 +82,9 @@ def _drifted(machine: Machine, training: Sequence[LevelFRF], setting: Setting, b
 
 def _losses(machine: Machine, training: Sequence[LevelFRF], setting: Setting, best: Fitted, drift: float) -> Array:
     """Loss of an explanation on every record as if all had drifted so."""
-    old = setting.fitting
-    taken = np.full(len(training), drift)
-    forward = Forward.of(machine, undrifted(training, taken)).with_caps(old.forward.cap).on(setting.rows)
-    fitting = Fitting(forward, old.sigma, old.correction, taken, old.near)
+    fitting = setting.fitting_at(machine, training, drift)
     residual = fitting.residual(fitting.answer(best.hypothesis, best.u, best.answer.z))
-    return np.asarray(np.bincount(forward.points.record, np.abs(residual) ** 2, len(training)), dtype=float)
+    return np.asarray(np.bincount(fitting.forward.points.record, np.abs(residual) ** 2, len(training)), dtype=float)
 
 
 def _table(search: Search, best: Fitted, training: Sequence[LevelFRF]) -> Fitted | None:

@@ -137,6 +137,26 @@ def test_a_large_drift_near_the_peak_lacks_nothing() -> None:
     assert found.verdict is Verdict.NOTHING_MISSING, found.sentence
 
 
+def test_a_peak_narrower_than_its_drift_lacks_nothing() -> None:
+    """One mass on a joint, Q = 2000 in closed form: the records drift by up to four half-power widths."""
+    mass, omega = 2.0, 2 * np.pi * 120
+    joint = Joint((Linear(mass * omega**2), Viscous(mass * omega / 2000)))
+    parts = (Lumped("m0", ("x",), np.array([[mass]])), Lumped("g", ("x",), np.array([[1e9]])))
+    machine = Machine(parts, (Connection("clamp", ("m0.x", "g.x"), joint),), tool={"x": "m0.x"})
+    rng, lines, drifts = np.random.default_rng(4), 120 * (1 + np.linspace(-0.005, 0.005, 240)), (-0.65e-3, 2.06e-3, 0.0)
+    frfs = []
+    for frf, drift in zip(blank("m0.x", lines), drifts, strict=True):
+        r = lines / (1 + drift) / 120
+        H = 1 / (1 - r**2 + 1j * r / 2000) / (mass * omega**2)
+        sigma = 0.004 * np.abs(H)
+        noise = sigma * (rng.standard_normal(240) + 1j * rng.standard_normal(240)) / np.sqrt(2)
+        frfs.append(replace(frf, receptance=H + noise, deviation=sigma))
+    found = trace_frfs(frfs, machine)
+    assert found.verdict is Verdict.NOTHING_MISSING, found.sentence
+    told = [r["frequency"] for r in found.noise_floor["drift"]]
+    assert told == pytest.approx(drifts, abs=1e-5)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("machine", "place", "families"),
