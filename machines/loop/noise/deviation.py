@@ -29,7 +29,8 @@ _FLAT = 1e-3
 _PREFERENCE = 15.0
 """Logarithm of the likelihood by which noise that follows |H|, and then both noises, must beat what is simpler."""
 _ROUNDING = 1e-15
-_OUTLIER = 12.0
+_OUTLIER = 8.0
+"""Of squares over their variance: a few lines at a peak that a local fit does not hold decide nothing."""
 FEWEST = 16
 """Lines that an estimate from neighbours needs."""
 
