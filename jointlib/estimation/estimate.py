@@ -14,6 +14,7 @@ from jointlib.estimation.blocks import QUANTITY, drive_of, motions_of, place_of,
 from jointlib.estimation.continuation import taken_off
 from jointlib.estimation.impact import hits_of
 from jointlib.estimation.result import Estimate, EstimatedFRF
+from jointlib.estimation.same_motion import refuse_other_motion
 from jointlib.estimation.settings import EXCITED
 from jointlib.estimation.several import several_lines
 from jointlib.estimation.shaker import Lines, burst_lines, from_spectra, periodic_lines, random_lines, unclipped
@@ -47,7 +48,7 @@ def estimate(measurement: Measurement) -> Estimate:
     records = read_records(m, m.with_role("fit"))
     refuse_silent(m, records)
     left_out: list[str] = []
-    notes: list[str] = []
+    notes: list[str] = refuse_other_motion(m, records)
     frfs: list[EstimatedFRF] = []
     for place in dict.fromkeys(place_of(m, r) for r in records):
         frfs += _at_one_place(m, [r for r in records if place_of(m, r) == place], left_out, notes)

@@ -6,8 +6,6 @@ import shlex
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from jointlib.errors import InputError
 from jointlib.identification.first_values import first_laws, size_of
 from jointlib.identification.fit import Fit, law_fit, surface_fit
@@ -16,11 +14,10 @@ from jointlib.identification.records import FitRecords, open_records
 from jointlib.identification.result import FitError, Found, Identification
 from jointlib.identification.scatter import explained, misses, overall
 from jointlib.identification.second_start import SHARE
+from jointlib.identification.strange import strange_mass, turned, yielding
 from jointlib.joint import Joint
 from jointlib.measurement import Measurement
 
-_SAMPLES, _SLOW = 200, 0.01
-"""Samples of a cycle along which a joint is asked for its stiffness, and its frequency in Hz."""
 SURFACES = ("chebyshev", "polynomial")
 """Kinds whose table is fitted as a whole, with its order."""
 
@@ -91,7 +88,11 @@ def identify(
         validity={**fit.joint.validity, **validity(used)},
         provenance={**provenance(used), "residuals": [_residual(e) for e in errors]},
     )
-    messages += _turned(joint)
+    paths = [t for t in used if t.measurement.kind == "path"]
+    for test in paths:
+        messages += strange_mass(test.measurement, *fit.unknowns["carriage"]) if "carriage" in fit.unknowns else []
+        messages += yielding((b.target, b.rows(b.v)) for b in test.balances)
+    messages += turned(joint)
     return Identification(
         joint=joint,
         parameters=_table(joint, fit, bool(missed)),
@@ -99,30 +100,8 @@ def identify(
         static=fit.static,
         surfaces=tuple(s for t in moving for s in t.surfaces),
         orders=fit.orders,
-        messages=tuple(messages),
+        messages=tuple(dict.fromkeys(messages)),
     )
-
-
-def _turned(joint: Joint) -> list[str]:
-    """A sentence where the joint, over the motion of its records, pulls the way it is pulled, as if a sign were wrong.
-
-    Its stiffness is that of the first harmonic along a slow cycle, ∮ f z / ∮ z².
-    """
-    largest = joint.validity.get("amplitude", (0.0, 0.0))[1]
-    if not np.isfinite(largest) or largest <= 0:
-        return []
-    phase = 2 * np.pi * np.arange(2 * _SAMPLES) / _SAMPLES
-    z, v = largest * np.sin(phase), 2 * np.pi * largest * np.cos(phase)
-    force = joint.force_along(z, v * _SLOW, 1 / (_SLOW * _SAMPLES))
-    last = slice(_SAMPLES, None)
-    stiffness = float(np.mean((force[last] - np.mean(force[last])) * z[last]) / np.mean(z[last] ** 2))
-    if not stiffness < 0:
-        return []
-    return [
-        f"Over its {largest * 1e6:.3g} um the joint has a stiffness of {stiffness * 1e-6:.4g} N/um, below zero: it "
-        "pushes on the way it is moved. The sign of the force or of the displacement is turned, look at the gain of "
-        "the [[channel]], unless the records hold a motion that snaps through."
-    ]
 
 
 def _residual(error: FitError) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 
 from jointlib.arrays import Array
 from jointlib.errors import InputError
+from jointlib.estimation.same_motion import refuse_other_motion
 from jointlib.identification.excitation import excited
 from jointlib.identification.force_balance import ForceBalance, balance_of
 from jointlib.identification.force_samples import RestoringForce, restoring_force
@@ -26,6 +27,8 @@ class FitRecords:
     surfaces: tuple[RestoringForce, ...] = ()
     excited: tuple[float, float] | None = None
     """Band in Hz that the excitation gave, where the measurement tells none."""
+    doubts: tuple[str, ...] = ()
+    """What channels of one motion do not agree on."""
 
     @property
     def unit(self) -> str:
@@ -53,6 +56,7 @@ class FitRecords:
             rest = len(record) % record.period if record.period else 0
             if rest and self.measurement.kind == "rig":
                 out.append(f"{record.name}: {rest} samples after the last whole period dropped.")
+        out += [f"{name}: {doubt}" for doubt in self.doubts]
         if self.excited is not None:
             low, high = self.excited
             out.append(f"{name}: no band is given; what the shaker drives is used, {low:.0f} to {high:.0f} Hz.")
@@ -75,8 +79,9 @@ def open_records(measurement: Measurement) -> FitRecords:
         within = replace(measurement, band=band) if band else measurement
         surfaces = tuple(restoring_force(within, r) for r in records)
         return FitRecords(measurement, records, tuple(balance_of(s) for s in surfaces), surfaces, band)
+    doubts = refuse_other_motion(measurement, records)
     form = path_balance if measurement.kind == "path" else static_balance
-    return FitRecords(measurement, records, tuple(form(measurement, r) for r in records))
+    return FitRecords(measurement, records, tuple(form(measurement, r) for r in records), doubts=tuple(doubts))
 
 
 def static_balance(measurement: Measurement, record: Record) -> ForceBalance:

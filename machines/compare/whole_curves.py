@@ -5,16 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from jointlib.arrays import ComplexArray
+from jointlib.lab.unit_smell import smell_of
 
-_ALIKE, _UNIT = 0.9, 0.1
-"""FRAC from which on a record has the shape of the prediction, and share by which a factor may miss that of a unit."""
-_UNITS = {
-    1e3: "mm for m, um for mm, kN for N",
-    1e6: "um for m, MN for N",
-    25.4: "inches for mm",
-    9.80665: "kgf for N, g for m/s^2",
-}
-"""Factors by which units differ, and examples."""
+_ALIKE = 0.9
+"""FRAC from which on a record has the shape of the prediction."""
 
 
 def frac(a: ComplexArray, b: ComplexArray) -> float:
@@ -37,11 +31,11 @@ def unit_smell(measured: ComplexArray, predicted: ComplexArray) -> str:
         return ""
     factor = np.vdot(predicted, measured) / energy
     size, turned = float(np.abs(factor)), bool(factor.real < -_ALIKE * np.abs(factor))
-    for unit, words in _UNITS.items():
-        for times, far in ((unit, f"{unit:g} times as large"), (1 / unit, f"{unit:g} times smaller")):
-            if abs(size / times - 1) < _UNIT:
-                also = " and of reversed sign" if turned else ""
-                return f"has the shape of the prediction and is {far}{also}: that smells of a unit ({words})."
+    smell = smell_of(size)
+    if smell is not None:
+        far, words = smell
+        also = " and of reversed sign" if turned else ""
+        return f"has the shape of the prediction and is {far}{also}: that smells of a unit ({words})."
     if turned:
         return "has the shape of the prediction and the opposite sign: look at the sign of its force or displacement."
     return ""

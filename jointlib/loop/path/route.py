@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from jointlib.effects.preload_shape import PreloadShape
+from jointlib.estimation.same_motion import refuse_other_motion
+from jointlib.identification.strange import strange_mass, yielding
 from jointlib.io.measurement_file import read_records
 from jointlib.joint import Joint
 from jointlib.loop.answer.catalogue import catalogue
@@ -32,6 +34,7 @@ def trace_path(measurement: Measurement, joint: Joint, *, seed: int = 0) -> Trac
     check_laws(joint, str(measurement.source))
     records = read_records(measurement, measurement.with_role("fit"))
     check_records(measurement, records)
+    doubts = refuse_other_motion(measurement, records)
     preparation = choose_preparation(measurement, records)
     runs = tuple(prepare(measurement, record, preparation) for record in records)
     division = divide(runs)
@@ -45,4 +48,8 @@ def trace_path(measurement: Measurement, joint: Joint, *, seed: int = 0) -> Trac
     known = joint.with_parameters(joint.parameters)
     finding = search(evidence, known, [*effects, PreloadShape(), *followers(runs), *faults], seed)
     report = answer(measurement, joint, records, evidence, finding, found.path, missing, seed)
-    return replace(report, warnings=(*report.warnings, *found.failed))
+    found_mass = report.extra_baseline.get("mass")
+    if found_mass is not None:
+        doubts += strange_mass(measurement, found_mass.value, found_mass.standard_error or 0.0)
+    doubts += yielding((run.force, run.path.velocity) for run in runs)
+    return replace(report, warnings=(*doubts, *report.warnings, *found.failed))

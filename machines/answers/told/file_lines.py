@@ -14,6 +14,7 @@ from jointlib.cuts.judged import heard_of, judged_cuts
 from jointlib.cuts.strange import strange
 from jointlib.cutting_force.coefficients import Coefficients
 from jointlib.errors import InputError, told
+from jointlib.estimation.same_motion import refuse_other_motion
 from jointlib.io.measurement_file import read_records
 from jointlib.joint import Joint
 from jointlib.measurement import CUTS, FORCES, RINGDOWN, Measurement
@@ -165,12 +166,17 @@ def measurement_lines(m: Measurement) -> list[str]:
     if m.kind == RINGDOWN:
         lines += _decays(m)
     opened = [r for r in m.records if r.role != "sealed"]
-    rows = []
-    for source, record in zip(opened, read_records(m, opened), strict=True):
+    rows, records = [], read_records(m, opened)
+    for source, record in zip(opened, records, strict=True):
         spans = ", ".join(f"{name} rms {float((x**2).mean() ** 0.5):.4g}" for name, x in record.channels.items())
         rows.append((source.name, source.role, str(len(record)), spans))
     rows += [(r.name, "sealed", "", "not opened") for r in m.records if r.role == "sealed"]
-    return lines + table(("record", "role", "samples", "SI values"), rows)
+    lines += table(("record", "role", "samples", "SI values"), rows)
+    try:
+        said = refuse_other_motion(m, records)
+    except InputError as error:
+        said = list(error.sentences)
+    return lines + [WRONG + each for each in said]
 
 
 def _decays(m: Measurement) -> list[str]:

@@ -1,0 +1,134 @@
+"""Motions of one point must be derivatives of each other, and a mass be that of a body."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from jointlib.arrays import Array
+from jointlib.errors import InputError
+from jointlib.estimation.same_motion import refuse_other_motion
+from jointlib.identification import Identification, identify
+from jointlib.io.measurement_file import read_measurement, read_records
+from jointlib.joint import Joint
+from jointlib.laws.viscous import Viscous
+from jointlib.loop.trace import trace
+from jointlib.measurement import Measurement
+
+RATE, MASS, DAMPING, SLIP = 500.0, 20.0, 80.0, 15.0
+UNITS = {"x": "displacement", "v": "velocity", "a": "acceleration", "F": "force"}
+Changes = Callable[[Array], Array]
+
+
+def path(folder: Path, **changes: Changes) -> Measurement:
+    """A carriage on viscous and dry friction, moved by three sines at three speeds; channels as they are changed."""
+    rng, text = np.random.default_rng(5), f'schema = "jointlib/measurement/1"\nkind = "path"\nsample_rate = {RATE}\n'
+    text += 'carriage = "unknown"\n'
+    wanted = [name for name in UNITS if name in changes or name in ("x", "F")]
+    units = {"x": "m", "v": "m/s", "a": "m/s^2", "F": "N"}
+    for name in wanted:
+        text += f'[[channel]]\nname = "{name}"\nquantity = "{UNITS[name]}"\nunit = "{units[name]}"\n'
+    t = np.arange(4000) / RATE
+    for k, speed in enumerate((0.7, 1.0, 1.6)):
+        lines = [(A, 2 * np.pi * f * speed) for A, f in ((0.02, 0.5), (2e-3, 2.3), (3e-4, 6.1))]
+        signals = {
+            "x": sum(A * np.sin(w * t) for A, w in lines) + 1e-7 * rng.standard_normal(len(t)),
+            "v": sum(A * w * np.cos(w * t) for A, w in lines) + 1e-4 * rng.standard_normal(len(t)),
+            "a": -sum(A * w**2 * np.sin(w * t) for A, w in lines) + 1e-2 * rng.standard_normal(len(t)),
+        }
+        v = np.asarray(sum(A * w * np.cos(w * t) for A, w in lines))
+        signals["F"] = MASS * signals["a"] + DAMPING * v + SLIP * np.tanh(v / 1e-3) + 0.2 * rng.standard_normal(len(t))
+        for name, change in changes.items():
+            signals[name] = change(np.asarray(signals[name]))
+        np.savez(folder / f"run_{k}.npz", **{name: signals[name] for name in wanted})
+        text += f'[[record]]\nfile = "run_{k}.npz"\n'
+    (folder / "slide.measurement.toml").write_text(text, "utf-8")
+    return read_measurement(folder / "slide.measurement.toml")
+
+
+def same(x: Array) -> Array:
+    return x
+
+
+def times(factor: float) -> Changes:
+    return lambda x: factor * x
+
+
+def doubts(m: Measurement) -> list[str]:
+    return refuse_other_motion(m, read_records(m, m.records))
+
+
+def fitted(m: Measurement) -> Identification:
+    return identify([m], laws=("viscous", "coulomb"))
+
+
+def test_channels_that_agree_within_their_noise_are_left_alone(tmp_path: Path) -> None:
+    assert doubts(path(tmp_path, v=same, a=same)) == []
+
+
+def test_sensors_that_drift_and_filters_that_round_are_no_contradiction(tmp_path: Path) -> None:
+    drift = np.linspace(1, 3, 4000)
+    assert doubts(path(tmp_path, v=lambda v: v + 0.1 * drift, a=lambda a: a + 5 * drift)) == []
+
+
+@pytest.mark.parametrize(
+    ("channel", "factor", "smell"),
+    [
+        ("a", 9.80665, "'a' is 9.8.* times the second derivative of displacement 'x'.* smells of a unit .*g for m/s"),
+        ("a", 1e-3, "'a' is 0.001.* times the second derivative .* a unit .mm for m"),
+        ("v", -1.0, "'v' is -1.* times the derivative of displacement 'x'.* a turned sign"),
+        ("v", 1 / 25.4, "'v' is 0.039.* times .*inches for mm"),
+        ("v", 60.0, "'v' is 60.* times .*mm/min for mm/s"),
+        ("v", 2.0, "'v' is 2.* times .* a range or sensitivity"),
+    ],
+)
+def test_a_channel_that_contradicts_the_displacement_is_refused(
+    tmp_path: Path, channel: str, factor: float, smell: str
+) -> None:
+    m = path(tmp_path, **{channel: times(factor)})
+    with pytest.raises(InputError, match=smell):
+        fitted(m)
+    with pytest.raises(InputError, match=smell):
+        trace(m, Joint((Viscous(DAMPING),)))
+
+
+def test_a_small_factor_and_a_delay_are_told_and_not_refused(tmp_path: Path) -> None:
+    (said,) = doubts(path(tmp_path, v=times(1.1)))
+    assert "'v' is 1.1 times the derivative" in said
+    (said,) = doubts(path(tmp_path, v=lambda v: np.concatenate([v[:1].repeat(10), v[:-10]])))
+    late = re.search(r"'v' comes (.*) ms after the derivative", said)
+    assert late is not None
+    assert float(late[1]) == pytest.approx(20, rel=0.1)
+
+
+def test_a_point_beyond_a_flexible_part_is_no_unit(tmp_path: Path) -> None:
+    """Its acceleration is 1/|1 − r²| times that of the motor, another factor on each line."""
+
+    def beyond(a: Array) -> Array:
+        H = np.fft.rfft(a)
+        r = np.fft.rfftfreq(len(a), 1 / RATE) / 12.0
+        return np.asarray(np.fft.irfft(H / (1 - r**2 + 0.1j * r), len(a)))
+
+    assert not [said for said in doubts(path(tmp_path, a=beyond)) if "smells" in said]
+
+
+def test_a_turned_force_is_told_by_its_mass_and_its_energy(tmp_path: Path) -> None:
+    m = path(tmp_path, F=times(-1.0))
+    said = " ".join(fitted(m).messages)
+    assert "below zero, which no carriage has" in said
+    assert "yield energy" in said
+    warned = " ".join(trace(m, Joint((Viscous(DAMPING),))).warnings)
+    assert "below zero, which no carriage has" in warned
+    assert "yield energy" in warned
+
+
+def test_a_mass_of_tonnes_is_told_and_one_of_kilograms_is_not(tmp_path: Path) -> None:
+    good = fitted(path(tmp_path))
+    assert good.parameters["carriage"].value == pytest.approx(MASS, rel=0.05)
+    assert not [said for said in good.messages if "moving mass" in said or "energy" in said]
+    said = " ".join(fitted(path(tmp_path, x=times(1e-3))).messages)
+    assert "which few carriages have: look at the units" in said
