@@ -19,6 +19,10 @@ _SMOOTHING = 0.03
 """Smoothing velocity of friction as a share of the rms velocity."""
 
 
+_SLIDERS = (0.1, 0.3, 0.6, 1.0)
+"""Displacements at which the elements of a law of several begin to slip, as shares of the amplitude √2·rms."""
+
+
 @dataclasses.dataclass(frozen=True)
 class Size:
     """Root mean square of what was measured: z in m, ż in m/s, f in N, and the stiffness f/z of best fit."""
@@ -57,6 +61,13 @@ def first_laws(kinds: Sequence[str], size: Size) -> tuple[JointLaw, ...]:
             indentation = 2 * size.displacement * sine
             values["preload"] = size.stiffness * indentation / (6 * sine**2)
             values["kappa"] = indentation / float(np.cbrt(values["preload"])) ** 2
+        listed = {p.name for p in parameters_of(cls) if p.listed}
+        if listed and listed != {"stiffness", "slip_force"}:
+            raise InputError(f"{kind}: no first values for its lists, expected a start joint that holds them (--start)")
+        if listed:
+            each = values["stiffness"] / len(_SLIDERS)
+            values["stiffness"] = (each,) * len(_SLIDERS)
+            values["slip_force"] = tuple(each * share * float(np.sqrt(2)) * size.displacement for share in _SLIDERS)
         laws.append(cls(**values))
     return tuple(laws)
 

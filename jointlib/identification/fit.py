@@ -153,7 +153,8 @@ def _resolved(
         if not low < value < high:
             remark.append(f"{other}: ended at the end of its range; the records do not ask for it.")
     if found.idle:
-        raise InputError(f"identify: {found.idle[0]} has no data to fit, no record depends on it")
+        fewer = "; a start joint (--start) with fewer elements leaves it out" if "[" in found.idle[0] else ""
+        raise InputError(f"identify: {found.idle[0]} has no data to fit, no record depends on it{fewer}")
     return found, held, remark
 
 

@@ -29,6 +29,7 @@ from jointlib.io.tables.cuts_table import records_of, tried_cut
 from jointlib.io.text_dialect import dialect_of
 from jointlib.io.toml import Section
 from jointlib.io.toml_file import read_toml
+from jointlib.lab.sampling import refuse_gap
 from jointlib.measurement import (
     CUTS,
     FORCES,
@@ -264,6 +265,8 @@ def _check_clock(source: RecordSource, time: Array, rate: float) -> None:
     steps = np.diff(time)
     if len(steps) and np.any(steps <= 0):
         raise InputError(f"{source.file}: time goes backwards at row {int(np.argmax(steps <= 0)) + 1}")
+    if rate:
+        refuse_gap(time, f"{source.file}: the time")
     if rate and len(steps) and abs(float(np.mean(steps)) * rate - 1) > 1e-3:
         found = 1 / float(np.mean(steps))
         raise InputError(f"{source.file}: the time column runs at {found:.6g} Hz, sample_rate says {rate:g} Hz")

@@ -12,6 +12,7 @@ from command_line import Done, files, jointlib
 from nptdms import ChannelObject, TdmsWriter
 from test_measurement_file import UFF58
 
+from jointlib.errors import InputError
 from jointlib.io.measurement_file import read_measurement, read_records
 
 RATE = 2000.0
@@ -300,6 +301,35 @@ def test_what_a_sensor_did_not_measure_is_told(tmp_path: Path) -> None:
     ]
 
 
+def test_times_that_are_late_now_and_then_are_no_gap(tmp_path: Path) -> None:
+    """A busy computer stamps every 60th row three steps late; the rows themselves are even."""
+    late = TIME + np.where(np.arange(400) % 60 == 30, 1.5e-3, 0.0)
+    record = saved(tmp_path / "r.csv", "t [s];z [mm];F [N]", NOISE[0], NOISE[1], time=np.maximum.accumulate(late))
+    assert imported(tmp_path, f"{record} --kind path --set sample_rate=2000").status == 0
+
+
+def test_a_declared_time_with_a_gap_is_refused_when_it_is_read(tmp_path: Path) -> None:
+    kept = np.delete(np.arange(4000), [1500, 1501])
+    np.savez(tmp_path / "r.npz", t=kept / RATE, z=np.sin(kept / 50), F=np.cos(kept / 50))
+    file = tmp_path / "m.measurement.toml"
+    file.write_text(
+        'schema = "jointlib/measurement/1"\nkind = "path"\nsample_rate = 2000\nrecord = [ { file = "r.npz" } ]\n'
+        'channel = [ { name = "z", quantity = "displacement", unit = "mm" }, { name = "F", quantity = "force", '
+        'unit = "N" }, { name = "t", quantity = "time", unit = "s" } ]\n'
+    )
+    m = read_measurement(file)
+    with pytest.raises(InputError, match="after sample 1500, where 2 samples are missing"):
+        read_records(m, m.records)
+
+
+def test_a_ringdown_takes_its_modal_mass(tmp_path: Path) -> None:
+    record = saved(tmp_path / "r.csv", "t [s];z [mm]", NOISE[0])
+    assert imported(tmp_path, f"{record} --kind ringdown --set modal_mass=1.8").status == 0
+    carriage = read_measurement(tmp_path / "m.measurement.toml").carriage
+    assert carriage is not None
+    assert carriage.value == 1.8
+
+
 def backwards(folder: Path) -> str:
     time = TIME.copy()
     time[200:] -= 0.05
@@ -308,6 +338,12 @@ def backwards(folder: Path) -> str:
 
 def uneven(folder: Path) -> str:
     return str(saved(folder / "r.csv", "t [s];z [mm];F [N]", NOISE[0], NOISE[1], time=TIME**1.01))
+
+
+def missing_samples(folder: Path) -> str:
+    kept = np.delete(np.arange(400), np.arange(160, 170))
+    record = saved(folder / "r.csv", "t [s];z [mm];F [N]", *NOISE[:2, kept], time=TIME[kept])
+    return f"{record} --kind path --set sample_rate=2000"
 
 
 def two_rates_in_files(folder: Path) -> str:
@@ -342,6 +378,11 @@ def no_kind(folder: Path) -> str:
 def a_gap(folder: Path) -> str:
     force = np.where(np.arange(400) == 7, np.nan, NOISE[0])
     return str(saved(folder / "r.csv", "t [s];F [N];a [m/s²]", force, NOISE[1]))
+
+
+def a_gap_in_what_is_needed(folder: Path) -> str:
+    force = np.where((np.arange(400) >= 7) & (np.arange(400) < 11), np.nan, NOISE[0])
+    return str(saved(folder / "r.csv", "t [s];F [N];z [mm]", force, NOISE[1])) + " --kind path"
 
 
 def no_unit_of_a_channel(folder: Path) -> str:
@@ -380,7 +421,7 @@ def no_setting(folder: Path) -> str:
 
 BAD: list[tuple[Callable[[Path], str], tuple[str, ...]]] = [
     (backwards, ("the time in column 't [s]' goes backwards at sample 200",)),
-    (uneven, ("the time in column 't [s]' is uneven (steps of", "or --set sample_rate=…")),
+    (uneven, ("the time in column 't [s]' is uneven (steps of", "--set sample_rate=… takes them as even")),
     (two_rates_in_files, ("r2.csv: two sample rates, 2000 Hz in r1.csv and 1000 Hz here",)),
     (two_rates_in_a_file, ("r.tdms: two sample rates, 2000 Hz by channel 'z' and 500 Hz by channel 'F'",)),
     (two_rates_above_and_in_the_times, ("two sample rates, 2000 Hz by column 't [s]' and 5000 Hz by line",)),
@@ -388,6 +429,11 @@ BAD: list[tuple[Callable[[Path], str], tuple[str, ...]]] = [
     (no_rate, ("no column of times, no rate in the file, expected --set sample_rate=",)),
     (no_kind, ("t_2 (temperature) makes no measurement alone, expected --kind",)),
     (a_gap, ("a (acceleration) makes no measurement alone, as column 'F [N]' has no number at sample 7 of r.csv",)),
+    (
+        a_gap_in_what_is_needed,
+        ("no force channel, a path", "column 'F [N]' has no number at sample 7 and 3 more of r.csv"),
+    ),
+    (missing_samples, ("jumps from 0.0795 to 0.085 s after sample 160, where 10 samples are missing", "cut it in two")),
     (no_unit_of_a_channel, ("as column 'strain [µm/m]' is in 'µm/m', which no channel is read in",)),
     (cut_off, ("r.tdms: ends in the middle of its data",)),
     (another_format, ("r.csv: is a TDMS file by its first bytes, expected text",)),

@@ -132,3 +132,35 @@ def test_a_mass_of_tonnes_is_told_and_one_of_kilograms_is_not(tmp_path: Path) ->
     assert not [said for said in good.messages if "moving mass" in said or "energy" in said]
     said = " ".join(fitted(path(tmp_path, x=times(1e-3))).messages)
     assert "which few carriages have: look at the units" in said
+
+
+def sliders(x: Array) -> Array:
+    """Three springs of 20 kN/m that slip at 2, 6 and 12 N, one step after the other."""
+    k, force, past = 2e4, np.zeros((3, len(x))), np.zeros(3)
+    for i in range(1, len(x)):
+        past = np.clip(past + k * (x[i] - x[i - 1]), [-2.0, -6.0, -12.0], [2.0, 6.0, 12.0])
+        force[:, i] = past
+    return np.asarray(force.sum(axis=0))
+
+
+def test_an_iwan_law_is_fitted_without_a_start(tmp_path: Path) -> None:
+    """What its elements add up to is told: the force at which all slip."""
+    rng, t = np.random.default_rng(2), np.arange(4000) / RATE
+    for k, amplitude in enumerate((2e-4, 6e-4, 2e-3)):
+        x = amplitude * np.sin(2 * np.pi * t) + 0.3 * amplitude * np.sin(2 * np.pi * 2.3 * t)
+        np.savez(tmp_path / f"run_{k}.npz", x=x, F=sliders(x) + 0.05 * rng.standard_normal(len(t)))
+    (tmp_path / "slide.measurement.toml").write_text(
+        f'schema = "jointlib/measurement/1"\nkind = "path"\nsample_rate = {RATE}\n'
+        'channel = [ { name = "x", quantity = "displacement", unit = "m" }, { name = "F", quantity = "force", '
+        'unit = "N" } ]\nrecord = [ { file = "run_0.npz" }, { file = "run_1.npz" }, { file = "run_2.npz" } ]\n'
+    )
+    found = identify([read_measurement(tmp_path / "slide.measurement.toml")], laws=("iwan",))
+    slips = [p.value for name, p in found.parameters.items() if name.startswith("iwan.slip_force")]
+    assert len(slips) == 4
+    assert sum(slips) == pytest.approx(20, rel=0.05)
+    assert found.errors[0].relative < 0.02
+
+
+def test_a_table_without_a_start_is_refused_with_what_to_give(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="tabulated: no first values for its lists, expected a start joint"):
+        identify([path(tmp_path)], laws=("tabulated",))

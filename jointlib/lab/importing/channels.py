@@ -88,7 +88,8 @@ def _unusable(column: Column, files: Sequence[LabFile]) -> str:
         x = file.arrays()[column.name]
         bad = np.flatnonzero(~np.isfinite(x))
         if bad.size:
-            return f"has no number at sample {bad[0]} of {file.path.name}"
+            count = f" and {bad.size - 1} more" if bad.size > 1 else ""
+            return f"has no number at sample {bad[0]}{count} of {file.path.name}"
     return ""
 
 

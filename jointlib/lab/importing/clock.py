@@ -12,7 +12,7 @@ from jointlib.lab.importing.preamble import rates_above
 from jointlib.lab.importing.signals import by_name, by_unit, ending_unit
 from jointlib.lab.lab_file import Column, LabFile
 from jointlib.lab.numerals import Numerals
-from jointlib.lab.sampling import rate_of_times, rounded_rate
+from jointlib.lab.sampling import rate_of_times, refuse_gap, rounded_rate
 from jointlib.lab.unit_words import unit_of
 
 _AGREE = 1e-3
@@ -34,8 +34,6 @@ def clock_of(file: LabFile, units: Mapping[str, str], said: float | None = None)
     """The clock of a file; sources that differ are refused, ``said`` stands above all."""
     column = _times(file, units)
     name = column.name if column is not None else ""
-    if said is not None:
-        return Clock(said, "as set", name)
     told: list[tuple[float, str]] = []
     assumed = ""
     if column is not None:
@@ -45,11 +43,16 @@ def clock_of(file: LabFile, units: Mapping[str, str], said: float | None = None)
             assumed = f"the times in column {name!r} are taken as seconds"
         what = f"{file.path}: the time in column {name!r}"
         scaled: Array = column.values * (1.0 if is_clock else _SECONDS.get(unit, 1.0))
+        if said is not None:
+            refuse_gap(scaled, what)
+            return Clock(said, "as set", name)
         try:
             told.append((rate_of_times(scaled, what), f"column {name!r}"))
         except InputError as error:
             uneven = "uneven" in str(error)
-            raise InputError(f"{error}{' (or --set sample_rate=…)' if uneven else ''}") from None
+            raise InputError(f"{error}{' (--set sample_rate=… takes them as even)' if uneven else ''}") from None
+    if said is not None:
+        return Clock(said, "as set", name)
     told += [(c.rate, f"channel {c.name!r}") for c in file.columns if c.rate is not None]
     if file.table is not None:
         numerals: Numerals = file.table.reading.numerals

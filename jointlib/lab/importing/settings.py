@@ -9,7 +9,7 @@ from typing import Any
 
 from jointlib.errors import InputError, nearest
 
-TOP = ("kind", "sample_rate", "period", "settle", "band", "driven", "carriage", "simulated")
+TOP = ("kind", "sample_rate", "period", "settle", "band", "driven", "carriage", "modal_mass", "simulated")
 TABLES = ("text", "bodies", "channel", "record", "estimate")
 _WORDS = {
     *("kind", "driven", "name", "column", "role", "quantity", "unit", "sensitivity", "direction", "body", "dof"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import re
 import tempfile
 from collections.abc import Sequence
 from importlib.metadata import version
@@ -15,6 +16,7 @@ from jointlib.lab.importing.bring import Brought, bring
 from jointlib.lab.importing.page import FIRST, page, toml
 from jointlib.lab.importing.settings import settings_of
 
+_SHOWN = 3
 _MARK = "\n[provenance]\n"
 
 
@@ -41,7 +43,7 @@ def import_records(
     """
     brought = bring([Path(p) for p in paths], output, kind, settings_of(settings))
     text = _text(brought, output)
-    _check(text, output)
+    _check(text, output, [said for said in brought.draft.guesses if said.endswith("is left out")])
     _refuse_changed(output)
     write_text(output, text)
     return brought
@@ -62,15 +64,25 @@ def _hash(text: str) -> str:
     return hashlib.sha256(text.encode("utf-8")).hexdigest()
 
 
-def _check(text: str, output: Path) -> None:
-    """Read the declaration as a user's; faults are those of what was set on the command line."""
+def _check(text: str, output: Path, left_out: Sequence[str]) -> None:
+    """Read the declaration as a user's; faults are those of what was set on the command line, or of columns that could
+    not be used."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / output.name
         path.write_text(text, encoding="utf-8")
         try:
             read_measurement(path)
         except InputError as error:
-            raise InputError(*(said.replace(str(path), str(output)) for said in error.sentences)) from None
+            said = [sentence.replace(str(path), str(output)) for sentence in error.sentences]
+            raise InputError(*(_with_cause(sentence, left_out) for sentence in said)) from None
+
+
+def _with_cause(sentence: str, left_out: Sequence[str]) -> str:
+    """A channel that is missing with the columns that were left out; the line is one of a file that is not written."""
+    missing = re.fullmatch(r"(.*: no \w+ channel, .*?)( \(line .*\))?", sentence)
+    if missing is None or not left_out:
+        return sentence
+    return f"{missing[1]}: {'; '.join(left_out[:_SHOWN])}"
 
 
 def _refuse_changed(output: Path) -> None:
