@@ -165,20 +165,20 @@ def shown(unit: str) -> tuple[float, str]:
 
 def with_error(value: float, error: float, unit: str) -> str:
     """A parameter as people read it, its digits cut to those that its error leaves: ``39.148 ± 0.021 N/µm``."""
-    factor, word = shown(unit)
-    v, e = value * factor, abs(error * factor)
+    factor, word = shown("" if unit == "1" else unit)
+    v, e, word = value * factor, abs(error * factor), f" {word}" if word else ""
     if not (math.isfinite(e) and e > 0):
-        return f"{v:.4g} {word}"
+        return f"{v:.4g}{word}"
     digits = 1 - math.floor(math.log10(e))
     if abs(v) < 1e6 and 0 <= digits <= 6:
-        return f"{v:.{digits}f} ± {e:.{digits}f} {word}"
-    return f"{v:.6g} ± {e:.2g} {word}"
+        return f"{v:.{digits}f} ± {e:.{digits}f}{word}"
+    return f"{v:.6g} ± {e:.2g}{word}"
 
 
 def parameters_in_words(found: Mapping[str, tuple[float, float, str]], most: int = 6) -> str:
     """Value, standard error (nan or 0 where there is none) and unit by name, as a list in a sentence."""
     words = [
-        f"{name.rpartition('.')[2].replace('_', ' ')} {with_error(value, error, '' if unit == '1' else unit).strip()}"
+        f"{name.rpartition('.')[2].replace('_', ' ')} {with_error(value, error, unit)}"
         for name, (value, error, unit) in list(found.items())[:most]
     ]
     return ", ".join(words) + (f" and {len(found) - most} more" if len(found) > most else "")

@@ -8,10 +8,15 @@ from pathlib import Path
 import pytest
 from test_trace_path import MASS, cycle, drive, dry, measurement
 
+from jointlib.joint import Joint
+from jointlib.laws.linear import Linear
 from jointlib.loop.answer.report import Candidate, Estimate, Status, Verdict
 from jointlib.loop.path import words
+from jointlib.loop.path.composed.follower import Follower
 from jointlib.loop.periodic import verdict
 from jointlib.measurement import Channel, Mass
+from jointlib.modulation import Modulation
+from jointlib.parameter import Role
 
 BEFORE = {"where": "condition folds", "joint_N": 9.0, "relative": 0.2, "joint_floor_N": 0.1, "chi2": 80.0}
 AFTER = {**BEFORE, "joint_N": 0.12, "relative": 0.003, "chi2": 1.1}
@@ -49,3 +54,26 @@ def test_volts_are_told_of_the_channels_that_take_part(tmp_path: Path) -> None:
     assert words.volts(replace(m, channels=electric)) == [
         "Channels are in volts: force; parameters are in units of the circuit."
     ]
+
+
+@pytest.mark.parametrize(
+    ("points", "said"),
+    [
+        (
+            {"stiffness_by_temperature[0]": 0.0467, "stiffness_by_temperature[2]": -0.03},
+            "4.670 ± 0.098 % at 290 K, -3.000 ± 0.098 % at 300 K, of that at 293 K",
+        ),
+        ({"stiffness_by_temperature": -0.0767}, "-7.670 ± 0.098 % from 290 to 300 K, of that at 293 K"),
+    ],
+)
+def test_a_modulation_is_told_per_value_of_what_it_follows(points: dict[str, float], said: str) -> None:
+    table = ((290.0, 1.0467), (293.0, 1.0), (300.0, 0.97)) if len(points) == 2 else ((290.0, 1.02301), (300.0, 0.94631))
+    follower = Follower(Role.STIFFNESS, "temperature", (290.0, 291.0, 293.0, 296.0, 300.0))
+    modulation = Modulation(Role.STIFFNESS, "temperature", 293.0, table)
+    joint = Joint((Linear(1e6),), modulations=(modulation,))
+    found = {n: Estimate(v, "1", 5e-4, (v - 1e-3, v + 1e-3)) for n, v in points.items()}
+    assert words.named(follower, found, joint) == f"that the stiffness follows the temperature: {said}"
+
+
+def test_a_number_without_a_unit_is_told_without_one() -> None:
+    assert Estimate(0.0467, "1", 3.2e-4, (0.046, 0.047)).words() == "0.04670 ± 0.00063"

@@ -12,7 +12,7 @@ import numpy as np
 from jointlib.io.measurement_file import read_records
 from jointlib.joint import Joint
 from jointlib.loop.answer.naming import NAMED_FROM, experiment, is_declared_pair
-from jointlib.loop.answer.report import Rival, Status, TraceReport, Verdict, figures
+from jointlib.loop.answer.report import Rival, Status, TraceReport, Verdict
 from jointlib.loop.path import account, judgement, words
 from jointlib.loop.path.acceptance import CHANCE, SHARE, TIE
 from jointlib.loop.path.columns import law_forces
@@ -103,7 +103,8 @@ def answer(
     rivals = tuple(_rival(r, channel) for r in named.rivals)
     what_next = words.next_experiment(named.verdict, rivals, effect, several)
     further = found.terms[1:] if is_named or whole else ()
-    said = [f"{words.said(t.effect)}: {figures(set_by(t, named.after, found.before))}".rstrip(": ") for t in further]
+    mended = named.after.joint
+    said = [words.named(t.effect, set_by(t, named.after, found.before), mended) for t in further]
     doubts = words.doubts([r.effect for r in named.rivals])
     text = words.sentence(
         named.verdict,
@@ -116,6 +117,7 @@ def answer(
         account.overall_floor(evidence),
         evidence.floor.source,
         named.together if whole else None,
+        mended,
     )
     left = composed_remains.remains(named.after)
     if entered and named.verdict is Verdict.PARTIAL:

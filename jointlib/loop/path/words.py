@@ -5,13 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from jointlib.joint import Joint
 from jointlib.loop.answer.naming import NAMED_FROM, NEAREST_FROM
-from jointlib.loop.answer.report import Candidate, Rival, Verdict, figures
+from jointlib.loop.answer.report import Candidate, Estimate, Rival, Verdict, figures
+from jointlib.loop.path.composed.follower import Follower
 from jointlib.loop.path.evidence import Evidence
 from jointlib.loop.path.strokes import FEWEST_BLOCKS
 from jointlib.loop.path.trials import Effect
 from jointlib.measurement import Measurement, Record
+from jointlib.modulation import CONDITIONS, names_of
 from jointlib.path_fault import PathFault
+from jointlib.units import with_error
 
 WHERE = {
     "sealed": "on the sealed record",
@@ -42,6 +46,24 @@ def said(effect: Effect) -> str:
     return effect.words or effect.family
 
 
+def named(effect: Effect, parameters: Mapping[str, Estimate], joint: Joint | None) -> str:
+    """An effect with its sizes; of a modulation in ``joint`` the change of the parameter at each value of the input."""
+    for m in joint.modulations if joint is not None else ():
+        if isinstance(effect, Follower) and parameters.keys() == set(names_of(m)):
+            unit = CONDITIONS[m.condition]
+            sizes = [100.0 * parameters[n].value for n in names_of(m)]
+            errors = [100.0 * 1.96 * parameters[n].standard_error for n in names_of(m)]
+            beside = f"of that at {m.reference:.5g} {unit}"
+            shares = [with_error(v, e, "%") for v, e in zip(sizes, errors, strict=True)]
+            if len(m.table) == 2:
+                low, high = (point for point, _ in m.table)
+                return f"{said(effect)}: {shares[0]} from {low:.5g} to {high:.5g} {unit}, {beside}"
+            points = [point for point, _ in m.table if point != m.reference]
+            listed = ", ".join(f"{s} at {point:.5g} {unit}" for s, point in zip(shares, points, strict=True))
+            return f"{said(effect)}: {listed}, {beside}"
+    return f"{said(effect)}: {figures(parameters)}".rstrip(": ")
+
+
 def doubts(rivals: Sequence[Effect]) -> list[str]:
     """Rivals as they are said: the first member of each family, and how many others of it."""
     out = []
@@ -63,9 +85,10 @@ def sentence(
     floor: float | None,
     source: str,
     together: float | None = None,
+    joint: Joint | None = None,
 ) -> str:
     """The finding in plain words with its numbers; ``together`` is what ``effect`` and ``further`` explain of the
-    excess where none does alone."""
+    excess where none does alone, ``joint`` is the mended one."""
     where = WHERE[before["where"]]
     noise = "its noise is unknown" if floor is None else f"{_NOISE[source]} {100 * floor:.2g}%"
     if verdict is Verdict.NOTHING_MISSING:
@@ -78,22 +101,22 @@ def sentence(
         )
     assert chosen is not None
     assert effect is not None
-    named = f"{said(effect)}: {figures(chosen.parameters)}"
+    with_sizes = named(effect, chosen.parameters, joint)
     drop = f"Unexplained {where}: {before['relative']:.2%} of the force before, {after['relative']:.2%} after; {noise}."
     doubt = f" These records cannot rule out {' or '.join(rivals)}." if rivals else ""
     if not rivals and verdict is Verdict.AMBIGUOUS:
         doubt = " One trajectory was repeated, so the shape of the effect is not tested."
     if together is not None:
         kind = "The nearest effects are" if verdict is Verdict.PARTIAL else "Missing are"
-        listed = "; ".join([named, *further])
+        listed = "; ".join([with_sizes, *further])
         share = f"{together:.0%} of what was missing, the first alone {chosen.explained or 0:.0%}"
         return f"{kind} {listed}. Together they explain {share}.{doubt} {drop}"
     if verdict is Verdict.PARTIAL:
         share = f"{chosen.explained or 0:.0%} of what was missing"
-        return f"The nearest effect is {named}. It explains {share}.{doubt} {drop}"
+        return f"The nearest effect is {with_sizes}. It explains {share}.{doubt} {drop}"
     also = f" With it, {' and '.join(further)}." if further else ""
     begin = "The records show" if isinstance(effect, PathFault) else "The joint lacks"
-    return f"{begin} {named}.{also}{doubt} {drop}"
+    return f"{begin} {with_sizes}.{also}{doubt} {drop}"
 
 
 def next_experiment(verdict: Verdict, rivals: Sequence[Rival], chosen: Effect | None, several: bool) -> str:
