@@ -55,9 +55,10 @@ class Setting:
             # A peak narrower than its drift: no first order leads there.
             tried = np.linspace(-FARTHEST, FARTHEST, _TRIED) * FREQUENCY
             taken = tried[np.argmin([setting.losses_at(machine, frfs, drift) for drift in tried.tolist()], axis=0)]
+            taken = cls.of(machine, frfs, taken).own_drift(len(frfs))
             setting = cls.of(machine, frfs, taken)
         for _ in range(_CENTRED):
-            drift = setting.drifted(setting.residual, len(frfs))
+            drift = setting.own_drift(len(frfs))
             left = float(np.max(np.abs(drift - taken)))
             if left <= _FINE or (left <= SETTLED and excess(setting.loss, len(setting.rows)) == 0):
                 break
@@ -92,6 +93,10 @@ class Setting:
     def drifted(self, residual: ComplexArray, records: int) -> Array:
         """The natural frequencies alone, (records,), as far as a drift may go."""
         return np.clip(self.drifts(residual, records)[:, 1], -FARTHEST * FREQUENCY, FARTHEST * FREQUENCY)
+
+    def own_drift(self, records: int) -> Array:
+        """The same by the machine as it is."""
+        return self.drifted(self.residual, records)
 
     @classmethod
     def of(cls, machine: Machine, frfs: Sequence[LevelFRF], taken: Array | None = None) -> Setting:
