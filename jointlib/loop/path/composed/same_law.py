@@ -36,9 +36,11 @@ def without_itself(rows: Sequence[Row], found: Finding) -> tuple[tuple[Row, ...]
 def _is_chosen_law(row: Row, found: Finding) -> bool:
     """Whether a rival is a law that the mended joint has: of its kind with what tells them apart gone to nothing, or
     another one that does the same in the limit of a parameter, as a loop whose corner is as sharp as that of slip.
+
+    Of another family it is another cause: a guide whose preload is high has the cubic spring of its shape.
     """
     trial, known = row.entry.best.model, len(found.before.joint.laws)
-    if trial is None:
+    if trial is None or row.entry.effect.family not in {term.family for term in found.terms}:
         return False
     new, chosen = trial.joint.laws[known:], found.after.joint.laws[known:]
     return len(new) == 1 and any(same_law(new[0], law, found.before.evidence.scale) for law in chosen)
