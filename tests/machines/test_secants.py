@@ -110,6 +110,7 @@ def test_no_chart_is_begun_after_one_as_long_that_was_not_done(tmp_path: Path, m
     assert lost[1].startswith("not begun, as it takes as long as that at a tool-point amplitude of 10 um")
 
 
+@pytest.mark.slow
 def test_where_a_chart_takes_too_long_the_limit_at_the_recommended_speed_is_told(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
