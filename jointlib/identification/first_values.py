@@ -17,8 +17,6 @@ from jointlib.registry import law
 
 _SMOOTHING = 0.03
 """Smoothing velocity of friction as a share of the rms velocity."""
-
-
 _SLIDERS = (0.1, 0.3, 0.6, 1.0)
 """Displacements at which the elements of a law of several begin to slip, as shares of the amplitude √2·rms."""
 

@@ -22,7 +22,7 @@ from jointlib.shown.result import Columns, Shown
 from ..compare.comparison import Comparison
 from ..compare.over_measured import over_measured
 from ..files.opened import machine_of
-from ..forced_response.each_drive import both, peak_rows
+from ..forced_response.each_drive import peak_rows, responses
 from ..forced_response.response import Response
 from ..forced_response.response_file import write_response
 from ..forced_response.tool_peaks import tool_peaks
@@ -151,7 +151,8 @@ def frf(
         if samples:
             refuse_certain(model, cut=False)
     drive = model.driven_dof(drive) if samples else drive
-    results = both(model, drive, forces or None, band, during, points=points, harmonics=wanted, stability="auto")
+    asked = responses(model, drive, forces or None, band, during, points=points, harmonics=wanted, stability="auto")
+    results = list(asked)
     further: dict[str, Any] = {}
     if samples:
         further["band"] = _band_of(model, results[0], points, samples, _harmonics(harmonics or "1"), during)

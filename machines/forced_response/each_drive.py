@@ -15,19 +15,7 @@ from .response import Response, response
 from .tool_peaks import tool_peaks
 
 
-def both(
-    machine: Any,
-    drive: str | None,
-    force: Any = None,
-    band: Any = None,
-    progress: Progress | None = None,
-    **keywords: Any,
-) -> list[Any]:
-    """The response to a force on ``drive`` or, where neither that nor the file names one, along each tool axis."""
-    return list(each(machine, drive, force, band, progress, **keywords))
-
-
-def each(
+def responses(
     machine: Any,
     drive: str | None,
     force: Any = None,
@@ -35,7 +23,10 @@ def each(
     progress: Progress | None = None,
     **keywords: Any,
 ) -> Iterator[Any]:
-    """The responses of `both` one after the other, so that the first is kept where the second takes too long."""
+    """The response to a force on ``drive`` or, where neither that nor the file names one, along each tool axis.
+
+    They come one after the other, so that the first is kept where the second takes too long.
+    """
     drives = drives_of(machine, drive)
     axes, told = {dof: axis for axis, dof in machine.tool.items()}, progress or Silent()
     for k, name in enumerate(drives, start=1):

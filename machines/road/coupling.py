@@ -116,7 +116,7 @@ def _check(road: Run) -> None:
 
 
 def _force(road: Run) -> None:
-    from ..forced_response.each_drive import drives_of, each, on_lines, peak_rows
+    from ..forced_response.each_drive import drives_of, on_lines, peak_rows, responses
     from ..forced_response.response_file import write_response
     from ..report.sections import response_section
 
@@ -127,7 +127,7 @@ def _force(road: Run) -> None:
     with road.progress.step(f"forced response at each force, in at most {BUDGET / 60:g} minutes"):
         try:
             with within(_SEARCHED * BUDGET):
-                results.extend(each(machine, None, progress=Inside(), harmonics=harmonics, stability="auto"))
+                results.extend(responses(machine, None, progress=Inside(), harmonics=harmonics, stability="auto"))
         except OutOfTime as error:
             late, searched = str(error), len(results)
             with suppress(OutOfTime) if results else nullcontext():

@@ -45,12 +45,8 @@ def clock_of(file: LabFile, units: Mapping[str, str], said: float | None = None)
         scaled: Array = column.values * (1.0 if is_clock else _SECONDS.get(unit, 1.0))
         if said is not None:
             refuse_gap(scaled, what)
-            return Clock(said, "as set", name)
-        try:
-            told.append((rate_of_times(scaled, what), f"column {name!r}"))
-        except InputError as error:
-            uneven = "uneven" in str(error)
-            raise InputError(f"{error}{' (--set sample_rate=… takes them as even)' if uneven else ''}") from None
+        else:
+            told.append((_rate(scaled, what), f"column {name!r}"))
     if said is not None:
         return Clock(said, "as set", name)
     told += [(c.rate, f"channel {c.name!r}") for c in file.columns if c.rate is not None]
@@ -67,6 +63,14 @@ def clock_of(file: LabFile, units: Mapping[str, str], said: float | None = None)
         return Clock(None, "", name)
     best = next((t for t in told if not t[1].startswith("column")), told[0])
     return Clock(rounded_rate(best[0]), best[1], name, assumed)
+
+
+def _rate(time: Array, what: str) -> float:
+    try:
+        return rate_of_times(time, what)
+    except InputError as error:
+        uneven = "uneven" in str(error)
+        raise InputError(f"{error}{' (--set sample_rate=… takes them as even)' if uneven else ''}") from None
 
 
 def _times(file: LabFile, units: Mapping[str, str]) -> Column | None:

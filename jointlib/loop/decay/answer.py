@@ -218,13 +218,21 @@ def _composition(found: Search) -> tuple[Mapping[str, Any], ...]:
     """Two effects in the order of their entry; what does as well as the last one is its rival."""
     one, two = found.terms
     alone = max((r.share for r in found.first.rows if r.effect.family == two.effect.family), default=0.0)
-    shares = ((one.share, one.share, found.explained - max(alone, 0.0)), (found.explained - one.share, found.explained))
-    out = []
-    for r, (share, explained, *adds) in zip(found.terms, shares, strict=True):
-        told = {"family": r.effect.family, "member": r.effect.member, "share": share, "explained": explained}
-        rivals = [other.effect.family for other in found.rivals] if r is two else []
-        out.append({**told, "adds": adds[0] if adds else share, "rivals": rivals})
-    return tuple(out)
+    further, rivals = found.explained - one.share, [r.effect.family for r in found.rivals]
+    return (
+        {
+            **_named(one),
+            "share": one.share,
+            "explained": one.share,
+            "adds": found.explained - max(alone, 0.0),
+            "rivals": [],
+        },
+        {**_named(two), "share": further, "explained": found.explained, "adds": further, "rivals": rivals},
+    )
+
+
+def _named(r: Row) -> dict[str, str]:
+    return {"family": r.effect.family, "member": r.effect.member}
 
 
 def _mended(
