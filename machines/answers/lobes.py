@@ -225,7 +225,7 @@ def lobes(
         data["pocket"] = {"speed": best.speed, "depth": best.depth, "margin": best.margin}
         if not sizes:
             lines += _added(data["pocket"], *knocks_in_pocket(model, charts[0], best, _left(ends), during))
-    elif not rates and not all(chart.known_below > 0 for chart in charts):
+    elif not rates and not all(np.any(chart.known_below > 0) for chart in charts):
         lines.append(
             "No speed and depth are recommended: the records end on a mode that may chatter; expected them to a higher "
             "frequency"

@@ -60,7 +60,7 @@ def test_a_dip_is_among_the_speeds_so_that_no_pocket_lies_over_it() -> None:
         half = np.where(speeds < 7045.0, 0.45, 0.55) * 2 * speeds / 60
         return StabilityLobes(
             "collocation", speeds, depth, np.where(dip, speeds / 60, half), np.where(dip, "flip", "hopf"),
-            np.zeros(len(speeds), dtype=np.int64), float(np.min(depth)), 0.0, 0.0, 2, (),
+            np.zeros(len(speeds), dtype=np.int64), np.full(len(speeds), np.inf), float(np.min(depth)), 0.0, 0.0, 2, (),
             chart(0, np.array([9000.0])).outcome, (), (),
         )  # fmt: skip
 

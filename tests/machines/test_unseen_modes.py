@@ -63,6 +63,18 @@ def test_a_record_past_the_modes_leaves_no_doubt(method: str) -> None:
     assert not any("tell of modes above" in said for said in chart.warnings)
 
 
+def test_what_is_known_at_a_speed_does_not_hang_on_the_others() -> None:
+    """Where the end of the record moves the depth by more than 5 %, a depth below the lower of the two is known."""
+    speed = np.linspace(9000.0, 22000.0, 14)
+    together = stability_lobes(record(5500.0), CUT, speed, "multi-frequency")
+    alone = [stability_lobes(record(5500.0), CUT, rpm, "multi-frequency") for rpm in speed]
+    assert together.known_below == pytest.approx([float(one.known_below) for one in alone], rel=1e-12)
+    moved = together.doubtful
+    assert 1 < np.count_nonzero(moved) < len(speed)
+    exact = stability_lobes(TOOL, CUT, speed, "collocation")
+    assert np.all(together.sure[moved] < exact.depth[moved])
+
+
 def test_chatter_outside_the_record_is_refused() -> None:
     speed = np.array([9000.0, 16000.0])
     refuse_beyond("multi-frequency", speed, np.array([5150.3, 3990.0]), 210.0, 3990.0)

@@ -19,7 +19,7 @@ from ...indices import Mask
 
 Words: TypeAlias = NDArray[np.str_]
 Integers: TypeAlias = NDArray[np.int64]
-BY_SPEED = ("speed", "depth", "chatter_frequency", "kind", "lobe")
+BY_SPEED = ("speed", "depth", "chatter_frequency", "kind", "lobe", "known_below")
 """Fields of a chart with a value per speed."""
 UNSEEN = "The lines tell of modes above"
 """How the sentence begins that tells of them."""
@@ -76,6 +76,9 @@ class StabilityLobes(Shown):
         depth is inf.
     lobe
         Whole waves between two cuts; −1 where the depth is inf.
+    known_below
+        Depth in m below which nothing beyond what is known of the tool chatters, as far as the lines tell; larger
+        depths hold up to ``known_to`` only. inf where all that matters is known.
     minimum_depth
         Depth in m below which every speed is stable (at least inside the band), for multi-frequency and collocation
         every given speed, or every speed between them where ``minimum_at`` is set; inf if there is none.
@@ -96,9 +99,6 @@ class StabilityLobes(Shown):
     known_to
         Hz above which nothing is known of the tool, so that chatter there is not excluded; None where no mode is left
         out.
-    known_below
-        Depth in m below which no mode beyond what is known of the tool chatters, as far as the lines tell; larger
-        depths hold up to ``known_to`` only.
     minimum_at
         rpm of the minimum depth where it was looked for between the speeds as well, see `over_the_range`.
     left_out
@@ -111,6 +111,7 @@ class StabilityLobes(Shown):
     chatter_frequency: Array
     kind: Words
     lobe: Integers
+    known_below: Array
     minimum_depth: float
     minimum_frequency: float
     minimum_phase: float
@@ -120,7 +121,6 @@ class StabilityLobes(Shown):
     notes: tuple[str, ...]
     warnings: tuple[str, ...]
     known_to: float | None = None
-    known_below: float = np.inf
     minimum_at: float | None = None
     left_out: tuple[float, ...] = ()
 
@@ -147,7 +147,8 @@ class StabilityLobes(Shown):
     @property
     def up_to(self) -> str:
         """Up to which frequency the minimum depth holds, in words; empty where nothing known denies it above."""
-        return f", up to {self.known_to:g} Hz," if self.known_to and self.minimum_depth > self.known_below else ""
+        doubted = bool(self.known_to) and self.minimum_depth > np.min(self.known_below)
+        return f", up to {self.known_to:g} Hz," if doubted else ""
 
     @property
     def everywhere(self) -> bool:
@@ -200,8 +201,9 @@ def joined(known: Sequence[StabilityLobes]) -> StabilityLobes:
     order = np.argsort(np.concatenate([one.speed for one in known]))
     values: dict[str, Any] = {key: np.concatenate([getattr(one, key) for one in known])[order] for key in BY_SPEED}
     least = min(known, key=lambda one: one.minimum_depth)
-    said = _widest([said for one in sorted(known, key=lambda one: one.known_below) for said in one.warnings])
-    return replace(least, **values, warnings=said, known_below=min(one.known_below for one in known))
+    least_known = sorted(known, key=lambda one: float(np.min(one.known_below)))
+    said = _widest([said for one in least_known for said in one.warnings])
+    return replace(least, **values, warnings=said)
 
 
 def _widest(said: list[str]) -> tuple[str, ...]:

@@ -28,22 +28,23 @@ def within_record(chart: StabilityLobes, point: ToolPoint, cutting: Cutting) -> 
     """
     low, high = spectrum(point, 2 * float(point.lines[-1])).known
     if not np.isfinite(high):
-        return replace(chart, known_below=np.inf)
+        return replace(chart, known_below=np.full(chart.depth.shape, np.inf))
     outside = (chart.chatter_frequency > high) | (chart.chatter_frequency < low)
     if np.any(outside):
         said = (
             f"At some speeds chatter would lie outside of {low:g} to {high:g} Hz, where the receptance is known: the "
             "depth there is not known."
         )
-        below = min(chart.known_below, (1 - _DAMPING) * float(np.min(chart.depth[outside])))
+        below = np.where(outside, np.minimum(chart.known_below, (1 - _DAMPING) * chart.depth), chart.known_below)
         chart = replace(chart, warnings=(*chart.warnings, said), outcome=Outcome.FRF_TOO_SHORT, known_below=below)
     flexibility, stiffness = _unseen(point, cutting)
     if not flexibility * stiffness > 0:
         return chart
     # A mode of flexibility g and damping ratio ζ has a real part from −g/(4ζ(1 + ζ)) to g/(4ζ(1 − ζ)).
     may = 2 * _DAMPING * (1 - _DAMPING) / (stiffness * flexibility)
+    chart = replace(chart, known_below=np.minimum(may, chart.known_below))
     if not np.any(chart.depth > may):
-        return replace(chart, known_below=min(may, chart.known_below))
+        return chart
     said = (
         f"{UNSEEN} {high:g} Hz, {1e6 * flexibility:.2g} um/N of flexibility: with {100 * _DAMPING:g} % of damping they "
         f"may chatter from {1e3 * may:.3g} mm on, so larger depths hold up to {high:g} Hz only; records to a higher "
@@ -51,7 +52,6 @@ def within_record(chart: StabilityLobes, point: ToolPoint, cutting: Cutting) -> 
     )
     return replace(
         chart,
-        known_below=min(may, chart.known_below),
         warnings=(*chart.warnings, said),
         outcome=Outcome.FRF_TOO_SHORT if chart.outcome is Outcome.CONVERGED else chart.outcome,
     )

@@ -65,8 +65,9 @@ def by_harmonics(point: ToolPoint, cutting: Cutting, speed: Array) -> StabilityL
         for rpm in each("speeds", speed.tolist(), len(speed))
     ]
     said = _band_said(receptance, found, stiffest, speed)
-    doubted = min((one.crossing.depth for one in found if one.doubt > _DOUBTFUL), default=np.inf)
-    return replace(charted("multi-frequency", found, cutting, speed, said), known_below=doubted * (1 - _DOUBTFUL))
+    chart = charted("multi-frequency", found, cutting, speed, said)
+    doubt = np.array([one.doubt for one in found])
+    return replace(chart, known_below=np.where(doubt > _DOUBTFUL, (1 - doubt) * chart.depth, np.inf))
 
 
 def by_collocation(model: ToolModel, point: ToolPoint, cutting: Cutting, speed: Array) -> StabilityLobes:
@@ -236,6 +237,7 @@ def charted(method: str, found: list[Found], cutting: Cutting, speed: Array, sai
         chatter_frequency=line * tooth,
         kind=np.array([one.crossing.kind for one in found]),
         lobe=np.where(np.isfinite(line), np.floor(np.nan_to_num(line)), -1).astype(np.int64),
+        known_below=np.full(depth.shape, np.inf),
         minimum_depth=float(depth[lowest]),
         minimum_frequency=float(line[lowest] * tooth[lowest]) if some else np.nan,
         minimum_phase=float(line[lowest] % 1) if some else np.nan,

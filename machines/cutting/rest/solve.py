@@ -34,7 +34,7 @@ METHODS = {
 _MOST_PHASE = 150.0
 """rad that the fastest mode turns in the cut of a tooth period, up to which collocation is the default."""
 _NEEDS_MODES = "collocation: needs a tool with modes, found a receptance on lines or a function; use multi-frequency"
-_SHAPED = ("depth", "chatter_frequency", "kind", "lobe")
+_SHAPED = ("depth", "chatter_frequency", "kind", "lobe", "known_below")
 _POWER_LAW = (
     "The force grows with a power of the chip thickness other than 1: the depths hold for vanishing vibration at the "
     "nominal feed, and a knock can start chatter below them."
@@ -134,6 +134,7 @@ def _charted(
         chatter_frequency=crossed.frequency.reshape(speeds.shape),
         kind=np.where(np.isfinite(crossed.depth), "hopf", "").reshape(speeds.shape),
         lobe=crossed.lobe.reshape(speeds.shape),
+        known_below=np.full(speeds.shape, sure),
         minimum_depth=float(lowest.depth[0]),
         minimum_frequency=float(lowest.frequency[0]),
         minimum_phase=float(lowest.phase[0]),
@@ -142,7 +143,6 @@ def _charted(
         outcome=outcome,
         notes=turning.NOTES if name == "turning" else zero_order.NOTES,
         warnings=warnings + doubts,
-        known_below=sure,
     )
 
 
