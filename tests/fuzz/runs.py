@@ -8,14 +8,12 @@ from __future__ import annotations
 
 import contextlib
 import io
-import json
+import multiprocessing
 import os
 import re
 import resource
-import selectors
 import shutil
 import signal
-import subprocess
 import sys
 import tempfile
 import time
@@ -23,6 +21,7 @@ import traceback
 import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from multiprocessing.connection import Connection
 from pathlib import Path
 from types import FrameType
 from unittest import mock
@@ -36,6 +35,15 @@ MEMORY = 4 << 30
 """Bytes of address space of the child."""
 LONGEST = 300
 GOOD = ("done", "refused", "check failed", "computing")
+_SURROUNDINGS = {
+    "MPLBACKEND": "Agg",
+    "OPENBLAS_NUM_THREADS": "1",
+    "PYTHONDONTWRITEBYTECODE": "1",
+    "PYTHONPATH": f"{HERE}{os.pathsep}{ROOT}",
+}
+_CHILDREN = multiprocessing.get_context("forkserver")
+"""Children are forked off a process that has loaded what they need."""
+_CHILDREN.set_forkserver_preload(["loaded"])
 OUTCOMES = (*GOOD, "badly said", "not a number", "warned", "half written", "slow", "traceback", "died")
 _PROGRESS = re.compile(r"\d+ s\)?\s*$")
 """What a command says that is still at work and tells how far it is."""
@@ -159,11 +167,13 @@ def lay(files: Mapping[str, bytes], folder: Path) -> None:
         (folder / name).write_bytes(data)
 
 
-def child(kind: str, seed: int, first: int, last: int) -> None:
-    """Run inputs one after the other; a line before each, and one after it."""
+def child(pipe: Connection, kind: str, seed: int, first: int, last: int) -> None:
+    """Run inputs one after the other; the number of each goes into the pipe before it, what became of it after."""
     from seeds import KINDS, damaged
 
-    pipe = os.fdopen(os.dup(1), "w", buffering=1)
+    nowhere = os.open(os.devnull, os.O_RDWR)
+    for stream in (1, 2):
+        os.dup2(nowhere, stream)
     above = Path(tempfile.mkdtemp(prefix="fuzz"))
     fenced(above)
     try:
@@ -172,12 +182,11 @@ def child(kind: str, seed: int, first: int, last: int) -> None:
             folder = above / str(number)
             folder.mkdir()
             lay(given.files, folder)
-            print(json.dumps({"begun": number}), file=pipe)
+            pipe.send(number)
             begun = time.perf_counter()
             with contextlib.chdir(folder):
                 outcome, said = run_here(given.line)
-            row = {"number": number, "outcome": outcome, "said": said, "seconds": time.perf_counter() - begun}
-            print(json.dumps(row), file=pipe)
+            pipe.send(Ended(number, outcome, said, time.perf_counter() - begun))
             shutil.rmtree(folder, ignore_errors=True)
     finally:
         shutil.rmtree(above, ignore_errors=True)
@@ -187,45 +196,31 @@ def ended(kind: str, seed: int, count: int, first: int = 0) -> Iterator[Ended]:
     """How each of so many inputs of a kind ended."""
     last, at = first + count, first
     while at < last:
-        command = [sys.executable, str(HERE / "runs.py"), kind, str(seed), str(at), str(last)]
-        threads = {"MPLBACKEND": "Agg", "OPENBLAS_NUM_THREADS": "1", "PYTHONDONTWRITEBYTECODE": "1"}
-        environment = {**os.environ, **threads, "PYTHONPATH": f"{HERE}:{ROOT}"}
-        with subprocess.Popen(
-            command,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            env=environment,
-        ) as process:
-            assert process.stdout is not None
-            begun = None
-            for row in _lines(process):
-                if "begun" in row:
-                    begun = row["begun"]
+        here, there = _CHILDREN.Pipe(duplex=False)
+        with here, mock.patch.dict(os.environ, _SURROUNDINGS):
+            process = _CHILDREN.Process(target=child, args=(there, kind, seed, at, last))
+            process.start()
+            there.close()
+            begun, late = None, False
+            for told in _told(here):
+                if isinstance(told, Ended):
+                    yield told
+                    begun, at = None, told.number + 1
+                elif told is None:
+                    late = True
                 else:
-                    yield Ended(**row)
-                    begun, at = None, row["number"] + 1
-            late = process.poll() is None
-            process.kill()
+                    begun = told
+        process.kill()
+        process.join()
         if at < last:
             stopped = at if begun is None else begun
-            yield Ended(stopped, "slow" if late else "died", f"exit status {process.returncode}")
+            yield Ended(stopped, "slow" if late else "died", f"exit status {process.exitcode}")
             at = stopped + 1
 
 
-def _lines(process: subprocess.Popen[bytes]) -> Iterator[dict]:
-    """What the child tells, until it ends or stays silent for too long."""
-    assert process.stdout is not None
-    with selectors.DefaultSelector() as selector:
-        selector.register(process.stdout, selectors.EVENT_READ)
-        rest = b""
-        while selector.select(_GIVEN_UP):
-            more = os.read(process.stdout.fileno(), 65536)
-            if not more:
-                process.wait()
-                return
-            *whole, rest = (rest + more).split(b"\n")
-            yield from (json.loads(line) for line in whole if line.startswith(b"{"))
-
-
-if __name__ == "__main__":
-    child(sys.argv[1], *(int(word) for word in sys.argv[2:5]))
+def _told(pipe: Connection) -> Iterator[Ended | int | None]:
+    """What the child tells until it ends; None where it stays silent for too long."""
+    with contextlib.suppress(EOFError):
+        while pipe.poll(_GIVEN_UP):
+            yield pipe.recv()
+        yield None
