@@ -41,7 +41,7 @@ ELSEWHERE = re.compile(r"jointlib (run|explore|trace .*guide_mill|.*\bmills\b|.*
 """What takes long and is run by other tests; here only the arguments are read."""
 LONG = ("fmu.md", "lobes.md", "loop.md", "machines.md", "plan.md", "studies.md", "tools.md", "view.md")
 """Pages that compute for many seconds."""
-VERY_LONG = ("lobes.md", "plan.md")
+VERY_LONG = ("lobes.md", "plan.md", "studies.md", "tools.md")
 _FENCE = re.compile(r"^```(\{?[\w-]+\}?)[^\n]*\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 _SPAN = re.compile(r"`([^`]+)`")
 

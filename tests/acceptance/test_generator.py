@@ -73,7 +73,12 @@ def test_a_hung_rig_has_the_accelerance_of_masses_on_springs() -> None:
 
 
 @pytest.mark.parametrize(
-    "name", repeats(["coulomb", "hysteresis", "gap", "structural-damping"], lambda name: name == "gap")
+    "name",
+    repeats(
+        ["coulomb", "hysteresis", "gap", "structural-damping"],
+        lambda name: name == "gap",
+        lambda name: name == "structural-damping",
+    ),
 )
 def test_the_steady_motion_obeys_newton_on_both_bodies(name: str) -> None:
     test = simulate(name, (MAKERS[name],), "MS", 1)

@@ -221,7 +221,7 @@ def test_a_tool_that_moves_no_joint_is_told(soft: str, joints: int, own: Path) -
         assert found["receptance_0"][:, 0] == pytest.approx(-1 / (0.1 * w**2), rel=1e-9)
 
 
-@pytest.mark.parametrize("start", repeats(range(0, 600, 60), lambda _: False, lambda at: at in (0, 180)))
+@pytest.mark.parametrize("start", repeats(range(0, 600, 60), lambda _: False, lambda at: at == 180))
 def test_files_mutated_at_random_are_computed_or_refused_in_plain_sentences(start: int, tmp_path: Path) -> None:
     """Keys deleted, doubled, swapped and misspelt, values of every wrong kind and size, in all machine files."""
     shutil.copytree(LIBRARY, tmp_path / "library")

@@ -25,11 +25,14 @@ def test_help_names_every_verb_and_the_exit_statuses() -> None:
     assert jointlib("").status == 0
 
 
-SECONDS = {"study", "fmu", "stickout", "ssp", "modes"}
-"""Examples that compute for more than a second."""
+SECONDS, MANY = {"fmu", "ssp", "modes"}, {"study", "stickout"}
+"""Examples that compute for more than a second, and for ten."""
 
 
-@pytest.mark.parametrize("verb", repeats(sorted(verbs().keys() - LONG), lambda verb: verb not in SECONDS))
+@pytest.mark.parametrize(
+    "verb",
+    repeats(sorted(verbs().keys() - LONG), lambda verb: verb not in SECONDS | MANY, lambda verb: verb not in MANY),
+)
 def test_the_example_of_a_verb_works_and_names_what_it_wrote(verb: str, here: Path) -> None:
     shown = examples(verb)
     assert shown

@@ -40,7 +40,7 @@ def both(tmp_path: Path) -> Path:
 @pytest.mark.parametrize(
     "more",
     [
-        pytest.param(SPEEDS, marks=pytest.mark.thorough),
+        pytest.param(SPEEDS, marks=pytest.mark.slow),
         pytest.param(("--method", "zero-order"), marks=pytest.mark.thorough),
         (*SPEEDS, "--method", "zero-order"),
     ],

@@ -82,7 +82,7 @@ def test_for_any_damping_the_closed_bounds_hold(ratio: float) -> None:
     assert bound * (1 - 1e-5) <= jacobi <= 1.25 * bound
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @BOTH
 @pytest.mark.parametrize(
     "loop", [mass_on_joint(0.05)[0], mass_on_joint(0.8)[0], chain()], ids=["light", "heavy", "chain"]

@@ -35,7 +35,7 @@ def test_the_pocket_is_stable_at_every_speed_inside_its_band(chart: StabilityLob
     assert found.margin == pytest.approx(found.limit / found.depth - 1)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_no_other_speed_removes_more_with_the_same_reserve(chart: StabilityLobes) -> None:
     found = pocket([chart], CUT, limit_of(TOOL, (0.0,), chart.method))
     assert found is not None

@@ -86,7 +86,7 @@ def neglected(law: MemorylessLaw, omega: float, z0: float, z: complex) -> float:
     return float(np.linalg.norm(change))
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("law", "load", "force", "frequency"),
     [

@@ -98,7 +98,9 @@ def machine_on(joint: Joint) -> Machine:
     return Machine((part,), (Connection("guide", ("slide.x", "ground"), joint),), "one", {"x": "slide.x"})
 
 
-@pytest.mark.parametrize("kind", repeats(sorted(laws()), lambda kind: kind in ("bouc-wen", "stribeck")))
+@pytest.mark.parametrize(
+    "kind", repeats(sorted(laws()), lambda kind: kind in ("bouc-wen", "stribeck"), lambda kind: kind < "d")
+)
 @SLOW
 @given(sizes=st.lists(WIDE, min_size=4, max_size=6), u=st.lists(WIDE, min_size=9, max_size=9))
 def test_no_refit_of_a_machine_leaves_the_range_of_a_law(kind: str, sizes: list[float], u: list[float]) -> None:
