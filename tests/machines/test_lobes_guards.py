@@ -117,6 +117,7 @@ def test_a_free_mass_has_no_negative_stiffness() -> None:
         ({"teeth": 0}, "expected a whole number from 1"),
         ({"speed": (9000.0, 4000.0)}, "expected 0 < low < high"),
         ({"feed_direction": float("nan")}, "feed_direction is nan"),
+        ({"feed_direction": 25}, 'feed_direction is 25 rad, .* in degrees it is "25 deg"'),
     ],
 )
 def test_a_cut_that_cannot_be_meant_gets_one_sentence(change: dict[str, Any], said: str) -> None:

@@ -16,7 +16,7 @@ from jointlib.joint import Covariance
 
 from .flank import checked_flank
 from .flutes import checked_damping, checked_helix, checked_pitch, checked_runout, unlike
-from .given import finite, positive, pressure, refuse, speed_range, word
+from .given import finite, positive, pressure, refuse, speed_range, turned, word
 from .materials import material_of
 
 PROCESSES = ("milling", "turning", "boring")
@@ -110,7 +110,7 @@ class Cutting:
             for key in ("tangential", "normal", "edge_tangential", "edge_normal"):
                 if getattr(self, key) is None:
                     object.__setattr__(self, key, getattr(given, key))
-        checks: list[Callable[[], object]] = [partial(finite, "feed_direction", self.feed_direction)]
+        checks: list[Callable[[], object]] = [partial(turned, "feed_direction", self.feed_direction)]
         checks += [partial(positive, k, getattr(self, k)) for k in ("feed", "diameter") if getattr(self, k) is not None]
         if self.speed is not None:
             checks.append(partial(speed_range, self.speed))

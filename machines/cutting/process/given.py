@@ -27,6 +27,13 @@ def positive(key: str, value: object) -> None:
         raise InputError(f"[cutting]: {key} is {value!r}, expected more than 0")
 
 
+def turned(key: str, value: object) -> None:
+    if abs(finite(key, value)) > 2 * math.pi:
+        raise InputError(
+            f'[cutting]: {key} is {value!r} rad, expected at most a turn either way; in degrees it is "{value} deg"'
+        )
+
+
 def pressure(key: str, value: object) -> None:
     positive(key, value)
     if _IN_MM <= float(value) < _SOFTEST:  # type: ignore[arg-type]
