@@ -73,7 +73,9 @@ def told_by(sound: Sound, background: Sequence[Line] = (), run_out: float | None
     ``run_out`` is the usual size of lines halfway between those of the teeth in other cuts with the tool, over that of
     the teeth; None where nobody knows. ``rises`` where the hump of the noise is that of this cut alone.
     """
-    said: list[str] = []
+    said = list(sound.said)
+    if sound.useless:
+        return Heard("unknown", None, "", 0.0, 60 * sound.turning, (*said, sound.useless))
     lines = [line for line in sound.lines if line.loud and line not in background]
     weak = [line for line in lines if _of_mains(line, sound) and _share(sound, line.power) < _CHATTER]
     if weak:

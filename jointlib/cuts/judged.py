@@ -10,6 +10,7 @@ import numpy as np
 from jointlib.cuts.background import background_of, rises
 from jointlib.cuts.heard import Heard, told_by
 from jointlib.cuts.sound import Sound, listen
+from jointlib.cuts.steady import listen_to_cut
 from jointlib.cuts.tried_cut import TriedCut
 from jointlib.io.measurement_file import read_records
 from jointlib.measurement import Measurement
@@ -57,8 +58,9 @@ def judged_cuts(m: Measurement) -> tuple[JudgedCut, ...]:
         if cut.record is not None:
             (record,) = read_records(m, [cut.record])
             sounds.append({
-                name: listen(record.channels[name], record.sample_rate, cut.speed, cut.teeth, f"{record.name}: {name}")
-                for name in names
+                name: listen_to_cut(signal, record.sample_rate, cut.speed, cut.teeth, f"{record.name}: {name}")
+                for name, signal in record.channels.items()
+                if name in names
             })  # fmt: skip
     quiet = [
         {name: listen(record.channels[name], record.sample_rate, 0.0, 1, f"{record.name}: {name}") for name in names}

@@ -9,7 +9,7 @@ import numpy as np
 from jointlib.arrays import Array
 from jointlib.errors import InputError
 
-_FEWEST = 12
+FEWEST = 12
 """Revolutions."""
 _WITHIN = 0.01
 """Share of the nominal speed within which the true one is looked for."""
@@ -86,6 +86,10 @@ class Sound:
         The highest of the noise, None where it is flat or grows to one side only.
     floor
         The middle of the spectrum around frequencies in Hz: (frequencies, levels), and that of the whole.
+    said
+        Half sentences on what was left out of the record.
+    useless
+        Why the record cannot tell of its cut; empty where it can.
     """
 
     turning: float
@@ -102,6 +106,8 @@ class Sound:
     half_frequency: float
     hump: Hump | None
     floor: tuple[Array, Array, float]
+    said: tuple[str, ...] = ()
+    useless: str = ""
 
     def over(self, frequency: float) -> tuple[float, float]:
         """The middle of the spectrum around a frequency, and that over the middle of the whole."""
@@ -121,9 +127,9 @@ def listen(signal: Array, rate: float, speed: float, teeth: int, where: str) -> 
     """The spectrum of a record, (samples,), of a cut at a nominal speed in rpm; 0 of one without a cut."""
     x = np.asarray(signal, dtype=float) - np.mean(signal)
     nominal = speed / 60
-    if speed and len(x) / rate * nominal < _FEWEST:
+    if speed and len(x) / rate * nominal < FEWEST:
         turns = len(x) / rate * nominal
-        raise InputError(f"{where}: holds {turns:.3g} revolutions, expected at least {_FEWEST} to tell a cut by")
+        raise InputError(f"{where}: holds {turns:.3g} revolutions, expected at least {FEWEST} to tell a cut by")
     if not np.any(x):
         raise InputError(f"{where}: never changes, expected the sound or vibration of a cut")
     size = _PADDED * 2 ** int(np.ceil(np.log2(len(x))))

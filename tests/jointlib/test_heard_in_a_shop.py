@@ -11,8 +11,9 @@ from scipy.io import wavfile
 
 from jointlib import InputError, read_measurement
 from jointlib.arrays import Array
-from jointlib.cuts.heard import heard
+from jointlib.cuts.heard import heard, told_by
 from jointlib.cuts.judged import JudgedCut, heard_of, judged_cuts
+from jointlib.cuts.steady import listen_to_cut
 from machines import inspect
 
 RATE = 8192
@@ -182,3 +183,37 @@ def test_a_wav_file_tells_its_rate_and_another_one_is_refused(tmp_path: Path) ->
     assert campaign(tmp_path, records)[0].heard == campaign(tmp_path, records, more=f"sample_rate = {RATE}\n")[0].heard
     with pytest.raises(InputError, match="recorded at 8192 Hz, sample_rate says 10000 Hz"):
         campaign(tmp_path, records, more="sample_rate = 10000\n")
+
+
+def test_silence_before_and_after_a_cut_is_left_out(tmp_path: Path) -> None:
+    quiet = 0.002 * np.random.default_rng(1).standard_normal((2, len(TIME) // 2))
+    records = [np.concatenate([quiet[0], cut(s, 4) + shop(k, noise=0.1), quiet[1]]) for k, s in enumerate(SPEEDS)]
+    judged = campaign(tmp_path, records)
+    assert [one.cut.verdict for one in judged] == ["stable"] * 4
+    (said,) = [said for said in heard_of(judged) if "at 4210 rpm" in said and "silent but from" in said]
+    first, last = (float(word) for word in said.removesuffix(" s, of which it tells").split()[-3::2])
+    assert 0.75 < first < 0.85
+    assert 2.15 < last <= 2.25
+
+
+def test_a_spindle_that_runs_up_is_no_chatter() -> None:
+    """From six to ten tenths of its speed in the first third of the record; the other way round chatter has begun."""
+    ramp = np.minimum(0.6 + 0.4 * TIME / 0.5, 1.0)
+    turned = np.cumsum(ramp) / RATE * 6870 / 60
+    x = np.sum([np.sin(2 * np.pi * 4 * k * turned) / k for k in range(1, 7)], axis=0)
+    found = listen_to_cut(x, RATE, 6870.0, 4, "a")
+    assert "the spindle ran up" in found.useless
+    assert told_by(found).verdict == "unknown"
+    late = cut(6870.0, 4) + np.where(TIME > 0.5, chatter(6870.0, 4, 712.0, 1.0), 0.0)
+    found = listen_to_cut(late, RATE, 6870.0, 4, "a")
+    assert found.useless == ""
+    assert told_by(found).verdict == "chatter"
+
+
+@pytest.mark.parametrize("off", [-0.05, 0.03, 0.08])
+def test_another_speed_than_that_of_the_file_is_told(off: float) -> None:
+    found = listen_to_cut(cut(5530.0, 3) + 0.1 * shop(2), RATE, 5530.0 * (1 + off), 3, "a")
+    assert "its lines are those of a spindle at 5530 rpm" in found.useless
+    assert told_by(found).verdict == "unknown"
+    sings = chatter(5530.0, 3, 652.0, 3.0) + 0.2 * cut(5530.0, 3) + 0.1 * shop(2)
+    assert listen_to_cut(sings, RATE, 5530.0, 3, "a").useless == ""
