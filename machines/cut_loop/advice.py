@@ -93,9 +93,10 @@ def forecast(
 
 def told_by(apart: Sequence[Array], sigma: Array) -> tuple[Array, Array]:
     """Of every speed and depth the probability of being stable and the bits that a verdict tells, (speeds, depths)."""
-    chance = np.array([stable(part, sigma) for part in apart]).swapaxes(1, 2)  # (speeds, depths, draws)
-    mean = np.mean(chance, axis=2)
-    return mean, np.asarray(_entropy(mean) - np.mean(_entropy(chance), axis=2))
+    said = np.array([stable(part, sigma) for part in apart])  # (speeds, draws, depths)
+    bits = _entropy(np.mean(said, axis=1)) - np.mean(_entropy(said), axis=1)
+    # What is not heard is chatter all the same.
+    return np.mean([stable(part, sigma, late=0.0) for part in apart], axis=1), np.asarray(bits)
 
 
 def _range(machine: Machine, problem: Problem) -> tuple[Array, Array]:

@@ -181,7 +181,7 @@ def evaluated(
             rung = int(np.searchsorted(place.depths, cut.depth))
             x, f = (part[:, rung] for part in told)
             apart[alive, i], frequency[alive, i] = x, f
-            of_cut = of_verdict(str(cut.verdict), x, np.hypot(sigma[alive], problem.scatter(k)))
+            of_cut = of_verdict(str(cut.verdict), x, np.hypot(sigma[alive], problem.scatter(k)), problem.unheard[i])
             if cut.chatter_frequency is not None:
                 of_cut = of_cut + of_frequency(cut.chatter_frequency, f, x, repeats[i], problem.flips(k))
             likelihood[alive, i] = of_cut
@@ -221,7 +221,7 @@ def probability(found: Posterior, problem: Problem, without: Sequence[int] = ())
     weight = found.weights(without)
     out = np.zeros(len(problem.cuts))
     for i, k in enumerate(problem.index):
-        out[i] = weight @ stable(found.apart[:, i], np.hypot(found.sigma, problem.scatter(k)))
+        out[i] = weight @ stable(found.apart[:, i], np.hypot(found.sigma, problem.scatter(k)), problem.unheard[i])
     return out
 
 

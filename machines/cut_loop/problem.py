@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
+from jointlib.arrays import Array
 from jointlib.cuts.tried_cut import TriedCut
+from jointlib.errors import CheckFailed, InputError
 
+from ..cutting.forced.forced_vibration import forced_vibration
 from ..indices import Index
 from ..model.machine import Machine
 from .borders import Condition
 from .distances import Place, exact
+from .evidence import unheard
 from .exactness import Exactness, learnt
 from .sampled_tool import SampledTool
 
@@ -25,6 +30,8 @@ class Problem:
     places: tuple[Place, ...]
     index: Index
     """The place of each cut."""
+    unheard: Array
+    """Share in which chatter like that of each cut is heard only deeper."""
     tool: SampledTool
     exactness: Exactness | None
     seed: int
@@ -54,4 +61,18 @@ def problem_of(
         for k in range(len(conditions))
     ]
     places = tuple(Place(at, depths[k], k, learned) for k, at in enumerate(conditions))
-    return Problem(cuts, places, index, tool, learned, seed)
+    late = unheard(_shaken(machine, cuts, conditions, index))
+    return Problem(cuts, places, index, late, tool, learned, seed)
+
+
+def _shaken(machine: Machine, cuts: Sequence[TriedCut], conditions: Sequence[Condition], index: Index) -> Array:
+    """Forced vibration of the machine as it is, in feeds per tooth, (cuts,); 0 where it has none or none is known."""
+    found = np.zeros(len(cuts))
+    for k, at in enumerate(conditions):
+        here = np.flatnonzero(index == k)
+        depth = [cuts[int(i)].depth for i in here]
+        table = {one.name: getattr(at.cutting, one.name) for one in fields(at.cutting) if one.init}
+        with contextlib.suppress(InputError, CheckFailed):
+            moved = forced_vibration(replace(machine, cutting=table), at.speed, depth).amplitude
+            found[here] = np.nan_to_num(moved) / table["feed"]
+    return found

@@ -22,11 +22,12 @@ from machines import Machine, lobes_at_amplitude, read_machine, trace
 from machines.cut_loop import contest, sentences, tempered
 from machines.cut_loop import posterior as posteriors_room
 from machines.cut_loop import trace_cuts as trace_cuts_room
+from machines.cut_loop.advice import told_by
 from machines.cut_loop.borders import border, condition, conditions_of
 from machines.cut_loop.contest import NEEDED
 from machines.cut_loop.distances import distances
 from machines.cut_loop.doubted_modes import JointSlip, MissingMode, ModeFrequency
-from machines.cut_loop.evidence import of_frequency, of_verdict
+from machines.cut_loop.evidence import of_frequency, of_verdict, stable
 from machines.cut_loop.exactness import learnt
 from machines.cut_loop.growth import multiplier
 from machines.cut_loop.line_up import suspects_of
@@ -36,6 +37,7 @@ from machines.cut_loop.sampled_tool import receptance, sampled_tool
 from machines.cut_loop.suspects import AsItIs, Coefficient, RunOut
 from machines.cut_loop.tempered import posterior
 from machines.cut_loop.trace_cuts import trace_cuts
+from machines.cutting.forced.forced_vibration import forced_vibration
 from machines.cutting.process.cutting import Cutting
 from machines.lobes import minimum_depth_of_mode
 
@@ -124,6 +126,31 @@ def asked(machine: Machine, cuts: Measurement, draws: int = 400) -> Problem:
     conditions, index = conditions_of(cuts.cuts, table, machine.tool_axes)
     tool = sampled_tool(machine, draws, 0, min(at.tooth_frequency for at in conditions))
     return problem_of(cuts.cuts, conditions, index, machine, tool, 0)
+
+
+def test_chatter_that_the_teeth_drown_is_often_not_heard(tmp_path: Path) -> None:
+    """Teeth that pass with a mode shake the tool by many feeds; without a feed nothing is known of that."""
+    speeds = 60 * 600 / 2, 60 * 410 / 2
+    cuts = tuple(TriedCut(f"{n}", n, 12e-3, 1, verdict="stable") for n in speeds)
+    measurement = Measurement(Path("cuts"), "cuts", (), (), cuts=cuts)
+    fed = machine_of(tmp_path, MILL + 'feed = "0.05 mm"\n')
+    drowned, clear = asked(fed, measurement, 2).unheard
+    assert clear == 0.15 < drowned
+    amplitude = forced_vibration(fed, speeds, 12e-3).amplitude / 50e-6
+    assert amplitude[1] < 1 < amplitude[0]
+    assert asked(machine_of(tmp_path, MILL), measurement, 2).unheard.tolist() == [0.15, 0.15]
+    beyond, sigma = np.array([-0.2]), np.array([0.1])
+    assert stable(beyond, sigma, drowned) > 2 * stable(beyond, sigma, clear)
+    for verdict in ("stable", "marginal"):
+        assert of_verdict(verdict, beyond, sigma, drowned) > of_verdict(verdict, beyond, sigma, clear)
+
+
+def test_what_is_advised_to_be_stable_is_so_and_not_only_unheard() -> None:
+    apart, sigma = [np.full((4, 2), -0.2), np.full((4, 2), 0.3)], np.full((4, 1), 0.1)
+    chance, bits = told_by(apart, sigma)
+    assert chance[0] == pytest.approx(0.02 + 0.96 * ndtr(-2.0))
+    assert chance[1] == pytest.approx(0.02 + 0.96 * ndtr(3.0))
+    assert np.all(bits == pytest.approx(0.0, abs=1e-12))
 
 
 @pytest.mark.parametrize("damping", [0.0, 5e4])
