@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.signal import decimate
+from scipy.signal import butter, decimate, sosfiltfilt
 
 from jointlib.arrays import Array
 from jointlib.io.measurement_file import read_measurement, read_records
@@ -123,17 +123,45 @@ def test_inertia_that_no_file_declares_comes_second_and_then_nothing(report: Tra
     assert correction.parameters["mass"] == pytest.approx(830, abs=160)
 
 
+def scatter_of_strokes(record: Path) -> tuple[float, float]:
+    """Standard deviation of the force over the three full strokes by the clock, over its rms: as it is, and beyond what
+    displacement, velocity and acceleration explain of it; written for these tests alone."""
+    data, rate = np.load(record), float(name_of(record).split("Hz")[0])
+    low = butter(4, 100.0, fs=1024.0, output="sos")
+    x, F = (sosfiltfilt(low, data[name]) for name in ("disp_in", "friction_force_kip"))
+    v = np.gradient(x)
+    period = 1024.0 / rate
+    # The full strokes down run from 0.26–0.33 to 0.76–0.83 of the third, fourth and fifth period.
+    at = np.linspace(2.33, 2.75, int(0.42 * period)) + np.arange(3)[:, None]
+    force, *motion = (np.interp(at * period, np.arange(len(x)), s) for s in (F, x, v, np.gradient(v)))
+    when = np.array([-1.0, 0.0, 1.0])
+    force = force - (when @ force.mean(axis=1) / 2 * when)[:, None]
+    off = (force - force.mean(axis=0)).ravel()
+    A = np.array([(m - m.mean(axis=0)).ravel() for m in motion]).T
+    A = A / np.linalg.norm(A, axis=0)
+    left = off - A @ np.linalg.lstsq(A, off, rcond=None)[0]
+    size = np.sqrt(2 * force.shape[1] * np.mean(F[int(period / 4) :] ** 2))
+    return float(np.linalg.norm(off) / size), float(np.linalg.norm(left) / size)
+
+
 @pytest.mark.slow
-def test_full_cycles_repeat_within_a_few_per_cent_but_for_the_fast_ones(report: TraceReport) -> None:
+def test_full_strokes_repeat_within_a_few_per_cent_but_for_the_fast_ones(
+    report: TraceReport, records: list[Path]
+) -> None:
+    """On the two fast ones the first stroke is another motion; at 1 Hz it begins 0.5 mm further out, as the actuator
+    reaches its limit, and 870 kg times the acceleration is 61 % of the scatter. The floor is what the motion leaves."""
     floor = {name_of(Path(k)): v for k, v in report.noise_floor["force_rel_per_record"].items()}
+    own = {name_of(r): scatter_of_strokes(r) for r in records}
     assert report.noise_floor["source"] == "cycles"
-    slow = [v for k, v in floor.items() if not k.startswith(("2Hz", "1Hz30lbtension1.5"))]
-    assert min(slow) > 0.02
-    assert max(slow) < 0.08
-    assert floor["1Hz30lbtension1.5amplitude"] > 0.10
-    assert floor["2Hz30lbtension0.5amplitude"] > 0.15
+    fast = ("1Hz30lbtension1.5amplitude", "2Hz30lbtension0.5amplitude")
+    for name, found in floor.items():
+        as_it_is, beyond = own[name]
+        assert (as_it_is > 0.10) == (name in fast)
+        # By another low pass, over another part: at 30 Hz the figures of the fast ones are 8 to 16 % lower.
+        assert found == pytest.approx(beyond if name in fast else as_it_is, rel=0.2)
+        assert 0.02 < found < 0.10
     overall = np.sqrt(np.mean(np.square(list(floor.values()))))
-    assert overall == pytest.approx(0.091, abs=0.01)
+    assert overall == pytest.approx(0.061, abs=0.01)
 
 
 @pytest.mark.slow
