@@ -7,6 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from jointlib.arrays import Array
+from jointlib.errors import InputError
 from jointlib.joint import Joint
 from jointlib.measurement import Measurement
 
@@ -14,20 +15,29 @@ _SAMPLES, _SLOW = 200, 0.01
 """Samples of a cycle along which a joint is asked for its stiffness, and its frequency in Hz."""
 _LIGHT, _HEAVY = 0.05, 5e3
 """kg, beyond which a carriage is strange: 1 kg and 250 kg of which a unit is wrong by a thousand lie there."""
+_CERTAIN = 3.0
+"""Standard errors by which a mass is below zero for certain."""
 _YIELDS = -0.2
 """Correlation of force and velocity below which a path yields energy; inertia and springs take none over a cycle."""
 
 
 def strange_mass(measurement: Measurement, value: float, error: float) -> list[str]:
-    """A sentence where the mass that moves with a path is none that a carriage has."""
+    """A sentence where the mass that moves with a path is none that a carriage has; below zero for certain it is
+    refused, as all that was fitted beside it is as wrong."""
     if any(c.si_unit == "V" for q in ("force", "displacement", "position") for c in measurement.of(q)):
         return []
-    found = f"The moving mass comes out at {value:.4g} kg"
+    found = f"The moving mass comes out at {value:.4g} ± {error:.2g} kg"
+    below = (
+        f"{found}, below zero, which no carriage has: the sign of the force, of the displacement or of an acceleration "
+        "is turned, look at the gain of the [[channel]]"
+    )
+    if value + _CERTAIN * error < 0:
+        raise InputError(
+            f"{measurement.source}: {below}; or the joint lacks a stiffness, which a mass below zero stands in for. "
+            "Nothing is written; with the mass that was weighed as carriage it is not asked for."
+        )
     if value + error < 0:
-        return [
-            f"{found}, below zero, which no carriage has: the sign of the force, of the displacement or of an "
-            "acceleration is turned, look at the gain of the [[channel]], or the records do not tell the mass."
-        ]
+        return [f"{below}, or the records do not tell the mass."]
     if value - error > _HEAVY or 0 < value + error < _LIGHT:
         return [
             f"{found}, which few carriages have: look at the units of force, displacement and sample_rate, or say the "

@@ -4,20 +4,23 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from jointlib.answers.identify import identify as written
 from jointlib.arrays import Array
 from jointlib.errors import InputError
 from jointlib.estimation.same_motion import refuse_other_motion
 from jointlib.identification import Identification, identify
+from jointlib.identification.strange import strange_mass
 from jointlib.io.measurement_file import read_measurement, read_records
 from jointlib.joint import Joint
 from jointlib.laws.viscous import Viscous
 from jointlib.loop.trace import trace
-from jointlib.measurement import Measurement
+from jointlib.measurement import Mass, Measurement
 
 RATE, MASS, DAMPING, SLIP = 500.0, 20.0, 80.0, 15.0
 UNITS = {"x": "displacement", "v": "velocity", "a": "acceleration", "F": "force"}
@@ -116,14 +119,29 @@ def test_a_point_beyond_a_flexible_part_is_no_unit(tmp_path: Path) -> None:
     assert not [said for said in doubts(path(tmp_path, a=beyond)) if "smells" in said]
 
 
-def test_a_turned_force_is_told_by_its_mass_and_its_energy(tmp_path: Path) -> None:
-    m = path(tmp_path, F=times(-1.0))
-    said = " ".join(fitted(m).messages)
-    assert "below zero, which no carriage has" in said
-    assert "yield energy" in said
-    warned = " ".join(trace(m, Joint((Viscous(DAMPING),))).warnings)
-    assert "below zero, which no carriage has" in warned
-    assert "yield energy" in warned
+def test_a_turned_force_is_told_by_its_mass_and_nothing_is_written(tmp_path: Path) -> None:
+    """Twenty kilograms below zero are refused; where the mass was weighed the energy tells."""
+    m, out = path(tmp_path, F=times(-1.0)), tmp_path / "slide.joint.toml"
+    with pytest.raises(InputError, match="below zero, which no carriage has: the sign") as refused:
+        written(m, laws=("viscous", "coulomb"), output=out)
+    told = re.search(r"comes out at (\S+) ± ", str(refused.value))
+    assert told is not None
+    assert float(told[1]) == pytest.approx(-MASS, rel=0.05)
+    assert not out.exists()
+    with pytest.raises(InputError, match="below zero, which no carriage has: the sign"):
+        trace(m, Joint((Viscous(DAMPING),)))
+    weighed = replace(m, carriage=Mass(MASS))
+    assert "yield energy" in " ".join(fitted(weighed).messages)
+    assert "yield energy" in " ".join(trace(weighed, Joint((Viscous(DAMPING),))).warnings)
+
+
+def test_a_mass_below_zero_within_its_error_is_no_reason_to_refuse(tmp_path: Path) -> None:
+    m = path(tmp_path)
+    assert strange_mass(m, -1.0, 2.0) == []
+    (said,) = strange_mass(m, -1.0, 0.5)
+    assert "or the records do not tell the mass" in said
+    with pytest.raises(InputError, match="Nothing is written"):
+        strange_mass(m, -1.0, 0.3)
 
 
 def test_a_mass_of_tonnes_is_told_and_one_of_kilograms_is_not(tmp_path: Path) -> None:

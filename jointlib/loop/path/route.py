@@ -17,6 +17,7 @@ from jointlib.loop.path.checks import check_laws, check_records, exists_in_time,
 from jointlib.loop.path.columns import law_forces
 from jointlib.loop.path.composed.beam import search
 from jointlib.loop.path.composed.follower import followers
+from jointlib.loop.path.estimates import estimates
 from jointlib.loop.path.evidence import Evidence
 from jointlib.loop.path.preparation import choose_preparation, prepare
 from jointlib.loop.path.repeats import repeat_floor
@@ -48,8 +49,8 @@ def trace_path(measurement: Measurement, joint: Joint, *, seed: int = 0) -> Trac
     known = joint.with_parameters(joint.parameters)
     finding = search(evidence, known, [*effects, PreloadShape(), *followers(runs), *faults], seed)
     report = answer(measurement, joint, records, evidence, finding, found.path, missing, seed)
-    found_mass = report.extra_baseline.get("mass")
-    if found_mass is not None:
-        doubts += strange_mass(measurement, found_mass.value, found_mass.standard_error or 0.0)
+    moving = estimates(finding.before if report.mended is joint else finding.after).get("mass")
+    if moving is not None:
+        doubts += strange_mass(measurement, moving.value, moving.standard_error or 0.0)
     doubts += yielding((run.force, run.path.velocity) for run in runs)
     return replace(report, warnings=(*doubts, *report.warnings, *found.failed))
