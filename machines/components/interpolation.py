@@ -10,10 +10,13 @@ import scipy
 
 from jointlib.arrays import Array, ComplexArray
 
+from ..indices import Mask
+
 METHODS = ("none", "rational", "spline")
 Curve = Callable[[Array], ComplexArray]
 _POINTS = 4
 _GAP = 3.0
+_WEAK = 1e-2
 _ON_AXIS = 0.05
 """A pole nearer to the line between two frequencies than this share of their distance is one of noise."""
 
@@ -77,6 +80,16 @@ def gaps(frequency: Array) -> list[tuple[float, float]]:
     beside = np.maximum(np.append(width[1:], 0.0), np.append(0.0, width[:-1]))
     wide = np.flatnonzero((width > _GAP * beside) & (beside > 0))
     return [(float(frequency[i]), float(frequency[i + 1])) for i in wide]
+
+
+def wide(value: ComplexArray) -> Mask:
+    """Intervals between neighbouring lines that are wider than about half the half-power bandwidth of a mode.
+
+    A phase of π/2 passes in a bandwidth. Where |value| is below a hundredth of the largest, nothing is called wide.
+    """
+    size = np.abs(value)
+    turned = np.abs(np.angle(value[1:] * value[:-1].conj()))
+    return np.asarray((turned > np.pi / 4) & (np.minimum(size[1:], size[:-1]) > _WEAK * np.max(size)))
 
 
 def left_out(frequency: Array, value: ComplexArray, method: str) -> LeftOut:

@@ -17,6 +17,7 @@ from jointlib.measurement import Measurement, RecordSource
 from ..components.plausibility import spans
 from ..model.machine import Machine
 from .noise.deviation import FEWEST, from_neighbours, from_repeats
+from .sparse_lines import sparse_lines
 
 _CLEAR = 4.0
 """Deviations by which a phase must be wrong to be called so."""
@@ -211,7 +212,7 @@ def _opened(measurement: Measurement, source: RecordSource, name: str) -> _Opene
     if forces is not None and np.ptp(forces) > 0:
         held = "" if sweep.force else f" to hold {sweep.level}"
         said.append(f"the force varies from {np.min(forces):.4g} to {np.max(forces):.4g} N{held}.")
-    said += _gaps(f)
+    said += [*_gaps(f), *sparse_lines(f, H)]
     return _Opened(source, name, f, H, variance, forces, tuple(f"{name}: {sentence}" for sentence in said))
 
 

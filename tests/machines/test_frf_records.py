@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -16,8 +17,11 @@ from jointlib.io.measurement_file import read_measurement
 from machines import Lumped, Machine, Modal
 from machines.loop.noise.deviation import from_neighbours, from_repeats, local_errors
 from machines.loop.records import LevelFRF, read_frfs, said_of
+from machines.loop.sparse_lines import sparse_lines
 
 LINES = np.linspace(50.0, 800.0, 180)
+CLOSE = np.linspace(50.0, 800.0, 376)
+"""Four in the narrowest half-power bandwidth, 7.2 Hz."""
 FRAME = Modal(
     "frame",
     ("x", "y"),
@@ -187,21 +191,57 @@ def test_two_repeats_give_the_spread_of_one_record_not_of_their_mean() -> None:
 
 
 def test_records_of_one_force_cannot_show_amplitude_dependence(tmp_path: Path) -> None:
-    csv(tmp_path / "a.csv", LINES, truth())
+    csv(tmp_path / "a.csv", CLOSE, truth(lines=CLOSE))
     assert "cannot be seen" in said_of(read(tmp_path, record("a.csv")))[-1]
-    csv(tmp_path / "b.csv", LINES, truth())
+    csv(tmp_path / "b.csv", CLOSE, truth(lines=CLOSE))
     assert said_of(read(tmp_path, record("a.csv"), record("b.csv", force=20.0))) == ()
 
 
 def test_a_gap_in_the_lines_and_a_line_at_zero_are_told(tmp_path: Path) -> None:
-    kept = (LINES < 350) | (LINES > 500)
-    csv(tmp_path / "a.csv", LINES[kept], truth()[kept])
+    kept = (CLOSE < 350) | (CLOSE > 500)
+    csv(tmp_path / "a.csv", CLOSE[kept], truth(lines=CLOSE)[kept])
     ((found,),) = (read(tmp_path, record("a.csv")),)
-    assert found.remarks == ("a.csv: the lines jump from 347.49 to 502.51 Hz; what lies between is not known.",)
-    csv(tmp_path / "a.csv", np.concatenate([[0.0], LINES]), np.concatenate([[1.0], truth()]))
+    assert found.remarks == ("a.csv: the lines jump from 348 to 502 Hz; what lies between is not known.",)
+    csv(tmp_path / "a.csv", np.concatenate([[0.0], CLOSE]), np.concatenate([[1.0], truth(lines=CLOSE)]))
     (found,) = read(tmp_path, record("a.csv"))
     assert found.remarks == ("a.csv: the line at 0 Hz is left out.",)
-    assert len(found.frequency) == len(LINES)
+    assert len(found.frequency) == len(CLOSE)
+
+
+@pytest.mark.parametrize("step", [3.0, 5.0, 8.0, 16.0])
+def test_a_peak_with_too_few_lines_is_told_with_its_bandwidth(tmp_path: Path, step: float) -> None:
+    """2ζf of the two large modes is 7.2 and 7.8 Hz: two lines of 3 Hz stand in it, and not two of 5 Hz."""
+    for offset in np.linspace(0, step, 5):
+        lines = np.arange(40 + offset, 700, step)
+        for response in (0, 1):
+            H = truth(response, lines)
+            csv(tmp_path / "a.csv", lines, H + 0.01 * np.abs(H) * noise(np.random.default_rng(3), len(lines)))
+            (found,) = read(tmp_path, record("a.csv", response=f"frame.{'xy'[response]}"))
+            said = [r for r in found.remarks if "half-power bandwidth" in r]
+            assert bool(said) == (step > 3.0)
+            for sentence in said:
+                told = re.search(r"([\d.]+) lines stand in the half-power bandwidth of ([\d.]+) Hz", sentence)
+                assert told is not None
+                width = float(told[2])
+                # Other modes bend 1/H where lines are far apart.
+                assert width == pytest.approx(7.5, rel=0.15 if step < 10 else 0.4)
+                assert float(told[1]) == pytest.approx(width / step, rel=0.06)
+
+
+def test_a_jump_of_a_bent_peak_is_not_taken_for_a_narrow_one() -> None:
+    """A cubic spring bends the peak; where the upper branch ends the response drops from one line to the next."""
+    A, k3, f0, zeta = np.linspace(1e-3, 1.0, 200001), 0.3, 100.0, 0.02
+    shift = 1 + 0.75 * k3 * A**2
+    w = np.sqrt(shift - 2 * zeta**2 - np.sqrt((shift - 2 * zeta**2) ** 2 - shift**2 + (0.04 / A) ** 2 + 0j))
+    rising = (np.abs(w.imag) < 1e-9) & (0.04 / (2 * zeta) >= A)
+    lines = np.arange(60.0, 150.0, 0.5)
+    amplitude = np.interp(lines / f0, w.real[rising], A[rising], right=0.0)
+    below = 0.04 / np.hypot((lines / f0) ** 2 - 1, 2 * zeta * lines / f0)
+    amplitude = np.where(amplitude > 0, amplitude, below)
+    r = lines / f0
+    H = amplitude * np.exp(-1j * np.arctan2(2 * zeta * r, 1 + 0.75 * k3 * amplitude**2 - r**2))
+    assert np.max(np.abs(np.diff(np.abs(H)))) > 0.5
+    assert sparse_lines(lines, H) == []
 
 
 def test_the_same_file_name_in_two_folders_gives_two_names(tmp_path: Path) -> None:
@@ -222,14 +262,14 @@ def test_conjugate_files_are_refused_until_it_is_said(tmp_path: Path) -> None:
 
 def test_energy_out_of_a_driving_point_is_refused_on_many_lines_and_told_on_few(tmp_path: Path) -> None:
     rng = np.random.default_rng(4)
-    H = truth() + 1e-3 * np.abs(truth()) * noise(rng, len(LINES))
-    csv(tmp_path / "a.csv", LINES, np.where(LINES > 500, H.conj(), H))
+    H = truth(lines=CLOSE) + 1e-3 * np.abs(truth(lines=CLOSE)) * noise(rng, len(CLOSE))
+    csv(tmp_path / "a.csv", CLOSE, np.where(CLOSE > 500, H.conj(), H))
     with pytest.raises(InputError, match="yields energy"):
         read(tmp_path, record("a.csv"))
-    csv(tmp_path / "a.csv", LINES, np.where(np.abs(LINES - 600) < 5, H.conj(), H))
+    csv(tmp_path / "a.csv", CLOSE, np.where(np.abs(CLOSE - 600) < 5, H.conj(), H))
     (found,) = read(tmp_path, record("a.csv"))
     assert "yields energy" in found.remarks[0]
-    csv(tmp_path / "a.csv", LINES, truth(1).conj())
+    csv(tmp_path / "a.csv", CLOSE, truth(1, CLOSE).conj())
     assert read(tmp_path, record("a.csv", response="frame.y"))[0].remarks == ()
 
 

@@ -11,6 +11,7 @@ from jointlib.arrays import Array, ArrayLike
 from jointlib.errors import CheckFailed, InputError, Outcome, nearest
 from jointlib.frf import FRF
 
+from ...components.interpolation import wide
 from ...tool.plausible import refuse_undamped, sign_warnings
 from ...tool.tool_model import ToolModel
 from ...tool.tool_point import Receptance, ToolPoint, tool_point
@@ -224,13 +225,11 @@ def _judged(
 
 
 def _wide_lines(point: ToolPoint, traced: Trace) -> list[str]:
-    """Fewer than about two lines per half-power bandwidth, where a phase of π/2 passes."""
+    """Fewer than about two lines per half-power bandwidth, where the loop could chatter."""
     rows = np.searchsorted(traced.frequency, point.lines)
     value = traced.eigenvalue[rows]
-    turned = np.abs(np.angle(value[1:] * value[:-1].conj()))
     used = (value.real[1:] < 0) | (value.real[:-1] < 0)
-    strong = np.minimum(np.abs(value[1:]), np.abs(value[:-1])) > 1e-2 * np.max(np.abs(value))
-    count = int(np.count_nonzero((turned > np.pi / 4) & used & strong))
+    count = int(np.count_nonzero(wide(value) & used))
     if count == 0:
         return []
     return [
