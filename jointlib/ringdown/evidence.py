@@ -70,6 +70,11 @@ class Evidence:
         along = scipy.interpolate.CubicSpline(np.log(self.amplitudes), gains)
         return tuple(along(np.log(b.amplitude)) for b in self.backbones)
 
+    def damping(self) -> tuple[Array, Array]:
+        """1/doubt in m/N, and ωc measured in units of it; the pieces of all records."""
+        weight = np.concatenate([1 / one[1] for one in self._doubts])
+        return weight, weight * self.modal_mass * np.concatenate([b.gain.imag for b in self.backbones])
+
     def residual(self, joint: Joint, records: Sequence[int] | None = None) -> Array:
         """Real, of unit variance: k before ωc, record after record.
 

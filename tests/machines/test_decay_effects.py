@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -13,14 +14,25 @@ from machines.answers.trace import trace
 
 RATE, OMEGA, RATIO, MASS = 4096.0, 2 * np.pi * 62.0, 0.003, 1.8
 STIFFNESS = MASS * OMEGA**2
+LARGEST = 8e-4
+"""m, of the highest level."""
 
 
-def decay(level: float, slip: Array, share: float, uneven: float = 0.0, drag: float = 0.0) -> Array:
-    """Displacement in m of M z̈ + c ż + d ż|ż| + (1 − s) k z + u z³ + Σ kᵢ clip(z − sᵢ, ±slip) = 0, by central steps.
+def decay(
+    level: float,
+    slip: Array,
+    share: float,
+    uneven: float = 0.0,
+    drag: float = 0.0,
+    displaced: float = 0.0,
+    friction: float = 0.0,
+) -> Array:
+    """Displacement in m of M z̈ + c ż + d ż|ż| + e z² ż + F tanh(ż/v) + (1 − s) k z + u z³ + Σ kᵢ clip(z − sᵢ, ±slip)
+    = 0, by central steps; v is 0.3 % of the largest speed.
 
     The sliders share ``share`` of the stiffness alike and slip at the distances ``slip`` in m.
     """
-    inner = 8
+    inner, slow = 8, 3e-3 * LARGEST * OMEGA
     h = 1 / (RATE * inner)
     z, v, s = level, 0.0, np.zeros(len(slip))
     each = share * STIFFNESS / max(len(slip), 1)
@@ -31,7 +43,8 @@ def decay(level: float, slip: Array, share: float, uneven: float = 0.0, drag: fl
             z += 0.5 * h * v
             s = np.clip(s, z - slip, z + slip)
             force = (1 - share) * STIFFNESS * z + uneven * z**3 + each * float(np.sum(z - s))
-            a = -(force + 2 * RATIO * MASS * OMEGA * v + drag * v * abs(v)) / MASS
+            damped = 2 * RATIO * MASS * OMEGA + drag * abs(v) + displaced * z**2
+            a = -(force + damped * v + friction * np.tanh(v / slow)) / MASS
             v += h * a
             z += 0.5 * h * v
     return out
@@ -84,3 +97,31 @@ def test_two_effects_of_a_decay_stand_on_its_page(tmp_path: Path) -> None:
     assert {c["family"] for c in composition} == {"cubic", "quadratic-damping"}
     assert all(0.05 < c["adds"] <= 1 for c in composition)
     assert composition[0]["rivals"] == []
+
+
+@pytest.mark.slow
+def test_damping_by_the_square_of_displacement_gets_no_names(tmp_path: Path) -> None:
+    """Drag and dry friction bend nearly as it does; a power of the amplitude with no more numbers as it does."""
+    displaced = 4 * 1.5 * 2 * RATIO * MASS * OMEGA / LARGEST**2
+    found = traced(tmp_path, [decay(n * LARGEST, np.zeros(0), 0.0, displaced=displaced) for n in (1, 0.5, 0.25)])
+    assert found["verdict"] == "partial"
+    said = re.search(r"changes with the amplitude to the power (\S+) leaves (\S+) %", str(found["sentence"]))
+    assert said is not None
+    assert float(said[1]) == pytest.approx(2.0, abs=0.1)
+    assert float(said[2]) < 100 / 3
+
+
+@pytest.mark.slow
+def test_drag_and_dry_friction_keep_their_names(tmp_path: Path) -> None:
+    c = 2 * RATIO * MASS * OMEGA
+    drag, friction = 5 * c * 3 * np.pi / 8 / (LARGEST * OMEGA), 0.06 * c * LARGEST * OMEGA * np.pi / 4
+    levels = [decay(n * LARGEST, np.zeros(0), 0.0, drag=drag, friction=friction) for n in (1, 0.5, 0.25)]
+    found = traced(tmp_path, levels)
+    assert found["verdict"] in ("identified", "ambiguous")
+    composition, rivals = found["composition"], found["rivals"]
+    assert isinstance(composition, list)
+    assert isinstance(rivals, list)
+    named = {one["family"] for one in (*composition, *rivals)}
+    assert "quadratic-damping" in named
+    assert named & {"coulomb", "stribeck"}  # the second is the first with a bump, which may be flat
+    assert "power-of-amplitude" not in named

@@ -30,6 +30,13 @@ _SIGN = {
     "needs": "the mean of the displacement, or a static test",
 }
 _MEAN = "Measure the mean of the displacement, or a static curve: an uneven spring moves the mean."
+_UNNAMED = "power-of-amplitude"
+_SPEEDS = "Measure the force along a path at several speeds and strokes, or decays of a second mode."
+_DISPLACED = {
+    "family": "damping by displacement",
+    "why": "at one frequency |z|·ż damps as drag does, and z²·ż as ż³",
+    "needs": "a second mode, or the force along a path at several speeds and strokes",
+}
 _BODIES = {
     "family": "missing-mass, gain, delay",
     "why": "stiffness, damping and forces scale with the modal mass",
@@ -51,8 +58,10 @@ def verdict_of(found: Search, folds: Folds) -> Verdict:
         return Verdict.NOTHING_MISSING
     if not found.terms or found.explained < NEAREST_FROM:
         return Verdict.UNEXPLAINED
-    if found.explained < NAMED_FROM or not found.clean:
+    if found.explained < NAMED_FROM or not found.clean or (found.unnamed is not None and found.unnamed.clear):
         return Verdict.PARTIAL
+    if found.unnamed is not None:
+        return Verdict.AMBIGUOUS
     return Verdict.AMBIGUOUS if found.rivals or not folds.several else Verdict.IDENTIFIED
 
 
@@ -88,6 +97,9 @@ def report_of(
     if chosen is not None:
         chosen = dataclasses.replace(chosen, parameters=_estimates(after, joint), explained=found.explained)
     rivals = tuple(_rival(r, found) for r in found.rivals) if added else ()
+    if added and found.unnamed is not None:
+        ratio = found.unnamed.joint / max(found.unnamed.lost, 1e-300)
+        rivals += (Rival(_UNNAMED, ratio, False, _SPEEDS, found.unnamed.words),)
     if added and not evidence.alone:
         rivals += _of_unseen_harmonics(found)
         verdict = Verdict.AMBIGUOUS if rivals and verdict is Verdict.IDENTIFIED else verdict
@@ -130,7 +142,7 @@ def report_of(
         reduction={"misfit_before": found.before.held_out / found.count, "misfit_after": after.held_out / found.count},
         resimulation=run_again(evidence, found.before, after),
         unexplained={"fraction": 0.0 if quiet else max(0.0, 1 - found.explained) if added else 1.0},
-        not_decidable=(_LINEAR, _SIGN, _BODIES),
+        not_decidable=(_LINEAR, _SIGN, _DISPLACED, _BODIES),
         next_experiment=what_next,
         warnings=tuple(warnings),
         repro={"seed": seed, "version": version("jointlib"), "options": {"least_share": LEAST}},

@@ -12,6 +12,7 @@ from jointlib.loop.answer.naming import NAMED_FROM
 from jointlib.loop.answer.report import Status
 from jointlib.loop.decay.fitted import Fitted, Folds, with_folds
 from jointlib.loop.decay.trials import SIGN, Trial, attempt
+from jointlib.loop.decay.unnamed import Power, against_names
 from jointlib.ringdown.evidence import Evidence
 
 LEAST = 0.2
@@ -200,6 +201,8 @@ class Search:
     """Share of the held-out excess that all terms remove."""
     rivals: tuple[Row, ...]
     count: int
+    unnamed: Power | None = None
+    """Damping without a name that does as well as two effects."""
 
     @property
     def clean(self) -> bool:
@@ -243,5 +246,12 @@ def search(evidence: Evidence, folds: Folds, before: Fitted, effects: Sequence[J
             rivals |= {found.effect.family: found}
     own = {one.effect.family, two.effect.family}
     return Search(
-        before, first, (one, two), two.fitted, total, tuple(r for f, r in rivals.items() if f not in own), count
+        before,
+        first,
+        (one, two),
+        two.fitted,
+        total,
+        tuple(r for f, r in rivals.items() if f not in own),
+        count,
+        against_names(evidence, folds, before.joint, two.fitted),
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -45,6 +45,8 @@ class Fitted:
     """Σ r² of each fold, by the joint that was fitted without it; empty where this was not worked out."""
     share: float
     """rms of the residual over that of the force, on what was left out; in sample where this was not worked out."""
+    left_out: Array = field(default_factory=lambda: np.zeros(0))
+    """r where it was left out; empty where this was not worked out."""
 
     @property
     def held_out(self) -> float:
@@ -61,7 +63,7 @@ def fit(evidence: Evidence, joint: Joint, *, quick: bool = False) -> Fitted:
 
 def with_folds(evidence: Evidence, folds: Folds, whole: Fitted) -> Fitted:
     """The same with each fold left out in turn."""
-    losses, over = [], 0.0
+    losses, over, out = [], 0.0, np.zeros(len(folds.masks[0]))
     weight = np.concatenate([np.tile(b.amplitude**2, 2) for b in evidence.backbones])
     force = sum(float(np.sum(np.abs(evidence.modal_mass * b.gain * b.amplitude) ** 2)) for b in evidence.backbones)
     for mask in folds.masks:
@@ -70,7 +72,8 @@ def with_folds(evidence: Evidence, folds: Folds, whole: Fitted) -> Fitted:
             return evidence.residual(joint)[np.logical_not(mask)]
 
         found, _ = refit(whole.joint, without, free_of(whole.joint), quick=True)
-        losses.append(float(np.sum(evidence.residual(found)[mask] ** 2)))
+        out[mask] = evidence.residual(found)[mask]
+        losses.append(float(np.sum(out[mask] ** 2)))
         left = np.concatenate([part for one in evidence.left(found) for part in (one.real, one.imag)])
         over += float(np.sum((left**2 * weight)[mask]))
-    return Fitted(whole.joint, whole.loss, np.array(losses), float(np.sqrt(over / force)))
+    return Fitted(whole.joint, whole.loss, np.array(losses), float(np.sqrt(over / force)), out)

@@ -28,10 +28,21 @@ def sentence_of(
     text = f"The joint lacks {names}: {figures(chosen.parameters)}. {share}"
     text += f", and {100 * left:.2g} % of the force is left."
     if verdict is Verdict.PARTIAL:
-        return f"{text} More is missing.", "Measure the force along a path, or on a rig, to name the rest."
+        return f"{text} {_more(found)}", "Measure the force along a path, or on a rig, to name the rest."
     if rivals:
         listed = ", ".join(dict.fromkeys(r.family for r in rivals))
         return f"{text} These decays cannot rule out {listed}.", rivals[0].separating_experiment
     if not folds.several:
         return f"{text} One level alone: the shape is not tested on another.", another
     return text, "Trace again with the mended joint."
+
+
+def _more(found: Search) -> str:
+    """Why effects that explain much are not all."""
+    power = found.unnamed
+    if power is None or not power.clear:
+        return "More is missing."
+    return (
+        f"But {power.words} leaves {100 * power.lost / power.joint:.2g} % of what they leave of the damping, with no "
+        "more numbers: they stand in for something else."
+    )
