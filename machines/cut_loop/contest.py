@@ -106,8 +106,13 @@ def errors(one: Entry, problem: Problem) -> dict[str, float | str]:
     """Share of held-out cuts that are classified rightly, and the mean ln of the probability of their verdicts."""
     known, said = judged(problem.cuts), _said(problem)
     right = np.mean((one.stable > 0.5)[known] == said[known])
-    chance = np.where(said, one.stable, 1 - one.stable)[known]
-    return {"right": float(right), "log_score": float(np.mean(np.log(chance))), "where": "cuts held out by speed"}
+    return {"right": float(right), "log_score": log_score(one, problem), "where": "cuts held out by speed"}
+
+
+def log_score(one: Entry, problem: Problem) -> float:
+    """Mean ln of the probability of the verdicts of cuts that are held out."""
+    known = judged(problem.cuts)
+    return float(np.mean(np.log(np.where(_said(problem), one.stable, 1 - one.stable)[known])))
 
 
 def surprising(one: Entry, problem: Problem) -> Mask:
@@ -121,7 +126,8 @@ def decided(base: Entry, entries: Sequence[Entry], problem: Problem) -> Outcome:
 
     Families have equal odds at first and so have the members of each, their sizes those of their priors: what the cuts
     make of the odds is the mean of their likelihoods (Kass & Raftery 1995). Effects that would fit a campaign of any
-    outcome are thus paid less by one. Whoever is named has to do better on cuts held out as well.
+    outcome are thus paid less by one. Whoever is named has to do better on cuts held out as well, and no worse on their
+    verdicts alone: frequencies do not outvote them.
     """
     families = list(dict.fromkeys(one.posterior.suspect.family for one in entries))
     members = {name: [i for i, one in enumerate(entries) if one.posterior.suspect.family == name] for name in families}
@@ -142,7 +148,12 @@ def decided(base: Entry, entries: Sequence[Entry], problem: Problem) -> Outcome:
         open_ = tuple(entries[best[families[k]]] for k in left if k < len(families))
         return Outcome(_unnamed(base, problem), None, (), open_, odds, tuple(status), tuple(reason))
     kept = [best[families[k]] for k in _sure(family, order)]
-    able = [i for i in kept if entries[i].reached and entries[i].total > base.total]
+    least = log_score(base, problem)
+    able = [
+        i
+        for i in kept
+        if entries[i].reached and entries[i].total > base.total and log_score(entries[i], problem) >= least
+    ]
     if not able:
         open_ = tuple(entries[i] for i in kept)
         return Outcome(Verdict.UNEXPLAINED, None, (), open_, odds, tuple(status), tuple(reason))

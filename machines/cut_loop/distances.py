@@ -17,7 +17,7 @@ from ..indices import Index
 from .borders import Condition, border
 from .exactness import Exactness
 from .growth import growth, multiplier
-from .passes import arc_of, map_of, pass_of
+from .passes import Pass, arc_of, map_of, pass_of
 from .sampled_tool import Drawn, SampledTool
 from .suspects import Suspect
 
@@ -29,12 +29,16 @@ _NEXT = 1.25
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """A condition and the depths in m, ascending, at which it is asked; ``number`` finds it in what was learnt."""
+    """A condition and the depths in m, ascending, at which it is asked; ``number`` finds it in what was learnt.
+
+    ``sung`` says whether chatter was heard there, so that its frequency at the border is asked as well.
+    """
 
     at: Condition
     depths: Array
     number: int
     exactness: Exactness | None = None
+    sung: bool = False
 
 
 def exact(tool: SampledTool, at: Condition) -> bool:
@@ -46,8 +50,9 @@ def exact(tool: SampledTool, at: Condition) -> bool:
 
 def distances(
     suspect: Suspect, tool: SampledTool, place: Place, base: Drawn, rows: Index, values: Array
-) -> tuple[Array, Array]:
-    """ln(b_lim/b) and the frequency of chatter in Hz at every depth of a place, (draws, depths).
+) -> tuple[Array, Array, Array]:
+    """ln(b_lim/b) and the frequency of chatter in Hz at every depth of a place, (draws, depths), and that frequency at
+    the border, (draws,).
 
     ``base`` are the draws with their modes where they stand, ``rows`` the samples behind them.
     """
@@ -62,7 +67,7 @@ def distances(
             frequency = frequency + place.exactness.shift[place.number]
         with np.errstate(divide="ignore"):
             apart = np.clip(np.log(depth[:, None] / ladder), -_FAR, _FAR)
-        return np.asarray(apart), np.broadcast_to(frequency[:, None], apart.shape)
+        return np.asarray(apart), np.broadcast_to(frequency[:, None], apart.shape), frequency
     asked = np.append(ladder, _NEXT * ladder[0]) if len(ladder) == 1 else ladder
     grown, angle = np.zeros((len(rows), len(asked))), np.zeros((len(rows), len(asked)))
     arc, found, changed = arc_of(at, max(tool.highest, suspect.highest)), None, base
@@ -70,23 +75,32 @@ def distances(
         if found is None or suspect.by_depth:
             changed = suspect.changed(base, values, at.speed, float(depth))
             found = pass_of(changed, tool.direct[rows], at, arc, tool.axes)
-        steps = found.steps(np.full(len(rows), float(depth)))
-        if changed.active is None:
-            grown[:, k], angle[:, k] = growth(steps, found.states)
-            continue
-        # A flute that stands back leaves the surface to the next one.
-        teeth = at.cutting.cuts_per_revolution
-        passing, idle = map_of(steps, found.states), found.idle()
-        turned = passing
-        for tooth in range(1, teeth):
-            cuts = (tooth < changed.active)[:, None, None]
-            turned = np.where(cuts, passing, idle) @ turned
-        of_turn, angle[:, k] = multiplier(turned)
-        grown[:, k] = of_turn / teeth
+        grown[:, k], angle[:, k] = _grown(found, changed, at, np.full(len(rows), float(depth)))
     repeats = at.tooth_frequency if changed.active is None else at.speed / 60
     least = 0.3 * np.min(-changed.poles[:, tool.felt()].real, axis=1) / at.tooth_frequency
     apart = _to_border(grown, np.log(asked), least)[:, : len(ladder)]
-    return apart, angle[:, : len(ladder)] / (2 * np.pi) * repeats
+    angle = angle[:, : len(ladder)]
+    at_border = angle[np.arange(len(rows)), np.argmin(np.abs(apart), axis=1)]
+    if place.sung and found is not None and not suspect.by_depth:
+        at_border = _grown(found, changed, at, first_border(place, apart))[1]
+    hertz = repeats / (2 * np.pi)
+    return apart, angle * hertz, at_border * hertz
+
+
+def _grown(found: Pass, changed: Drawn, at: Condition, depth: Array) -> tuple[Array, Array]:
+    """ln|μ| of a tooth period and the angle of the multiplier at a depth in m for each draw, (draws,)."""
+    steps = found.steps(depth)
+    if changed.active is None:
+        return growth(steps, found.states)
+    # A flute that stands back leaves the surface to the next one.
+    teeth = at.cutting.cuts_per_revolution
+    passing, idle = map_of(steps, found.states), found.idle()
+    turned = passing
+    for tooth in range(1, teeth):
+        cuts = (tooth < changed.active)[:, None, None]
+        turned = np.where(cuts, passing, idle) @ turned
+    of_turn, angle = multiplier(turned)
+    return of_turn / teeth, angle
 
 
 def _to_border(grown: Array, depth: Array, least: Array) -> Array:

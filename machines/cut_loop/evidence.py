@@ -6,8 +6,10 @@ stays small where teeth leave the cut, and the forced vibration of a deep cut dr
 to sing lies deeper, about a third. Where the teeth shake the tool by more than their feed, as at a speed whose teeth
 pass with a mode, four in five do. Nothing like it happens on the other side. Two verdicts in a hundred are slips of
 whoever wrote them down. Chatter is heard at the frequency of the multiplier or a whole number of tooth frequencies
-beside it, within half a percent at the border and more the further the cut lies beyond; one in five is that of another
-border, which a cut far beyond its own can meet first, and may be anywhere.
+beside it, within half a percent at the border and more the further the cut lies beyond. There it begins at the
+frequency of the multiplier of its own depth, and where edges leave the cut it grows back towards that of the border, at
+which the cut that is left just keeps it up: it may be either. One in five is that of another border, which a cut far
+beyond its own can meet first, and may be anywhere; where the teeth shake the tool two in five are.
 """
 
 from __future__ import annotations
@@ -24,7 +26,7 @@ from ..indices import Mask
 
 SCATTER, _SPREAD = 0.1, 0.35
 """σ in the middle, and the deviation of its logarithm over the samples."""
-_SLIP, _ELSEWHERE = 0.02, 0.2
+_SLIP, _ELSEWHERE, _SHAKEN = 0.02, 0.2, 0.4
 _UNHEARD, _DEEPER, _ABOUT = 0.15, 0.3, 0.3
 """Share of the cuts whose chatter is heard only deeper, and by how much in ln depth, in the middle and to a deviation:
 what 24 simulated mills with nothing undeclared showed whose borders are known."""
@@ -82,12 +84,23 @@ def apart(heard: float, frequency: Array, tooth: float, flip: bool) -> Array:
     return np.minimum(*folded)
 
 
-def of_frequency(heard: float, frequency: Array, apart_from: Array, tooth: float, flip: bool) -> Array:
-    """ln of the density, times half a tooth frequency, of a chatter frequency in Hz, at ln(b_lim/b) ``apart_from``."""
-    d = apart(heard, frequency, tooth, flip)
+def of_frequency(
+    heard: float,
+    frequencies: Sequence[Array],
+    apart_from: Array,
+    tooth: float,
+    flip: bool,
+    late: float = _UNHEARD,
+) -> Array:
+    """ln of the density, times half a tooth frequency, of a chatter frequency in Hz, at ln(b_lim/b) ``apart_from``.
+
+    ``frequencies`` are those that it may have, ``late`` the share of such cuts whose chatter is heard only deeper.
+    """
     width = (_HEARD + _GROWN * np.minimum(np.abs(apart_from), 1.0)) * heard
-    bell = _peak(width, tooth) * np.exp(-0.5 * (d / width) ** 2)
-    return np.asarray(np.log(_ELSEWHERE + (1 - _ELSEWHERE) * np.where(np.isfinite(d), bell, 0.0)))
+    d = [apart(heard, one, tooth, flip) for one in frequencies]
+    bell = _peak(width, tooth) * np.mean(np.exp(-0.5 * (np.nan_to_num(d, nan=np.inf) / width) ** 2), axis=0)
+    elsewhere = np.interp(late, (_UNHEARD, _DROWNED), (_ELSEWHERE, _SHAKEN))
+    return np.asarray(np.log(elsewhere + (1 - elsewhere) * bell))
 
 
 def most_of(cut: TriedCut, repeats: float) -> float:

@@ -179,11 +179,13 @@ def evaluated(
         for i in here:
             cut = problem.cuts[i]
             rung = int(np.searchsorted(place.depths, cut.depth))
-            x, f = (part[:, rung] for part in told)
+            x, f = (part[:, rung] for part in told[:2])
             apart[alive, i], frequency[alive, i] = x, f
             of_cut = of_verdict(str(cut.verdict), x, np.hypot(sigma[alive], problem.scatter(k)), problem.unheard[i])
             if cut.chatter_frequency is not None:
-                of_cut = of_cut + of_frequency(cut.chatter_frequency, f, x, repeats[i], problem.flips(k))
+                may = (f, told[2])
+                late = problem.unheard[i]
+                of_cut = of_cut + of_frequency(cut.chatter_frequency, may, x, repeats[i], problem.flips(k), late)
             likelihood[alive, i] = of_cut
         if least is not None:
             able = np.sum(likelihood[alive], axis=1) + np.sum(most[left]) >= least[alive]
@@ -213,7 +215,7 @@ def seen(
 ) -> list[tuple[Array, Array]]:
     """ln(b_lim/b) and frequencies of chatter at every place, (draws, depths) each."""
     base = tool.placed(tool.drawn().of(rows), modes)
-    return [distances(suspect, tool, place, base, rows, values) for place in places]
+    return [distances(suspect, tool, place, base, rows, values)[:2] for place in places]
 
 
 def probability(found: Posterior, problem: Problem, without: Sequence[int] = ()) -> Array:

@@ -60,7 +60,8 @@ def problem_of(
         np.unique([cut.depth for cut, where in zip(cuts, index, strict=True) if where == k])
         for k in range(len(conditions))
     ]
-    places = tuple(Place(at, depths[k], k, learned) for k, at in enumerate(conditions))
+    sung = {int(k) for cut, k in zip(cuts, index, strict=True) if cut.chatter_frequency is not None}
+    places = tuple(Place(at, depths[k], k, learned, k in sung) for k, at in enumerate(conditions))
     late = unheard(_shaken(machine, cuts, conditions, index))
     return Problem(cuts, places, index, late, tool, learned, seed)
 

@@ -15,12 +15,12 @@ from machines.cut_loop import distances as rooms
 from machines.cut_loop import growth as rates
 from machines.cut_loop import passes
 from machines.cut_loop.borders import Condition, condition
-from machines.cut_loop.distances import Place, distances
+from machines.cut_loop.distances import Place, distances, first_border
 from machines.cut_loop.growth import growth, multiplier
 from machines.cut_loop.line_up import suspects_of
 from machines.cut_loop.passes import arc_of, map_of, pass_of
 from machines.cut_loop.sampled_tool import Drawn, SampledTool, sampled_tool
-from machines.cut_loop.suspects import AsItIs, Suspect
+from machines.cut_loop.suspects import AsItIs, RunOut, Suspect
 from machines.cutting.process.cutting import Cutting
 
 MILL = Path(__file__).parents[2] / "machines" / "library" / "end_mill_cuts" / "mill.toml"
@@ -46,7 +46,7 @@ def told(one: Suspect, tool: SampledTool, table: Cutting) -> tuple[Array, Array]
             condition(table, 2 * speed / teeth, tool.axes), np.array([2e-3, 3.5e-3, 6e-3, 9e-3]) * 2 / teeth, 0
         )
         out.append(distances(one, tool, place, tool.drawn(), np.arange(tool.count), one.values(z)))
-    apart, frequency = zip(*out, strict=True)
+    apart, frequency, _ = zip(*out, strict=True)
     return np.concatenate(apart), np.concatenate(frequency)
 
 
@@ -58,6 +58,20 @@ def by_eigenvalues(passing: Array) -> tuple[Array, Array]:
     value = np.linalg.eigvals(passing)
     largest = np.take_along_axis(value, np.argmax(np.abs(value), axis=1)[:, None], axis=1)[:, 0]
     return np.log(np.abs(largest)), np.abs(np.angle(largest))
+
+
+@pytest.mark.parametrize("family", ["as it is", "run-out"])
+def test_the_frequency_at_the_border_is_that_of_a_cut_as_deep(family: str) -> None:
+    tool, table = drawn({"teeth": 3}, 6)
+    one = AsItIs() if family == "as it is" else RunOut(3)
+    at, rows = condition(table, 7000.0, tool.axes), np.arange(6)
+    values = one.values(np.random.default_rng(1).standard_normal((6, len(one.parameters))))
+    place = Place(at, np.array([2e-3, 4e-3, 8e-3, 16e-3]), 0, sung=True)
+    apart, _, at_border = distances(one, tool, place, tool.drawn(), rows, values)
+    for k, depth in enumerate(first_border(place, apart)):
+        alone = Place(at, np.array([depth]), 0)
+        _, frequency, _ = distances(one, tool, alone, tool.drawn().of(rows[[k]]), rows[[k]], values[[k]])
+        assert at_border[k] == pytest.approx(frequency[0, 0], rel=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -274,8 +274,32 @@ def test_a_verdict_is_a_coin_and_a_frequency_a_density() -> None:
     assert np.all(said["stable"][16:20] > said["chatter"][24:20:-1])  # chatter goes unheard, and is not made up
     tooth, at = 100.0, 612.0
     heard_at = np.linspace(600.0, 700.0, 20001)
-    density = np.array([np.exp(of_frequency(f, np.array([at]), np.zeros(1), tooth, False)[0]) for f in heard_at[::20]])
+    density = np.array(
+        [np.exp(of_frequency(f, [np.array([at])], np.zeros(1), tooth, False)[0]) for f in heard_at[::20]]
+    )
     assert np.mean(density) == pytest.approx(1.0, rel=0.03)  # over the uniform one of a tooth frequency
+    either = [np.array([at]), np.array([634.0])]
+    for hertz in (at, 634.0):
+        assert of_frequency(hertz, either, np.zeros(1), tooth, False) > 1.0
+    assert of_frequency(634.0, either[:1], np.zeros(1), tooth, False) < -1.5
+
+
+def test_no_name_is_given_that_tells_the_verdicts_worse() -> None:
+    """However well it tells the frequencies of chatter."""
+    cuts = tuple(TriedCut(f"{k}", 3000.0, 1e-3, 2, verdict=said) for k, said in enumerate(("stable", "chatter") * 4))
+    problem = SimpleNamespace(cuts=cuts, tool=SimpleNamespace(count=300))
+
+    def fared(family: str, evidence: float, right: float) -> contest.Entry:
+        suspect = SimpleNamespace(family=family, told=lambda *_: family)
+        found = SimpleNamespace(suspect=suspect, evidence=evidence, effective=200.0, strain=0.5, count=300)
+        stable_ = np.array([right, 1 - right] * 4)
+        return contest.Entry(found, np.full(4, evidence / 4), stable_)  # type: ignore[arg-type]
+
+    base = fared("as it is", 0.0, 0.9)
+    for right, named in ((0.92, True), (0.7, False)):
+        outcome = contest.decided(base, [fared("coefficient", 9.0, right)], problem)  # type: ignore[arg-type]
+        assert (outcome.chosen is not None) is named
+        assert outcome.odds == pytest.approx(9.0)
 
 
 @pytest.mark.thorough
@@ -292,7 +316,7 @@ def test_the_size_of_an_effect_is_that_of_quadrature(tmp_path: Path) -> None:
         total += of_verdict(str(cut.verdict), np.log(b / s[:, None] / cut.depth), 0.1 * np.exp(0.35 * z))
         if cut.chatter_frequency is not None:
             beyond = np.log(b / s / cut.depth)
-            one = of_frequency(cut.chatter_frequency, np.full(len(s), f), beyond, cut.tooth_frequency, False)
+            one = of_frequency(cut.chatter_frequency, [np.full(len(s), f)], beyond, cut.tooth_frequency, False)
             total += one[:, None]
     total += -0.5 * (np.log(s)[:, None] / 0.35) ** 2 - 0.5 * z**2
     over = logsumexp(total - np.log(0.35 * 2 * np.pi))  # both normal densities of the prior
