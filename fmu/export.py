@@ -122,11 +122,13 @@ def export_fmu(
         told = [f"The FMU was not run, as there is {obstacle}; fmpy compile builds it where there is one.", *told]
     steps = step_notes(coupled, chosen, over, limit) if coupled and over and limit else machine_notes(system)
     messages = (*told, *steps, *remarks)
+    # Who reads the page has the FMU: what it does comes before what it was not compiled for.
+    page = documentation_text(system, (*steps, *remarks, *told), _figures(system, card))
     members |= {
         "modelDescription.xml": description_text(system, card).encode("utf-8"),
         f"{FOLDER}/{CSV}": reference.encode("utf-8"),
         MANIFEST: MANIFEST_TEXT.encode("utf-8"),
-        "documentation/index.html": documentation_text(system, messages, _figures(system, card)).encode("utf-8"),
+        "documentation/index.html": page.encode("utf-8"),
         TERMINALS: terminals_text(system).encode("utf-8"),
         ICON[fmi]: icon(system),
     }

@@ -62,7 +62,11 @@ def step_notes(joint: Joint, runtime: str, over: Range, limit: StepLimit) -> lis
 
 def machine_notes(system: System) -> list[str]:
     """About the communication step of what is integrated inside."""
-    said = ["The equations of motion are integrated inside with steps of their own; the inputs are held over a step."]
+    said = [
+        "The equations of motion are integrated inside with steps of their own. Forces are held over a step, unless "
+        "the importer says how they go on within it: by derivatives of the inputs in FMI 2.0, at intermediate updates "
+        "in 3.0."
+    ]
     if system.load is not None:
         said.append(
             "It begins at rest at the working point of its static load, which acts on it as constant forces; its "

@@ -14,7 +14,7 @@ def native_figures(system: System) -> list[tuple[str, str]]:
     if tables is not None:
         poles, of = len(tables.modes.W), tables.of
         products = poles * (8 + len(tables.reads) + len(of.basis) + len(system.inputs))
-        asked = f", and asks {len(of.bent)} of the joints" if of.bent else ""
+        asked = f" and the laws of {len(of.bent)} joint{'s' * (len(of.bent) > 1)}" if of.bent else ""
         told = "" if of.stiff else ", where the importer tells a tolerance of 1e-7 or more"
         rows.append(("a step takes at least", f"{products} multiplications{asked}{told}"))
     if not exchangeable(system):
