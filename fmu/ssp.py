@@ -147,8 +147,8 @@ def stiffest_loop(parts: Parts) -> tuple[Loop, dict[str, StepLimit]]:
 
 def _systems(parts: Parts) -> dict[str, System]:
     """One system for each FMU by the name of its element; bodies first, so that joints answer their new motion."""
-    bodies = {body.name: system_of_component(body.component, body.ports) for body in parts.bodies}
-    links = {link.name: system_of_connection(link.name, link.joint, len(link.ends)) for link in parts.links}
+    bodies = {body.name: system_of_component(body.component, body.ports, body.turning) for body in parts.bodies}
+    links = {link.name: system_of_connection(link.name, link.joint, len(link.ends), link.turns) for link in parts.links}
     return bodies | links
 
 

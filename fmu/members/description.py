@@ -38,7 +38,7 @@ _TOLERANCE = 1e-6
 _MOST_STEPS = 5000
 DISPLAYED = {"m": ("um", 1e6), "m/s": ("mm/s", 1e3), "N/m": ("N/um", 1e-6), "rad": ("deg", 180 / np.pi)}
 """Unit in which a value is shown, and how many of it one of SI is."""
-_VALIDITY_UNITS = {"amplitude": "m", "velocity": "m/s", "frequency": "Hz", "preload": "N"}
+VALIDITY_UNITS = {"amplitude": "m", "velocity": "m/s", "frequency": "Hz", "preload": "N"}
 Element = ElementTree.Element
 
 
@@ -188,24 +188,24 @@ def _annotation(system: System, card: Card) -> Element:
     known = {"maxStep": card.max_step, "referenceTolerance": card.tolerance, "replayTolerance": card.replayed}
     attributes = {"runtime": card.runtime, **{key: repr(value) for key, value in known.items() if value is not None}}
     if system.lone:
-        return _identified(Element("Joint", attributes), system.lone)
+        return _identified(Element("Joint", attributes), system.lone, system, "")
     root = Element("System", attributes)
     for prefix, joint in system.joints:
-        _identified(ElementTree.SubElement(root, "Joint", {"name": prefix} if prefix else {}), joint)
+        _identified(ElementTree.SubElement(root, "Joint", {"name": prefix} if prefix else {}), joint, system, prefix)
     return root
 
 
-def _identified(element: Element, joint: Joint) -> Element:
+def _identified(element: Element, joint: Joint, system: System, prefix: str) -> Element:
     """Range and standard errors of the identification."""
     for quantity, (low, high) in joint.validity.items():
-        unit = _VALIDITY_UNITS.get(quantity)
+        unit = system.unit(prefix, VALIDITY_UNITS.get(quantity, ""))
         attributes = {"quantity": quantity, "low": repr(float(low)), "high": repr(float(high))}
         ElementTree.SubElement(element, "Validity", {**attributes, **({"unit": unit} if unit else {})})
     units = joint.units
     for name in joint.covariance.names if joint.covariance else ():
         error = joint.covariance.standard_error(name) if joint.covariance else float("nan")
         if name in units and np.isfinite(error):
-            attributes = {"name": name, "standardError": repr(float(error)), "unit": units[name]}
+            attributes = {"name": name, "standardError": repr(float(error)), "unit": system.unit(prefix, units[name])}
             ElementTree.SubElement(element, "Parameter", attributes)
     return element
 

@@ -13,6 +13,7 @@ from jointlib.errors import InputError
 from jointlib.joint import Joint
 from machines.components.component import Component
 from machines.components.lumped import Lumped
+from machines.components.static_load import turns
 from machines.coupling.second_order import MachineEquations, machine_equations
 from machines.model.machine import AXES
 from machines.model.machine import Machine as Machine
@@ -28,6 +29,8 @@ class Body:
     component: Component
     ports: Mapping[str, Array]
     """Rows over p: a force on the port acts along its row, the motion of the port is read along it."""
+    turning: frozenset[str] = frozenset()
+    """Ports whose motion is an angle, on which a moment acts."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +44,8 @@ class Link:
     joint: Joint
     ends: tuple[tuple[str, str], ...]
     """Names of body and port, one or two."""
+    turns: bool = False
+    """Its motion is an angle, its force a moment."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,8 +109,11 @@ def parts_of_machine(machine: Machine) -> Parts:
         for block in sorted(set(home.values()))
     }
     ports: dict[int, dict[str, Array]] = {block: {} for block in names}
+    turning: dict[int, set[str]] = {block: set() for block in names}
     used = {block: {*AXES, "drive"} for block in names}
-    outside, rows, said = {}, _outside(machine), _Refused(machine.where)
+    dofs = outside_dofs(machine)
+    rows = dict(zip(dofs, machine.dof_rows(list(dofs.values()), "[tool]"), strict=True))
+    outside, said = {}, _Refused(machine.where)
     for name, row in rows.items():
         pieces = _pieces(row @ equations.shapes, equations)
         if not pieces:
@@ -115,6 +123,7 @@ def parts_of_machine(machine: Machine) -> Parts:
         else:
             ((block, ports[block][name]),) = pieces.items()
             outside[name] = (names[block], name)
+            turning[block] |= {name} if turns(dofs[name]) else set()
     links = []
     touched = [_pieces(row, equations) for row in equations.joints]
     said.idle.extend(connection.name for connection, ends in zip(machine.flexible, touched, strict=True) if not ends)
@@ -125,10 +134,16 @@ def parts_of_machine(machine: Machine) -> Parts:
         for block in sorted(pieces, key=lambda i: i != first):
             port = _unique(connection.name, used[block])
             ports[block][port] = pieces[block] if not ends else -pieces[block]
+            turning[block] |= {port} if connection.rotates else set()
             ends.append((names[block], port))
-        links.append(Link(_unique(connection.name, taken), joint, tuple(ends)))
+        links.append(Link(_unique(connection.name, taken), joint, tuple(ends), connection.rotates))
     bodies = [
-        Body(name, _component(name, equations.blocks[block], machine, equations), ports[block])
+        Body(
+            name,
+            _component(name, equations.blocks[block], machine, equations),
+            ports[block],
+            frozenset(turning[block]),
+        )
         for block, name in names.items()
         if ports[block]
     ]
@@ -145,13 +160,13 @@ def parts_of_machine(machine: Machine) -> Parts:
     )
 
 
-def _outside(machine: Machine) -> dict[str, Array]:
-    """Rows over the machine's dofs of the tool's axes and, where it is none of them, the drive."""
+def outside_dofs(machine: Machine) -> dict[str, str]:
+    """Degrees of freedom of the tool's axes and, where it is none of them, the drive."""
     dofs = dict(zip(machine.tool_axes, machine.tool_dofs, strict=True))
     driven = machine.driven_dof()
     if driven not in dofs.values():
         dofs["drive"] = driven
-    return dict(zip(dofs, machine.dof_rows(list(dofs.values()), "[tool]"), strict=True))
+    return dofs
 
 
 def _homes(machine: Machine, equations: MachineEquations) -> dict[str, int]:

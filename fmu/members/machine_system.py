@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import eigh
@@ -14,13 +14,17 @@ from jointlib.joint import Joint
 from jointlib.law import Motion
 from jointlib.parameter import Role, parameters_of
 from machines.components.component import Component
+from machines.components.connection import GROUND
+from machines.components.static_load import turns
 from machines.coupling.second_order import MachineEquations, machine_equations
 from machines.model.machine import Machine
 from machines.statics.statics import StaticPoint, static_point
 
+from ..system.si_unit import turned
 from ..system.step_limit import operating_range
-from ..system.system import Signal, System, fmi_name, prefixed
+from ..system.system import Signal, System, fmi_name, moved, prefixed
 from ..system.variables import parts_of
+from .machine_parts import outside_dofs
 from .native import only_in_steps
 
 __all__ = ["Machine", "system_of_component", "system_of_machine"]
@@ -31,6 +35,7 @@ _NOISE = 1e-14
 """Entries below this share of the largest are rounding and no coupling."""
 _TRAVEL = 20e-6
 """Usual motion in m where no joint tells."""
+_UNITS = {"displacement": "m", "velocity": "m/s", "force": "N"}
 _PER_PERIOD = 20
 """Communication steps in the shortest period of interest."""
 
@@ -45,10 +50,7 @@ def system_of_machine(machine: Machine) -> System:
     joints = tuple((fmi_name(c.name), j) for c, j in zip(machine.flexible, machine.joints(), strict=True))
     for connection, joint in zip(machine.flexible, machine.joints(), strict=True):
         _check(f"{machine.where}: connection {connection.name!r}", joint)
-    ports = dict(zip(machine.tool_axes, machine.tool_dofs, strict=True))
-    driven = machine.driven_dof()
-    if driven not in ports.values():
-        ports["drive"] = driven
+    ports = outside_dofs(machine)
     rows = machine.dof_rows(list(ports.values()), "fmu") @ equations.shapes
     force = min(machine.force, default=0.0)
     top = machine.frequency[1] if machine.frequency is not None else 0.0
@@ -56,15 +58,18 @@ def system_of_machine(machine: Machine) -> System:
     if joints:
         title += f"; joints {', '.join(c.name for c in machine.flexible)}"
     told = {port: f"at {dof}" for port, dof in ports.items()}
+    turning = {port for port, dof in ports.items() if turns(dof)}
+    sides = [_Sides(*connection.between, connection.rotates) for connection in machine.flexible]
     point = None if machine.static is None else static_point(machine)
-    made = _system(machine.name, title, equations, joints, told, rows, force, top, point)
+    made = _system(machine.name, title, equations, joints, sides, told, turning, rows, force, top, point)
     return replace(made, author=machine.author)
 
 
-def system_of_component(component: Component, ports: Mapping[str, Array]) -> System:
+def system_of_component(component: Component, ports: Mapping[str, Array], turning: Collection[str] = ()) -> System:
     """A component alone: a force along each port in, displacement and velocity along it out.
 
-    A port is a row over the component's degrees of freedom; the force acts and the motion is read along it.
+    A port is a row over the component's degrees of freedom; the force acts and the motion is read along it. Of ports
+    that are ``turning`` it is a moment and an angle.
     """
     if not ports:
         raise InputError(f"component {component.name!r}: no ports, expected at least one")
@@ -77,7 +82,16 @@ def system_of_component(component: Component, ports: Mapping[str, Array]) -> Sys
         )
     told = {port: f"along the port {port}" for port in ports}
     title = f"Component {component.name} ({component.kind})"
-    return _system(component.name, title, equations, (), told, rows @ equations.shapes, 0.0, 0.0)
+    return _system(component.name, title, equations, (), (), told, turning, rows @ equations.shapes, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class _Sides:
+    """What a joint is between, and whether it turns."""
+
+    first: str
+    second: str
+    turns: bool
 
 
 def _check(where: str, joint: Joint) -> None:
@@ -99,13 +113,18 @@ def _system(
     title: str,
     equations: MachineEquations,
     joints: tuple[tuple[str, Joint], ...],
+    sides: Sequence[_Sides],
     ports: Mapping[str, str],
+    turning: Collection[str],
     rows: Array,
     force: float,
     top: float,
     point: StaticPoint | None = None,
 ) -> System:
-    """``rows`` are the ports over the generalised coordinates; ``force`` (N) and ``top`` (Hz) are 0 where not known."""
+    """``rows`` are the ports over the generalised coordinates; ``force`` (N) and ``top`` (Hz) are 0 where not known.
+
+    ``sides`` belong to the joints in their order; ``turning`` are the ports that turn.
+    """
     T, squared, damping = _modes(equations)
     P, J = _clean(rows @ T), _clean(equations.joints @ T)
     n, nu, nj = len(squared), len(rows), len(joints)
@@ -131,11 +150,12 @@ def _system(
     load, rest = (None, None) if point is None else _balanced(point, equations, T, A, G, C, E, H)
     size = force or 0.1 * travel / _compliance(equations, rows, stiffness, low)
     pulls = [float(k) * travel or size for k in stiffness]
+    names = [prefix for prefix, _ in joints]
     return System(
         name,
         title,
-        tuple(Signal(_port("force", p), "N", f"force {what}", size) for p, what in ports.items()),
-        _outputs(ports, [prefix for prefix, _ in joints], {"m": travel, "m/s": travel * (low or 2 * np.pi)}, pulls),
+        tuple(_port("force", p, what, p in turning, size) for p, what in ports.items()),
+        _outputs(ports, turning, names, sides, {"m": travel, "m/s": travel * (low or 2 * np.pi)}, pulls),
         joints,
         C=C,
         D=np.zeros((2 * nj, nu)),
@@ -150,6 +170,7 @@ def _system(
         step=1 / (_PER_PERIOD * (top or high / (2 * np.pi))) if top or high else None,
         load=load,
         rest=rest,
+        turning=frozenset(name for name, of in zip(names, sides, strict=True) if of.turns),
     )
 
 
@@ -175,14 +196,23 @@ def _balanced(
 
 
 def _outputs(
-    ports: Mapping[str, str], prefixes: Sequence[str], sizes: Mapping[str, float], pulls: Sequence[float]
+    ports: Mapping[str, str],
+    turning: Collection[str],
+    names: Sequence[str],
+    sides: Sequence[_Sides],
+    sizes: Mapping[str, float],
+    pulls: Sequence[float],
 ) -> tuple[Signal, ...]:
     """Motion of each port, then motion and force of each joint, all with their usual sizes."""
-    motion = (("displacement", "m"), ("velocity", "m/s"))
-    out = [Signal(_port(q, p), unit, f"{q} {what}", sizes[unit]) for p, what in ports.items() for q, unit in motion]
-    for prefix, pull in zip(prefixes, pulls, strict=True):
-        out += [Signal(prefixed(prefix, q), unit, f"relative {q} of the joint", sizes[unit]) for q, unit in motion]
-        out.append(Signal(prefixed(prefix, "force"), "N", "restoring force of the joint", pull))
+    motion = ("displacement", "velocity")
+    out = [_port(q, p, what, p in turning, sizes[_UNITS[q]]) for p, what in ports.items() for q in motion]
+    for name, of, pull in zip(names, sides, pulls, strict=True):
+        for q in motion:
+            told = f"{moved(q, of.turns)} of {of.first} against {of.second}"
+            out.append(Signal(prefixed(name, q), _unit(q, of.turns), told, sizes[_UNITS[q]]))
+        told = f"restoring {moved('force', of.turns)} of the joint: minus this on {of.first}"
+        told += f", plus on {of.second}" if of.second != GROUND else ""
+        out.append(Signal(prefixed(name, "force"), _unit("force", of.turns), told, pull))
     return tuple(out)
 
 
@@ -228,5 +258,10 @@ def _states(motions: Array, travel: float, low: float) -> tuple[Signal, ...]:
     )
 
 
-def _port(quantity: str, port: str) -> str:
-    return fmi_name(f"{quantity}_{port}")
+def _port(quantity: str, port: str, where: str, turns: bool, size: float) -> Signal:
+    name = fmi_name(f"{quantity}_{port}")
+    return Signal(name, _unit(quantity, turns), f"{moved(quantity, turns)} {where}", size)
+
+
+def _unit(quantity: str, turns: bool) -> str:
+    return turned(_UNITS[quantity]) if turns else _UNITS[quantity]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -140,14 +140,18 @@ def native_variables(system: System) -> tuple[Variable, ...]:
     out = [Variable(s.name, "input", s.unit, s.description, 0.0, nominal=s.size) for s in system.inputs]
     out += [Variable(s.name, "output", s.unit, s.description, nominal=s.size) for s in system.outputs]
     for prefix, joint in system.joints:
-        out += [v.renamed(prefixed(prefix, v.name)) for v in variables_of(joint) if v.kind == "parameter"]
+        own = [v for v in variables_of(joint) if v.kind == "parameter"]
+        out += [replace(v.renamed(prefixed(prefix, v.name)), unit=system.unit(prefix, v.unit)) for v in own]
     states = [
         Variable(s.name, "state", s.unit, s.description, float(x), nominal=s.size)
         for s, x in zip(system.states, system.start, strict=True)
     ]
     for part in parts:
         told = f"internal state of the law {part.kernel.word.replace('_', '-')}"
-        states += [Variable(name, "state", s.unit, told, nominal=part.nominal(s)) for name, s in part.states]
+        states += [
+            Variable(name, "state", system.unit(part.prefix, s.unit), told, nominal=part.nominal(s))
+            for name, s in part.states
+        ]
     held = set(continuous_states(system))
     out += [v if i in held else v.renamed(v.name, sized=False) for i, v in enumerate(states)]
     for i in sorted(held):
@@ -163,4 +167,4 @@ def native_variables(system: System) -> tuple[Variable, ...]:
 
 
 def _per_second(unit: str) -> str:
-    return {"1": "1/s", "m/s": "m/s^2"}.get(unit, f"{unit}/s")
+    return {"1": "1/s", "m/s": "m/s^2", "rad/s": "rad/s^2"}.get(unit, f"{unit}/s")

@@ -12,6 +12,7 @@ from jointlib.joint import Joint
 
 from ..system.step_limit import operating_range
 from ..system.system import Signal, System
+from .description import VALIDITY_UNITS
 
 _WIDE, _HIGH, _EDGE = 380, 250, 58
 _MOST_JOINTS = 12
@@ -35,7 +36,7 @@ def documentation_text(system: System, messages: tuple[str, ...], figures: Seque
     signals = [(s.name, kind, s.unit, s.description) for kind, of in _sides(system) for s in of]
     lines += ["<h2>Inputs and outputs</h2>", _table(("name", "kind", "unit", "what it is"), signals)]
     for prefix, joint in system.joints[:_MOST_JOINTS]:
-        lines += _joint(prefix, joint)
+        lines += _joint(prefix, joint, system)
     if left := len(system.joints) - _MOST_JOINTS:
         lines += [f"<p>{left} more joints are described by their variables only.</p>"] if left > 0 else []
     return _HEAD.format(title=title) + "\n".join(lines) + "\n</body>\n</html>\n"
@@ -45,19 +46,20 @@ def _sides(system: System) -> tuple[tuple[str, Sequence[Signal]], ...]:
     return ("input", system.inputs), ("output", system.outputs)
 
 
-def _joint(prefix: str, joint: Joint) -> list[str]:
+def _joint(prefix: str, joint: Joint, system: System) -> list[str]:
     """Pictures of one joint, its parameters with their errors, where it holds and where it comes from."""
     lines = [f"<h2>{html.escape(f'Joint {prefix}' if prefix else 'The joint')}</h2>"]
     if joint.laws and all(law.in_time for law in joint.laws):
-        lines += [_force_picture(joint), _gain_picture(joint)]
+        turns = prefix in system.turning
+        lines += [_force_picture(joint, turns), _gain_picture(joint, turns)]
     columns = joint.columns()
     rows = []
     for name, value, unit, error, fixed in zip(*(columns[key][0] for key in columns), strict=True):
         known = f"± {error:.2g}" if np.isfinite(error) else ("assumed" if fixed else "no error known")
-        rows.append((str(name), f"{value:.6g}", str(unit), known))
+        rows.append((str(name), f"{value:.6g}", system.unit(prefix, str(unit)), known))
     lines.append(_table(("parameter", "value", "unit", "standard error"), rows))
     for quantity, (low, high) in joint.validity.items():
-        unit = {"amplitude": "m", "velocity": "m/s", "frequency": "Hz", "preload": "N"}.get(quantity, "")
+        unit = system.unit(prefix, VALIDITY_UNITS.get(quantity, ""))
         lines.append(f"<p>Valid for {html.escape(quantity)} from {low:.4g} to {high:.4g} {unit}.</p>")
     if not joint.validity:
         lines.append("<p>The joint states no range in which it holds.</p>")
@@ -75,18 +77,23 @@ def _in_words(value: object) -> str:
     return ("yes" if value else "no") if isinstance(value, bool) else str(value)
 
 
-def _force_picture(joint: Joint) -> str:
-    """Force over displacement along slow harmonic motions of three sizes, the last cycle of each."""
+def _force_picture(joint: Joint, turns: bool) -> str:
+    """Force over displacement along slow harmonic motions of three sizes, the last cycle of each.
+
+    Of a joint that ``turns``, moment over angle.
+    """
     over = operating_range(joint)
     angle, curves = np.linspace(0, 4 * np.pi, 401), []
     for part in (0.25, 0.5, 1.0):
         z, v = part * over.amplitude * np.sin(angle), part * 1e-3 * over.velocity * np.cos(angle)
         force = joint.force_along(z, v, 1e-3)
         curves.append((z[200:] * 1e6, force[200:]))
+    if turns:
+        return _picture(curves, "angle, µrad", "moment, N m", "Moment along slow cycles")
     return _picture(curves, "displacement, µm", "force, N", "Force along slow cycles")
 
 
-def _gain_picture(joint: Joint) -> str:
+def _gain_picture(joint: Joint, turns: bool) -> str:
     """Equivalent stiffness over the amplitude at the middle of its band."""
     over = operating_range(joint)
     low, high = joint.validity.get("frequency", (100.0, 100.0))
@@ -95,7 +102,8 @@ def _gain_picture(joint: Joint) -> str:
     gain = joint.first_harmonic(A, 2 * np.pi * at).gain
     curves = [(A * 1e6, gain.real * 1e-6), (A * 1e6, gain.imag * 1e-6)]
     head = f"Describing function at {at:.4g} Hz: real part, imaginary part dashed"
-    return _picture(curves, "amplitude, µm", "N/µm", head, dashed=1)
+    length, stiffness = ("µrad", "N m/µrad") if turns else ("µm", "N/µm")
+    return _picture(curves, f"amplitude, {length}", stiffness, head, dashed=1)
 
 
 def _picture(

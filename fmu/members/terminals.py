@@ -11,13 +11,13 @@ import numpy as np
 from jointlib.arrays import Array
 
 from ..system.step_limit import operating_range
-from ..system.system import System
+from ..system.system import Signal, System, prefixed
 
 TERMINALS = "terminalsAndIcons/terminalsAndIcons.xml"
 ICON = {2: "model.png", 3: "terminalsAndIcons/icon.png"}
 """Where either version of the standard looks for the picture."""
 _MEMBERS = ("displacement", "velocity", "force")
-_KIND = "org.jointlib.translation"
+_KINDS = ("org.jointlib.translation", "org.jointlib.rotation")
 _SIZE = 96
 _WHITE, _GREY, _BLUE = (255, 255, 255), (170, 170, 170), (31, 94, 168)
 
@@ -27,12 +27,16 @@ def terminals_text(system: System) -> str:
 
     FMI 2.0 leaves additional folders to the exporter; the same file stands there in the same place.
     """
-    found: dict[str, dict[str, str]] = {}
+    found: dict[str, dict[str, Signal]] = {}
+    joints = {prefix for prefix, _ in system.joints}
+    ports = {place for s in system.inputs for m in _MEMBERS if (place := _place(s.name, m)) is not None}
     for signal in (*system.inputs, *system.outputs):
         for member in _MEMBERS:
             place = _place(signal.name, member)
             if place is not None:
-                found.setdefault(place, {})[member] = signal.name
+                # A connection may be called x, as an axis of the tool is.
+                both = place in joints & ports and signal.name == prefixed(place, member)
+                found.setdefault(f"{place} (joint)" if both else place, {})[member] = signal
     root = ElementTree.Element("fmiTerminalsAndIcons", fmiVersion="3.0")
     graphics = ElementTree.SubElement(root, "GraphicalRepresentation")
     corners = {"x1": "-100", "y1": "-100", "x2": "100", "y2": "100"}
@@ -40,12 +44,13 @@ def terminals_text(system: System) -> str:
     ElementTree.SubElement(graphics, "Icon", corners)
     listed = ElementTree.SubElement(root, "Terminals")
     for place, members in found.items():
-        about = {"name": place, "matchingRule": "plug", "terminalKind": _KIND}
+        turns = any(signal.unit.startswith("rad") for signal in members.values())
+        about = {"name": place, "matchingRule": "plug", "terminalKind": _KINDS[turns]}
         terminal = ElementTree.SubElement(listed, "Terminal", about)
         for member in _MEMBERS:
             if member in members:
-                told = {"variableName": system.shown(members[member]), "memberName": member, "variableKind": "signal"}
-                ElementTree.SubElement(terminal, "TerminalMemberVariable", told)
+                told = {"variableName": system.shown(members[member].name), "memberName": member}
+                ElementTree.SubElement(terminal, "TerminalMemberVariable", {**told, "variableKind": "signal"})
     ElementTree.indent(root)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
 

@@ -14,6 +14,7 @@ from .fresh_process import answer_of
 from .reference import SMALL, ReferenceRun, sizes, told_of
 
 _TIME_LIMIT = 60.0
+_RATES = {"m/s", "rad/s"}
 _SAMPLES = 40
 """Of a reference run under forces, in a period of the sines."""
 
@@ -29,14 +30,15 @@ def exchanged(path: Path, folder: str, description: ElementTree.Element, run: Re
     given = {n: float(np.max(np.abs(x))) for n, x in zip(run.names, run.rows.T, strict=True)}
     inputs = [name for name in run.names[1:] if scalars[name].get("causality") == "input"]
     outputs = [name for name in run.names[1:] if name not in inputs]
-    moved = max((given[name] for name in inputs if told_of(scalars[name], "unit") == "m"), default=0.0)
-    speed = max((given[name] for name in inputs if told_of(scalars[name], "unit") == "m/s"), default=0.0)
+    units = {name: told_of(scalars[name], "unit") for name in inputs}
+    moved = max((given[name] for name in inputs if units[name] in {"m", "rad"}), default=0.0)
+    speed = max((given[name] for name in inputs if units[name] in _RATES), default=0.0)
     step = float(np.min(np.diff(run.rows[:, 0])))
     request = {
         "folder": folder,
         "inputs": inputs,
         "sizes": [given[name] for name in inputs],
-        "rates": [told_of(scalars[name], "unit") == "m/s" for name in inputs],
+        "rates": [units[name] in _RATES for name in inputs],
         "outputs": outputs,
         "period": 2 * np.pi * moved / speed if moved and speed else _SAMPLES * step,
     }

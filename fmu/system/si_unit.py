@@ -77,5 +77,14 @@ def table_unit(unit: str, i: int, j: int) -> str:
     return text
 
 
+def turned(unit: str) -> str:
+    """Unit of the same quantity of a joint that turns: metres are of the motion, so they are rad, and N are N m.
+
+    N m/rad for N/m, N m s/rad for N s/m, rad/(N m)^(2/3) for m/N^(2/3).
+    """
+    moment = re.sub(r"\bN\^", "(N m)^", re.sub(r"\bm\b", "rad", unit))
+    return re.sub(r"(?<!\()\bN\b", "N m", moment)
+
+
 def _written(base: str, power: int) -> str:
     return base if power == 1 else f"{base}^{power}"

@@ -13,6 +13,7 @@ from jointlib.errors import InputError
 from jointlib.joint import Joint
 from jointlib.law import Motion
 
+from .si_unit import turned
 from .step_limit import operating_range
 from .variables import variables_of
 
@@ -70,6 +71,12 @@ class System:
     """Variables have names of letters, digits and _ alone in the FMU."""
     author: str = ""
     """Who made what it computes, where that is known."""
+    turning: frozenset[str] = frozenset()
+    """What stands before the names of the joints that turn: their motion is an angle in rad, their force a moment."""
+
+    def unit(self, prefix: str, unit: str) -> str:
+        """The unit of a quantity of a joint, given as that of one which moves along a line."""
+        return turned(unit) if prefix in self.turning else unit
 
     def shown(self, name: str) -> str:
         """A variable's name as the FMU has it: ``guide_viscous_damping`` where it is flat."""
@@ -124,24 +131,34 @@ def system_of_joint(joint: Joint) -> System:
     return replace(alone, author=str(joint.provenance.get("author", "")))
 
 
-def system_of_connection(name: str, joint: Joint, sides: int) -> System:
+def system_of_connection(name: str, joint: Joint, sides: int, turns: bool = False) -> System:
     """A joint between two sides (or one, the other being the ground) that move by themselves.
 
-    Displacement and velocity of each side in; out the force on each side, −f on the first and +f on the second.
+    Displacement and velocity of each side in; out the force on each side, −f on the first and +f on the second. Where
+    it ``turns``, these are angles and moments.
     """
     if sides not in {1, 2}:
         raise InputError(f"connection {name!r}: {sides} sides, expected 1 (the other is the ground) or 2")
     numbers = range(1, sides + 1)
+    line = "about the axis" if turns else "along the connection"
     sizes = _sizes(joint)
     inputs = [
-        Signal(f"{quantity}_{i}", unit, f"{quantity} of side {i} along the connection", sizes[unit])
+        Signal(f"{q}_{i}", turned(unit) if turns else unit, f"{moved(q, turns)} of side {i} {line}", sizes[unit])
         for i in numbers
-        for quantity, unit in (("displacement", "m"), ("velocity", "m/s"))
+        for q, unit in (("displacement", "m"), ("velocity", "m/s"))
     ]
-    outputs = [Signal(f"force_{i}", "N", f"force of the joint on side {i}", sizes["N"]) for i in numbers]
+    unit, pull = turned("N") if turns else "N", moved("force", turns)
+    outputs = [Signal(f"force_{i}", unit, f"{pull} of the joint on side {i}", sizes["N"]) for i in numbers]
     sign = np.array([1.0, -1.0])[:sides]
     title = f"Connection {name}: " + " + ".join(law.kind for law in joint.laws)
-    return _of_joint(name, title, inputs, outputs, joint, np.kron(sign, np.eye(2)), -sign[:, None], None)
+    alone = _of_joint(name, title, inputs, outputs, joint, np.kron(sign, np.eye(2)), -sign[:, None], None)
+    return replace(alone, turning=frozenset({""}) if turns else frozenset())
+
+
+def moved(quantity: str, turns: bool) -> str:
+    """What a displacement, a velocity or a force is called where it is one of a rotation."""
+    words = {"displacement": "angle", "velocity": "angular velocity", "force": "moment"}
+    return words[quantity] if turns else quantity
 
 
 def _sizes(joint: Joint) -> dict[str, float]:

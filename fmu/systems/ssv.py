@@ -33,8 +33,9 @@ def ssv_text(name: str, systems: Mapping[str, System], fmi: int = 2) -> str:
                     continue
                 full = prefixed(element, prefixed(prefix, variable.name))
                 entry = ElementTree.SubElement(listed, "ssv:Parameter", name=full)
-                ElementTree.SubElement(entry, _KINDS[fmi], value=repr(variable.start), unit=variable.unit)
-                units.add(variable.unit)
+                unit = system.unit(prefix, variable.unit)
+                ElementTree.SubElement(entry, _KINDS[fmi], value=repr(variable.start), unit=unit)
+                units.add(unit)
     list_units(ElementTree.SubElement(root, "ssv:Units"), units)
     return document(root)
 

@@ -31,7 +31,7 @@ from jointlib.law import JointLaw
 from jointlib.laws.jenkins import Jenkins
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
-from machines import Connection, Lumped, Machine, read_machine
+from machines import Connection, Lumped, Machine, Rigid, read_machine
 
 GUIDE = read_joint(LIBRARY / "guide.joint.toml")
 both_versions = pytest.mark.parametrize("fmi", [2, 3])
@@ -123,6 +123,66 @@ def test_a_terminal_holds_displacement_velocity_and_force_of_one_place() -> None
     assert {name for members in found.values() for name in members.values()} == known
 
 
+def tilting(name: str = "pivot") -> Machine:
+    """A table that tilts on a joint at its foot, driven by a moment there."""
+    table = Rigid("table", 60.0, np.array([0.5, 0.8, 1.2]), points={"cut": np.array([0.0, 0.0, 0.06])})
+    along = Joint((Linear(1e8), Viscous(3e3)))
+    about = Joint(
+        (Linear(1e6), Jenkins(2e5, 3.0), Viscous(60.0)),
+        "foot",
+        validity={"amplitude": (0.0, 1e-5)},
+        covariance=Covariance(("linear.stiffness",), np.array([[1e8]])),
+    )
+    dofs = dict.fromkeys(("ux", "uy", "uz", "rx", "rz"), along)
+    held = [Connection(dof, (f"table.{dof}", "ground"), joint) for dof, joint in dofs.items()]
+    foot = Connection(name, ("table.ry", "ground"), about)
+    return Machine((table,), (*held, foot), "tilting", {"x": "table.cut.x"}, drive="table.ry")
+
+
+def test_a_joint_that_turns_has_angles_and_moments() -> None:
+    system = system_of_machine(tilting())
+    for fmi in (2, 3):
+        root = described(system, fmi)
+        units = {name: real.get("unit") for name, real in reals(root).items()}
+        for name, unit in {
+            "force_x": "N",
+            "force_drive": "N m",
+            "displacement_drive": "rad",
+            "velocity_drive": "rad/s",
+            "pivot.displacement": "rad",
+            "pivot.velocity": "rad/s",
+            "pivot.force": "N m",
+            "pivot.linear.stiffness": "N m/rad",
+            "pivot.viscous.damping": "N m s/rad",
+            "pivot.jenkins.slip_force": "N m",
+            "pivot.jenkins.slider": "rad",
+            "ux.displacement": "m",
+            "ux.linear.stiffness": "N/m",
+            "ux.force": "N",
+        }.items():
+            assert units[name] == unit, name
+        powers = {u.get("name"): dict(u[0].attrib) for u in root.iterfind("UnitDefinitions/Unit")}
+        assert powers["N m/rad"] == {"kg": "1", "m": "2", "s": "-2", "rad": "-1"}
+        told = root.find(".//Joint[@name='pivot']")
+        assert told is not None
+        assert [e.get("unit") for e in told] == ["rad", "N m/rad"]
+    kinds = {
+        t.get("name"): t.get("terminalKind") for t in ElementTree.fromstring(terminals_text(system)).iter("Terminal")
+    }
+    assert kinds["pivot"] == kinds["drive"] == "org.jointlib.rotation"
+    assert kinds["ux"] == kinds["x"] == "org.jointlib.translation"
+    page = documentation_text(system, ())
+    for said in ("angle, µrad", "N m/µrad", "displacement, µm", "0 to 1e-05 rad", "<td>N m s/rad</td>"):
+        assert said in page
+    assert "angle of table.ry against ground" in page
+
+
+def test_a_connection_that_is_called_as_an_axis_of_the_tool_has_a_terminal_of_its_own() -> None:
+    found = terminals(system_of_machine(tilting("x")))
+    assert found["x"] == {q: f"{q}_x" for q in ("displacement", "velocity", "force")}
+    assert found["x (joint)"] == {q: f"x.{q}" for q in ("displacement", "velocity", "force")}
+
+
 def test_terminals_keep_to_the_schema_of_fmi_3(tmp_path: Path) -> None:
     import fmpy
     from lxml import etree
@@ -187,7 +247,7 @@ def test_what_importers_need_is_in_the_archive_and_a_date_only_where_it_is_set(
 
 def test_the_page_says_what_a_step_takes_and_which_clients_integrate_rightly() -> None:
     mill = dict(native_figures(system_of_machine(library_machine("guide_mill"))))
-    assert re.fullmatch(r"\d+ multiplications, and asks 1 of the joints, where .*", mill["a step takes at least"])
+    assert re.fullmatch(r"\d+ multiplications and the laws of 1 joint, where .*", mill["a step takes at least"])
     assert "machines come out wrong" in mill["model exchange"]
     sliding = dict(native_figures(system_of_joint(Joint((Jenkins(4e7, 36.0), Linear(1e8))))))
     assert "laws with kinks (jenkins)" in sliding["model exchange"]

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from fmu.system.si_unit import exponents, table_unit
+from fmu.system.si_unit import exponents, table_unit, turned
+from machines.components.connection import units_between
 
 
 @pytest.mark.parametrize(
@@ -36,6 +37,20 @@ def test_entry_of_a_table_times_its_powers_is_a_force(i: int, j: int) -> None:
     total["m"] += i + j
     total["s"] -= j
     assert total == exponents("N")
+
+
+@pytest.mark.parametrize(
+    ("along", "about"),
+    [
+        *units_between(["table.ry", "ground"]).items(),
+        ("m/N^(2/3)", "rad/(N m)^(2/3)"),
+        ("N s^2/m^2", "N m s^2/rad^2"),
+        ("N s/m^3", "N m s/rad^3"),
+        *((unit, unit) for unit in ("1", "Hz", "rad", "")),
+    ],
+)
+def test_what_turns_has_angles_and_moments(along: str, about: str) -> None:
+    assert turned(along) == about
 
 
 def test_entries_are_written_without_needless_powers() -> None:
