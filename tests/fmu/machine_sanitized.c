@@ -68,7 +68,7 @@ static unsigned int answered;
 static void answer(fmi3InstanceEnvironment where, fmi3Float64 time, fmi3Boolean set, fmi3Boolean get, fmi3Boolean done,
                    fmi3Boolean can_return, fmi3Boolean *asked, fmi3Float64 *early)
 {
-    const double level = 50.0 + 1e4 * time;
+    const double level = 50.0 + 1e4 * fmod(time, 1e-2);
     (void)where, (void)done, (void)can_return, (void)asked, (void)early;
     CHECK(set && !get && fmi3SetFloat64(asking, &answered, 1, &level, 1) == (answered == 1 ? fmi3OK : fmi3Error));
 }
@@ -149,10 +149,121 @@ static void many(long count, double tolerance)
     fmi2FreeInstance(c);
 }
 
+/* The same in FMI 3.0, with forces that are asked for within a step. */
+static void many3(long count, double tolerance)
+{
+    fmi3FMUState saved = NULL;
+    const unsigned int force = 1;
+    unsigned int reference[JL_OUTPUTS], i;
+    unsigned long long noise = 88172645463325252ull;
+    double y[JL_OUTPUTS], time = 0.0, then = 0.0, end;
+    fmi3Boolean flags[3];
+    fmi3Instance c = fmi3InstantiateCoSimulation("it", jl_token, NULL, fmi3False, fmi3True, fmi3False, fmi3False, NULL,
+                                                 0, NULL, silent, answer);
+    long k;
+    for (i = 0; i < JL_OUTPUTS; i++) reference[i] = JL_FIRST_OUTPUT + i + 1;
+    CHECK(c && fmi3EnterInitializationMode(c, tolerance > 0.0, tolerance, 0.0, fmi3False, 0.0) == fmi3OK);
+    CHECK(fmi3ExitInitializationMode(c) == fmi3OK);
+    asking = c, answered = 1;
+    for (k = 0; k < count && failures < 10; k++) {
+        double level;
+        noise ^= noise << 13, noise ^= noise >> 7, noise ^= noise << 17;
+        level = ((double)(noise % 2001) - 1000.0) * 0.1;
+        if (k % 1000 == 0) CHECK(fmi3GetFMUState(c, &saved) == fmi3OK), then = time;
+        if (k % 1000 == 500) CHECK(fmi3SetFMUState(c, saved) == fmi3OK), time = then;
+        CHECK(fmi3SetFloat64(c, &force, 1, &level, 1) == fmi3OK);
+        CHECK(fmi3DoStep(c, time, 1e-4, fmi3True, flags, flags + 1, flags + 2, &end) == fmi3OK);
+        time += 1e-4;
+    }
+    CHECK(fmi3GetFloat64(c, reference, JL_OUTPUTS, y, JL_OUTPUTS) == fmi3OK && y[0] - y[0] == 0.0);
+    if (saved) CHECK(fmi3FreeFMUState(c, &saved) == fmi3OK);
+    fmi3FreeInstance(c);
+}
+
+/* Many rates at random states, as a solver asks for them, with an event where an indicator changes its sign. */
+static void many_rates(long count)
+{
+    fmi2Component c = start(1, 0.0);
+    fmi2EventInfo info;
+    fmi2Boolean wanted, over;
+    const unsigned int force = 1;
+    unsigned long long noise = 88172645463325252ull;
+    double y[JL_OUTPUTS], x[JL_ROOM(JL_CONTINUOUS)], g[JL_ROOM(JL_INDICATORS)], before[JL_ROOM(JL_INDICATORS)];
+    long k;
+    int i;
+    CHECK(fmi2NewDiscreteStates(c, &info) == fmi2OK && fmi2EnterContinuousTimeMode(c) == fmi2OK);
+    CHECK(fmi2GetContinuousStates(c, x, JL_CONTINUOUS) == fmi2OK);
+    CHECK(fmi2GetEventIndicators(c, before, JL_INDICATORS) == fmi2OK);
+    for (k = 0; k < count && failures < 10; k++) {
+        const double level = (double)(k % 201) - 100.0;
+        int changed = 0;
+        for (i = 0; i < JL_CONTINUOUS; i++) {
+            noise ^= noise << 13, noise ^= noise >> 7, noise ^= noise << 17;
+            x[i] = ((double)(noise % 2001) - 1000.0) * (i % 2 ? 1e-5 : 1e-9);
+        }
+        CHECK(fmi2SetTime(c, 1e-4 * (double)k) == fmi2OK && fmi2SetReal(c, &force, 1, &level) == fmi2OK);
+        CHECK(fmi2SetContinuousStates(c, x, JL_CONTINUOUS) == fmi2OK);
+        CHECK(fmi2GetDerivatives(c, x, JL_CONTINUOUS) == fmi2OK && x[0] - x[0] == 0.0);
+        CHECK(fmi2GetEventIndicators(c, g, JL_INDICATORS) == fmi2OK);
+        CHECK(fmi2CompletedIntegratorStep(c, fmi2True, &wanted, &over) == fmi2OK);
+        for (i = 0; i < JL_INDICATORS; i++) changed |= (g[i] > 0.0) != (before[i] > 0.0);
+        if (!changed && !wanted) continue;
+        CHECK(fmi2EnterEventMode(c) == fmi2OK && fmi2NewDiscreteStates(c, &info) == fmi2OK);
+        CHECK(fmi2EnterContinuousTimeMode(c) == fmi2OK);
+        CHECK(fmi2GetEventIndicators(c, before, JL_INDICATORS) == fmi2OK);
+    }
+    outputs(c, y);
+    CHECK(y[0] - y[0] == 0.0);
+    fmi2FreeInstance(c);
+}
+
+/* As in FMI 2.0. */
+static void many_rates3(long count)
+{
+    fmi3Instance c = fmi3InstantiateModelExchange("it", jl_token, NULL, fmi3False, fmi3True, NULL, silent);
+    const unsigned int force = 1;
+    unsigned long long noise = 88172645463325252ull;
+    double x[JL_ROOM(JL_CONTINUOUS)], g[JL_ROOM(JL_INDICATORS)], before[JL_ROOM(JL_INDICATORS)], next;
+    fmi3Boolean flags[5], wanted, over;
+    long k;
+    int i;
+    CHECK(c && fmi3EnterInitializationMode(c, fmi3False, 0.0, 0.0, fmi3False, 0.0) == fmi3OK);
+    CHECK(fmi3ExitInitializationMode(c) == fmi3OK);
+    CHECK(fmi3UpdateDiscreteStates(c, flags, flags + 1, flags + 2, flags + 3, flags + 4, &next) == fmi3OK);
+    CHECK(fmi3EnterContinuousTimeMode(c) == fmi3OK);
+    CHECK(fmi3GetEventIndicators(c, before, JL_INDICATORS) == fmi3OK);
+    for (k = 0; k < count && failures < 10; k++) {
+        const double level = (double)(k % 201) - 100.0;
+        int changed = 0;
+        for (i = 0; i < JL_CONTINUOUS; i++) {
+            noise ^= noise << 13, noise ^= noise >> 7, noise ^= noise << 17;
+            x[i] = ((double)(noise % 2001) - 1000.0) * (i % 2 ? 1e-5 : 1e-9);
+        }
+        CHECK(fmi3SetTime(c, 1e-4 * (double)k) == fmi3OK && fmi3SetFloat64(c, &force, 1, &level, 1) == fmi3OK);
+        CHECK(fmi3SetContinuousStates(c, x, JL_CONTINUOUS) == fmi3OK);
+        CHECK(fmi3GetContinuousStateDerivatives(c, x, JL_CONTINUOUS) == fmi3OK && x[0] - x[0] == 0.0);
+        CHECK(fmi3GetEventIndicators(c, g, JL_INDICATORS) == fmi3OK);
+        CHECK(fmi3CompletedIntegratorStep(c, fmi3True, &wanted, &over) == fmi3OK);
+        for (i = 0; i < JL_INDICATORS; i++) changed |= (g[i] > 0.0) != (before[i] > 0.0);
+        if (!changed && !wanted) continue;
+        CHECK(fmi3EnterEventMode(c) == fmi3OK);
+        CHECK(fmi3UpdateDiscreteStates(c, flags, flags + 1, flags + 2, flags + 3, flags + 4, &next) == fmi3OK);
+        CHECK(fmi3EnterContinuousTimeMode(c) == fmi3OK);
+        CHECK(fmi3GetEventIndicators(c, before, JL_INDICATORS) == fmi3OK);
+    }
+    fmi3FreeInstance(c);
+}
+
+/* How many steps, at which tolerance, in which version of the standard; "rates" for model exchange. */
 int main(int count, char **words)
 {
-    if (count > 1) {
-        many(atol(words[1]), count > 2 ? atof(words[2]) : 0.0);
+    if (count > 3) {
+        const long steps = atol(words[1]);
+        const int third = words[3][0] == '3';
+        if (strcmp(words[2], "rates") == 0)
+            third ? many_rates3(steps) : many_rates(steps);
+        else
+            third ? many3(steps, atof(words[2])) : many(steps, atof(words[2]));
         return failures != 0;
     }
     within(0.0), within(1e-5);

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import subprocess
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -710,17 +711,18 @@ def sanitized_host(machine: Machine, folder: Path) -> Path:
     ],
 )
 def test_memory_and_arithmetic_of_a_machine_are_sound(machine: Machine, tmp_path: Path) -> None:
-    for words in ([], ["2000"], ["2000", "1e-4"]):
-        command = [str(sanitized_host(machine, tmp_path)), *words]
-        done = subprocess.run(command, capture_output=True, text=True, env={}, timeout=120)
+    asked = [["2000", way, fmi] for way in ("0", "1e-4", "rates") for fmi in "23"]
+    host = str(sanitized_host(machine, tmp_path))
+    for words in ([], *asked):
+        done = subprocess.run([host, *words], capture_output=True, text=True, env={}, timeout=120)
         assert (done.stdout, done.stderr, done.returncode) == ("", "", 0)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("machine", [library_machine("guide_mill"), _RUBBING, _REMEMBERING, STOPPED])
 def test_ten_million_steps_of_machines_are_sound(machine: Machine, tmp_path: Path) -> None:
-    """A quarter of them each, half of these with the joints closed at their tangents."""
-    for tolerance in ("0", "1e-6"):
-        command = [str(sanitized_host(machine, tmp_path)), "1250000", tolerance]
-        done = subprocess.run(command, capture_output=True, text=True, env={}, timeout=7200)
+    """A quarter of them each: explicit steps, joints closed at their tangents, model exchange, in both versions."""
+    host = str(sanitized_host(machine, tmp_path))
+    for (way, count), fmi in itertools.product({"0": 250_000, "1e-6": 50_000, "rates": 950_000}.items(), "23"):
+        done = subprocess.run([host, str(count), way, fmi], capture_output=True, text=True, env={}, timeout=7200)
         assert (done.stdout, done.stderr, done.returncode) == ("", "", 0)
