@@ -120,7 +120,7 @@ def export_fmu(
     told = native_notes(system, fmi, present, left) if chosen == "c" else python_notes("" if runtime else obstacle)
     if not runs_here:
         told = [f"The FMU was not run, as there is {obstacle}; fmpy compile builds it where there is one.", *told]
-    steps = step_notes(coupled, chosen, over, limit) if coupled and over and limit else machine_notes(system)
+    steps = step_notes(system, chosen, over, limit) if over and limit else machine_notes(system)
     messages = (*told, *steps, *remarks)
     # Who reads the page has the FMU: what it does comes before what it was not compiled for.
     page = documentation_text(system, (*steps, *remarks, *told), _figures(system, card))

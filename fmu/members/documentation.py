@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from importlib.metadata import PackageNotFoundError, distribution
 
-from jointlib.joint import Joint
-
 from ..system.step_limit import Range, StepLimit
 from ..system.system import System
 from .build import absent
@@ -36,16 +34,18 @@ def native_notes(system: System, fmi: int, present: Iterable[str], left: Mapping
     return said
 
 
-def step_notes(joint: Joint, runtime: str, over: Range, limit: StepLimit) -> list[str]:
-    """About the co-simulation step."""
-    spent = f"abs(z) up to {over.amplitude:g} m and abs(ż) up to {over.velocity:g} m/s"
+def step_notes(system: System, runtime: str, over: Range, limit: StepLimit) -> list[str]:
+    """About the co-simulation step of a joint."""
+    ((prefix, joint),) = system.joints
+    length, speed, k, c = (system.unit(prefix, unit) for unit in ("m", "m/s", "N/m", "N s/m"))
+    spent = f"abs(z) up to {over.amplitude:g} {length} and abs(ż) up to {over.velocity:g} {speed}"
     where = f"over the joint's validity, {spent}" if over.stated else f"for {spent}, as the joint states no full range"
     said = ["In co-simulation inputs are held over a step, and the force follows them at once."]
     if limit.max_step is not None:
         return [
             *said,
             f"Steps of {limit.max_step:.3g} s and more make an explicit co-simulation unstable: 2c/(3k) with "
-            f"k = {limit.stiffness:.4g} N/m and c = {limit.damping:.4g} N s/m, {where}.",
+            f"k = {limit.stiffness:.4g} {k} and c = {limit.damping:.4g} {c}, {where}.",
             f"To keep the damping within 5 %, take at most {limit.max_step / 20:.3g} s, the default step in the FMU.",
         ]
     if limit.stiffness <= 0:
@@ -56,7 +56,7 @@ def step_notes(joint: Joint, runtime: str, over: Range, limit: StepLimit) -> lis
         advice = f"use model exchange, or {_CONTAINER}"
     else:
         advice = f"{_CONTAINER}, or use model exchange, which the native runtime offers"
-    fall = f"The joint's damping falls to {limit.damping:.4g} N s/m {where}"
+    fall = f"The joint's damping falls to {limit.damping:.4g} {c} {where}"
     return [*said, f"{fall}: no explicit co-simulation step is safe; {advice}."]
 
 

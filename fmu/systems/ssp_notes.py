@@ -10,6 +10,7 @@ import numpy as np
 from ..loop_step import Loop, Master, natural_frequencies
 from ..members.build import absent
 from ..members.machine_parts import Parts
+from ..system.si_unit import turned
 from ..system.step_limit import StepLimit
 
 RESOLVED = 20
@@ -25,7 +26,7 @@ def step_notes(
     Another road is advised where a step that resolves the highest frequency of interest with 20 steps per period
     is not stable: then the coupling sets the step, not the motion.
     """
-    worst = _spelled(tangents)
+    worst = _spelled(tangents, {link.name for link in parts.links if link.turns})
     said = [f"The FMUs exchange values once per step; joints count at their stiffest and least damped, {worst}."]
     said += [f"{name} is touched by nothing and left out." for name in parts.untouched]
     jacobi, seidel = steps[Master.JACOBI], steps[Master.GAUSS_SEIDEL]
@@ -61,7 +62,9 @@ def runtime_notes(platforms: Iterable[str], runtimes: Collection[str], fmi: int 
     return said
 
 
-def _spelled(tangents: Mapping[str, StepLimit]) -> str:
-    return ", ".join(
-        f"{name} {limit.stiffness:.4g} N/m and {limit.damping:.4g} N s/m" for name, limit in sorted(tangents.items())
-    )
+def _spelled(tangents: Mapping[str, StepLimit], turning: Collection[str]) -> str:
+    said = []
+    for name, limit in sorted(tangents.items()):
+        k, c = (turned(unit) if name in turning else unit for unit in ("N/m", "N s/m"))
+        said.append(f"{name} {limit.stiffness:.4g} {k} and {limit.damping:.4g} {c}")
+    return ", ".join(said)

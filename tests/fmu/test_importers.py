@@ -14,15 +14,22 @@ from repeats import repeats
 from samples import LAWS
 from tools import require
 
+import fmu.ssp
 from fmu.export import export_fmu
+from fmu.loop_step import Master, largest_step
 from fmu.members.archive import read_archive
 from fmu.members.description import Card, description_text
+from fmu.members.documentation import step_notes
 from fmu.members.figures import native_figures
+from fmu.members.machine_parts import parts_of_machine
 from fmu.members.machine_system import system_of_machine
 from fmu.members.native import native_variables
 from fmu.members.page import documentation_text
 from fmu.members.terminals import ICON, TERMINALS, icon, terminals_text
+from fmu.system.step_limit import operating_range, step_limit
 from fmu.system.system import System, system_of_connection, system_of_joint
+from fmu.systems import ssp_notes
+from fmu.systems.ssv import ssv_text
 from fmu.verify import verify_fmu
 from jointlib.errors import InputError
 from jointlib.io.joint_file import read_joint
@@ -175,6 +182,27 @@ def test_a_joint_that_turns_has_angles_and_moments() -> None:
     for said in ("angle, µrad", "N m/µrad", "displacement, µm", "0 to 1e-05 rad", "<td>N m s/rad</td>"):
         assert said in page
     assert "angle of table.ry against ground" in page
+
+
+def test_a_system_of_fmus_has_angles_and_moments_where_it_turns() -> None:
+    parts = parts_of_machine(tilting())
+    systems = fmu.ssp._systems(parts)
+    signals = {s.name: s.unit for s in (*systems["table"].inputs, *systems["table"].outputs)}
+    assert [signals[f"{q}_pivot"] for q in ("force", "displacement", "velocity")] == ["N m", "rad", "rad/s"]
+    assert [signals[f"{q}_drive"] for q in ("force", "displacement", "velocity")] == ["N m", "rad", "rad/s"]
+    assert [signals[f"{q}_x"] for q in ("force", "displacement", "velocity")] == ["N", "m", "m/s"]
+    assert {s.unit for s in (*systems["pivot"].inputs, *systems["pivot"].outputs)} == {"rad", "rad/s", "N m"}
+    entries = ElementTree.fromstring(ssv_text("joints", systems)).iterfind("{*}Parameters/{*}Parameter")
+    units = {entry.get("name"): entry[0].get("unit") for entry in entries}
+    assert (units["pivot.linear.stiffness"], units["ux.linear.stiffness"]) == ("N m/rad", "N/m")
+    loop, tangents = fmu.ssp.stiffest_loop(parts)
+    said = ssp_notes.step_notes(parts, loop, {master: largest_step(loop, master) for master in Master}, tangents)
+    assert "pivot 1.2e+06 N m/rad and 60 N m s/rad" in said[0]
+    assert "ux 1e+08 N/m and 3000 N s/m" in said[0]
+    joint = systems["pivot"].joints[0][1]
+    over = operating_range(joint)
+    said = step_notes(systems["pivot"], "c", over, step_limit(joint, over))
+    assert "k = 1.2e+06 N m/rad and c = 60 N m s/rad, for abs(z) up to 1e-05 rad" in said[1]
 
 
 def test_a_connection_that_is_called_as_an_axis_of_the_tool_has_a_terminal_of_its_own() -> None:
