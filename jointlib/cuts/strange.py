@@ -10,6 +10,10 @@ from jointlib.cuts.tried_cut import TriedCut
 
 _AUDIBLE = 20e3
 """Hz; no structure of a machine is lively above it."""
+_CRAWL = 5.0
+"""Hz; no machine chatters below it."""
+_SLIP = 5.0
+"""Times the fastest of all other cuts, or their slowest, from which on a speed has a digit too many or too few."""
 _WAVES = 100.0
 """Of chatter between two teeth, where nothing is known of the diameter: at 100 rpm a mill of 200 mm leaves 20."""
 _SHORTEST = 5e-5
@@ -24,7 +28,11 @@ _SAME_SPEED, _SAME_DEPTH = 5e-3, 1e-2
 
 def strange(cuts: Sequence[TriedCut], rate: float | None = None, diameter: float | None = None) -> list[str]:
     """Sentences on cuts in SI, of records at ``rate`` in Hz, of ``diameter`` in m where a cut tells none."""
-    return list(dict.fromkeys([*_slow(cuts, diameter), *_crowded(cuts, diameter), *_high(cuts, rate), *_both(cuts)]))
+    return list(
+        dict.fromkeys(
+            [*_slow(cuts, diameter), *_alone(cuts), *_crowded(cuts, diameter), *_high(cuts, rate), *_both(cuts)]
+        )
+    )
 
 
 def _slow(cuts: Sequence[TriedCut], diameter: float | None) -> Iterator[str]:
@@ -46,6 +54,18 @@ def _slow(cuts: Sequence[TriedCut], diameter: float | None) -> Iterator[str]:
             return
 
 
+def _alone(cuts: Sequence[TriedCut]) -> Iterator[str]:
+    """The one speed that is far from all others."""
+    speeds = sorted({cut.speed for cut in cuts})
+    if len(speeds) < 3:
+        return
+    for one, near, rest in ((speeds[0], speeds[1], speeds[1:]), (speeds[-1], speeds[-2], speeds[:-1])):
+        if max(one / near, near / one) >= _SLIP:
+            (cut, *_) = (cut for cut in cuts if cut.speed == one)
+            others = f"all others {rest[0]:g} to {rest[-1]:g} rpm"
+            yield f"{cut.name}: {one:g} rpm, {others}: has it a digit too many or too few?"
+
+
 def _in_hz(cut: TriedCut) -> str:
     return f'was the speed meant in Hz? Then write "{cut.speed:g} Hz"'
 
@@ -65,6 +85,8 @@ def _high(cuts: Sequence[TriedCut], rate: float | None) -> Iterator[str]:
         f = cut.chatter_frequency
         if f is not None and cut.record is not None and rate is not None and f > rate / 2:
             yield f"{cut.name}: chatter at {f:g} Hz is above half of the sample_rate of its record, {rate / 2:g} Hz"
+        elif f is not None and f < _CRAWL:
+            yield f'{cut.name}: no machine chatters at {f:g} Hz: was it meant in kHz? Then write "{f:g} kHz"'
         elif f is not None and f > _AUDIBLE:
             yield f"{cut.name}: chatter at {f:g} Hz is above what is heard or what a machine does, {_AUDIBLE:g} Hz"
 

@@ -91,7 +91,8 @@ def doubts(
     if used.misfit > _POOR:
         said.append(
             f"The records miss the linear force by {used.misfit**0.5:.2g} times their scatter, and the errors are "
-            "raised by that: the force may bend with the feed, the tool may vibrate, or the dynamometer resonate."
+            "raised by that: immersion, helix or diameter may be others than the file says, the force may bend with "
+            "the feed, the tool may vibrate, or the dynamometer resonate."
         )
     said += _of_size(used)
     if lines is not None:

@@ -124,6 +124,9 @@ def test_a_helix_in_degrees_is_not(helix: float) -> None:
         ([cut(teeth=40, diameter=12e-3)], "40 teeth on a cutter of 12 mm stand 0.94 mm apart"),
         ([cut(chatter_frequency=30072.0)], "chatter at 30072 Hz is above what is heard or what a machine does, 20000"),
         ([cut(), cut(7510.0, chatter_frequency=928.0)], "once stable and once with chatter"),
+        ([cut(chatter_frequency=0.715)], 'at 0.715 Hz: was it meant in kHz? Then write "0.715 kHz"'),
+        ([cut(6000.0), cut(9000.0), cut(90000.0)], "90000 rpm, all others 6000 to 9000 rpm: has it a digit too many"),
+        ([cut(600.0), cut(6000.0), cut(9000.0)], "600 rpm, all others 6000 to 9000 rpm: has it a digit too many"),
     ],
 )
 def test_cuts_that_look_wrong_are_told(cuts: list[TriedCut], said: str) -> None:
