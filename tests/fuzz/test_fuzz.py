@@ -35,11 +35,12 @@ COSTLY = (
     "hdf5",
     "harwell-boeing",
     "stl",
+    "stl binary",
 )
 """Kinds of which an input takes more than a hundredth of a second."""
-FEW = 60
-MANY = 718
-"""Inputs of a kind; 20 046 of all."""
+FEW = 40
+MANY = 751
+"""Inputs of a kind; 20 006 of all."""
 
 
 @pytest.mark.parametrize("case", sorted(CORPUS.iterdir()), ids=lambda case: case.name)

@@ -275,10 +275,10 @@ def test_energy_out_of_a_driving_point_is_refused_on_many_lines_and_told_on_few(
 
 @pytest.mark.thorough
 def test_noise_alone_does_not_make_a_driving_point_active(tmp_path: Path) -> None:
-    H = truth()
+    H = truth(lines=CLOSE)
     sigma = 0.03 * np.sqrt(np.mean(np.abs(H) ** 2))
     for seed in range(20):
-        csv(tmp_path / "a.csv", LINES, H + sigma * noise(np.random.default_rng(seed), len(H)))
+        csv(tmp_path / "a.csv", CLOSE, H + sigma * noise(np.random.default_rng(seed), len(H)))
         assert read(tmp_path, record("a.csv"))[0].remarks == ()
 
 
