@@ -20,6 +20,7 @@ from tools import package
 
 from jointlib.errors import InputError
 from jointlib.io.readers import read_columns
+from jointlib.lab.formats.wave import read_wave
 from jointlib.lab.open_file import open_lab_file
 
 RATE = 2048.0
@@ -308,3 +309,11 @@ def test_without_the_extra_the_sentence_says_what_to_install(tmp_path: Path, mon
     monkeypatch.setitem(sys.modules, "nptdms", None)
     with pytest.raises(InputError, match=r"nptdms is not installed, expected pip install 'jointlib\[lab\]'"):
         read_columns(tmp_path / "r.tdms")
+
+
+@pytest.mark.parametrize("lost", [2, 3, 1001])
+def test_a_wav_file_that_was_cut_short_says_so(tmp_path: Path, lost: int) -> None:
+    wavfile.write(tmp_path / "a.wav", 8192, np.zeros((5000, 2), dtype=np.int16))
+    (tmp_path / "b.wav").write_bytes((tmp_path / "a.wav").read_bytes()[:-lost])
+    with pytest.raises(InputError, match=r"b\.wav: ends in the middle of its samples, expected a whole WAV file"):
+        read_wave(tmp_path / "b.wav")

@@ -24,8 +24,10 @@ def read_wave(path: Path) -> LabFile:
     def read() -> tuple[int, Any]:
         try:
             return wavfile.read(io.BytesIO(data))
-        except wavfile.WavFileWarning as error:
-            cut = "EOF" in str(error)
+        except (wavfile.WavFileWarning, ValueError) as error:
+            cut = any(word in str(error) for word in ("EOF", "multiple of element size", "cannot reshape"))
+            if not cut and isinstance(error, ValueError):
+                raise
             said = "ends in the middle of its samples" if cut else f"has a part that is not understood ({error})"
             raise InputError(f"{path}: {said}, expected a whole WAV file") from None
 
