@@ -111,14 +111,12 @@ def errors(one: Entry, problem: Problem) -> dict[str, float | str]:
 
 def log_score(one: Entry, problem: Problem) -> float:
     """Mean ln of the probability of the verdicts of cuts that are held out."""
-    known = judged(problem.cuts)
-    return float(np.mean(np.log(np.where(_said(problem), one.stable, 1 - one.stable)[known])))
+    return float(np.mean(np.log(_chance(one, problem)[judged(problem.cuts)])))
 
 
 def surprising(one: Entry, problem: Problem) -> Mask:
     """Cuts whose verdict was held to be improbable, from all others."""
-    known, said = judged(problem.cuts), _said(problem)
-    return np.asarray(known & (np.where(said, one.stable, 1 - one.stable) < _SURPRISE))
+    return np.asarray(judged(problem.cuts) & (_chance(one, problem) < _SURPRISE))
 
 
 def decided(base: Entry, entries: Sequence[Entry], problem: Problem) -> Outcome:
@@ -185,6 +183,11 @@ def _too_many(surprises: Mask, problem: Problem) -> bool:
     """More surprises than a model that is right has."""
     count, number = int(np.count_nonzero(surprises)), int(np.count_nonzero(judged(problem.cuts)))
     return bool(scipy.special.bdtrc(count - 1, number, _SURPRISE / 2) < _CHANCE)
+
+
+def _chance(one: Entry, problem: Problem) -> Array:
+    """Probability of the verdict of every cut, from the folds it is not in."""
+    return np.where(_said(problem), one.stable, 1 - one.stable)
 
 
 def _said(problem: Problem) -> Mask:

@@ -197,11 +197,12 @@ def ended(kind: str, seed: int, count: int, first: int = 0) -> Iterator[Ended]:
     last, at = first + count, first
     while at < last:
         here, there = _CHILDREN.Pipe(duplex=False)
-        with here, mock.patch.dict(os.environ, _SURROUNDINGS):
-            process = _CHILDREN.Process(target=child, args=(there, kind, seed, at, last))
+        process = _CHILDREN.Process(target=child, args=(there, kind, seed, at, last))
+        with mock.patch.dict(os.environ, _SURROUNDINGS):
             process.start()
-            there.close()
-            begun, late = None, False
+        there.close()
+        begun, late = None, False
+        with here:
             for told in _told(here):
                 if isinstance(told, Ended):
                     yield told
