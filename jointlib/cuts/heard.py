@@ -108,7 +108,7 @@ def told_by(sound: Sound, background: Sequence[Line] = (), run_out: float | None
             said.append(f"{strongest.frequency:.1f} Hz is the mains or chatter; {WOULD_TELL}")
             return Heard("unknown", None, "", share, speed, tuple(said))
         order = strongest.frequency / sound.turning / sound.teeth - 0.5
-        near = abs(order - round(order)) * sound.teeth * sound.turning < 3 * sound.width
+        near = abs(order - round(order)) * sound.teeth * sound.turning < sound.width
         verdict = "chatter" if share >= _CHATTER else "marginal"
         return Heard(verdict, strongest.frequency, "flip" if near else "hopf", share, speed, tuple(said))
     if hump is not None:

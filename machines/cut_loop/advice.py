@@ -14,10 +14,10 @@ from ..model.machine import Machine
 from .borders import condition
 from .contest import Entry
 from .distances import Place, first_border
-from .evidence import stable
+from .evidence import sound, stable
 from .exactness import learnt
 from .posterior import seen
-from .problem import Problem
+from .problem import Problem, shaken
 from .suspects import AsItIs
 
 _SPEEDS, _DEPTHS, _DRAWS = 25, 16, 200
@@ -63,7 +63,7 @@ def outlook(machine: Machine, problem: Problem, believed: Sequence[Entry], safe:
     modes = rng.standard_normal((_DRAWS, problem.tool.freedom))
     before = seen(AsItIs(), problem.tool, places, rows, np.zeros((_DRAWS, 0)), modes)
     apart, sigma = forecast(believed, problem, places, rng)
-    mean, bits = told_by(apart, sigma)
+    mean, bits = told_by(apart, sigma, np.array([shaken(machine, place.at, ladder) for place in places]))
     i, k = np.unravel_index(int(np.argmax(bits)), bits.shape)
     best = Advice(float(speeds[i]), float(ladder[k]), float(mean[i, k]), float(bits[i, k]))
     removed = np.where(mean >= safe, speeds[:, None] * ladder, -1.0)
@@ -91,12 +91,15 @@ def forecast(
     return [np.concatenate(parts) for parts in zip(*after, strict=True)], np.concatenate(sigmas)[:, None]
 
 
-def told_by(apart: Sequence[Array], sigma: Array) -> tuple[Array, Array]:
-    """Of every speed and depth the probability of being stable and the bits that a verdict tells, (speeds, depths)."""
-    said = np.array([stable(part, sigma) for part in apart])  # (speeds, draws, depths)
+def told_by(apart: Sequence[Array], sigma: Array, forced: Array) -> tuple[Array, Array]:
+    """Of every speed and depth the probability of being stable and the bits that a verdict tells, (speeds, depths).
+
+    ``forced`` is the forced vibration in feeds per tooth, (speeds, depths): where it is large a verdict tells little.
+    """
+    said = np.array([stable(part, sigma, by) for part, by in zip(apart, forced, strict=True)])  # with draws between
     bits = _entropy(np.mean(said, axis=1)) - np.mean(_entropy(said), axis=1)
     # What is not heard is chatter all the same.
-    return np.mean([stable(part, sigma, late=0.0) for part in apart], axis=1), np.asarray(bits)
+    return np.mean([sound(part, sigma) for part in apart], axis=1), np.asarray(bits)
 
 
 def _range(machine: Machine, problem: Problem) -> tuple[Array, Array]:

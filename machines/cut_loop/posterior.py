@@ -181,11 +181,11 @@ def evaluated(
             rung = int(np.searchsorted(place.depths, cut.depth))
             x, f = (part[:, rung] for part in told[:2])
             apart[alive, i], frequency[alive, i] = x, f
-            of_cut = of_verdict(str(cut.verdict), x, np.hypot(sigma[alive], problem.scatter(k)), problem.unheard[i])
+            of_cut = of_verdict(str(cut.verdict), x, np.hypot(sigma[alive], problem.scatter(k)), problem.shaken[i])
             if cut.chatter_frequency is not None:
                 may = (f, told[2])
-                late = problem.unheard[i]
-                of_cut = of_cut + of_frequency(cut.chatter_frequency, may, x, repeats[i], problem.flips(k), late)
+                forced = float(problem.shaken[i])
+                of_cut = of_cut + of_frequency(cut.chatter_frequency, may, x, repeats[i], problem.flips(k), forced)
             likelihood[alive, i] = of_cut
         if least is not None:
             able = np.sum(likelihood[alive], axis=1) + np.sum(most[left]) >= least[alive]
@@ -223,7 +223,7 @@ def probability(found: Posterior, problem: Problem, without: Sequence[int] = ())
     weight = found.weights(without)
     out = np.zeros(len(problem.cuts))
     for i, k in enumerate(problem.index):
-        out[i] = weight @ stable(found.apart[:, i], np.hypot(found.sigma, problem.scatter(k)), problem.unheard[i])
+        out[i] = weight @ stable(found.apart[:, i], np.hypot(found.sigma, problem.scatter(k)), problem.shaken[i])
     return out
 
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from jointlib.arrays import Array
+from jointlib.arrays import Array, ArrayLike
 from jointlib.cuts.tried_cut import TriedCut
 from jointlib.errors import CheckFailed, InputError
 
@@ -17,9 +16,11 @@ from ..indices import Index
 from ..model.machine import Machine
 from .borders import Condition
 from .distances import Place, exact
-from .evidence import unheard
 from .exactness import Exactness, learnt
 from .sampled_tool import SampledTool
+
+_FEED = 1e-4
+"""m per tooth."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,8 +31,8 @@ class Problem:
     places: tuple[Place, ...]
     index: Index
     """The place of each cut."""
-    unheard: Array
-    """Share in which chatter like that of each cut is heard only deeper."""
+    shaken: Array
+    """Forced vibration of each cut in feeds per tooth."""
     tool: SampledTool
     exactness: Exactness | None
     seed: int
@@ -62,18 +63,22 @@ def problem_of(
     ]
     sung = {int(k) for cut, k in zip(cuts, index, strict=True) if cut.chatter_frequency is not None}
     places = tuple(Place(at, depths[k], k, learned, k in sung) for k, at in enumerate(conditions))
-    late = unheard(_shaken(machine, cuts, conditions, index))
-    return Problem(cuts, places, index, late, tool, learned, seed)
-
-
-def _shaken(machine: Machine, cuts: Sequence[TriedCut], conditions: Sequence[Condition], index: Index) -> Array:
-    """Forced vibration of the machine as it is, in feeds per tooth, (cuts,); 0 where it has none or none is known."""
-    found = np.zeros(len(cuts))
+    forced = np.zeros(len(cuts))
     for k, at in enumerate(conditions):
         here = np.flatnonzero(index == k)
-        depth = [cuts[int(i)].depth for i in here]
-        table = {one.name: getattr(at.cutting, one.name) for one in fields(at.cutting) if one.init}
-        with contextlib.suppress(InputError, CheckFailed):
-            moved = forced_vibration(replace(machine, cutting=table), at.speed, depth).amplitude
-            found[here] = np.nan_to_num(moved) / table["feed"]
-    return found
+        forced[here] = shaken(machine, at, [cuts[int(i)].depth for i in here])
+    return Problem(cuts, places, index, forced, tool, learned, seed)
+
+
+def shaken(machine: Machine, at: Condition, depth: ArrayLike) -> Array:
+    """Forced vibration of the machine as it is at depths in m, in feeds per tooth, (depths,); 0 where it has none.
+
+    Forces of chips grow with the feed as their vibration does, so that any feed will do where none is told.
+    """
+    table = {one.name: getattr(at.cutting, one.name) for one in fields(at.cutting) if one.init}
+    feed = table["feed"] or _FEED
+    try:
+        moved = forced_vibration(replace(machine, cutting={**table, "feed": feed}), at.speed, depth).amplitude
+    except (InputError, CheckFailed):
+        return np.zeros(np.size(depth))
+    return np.nan_to_num(moved) / feed

@@ -129,25 +129,34 @@ def asked(machine: Machine, cuts: Measurement, draws: int = 400) -> Problem:
 
 
 def test_chatter_that_the_teeth_drown_is_often_not_heard(tmp_path: Path) -> None:
-    """Teeth that pass with a mode shake the tool by many feeds; without a feed nothing is known of that."""
+    """Teeth that pass with a mode shake the tool by many feeds, however large the feed is."""
     speeds = 60 * 600 / 2, 60 * 410 / 2
     cuts = tuple(TriedCut(f"{n}", n, 12e-3, 1, verdict="stable") for n in speeds)
     measurement = Measurement(Path("cuts"), "cuts", (), (), cuts=cuts)
     fed = machine_of(tmp_path, MILL + 'feed = "0.05 mm"\n')
-    drowned, clear = asked(fed, measurement, 2).unheard
-    assert clear == 0.15 < drowned
-    amplitude = forced_vibration(fed, speeds, 12e-3).amplitude / 50e-6
-    assert amplitude[1] < 1 < amplitude[0]
-    assert asked(machine_of(tmp_path, MILL), measurement, 2).unheard.tolist() == [0.15, 0.15]
+    drowned, clear = asked(fed, measurement, 2).shaken
+    assert clear < 1 < drowned
+    assert [drowned, clear] == pytest.approx(forced_vibration(fed, speeds, 12e-3).amplitude / 50e-6)
+    assert asked(machine_of(tmp_path, MILL), measurement, 2).shaken == pytest.approx([drowned, clear])
     beyond, sigma = np.array([-0.2]), np.array([0.1])
     assert stable(beyond, sigma, drowned) > 2 * stable(beyond, sigma, clear)
     for verdict in ("stable", "marginal"):
         assert of_verdict(verdict, beyond, sigma, drowned) > of_verdict(verdict, beyond, sigma, clear)
 
 
+@pytest.mark.parametrize("shaken", [0.0, 1.0, 8.0])
+def test_verdicts_of_a_cut_are_as_likely_as_they_are_many(shaken: float) -> None:
+    """Stable, marginal and chatter leave nothing over but what a marginal cut may be called as well."""
+    apart, sigma = np.linspace(-1.5, 0.5, 41), np.array([0.1])
+    chance = {v: np.exp(of_verdict(v, apart, sigma, shaken)) for v in ("stable", "marginal", "chatter")}
+    assert np.all(np.diff(chance["stable"]) > 0)
+    assert chance["stable"] + chance["chatter"] == pytest.approx(np.ones(41))
+    assert np.all((chance["marginal"] > 0.019) & (chance["marginal"] < 0.95))
+
+
 def test_what_is_advised_to_be_stable_is_so_and_not_only_unheard() -> None:
     apart, sigma = [np.full((4, 2), -0.2), np.full((4, 2), 0.3)], np.full((4, 1), 0.1)
-    chance, bits = told_by(apart, sigma)
+    chance, bits = told_by(apart, sigma, np.full((2, 2), 5.0))
     assert chance[0] == pytest.approx(0.02 + 0.96 * ndtr(-2.0))
     assert chance[1] == pytest.approx(0.02 + 0.96 * ndtr(3.0))
     assert np.all(bits == pytest.approx(0.0, abs=1e-12))
