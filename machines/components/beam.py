@@ -61,7 +61,7 @@ class Beam(Component):
     speed
         Spindle speed in rpm.
     notes
-        What was assumed when it was read; ``sized`` where it is a tool by its sizes.
+        What was assumed when it was read; ``flutes`` the length in m of the fluted part of a tool by its sizes.
     """
 
     name: str
@@ -77,7 +77,7 @@ class Beam(Component):
     turns: float = 0.0
     speed: float = 0.0
     notes: tuple[str, ...] = ()
-    sized: bool = False
+    flutes: float | None = None
 
     kind: ClassVar[str] = "beam"
 
@@ -121,12 +121,12 @@ class Beam(Component):
     @cached_property
     def nodes(self) -> Nodes:
         """The stations in space."""
-        along = np.array(list(self.stations.values()))
+        along, sized = np.array(list(self.stations.values())), self.flutes is not None
         places, ends = (
             self.start + at[:, None] * self.frame[0]
             for at in (along, np.array([0.0, sum(s.length for s in self.segments)]))
         )
-        return checked_nodes(f"component {self.name!r}", tuple(self.stations), places, self.tolerance, ends, self.sized)
+        return checked_nodes(f"component {self.name!r}", tuple(self.stations), places, self.tolerance, ends, sized)
 
     @classmethod
     def from_section(cls, section: Section) -> Beam:

@@ -108,7 +108,8 @@ def _range(machine: Machine, problem: Problem) -> tuple[Array, Array]:
     told, deep = [cut.speed for cut in problem.cuts], [cut.depth for cut in problem.cuts]
     low, high = table.speed or (min(told), max(told))
     low = max(low, 0.7 * min(told))
-    return np.round(np.linspace(low, high, _SPEEDS), -1), np.geomspace(0.4 * min(deep), 1.6 * max(deep), _DEPTHS)
+    deepest = min(1.6 * max(deep), max(table.flute_length or np.inf, max(deep)))
+    return np.round(np.linspace(low, high, _SPEEDS), -1), np.geomspace(0.4 * min(deep), deepest, _DEPTHS)
 
 
 def _places(machine: Machine, problem: Problem, speeds: Array, ladder: Array, seed: int) -> list[Place]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -12,6 +12,8 @@ from jointlib.errors import InputError, together
 from jointlib.io.toml import Section
 from jointlib.joint import Covariance
 
+from ..components.beam import Beam
+from ..components.component import Component
 from ..cutting.process.cutting import Cutting
 from ..model.machine import AXES, checked_forces, checked_range
 
@@ -22,6 +24,7 @@ CUTTING_UNITS = {
     "immersion": "1",
     "feed": "m",
     "diameter": "m",
+    "flute_length": "m",
     "exponent": "1",
     "feed_direction": "rad",
     "process_damping": "N/m",
@@ -87,6 +90,15 @@ def cutting_of(section: Section) -> dict[str, Any]:
         said = (text.removeprefix("[cutting]: ") for text in error.sentences)
         raise InputError(*(f"{section.where}: {text}" for text in said)) from None
     return fields
+
+
+def with_flutes(cutting: dict[str, Any], components: Iterable[Component], tool: Iterable[str]) -> dict[str, Any]:
+    """The table with how far the edges of a tool that is given by its sizes reach, where it does not tell itself."""
+    own = {dof.partition(".")[0] for dof in tool}
+    told = [part.flutes for part in components if isinstance(part, Beam) and part.flutes and part.name in own]
+    if cutting["process"] != "milling" or "flute_length" in cutting or len(told) != 1:
+        return cutting
+    return {**cutting, "flute_length": told[0]}
 
 
 def cutting_values(section: Section) -> dict[str, Any]:

@@ -33,7 +33,7 @@ from ..model.spindle_speed import at_speed
 from ..shapes.outline import Outline, take_outlines
 from .changes import change
 from .component_file import names_a_file, names_files, of_file, of_files
-from .cutting_table import cutting_of, laid_over, response_of, tool_of
+from .cutting_table import cutting_of, laid_over, response_of, tool_of, with_flutes
 from .named_tools import USE, choose_tool, in_use, name_tools, tools_of
 from .tool_file import within_tool
 from .unread import Unread
@@ -126,7 +126,7 @@ def _machine(path: Path, changes: Mapping[str, Any] | None, mistakes: Mistakes) 
         drive=None if drive is None or unread.among([drive]) else drive,
         force=force,
         frequency=frequency,
-        cutting=cutting,
+        cutting=None if cutting is None else with_flutes(cutting, components, axes_of_tool.values()),
         static=None if static is None else unread.without(static),
         axes=axes,
         bundles=tuple(bundles),

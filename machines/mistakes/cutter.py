@@ -50,7 +50,9 @@ def wrong_cutter(machine: Machine) -> Iterator[str]:
 
 def _cutter(machine: Machine) -> Beam | None:
     own = {dof.partition(".")[0] for dof in machine.tool.values()}
-    found = [part for part in machine.components if isinstance(part, Beam) and part.sized and part.name in own]
+    found = [
+        part for part in machine.components if isinstance(part, Beam) and part.flutes is not None and part.name in own
+    ]
     return found[0] if len(found) == 1 else None
 
 

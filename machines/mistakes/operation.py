@@ -14,7 +14,7 @@ from .scale import outside
 
 _PRESSURE = (2e7, 2e10)
 """N/m² of chip section, from plastics and light metals at high feed to hardened steel at low feed."""
-_LIMITS = {"feed": (1e-7, 5e-3, "mm", 1e3), "diameter": (5e-5, 10.0, "mm", 1e3)}
+_LIMITS = {"feed": (1e-7, 5e-3, "mm", 1e3), "diameter": (5e-5, 10.0, "mm", 1e3), "flute_length": (5e-5, 1.0, "mm", 1e3)}
 _RATIO = 1e5
 _CRAWLS = 20.0
 """m/min of the highest speed below which steel is cut by nothing, and so a remark. Titanium is milled by high-speed

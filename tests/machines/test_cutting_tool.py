@@ -94,3 +94,36 @@ def test_what_is_assumed_of_the_flutes_is_said(tmp_path: Path) -> None:
 def test_a_tool_that_cannot_be_is_refused(tmp_path: Path, old: str, new: str, said: str) -> None:
     with pytest.raises(InputError, match=said):
         tool(tmp_path, TOOL.replace(old, new))
+
+
+def test_how_far_its_edges_reach_is_known_to_the_cut(tmp_path: Path) -> None:
+    text = """
+schema = "jointlib/machine/1"
+name = "held"
+[[component]]
+name = "t"
+kind = "tool"
+diameter = "10 mm"
+flute_length = "25 mm"
+stick_out = "60 mm"
+at = [0, 0, 0]
+axis = [0, 0, 1]
+[[connection]]
+name = "nose"
+between = ["t", "ground"]
+at = [0, 0, 0]
+rigid = true
+[tool]
+x = "t.tip.x"
+y = "t.tip.y"
+[cutting]
+process = "milling"
+teeth = 2
+mode = "slot"
+tangential = 7e8
+normal = 2e8
+"""
+    (tmp_path / "m.toml").write_text(text)
+    assert (read_machine(tmp_path / "m.toml").cutting or {})["flute_length"] == 0.025
+    (tmp_path / "m.toml").write_text(text + 'flute_length = "20 mm"\n')
+    assert (read_machine(tmp_path / "m.toml").cutting or {})["flute_length"] == 0.02

@@ -11,7 +11,7 @@ from jointlib.errors import InputError
 from machines import lobes_at_amplitude, read_machine
 from machines.cutting.amplitude.pocket import WANDER, limit_of, pocket, removal_rate
 from machines.cutting.forced.forced_vibration import forced_vibration
-from machines.cutting.forced.quiet_pocket import LOUD, quiet_pocket
+from machines.cutting.forced.quiet_pocket import LOUD, pocket_in_cut, quiet_pocket
 from machines.lobes import Cutting, StabilityLobes
 from machines.report.figures.lobes_figure import lobes_figure
 
@@ -92,6 +92,37 @@ def test_too_few_speeds_recommend_nothing(chart: StabilityLobes) -> None:
 
 def test_a_chart_without_a_limit_recommends_nothing(chart: StabilityLobes) -> None:
     assert pocket([dataclasses.replace(chart, depth=np.full(chart.speed.shape, np.inf))], CUT) is None
+
+
+def test_no_pocket_is_deeper_than_the_edges_of_the_cutter_reach(chart: StabilityLobes) -> None:
+    free = pocket([chart], CUT)
+    assert free is not None
+    short = dataclasses.replace(CUT, flute_length=0.8 * free.depth)
+    found = pocket([chart], short, limit_of(TOOL, (0.0,), chart.method))
+    assert found is not None
+    assert found.depth == pytest.approx(0.8 * free.depth)
+    assert found.speed >= free.speed  # where depth is given, the fastest speed removes most
+    assert found.limit > found.depth
+    unlimited = dataclasses.replace(chart, depth=np.full(chart.speed.shape, np.inf))
+    found = pocket([unlimited], short)
+    assert found is not None
+    assert (found.depth, found.limit) == (pytest.approx(0.8 * free.depth), np.inf)
+    with pytest.raises(InputError, match=r"flute_length is -0\.01"):
+        dataclasses.replace(CUT, flute_length=-0.01)
+
+
+def test_a_depth_that_few_cutters_have_the_edges_for_is_told(chart: StabilityLobes) -> None:
+    best = pocket([chart], CUT)
+    assert best is not None
+    for diameter, length, told in (
+        (best.depth / 4, None, True),
+        (best.depth / 2, None, False),
+        (best.depth / 4, 1.0, False),
+    ):
+        table = {**(TOOL.cutting or {}), "diameter": diameter}
+        machine = dataclasses.replace(TOOL, cutting=table if length is None else {**table, "flute_length": length})
+        said = pocket_in_cut(machine, chart.speed.ravel(), chart.sure.ravel(), None, best)[2]
+        assert any("4.0 diameters deep, and few cutters" in sentence for sentence in said) == told
 
 
 def test_the_picture_shows_pocket_and_removal_rates(chart: StabilityLobes) -> None:

@@ -115,7 +115,7 @@ class CuttingTool:
             held=(held,),
             turns=turns,
             notes=tuple(notes),
-            sized=True,
+            flutes=self.flute_length,
         )
 
 

@@ -97,8 +97,9 @@ def best_pocket(
     within ± 2 % of it, so that a narrow peak between two lobes is not recommended for a height that a small error in
     a natural frequency would take away: with a ``limit`` the lowest of that whole band, at its edges and between the
     speeds as well, as far as so many ``seconds`` suffice; without, that of the speeds in it and of those next to it on
-    either side. None where there are too few speeds to tell (fewer than three within that band), or where no limit was
-    found at all. Of all speeds that counts which is asked for by its number, ``at``.
+    either side. No depth goes beyond the edges of the cutter, where their length is known. None where there are too
+    few speeds to tell (fewer than three within that band), or where neither limit nor length was found. Of all speeds
+    that counts which is asked for by its number, ``at``.
     """
     settling, ends = settle(speeds, safe[None], [cutting], at), time.monotonic() + seconds
     try:
@@ -129,6 +130,7 @@ def settle(
     can be better than the best of which the whole band is known. Sent None, it goes on with what it has.
     """
     none: list[Pocket | None] = [None] * len(safe)
+    told, safe = safe, np.array([within_reach(row, cutting) for row, cutting in zip(safe, cuttings, strict=True)])
     bounded = np.any(np.isfinite(safe), axis=1)
     if len(speeds) < _FEWEST or np.any(np.diff(speeds) <= 0) or not np.any(bounded):
         return none
@@ -154,6 +156,7 @@ def settle(
         found = yield further
         more = found is not None
         if found is not None:
+            found = np.array([within_reach(row, cutting) for row, cutting in zip(found, cuttings, strict=True)])
             order = np.argsort(np.concatenate([known, further]), kind="stable")
             known = np.concatenate([known, further])[order]
             limits = np.concatenate([limits, found], axis=1)[:, order]
@@ -162,8 +165,14 @@ def settle(
     for i in np.flatnonzero(bounded).tolist():
         depth = float((1 - RESERVE) * worst[i, best])
         if depth > 0:
-            found_at[i] = Pocket(speed, depth, float(safe[i, best]), removal_rate(cuttings[i], speed, depth))
+            found_at[i] = Pocket(speed, depth, float(told[i, best]), removal_rate(cuttings[i], speed, depth))
     return found_at
+
+
+def within_reach(limit: Array, cutting: Cutting) -> Array:
+    """Limits in m up to those at which a pocket, `RESERVE` below, is as deep as the edges of the cutter reach."""
+    reach = np.inf if cutting.flute_length is None else cutting.flute_length / (1 - RESERVE)
+    return np.minimum(limit, reach)
 
 
 def _further(known: Array, limits: Array, speed: float) -> Array:

@@ -15,7 +15,7 @@ from jointlib.errors import CheckFailed, InputError
 
 from ...harmonic_balance.assembly import is_linear
 from ...model.machine import Machine
-from ..amplitude.pocket import RESERVE, Limit, Pocket, best_pocket, removal_rate, worst_near
+from ..amplitude.pocket import RESERVE, Limit, Pocket, best_pocket, removal_rate, within_reach, worst_near
 from ..process.cutting import Cutting
 from .forced_vibration import forced_vibration, too_many
 from .held_at_rest import held_if_many
@@ -24,6 +24,8 @@ from .surface_error import surface_errors, worst_error
 
 LOUD = 0.5
 """Vibration of the teeth over the feed per tooth above which a quieter setting is named."""
+_LONG = 3.0
+"""Diameters that the edges of few end mills reach beyond."""
 _MOST = 24
 """Settings looked at where joints depend on amplitude."""
 
@@ -40,7 +42,7 @@ def quiet_pocket(
     cutting = Cutting(**dict(machine.cutting or {}))
     if cutting.feed is None or too_many(machine) or not amplitude > LOUD * cutting.feed:
         return None
-    (worst,), inside = worst_near(speeds, safe[None])
+    (worst,), inside = worst_near(speeds, within_reach(safe, cutting)[None])
     chosen = np.flatnonzero(inside & np.isfinite(worst))
     if not len(chosen):
         return None
@@ -70,15 +72,29 @@ def pocket_in_cut(
     Told are the vibration of the teeth, where that leaves the finished wall, and the quieter setting; joints that are
     too many to be shaken are held as at rest, which is told first.
     """
+    cutting = Cutting(**dict(machine.cutting or {}))
+    far = _beyond_edges(cutting, best)
     machine, said = held_if_many(machine, best.speed)
     cut = steady_cut(machine, best.speed, best.depth)
     if cut is None:
-        return None, None, []
-    said += [cut.words(), *_wall(Cutting(**dict(machine.cutting or {})), cut)]
+        return None, None, far
+    said = [*far, *said]
+    said += [cut.words(), *_wall(cutting, cut)]
     quiet = quiet_pocket(machine, speeds, safe, limit, best, float(cut.forced.amplitude[0]))
     if quiet is not None:
         said.append(f"With a tooth-passing vibration of less than half the feed: {quiet.words()}.")
     return cut, quiet, said
+
+
+def _beyond_edges(cutting: Cutting, best: Pocket) -> list[str]:
+    """A recommended depth that few cutters have the edges for, in a sentence."""
+    D = cutting.diameter
+    if cutting.process != "milling" or cutting.flute_length is not None or D is None or best.depth <= _LONG * D:
+        return []
+    return [
+        f"That is {best.depth / D:.1f} diameters deep, and few cutters have edges so long: with flute_length in "
+        "[cutting] no deeper cut is recommended than they reach."
+    ]
 
 
 def _wall(cutting: Cutting, cut: SteadyCut) -> list[str]:

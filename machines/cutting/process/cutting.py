@@ -23,8 +23,9 @@ PROCESSES = ("milling", "turning", "boring")
 MODES = ("up", "down", "slot")
 _MILLING_ONLY = (
     *("teeth", "tangential", "normal", "mode", "immersion", "pitch", "helix", "runout"),
-    *("edge_tangential", "edge_normal", "material"),
+    *("edge_tangential", "edge_normal", "material", "flute_length"),
 )
+_SIZES = ("feed", "diameter", "flute_length")
 
 
 @dataclass(frozen=True)
@@ -51,6 +52,8 @@ class Cutting:
     diameter
         m, of the cutter (milling) or of the workpiece (turning); the removal rate, ``helix`` and ``process_damping``
         need it.
+    flute_length
+        m from the tip up to which the cutter has edges (milling): no deeper cut is advised.
     speed
         Lowest and highest spindle speed of interest in rpm.
     exponent
@@ -86,6 +89,7 @@ class Cutting:
     specific: float | None = None
     feed: float | None = None
     diameter: float | None = None
+    flute_length: float | None = None
     speed: tuple[float, float] | None = None
     exponent: float = 1.0
     feed_direction: float = 0.0
@@ -111,7 +115,7 @@ class Cutting:
                 if getattr(self, key) is None:
                     object.__setattr__(self, key, getattr(given, key))
         checks: list[Callable[[], object]] = [partial(turned, "feed_direction", self.feed_direction)]
-        checks += [partial(positive, k, getattr(self, k)) for k in ("feed", "diameter") if getattr(self, k) is not None]
+        checks += [partial(positive, k, getattr(self, k)) for k in _SIZES if getattr(self, k) is not None]
         if self.speed is not None:
             checks.append(partial(speed_range, self.speed))
         if self.process_damping is not None:
