@@ -83,11 +83,22 @@ def lobe_band(
     if method not in ("turning", "zero-order") or not cutting.plain:
         exact = method or frozen_lobes(machine, speeds[:1], amplitude)[0].method
         return _one_by_one(lambda m: frozen_lobes(m, speeds, amplitude, exact)[0].depth, machines, exact, clipped)
-    band = chatter_band(machine)
-    lines = band.lines if band.said else np.linspace(band.low, band.high, _LINES)
+    lines = _lines(machine)
     cuts = [Cutting(**dict(m.cutting or {})) for m in machines]
     found = [chattering_receptance(m, cut, lines, amplitude) for m, cut in zip(machines, cuts, strict=True)]
     return Band(sampled_depths(np.array(found), lines, cuts, speeds, machine.tool_axes), clipped, method)
+
+
+def _lines(machine: Machine) -> Array:
+    """Lines in Hz over the band of chatter: those of its measured parts, whose noise its chart has as well."""
+    band = chatter_band(machine)
+    own = [part.frequency for part in machine.components if isinstance(part, Measured) and part.variance is not None]
+    if own:
+        every = np.unique(np.concatenate(own))
+        inside = every[(every >= band.low) & (every <= band.high)]
+        if len(inside) >= _LINES:
+            return inside
+    return band.lines if band.said else np.linspace(band.low, band.high, _LINES)
 
 
 def measured_lobe_band(

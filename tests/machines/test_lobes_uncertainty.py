@@ -138,6 +138,23 @@ def test_the_variance_of_a_measured_frf_is_carried_into_the_lobes() -> None:
     assert narrow.quantiles[1, 0] == pytest.approx(exact, rel=0.02)
 
 
+def test_the_band_of_a_noisy_record_has_the_noise_of_the_lines_that_its_chart_has() -> None:
+    f, rng = np.arange(100.0, 6000.0, 2.0), np.random.default_rng(1)
+    G = two_modes(MODES, f)
+    noise = 0.004 * np.abs(G) / np.sqrt(2) * (rng.standard_normal(G.shape) + 1j * rng.standard_normal(G.shape))
+    part = Measured(
+        "tool", ("x", "y"), f, G + noise * np.eye(2), variance=(0.004 * np.abs(G)) ** 2, interpolation="rational"
+    )
+    keys = ("process", "teeth", "tangential", "normal", "mode", "immersion")
+    cutting = {key: getattr(HALF_UP, key) for key in keys}
+    machine = Machine((part,), tool={"x": "tool.x", "y": "tool.y"}, cutting=cutting)
+    speeds = np.array([7000.0, 9000.0, 12000.0])
+    band = lobe_band(machine, speeds, count=40, method="zero-order")
+    one_by_one = [lobes_at_amplitude(m, speeds, 0.0, "zero-order").depth for m in sampled_machines(machine, 40)[0][:12]]
+    # Straight between the lines for rational there: they differ by as much as the lines are noisy.
+    np.testing.assert_allclose(band.samples[:12], one_by_one, rtol=1e-2)
+
+
 def test_noise_of_a_measured_component_has_its_variance_and_its_symmetry() -> None:
     lines = np.array([50.0, 60.0])
     value = np.tile(np.array([[2.0, 1.0], [1.0, 3.0]]) * 1e-8, (2, 1, 1)).astype(complex)
