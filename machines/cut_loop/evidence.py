@@ -29,10 +29,10 @@ SCATTER, _SPREAD = 0.1, 0.35
 _SLIP, _ELSEWHERE, _SHAKEN, _FAR = 0.02, 0.2, 0.2, 4.0
 """Of the verdicts that are slips; of the frequencies that may be anywhere, and how many more are where the forced
 vibration is as many feeds."""
-_CLEAR, _FAINT = (2.2, 2.0, 0.2, 0.18, 0.3), (2.2, 1.2, 0.12, 0.09, 0.2)
+_CLEAR, _FAINT = (2.2, 2.0, 0.2, 0.18, 0.3, 0.02), (2.2, 1.2, 0.12, 0.09, 0.2, 0.0)
 """What of chatter is heard only deeper, where it has to be clear, and where any sign of it tells a marginal cut, by the
 forced vibration of ρ feeds per tooth: the share 1/(1 + e^a/(1 + ρ)^b) of the cuts, by c + d·ln(1 + ρ) in ln depth, with
-a deviation e. Fitted to 424 simulated borders (modes, immersions, teeth, speeds and forces at random, nothing
+a deviation e, and what all others begin at. Fitted to 424 simulated borders (modes, immersions, teeth, speeds and forces at random, nothing
 undeclared; 24 depths each from 0.9 to 3.4 times the border), clear where chatter has three tenths of the motion, a sign
 at one."""
 _NEAR = 1.5
@@ -59,11 +59,11 @@ def sound(apart: Array, sigma: Array) -> Array:
 
 def _short(apart: Array, sigma: Array, shaken: Array | float, of: tuple[float, ...]) -> Array:
     """P(the border at which chatter is heard lies deeper than a cut)."""
-    few, grows, by, more, about = of
+    few, grows, by, more, about, begins = of
     feeds = np.log1p(shaken)
     late = 1 / (1 + np.exp(few - grows * feeds))
     deeper = ndtr((apart + by + more * feeds) / np.hypot(about, sigma))
-    return np.asarray((1 - late) * ndtr(apart / sigma) + late * deeper)
+    return np.asarray((1 - late) * ndtr((apart + begins) / sigma) + late * deeper)
 
 
 def of_verdict(verdict: str, apart: Array, sigma: Array, shaken: Array | float = 0.0) -> Array:
