@@ -37,6 +37,8 @@ _COMMA = re.compile(r",(\d+)", re.ASCII)
 _WHOLE = re.compile(r"[0-9]{1,18}")
 MOST_LINES = 1_000_000
 """Lines of frequency; what fewer of them need is told where they are used."""
+_LETTERS = re.compile(r"[\w *\u00a0/^().·⋅%‰°+-]*")
+"""Of what a unit is written; the reader of units would pass over other signs, as over what follows ``#``."""
 _LONGEST_UNIT = 60
 """Letters; a longer one is none, and the reader of units would go into it as deep as it is long."""
 
@@ -71,7 +73,7 @@ def _factor(unit: str, expected: str) -> float:
     registry = _registry()
     target = registry.parse_units("" if expected == "1" else _power(expected))
     try:
-        if len(unit) > _LONGEST_UNIT:
+        if len(unit) > _LONGEST_UNIT or not _LETTERS.fullmatch(unit):
             raise ValueError
         found = registry.parse_units(_power(unit))
     except Exception:  # pint evaluates an expression, and raises what the language does

@@ -57,6 +57,29 @@ def test_what_does_not_fit_is_refused_in_one_sentence(text: object, unit: str, s
     assert "\n" not in str(refusal.value)
 
 
+@pytest.mark.parametrize(
+    "unit", ["m # /s", "m;", "m\\", "m\nN", "m 'a'", "$m", "m{}", "m @", "m,m", "m\u200b", "m[0]", "m)"]
+)
+def test_a_sign_that_no_unit_has_is_not_passed_over(unit: str) -> None:
+    """The reader of units takes ``m,m`` as mm, and reads no further than a ``#``."""
+    with pytest.raises(InputError, match="is not known, expected one like 'm'"):
+        quantity(f"1 {unit}", "m", "x")
+
+
+@pytest.mark.parametrize(
+    ("unit", "expected", "value"),
+    [
+        ("N·m", "N m", 1.0),
+        ("kN/(mm s^2)", "N/m/s^2", 1e6),
+        ("N/mm²", "N/m^2", 1e6),
+        ("%", "1", 0.01),
+        ("°", "rad", 0.0174533),
+    ],
+)
+def test_signs_that_units_have_are_read(unit: str, expected: str, value: float) -> None:
+    assert quantity(f"1 {unit}", expected, "x") == pytest.approx(value, rel=1e-6)
+
+
 def test_a_unit_with_another_zero_is_no_factor() -> None:
     with pytest.raises(InputError, match="unit 'degC' has its zero elsewhere, expected one like 'K'"):
         quantity("20 degC", "K", "reference")
