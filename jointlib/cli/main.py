@@ -87,8 +87,9 @@ class _Verbs(click.Group):
         if cmd_name not in verbs():
             return None
         command: click.Command = verbs()[cmd_name].load()
-        if not any("--limit" in option.opts for option in command.params):
-            command.params.append(_limit())
+        for each in (command, *(command.commands.values() if isinstance(command, click.Group) else ())):
+            if not any("--limit" in option.opts for option in each.params):
+                each.params.append(_limit())
         return command
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
@@ -184,8 +185,8 @@ def _called() -> int:
     except OSError as error:
         from jointlib.errors import told
 
-        named = f"{error.filename}: " if error.filename else ""
-        click.echo(f"jointlib: {told(f'{named}cannot be used ({error.strerror or error})')}", err=True)
+        named = error.filename or "standard output, or a file that is open"
+        click.echo(f"jointlib: {told(f'{named}: cannot be used ({error.strerror or error})')}", err=True)
         return 2
     except Exception as error:
         from jointlib.errors import CheckFailed, InputError

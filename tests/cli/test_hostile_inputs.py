@@ -114,6 +114,7 @@ def refused(words: str | list[str], *said: str) -> None:
         (f"{FRF} --harmonics ²", "--harmonics: '²'"),
         (f"{FRF} --harmonics 1,3,99999", "99999, expected multiples up to 1000"),
         (f"{FRF} --limit much", "--limit: 'much', expected a size"),
+        ("study run guide_mill.study.toml -o out --limit much", "--limit: 'much', expected a size"),
         ("identify static.measurement.toml --law polynomial --order 2,² -o j.toml", "--order: '2,²'"),
         (["frf", "two_mass.toml", "-o", "x" * 4000 + ".npz"], "-o: is a name of 4004 letters"),
         (["trace", "rig.measurement.toml", "--joint", "x" * 4000, "-o", "out"], "--joint: is a name of 4000 letters"),
