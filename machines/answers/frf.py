@@ -28,7 +28,7 @@ from ..forced_response.response_file import write_response
 from ..forced_response.tool_peaks import tool_peaks
 from ..model.machine import Machine
 from ..road.open_joints import with_joints
-from ..uncertainty.drawn_machines import refuse_certain
+from ..uncertainty.drawn_machines import refuse_certain, refuse_too_many
 from ..uncertainty.lobe_bands import SHARES
 from ..uncertainty.response_band import response_band
 from .told.frf_files import draw, write_bands, write_receptances
@@ -137,8 +137,6 @@ def frf(
     target = given_target(output, ".npz", ".csv", ".frf", ".svg", ".png")
     if samples and target is not None and target.suffix not in (".npz", ".csv"):
         raise InputError(f"-o {output}: this format has no room for a band, expected .npz or .csv with --samples")
-    if samples is not None and samples < 40:
-        raise InputError(f"--samples: {samples}, expected at least 40")
     forces, lines_of, during = several(force, "N", "--force"), span(frequency, "--frequency"), progress or Silent()
     with during.step("coupling the machine"):
         model, remarks = with_joints(machine_of(machine, tool))
@@ -148,8 +146,9 @@ def frf(
         refuse_beyond(
             _EACH * points * (places + 1) ** 2, f"--frequency: {points} lines of {places} joints and tool axes"
         )
-        if samples:
+        if samples is not None:
             refuse_certain(model, cut=False)
+            refuse_too_many(model, samples)
     drive = model.driven_dof(drive) if samples else drive
     asked = responses(model, drive, forces or None, band, during, points=points, harmonics=wanted, stability="auto")
     results = list(asked)

@@ -34,7 +34,7 @@ from ..road.cutting import BUDGET
 from ..road.each_tool import ToolLobes
 from ..road.knocks import knocks_in_pocket, safe_from_knocks
 from ..road.open_joints import with_joints
-from ..uncertainty.drawn_machines import refuse_certain
+from ..uncertainty.drawn_machines import refuse_certain, refuse_too_many
 from .told.lobe_files import write_charts
 from .told.lobes_between import limit_between
 from .told.lobes_forced import forced
@@ -147,16 +147,15 @@ def lobes(
         raise InputError("--witness: simulates one point at a time, expected --speed and --depth with it")
     if depths and not rates:
         raise InputError("--depth: needs --speed, expected the spindle speeds of these depths")
-    if samples is not None and samples < 40:
-        raise InputError(f"--samples: {samples}, expected at least 40")
     during, tell = progress or Silent(), said or (lambda lines: None)
     model, names, begun = machine_of(machine, tool), tool_names(machine, tool), time.monotonic()
     speeds = np.array(rates) if rates else default_speeds(model)
     share = None if rates else seconds / max(1, len(names))
     with during.step("computing lobes" if share is None else f"computing lobes, in at most {share:.3g} s"):
         model, remarks = with_joints(model)
-        if samples:
+        if samples is not None:
             refuse_certain(model)
+            refuse_too_many(model, samples)
         started = time.monotonic()
         charts = charts_by_amplitude(model, speeds, sizes or (0.0,), method, share)
         for chart in charts:

@@ -16,6 +16,7 @@ import numpy as np
 
 from jointlib.arrays import Array
 from jointlib.errors import InputError
+from jointlib.foreign.memory import refuse_beyond
 from jointlib.joint import Covariance, Joint
 from jointlib.parameter import parameters_of
 
@@ -25,6 +26,10 @@ from ..cutting.process.cutting import Cutting
 from ..model.machine import Machine
 
 _INSIDE = 1e-9
+FEWEST = 40
+"""Samples of which 2.5 % are one."""
+_EACH_VALUE, _EACH_PART = 60.0, 4000.0
+"""Bytes that a sample takes while it is drawn."""
 _SLIGHT = 0.01
 """Share of its value that a coefficient of the cut, a frequency or a damping has at least."""
 
@@ -132,6 +137,16 @@ def refuse_certain(machine: Machine, cut: bool = True) -> None:
             f"{machine.where}: no joint has a covariance and no measured FRF a variance, so there is nothing to sample "
             "(nor have modes a frequency_error or a damping_ratio_error, or [cutting] a file with a covariance)"
         )
+
+
+def refuse_too_many(machine: Machine, count: int) -> None:
+    """Refuse fewer samples than a band needs, and so many that what is drawn does not fit into memory."""
+    if count < FEWEST:
+        raise InputError(f"--samples: {count}, expected at least {FEWEST}")
+    values = sum(c.value.size for c in machine.components if isinstance(c, Measured) and c.variance is not None)
+    parts = len(machine.components) + len(machine.connections)
+    need = count * (_EACH_VALUE * values + _EACH_PART * parts)
+    refuse_beyond(need, f"--samples: {count} samples of {values} measured values and {parts} parts and joints")
 
 
 def sampled_machines(machine: Machine, count: int = 1000, seed: int = 0) -> tuple[list[Machine], int]:

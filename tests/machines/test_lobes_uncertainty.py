@@ -15,7 +15,7 @@ from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from machines import Connection, Lumped, Machine, Measured, lobes_at_amplitude
 from machines.lobes import Cutting, stability_lobes
-from machines.uncertainty.drawn_machines import draws, sampled_joint, sampled_machines
+from machines.uncertainty.drawn_machines import draws, refuse_too_many, sampled_joint, sampled_machines
 from machines.uncertainty.lobe_bands import frf_band, lobe_band, measured_lobe_band, sampled_depths
 
 MASS, STIFFNESS, DAMPING = 25.0, 1e7, 950.0
@@ -163,6 +163,15 @@ def test_noise_of_a_measured_component_has_its_variance_and_its_symmetry() -> No
     errors = np.array([m.components[0].value - value for m in machines])  # type: ignore[attr-defined]
     np.testing.assert_allclose(np.mean(np.abs(errors) ** 2, axis=0), 1e-20, rtol=0.1)
     np.testing.assert_array_equal(errors[:, :, 0, 1], errors[:, :, 1, 0])
+
+
+def test_more_samples_than_fit_into_memory_are_refused_before_one_is_drawn() -> None:
+    machine = lathe((1e5, 9.5))
+    refuse_too_many(machine, 1000)
+    with pytest.raises(InputError, match=r"--samples: 1000000000 samples of 0 measured .* would take .*--limit"):
+        refuse_too_many(machine, 10**9)
+    with pytest.raises(InputError, match="--samples: 39, expected at least 40"):
+        refuse_too_many(machine, 39)
 
 
 def test_where_nothing_is_uncertain_no_band_is_made() -> None:
