@@ -36,6 +36,8 @@ def bytes_of(path: Path, what: str) -> bytes:
             raise InputError(f"{path}: is a device or pipe, expected {what} in a file")
         refuse_beyond(_TEXT_GROWS * found.st_size, f"{path}: a file of {found.st_size} bytes")
         return path.read_bytes()
+    except InputError:  # which is a `ValueError` too
+        raise
     except FileNotFoundError:
         raise InputError(f"{path}: no such file, expected {what}") from None
     except (OSError, ValueError) as error:  # ValueError: a zero byte in the name

@@ -203,13 +203,21 @@ def test_whatever_a_reader_does_comes_out_as_a_sentence() -> None:
 def test_devices_folders_and_names_that_cannot_be_are_said(tmp_path: Path) -> None:
     for path, said in (
         (Path("/dev/zero"), "is a device or pipe"),
-        (tmp_path, "it is a folder"),
+        (tmp_path, "^\\S*: cannot be read, it is a folder, expected a record$"),
         (tmp_path / "none", "no such file"),
         (tmp_path / ("x" * 4000), "name too long"),
         (Path("a\0b"), "cannot be read"),
     ):
         with pytest.raises(InputError, match=said):
             bytes_of(path, "a record")
+
+
+def test_a_file_larger_than_the_memory_is_told_once(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_bytes(bytes(500_000))
+    with limited():
+        ask(1_000_000)
+        with pytest.raises(InputError, match=r"^\S*a\.csv: a file of 500000 bytes would take 6 MB of memory, expected"):
+            bytes_of(tmp_path / "a.csv", "a record")
 
 
 def test_the_first_number_that_is_none_is_told_with_its_place() -> None:
