@@ -13,11 +13,11 @@ from jointlib.errors import InputError
 
 
 @contextmanager
-def alone_in(folder: Path, where: str) -> Iterator[None]:
+def alone_in(folder: Path, where: str, shared: bool = False) -> Iterator[None]:
     """Within it no other command of this user on this computer gets the same folder, which need not be there yet.
 
-    The lock lies among temporary files and goes with its process, however that ends; systems without such locks have
-    none.
+    ``shared``: those that share it too, as parts of a study do, may have it at the same time, and no others. The lock
+    lies among temporary files and goes with its process, however that ends; systems without such locks have none.
 
     Raises
     ------
@@ -32,7 +32,7 @@ def alone_in(folder: Path, where: str) -> Iterator[None]:
     handle = os.open(_locks() / hashlib.sha256(os.fsencode(folder.resolve())).hexdigest()[:32], _NEW, 0o600)
     try:
         try:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(handle, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
         except OSError:
             raise InputError(
                 f"{where}: another command is writing into {folder}, expected another folder, or to wait for its end"

@@ -63,13 +63,13 @@ class Target(click.ParamType[Path]):
     def __init__(self, *suffixes: str, folder: bool = False, shared: bool = False) -> None:
         self.suffixes = suffixes
         self.folder = folder
-        self.shared = shared  # several commands may write into the folder, which they see to themselves
+        self.shared = shared  # with others of its kind, which see to what each of them writes
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
         where = param.opts[0] if param is not None else "output"
         found = to_write(value, where, *self.suffixes, folder=self.folder)
-        if self.folder and not self.shared and ctx is not None and not ctx.resilient_parsing:
-            ctx.with_resource(alone_in(found, where))
+        if self.folder and ctx is not None and not ctx.resilient_parsing:
+            ctx.with_resource(alone_in(found, where, self.shared))
         return found
 
 

@@ -116,6 +116,19 @@ def test_a_second_command_into_the_same_folder_is_refused(words: str, here: Path
         pass
 
 
+def test_parts_of_a_study_share_their_folder_with_no_other_command(here: Path) -> None:
+    study = f"study run {LIBRARY}/guide_mill.study.toml -o out"
+    with alone_in(Path("out"), "-o", shared=True):
+        with alone_in(Path("out"), "-o", shared=True):
+            pass
+        done = jointlib(f"run {LIBRARY}/two_mass.toml -o out")
+        assert (done.status, "-o: another command is writing into out" in done.err) == (2, True), done
+    with alone_in(Path("out"), "-o"):
+        done = jointlib(study)
+        assert (done.status, "-o: another command is writing into out" in done.err) == (2, True), done
+    assert not Path("out").exists()
+
+
 def test_the_folder_of_a_command_that_was_killed_is_free_again(here: Path) -> None:
     hold = "import time; from pathlib import Path; from jointlib.cli.alone import alone_in\n"
     hold += "with alone_in(Path('out'), '-o'):\n    print('held', flush=True)\n    time.sleep(60)"
