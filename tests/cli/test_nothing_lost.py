@@ -48,8 +48,10 @@ OTHERS = {
 """The other verbs that write; `study` has tests of its own, `explore` writes when it is asked to."""
 
 
-def started(words: str, **how: object) -> subprocess.Popen[str]:
-    command = [sys.executable, "-c", MAIN, *(word.replace("_N", " N") for word in words.split())]
+def started(words: str, heed: bool = False, **how: object) -> subprocess.Popen[str]:
+    """``heed``: Ctrl-C is heeded, which what a shell starts in the background does not."""
+    ears = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler); " if heed else ""
+    command = [sys.executable, "-c", ears + MAIN, *(word.replace("_N", " N") for word in words.split())]
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **how)  # type: ignore[call-overload]
 
 
@@ -95,6 +97,28 @@ def test_a_kill_at_any_moment_leaves_whole_files_or_none(verb: str, here: Path) 
         process.communicate()
     assert process.returncode == 0
     assert {path for path in files(here / "out") if not path.name.startswith(".")} >= expected
+
+
+@pytest.mark.parametrize(
+    "verb", repeats([*WRITING, *OTHERS], lambda _: False, lambda verb: verb in ("lobes", "fmu", "modes"))
+)
+def test_ctrl_c_at_any_moment_leaves_whole_files_alone(verb: str, here: Path) -> None:
+    words, begun = {**WRITING, **OTHERS}[verb], time.perf_counter()
+    with started(words, heed=True) as process:
+        process.communicate()
+    length, rng = time.perf_counter() - begun, random.Random(verb)
+    for _ in range(3):
+        shutil.rmtree(here / "out", ignore_errors=True)
+        with started(words, heed=True) as process:
+            time.sleep(rng.uniform(0.3, 0.9) * length)
+            process.send_signal(signal.SIGINT)
+            _, err = process.communicate()
+        assert "Traceback" not in err
+        if process.returncode != 0:  # it may have been done
+            assert process.returncode == 130, err
+            assert err.splitlines()[-1] == "jointlib: stopped; nothing half-written is left"
+        whole(here)
+        assert not [path for path in files(here) if path.name.startswith(".")]
 
 
 @pytest.mark.parametrize(
@@ -158,9 +182,7 @@ def test_a_folder_that_cannot_be_written_into_gets_a_sentence(verb: str, folder:
 
 @pytest.mark.parametrize(
     "verb",
-    repeats(
-        ["run", "frf", "lobes", "inspect", "identify", "estimate", "fmu"], lambda _: False, lambda verb: verb != "run"
-    ),
+    repeats([*WRITING, *OTHERS], lambda _: False, lambda verb: verb in WRITING and verb != "run"),
 )
 def test_a_disk_that_fills_up_ends_in_a_sentence_and_leaves_nothing_half_written(verb: str, here: Path) -> None:
     """A limit on the size of files stands for it: writing fails in the middle, as on a full disk."""
@@ -169,7 +191,9 @@ def test_a_disk_that_fills_up_ends_in_a_sentence_and_leaves_nothing_half_written
     def small() -> None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (64, 64))
 
-    with started(WRITING[verb], preexec_fn=small, env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}) as process:
+    with started(
+        {**WRITING, **OTHERS}[verb], preexec_fn=small, env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}
+    ) as process:
         _, err = process.communicate()
     assert process.returncode == 2, err
     assert "Traceback" not in err
