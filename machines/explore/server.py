@@ -13,7 +13,7 @@ from urllib.parse import urlsplit
 
 from dash import Dash, set_props
 
-from jointlib.errors import InputError
+from jointlib.errors import InputError, told
 
 from .designs import connect_designs
 from .page import grouped, layout
@@ -120,7 +120,7 @@ def _guarded(app: Dash, alone: bool) -> None:
     def in_words(error: Exception) -> Any:
         if isinstance(error, HTTPException):
             return error
-        _log.error("a request failed: %r", error)
+        _log.error("a request failed: %s", told(repr(error)))
         return Response("this request cannot be answered\n", 400, mimetype="text/plain")
 
 

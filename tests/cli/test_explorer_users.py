@@ -174,6 +174,33 @@ def test_no_callback_and_no_other_address_answers_a_stranger(site: Site, headers
         assert user.status("POST", "_dash-update-component", body, {}) in (200, 204), body["output"]
 
 
+RUBBISH = (1e308, "x" * 3000, "../../x", [[]], {"a": {}}, {"kind": "field", "serial": 1, "control": 10**9, "text": "3"})
+
+
+@pytest.mark.parametrize("rubbish", RUBBISH)
+def test_rubbish_in_a_callback_writes_nothing_and_disturbs_nobody(site: Site, rubbish: Any, tmp_path: Path) -> None:
+    """A page sends none, but another program on this computer may."""
+    user = User.of(site, "two_mass.toml")
+    for body in user.bodies():
+        given = [one for one in (*body["inputs"], *body["state"]) if isinstance(one, dict)]
+        for one in given:
+            one["value"] = rubbish
+        status, text = user.asked("POST", "_dash-update-component", body, {})
+        assert status in (200, 204, 400), body["output"]
+        assert b"Traceback" not in text
+    assert not [path for path in tmp_path.rglob("*") if path.is_file()]
+    assert _drawn(user, 0.5)
+
+
+def test_a_request_that_fails_is_told_on_one_line(site: Site, caplog: pytest.LogCaptureFixture) -> None:
+    user = User.of(site, "two_mass.toml")
+    assert user.status("GET", "_dash-component-suites/dash/../../etc/passwd", None, {}) == 400
+    assert user.status("GET", "", None, {"Origin": "http://[::1"}) == 400
+    said = [record.getMessage() for record in caplog.records]
+    assert len(said) == 2
+    assert all(len(line) <= 320 and line.isprintable() for line in said)
+
+
 def test_no_name_becomes_markup_in_the_page(tmp_path: Path) -> None:
     """What the page is first sent; what follows are data that its script puts in as text."""
     package("dash")
