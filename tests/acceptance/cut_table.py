@@ -38,7 +38,7 @@ from machines.cut_loop.advice import band, forecast, told_by  # noqa: E402
 from machines.cut_loop.borders import condition, conditions_of  # noqa: E402
 from machines.cut_loop.contest import entry, folds_of  # noqa: E402
 from machines.cut_loop.distances import Place  # noqa: E402
-from machines.cut_loop.problem import problem_of  # noqa: E402
+from machines.cut_loop.problem import problem_of, shaken  # noqa: E402
 from machines.cut_loop.sampled_tool import SampledTool, sampled_tool  # noqa: E402
 from machines.cut_loop.suspects import AsItIs  # noqa: E402
 from machines.cut_loop.tempered import posterior  # noqa: E402
@@ -195,6 +195,7 @@ def halving(seed: int, advised: bool, most: int = 24) -> int:
     places = [Place(condition(table, n, machine.tool_axes), c.depths, i) for i, n in enumerate(c.speeds)]
     cells = [(i, k) for k in (4, 2, 6, 0, 8, 3, 5, 1, 7) for i in range(len(c.speeds))]  # coarse depths first
     tool = sampled_tool(machine, 300, 0, min(p.at.tooth_frequency for p in places))
+    forced = np.array([shaken(machine, place.at, c.depths) for place in places])
     width, cuts = list[float](), list[TriedCut]()
     while len(cuts) <= most and cells:
         bits = None
@@ -203,7 +204,7 @@ def halving(seed: int, advised: bool, most: int = 24) -> int:
             apart, sigma = found
             low, _, high = band(places, apart)
             width.append(float(np.mean(np.log(high / low))))
-            bits = told_by(apart, sigma)[1]
+            bits = told_by(apart, sigma, forced)[1]
         if width and width[-1] < 0.5 * width[0]:
             return len(cuts)
         at = max(cells, key=lambda cell: bits[cell]) if advised and bits is not None else cells[0]
