@@ -183,9 +183,10 @@ def evaluated(
             apart[alive, i], frequency[alive, i] = x, f
             of_cut = of_verdict(str(cut.verdict), x, np.hypot(sigma[alive], problem.scatter(k)), problem.shaken[i])
             if cut.chatter_frequency is not None:
-                may = (f, told[2])
                 forced = float(problem.shaken[i])
-                of_cut = of_cut + of_frequency(cut.chatter_frequency, may, x, repeats[i], problem.flips(k), forced)
+                of_cut = of_cut + of_frequency(
+                    cut.chatter_frequency, told[2], f, x, repeats[i], problem.flips(k), forced
+                )
             likelihood[alive, i] = of_cut
         if least is not None:
             able = np.sum(likelihood[alive], axis=1) + np.sum(most[left]) >= least[alive]

@@ -283,14 +283,18 @@ def test_a_verdict_is_a_coin_and_a_frequency_a_density() -> None:
     assert np.all(said["stable"][16:20] > said["chatter"][24:20:-1])  # chatter goes unheard, and is not made up
     tooth, at = 100.0, 612.0
     heard_at = np.linspace(600.0, 700.0, 20001)
-    density = np.array(
-        [np.exp(of_frequency(f, [np.array([at])], np.zeros(1), tooth, False)[0]) for f in heard_at[::20]]
-    )
+    one = np.array([at])
+    density = np.array([np.exp(of_frequency(f, one, one, np.zeros(1), tooth, False)[0]) for f in heard_at[::20]])
     assert np.mean(density) == pytest.approx(1.0, rel=0.03)  # over the uniform one of a tooth frequency
-    either = [np.array([at]), np.array([634.0])]
-    for hertz in (at, 634.0):
-        assert of_frequency(hertz, either, np.zeros(1), tooth, False) > 1.0
-    assert of_frequency(634.0, either[:1], np.zeros(1), tooth, False) < -1.5
+    other = np.array([634.0])
+    for hertz in (at, 617.5, 623.0, 634.0):  # from the border to the depth of the cut, and nowhere else
+        assert of_frequency(hertz, one, other, np.zeros(1), tooth, False) > 0.5
+        assert of_frequency(hertz, other, one, np.zeros(1), tooth, False) > 0.5
+    for hertz in (600.0, 646.0):
+        assert of_frequency(hertz, one, other, np.zeros(1), tooth, False) < -1.5
+    assert of_frequency(634.0, one, one, np.zeros(1), tooth, False) < -1.5
+    # The way between is the short one, across a multiple of the tooth frequency.
+    assert of_frequency(700.0, np.array([697.0]), np.array([703.0]), np.zeros(1), tooth, False) > 0.5
 
 
 def test_no_name_is_given_that_tells_the_verdicts_worse() -> None:
@@ -325,7 +329,7 @@ def test_the_size_of_an_effect_is_that_of_quadrature(tmp_path: Path) -> None:
         total += of_verdict(str(cut.verdict), np.log(b / s[:, None] / cut.depth), 0.1 * np.exp(0.35 * z))
         if cut.chatter_frequency is not None:
             beyond = np.log(b / s / cut.depth)
-            one = of_frequency(cut.chatter_frequency, [np.full(len(s), f)], beyond, cut.tooth_frequency, False)
+            one = of_frequency(cut.chatter_frequency, at := np.full(len(s), f), at, beyond, cut.tooth_frequency, False)
             total += one[:, None]
     total += -0.5 * (np.log(s)[:, None] / 0.35) ** 2 - 0.5 * z**2
     over = logsumexp(total - np.log(0.35 * 2 * np.pi))  # both normal densities of the prior
