@@ -371,6 +371,11 @@ def no_rate(folder: Path) -> str:
     return f"{saved(folder / 'r.csv', 'a1 [g];a2 [g]', NOISE[0], NOISE[1], time=None)} --kind rig"
 
 
+def table_of_cuts(folder: Path) -> str:
+    (folder / "r.csv").write_text("Drehzahl [1/min];Tiefe [mm];f [Hz]\n6000;4,0;0\n6000;9,0;715,0\n7000;5,0;0\n")
+    return f"{folder / 'r.csv'} --kind cuts"
+
+
 def no_kind(folder: Path) -> str:
     return str(saved(folder / "r.csv", "t [s];T [°C]", NOISE[0]))
 
@@ -427,6 +432,7 @@ BAD: list[tuple[Callable[[Path], str], tuple[str, ...]]] = [
     (two_rates_above_and_in_the_times, ("two sample rates, 2000 Hz by column 't [s]' and 5000 Hz by line",)),
     (other_columns, ("r2.csv: no column 'F [N]', which r1.csv has",)),
     (no_rate, ("no column of times, no rate in the file, expected --set sample_rate=",)),
+    (table_of_cuts, ("no rate in the file", "a row of a table of cuts is a [[cut]] of its own")),
     (no_kind, ("t_2 (temperature) makes no measurement alone, expected --kind",)),
     (a_gap, ("a (acceleration) makes no measurement alone, as column 'F [N]' has no number at sample 7 of r.csv",)),
     (

@@ -98,7 +98,11 @@ def _in_time(draft: Draft, files: Sequence[LabFile], kind: str | None, settings:
         draft.top.pop("sample_rate", None)
     elif clock.rate is None:
         what = "no column of times, no rate in the file"
-        raise InputError(f"{first.path}: {what}, expected --set sample_rate='51.2 kHz' for a {kind} measurement")
+        wanted = "expected --set sample_rate='51.2 kHz'"
+        if kind == "cuts":
+            row = "a row of a table of cuts is a [[cut]] of its own, with speed, depth, verdict and chatter_frequency"
+            raise InputError(f"{first.path}: {what}, {wanted} for the record of a cut; {row}")
+        raise InputError(f"{first.path}: {what}, {wanted} for a {kind} measurement")
     if kind == "rig":
         rig_roles(draft, settings.top)
 
