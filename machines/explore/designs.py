@@ -14,6 +14,7 @@ from .controls import shown
 from .figures import labelled, scatter_figure
 from .page import ident
 from .scatter import Scatter
+from .state import entries, number_sent, point_sent
 
 _MOST = 20
 """Rows that are listed; the others are counted."""
@@ -31,9 +32,11 @@ def connect_designs(app: Dash, study: Scatter) -> None:
         Input("wish", "data"),
     )
     def draw(across: Any, up: Any, chosen: Any, wish: Any) -> Any:
-        numbers = [n for n in chosen or [] if isinstance(n, int) and 0 <= n < len(study.rows)]
-        here = wish["design"] if wish else None
-        return scatter_figure(study, int(across), int(up), numbers, here), _listed(study, numbers)
+        listed = chosen if isinstance(chosen, list) else []
+        numbers = [n for n in listed if isinstance(n, int) and 0 <= n < len(study.rows)]
+        here = _among(entries(wish, "wish", design=int)["design"], len(study.rows)) if wish else None
+        x, y = (_among(number_sent(axis, "axis"), len(study.names)) for axis in (across, up))
+        return scatter_figure(study, x, y, numbers, here), _listed(study, numbers)
 
     @app.callback(
         Output("chosen", "data"),
@@ -50,9 +53,11 @@ def connect_designs(app: Dash, study: Scatter) -> None:
             return [], ""
         if ctx.triggered_id == "scatter":
             # A picture drawn anew tells of an empty box; that is nobody's choice.
-            if not brushed or not brushed["points"]:
+            points = entries(brushed, "box", points=list)["points"] if brushed else []
+            if not points:
                 return no_update, no_update
-            return sorted({int(p["customdata"]) for p in brushed["points"] if "customdata" in p}), ""
+            given = [point_sent({"points": [point]}, "customdata") for point in points]
+            return sorted({int(number) for number in given if number is not None}), ""
         try:
             return numbers_in(str(text or ""), len(study.rows)), ""
         except InputError as error:
@@ -67,21 +72,26 @@ def connect_designs(app: Dash, study: Scatter) -> None:
     )
     def take(click: Any, pressed: Any, wish: Any) -> Any:
         caller = ctx.triggered_id
-        if caller == "scatter":
-            if not click or "customdata" not in click["points"][0]:
-                return no_update
-            number = int(click["points"][0]["customdata"])
-        elif not any(pressed):
+        place = None
+        if caller == "scatter" and click:
+            place = point_sent(click, "customdata")
+        elif caller != "scatter" and isinstance(pressed, list) and any(pressed):
+            place = entries(caller, "button", control=int)["control"]
+        if place is None:
             return no_update
-        else:
-            number = int(caller["control"])
-        if not 0 <= number < len(study.rows):
-            return no_update
+        number = _among(place, len(study.rows))
         values = dict(study.values[number])
         words = f"The unlocked sliders are set to design {number}"
         words += f", except {', '.join(study.unset)}, which no slider moves." if study.unset else "."
-        again = (wish or {}).get("again", 0) + 1
+        again = entries(wish, "wish", again=int)["again"] + 1 if wish else 1
         return {"design": number, "values": values, "words": words, "again": again}
+
+
+def _among(number: float, count: int) -> int:
+    """The number of a design or of an axis, of so many."""
+    if not 0 <= number < count:
+        raise InputError(f"designs: {number:g}, expected a number from 0 to {count - 1}")
+    return int(number)
 
 
 def numbers_in(text: str, count: int) -> list[int]:

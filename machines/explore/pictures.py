@@ -19,6 +19,7 @@ from .controls import Control
 from .scene import Explorer, Reading
 from .sliders import acted
 from .state import State as Sliders
+from .state import action_sent, entries, number_sent, order_sent, point_sent
 
 FAULTS = (InputError, CheckFailed)
 """What is told in its own sentence; anything else is a fault of the program and told as such."""
@@ -77,7 +78,11 @@ def connect_pictures(app: Dash, explorer: Explorer, controls: Sequence[Control])
     ) -> dict[str, Any]:
         names = ("lobes", "frf", "gain", "headline", "notes", "differences", "measured", "reading", "status", "look")
         answer: dict[str, Any] = dict.fromkeys(names, no_update)
-        count = drawn["count"] + 1 if drawn else 1
+        count = entries(drawn, "drawn", count=int)["count"] + 1 if drawn else 1
+        action = action_sent(action, controls) if action else None
+        answered = entries(answered, "answer", serial=int) if answered else None
+        kept = entries(kept, "A") if kept else None
+        speed = None if speed is None else number_sent(speed, "speed")
         answer["drawn"] = {"count": count}
         try:
             state = Sliders.read(data, controls)
@@ -103,7 +108,7 @@ def connect_pictures(app: Dash, explorer: Explorer, controls: Sequence[Control])
                 "measured": measured_over(explorer.laid_over(now.curves), explorer.records),
                 "reading": _told(read, speed, reading, values),
             }
-            if [note["props"]["children"] for note in shown or ()] != list(now.curves.notes):
+            if not isinstance(shown, list) or list(map(_note, shown)) != list(now.curves.notes):
                 answer["notes"] = [html.Li(note) for note in now.curves.notes]
             if look:
                 answer["look"] = ""
@@ -112,12 +117,32 @@ def connect_pictures(app: Dash, explorer: Explorer, controls: Sequence[Control])
         return answer
 
 
+def _note(shown: Any) -> Any:
+    """The text of a note that the page shows."""
+    props = shown.get("props") if isinstance(shown, dict) else None
+    return props.get("children") if isinstance(props, dict) else None
+
+
 def _reading(read: Any, speed: Any, values: Mapping[str, float]) -> Reading | None:
     """What was read off, if it is of this speed and these sliders."""
-    if not read or read["speed"] != speed or read["values"] != values or "words" in read:
+    if not _is_of(read, speed, values) or "words" in read:
         return None
-    unbounded: dict[str, Any] = {"depth": np.inf, "chatter_frequency": np.nan}
-    return Reading(**{k: unbounded[k] if v is None else v for k, v in read["found"].items()})
+    number = (int, float)
+    found = entries(read.get("found"), "reading", speed=number, kind=str, lobe=int, method=str)
+    depth, chatter = (found.get(name) for name in ("depth", "chatter_frequency"))
+    return Reading(
+        found["speed"],
+        np.inf if depth is None else number_sent(depth, "depth"),
+        np.nan if chatter is None else number_sent(chatter, "chatter frequency"),
+        found["kind"],
+        found["lobe"],
+        found["method"],
+        (),
+    )
+
+
+def _is_of(read: Any, speed: Any, values: Mapping[str, float]) -> bool:
+    return bool(isinstance(read, dict) and read and read.get("speed") == speed and read.get("values") == values)
 
 
 def _told(read: Any, speed: Any, reading: Reading | None, values: Mapping[str, float]) -> str:
@@ -125,8 +150,8 @@ def _told(read: Any, speed: Any, reading: Reading | None, values: Mapping[str, f
         return reading_words(reading)
     if speed is None:
         return "Click on the chart, or type a speed."
-    if read and read["speed"] == speed and read["values"] == values:
-        return str(read["words"])
+    if _is_of(read, speed, values):
+        return str(read.get("words", ""))
     return f"reading at {speed:g} rpm …"
 
 
@@ -145,7 +170,7 @@ def connect_readings(app: Dash, explorer: Explorer, controls: Sequence[Control])
     )
     def choose(click: Any, pressed: Any, submitted: Any, text: Any) -> Any:
         if ctx.triggered_id == "lobes":
-            speed = float(click["points"][0]["x"])
+            speed = number_sent(point_sent(click, "x"), "click")
             return speed, f"{speed:.6g}", ""
         try:
             return quantity(str(text or "").replace(",", ".").strip(), "rpm", "read at"), no_update, ""
@@ -162,9 +187,10 @@ def connect_readings(app: Dash, explorer: Explorer, controls: Sequence[Control])
     def read(speed: Any, settled: Any, data: Any) -> Any:
         if speed is None:
             return no_update
-        told = {"speed": speed, "values": data["values"]}
+        speed, values = number_sent(speed, "speed"), dict(Sliders.read(data, controls).values)
+        told = {"speed": speed, "values": values}
         try:
-            found = explorer.at(Sliders.read(data, controls).values, float(speed))
+            found = explorer.at(values, speed)
         except FAULTS as error:
             return {**told, "words": str(error)}
         # JSON has neither infinity nor NaN: a depth without bound becomes null, its chatter frequency too.
@@ -186,10 +212,11 @@ def connect_readings(app: Dash, explorer: Explorer, controls: Sequence[Control])
         if not order:
             raise PreventUpdate
         try:
-            explorer.curves(Sliders.read(data, controls).values, exact=True)
+            values = dict(Sliders.read(data, controls).values)
+            explorer.curves(values, exact=True)
         except FAULTS as error:
             return no_update, str(error)
-        return data["values"], ""
+        return values, ""
 
     @app.callback(
         Output("kept", "data"),
@@ -203,6 +230,7 @@ def connect_readings(app: Dash, explorer: Explorer, controls: Sequence[Control])
     def keep(order: Any, data: Any, exact: Any) -> Any:
         if not order:
             raise PreventUpdate
-        if order["what"] == "forget":
+        if order_sent(order, "keep", "forget")["what"] == "forget":
             return None, True, True
-        return {**data, "exact": exact == data["values"]}, False, False
+        state = Sliders.read(data, controls)
+        return {**state.data(controls), "exact": exact == dict(state.values)}, False, False

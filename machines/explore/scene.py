@@ -185,11 +185,11 @@ class Explorer:
         """What the machine file of a setting has in the place of what it has now, by path."""
         return self._changes(self._setting(values))
 
-    def save(self, values: Mapping[str, object], folder: Path, name: str) -> tuple[Path, ...]:
+    def save(self, values: Mapping[str, object], folder: Path, name: object) -> tuple[Path, ...]:
         """Write the machine of a setting into a folder; the files written, the machine file first."""
         return save_machine(self.machine, self._chosen | self.changes(values), self.joints, folder, name)
 
-    def report(self, values: Mapping[str, object], folder: Path, name: str) -> Path:
+    def report(self, values: Mapping[str, object], folder: Path, name: object) -> Path:
         """Write a page about a setting, with lobes by the method of `jointlib lobes`; in milling it takes seconds."""
         target = free_target(folder, name, ".html")
         setting = self._setting(values)

@@ -75,7 +75,11 @@ def explorer_app(explorer: Explorer, name: str, folder: Path, export: Export, al
 
 
 def _told(error: Exception) -> None:
-    """A fault of the program: the page keeps what it shows and says so, the terminal has the rest."""
+    """The page keeps what it shows and says why: it was sent rubbish, or, with the rest in the terminal, a fault."""
+    if isinstance(error, InputError):
+        _log.warning("refused: %s", told(str(error)))
+        set_props("status", {"children": f"Refused: {error}"})
+        return
     _log.error("a callback failed", exc_info=error)
     said = f"The program met a fault of its own ({type(error).__name__}); nothing was changed."
     set_props("status", {"children": said})

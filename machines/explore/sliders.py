@@ -13,7 +13,7 @@ from jointlib.errors import InputError
 from .controls import Control
 from .page import ident
 from .state import State as Sliders
-from .state import value_at
+from .state import action_sent, entries, value_at
 
 _BUTTONS = ("reset-all", "back", "keep", "forget", "refine", "save", "export", "report")
 
@@ -69,8 +69,10 @@ def connect_sliders(app: Dash, controls: Sequence[Control]) -> None:
     def change(action: Any, data: Any, kept: Any, said: list[Any]) -> dict[str, Any]:
         if not action:
             raise PreventUpdate
-        old = Sliders.read(data, controls)
-        number = action.get("control")
+        action, old = action_sent(action, controls), Sliders.read(data, controls)
+        number, count = action.get("control"), len(controls)
+        said = entries({"said": said}, "what was said", said=list)["said"][:count]
+        said = [*said, *[""] * (count - len(said))]
         new, words = acted(action, old, kept, controls)
         refused = [s or "" for s in said] if number is not None else [""] * len(controls)
         if number is not None:

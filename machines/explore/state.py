@@ -1,4 +1,7 @@
-"""Where every slider stands and which are locked: kept by the page, forgotten by the server after each answer."""
+"""What the page keeps and sends, checked: where every slider stands, which are locked, what is done to them.
+
+The server forgets it after each answer. A page sends nothing else; another program on this computer may.
+"""
 
 from __future__ import annotations
 
@@ -7,12 +10,21 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from jointlib.errors import InputError
+from jointlib.errors import InputError, told
 
 from .controls import Control
 
 STEPS = 200
 """Positions of a slider, so that an arrow key moves it by half a per cent of its range."""
+_NUMBER = (int, float)
+_OF_ONE: Mapping[str, Mapping[str, Any]] = {
+    "move": {"position": _NUMBER},
+    "field": {"text": str},
+    "lock": {},
+    "reset": {},
+}
+_OF_ALL: Mapping[str, Mapping[str, Any]] = {"wish": {"values": dict, "words": str}, "back": {}, "reset-all": {}}
+"""Actions on one control, and on all of them, with what else each says."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +50,7 @@ class State:
         if isinstance(values, dict):
             # A value of the file may lie anywhere; what was moved must be within the bounds.
             start |= {k: v if v == known[k].value else known[k].checked(v) for k, v in values.items() if k in known}
-        return cls(start, frozenset(locked if isinstance(locked, list) else ()) & known.keys())
+        return cls(start, frozenset(key for key in known if isinstance(locked, list) and key in locked))
 
     def data(self, controls: Sequence[Control]) -> dict[str, Any]:
         """The same for the page, with the positions of the sliders and the texts of the fields in their order."""
@@ -90,3 +102,48 @@ def value_at(control: Control, place: object) -> float:
     elif step > 0:
         value = round(value, 1 - math.floor(math.log10(step)))
     return float(min(max(value, low), high))
+
+
+def entries(data: Any, what: str, /, **kinds: Any) -> dict[str, Any]:
+    """A table that was sent, refused unless it has these keys with values of these kinds; numbers are finite ones."""
+    given = data if isinstance(data, dict) else {}
+    if not all(key in given and _is(given[key], kind) for key, kind in kinds.items()):
+        raise InputError(f"{what}: {told(repr(data)[:80])}, expected what the page sends")
+    return given
+
+
+def _is(value: Any, kind: Any) -> bool:
+    if isinstance(value, bool):
+        return kind is bool
+    return isinstance(value, kind) and (not isinstance(value, int | float) or abs(value) < 1e300)
+
+
+def number_sent(value: Any, what: str) -> float:
+    """A finite number that was sent."""
+    return float(entries({"is": value}, what, **{"is": _NUMBER})["is"])
+
+
+def point_sent(click: Any, key: str) -> Any:
+    """The number under a key of the first point that was clicked on; None where it has none."""
+    points = entries(click, "click", points=list)["points"]
+    first = entries(points[0], "click") if points else {}
+    return number_sent(first[key], "click") if key in first else None
+
+
+def action_sent(data: Any, controls: Sequence[Control]) -> dict[str, Any]:
+    """What is done to the sliders: of one control by its number, or of all."""
+    action = entries(data, "action", kind=str, serial=int)
+    number = action.get("control")
+    kinds = _OF_ALL if number is None else _OF_ONE
+    known = number is None or (_is(number, int) and 0 <= number < len(controls))
+    if not known or action["kind"] not in kinds:
+        raise InputError(f"action: {told(repr(data)[:80])}, expected what the page sends")
+    return entries(action, "action", **kinds[action["kind"]])
+
+
+def order_sent(data: Any, *words: str) -> dict[str, Any]:
+    """What is to be done once the sliders are where the page has them: one of these words."""
+    order = entries(data, "order", what=str)
+    if order["what"] not in words:
+        raise InputError(f"order: {order['what'][:40]!r}, expected one of {', '.join(words)}")
+    return order

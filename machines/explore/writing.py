@@ -17,6 +17,7 @@ from .controls import Control
 from .save import free_target
 from .scene import Explorer
 from .state import State as Sliders
+from .state import order_sent
 
 WAIT = "Writing; an FMU is compiled and verified, a report computes exact lobes: up to a minute …"
 Export = Callable[[Path, Path], Sequence[str]]
@@ -42,9 +43,9 @@ def connect_files(app: Dash, explorer: Explorer, controls: Sequence[Control], fo
         if not order:
             raise PreventUpdate
         try:
-            state = Sliders.read(data, controls)
+            asked, state = order_sent(order, *buttons), Sliders.read(data, controls)
             with writing:
-                return _write(order["what"], explorer, state, folder, order["name"], export)
+                return _write(asked["what"], explorer, state, folder, asked.get("name"), export)
         except (InputError, CheckFailed) as error:
             return f"Nothing was written: {error}"
         except OSError as error:
@@ -53,7 +54,7 @@ def connect_files(app: Dash, explorer: Explorer, controls: Sequence[Control], fo
     return writing
 
 
-def _write(button: str, explorer: Explorer, state: Sliders, folder: Path, name: str, export: Export) -> str:
+def _write(button: str, explorer: Explorer, state: Sliders, folder: Path, name: object, export: Export) -> str:
     if button == "report":
         return f"Wrote {explorer.report(state.values, folder, name)}."
     if button == "save":

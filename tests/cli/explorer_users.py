@@ -59,7 +59,7 @@ class User:
         """A request for every callback, with nothing but the sliders filled in."""
         for name, one in self.callbacks.items():
             first = one["inputs"][0]
-            yield self._body(name, f"{first['id']}.{first['property']}", {"state.data": self.state})
+            yield self.body(name, f"{first['id']}.{first['property']}", {"state.data": self.state})
 
     def act(self, control: int, text: str) -> Mapping[str, Any]:
         """Type a text into the field of a control; the pictures that follow."""
@@ -78,11 +78,11 @@ class User:
         return self._called("read-off.data", "speed.data", given)["read-off"]["data"]
 
     def _called(self, name: str, changed: str, given: Mapping[str, Any]) -> Any:
-        status, text = self.asked("POST", "_dash-update-component", self._body(name, changed, given), {})
+        status, text = self.asked("POST", "_dash-update-component", self.body(name, changed, given), {})
         assert status in (200, 204), (status, text[:300])
         return json.loads(text)["response"] if text else {}
 
-    def _body(self, name: str, changed: str, given: Mapping[str, Any]) -> dict[str, Any]:
+    def body(self, name: str, changed: str, given: Mapping[str, Any]) -> dict[str, Any]:
         """The request for a callback: what is ``given`` by name, all else empty."""
         one = self.callbacks[name]
 
