@@ -5,7 +5,8 @@ from __future__ import annotations
 import hashlib
 import os
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any
 
@@ -15,31 +16,60 @@ _LONGEST_NAME, _LONGEST_PATH = 255, 4095
 """Bytes, on the systems that this runs on."""
 
 
-def write(path: Path, fill: Callable[[IO[bytes]], object]) -> None:
+Fill = Callable[[IO[bytes]], object]
+"""Writes a file that is open for it."""
+
+
+def write(path: Path, fill: Fill) -> None:
     """Let ``fill`` write a temporary neighbour of ``path``, then replace ``path`` by it."""
-    path = Path(path)
+    write_together({Path(path): fill})
+
+
+def write_together(files: Mapping[Path, Fill]) -> None:
+    """Write several files as `write` does, of which none is replaced before all are written."""
+    beside: dict[Path, Path] = {}
+    try:
+        for path, fill in files.items():
+            with _telling(path):
+                handle, temporary = _begun(path)
+                beside[path] = Path(temporary)
+                with os.fdopen(handle, "wb") as file:
+                    fill(file)
+                os.chmod(temporary, 0o666 & ~_umask())
+        for path, written in beside.items():
+            with _telling(path):
+                os.replace(written, path)
+    except BaseException:
+        for written in beside.values():
+            written.unlink(missing_ok=True)
+        raise
+
+
+def _begun(path: Path) -> tuple[int, str]:
+    """An open temporary neighbour of a file, and its name."""
     if _is_special(path):
         raise InputError(f"{path}: is a device or pipe, expected the name of a file to write")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    return tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+
+
+@contextmanager
+def _telling(path: Path) -> Iterator[None]:
+    """What the system refuses, in a sentence."""
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+        yield
     except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error.strerror})") from None
-    try:
-        with os.fdopen(handle, "wb") as file:
-            fill(file)
-        os.chmod(temporary, 0o666 & ~_umask())
-        os.replace(temporary, path)
-    except BaseException as error:
-        Path(temporary).unlink(missing_ok=True)
-        if isinstance(error, OSError):
-            raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
-        raise
+        raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
+
+
+def text_in(text: str) -> Fill:
+    """Writes UTF-8 text."""
+    return lambda file: file.write(text.encode("utf-8"))
 
 
 def write_text(path: Path, text: str) -> None:
     """Write UTF-8 text whole or not at all."""
-    write(path, lambda file: file.write(text.encode("utf-8")))
+    write(path, text_in(text))
 
 
 def write_npz(path: Path, arrays: Mapping[str, Any]) -> None:

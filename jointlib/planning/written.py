@@ -10,7 +10,7 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from jointlib.io.atomic import write, write_text
+from jointlib.io.atomic import Fill, text_in, write_together
 from jointlib.planning.measurement_text import record_names, text_to_fill
 from jointlib.planning.multisine import phases, unit_force
 from jointlib.planning.plan import Plan
@@ -25,20 +25,20 @@ def write_plan(plan: Plan, folder: Path, joint: str) -> tuple[Path, ...]:
     c, names = bench.campaign, record_names(bench.campaign)
     once = [level * bench.drive * unit_force(phases(c, i, bench.seed), c.period, 1) for i, level in enumerate(c.drives)]
     scale = max(float(np.abs(x).max()) for x in once)
-    files = [folder / "measurement.toml", folder / "excitation.csv"]
     said = [*sentences(plan), f"In play_*.wav a sample of 1 stands for {scale:.6g} N."]
-    write_text(files[0], text_to_fill(bench.setup, c, bench.drive, said, joint))
+    to_fill = text_to_fill(bench.setup, c, bench.drive, said, joint)
     time = np.arange(c.period) / c.sample_rate
     rows = [",".join(f"{x:.9g}" for x in row) for row in zip(time, *once, strict=True)]
-    write_text(files[1], "\n".join([",".join(["time [s]", *(f"{n} [N]" for n in names)]), *rows, ""]))
+    table = "\n".join([",".join(["time [s]", *(f"{n} [N]" for n in names)]), *rows, ""])
+    files: dict[Path, Fill] = {folder / "measurement.toml": text_in(to_fill), folder / "excitation.csv": text_in(table)}
     for name, x in zip(names, once, strict=True):
-        files.append(folder / f"play_{name}.wav")
         played = np.tile(x / scale, c.settle + c.periods).astype(np.float32)
-        write(files[-1], partial(_wav, samples=played, rate=round(c.sample_rate)))
-    files.append(folder / "plan.json")
-    told: dict[str, Any] = {**as_json(plan), "wav_full_scale_N": scale, "files": [str(p) for p in files]}
-    write_text(files[-1], json.dumps(plain(told), indent=1, allow_nan=False) + "\n")
-    return tuple(files)
+        files[folder / f"play_{name}.wav"] = partial(_wav, samples=played, rate=round(c.sample_rate))
+    made = (*files, folder / "plan.json")
+    told: dict[str, Any] = {**as_json(plan), "wav_full_scale_N": scale, "files": [str(p) for p in made]}
+    files[made[-1]] = text_in(json.dumps(plain(told), indent=1, allow_nan=False) + "\n")
+    write_together(files)
+    return made
 
 
 def _wav(file: IO[bytes], samples: NDArray[np.float32], rate: int) -> None:

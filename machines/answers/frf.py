@@ -203,10 +203,10 @@ def _band_of(
 
 
 def _harmonics(given: str | int | Sequence[int]) -> Harmonics:
-    """1, "auto" or multiples, also in words; whether they make sense is for the solver to say."""
-    if given == "auto" or isinstance(given, int):
+    """1, "auto" or multiples, also in words; whether they are too many is for the solver to say."""
+    if given == "auto" or (isinstance(given, int) and given > 0):
         return given
-    parts = [str(part).strip() for part in (given.split(",") if isinstance(given, str) else given)]
-    if not all(part.isascii() and part.isdigit() and len(part) < 10 for part in parts):
+    parts = [str(part).strip() for part in (given.split(",") if isinstance(given, str) else np.ravel(given))]
+    if not all(part.isascii() and part.isdigit() and len(part) < 10 and int(part) > 0 for part in parts):
         raise InputError(f"--harmonics: {given!r}, expected 1, auto or multiples such as 1,3,5")
     return tuple(int(part) for part in parts)

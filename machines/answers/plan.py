@@ -156,7 +156,7 @@ def plan(
         Told of every part.
     """
     target = given_target(folder, where="-o", folder=True) or Path(folder)
-    if target.exists() and any(target.iterdir()):
+    if target.exists() and any(not path.name.startswith(".") for path in target.iterdir()):
         raise InputError(f"-o {target}: the folder is not empty, expected a new one")
     path = Path(file)
     if _kind(path) == "machine":

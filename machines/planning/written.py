@@ -12,7 +12,7 @@ import tomli_w
 from numpy.typing import NDArray
 
 from jointlib.arrays import Array
-from jointlib.io.atomic import write, write_text
+from jointlib.io.atomic import Fill, text_in, write_together
 from jointlib.shown.json_values import plain
 
 from .plan import MachinePlan
@@ -31,19 +31,20 @@ def write_plan(plan: MachinePlan, folder: Path, machine: str) -> tuple[Path, ...
     b, t = plan.bench, plan.test
     rate = next((r for r in sorted(_RATES) if r >= _PER_CYCLE * b.lines[-1]), float(np.ceil(_PER_CYCLE * b.lines[-1])))
     samples = np.ceil(rate * np.maximum(_CYCLES / b.lines, _SHORTEST)).astype(int)
-    files = [folder / "measurement.toml", folder / "schedule.csv"]
-    write_text(files[0], _to_fill(plan, machine))
     begin = np.concatenate([[0], np.cumsum(samples)[:-1]]) / rate
     rows = [f"{f:.9g},{at:.9g},{n / rate:.9g}" for f, at, n in zip(b.lines, begin, samples, strict=True)]
-    write_text(files[1], "\n".join(["frequency [Hz],begins [s],lasts [s]", *rows, ""]))
+    table = "\n".join(["frequency [Hz],begins [s],lasts [s]", *rows, ""])
+    to_fill = _to_fill(plan, machine)
+    files: dict[Path, Fill] = {folder / "measurement.toml": text_in(to_fill), folder / "schedule.csv": text_in(table)}
     one = _stepped(b.lines, samples, rate)
     for n in sorted({*t.levels, SEALED}):
-        files.append(folder / f"play_{b.forces[n]:.3g}N.wav")
-        write(files[-1], partial(_wav, samples=(one * (b.forces[n] / b.top)).astype(np.float32), rate=round(rate)))
-    files.append(folder / "plan.json")
-    told: dict[str, Any] = {**as_json(plan), "wav_full_scale_N": b.top, "files": [str(p) for p in files]}
-    write_text(files[-1], json.dumps(plain(told), indent=1, allow_nan=False) + "\n")
-    return tuple(files)
+        played = (one * (b.forces[n] / b.top)).astype(np.float32)
+        files[folder / f"play_{b.forces[n]:.3g}N.wav"] = partial(_wav, samples=played, rate=round(rate))
+    made = (*files, folder / "plan.json")
+    told: dict[str, Any] = {**as_json(plan), "wav_full_scale_N": b.top, "files": [str(p) for p in made]}
+    files[made[-1]] = text_in(json.dumps(plain(told), indent=1, allow_nan=False) + "\n")
+    write_together(files)
+    return made
 
 
 def _stepped(lines: Array, samples: NDArray[np.int64], rate: float) -> Array:

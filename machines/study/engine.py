@@ -80,6 +80,8 @@ def compute(
             ) from None
         except (OSError, EOFError) as error:
             raise InputError(f"{store.folder}: the computation stopped ({error}); resume the study") from None
+        if lost := len(set(todo) & set(store.missing())):
+            raise InputError(f"{store.folder}: {lost} blocks that were computed are gone from it; resume the study")
 
 
 def _dispatch(

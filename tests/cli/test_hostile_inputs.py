@@ -112,6 +112,7 @@ def refused(words: str | list[str], *said: str) -> None:
         (f"{FRF} --frequency 1:2:{'9' * 5000}", "expected lo:hi or lo:hi:n"),
         (f"{FRF} --frequency 1kHz:2kHz:900000 --limit 100MB", "900000 lines of 2 joints and tool axes would take"),
         (f"{FRF} --harmonics ²", "--harmonics: '²'"),
+        (f"{FRF} --harmonics 0", "--harmonics: '0', expected 1, auto or multiples"),
         (f"{FRF} --harmonics 1,3,99999", "99999, expected multiples up to 1000"),
         (f"{FRF} --limit much", "--limit: 'much', expected a size"),
         ("study run guide_mill.study.toml -o out --limit much", "--limit: 'much', expected a size"),

@@ -203,6 +203,22 @@ def test_a_disk_that_fills_up_ends_in_a_sentence_and_leaves_nothing_half_written
 
 
 @pytest.mark.slow
+def test_a_disk_that_fills_up_in_the_middle_of_a_plan_leaves_none_of_it(here: Path) -> None:
+    """The first of its files fit, the records to play do not."""
+    import resource
+
+    with started(OTHERS["plan"], preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (30_000, 30_000))) as one:
+        _, err = one.communicate()
+    assert (one.returncode, "File too large" in err) == (2, True), err
+    assert files(here / "out") == set()
+    Path("out").mkdir(exist_ok=True)
+    Path("out/.measurement.toml.x").touch()  # what a kill may leave
+    with started(OTHERS["plan"]) as again:
+        assert again.communicate()[1].count("jointlib:") == 0
+    assert again.returncode == 0
+
+
+@pytest.mark.slow
 def test_a_working_folder_that_is_gone_gets_a_sentence(tmp_path: Path) -> None:
     code = "import os, sys; os.mkdir('gone'); os.chdir('gone'); os.rmdir('../gone'); " + MAIN
     for words in (["inspect", "a.toml"], ["new", "machine", "-o", "a.toml"], ["run", "a.toml", "-o", "out"]):

@@ -126,6 +126,19 @@ def test_a_worker_that_is_killed_is_told_and_nothing_is_lost(tmp_path: Path) -> 
     assert same(store.results())
 
 
+def test_blocks_that_vanish_while_others_are_computed_are_told(tmp_path: Path) -> None:
+    store = begun(tmp_path / "r")
+
+    def loses(done: int) -> None:
+        if done == 2:
+            next((tmp_path / "r" / "shards").glob("*.npz")).unlink()
+
+    with pytest.raises(InputError, match="blocks that were computed are gone from it; resume the study"):
+        compute(store, quick, progress=loses)
+    compute(store, quick)
+    assert same(store.results())
+
+
 def test_a_pool_that_breaks_between_two_tasks_is_told_as_well(tmp_path: Path) -> None:
     class Breaks(Executor):
         given = 0
