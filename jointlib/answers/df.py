@@ -10,9 +10,13 @@ import numpy as np
 from jointlib.answers.given import File, Quantities, Quantity, joint_of, one, several
 from jointlib.arrays import Array, ComplexArray
 from jointlib.describing import DescribingFunction
+from jointlib.foreign.memory import refuse_beyond
 from jointlib.joint import Joint
 from jointlib.shown.pictures import axes_of, draw_stiffness, name_curves
 from jointlib.shown.result import Columns, Shown
+
+_EACH = 800.0
+"""Bytes that an amplitude at a frequency takes until it is printed, 660 in a table and 800 as JSON."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -80,6 +84,7 @@ def df(joint: Joint | File, *, amplitude: Quantities, frequency: Quantities, bia
     model, mean = joint_of(joint), one(bias, "m", "bias") or 0.0
     A, f = (np.array(several(x, unit, where, 0)) for x, unit, where in
             ((amplitude, "m", "amplitude"), (frequency, "Hz", "frequency")))  # fmt: skip
+    refuse_beyond(_EACH * len(A) * len(f), f"--amplitude, --frequency: {len(A)} amplitudes at {len(f)} frequencies")
     harmonic = DescribingFunction(model, mean).harmonic(A[:, None], 2 * np.pi * f)
     said = []
     low, high = model.validity.get("amplitude", (0.0, np.inf))

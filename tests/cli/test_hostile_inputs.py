@@ -111,6 +111,12 @@ def refused(words: str | list[str], *said: str) -> None:
         (f"{FRF} --frequency 1:2:999999999999", "999999999999 lines, expected 2 to"),
         (f"{FRF} --frequency 1:2:{'9' * 5000}", "expected lo:hi or lo:hi:n"),
         (f"{FRF} --frequency 1kHz:2kHz:900000 --limit 100MB", "900000 lines of 2 joints and tool axes would take"),
+        (
+            ["df", "guide.joint.toml", "--limit", "50MB"]
+            + [x for i in range(300) for x in ("--amplitude", f"{i + 1} um")]
+            + [x for i in range(300) for x in ("--frequency", f"{i + 1}")],
+            "300 amplitudes at 300 frequencies would take 72 MB of memory, expected at most 50 MB",
+        ),
         (f"{FRF} --harmonics ²", "--harmonics: '²'"),
         (f"{FRF} --harmonics 0", "--harmonics: '0', expected 1, auto or multiples"),
         (f"{FRF} --harmonics 1,3,99999", "99999, expected multiples up to 1000"),
