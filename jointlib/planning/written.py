@@ -32,8 +32,9 @@ def write_plan(plan: Plan, folder: Path, joint: str) -> tuple[Path, ...]:
     table = "\n".join([",".join(["time [s]", *(f"{n} [N]" for n in names)]), *rows, ""])
     files: dict[Path, Fill] = {folder / "measurement.toml": text_in(to_fill), folder / "excitation.csv": text_in(table)}
     for name, x in zip(names, once, strict=True):
-        played = np.tile(x / scale, c.settle + c.periods).astype(np.float32)
-        files[folder / f"play_{name}.wav"] = partial(_wav, samples=played, rate=round(c.sample_rate))
+        files[folder / f"play_{name}.wav"] = partial(
+            _wav, once=x / scale, periods=c.settle + c.periods, rate=round(c.sample_rate)
+        )
     made = (*files, folder / "plan.json")
     told: dict[str, Any] = {**as_json(plan), "wav_full_scale_N": scale, "files": [str(p) for p in made]}
     files[made[-1]] = text_in(json.dumps(plain(told), indent=1, allow_nan=False) + "\n")
@@ -41,7 +42,7 @@ def write_plan(plan: Plan, folder: Path, joint: str) -> tuple[Path, ...]:
     return made
 
 
-def _wav(file: IO[bytes], samples: NDArray[np.float32], rate: int) -> None:
+def _wav(file: IO[bytes], once: NDArray[np.float64], periods: int, rate: int) -> None:
     from scipy.io import wavfile
 
-    wavfile.write(file, rate, samples)
+    wavfile.write(file, rate, np.tile(once, periods).astype(np.float32))

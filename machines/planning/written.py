@@ -38,8 +38,8 @@ def write_plan(plan: MachinePlan, folder: Path, machine: str) -> tuple[Path, ...
     files: dict[Path, Fill] = {folder / "measurement.toml": text_in(to_fill), folder / "schedule.csv": text_in(table)}
     one = _stepped(b.lines, samples, rate)
     for n in sorted({*t.levels, SEALED}):
-        played = (one * (b.forces[n] / b.top)).astype(np.float32)
-        files[folder / f"play_{b.forces[n]:.3g}N.wav"] = partial(_wav, samples=played, rate=round(rate))
+        played = partial(_wav, samples=one, size=b.forces[n] / b.top, rate=round(rate))
+        files[folder / f"play_{b.forces[n]:.3g}N.wav"] = played
     made = (*files, folder / "plan.json")
     told: dict[str, Any] = {**as_json(plan), "wav_full_scale_N": b.top, "files": [str(p) for p in made]}
     files[made[-1]] = text_in(json.dumps(plain(told), indent=1, allow_nan=False) + "\n")
@@ -77,7 +77,7 @@ def _to_fill(plan: MachinePlan, machine: str) -> str:
     return "\n".join(parts) + "\n"
 
 
-def _wav(file: IO[bytes], samples: NDArray[np.float32], rate: int) -> None:
+def _wav(file: IO[bytes], samples: Array, size: float, rate: int) -> None:
     from scipy.io import wavfile
 
-    wavfile.write(file, rate, samples)
+    wavfile.write(file, rate, (samples * size).astype(np.float32))
