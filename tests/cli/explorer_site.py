@@ -11,6 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from browser import Browser, Tab
+from lathe_file import lathe_file
+from tools import package
 
 if TYPE_CHECKING:
     from machines.explore import Explorer
@@ -51,6 +53,22 @@ def serving(explorer: Explorer, folder: Path) -> Iterator[Site]:
         server.shutdown()
         thread.join()
         server.server_close()
+
+
+@contextlib.contextmanager
+def serving_study(folder: Path, text: str) -> Iterator[Site]:
+    """The page of the lathe with the designs of a study of it, whose file has this text."""
+    package("dash")
+    from machines.explore import Explorer
+    from machines.study.run import begin, evaluate_all
+    from machines.study.study_file import read_study
+
+    lathe_file(folder)
+    (folder / "s.study.toml").write_text(text)
+    study = read_study(folder / "s.study.toml")
+    evaluate_all(study, begin(study, folder / "results"), {}, workers=1)
+    with serving(Explorer(folder / "lathe.toml", folder / "s.study.toml", folder / "results"), folder / "out") as site:
+        yield site
 
 
 @contextlib.contextmanager

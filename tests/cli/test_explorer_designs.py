@@ -7,8 +7,7 @@ from collections.abc import Iterator
 import pytest
 from browser import Browser, Tab
 from command_line import LIBRARY
-from explorer_site import Opened, Site, curve, page, part, press, serving, until_drawn, until_status, value
-from lathe_file import lathe_file
+from explorer_site import Opened, Site, curve, page, part, press, serving_study, until_drawn, until_status, value
 from tools import package
 
 from jointlib.errors import InputError
@@ -41,17 +40,7 @@ SHOWN = "document.querySelectorAll('#scatter .main-svg').length > 0"
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
-    package("dash")
-    from machines.explore import Explorer
-    from machines.study.run import begin, evaluate_all
-    from machines.study.study_file import read_study
-
-    folder = tmp_path_factory.mktemp("designs")
-    lathe_file(folder)
-    (folder / "s.study.toml").write_text(STUDY)
-    study = read_study(folder / "s.study.toml")
-    evaluate_all(study, begin(study, folder / "results"), {}, workers=1)
-    with serving(Explorer(folder / "lathe.toml", folder / "s.study.toml", folder / "results"), folder / "out") as site:
+    with serving_study(tmp_path_factory.mktemp("designs"), STUDY) as site:
         yield site
 
 

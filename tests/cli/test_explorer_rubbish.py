@@ -8,10 +8,8 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from explorer_site import Site, serving
+from explorer_site import Site, serving_study
 from explorer_users import User
-from lathe_file import lathe_file
-from tools import package
 
 STUDY = """
 schema = "jointlib/study/1"
@@ -54,17 +52,7 @@ NEARLY: tuple[Any, ...] = (
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
-    package("dash")
-    from machines.explore import Explorer
-    from machines.study.run import begin, evaluate_all
-    from machines.study.study_file import read_study
-
-    folder = tmp_path_factory.mktemp("rubbish")
-    lathe_file(folder)
-    (folder / "s.study.toml").write_text(STUDY)
-    study = read_study(folder / "s.study.toml")
-    evaluate_all(study, begin(study, folder / "results"), {}, workers=1)
-    with serving(Explorer(folder / "lathe.toml", folder / "s.study.toml", folder / "results"), folder / "out") as site:
+    with serving_study(tmp_path_factory.mktemp("rubbish"), STUDY) as site:
         yield site
 
 
