@@ -130,7 +130,8 @@ def settle(
     can be better than the best of which the whole band is known. Sent None, it goes on with what it has.
     """
     none: list[Pocket | None] = [None] * len(safe)
-    told, safe = safe, np.array([within_reach(row, cutting) for row, cutting in zip(safe, cuttings, strict=True)])
+    reach = np.array([[deepest(cutting)] for cutting in cuttings])
+    told, safe = safe, np.minimum(safe, reach)
     bounded = np.any(np.isfinite(safe), axis=1)
     if len(speeds) < _FEWEST or np.any(np.diff(speeds) <= 0) or not np.any(bounded):
         return none
@@ -156,7 +157,7 @@ def settle(
         found = yield further
         more = found is not None
         if found is not None:
-            found = np.array([within_reach(row, cutting) for row, cutting in zip(found, cuttings, strict=True)])
+            found = np.minimum(found, reach)
             order = np.argsort(np.concatenate([known, further]), kind="stable")
             known = np.concatenate([known, further])[order]
             limits = np.concatenate([limits, found], axis=1)[:, order]
@@ -169,10 +170,9 @@ def settle(
     return found_at
 
 
-def within_reach(limit: Array, cutting: Cutting) -> Array:
-    """Limits in m up to those at which a pocket, `RESERVE` below, is as deep as the edges of the cutter reach."""
-    reach = np.inf if cutting.flute_length is None else cutting.flute_length / (1 - RESERVE)
-    return np.minimum(limit, reach)
+def deepest(cutting: Cutting) -> float:
+    """The limit in m at which a pocket, `RESERVE` below, is as deep as the edges of the cutter reach; else inf."""
+    return np.inf if cutting.flute_length is None else cutting.flute_length / (1 - RESERVE)
 
 
 def _further(known: Array, limits: Array, speed: float) -> Array:

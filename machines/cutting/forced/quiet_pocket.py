@@ -15,7 +15,7 @@ from jointlib.errors import CheckFailed, InputError
 
 from ...harmonic_balance.assembly import is_linear
 from ...model.machine import Machine
-from ..amplitude.pocket import RESERVE, Limit, Pocket, best_pocket, removal_rate, within_reach, worst_near
+from ..amplitude.pocket import RESERVE, Limit, Pocket, best_pocket, deepest, removal_rate, worst_near
 from ..process.cutting import Cutting
 from .forced_vibration import forced_vibration, too_many
 from .held_at_rest import held_if_many
@@ -42,7 +42,7 @@ def quiet_pocket(
     cutting = Cutting(**dict(machine.cutting or {}))
     if cutting.feed is None or too_many(machine) or not amplitude > LOUD * cutting.feed:
         return None
-    (worst,), inside = worst_near(speeds, within_reach(safe, cutting)[None])
+    (worst,), inside = worst_near(speeds, np.minimum(safe, deepest(cutting))[None])
     chosen = np.flatnonzero(inside & np.isfinite(worst))
     if not len(chosen):
         return None
