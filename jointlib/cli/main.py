@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import importlib.util
 import os
 import signal
@@ -144,6 +145,8 @@ def main() -> None:
     finally:
         if listening:
             signal.signal(signal.SIGINT, signal.default_int_handler)
+            # What is done stays done: Ctrl-C while the interpreter shuts down would say otherwise.
+            atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)
     if status == 130 or (interrupts and status):
         status = 130
         click.echo("jointlib: stopped; nothing half-written is left", err=True)

@@ -63,6 +63,22 @@ def test_ctrl_c_leaves_whole_files_only(machine: str, moment: str, here: Path) -
         load(path)
 
 
+@pytest.mark.skipif(os.name != "posix", reason="signals are sent as on POSIX")
+def test_ctrl_c_after_the_work_is_done_does_not_deny_it(here: Path) -> None:
+    code = "import atexit, signal, time; signal.signal(signal.SIGINT, signal.default_int_handler); "
+    code += "atexit.register(time.sleep, 1); atexit.register(print, 'shutting down', flush=True); "
+    command = [sys.executable, "-c", code + "from jointlib.cli.main import main; main()"]
+    command += ["new", "machine", "-o", "x.toml"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        while "shutting down" not in (line := process.stdout.readline()):
+            assert line, "it ended before the signal"
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=60)
+    assert (process.returncode, err) == (0, "")
+    assert Path("x.toml").is_file()
+
+
 @pytest.mark.parametrize("step", ["os.replace", "os.chmod"])
 def test_ctrl_c_while_a_file_is_being_written_leaves_the_old_one(
     step: str, here: Path, monkeypatch: pytest.MonkeyPatch
