@@ -8,6 +8,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
+from pathlib import Path
 from threading import Event, Thread
 from typing import Any
 
@@ -52,7 +53,9 @@ def faults(error: InputError) -> str:
 
 
 def wrote(path: Any) -> str:
-    """The line every verb prints for a file it made."""
+    """The line every verb prints for a file it made, which is there still."""
+    if not Path(path).exists():
+        raise InputError(f"{path}: is gone since it was written, expected to be left alone until the command ends")
     return f"wrote {path}"
 
 

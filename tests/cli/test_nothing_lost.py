@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import random
+import re
 import shutil
 import signal
 import subprocess
@@ -216,6 +217,19 @@ def test_a_disk_that_fills_up_in_the_middle_of_a_plan_leaves_none_of_it(here: Pa
     with started(OTHERS["plan"]) as again:
         assert again.communicate()[1].count("jointlib:") == 0
     assert again.returncode == 0
+
+
+@pytest.mark.thorough
+def test_what_vanishes_while_a_command_writes_more_is_not_said_to_be_there(here: Path) -> None:
+    with started(WRITING["run"]) as process:
+        while process.poll() is None and not any(path.is_file() for path in Path("out").rglob("*")):
+            time.sleep(0.01)
+        assert process.poll() is None
+        shutil.rmtree("out", ignore_errors=True)
+        said, err = process.communicate()
+    assert (process.returncode, "wrote" in said) == (2, False), err
+    assert re.fullmatch(r"jointlib: out/\S+: is gone since it was written, expected .*", err.splitlines()[-1])
+    whole(here)
 
 
 @pytest.mark.slow
