@@ -24,24 +24,31 @@ _PLACED = 1.5
 
 @dataclass(frozen=True)
 class ModeFrequency(Suspect):
-    """A mode of the tool that lies elsewhere than the model has it, at every speed alike."""
+    """A mode of the tool that lies elsewhere than the model has it, at every speed alike.
+
+    Which share of that is another mass, and which another stiffness, nobody knows: ω² = k/m by a factor f² is k by
+    f^(2 − 2s) and m by f^(−2s), 0 ≤ s ≤ 1.
+    """
 
     mode: int
     at: float
     """Hz, in the model."""
 
     family: ClassVar[str] = "mode-frequency"
-    parameters: ClassVar[tuple[tuple[str, str], ...]] = (("factor", "1"),)
+    parameters: ClassVar[tuple[tuple[str, str], ...]] = (("factor", "1"), ("mass_share", "1"))
 
     @property
     def member(self) -> str:
         return f"{self.at:.0f} Hz"
 
     def values(self, z: Array) -> Array:
-        return np.asarray(np.exp(0.05 * z))
+        return np.stack([np.exp(0.05 * z[:, 0]), ndtr(z[:, 1])], axis=1)
 
     def changed(self, drawn: Drawn, values: Array, speed: float, depth: float) -> Drawn:
-        return drawn.moved(self.mode, values[:, 0], np.ones(len(values)))
+        factor, share = values.T
+        moved = drawn.moved(self.mode, factor, np.ones(len(values)))
+        moved.residue[:, self.mode] *= (factor ** (2 * share))[:, None, None]
+        return moved
 
     def told(self, value: dict[str, float]) -> str:
         return f"the mode at {self.at:.0f} Hz lies at {self.at * value['factor']:.4g} Hz"

@@ -195,8 +195,14 @@ def _changes(machine: Machine, outcome: Outcome) -> tuple[Mapping[str, Any], str
         found = _mode_of(machine, float(getattr(of, "at", 0.0)))
         if found is not None:
             part, row = found
-            key = "frequency" if of.family == "mode-frequency" else "damping_ratio"
-            return {f"component.{part.name}.{key}[{row}]": float(getattr(part, key)[row] * value["factor"])}, ""
+            factor, name = value["factor"], f"component.{part.name}"
+            if of.family == "mode-damping":
+                return {f"{name}.damping_ratio[{row}]": float(part.damping_ratio[row] * factor)}, ""
+            assert part.modal_mass is not None
+            mass = part.modal_mass.copy()
+            mass[row] *= factor ** (-2 * value["mass_share"])
+            frequency = float(part.frequency[row] * factor)
+            return {f"{name}.frequency[{row}]": frequency, f"{name}.modal_mass": mass.tolist()}, ""
     return {}, f"{of.family} is no key of the machine file: the mended machine is the one that went in."
 
 
