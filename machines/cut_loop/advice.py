@@ -21,6 +21,8 @@ from .problem import Problem, shaken
 from .suspects import AsItIs
 
 _SPEEDS, _DEPTHS, _DRAWS = 25, 16, 200
+_WIDER, _BELOW, _ABOVE = 1.3, 2, 6
+"""Times the depth from one rung beyond the ladder to the next, and how many there are on either side."""
 _SHARES = (0.05, 0.5, 0.95)
 
 
@@ -36,7 +38,8 @@ class Advice:
 
 @dataclass(frozen=True, eq=False)
 class Outlook:
-    """Borders over the range: ``before`` and ``after`` are 5, 50 and 95 % of the depth in m, (3, speeds)."""
+    """Borders over the range: ``before`` and ``after`` are 5, 50 and 95 % of the depth in m, (3, speeds), up to where
+    borders are looked for."""
 
     speed: Array
     before: Array
@@ -57,13 +60,15 @@ def outlook(machine: Machine, problem: Problem, believed: Sequence[Entry], safe:
     H(mean p) − mean H(p) bits of them, H the entropy of a coin. ``safe`` is the probability that a safe cut has.
     """
     speeds, ladder = _range(machine, problem)
-    places = _places(machine, problem, speeds, ladder, seed)
+    places = _places(machine, problem, speeds, _beyond(ladder), seed)
+    inside = np.isin(places[0].depths, ladder)
     rng = np.random.default_rng([seed, 30])
     rows = np.asarray(rng.choice(problem.tool.count, _DRAWS), dtype=np.intp)
     modes = rng.standard_normal((_DRAWS, problem.tool.freedom))
     before = seen(AsItIs(), problem.tool, places, rows, np.zeros((_DRAWS, 0)), modes)
     apart, sigma = forecast(believed, problem, places, rng)
-    mean, bits = told_by(apart, sigma, np.array([shaken(machine, place.at, ladder) for place in places]))
+    forced = shaken(machine, places[0].at.cutting, speeds[:, None], ladder)
+    mean, bits = told_by([part[:, inside] for part in apart], sigma, forced)
     i, k = np.unravel_index(int(np.argmax(bits)), bits.shape)
     best = Advice(float(speeds[i]), float(ladder[k]), float(mean[i, k]), float(bits[i, k]))
     removed = np.where(mean >= safe, speeds[:, None] * ladder, -1.0)
@@ -112,6 +117,12 @@ def _range(machine: Machine, problem: Problem) -> tuple[Array, Array]:
     return np.round(np.linspace(low, high, _SPEEDS), -1), np.geomspace(0.4 * min(deep), deepest, _DEPTHS)
 
 
+def _beyond(ladder: Array) -> Array:
+    """A ladder with rungs below and above it: borders are looked for there as well, and not told by its ends."""
+    below, above = ladder[0] * _WIDER ** np.arange(-_BELOW, 0.0), ladder[-1] * _WIDER ** np.arange(1.0, _ABOVE + 1)
+    return np.concatenate([below, ladder, above])
+
+
 def _places(machine: Machine, problem: Problem, speeds: Array, ladder: Array, seed: int) -> list[Place]:
     first = problem.places[problem.index[0]].at.cutting
     conditions = [condition(first, float(n), machine.tool_axes) for n in speeds]
@@ -120,8 +131,9 @@ def _places(machine: Machine, problem: Problem, speeds: Array, ladder: Array, se
 
 
 def band(places: Sequence[Place], apart: Sequence[Array]) -> Array:
-    """Quantiles of the border in m, (3, speeds)."""
-    depth = np.stack([first_border(place, part) for place, part in zip(places, apart, strict=True)], axis=1)
+    """Quantiles of the border in m, (3, speeds), or the deepest rung where it lies deeper."""
+    borders = (np.minimum(first_border(one, part), one.depths[-1]) for one, part in zip(places, apart, strict=True))
+    depth = np.stack(list(borders), axis=1)
     return np.asarray(np.quantile(depth, _SHARES, axis=0, method="inverted_cdf"))
 
 

@@ -12,6 +12,7 @@ from jointlib.cuts.tried_cut import TriedCut
 from jointlib.errors import CheckFailed, InputError
 
 from ..cutting.forced.forced_vibration import forced_vibration
+from ..cutting.process.cutting import Cutting
 from ..indices import Index
 from ..model.machine import Machine
 from .borders import Condition
@@ -66,19 +67,26 @@ def problem_of(
     forced = np.zeros(len(cuts))
     for k, at in enumerate(conditions):
         here = np.flatnonzero(index == k)
-        forced[here] = shaken(machine, at, [cuts[int(i)].depth for i in here])
+        forced[here] = shaken(machine, at.cutting, at.speed, [cuts[int(i)].depth for i in here])
     return Problem(cuts, places, index, forced, tool, learned, seed)
 
 
-def shaken(machine: Machine, at: Condition, depth: ArrayLike) -> Array:
-    """Forced vibration of the machine as it is at depths in m, in feeds per tooth, (depths,); 0 where it has none.
+def shaken(machine: Machine, cutting: Cutting, speed: ArrayLike, depth: ArrayLike) -> Array:
+    """Forced vibration of the machine as it is at speeds in rpm and depths in m that broadcast, in feeds per tooth; 0
+    where it has none.
 
     Forces of chips grow with the feed as their vibration does, so that any feed will do where none is told.
     """
-    table = {one.name: getattr(at.cutting, one.name) for one in fields(at.cutting) if one.init}
-    feed = table["feed"] or _FEED
+    table = {one.name: getattr(cutting, one.name) for one in fields(cutting) if one.init}
+    fed = replace(machine, cutting={**table, "feed": table["feed"] or _FEED})
+    speed, depth = np.broadcast_arrays(speed, depth)
+    found = np.zeros(speed.shape)
     try:
-        moved = forced_vibration(replace(machine, cutting={**table, "feed": feed}), at.speed, depth).amplitude
+        found = forced_vibration(fed, speed, depth).amplitude.reshape(speed.shape)
     except (InputError, CheckFailed):
-        return np.zeros(np.size(depth))
-    return np.nan_to_num(moved) / feed
+        # What a measured part refuses at one speed it may tell at others.
+        different = np.unique(speed)
+        for one in different if len(different) > 1 else ():
+            found[speed == one] = shaken(fed, cutting, one, depth[speed == one])
+        return found
+    return np.asarray(np.nan_to_num(found) / fed.cutting["feed"])  # type: ignore[index]

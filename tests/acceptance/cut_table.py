@@ -17,7 +17,6 @@ for threads in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 
 import argparse  # noqa: E402
 import json  # noqa: E402
-import tempfile  # noqa: E402
 import time  # noqa: E402
 from collections import Counter  # noqa: E402
 from collections.abc import Sequence  # noqa: E402
@@ -26,14 +25,14 @@ from pathlib import Path  # noqa: E402
 from typing import Any  # noqa: E402
 
 import numpy as np  # noqa: E402
-from cut_shop import DAMPING_ERROR, EFFECTS, FREQUENCY_ERROR, RUNGS, TURNS, Campaign, drawn, sounds  # noqa: E402
+from cut_mills import OF_AMPLITUDE, border, machine_of  # noqa: E402
+from cut_shop import EFFECTS, RUNGS, TURNS, Campaign, drawn, sounds  # noqa: E402
 from numpy.typing import NDArray  # noqa: E402
 
 from jointlib import InputError  # noqa: E402
 from jointlib.cuts.heard import Heard, heard  # noqa: E402
 from jointlib.cuts.tried_cut import TriedCut  # noqa: E402
 from jointlib.measurement import Measurement  # noqa: E402
-from machines import read_machine  # noqa: E402
 from machines.cut_loop.advice import band, forecast, told_by  # noqa: E402
 from machines.cut_loop.borders import condition, conditions_of  # noqa: E402
 from machines.cut_loop.contest import entry, folds_of  # noqa: E402
@@ -52,42 +51,6 @@ CHECKED = 3
 """Speeds at which the band of a campaign is held against the simulation."""
 FINE, STEP = 43, 1.06
 """Depths of that, and times the depth from one to the next."""
-
-
-def machine_of(c: Campaign) -> Machine:
-    """The machine file of a campaign, read."""
-    t = c.told
-    (_, fx, zx, mx), (_, fy, zy, my) = t.modes
-    text = f"""
-schema = "jointlib/machine/1"
-name = "mill"
-[[component]]
-name = "cutter"
-kind = "modal"
-dofs = ["x", "y"]
-frequency = [{fx}, {fy}]
-damping_ratio = [{zx}, {zy}]
-frequency_error = [{FREQUENCY_ERROR * fx}, {FREQUENCY_ERROR * fy}]
-damping_ratio_error = [{DAMPING_ERROR * zx}, {DAMPING_ERROR * zy}]
-modal_mass = [{mx}, {my}]
-shapes = [[1.0, 0.0], [0.0, 1.0]]
-[tool]
-x = "cutter.x"
-y = "cutter.y"
-[cutting]
-process = "milling"
-teeth = {t.teeth}
-mode = "{t.direction}"
-immersion = {t.immersion}
-tangential = {t.tangential}
-normal = {t.normal}
-diameter = {t.diameter}
-feed = {t.feed}
-speed = [{0.9 * min(c.speeds)}, {1.1 * max(c.speeds)}]
-"""
-    with tempfile.TemporaryDirectory() as folder:
-        (Path(folder) / "machine.toml").write_text(text)
-        return read_machine(Path(folder) / "machine.toml")
 
 
 def told_of(campaigns: Sequence[Campaign]) -> list[Told]:
@@ -154,22 +117,29 @@ def simulated(campaigns: Sequence[Campaign]) -> list[tuple[Campaign, Told]]:
 
 
 def borders(rows: Sequence[Row]) -> None:
-    """Put the depth in m from which on vibration grows in the simulation (`true`), and that at which cuts begin to be
-    heard (`heard`), beside the bands; None beyond what is tried."""
+    """Put the depth in m at which chatter begins from rest (`true`) and that at which cuts begin to be heard in the
+    simulation (`heard`) beside the bands; None beyond what is tried.
+
+    Where the effect hangs on how far the tool moves, the first is that from which on vibration grows in the simulation.
+    """
     fine = []
     for row in rows:
         c = drawn(row["seed"], row["effect"])
         fine.append(replace(c, speeds=tuple(row["speed"]), first=0.4 * c.first, step=STEP, rungs=FINE))
     found = {(c.seed, c.effect): (c, told) for c, told in simulated(fine)}
     grown = {}
-    for teeth in sorted({c.mill.teeth for c in fine}):
-        some = [c for c in fine if c.mill.teeth == teeth]
+    moving = [c for c in fine if c.effect in OF_AMPLITUDE]
+    for teeth in sorted({c.mill.teeth for c in moving}):
+        some = [c for c in moving if c.mill.teeth == teeth]
         for c, records in zip(some, sounds(some, noise=0.0), strict=True):
             grown[c.seed, c.effect] = [[grows(x) for x, _ in rungs] for rungs in records]
     for row in rows:
         c, told = found[row["seed"], row["effect"]]
         row["heard"] = [first_of(c, [h.verdict != "stable" for h in rungs]) for rungs in told]
-        row["true"] = [first_of(c, rungs) for rungs in grown[row["seed"], row["effect"]]]
+        if c.effect in OF_AMPLITUDE:
+            row["true"] = [first_of(c, rungs) for rungs in grown[row["seed"], row["effect"]]]
+        else:
+            row["true"] = [border(c.mill, n) for n in c.speeds]
 
 
 def first_of(c: Campaign, sings: Sequence[bool]) -> float | None:
@@ -195,7 +165,7 @@ def halving(seed: int, advised: bool, most: int = 24) -> int:
     places = [Place(condition(table, n, machine.tool_axes), c.depths, i) for i, n in enumerate(c.speeds)]
     cells = [(i, k) for k in (4, 2, 6, 0, 8, 3, 5, 1, 7) for i in range(len(c.speeds))]  # coarse depths first
     tool = sampled_tool(machine, 300, 0, min(p.at.tooth_frequency for p in places))
-    forced = np.array([shaken(machine, place.at, c.depths) for place in places])
+    forced = shaken(machine, table, np.array(c.speeds)[:, None], c.depths)
     width, cuts = list[float](), list[TriedCut]()
     while len(cuts) <= most and cells:
         bits = None
@@ -248,7 +218,7 @@ def summary(rows: Sequence[Row]) -> str:
         held = [
             (low <= depth <= high)
             for r in rows
-            for depth, (low, _, high) in zip(r.get(name, []), r.get("band", []), strict=True)
+            for depth, (low, _, high) in zip(r.get(name, []), r.get("band", []), strict=name in r)
             if depth is not None
         ]
         if held:
