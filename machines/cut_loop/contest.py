@@ -88,17 +88,18 @@ class Outcome:
 
 
 def folds_of(problem: Problem) -> list[list[int]]:
-    """Cuts held out together: those of one speed, or of neighbouring ones where there are many."""
-    speeds = np.array([cut.speed for cut in problem.cuts])
+    """Places held out together: those of one speed, or of neighbouring ones where there are many."""
+    speeds = np.array([place.at.speed for place in problem.places])
     parts = np.array_split(np.unique(speeds), min(_FOLDS, len(np.unique(speeds))))
-    return [[int(i) for i in np.flatnonzero(np.isin(speeds, part))] for part in parts]
+    return [[int(k) for k in np.flatnonzero(np.isin(speeds, part))] for part in parts]
 
 
 def entry(found: Posterior, problem: Problem, folds: Sequence[Sequence[int]]) -> Entry:
     """Scores of a suspect on what is held out."""
     stable = np.zeros(len(problem.cuts))
     for held in folds:
-        stable[list(held)] = probability(found, problem, held)[list(held)]
+        cuts = np.isin(problem.index, held)
+        stable[cuts] = probability(found, problem, held)[cuts]
     return Entry(found, np.array([found.predicted(held) for held in folds]), stable)
 
 
@@ -180,9 +181,13 @@ def _unnamed(base: Entry, problem: Problem) -> Verdict:
 
 
 def _too_many(surprises: Mask, problem: Problem) -> bool:
-    """More surprises than a model that is right has."""
-    count, number = int(np.count_nonzero(surprises)), int(np.count_nonzero(judged(problem.cuts)))
-    return bool(scipy.special.bdtrc(count - 1, number, _SURPRISE / 2) < _CHANCE)
+    """More places with a surprise than a right model has; chatter that is not heard once is not the next time either."""
+    number = np.bincount(problem.index, judged(problem.cuts))
+    places = int(np.count_nonzero(np.bincount(problem.index, surprises)))
+    chance = np.ones(1)  # of no place, one, two …
+    for each in 1 - (1 - _SURPRISE / 2) ** number:
+        chance = np.convolve(chance, [1 - each, each])
+    return bool(np.sum(chance[places:]) < _CHANCE)
 
 
 def _chance(one: Entry, problem: Problem) -> Array:

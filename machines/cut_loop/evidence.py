@@ -15,9 +15,10 @@ six in ten are.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
-from scipy.special import ndtr
+from scipy.special import ndtr, ndtri
 
 from jointlib.arrays import Array
 from jointlib.cuts.tried_cut import TriedCut
@@ -31,10 +32,12 @@ _SLIP, _ELSEWHERE, _SHAKEN, _FAR = 0.02, 0.1, 0.5, 4.0
 vibration is as many feeds."""
 _CLEAR, _FAINT = (2.2, 2.0, 0.2, 0.18, 0.3, 0.02), (2.2, 1.2, 0.12, 0.09, 0.2, 0.0)
 """What of chatter is heard only deeper, where it has to be clear, and where any sign of it tells a marginal cut, by the
-forced vibration of ρ feeds per tooth: the share 1/(1 + e^a/(1 + ρ)^b) of the cuts, by c + d·ln(1 + ρ) in ln depth, with
-a deviation e, and where all others begin. Fitted to 424 simulated borders (modes, immersions, teeth, speeds and forces
-at random, nothing undeclared; 24 depths each from 0.9 to 3.4 times the border), clear where chatter has three tenths of
-the motion, a sign at one."""
+forced vibration of ρ feeds per tooth: the share 1/(1 + e^a/(1 + ρ)^b) of the places, by c + d·ln(1 + ρ) in ln depth,
+with a deviation e, and where all others begin. Fitted to 424 simulated borders (modes, immersions, teeth, speeds and
+forces at random, nothing undeclared; 24 depths each from 0.9 to 3.4 times the border), clear where chatter has three
+tenths of the motion, a sign at one."""
+_DEEPER = ndtri((np.arange(8) + 0.5) / 8)
+"""Deviations of the depth at which it is heard, each as likely as the others."""
 _NEAR = 1.5
 """Deviations of σ from the border within which a cut is marginal."""
 _HEARD, _GROWN, _BETWEEN = 0.003, 0.01, 5
@@ -60,24 +63,52 @@ def sound(apart: Array, sigma: Array) -> Array:
 
 def _short(apart: Array, sigma: Array, shaken: Array | float, of: tuple[float, ...]) -> Array:
     """P(the border at which chatter is heard lies deeper than a cut)."""
-    few, grows, by, more, about, begins = of
-    feeds = np.log1p(shaken)
-    late = 1 / (1 + np.exp(few - grows * feeds))
+    _, _, by, more, about, begins = of
+    feeds, late = np.log1p(shaken), _late(shaken, of)
     deeper = ndtr((apart + by + more * feeds) / np.hypot(about, sigma))
     return np.asarray((1 - late) * ndtr((apart + begins) / sigma) + late * deeper)
 
 
-def of_verdict(verdict: str, apart: Array, sigma: Array, shaken: Array | float = 0.0) -> Array:
-    """ln P(verdict) by ln(b_lim/b), the scatter of the verdicts, and the forced vibration in feeds per tooth; 0 of an
-    unknown one."""
-    if verdict == "unknown":
-        return np.zeros_like(apart)
+def _late(shaken: Array | float, of: tuple[float, ...]) -> Array:
+    """The share of places at which chatter is heard only deeper."""
+    return np.asarray(1 / (1 + np.exp(of[0] - of[1] * np.log1p(shaken))))
+
+
+def of_verdicts(verdicts: Sequence[str], apart: Array, sigma: Array, shaken: Array) -> Array:
+    """ln P(verdicts of cuts at one place), (draws,), by ln(b_lim/b), (draws, cuts), the scatter of the verdicts,
+    (draws,), and the forced vibration in feeds per tooth, (cuts,).
+
+    How much deeper chatter is heard is the same for all of them: three cuts that chatter unheard are hardly less likely
+    than one.
+    """
+    late = {of: _late(shaken, of) for of in (_CLEAR, _FAINT)}
+    edges = np.unique(np.concatenate([[0.0, 1.0], *late.values()]))
+    by_state: dict[tuple[int, bool, bool], Array] = {}
+    chance = np.zeros(len(sigma))
+    for low, high in pairwise(edges):
+        of_all = np.ones((len(sigma), 1))
+        for i, verdict in enumerate(verdicts):
+            state = i, bool(high <= late[_CLEAR][i]), bool(high <= late[_FAINT][i])
+            if state not in by_state:
+                by_state[state] = _called(verdict, apart[:, i, None], sigma[:, None], np.log1p(shaken[i]), *state[1:])
+            of_all = of_all * by_state[state]
+        chance += (high - low) * np.mean(of_all, axis=1)
+    return np.asarray(np.log(chance))
+
+
+def _called(verdict: str, apart: Array, sigma: Array, feeds: float, clear: bool, faint: bool) -> Array:
+    """P(verdict), (draws, deviations), where what is ``clear``, and where a ``faint`` sign is heard only deeper."""
     if verdict == "marginal":
-        not_clear = _short(apart + _NEAR * sigma, sigma, shaken, _CLEAR)
-        inside = not_clear - _short(apart - _NEAR * sigma, sigma, shaken, _FAINT)
-        return np.asarray(np.log(_SLIP + (1 - _SLIP) * np.maximum(inside, 0.0)))
-    chance = stable(apart, sigma, shaken)
-    return np.asarray(np.log(chance if verdict == "stable" else 1 - chance))
+        not_clear = _heard_deeper(apart + _NEAR * sigma, sigma, feeds, _CLEAR, clear)
+        inside = not_clear - _heard_deeper(apart - _NEAR * sigma, sigma, feeds, _FAINT, faint)
+        return np.asarray(_SLIP + (1 - _SLIP) * np.maximum(inside, 0.0))
+    chance = _SLIP + (1 - 2 * _SLIP) * _heard_deeper(apart, sigma, feeds, _CLEAR, clear)
+    return np.asarray(chance if verdict == "stable" else 1 - chance)
+
+
+def _heard_deeper(apart: Array, sigma: Array, feeds: float, of: tuple[float, ...], late: bool) -> Array:
+    _, _, by, more, about, begins = of
+    return np.asarray(ndtr((apart + (by + more * feeds + about * _DEEPER if late else begins)) / sigma))
 
 
 def apart(heard: float, frequency: Array, tooth: float, flip: bool) -> Array:

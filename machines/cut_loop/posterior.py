@@ -12,7 +12,7 @@ from jointlib.arrays import Array
 
 from ..indices import Index, Mask
 from .distances import Place, distances
-from .evidence import most_of, of_frequency, of_verdict, scatter, stable
+from .evidence import most_of, of_frequency, of_verdicts, scatter, stable
 from .problem import Problem
 from .sampled_tool import SampledTool
 from .suspects import Suspect
@@ -20,7 +20,7 @@ from .suspects import Suspect
 _BY_DRAW = ("rows", "values", "modes", "z", "sigma", "apart", "frequency", "likelihood", "prior", "family")
 _ONE = 1e-9
 _LOST = 6.0
-"""Nats at a cut beyond which it is all the same how many were lost."""
+"""Nats at a place beyond which it is all the same how many were lost."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +42,7 @@ class Posterior:
     apart, frequency
         ln(b_lim/b) at every cut and the chatter there in Hz, (draws, cuts).
     likelihood
-        ln P(cut | draw), (draws, cuts).
+        ln P(cuts of a place | draw), (draws, places).
     prior
         ln of prior over proposal, (draws,).
     family
@@ -87,7 +87,7 @@ class Posterior:
         return self.joined([other]).of(order)
 
     def weights(self, without: Sequence[int] = ()) -> Array:
-        """Of the draws, summing to 1, by all cuts but some."""
+        """Of the draws, summing to 1, by the cuts of all places but some."""
         kept = np.ones(self.likelihood.shape[1], dtype=bool)
         kept[list(without)] = False
         total = self.prior + np.sum(self.likelihood[:, kept], axis=1)
@@ -129,7 +129,7 @@ class Posterior:
         return float(logsumexp(self.prior + self.total) - np.log(len(self.prior)))
 
     def predicted(self, held: Sequence[int]) -> float:
-        """ln P of some cuts together, from all others."""
+        """ln P of the cuts of some places together, from all others."""
         weight = self.weights(held)
         return float(logsumexp(np.log(np.maximum(weight, 1e-300)) + np.sum(self.likelihood[:, list(held)], axis=1)))
 
@@ -168,26 +168,24 @@ def evaluated(
     own, count, number = len(suspect.parameters), len(rows), len(problem.cuts)
     values, modes, sigma = suspect.values(z[:, :own]), z[:, own:-1], scatter(z[:, -1])
     base = problem.tool.placed(problem.tool.drawn().of(rows), modes)
-    apart, frequency, likelihood = np.zeros((count, number)), np.zeros((count, number)), np.zeros((count, number))
+    apart, frequency = np.zeros((2, count, number))
+    likelihood = np.zeros((count, len(problem.places)))
     repeats, most = _most(suspect, problem)
-    alive, left = np.arange(count, dtype=np.intp), np.ones(number, dtype=bool)
+    alive, left = np.arange(count, dtype=np.intp), np.ones(len(problem.places), dtype=bool)
     for k in np.arange(len(problem.places)) if order is None else order:
         place = problem.places[k]
         told = distances(suspect, problem.tool, place, base.of(alive), rows[alive], values[alive])
-        here = np.flatnonzero(problem.index == k)
-        left[here] = False
-        for i in here:
-            cut = problem.cuts[i]
-            rung = int(np.searchsorted(place.depths, cut.depth))
-            x, f = (part[:, rung] for part in told[:2])
-            apart[alive, i], frequency[alive, i] = x, f
-            of_cut = of_verdict(str(cut.verdict), x, np.hypot(sigma[alive], problem.scatter(k)), problem.shaken[i])
-            if cut.chatter_frequency is not None:
-                forced = float(problem.shaken[i])
-                of_cut = of_cut + of_frequency(
-                    cut.chatter_frequency, told[2], f, x, repeats[i], problem.flips(k), forced
-                )
-            likelihood[alive, i] = of_cut
+        here, left[k] = np.flatnonzero(problem.index == k), False
+        rungs = np.searchsorted(place.depths, [problem.cuts[i].depth for i in here])
+        x, f = (part[:, rungs] for part in told[:2])
+        apart[np.ix_(alive, here)], frequency[np.ix_(alive, here)] = x, f
+        verdicts, forced = [str(problem.cuts[i].verdict) for i in here], problem.shaken[here]
+        of_place = of_verdicts(verdicts, x, np.hypot(sigma[alive], problem.scatter(k)), forced)
+        for i, own, beyond, by in zip(here, f.T, x.T, forced, strict=True):
+            heard = problem.cuts[i].chatter_frequency
+            if heard is not None:
+                of_place = of_place + of_frequency(heard, told[2], own, beyond, repeats[i], problem.flips(k), float(by))
+        likelihood[alive, k] = of_place
         if least is not None:
             able = np.sum(likelihood[alive], axis=1) + np.sum(most[left]) >= least[alive]
             likelihood[alive[~able]] = -np.inf
@@ -199,16 +197,17 @@ def evaluated(
 
 
 def _most(suspect: Suspect, problem: Problem) -> tuple[list[float], Array]:
-    """Frequency in Hz with which every cut repeats, and the largest ln of the likelihood that it can have."""
+    """Frequency in Hz with which every cut repeats, and the largest ln of the likelihood that each place can have."""
     at = [problem.places[k].at for k in problem.index]
     repeats = [one.speed / 60 if suspect.by_turn else one.tooth_frequency for one in at]
-    return repeats, np.array([most_of(cut, f) for cut, f in zip(problem.cuts, repeats, strict=True)])
+    most = np.array([most_of(cut, f) for cut, f in zip(problem.cuts, repeats, strict=True)])
+    return repeats, np.asarray(np.bincount(problem.index, most, len(problem.places)), dtype=float)
 
 
 def telling(population: Posterior, problem: Problem) -> Index:
     """The places, those first at which draws lose most of the likelihood that they could have."""
     lost = np.minimum(_most(population.suspect, problem)[1] - population.likelihood, _LOST)
-    return np.argsort(-np.bincount(problem.index, np.mean(lost, axis=0)), kind="stable").astype(np.intp)
+    return np.argsort(-np.mean(lost, axis=0), kind="stable").astype(np.intp)
 
 
 def seen(
@@ -220,7 +219,7 @@ def seen(
 
 
 def probability(found: Posterior, problem: Problem, without: Sequence[int] = ()) -> Array:
-    """P(stable) of every cut, from all but some of them, (cuts,)."""
+    """P(stable) of every cut, from those of all places but some, (cuts,)."""
     weight = found.weights(without)
     out = np.zeros(len(problem.cuts))
     for i, k in enumerate(problem.index):

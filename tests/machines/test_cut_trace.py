@@ -13,6 +13,7 @@ from scipy.special import logsumexp, ndtr
 from tried_cuts import Shop, sounds
 
 from jointlib import InputError, read_measurement
+from jointlib.arrays import Array
 from jointlib.cuts.heard import heard
 from jointlib.cuts.tried_cut import TriedCut
 from jointlib.laws.jenkins import Jenkins
@@ -27,7 +28,7 @@ from machines.cut_loop.borders import border, condition, conditions_of
 from machines.cut_loop.contest import NEEDED
 from machines.cut_loop.distances import distances
 from machines.cut_loop.doubted_modes import JointSlip, MissingMode, ModeFrequency
-from machines.cut_loop.evidence import of_frequency, of_verdict, stable
+from machines.cut_loop.evidence import of_frequency, of_verdicts, stable
 from machines.cut_loop.exactness import learnt
 from machines.cut_loop.growth import multiplier
 from machines.cut_loop.line_up import suspects_of
@@ -128,6 +129,23 @@ def asked(machine: Machine, cuts: Measurement, draws: int = 400) -> Problem:
     return problem_of(cuts.cuts, conditions, index, machine, tool, 0)
 
 
+def of_one(verdict: str, apart: Array, sigma: float, shaken: float) -> Array:
+    """ln P of the verdict of a cut alone."""
+    return of_verdicts([verdict], apart[:, None], np.full(len(apart), sigma), np.array([shaken]))
+
+
+def test_three_cuts_that_chatter_unheard_at_one_speed_are_hardly_less_likely_than_one() -> None:
+    """Where the first is not heard, as its teeth leave the cut, neither are the others, nor is one that was heard."""
+    beyond, sigma, still = np.array([[-0.5, -0.45, -0.4]]), np.array([0.1]), np.zeros(3)
+    one, three = (np.exp(of_verdicts(["stable"] * n, beyond[:, :n], sigma, still[:n]))[0] for n in (1, 3))
+    assert one / 3 < three < one
+    both = np.exp(of_verdicts(["stable", "chatter", "stable"], beyond, sigma, still))[0]
+    assert both < three / 3
+    clear = np.array([[0.5, 0.6, 0.7]])
+    apart_ = np.exp(sum(of_one("stable", clear[:, i], 0.1, 0.0) for i in range(3)))
+    assert np.exp(of_verdicts(["stable"] * 3, clear, sigma, still)) == pytest.approx(apart_, rel=0.01)
+
+
 def test_chatter_that_the_teeth_drown_is_often_not_heard(tmp_path: Path) -> None:
     """Teeth that pass with a mode shake the tool by many feeds, however large the feed is."""
     speeds = 60 * 600 / 2, 60 * 410 / 2
@@ -141,14 +159,15 @@ def test_chatter_that_the_teeth_drown_is_often_not_heard(tmp_path: Path) -> None
     beyond, sigma = np.array([-0.2]), np.array([0.1])
     assert stable(beyond, sigma, drowned) > 2 * stable(beyond, sigma, clear)
     for verdict in ("stable", "marginal"):
-        assert of_verdict(verdict, beyond, sigma, drowned) > of_verdict(verdict, beyond, sigma, clear)
+        assert of_one(verdict, beyond, 0.1, drowned) > of_one(verdict, beyond, 0.1, clear)
 
 
 @pytest.mark.parametrize("shaken", [0.0, 1.0, 8.0])
 def test_verdicts_of_a_cut_are_as_likely_as_they_are_many(shaken: float) -> None:
     """Stable, marginal and chatter leave nothing over but what a marginal cut may be called as well."""
-    apart, sigma = np.linspace(-1.5, 0.5, 41), np.array([0.1])
-    chance = {v: np.exp(of_verdict(v, apart, sigma, shaken)) for v in ("stable", "marginal", "chatter")}
+    apart = np.linspace(-1.5, 0.5, 41)
+    chance = {v: np.exp(of_one(v, apart, 0.1, shaken)) for v in ("stable", "marginal", "chatter")}
+    assert chance["stable"] == pytest.approx(stable(apart, np.array(0.1), shaken), abs=0.02)  # by eight depths
     assert np.all(np.diff(chance["stable"]) > 0)
     assert chance["stable"] + chance["chatter"] == pytest.approx(np.ones(41))
     assert np.all((chance["marginal"] > 0.019) & (chance["marginal"] < 0.95))
@@ -277,7 +296,7 @@ def test_a_joint_that_slips_is_a_spring_and_a_damper_of_its_amplitude(tmp_path: 
 
 def test_a_verdict_is_a_coin_and_a_frequency_a_density() -> None:
     x = np.linspace(-5, 5, 41)
-    said = {verdict: np.exp(of_verdict(verdict, x, np.array(0.1))) for verdict in ("stable", "chatter", "marginal")}
+    said = {verdict: np.exp(of_one(verdict, x, 0.1, 0.0)) for verdict in ("stable", "chatter", "marginal")}
     np.testing.assert_allclose(said["stable"] + said["chatter"], 1.0, rtol=1e-12)
     assert np.argmax(said["marginal"]) == 20
     assert np.all(said["stable"][16:20] > said["chatter"][24:20:-1])  # chatter goes unheard, and is not made up
@@ -300,7 +319,7 @@ def test_a_verdict_is_a_coin_and_a_frequency_a_density() -> None:
 def test_no_name_is_given_that_tells_the_verdicts_worse() -> None:
     """However well it tells the frequencies of chatter."""
     cuts = tuple(TriedCut(f"{k}", 3000.0, 1e-3, 2, verdict=said) for k, said in enumerate(("stable", "chatter") * 4))
-    problem = SimpleNamespace(cuts=cuts, tool=SimpleNamespace(count=300))
+    problem = SimpleNamespace(cuts=cuts, index=np.arange(8), tool=SimpleNamespace(count=300))
 
     def fared(family: str, evidence: float, right: float) -> contest.Entry:
         suspect = SimpleNamespace(family=family, told=lambda *_: family)
@@ -326,7 +345,9 @@ def test_the_size_of_an_effect_is_that_of_quadrature(tmp_path: Path) -> None:
     plain = lobes_at_amplitude(machine, [cut.speed for cut in cuts.cuts])
     total = np.zeros((len(s), len(z)))
     for cut, b, f in zip(cuts.cuts, plain.depth, plain.chatter_frequency, strict=True):
-        total += of_verdict(str(cut.verdict), np.log(b / s[:, None] / cut.depth), 0.1 * np.exp(0.35 * z))
+        beyond = np.repeat(np.log(b / s[:, None] / cut.depth), len(z), axis=1)
+        sigma = np.tile(0.1 * np.exp(0.35 * z), len(s))
+        total += of_verdicts([str(cut.verdict)], beyond.reshape(-1, 1), sigma, np.zeros(1)).reshape(total.shape)
         if cut.chatter_frequency is not None:
             beyond = np.log(b / s / cut.depth)
             one = of_frequency(cut.chatter_frequency, at := np.full(len(s), f), at, beyond, cut.tooth_frequency, False)
