@@ -181,7 +181,7 @@ def _unnamed(base: Entry, problem: Problem) -> Verdict:
 
 
 def _too_many(surprises: Mask, problem: Problem) -> bool:
-    """More places with a surprise than a right model has; chatter that is not heard once is not the next time either."""
+    """More places with a surprise than a right model has: chatter that was unheard once is so the next time as well."""
     number = np.bincount(problem.index, judged(problem.cuts))
     places = int(np.count_nonzero(np.bincount(problem.index, surprises)))
     chance = np.ones(1)  # of no place, one, two …

@@ -345,13 +345,16 @@ def test_the_size_of_an_effect_is_that_of_quadrature(tmp_path: Path) -> None:
     plain = lobes_at_amplitude(machine, [cut.speed for cut in cuts.cuts])
     total = np.zeros((len(s), len(z)))
     for cut, b, f in zip(cuts.cuts, plain.depth, plain.chatter_frequency, strict=True):
-        beyond = np.repeat(np.log(b / s[:, None] / cut.depth), len(z), axis=1)
-        sigma = np.tile(0.1 * np.exp(0.35 * z), len(s))
-        total += of_verdicts([str(cut.verdict)], beyond.reshape(-1, 1), sigma, np.zeros(1)).reshape(total.shape)
         if cut.chatter_frequency is not None:
             beyond = np.log(b / s / cut.depth)
             one = of_frequency(cut.chatter_frequency, at := np.full(len(s), f), at, beyond, cut.tooth_frequency, False)
             total += one[:, None]
+    sigma = np.tile(0.1 * np.exp(0.35 * z), len(s))
+    for speed in {cut.speed for cut in cuts.cuts}:
+        here = [(cut, b) for cut, b in zip(cuts.cuts, plain.depth, strict=True) if cut.speed == speed]
+        beyond = np.log([b / s / cut.depth for cut, b in here]).T.repeat(len(z), axis=0)
+        verdicts = [str(cut.verdict) for cut, _ in here]
+        total += of_verdicts(verdicts, beyond, sigma, np.zeros(len(here))).reshape(total.shape)
     total += -0.5 * (np.log(s)[:, None] / 0.35) ** 2 - 0.5 * z**2
     over = logsumexp(total - np.log(0.35 * 2 * np.pi))  # both normal densities of the prior
     marginal = over + np.log((np.log(s[1]) - np.log(s[0])) * (z[1] - z[0]))
