@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import count
 from pathlib import Path
 
 import numpy as np
@@ -9,10 +10,13 @@ import pytest
 
 from machines import lobes_at_amplitude, read_machine
 from machines.cutting.loops import harmonic_crossing as crossing
+from machines.cutting.loops import iterated_loop, loop_samples, multi_frequency
 from machines.cutting.loops.critical_depth import first_crossings, near
+from machines.cutting.loops.iterated_loop import IteratedLoop
 from machines.cutting.loops.multi_frequency import HarmonicLoop
 from machines.cutting.loops.strong_lines import StrongLines, strong_lines
 from machines.cutting.process.cutting import Cutting
+from machines.deadline import OutOfTime
 from machines.tool.bounded_band import Shape, shape, spectrum
 from machines.tool.tool_model import ToolModel
 from machines.tool.tool_point import ToolPoint, tool_point
@@ -92,3 +96,22 @@ def test_a_loop_of_lines_that_are_all_kept_has_the_crossings_of_the_whole() -> N
     by_all, by_lines = first_crossings(many, fraction), first_crossings(every, fraction)
     assert [one.depth for one in by_lines] == pytest.approx([one.depth for one in by_all], rel=1e-9)
     assert near(many, by_lines[0]).depth == pytest.approx(by_all[0].depth, rel=1e-11)
+
+
+@pytest.mark.parametrize("iterated", [False, True])
+def test_the_search_of_one_speed_is_left_off_when_its_time_is_up(
+    iterated: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    loop, resolved = loop_of(1, 2000.0)
+    looks = count()
+
+    def third() -> None:
+        if next(looks) == 2:
+            raise OutOfTime("not done")
+
+    for module in (loop_samples, multi_frequency, iterated_loop):
+        monkeypatch.setattr(module, "in_time", third)
+    monkeypatch.setattr(loop_samples, "_BLOCK", 1)
+    many = HarmonicLoop(loop.receptance, CUT, (0, 1), loop.tooth_frequency, 12)
+    with pytest.raises(OutOfTime):
+        first_crossings(IteratedLoop(many) if iterated else many, resolved.folded(loop.tooth_frequency))

@@ -21,6 +21,7 @@ import scipy
 
 from jointlib.arrays import Array, ComplexArray
 
+from ...deadline import in_time
 from .loop_branches import Iterated, nearest_of, regeneration
 from .multi_frequency import HarmonicLoop
 from .strong_lines import StrongLines
@@ -66,6 +67,7 @@ class IteratedLoop(Iterated):
             (self.size, self.size), matvec=lambda x: turn * applied(x), dtype=complex
         )
         while _PART * count < self.size:
+            in_time()
             start = np.exp(1j * np.arange(self.size) ** 2)
             try:
                 turned, vectors = scipy.sparse.linalg.eigs(

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Iterator
 
 import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
 
+from ...deadline import in_time
 from ...indices import Mask
 from .iterated_loop import IteratedLoop
 from .loop_branches import LOOKED, Loop, regeneration
 
 _BESIDE = 0.25
 """Share of the level down to which eigenvalues of a large loop are known, so that none that matters lacks its mate."""
+_BLOCK = 2_000_000
+"""Entries of matrices whose eigenvalues are computed together; between two blocks time may be up."""
 
 
 class Samples(ABC):
@@ -43,13 +47,13 @@ class _Dense(Samples):
 
     def know(self, needed: Mask, level: float) -> None:
         missing = np.isnan(self.values[:, 0]) & needed
-        self.values[missing] = np.linalg.eigvals(self._matrices[missing])
+        self.values[missing] = _eigenvalues(self._matrices[missing])
 
     def halve(self, coarse: Mask, level: float) -> None:
         middle = (self.fraction[:-1][coarse] + self.fraction[1:][coarse]) / 2
         order = np.argsort(np.concatenate([self.fraction, middle]), kind="stable")
         between = self._loop(middle)
-        values = np.linalg.eigvals(between)
+        values = _eigenvalues(between)
         reach = np.max(np.abs(values), axis=1) * np.abs(regeneration(middle))
         self.fraction = np.concatenate([self.fraction, middle])[order]
         self._matrices = np.concatenate([self._matrices, between])[order]
@@ -92,8 +96,28 @@ def samples(loop: Loop, fraction: Array) -> Samples:
     return _Iterated(loop, fraction) if isinstance(loop, IteratedLoop) else _Dense(loop, fraction)
 
 
+def _eigenvalues(matrices: ComplexArray) -> ComplexArray:
+    """All of them, shape (g, m)."""
+    found = [np.empty((0, matrices.shape[1]), dtype=complex)]
+    for some in _blocks(matrices):
+        found.append(np.linalg.eigvals(some))
+    return np.concatenate(found)
+
+
+def _blocks(matrices: ComplexArray) -> Iterator[ComplexArray]:
+    """The matrices, so many together as do not take long."""
+    together = max(1, _BLOCK // matrices[0].size) if len(matrices) else 1
+    for start in range(0, len(matrices), together):
+        in_time()
+        yield matrices[start : start + together]
+
+
 def _largest(matrices: ComplexArray) -> Array:
     """An upper bound of the largest eigenvalue: the norm of the eighth power, to the power 1/8."""
+    return np.concatenate([_norm_of_powers(some) for some in _blocks(matrices)])
+
+
+def _norm_of_powers(matrices: ComplexArray) -> Array:
     scale = np.linalg.norm(matrices, axis=(1, 2))
     power = matrices / np.where(scale > 0, scale, 1.0)[:, None, None]
     for _ in range(3):

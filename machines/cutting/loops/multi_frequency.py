@@ -22,6 +22,7 @@ import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
 
+from ...deadline import in_time
 from ..process.cutting import Cutting
 
 Spectrum = Callable[[Array], ComplexArray]
@@ -82,6 +83,7 @@ class HarmonicLoop:
         parts = []
         block = max(1, _BLOCK // out.size)
         for start in range(0, len(fraction), block):
+            in_time()
             felt = self._felt(out, self.lines(fraction[start : start + block])).reshape(-1, nodes, lines * n)
             parts.append(felt @ into.reshape(nodes, lines * n).T)
         return np.concatenate(parts)
