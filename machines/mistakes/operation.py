@@ -21,6 +21,10 @@ _CRAWLS = 20.0
 steel at 10 to 20, nickel alloys at 3 to 8; threads are turned at 5 to 20."""
 _TURNS = 15.0
 """rpm below which no mill turns; one of 0.5 m has 30 in steel."""
+_TRAVEL = 100.0
+"""m; the longest portal mills travel 60."""
+_FORCE = 1e4
+"""N, peak, of what shakes a machine: large shakers have 1 to 3 kN, roughing cuts as much."""
 _EARTH = (9.7, 9.9)
 """m/s² anywhere on the ground."""
 _LEVEL = 1e-3
@@ -28,7 +32,7 @@ _LEVEL = 1e-3
 
 
 def wrong_operation(machine: Machine) -> Iterator[str]:
-    """Values of ``[cutting]`` and ``[static]`` out of scale."""
+    """Values of ``[cutting]``, ``[static]``, ``[response]`` and ``[[axis]]`` out of scale."""
     cutting = machine.cutting or {}
     for key in ("tangential", "specific"):
         if key in cutting:
@@ -64,6 +68,13 @@ def wrong_operation(machine: Machine) -> Iterator[str]:
         if g:
             said = outside(g, *_EARTH, "[static]: gravity", "m/s^2")
             yield from filter(None, [said])
+    highest = max((abs(float(force)) for force in machine.force), default=0.0)
+    if highest > _FORCE:
+        yield (f"[response]: a force of {highest:g} N at the tool, expected at most {_FORCE:g} N: is its unit right?")
+    for axis in machine.axes:
+        low, high = axis.travel or (0.0, 0.0)
+        if high - low > _TRAVEL:
+            yield (f"axis {axis.name}: it travels {high - low:g} m, expected at most {_TRAVEL:g} m: were mm read as m?")
 
 
 def _slow(cutting: Mapping[str, Any]) -> Iterator[str]:

@@ -17,6 +17,9 @@ from .solid import circle
 _SHEAR = 5 / 6
 """κ of a solid rectangle without lateral contraction: what stands in where a given section has none."""
 
+_ROUNDED = 1.01
+"""What constants of a circle that were read from a table may miss of each other."""
+
 
 @dataclass(frozen=True)
 class Segment:
@@ -75,8 +78,14 @@ class Segment:
             raise InputError(f"segment: bore is {self.bore!r} m, expected at least 0 and less than the diameter")
         if self.wall is not None and not (block and 2 * self.wall < min(self.width or 0, self.height or 0)):
             raise InputError(f"segment: wall is {self.wall!r} m, expected less than half of width and of height")
-        if self.torsion is not None and self.second_moments is not None:
+        if self.area is not None and self.torsion is not None and self.second_moments is not None:
             polar = sum(self.second_moments)
+            largest = np.sqrt(2 * np.pi * polar)
+            if self.area > _ROUNDED * largest:
+                raise InputError(
+                    f"segment: area is {self.area:g} m^2, expected at most {largest:g} m^2 with a polar moment of "
+                    f"{polar:g} m^4, which a full circle has: is one of their units wrong?"
+                )
             if self.torsion > polar * (1 + 1e-9):
                 raise InputError(
                     f"segment: torsion is {self.torsion:g} m^4, expected at most the polar moment {polar:g} m^4, which "

@@ -34,6 +34,13 @@ def test_two_directions_of_the_tool_are_two_motions(x: str, y: str, words: str, 
 
 DRIVE = '"-60 mm", "250 mm"]\ndirection = [0, 0, 1]'
 RAILS = 'at = [["-200 mm", 0, "250 mm"], ["200 mm", 0, "250 mm"]]'
+AXIS = """[[axis]]
+name = "y"
+direction = [0, 1, 0]
+moves = ["bridge"]
+travel = [-150, 200]
+
+"""
 ALONE = [
     # what stands there, what is written instead, how the only sentence begins
     (RAILS, "at = [[-200, 0, 250], [200, 0, 250]]", "rails: it lies 319.9 m from the centre of bridge, a body of"),
@@ -55,6 +62,8 @@ ALONE = [
     ("axis = [0, 0, 1]", "axis = [0, 0, -1]", "cutter: its tip lies at (0, -0.09, 0.118) m, inside of quill, which"),
     ('x = "cutter.tip.x"', 'x = "cutter.tip.z"', "[tool]: x is cutter.tip.z, along the axis of cutter; a mill cuts"),
     ('["40 Hz", "1500 Hz"]', "[0.04, 1.5]", "[response]: frequency ends at 1.5 Hz, far below the first mode at 26.3"),
+    ('force = ["2 N", "40 N"]', 'force = ["2 N", "40 kN"]', "[response]: a force of 40000 N at the tool, expected at"),
+    ("[static]", AXIS + "[static]", "axis y: it travels 350 m, expected at most 100 m: were mm read as m?"),
     ('damping = "900 N s/m"', 'damping = "900 N s/mm"', "rails_1 and rails_2: at 100 Hz its damping, 2.25e+05 N s/m"),
     ('preload = "500 N"', 'preload = "0.5 N"', "rails_1 and rails_2: its preload presses its rolling contacts"),
     ('length = "40 mm"\ndamping = "500 N s/m"', 'length = "40 mm"', "zrail: this linear-guide has no damping, while"),

@@ -155,7 +155,8 @@ def test_a_file_gives_a_section_by_shape_or_by_constants_and_hears_what_was_assu
         ('width = "10 cm"\nheight = "20 cm"\nwall = "6 cm"', "less than half of width and of height"),
         ('width = "10 cm"\nheight = "20 cm"\nbore = "6 cm"', "a box has a wall"),
         ('area = "10 cm^2"\ntorsion = "1 cm^4"', "expected one of diameter, of width and height, or of area"),
-        ('area = "10 cm^2"\nsecond_moments = ["1 cm^4", "1 cm^4"]\ntorsion = "3 cm^4"', "the polar moment"),
+        ('area = "10 cm^2"\nsecond_moments = ["10 cm^4", "10 cm^4"]\ntorsion = "30 cm^4"', "the polar moment"),
+        ('area = "12 cm^2"\nsecond_moments = ["10 cm^4", "10 cm^4"]\ntorsion = "2 cm^4"', "which a full circle has"),
         (
             'area = "10 cm^2"\nsecond_moments = ["1 cm^4", "1 cm^4"]\ntorsion = "2 cm^4"\nshear_factors = [1.2, 1]',
             "at most 1",
@@ -166,3 +167,8 @@ def test_a_section_that_cannot_be_is_refused_with_what_is_wrong(tmp_path: Path, 
     with pytest.raises(InputError, match="segment") as refused:
         read(tmp_path, segment)
     assert words in str(refused.value)
+
+
+def test_a_circle_by_constants_that_a_table_rounds_is_taken(tmp_path: Path) -> None:
+    circle = 'area = "7.86 cm^2"\nsecond_moments = ["4.90 cm^4", "4.90 cm^4"]\ntorsion = "9.8 cm^4"'
+    assert isinstance(read(tmp_path, circle).components[0], Beam)
