@@ -54,9 +54,13 @@ def beam_mesh(
         k = shortest_wave(profiles[segment], materials[segment], 2 * np.pi * up_to)
         count = k * (right - left) / np.pi
         if not len(vertices) + count <= MOST_ELEMENTS:
+            of, profile = materials[segment], profiles[segment]
+            high, wide = (np.sqrt(12 * second / profile.area) * 1e3 for second in (profile.second_3, profile.second_2))
             raise InputError(
-                f"a piece of {right - left:g} m is {count:.3g} half waves long at {up_to:g} Hz, expected at most "
-                f"{MOST_ELEMENTS} elements in a beam (lower up_to, or look at the units of its section and of young)"
+                f"a piece of {right - left:g} m is {count:.3g} half waves long at {up_to:g} Hz, which makes more than "
+                f"{MOST_ELEMENTS} elements in a beam: lower up_to, or is a unit wrong? {of.name!r} has young "
+                f"{of.young * 1e-9:.4g} GPa, density {of.density:.4g} kg/m^3; the section bends as {high:.3g} x "
+                f"{wide:.3g} mm"
             )
         pieces = max(1, int(np.ceil(count)))
         vertices += list(np.linspace(left, right, pieces + 1)[1:])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -172,3 +173,12 @@ def test_a_section_that_cannot_be_is_refused_with_what_is_wrong(tmp_path: Path, 
 def test_a_circle_by_constants_that_a_table_rounds_is_taken(tmp_path: Path) -> None:
     circle = 'area = "7.86 cm^2"\nsecond_moments = ["4.90 cm^4", "4.90 cm^4"]\ntorsion = "9.8 cm^4"'
     assert isinstance(read(tmp_path, circle).components[0], Beam)
+
+
+def test_a_beam_that_its_units_make_endless_is_refused_with_what_it_is_made_of(tmp_path: Path) -> None:
+    soft = read(tmp_path, 'width = "500 mm"\nheight = "600 mm"\nwall = "25 mm"').components[0]
+    assert isinstance(soft, Beam)
+    material = replace(soft.segments[0].material, young=0.21e9)
+    segments = tuple(replace(segment, material=material) for segment in soft.segments)
+    with pytest.raises(InputError, match=r"young 0.21 GPa, density .*bends as [67].. x [67].. mm"):
+        replace(soft, segments=segments, up_to=4e4).second_order()
