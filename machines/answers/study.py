@@ -51,6 +51,8 @@ class StudyResults(Shown):
     """The best design, the others, what matters; None while configurations are still to do."""
     remarks: tuple[str, ...]
     files: tuple[Path, ...]
+    exact: str = ""
+    """What the exact method says of the best, where the study ranks by zero order."""
 
     def finding(self) -> str:
         """The best design, or how much is still to do."""
@@ -76,6 +78,7 @@ class StudyResults(Shown):
         if self.verdict is None:
             return data
         best = None if self.verdict.best is None else str(self.folder / BEST)
+        data |= {"exact": self.exact} if self.exact else {}
         return data | as_json(self.verdict) | {"report": str(self.folder / REPORT), "machine": best}
 
     def words(self) -> list[str]:
@@ -83,7 +86,7 @@ class StudyResults(Shown):
         lines = [f"{self.done} of {self.total} configurations are computed"]
         if self.verdict is None:
             return [*lines, "the others are still to do, by the other parts or by 'jointlib study resume'"]
-        return [*lines, *self.remarks, *words_of(self.study, self.verdict)]
+        return [*lines, *self.remarks, *words_of(self.study, self.verdict, self.exact)]
 
 
 def study(
@@ -166,8 +169,8 @@ def _told(study: Study, store: Store, joints: dict[str, Joint], folder: Path, pr
     left_out = [f"{len(without)} of them have no results; the first: {refused}"] if refused else []
     remarks = (*left_out, *(f"{study.base.name}: {said}" for said in mistakes(base)))
     with progress.step("writing the report"):
-        written = write_findings(study, results, verdict, joints, evaluate, (*remarks, *base.remarks()), folder)
-    return StudyResults(study, folder, done, store.total, verdict, remarks, (folder / "results.npz", *written))
+        written, exact = write_findings(study, results, verdict, joints, evaluate, (*remarks, *base.remarks()), folder)
+    return StudyResults(study, folder, done, store.total, verdict, remarks, (folder / "results.npz", *written), exact)
 
 
 def _shard(shard: str | None) -> tuple[int, int]:

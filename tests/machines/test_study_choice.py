@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import html
+import re
 import shlex
 from pathlib import Path
 
@@ -10,9 +12,12 @@ import pytest
 from groover_file import groover_file
 
 from jointlib.errors import InputError
-from machines import read_machine
+from machines import lobes_at_amplitude, read_machine
 from machines.answers.lobes import lobes
 from machines.answers.study import StudyResults, study
+from machines.cutting.amplitude.pocket import told_depth
+
+LIBRARY = Path(__file__).parents[2] / "machines" / "library"
 
 PLAN = """schema = "jointlib/study/1"
 base = "groover.toml"
@@ -86,3 +91,46 @@ def test_the_command_of_the_report_runs_where_the_study_was_run(
     assert command[:3] == ["jointlib", "lobes", "out/best.toml"]
     assert Path(command[2]).is_file()
     assert found.verdict is not None
+
+
+TEETH = """schema = "jointlib/study/1"
+base = "{base}"
+[[factor]]
+path = "cutting.immersion"
+values = [{immersion}]
+[[objective]]
+quantity = "removal-rate"
+goal = "max"
+[conditions]
+speeds = 70
+"""
+
+
+@pytest.mark.parametrize(("immersion", "denied"), [(0.5, True), (0.15, False)])
+def test_a_pocket_by_zero_order_is_held_against_the_exact_method(
+    immersion: float, denied: bool, tmp_path: Path
+) -> None:
+    """With two teeth at half immersion zero order allows more than collocation, at less immersion it allows less."""
+    base = (LIBRARY / "two_mode_tool.toml").read_text("utf-8").replace("teeth = 3", "teeth = 2")
+    (tmp_path / "two.toml").write_text(base, "utf-8")
+    (tmp_path / "s.study.toml").write_text(TEETH.format(base="two.toml", immersion=immersion), "utf-8")
+    found = study(tmp_path / "s.study.toml", tmp_path / "out", workers=1)
+    assert found.verdict is not None
+    assert found.verdict.best is not None
+    speed = found.verdict.best.results["pocket-speed"] * np.linspace(0.98, 1.02, 5)
+    best = read_machine(tmp_path / "out" / "best.toml")
+    said, exact = (np.min(lobes_at_amplitude(best, speed, 0.0, method).depth) for method in ("zero-order", None))
+    assert (exact < 0.9 * said) is np.bool_(denied)
+    assert found.exact.startswith("Do not cut as deep" if denied else "By the exact method")
+    assert {told_depth(exact), told_depth(0.9 * said)} <= set(re.findall(r"[\d.]+ mm", found.exact))
+    lines = found.words()
+    assert lines[lines.index(found.exact) - 1].startswith("Take ")
+    assert found.exact in html.unescape((tmp_path / "out" / "report.html").read_text("utf-8"))
+
+
+def test_a_study_by_an_exact_method_is_not_checked_by_it_again(tmp_path: Path) -> None:
+    plan = TEETH.format(base=LIBRARY / "two_mode_tool.toml", immersion=0.5).replace(
+        "= 70", '= 5\nspeed = [15000, 15900]\nlobes = "collocation"'
+    )
+    (tmp_path / "s.study.toml").write_text(plan, "utf-8")
+    assert study(tmp_path / "s.study.toml", tmp_path / "out", workers=1).exact == ""

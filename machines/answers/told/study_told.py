@@ -32,33 +32,39 @@ def write_findings(
     evaluate: Evaluation,
     warnings: Sequence[str],
     output: Path,
-) -> list[Path]:
-    """The best machine, where there is one, and the report; what was written."""
+) -> tuple[list[Path], str]:
+    """The best machine, where there is one, and the report: what was written, and what the exact method says of it."""
     from ...report.study_report import study_page
     from ...study.findings.best import write_best
+    from ...study.findings.checked import checked
     from ...study.findings.contrast import contrast
     from ...study.findings.verdict import rivals
     from ...study.inputs import inputs
     from ...study.run import identity
 
     found: list[Contrast] = []
-    best = None
+    best, exact = None, ""
     if verdict.best is not None:
         best = write_best(study, evaluate, joints, verdict.ranking, verdict.best, output / BEST)
+        exact = checked(best)
         found = [contrast(study, evaluate, verdict.ranking, verdict.best, rival) for rival in rivals(study, verdict)]
     files = (study.source, *inputs(study))
     tools = ["--tool", ",".join(study.asked_tools)] if study.asked_tools else []
     command = shlex.join(["jointlib", "study", "run", str(study.source), "-o", str(output), *tools])
-    page = study_page(study, results, verdict, found, best, files, identity(study), command, warnings)
+    page = study_page(
+        study, results, verdict, found, best, files, identity(study), command, [*filter(None, [exact]), *warnings]
+    )
     page.write(output / REPORT)
-    return [output / REPORT, *([] if best is None else [best.files[0]])]
+    return [output / REPORT, *([] if best is None else [best.files[0]])], exact
 
 
-def words_of(study: Study, verdict: Verdict) -> list[str]:
+def words_of(study: Study, verdict: Verdict, exact: str = "") -> list[str]:
+    """In lines, with what the exact method says of the best beside the answer."""
     from ...study import words
     from ...study.findings.answer import answer
 
     lines = [f"{verdict.feasible} of {verdict.designs} designs meet the constraints", answer(study, verdict)]
+    lines += filter(None, [exact])
     shown = verdict.leading or ([] if verdict.nearest is None else [verdict.nearest])
     if shown:
         header = [*shown[0].factors, *(words.headed(q) for q in shown[0].results)]
