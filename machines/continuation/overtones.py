@@ -118,7 +118,8 @@ def _first_only(forces: Array, branches: Branches) -> list[str]:
     # Next to a fold a small change of the equations moves the solution at fixed frequency far.
     size = f"an estimated {100 * max(errors):.2g} %" if max(errors) < _FAR else f"more than {100 * _FAR:g} %"
     return [
-        f"at {force:g} N one harmonic alone is off by {size} at worst; harmonics = auto takes the others into account"
+        f"at {force:g} N one harmonic alone is off by {size} at worst; `jointlib frf --harmonics auto`, in Python "
+        'harmonics="auto", takes the others into account'
     ]
 
 

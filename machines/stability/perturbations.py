@@ -43,7 +43,7 @@ def with_stability(
         where = [_at_peaks(of_force, tops, connections) for of_force, tops in zip(branches, peaks, strict=True)]
         said = "telling the stability of every point would take minutes, so that of the peaks alone is told"
     if said and _price(branches, where, disturbed) > most:
-        return branches, "telling the stability beyond folds would take minutes; stability = hill does so"
+        return branches, 'telling the stability beyond folds would take minutes; in Python stability="hill" does so'
     out = []
     for of_force, rows in zip(branches, where, strict=True):
         out.append(tuple(_told(b, own, disturbed) for b, own in zip(of_force, rows, strict=True)))

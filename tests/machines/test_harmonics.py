@@ -24,7 +24,9 @@ from machines.harmonic_balance.assembly import Assembly
 from machines.harmonic_balance.balance import Balance
 from machines.harmonic_balance.harmonics import is_odd, joint_forces, jumps
 from machines.operating.branches import Branch, Stability
+from machines.stability import perturbations
 from machines.stability.hill import floquet_exponents, growth
+from machines.verbs.frf import command
 
 # Largest first harmonic in µm, its frequency in Hz, modes 1 and 2, harmonics 1, 3, 5, from an independent solver.
 TABLE = [
@@ -273,3 +275,14 @@ def test_constant_amplitude_of_the_tool_is_its_operating_point() -> None:
 def test_harmonics_that_make_no_sense_are_refused(wanted) -> None:  # type: ignore[no-untyped-def]
     with pytest.raises(InputError, match="ascending multiples"):
         response(two_mass(), 10.0, harmonics=wanted)
+
+
+def test_what_is_left_out_to_save_time_is_told_with_how_to_ask_for_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By an option that the verb has and by an argument that the function takes."""
+    monkeypatch.setattr(perturbations, "_price", lambda *_: np.inf)
+    found = response(two_mass(), 100.0, [1240.0, 1250.0, 1260.0], stability="auto")
+    told = " ".join(found.warnings)
+    assert "--harmonics auto" in told
+    assert {"--harmonics"} <= {name for option in command.params for name in option.opts}
+    assert 'in Python stability="hill" does so' in told
+    response(two_mass(), 1.0, [1240.0, 1250.0, 1260.0], harmonics="auto", stability="hill")
