@@ -67,9 +67,12 @@ def _at_rest(machine: Machine, seen: _Seen, refused: str) -> Iterator[str]:
     elif refused.startswith(UNHELD):
         told = seen.bodies or bool(blocked_travels(seen.elements))
         if not told:
-            crossed = [said for said, _ in across(natural_modes(replace(machine, static=None)), seen.elements)]
-            yield from crossed
+            free = natural_modes(replace(machine, static=None))
+            crossed = list(across(free, seen.elements))
+            yield from (said for said, _ in crossed)
             told = bool(crossed)
+            if not told:
+                yield from loose(free, [])
     else:
         told = False
     if not told:

@@ -40,7 +40,7 @@ def _refuse_by_cause(machine: Machine, wrong: Sequence[str]) -> None:
 
     from ..statics.statics import UNHELD, static_point
 
-    if not wrong or machine.static is None or any(said.startswith(UNHELD) for said in wrong):
+    if not wrong or machine.static is None or all(said.startswith(UNHELD) for said in wrong):
         return
     try:
         static_point(machine)

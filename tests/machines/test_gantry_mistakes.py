@@ -227,3 +227,15 @@ def test_a_load_that_a_mistake_leaves_unheld_is_refused_by_that_mistake(tmp_path
     with pytest.raises(InputError, match=r"quill: its centre lies 246.7 m") as refused:
         CliRunner().invoke(cli, ["modes", str(path)], catch_exceptions=False)
     assert "nothing holds" not in str(refused.value)
+
+
+def test_a_forgotten_drive_that_carries_a_weight_is_named_by_the_body_that_falls(tmp_path: Path) -> None:
+    drive = GANTRY[GANTRY.index('[[connection]]\nname = "zdrive"') : GANTRY.index('[[component]]\nname = "cutter"')]
+    path = gantry(tmp_path, (drive, ""))
+    falls = (
+        "quill: nothing holds it along (0, 0, 1), it drifts freely; expected a connection there, a screw for example"
+    )
+    assert falls in mistakes(read_machine(path))
+    refused = CliRunner().invoke(cli, ["modes", str(path)])
+    assert refused.exit_code != 0
+    assert falls in str(refused.exception)
