@@ -26,17 +26,18 @@ from .suspects import Suspect
 
 _LEFT = 0.4
 """Share of a population that is effective still where the next power is."""
-_MOVES, _LAST = 2, 6
-"""Metropolis steps at a power, and where all cuts count in full."""
+_MOVES, _LAST, _LAST_OF_MANY = 2, 6, 3
+"""Metropolis steps at a power, and where all cuts count in full; of more than `_FIRST` draws, which are enough side by
+side, half as many leave five sixths of the effective draws."""
 _MOVED, _JUMPS, _ROWS = 0.6, 0.1, 0.15
 """Share of the numbers that a step moves, of the steps that go the whole difference, and that take another sample."""
 _ACCEPTED, _TOLD = 0.25, 1.5
 """Share of the steps that should be accepted, and how fast their length follows."""
 _JITTER = 0.01
 _SETTLED = 30
-_FIRST, _BEHIND = 300, 6.0
+_FIRST, _BEHIND = 300, 4.5
 """Draws that every suspect is tried with, and by how many nats it may be behind then and be told after all: three leave
-one of twenty chances, and three more is what so few draws may err."""
+one of twenty chances, and one and a half more is four times what so few draws err."""
 
 
 def posteriors(suspects: Sequence[Suspect], problem: Problem, needed: float) -> list[Posterior]:
@@ -63,11 +64,12 @@ def posterior(suspect: Suspect, problem: Problem, most: int | None = None) -> Po
     every = np.arange(count, dtype=np.intp)
     now = evaluated(suspect, problem, every, draws(f"cuts {name}", count, size, problem.seed), every)
     power, length, powers, kept = 0.0, 1.0, [0.0], [now]
+    last = _LAST_OF_MANY if count > _FIRST else _LAST
     while power < 1:
         step = _next(now.total, power)
         archive = now.of(_drawn_anew(step * now.total, rng))
         now, power = archive, min(power + step, 1.0)
-        for _ in range(_MOVES if power < 1 else _LAST):
+        for _ in range(_MOVES if power < 1 else last):
             now, share = _moved(now, archive.z, power, length, problem, rng)
             length = float(np.clip(length * np.exp(_TOLD * (share - _ACCEPTED)), 0.1, 2.0))
             if power == 1:
