@@ -12,7 +12,7 @@ from jointlib.arrays import Array
 from jointlib.loop.answer.report import Status, Verdict
 
 from ..indices import Index, Mask
-from .evidence import judged
+from .evidence import ELSEWHERE, judged, of_verdicts, replayed
 from .posterior import Posterior, probability
 from .problem import Problem
 
@@ -26,8 +26,11 @@ it is, that happens in one of 50 campaigns at most, whatever the suspects (Ville
 _SURE = 0.95
 """Probability that the families that are told hold together."""
 _FOLDS = 8
-_SURPRISE, _CHANCE = 0.1, 0.02
-"""Predicted probability below which a verdict surprises, and how improbable so many of those must be."""
+_SURPRISE, _CHANCE, _REPLAYS = 0.1, 0.02, 500
+"""Predicted probability below which a verdict surprises, how improbable a campaign is that is not explained, and how
+many are made to tell."""
+_STRANGE = 1.5
+"""Times the density of frequencies that may be anywhere below which one is held to be that."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,11 +43,14 @@ class Entry:
         ln P(held-out cuts | the others), by fold, in nats.
     stable
         P(stable) of each cut from the folds it is not in, (cuts,).
+    sung
+        Density of the frequency heard in each cut from those folds, times half a tooth frequency, (cuts,).
     """
 
     posterior: Posterior
     score: Array
     stable: Array
+    sung: Array
 
     @property
     def total(self) -> float:
@@ -96,11 +102,12 @@ def folds_of(problem: Problem) -> list[list[int]]:
 
 def entry(found: Posterior, problem: Problem, folds: Sequence[Sequence[int]]) -> Entry:
     """Scores of a suspect on what is held out."""
-    stable = np.zeros(len(problem.cuts))
+    stable, sung = np.zeros((2, len(problem.cuts)))
     for held in folds:
         cuts = np.isin(problem.index, held)
         stable[cuts] = probability(found, problem, held)[cuts]
-    return Entry(found, np.array([found.predicted(held) for held in folds]), stable)
+        sung[cuts] = found.weights(held) @ np.exp(found.sung[:, cuts])
+    return Entry(found, np.array([found.predicted(held) for held in folds]), stable, sung)
 
 
 def errors(one: Entry, problem: Problem) -> dict[str, float | str]:
@@ -162,7 +169,7 @@ def decided(base: Entry, entries: Sequence[Entry], problem: Problem) -> Outcome:
     for i in kept:
         if i != able[0]:
             status[i], reason[i] = Status.TIED, f"{gains[able[0]] - gains[i]:.1f} nats behind the chosen one"
-    left_over = _too_many(surprising(chosen, problem), problem)
+    left_over = _unexplained(chosen, problem)
     verdict = Verdict.AMBIGUOUS if rivals else Verdict.PARTIAL if left_over else Verdict.IDENTIFIED
     return Outcome(verdict, chosen, rivals, (), odds, tuple(status), tuple(reason))
 
@@ -176,16 +183,43 @@ def _sure(weight: Array, order: Index) -> list[int]:
 
 def _unnamed(base: Entry, problem: Problem) -> Verdict:
     """Nothing missing, or something that has no name."""
-    hidden = not base.reached or _too_many(surprising(base, problem), problem)
+    hidden = not base.reached or _unexplained(base, problem)
     return Verdict.UNEXPLAINED if hidden else Verdict.NOTHING_MISSING
 
 
-def _too_many(surprises: Mask, problem: Problem) -> bool:
-    """More places with a surprise than a right model has: chatter that was unheard once is so the next time as well."""
-    number = np.bincount(problem.index, judged(problem.cuts))
-    places = int(np.count_nonzero(np.bincount(problem.index, surprises)))
+def _unexplained(one: Entry, problem: Problem) -> bool:
+    """Whether verdicts or frequencies of chatter are not what a suspect would make itself."""
+    return _unlikely(one.posterior, problem) or _elsewhere(one, problem)
+
+
+def _unlikely(found: Posterior, problem: Problem) -> bool:
+    """Whether the verdicts, held out by speed, are less likely than those of nearly all campaigns that the draws would
+    make at these cuts (a predictive check, Rubin 1984)."""
+    rng, known = np.random.default_rng([problem.seed, 40]), judged(problem.cuts)
+    mine, made = 0.0, np.zeros(_REPLAYS)
+    for held in folds_of(problem):
+        weight = found.weights(held)
+        pick = rng.choice(len(weight), _REPLAYS, p=weight)
+        for k in held:
+            here = np.flatnonzero(known & (problem.index == k))
+            apart, sigma = found.apart[:, here], np.hypot(found.sigma, problem.scatter(k))
+            of_place = apart[pick], sigma[pick], problem.shaken[here]
+            outcomes = np.vstack([_said(problem)[here], replayed(*of_place, rng)])
+            different, which = np.unique(outcomes, axis=0, return_inverse=True)
+            said = [["stable" if one else "chatter" for one in outcome] for outcome in different]
+            likely = [weight @ np.exp(of_verdicts(one, apart, sigma, problem.shaken[here])) for one in said]
+            score = np.log(likely)[which.ravel()]
+            mine, made = mine + score[0], made + score[1:]
+    return bool(np.mean(made <= mine) < _CHANCE)
+
+
+def _elsewhere(one: Entry, problem: Problem) -> bool:
+    """Whether chatter was heard where it was not expected at more places than chance allows."""
+    heard = np.array([cut.chatter_frequency is not None for cut in problem.cuts])
+    strange = heard & (one.sung < _STRANGE * ELSEWHERE)
+    places = int(np.count_nonzero(np.bincount(problem.index, strange)))
     chance = np.ones(1)  # of no place, one, two …
-    for each in 1 - (1 - _SURPRISE / 2) ** number:
+    for each in 1 - (1 - ELSEWHERE) ** np.bincount(problem.index, heard):
         chance = np.convolve(chance, [1 - each, each])
     return bool(np.sum(chance[places:]) < _CHANCE)
 

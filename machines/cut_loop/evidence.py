@@ -27,7 +27,7 @@ from ..indices import Mask
 
 SCATTER, _SPREAD = 0.1, 0.35
 """σ in the middle, and the deviation of its logarithm over the samples."""
-_SLIP, _ELSEWHERE, _SHAKEN, _FAR = 0.02, 0.1, 0.5, 4.0
+_SLIP, ELSEWHERE, _SHAKEN, _FAR = 0.02, 0.1, 0.5, 4.0
 """Of the verdicts that are slips; of the frequencies that may be anywhere, and how many more are where the forced
 vibration is as many feeds."""
 _CLEAR, _FAINT = (2.2, 2.0, 0.2, 0.18, 0.3, 0.02), (2.2, 1.2, 0.12, 0.09, 0.2, 0.0)
@@ -111,6 +111,15 @@ def _heard_deeper(apart: Array, sigma: Array, feeds: float, of: tuple[float, ...
     return np.asarray(ndtr((apart + (by + more * feeds + about * _DEEPER if late else begins)) / sigma))
 
 
+def replayed(apart: Array, sigma: Array, shaken: Array, rng: np.random.Generator) -> Mask:
+    """Whether the cuts of a place would be called stable, drawn once for each draw of a machine, (draws, cuts)."""
+    _, _, by, more, about, begins = _CLEAR
+    late = rng.uniform(size=(len(sigma), 1)) < _late(shaken, _CLEAR)
+    deeper = by + more * np.log1p(shaken) + about * rng.choice(_DEEPER, size=(len(sigma), 1))
+    chance = _SLIP + (1 - 2 * _SLIP) * ndtr((apart + np.where(late, deeper, begins)) / sigma[:, None])
+    return np.asarray(rng.uniform(size=chance.shape) < chance)
+
+
 def apart(heard: float, frequency: Array, tooth: float, flip: bool) -> Array:
     """Hz between a chatter frequency and the nearest line of chatter at a border; nan where there is none."""
     if flip:
@@ -139,14 +148,14 @@ def of_frequency(
     way = np.mod(own - border + tooth / 2, tooth) - tooth / 2
     d = [apart(heard, border + share * way, tooth, flip) for share in np.linspace(0, 1, _BETWEEN)]
     bell = _peak(width, tooth) * np.mean(np.exp(-0.5 * (np.nan_to_num(d, nan=np.inf) / width) ** 2), axis=0)
-    elsewhere = _ELSEWHERE + _SHAKEN * min(shaken / _FAR, 1.0)
+    elsewhere = ELSEWHERE + _SHAKEN * min(shaken / _FAR, 1.0)
     return np.asarray(np.log(elsewhere + (1 - elsewhere) * bell))
 
 
 def most_of(cut: TriedCut, repeats: float) -> float:
     """The largest ln of the likelihood that a cut can have."""
     heard = cut.chatter_frequency
-    return 0.0 if heard is None else float(np.log(_ELSEWHERE + (1 - _ELSEWHERE) * _peak(_HEARD * heard, repeats)))
+    return 0.0 if heard is None else float(np.log(ELSEWHERE + (1 - ELSEWHERE) * _peak(_HEARD * heard, repeats)))
 
 
 def _peak(width: Array | float, tooth: float) -> Array:

@@ -17,7 +17,7 @@ from .problem import Problem
 from .sampled_tool import SampledTool
 from .suspects import Suspect
 
-_BY_DRAW = ("rows", "values", "modes", "z", "sigma", "apart", "frequency", "likelihood", "prior", "family")
+_BY_DRAW = ("rows", "values", "modes", "z", "sigma", "apart", "frequency", "sung", "likelihood", "prior", "family")
 _ONE = 1e-9
 _LOST = 6.0
 """Nats at a place beyond which it is all the same how many were lost."""
@@ -41,6 +41,8 @@ class Posterior:
         Scatter of the verdicts, (draws,).
     apart, frequency
         ln(b_lim/b) at every cut and the chatter there in Hz, (draws, cuts).
+    sung
+        ln of the density of the frequency that was heard, see `of_frequency`, (draws, cuts); 0 where none was.
     likelihood
         ln P(cuts of a place | draw), (draws, places).
     prior
@@ -59,6 +61,7 @@ class Posterior:
     sigma: Array
     apart: Array
     frequency: Array
+    sung: Array
     likelihood: Array
     prior: Array
     family: Index
@@ -168,7 +171,7 @@ def evaluated(
     own, count, number = len(suspect.parameters), len(rows), len(problem.cuts)
     values, modes, sigma = suspect.values(z[:, :own]), z[:, own:-1], scatter(z[:, -1])
     base = problem.tool.placed(problem.tool.drawn().of(rows), modes)
-    apart, frequency = np.zeros((2, count, number))
+    apart, frequency, sung = np.zeros((3, count, number))
     likelihood = np.zeros((count, len(problem.places)))
     repeats, most = _most(suspect, problem)
     alive, left = np.arange(count, dtype=np.intp), np.ones(len(problem.places), dtype=bool)
@@ -184,7 +187,8 @@ def evaluated(
         for i, own, beyond, by in zip(here, f.T, x.T, forced, strict=True):
             heard = problem.cuts[i].chatter_frequency
             if heard is not None:
-                of_place = of_place + of_frequency(heard, told[2], own, beyond, repeats[i], problem.flips(k), float(by))
+                sung[alive, i] = of_frequency(heard, told[2], own, beyond, repeats[i], problem.flips(k), float(by))
+        of_place = of_place + np.sum(sung[np.ix_(alive, here)], axis=1)
         likelihood[alive, k] = of_place
         if least is not None:
             able = np.sum(likelihood[alive], axis=1) + np.sum(most[left]) >= least[alive]
@@ -193,13 +197,19 @@ def evaluated(
             if not len(alive):
                 break
     none = np.zeros(count)
-    return Posterior(suspect, rows, values, modes, z, sigma, apart, frequency, likelihood, none, family, count)
+    return Posterior(suspect, rows, values, modes, z, sigma, apart, frequency, sung, likelihood, none, family, count)
 
 
 def _most(suspect: Suspect, problem: Problem) -> tuple[list[float], Array]:
-    """Frequency in Hz with which every cut repeats, and the largest ln of the likelihood that each place can have."""
+    """Frequency in Hz by multiples of which chatter of every cut may be heard elsewhere, and the largest ln of the
+    likelihood that each place can have. In turning nothing repeats, and no tool is heard twice as high as it is asked.
+    """
     at = [problem.places[k].at for k in problem.index]
-    repeats = [one.speed / 60 if suspect.by_turn else one.tooth_frequency for one in at]
+    none = 2 * float(problem.tool.lines[-1])
+    repeats = [
+        none if one.cutting.process != "milling" else one.speed / 60 if suspect.by_turn else one.tooth_frequency
+        for one in at
+    ]
     most = np.array([most_of(cut, f) for cut, f in zip(problem.cuts, repeats, strict=True)])
     return repeats, np.asarray(np.bincount(problem.index, most, len(problem.places)), dtype=float)
 

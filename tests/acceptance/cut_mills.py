@@ -17,7 +17,7 @@ OF_AMPLITUDE = ("joint-slip", "run-out")
 
 def machine_of(c: Campaign) -> Machine:
     """The machine file of a campaign, read."""
-    frequency, ratio = ([mode[i] for mode in c.told.modes] for i in (1, 2))
+    frequency, ratio = ([float(mode[i]) for mode in c.told.modes] for i in (1, 2))
     known = f"frequency_error = {[FREQUENCY_ERROR * f for f in frequency]}\n"
     known += f"damping_ratio_error = {[DAMPING_ERROR * z for z in ratio]}\n"
     return _read(c.told, c.told.modes, known, f"speed = [{0.9 * min(c.speeds)}, {1.1 * max(c.speeds)}]\n")

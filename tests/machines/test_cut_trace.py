@@ -28,7 +28,7 @@ from machines.cut_loop.borders import border, condition, conditions_of
 from machines.cut_loop.contest import NEEDED
 from machines.cut_loop.distances import distances
 from machines.cut_loop.doubted_modes import JointSlip, MissingMode, ModeFrequency
-from machines.cut_loop.evidence import of_frequency, of_verdicts, stable
+from machines.cut_loop.evidence import of_frequency, of_verdicts, replayed, stable
 from machines.cut_loop.exactness import learnt
 from machines.cut_loop.growth import multiplier
 from machines.cut_loop.line_up import suspects_of
@@ -144,6 +144,16 @@ def test_three_cuts_that_chatter_unheard_at_one_speed_are_hardly_less_likely_tha
     clear = np.array([[0.5, 0.6, 0.7]])
     apart_ = np.exp(sum(of_one("stable", clear[:, i], 0.1, 0.0) for i in range(3)))
     assert np.exp(of_verdicts(["stable"] * 3, clear, sigma, still)) == pytest.approx(apart_, rel=0.01)
+
+
+def test_verdicts_that_are_replayed_are_as_many_as_they_are_likely() -> None:
+    """Patterns of two cuts of a place, one before and one beyond the border."""
+    apart, sigma, forced = np.tile([[0.05, -0.3]], (20_000, 1)), np.full(20_000, 0.1), np.array([0.5, 2.0])
+    found = replayed(apart, sigma, forced, np.random.default_rng(0))
+    for pattern in ([True, True], [True, False], [False, True], [False, False]):
+        said = ["stable" if one else "chatter" for one in pattern]
+        p = float(np.exp(of_verdicts(said, apart[:1], sigma[:1], forced)[0]))
+        assert np.mean(np.all(found == pattern, axis=1)) == pytest.approx(p, abs=4 * np.sqrt(p * (1 - p) / 20_000))
 
 
 def test_chatter_that_the_teeth_drown_is_often_not_heard(tmp_path: Path) -> None:
@@ -316,16 +326,17 @@ def test_a_verdict_is_a_coin_and_a_frequency_a_density() -> None:
     assert of_frequency(700.0, np.array([697.0]), np.array([703.0]), np.zeros(1), tooth, False) > 0.5
 
 
-def test_no_name_is_given_that_tells_the_verdicts_worse() -> None:
+def test_no_name_is_given_that_tells_the_verdicts_worse(monkeypatch: pytest.MonkeyPatch) -> None:
     """However well it tells the frequencies of chatter."""
+    monkeypatch.setattr(contest, "_unexplained", lambda *_: False)
     cuts = tuple(TriedCut(f"{k}", 3000.0, 1e-3, 2, verdict=said) for k, said in enumerate(("stable", "chatter") * 4))
-    problem = SimpleNamespace(cuts=cuts, index=np.arange(8), tool=SimpleNamespace(count=300))
+    problem = SimpleNamespace(cuts=cuts, tool=SimpleNamespace(count=300))
 
     def fared(family: str, evidence: float, right: float) -> contest.Entry:
         suspect = SimpleNamespace(family=family, told=lambda *_: family)
         found = SimpleNamespace(suspect=suspect, evidence=evidence, effective=200.0, strain=0.5, count=300)
         stable_ = np.array([right, 1 - right] * 4)
-        return contest.Entry(found, np.full(4, evidence / 4), stable_)  # type: ignore[arg-type]
+        return contest.Entry(found, np.full(4, evidence / 4), stable_, np.ones(8))  # type: ignore[arg-type]
 
     base = fared("as it is", 0.0, 0.9)
     for right, named in ((0.92, True), (0.7, False)):
@@ -343,11 +354,11 @@ def test_the_size_of_an_effect_is_that_of_quadrature(tmp_path: Path) -> None:
     s = np.exp(np.linspace(-1.2, 1.2, 241))
     z = np.linspace(-3, 3, 41)
     plain = lobes_at_amplitude(machine, [cut.speed for cut in cuts.cuts])
-    total = np.zeros((len(s), len(z)))
+    total, none = np.zeros((len(s), len(z))), 2 * problem.tool.lines[-1]
     for cut, b, f in zip(cuts.cuts, plain.depth, plain.chatter_frequency, strict=True):
         if cut.chatter_frequency is not None:
             beyond = np.log(b / s / cut.depth)
-            one = of_frequency(cut.chatter_frequency, at := np.full(len(s), f), at, beyond, cut.tooth_frequency, False)
+            one = of_frequency(cut.chatter_frequency, at := np.full(len(s), f), at, beyond, none, False)
             total += one[:, None]
     sigma = np.tile(0.1 * np.exp(0.35 * z), len(s))
     for speed in {cut.speed for cut in cuts.cuts}:
@@ -444,9 +455,27 @@ def test_a_mode_far_off_is_found_where_the_cuts_have_it(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_what_has_no_name_leaves_cuts_unexplained(tmp_path: Path) -> None:
+def test_chatter_in_turning_is_heard_at_its_own_frequency_and_no_other(tmp_path: Path) -> None:
+    """Of a mode a third higher than the file has it, several times the speed of revolution beside those of the file."""
     machine = machine_of(tmp_path)
     found = trace_cuts(campaign(machine, 6, shift=0.35), machine, draws=300)
+    assert found.chosen is not None
+    assert found.chosen.family == "missing-mode"
+    low, high = found.chosen.parameters["frequency"]["ci95"]
+    assert low < 1.35 * 150 < high
+
+
+@pytest.mark.slow
+def test_what_has_no_name_leaves_cuts_unexplained(tmp_path: Path) -> None:
+    machine = machine_of(tmp_path)
+    cuts = campaign(machine, 6)
+    other = {"stable": "chatter", "chatter": "stable"}
+    odd = sorted({cut.speed for cut in cuts.cuts})[::2]
+    turned = tuple(
+        replace(cut, verdict=other[str(cut.verdict)], chatter_frequency=None) if cut.speed in odd else cut
+        for cut in cuts.cuts
+    )
+    found = trace_cuts(replace(cuts, cuts=turned), machine, draws=300)
     assert found.verdict.value not in ("nothing_missing", "identified")
     assert any(cut.unexplained for cut in found.cuts)
 
