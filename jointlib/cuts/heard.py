@@ -2,7 +2,8 @@
 
 A stable cut repeats with the revolution, run-out and all, so what it holds beside the harmonics of the revolution is
 background. Chatter stands there in narrow lines; noise does not. A flip repeats with every second tooth, and is told
-from run-out only by its size, and by the other harmonics of the revolution, where the number of teeth is even.
+from run-out only by its size, and by the other harmonics of the revolution, where the number of teeth is even. Chatter
+that has locked to the revolution (period-n motion, Honeycutt & Schmitz 2016) is not told from run-out at all.
 """
 
 from __future__ import annotations
@@ -27,7 +28,8 @@ _MAINS = (50.0, 60.0)
 _MULTIPLES = 6
 _OFF = 0.002
 """Share by which the mains may be off."""
-_SHALLOWER = "a shallower cut at this speed would tell: run-out stays, a flip goes"
+_SHALLOWER = "a shallower cut at this speed would tell: run-out stays, chatter goes"
+_LOCKED = "a line of the revolution is over three times those of the teeth: run-out, or chatter that keeps step with it"
 WOULD_TELL = 'a record of the spindle turning without cutting (role = "quiet") would tell'
 
 
@@ -103,6 +105,9 @@ def told_by(sound: Sound, background: Sequence[Line] = (), run_out: float | None
         either = kind == "either"
         told = f"is run-out or a flip; {_SHALLOWER}" if either else "is run-out: others are more than a third of it"
         said.append(f"{place} {told}")
+    if sound.others > _RUN_OUT**2 * max(sound.tooth, sound.half):
+        either = True
+        said.append(f"{_LOCKED}; {_SHALLOWER}")
     if strongest is not None and share >= _STABLE:
         if _of_mains(strongest, sound):
             said.append(f"{strongest.frequency:.1f} Hz is the mains or chatter; {WOULD_TELL}")

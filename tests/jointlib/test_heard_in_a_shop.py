@@ -131,6 +131,14 @@ def test_run_out_beyond_the_feed_is_no_chatter(teeth: int, tmp_path: Path) -> No
     assert ("is run-out" in " ".join(heard_of(judged))) == (teeth == 4)
 
 
+@pytest.mark.parametrize(("size", "verdict"), [(2.0, "stable"), (5.0, "unknown")])
+def test_chatter_that_keeps_step_with_the_revolution_is_not_called_stable(size: float, verdict: str) -> None:
+    """Fourteen waves a revolution under three teeth, larger than run-out makes them."""
+    told = heard(cut(6000.0, 3, o14=size, o11=0.5 * size), RATE, 6000.0, 3, "here")
+    assert told.verdict == verdict
+    assert ("keeps step" in " ".join(told.said)) == (verdict == "unknown")
+
+
 def test_two_teeth_do_not_tell_run_out_from_a_flip_where_the_tool_runs_out(tmp_path: Path) -> None:
     records = [
         cut(s, 2, o3=size) + shop(k, 0.1) for k, (s, size) in enumerate(zip(SPEEDS, (3, 0.3, 0.4, 0.5), strict=True))
