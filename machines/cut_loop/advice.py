@@ -71,13 +71,12 @@ def outlook(machine: Machine, problem: Problem, believed: Sequence[Entry], safe:
     mean, bits = told_by([part[:, inside] for part in apart], sigma, forced)
     i, k = np.unravel_index(int(np.argmax(bits)), bits.shape)
     best = Advice(float(speeds[i]), float(ladder[k]), float(mean[i, k]), float(bits[i, k]))
-    removed = np.where(mean >= safe, speeds[:, None] * ladder, -1.0)
+    through = all_the_way(apart, sigma)[:, inside]
+    removed = np.where(through >= safe, speeds[:, None] * ladder, -1.0)
     i, k = np.unravel_index(int(np.argmax(removed)), removed.shape)
-    held = (
-        Advice(float(speeds[i]), float(ladder[k]), float(mean[i, k]), float(bits[i, k])) if removed[i, k] > 0 else None
-    )
+    held = Advice(float(speeds[i]), float(ladder[k]), float(through[i, k]), float(bits[i, k]))
     was = band(places, [part for part, _ in before])
-    return Outlook(speeds, was, band(places, apart), ladder, mean, best, held)
+    return Outlook(speeds, was, band(places, apart), ladder, mean, best, held if removed[i, k] > 0 else None)
 
 
 def forecast(
@@ -105,6 +104,12 @@ def told_by(apart: Sequence[Array], sigma: Array, forced: Array) -> tuple[Array,
     bits = _entropy(np.mean(said, axis=1)) - np.mean(_entropy(said), axis=1)
     # What is not heard is chatter all the same.
     return np.mean([sound(part, sigma) for part in apart], axis=1), np.asarray(bits)
+
+
+def all_the_way(apart: Sequence[Array], sigma: Array) -> Array:
+    """Of every speed and depth the probability that no depth up to it chatters, (speeds, depths): beyond an island of
+    chatter a cut is stable, and the tool does not come there but through it."""
+    return np.array([np.mean(sound(np.minimum.accumulate(part, axis=1), sigma), axis=0) for part in apart])
 
 
 def _range(machine: Machine, problem: Problem) -> tuple[Array, Array]:

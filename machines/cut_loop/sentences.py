@@ -20,11 +20,14 @@ def sentence(outcome: Outcome, base: Entry, problem: Problem, seen: Outlook) -> 
         but = ", but do not rule out that something is missing" if _near(outcome) else ""
         return f"The {len(problem.cuts)} cuts are explained by what the inputs leave open{but}."
     if outcome.chosen is None:
-        why = (
-            f"the machine reaches the cuts with {reach(base)} alone"
-            if not base.reached
-            else f"{odd} of {len(problem.cuts)} cuts are against what the inputs leave open"
-        )
+        why = f"{odd} of {len(problem.cuts)} cuts are against what the inputs leave open"
+        if not base.reached:
+            why = f"the machine reaches the cuts with {reach(base)} alone"
+        elif outcome.odds > np.log(ODDS):
+            more = f"{np.exp(outcome.odds):.2g} times as likely"
+            why = f"the suspects together make the cuts {more}, and none of them tells what is held out better"
+        elif not odd:
+            why = "the machine would hardly ever make these cuts together"
         return f"Something is missing that has no name here: {why}. Cut next at {seen.next_cut.speed:g} rpm."
     of = outcome.chosen.posterior
     said = of.told()
@@ -55,4 +58,4 @@ def nearly(base: Entry, outcome: Outcome) -> list[str]:
 def reach(base: Entry) -> str:
     """What it takes to reach the cuts, in words."""
     of = base.posterior
-    return f"{of.effective:.1f} effective draws and modes pulled by {of.strain:.1f} standard errors"
+    return f"{of.effective:.1f} effective draws and modes pulled by {of.strain:.2f} standard errors"

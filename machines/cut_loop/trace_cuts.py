@@ -236,8 +236,8 @@ def _warnings(
         said.append(f"{tool.left_out} samples of the machine have other modes and are left out.")
     if not base.reached:
         said.append(
-            f"The machine as it is reaches the cuts with {reach(base)} alone ({NEEDED:g} draws are needed and "
-            f"{STRAINED:g} standard errors at most): that is a residual and no posterior."
+            f"The machine as it is, before any finding, reaches the cuts with {reach(base)} alone ({NEEDED:g} draws "
+            f"are needed and {STRAINED:g} standard errors at most): that is a residual and no posterior."
         )
     wide = [place.at.speed for k, place in enumerate(problem.places) if problem.scatter(k) > _SCATTERS]
     if wide:

@@ -23,7 +23,7 @@ from machines import Machine, lobes_at_amplitude, read_machine, trace
 from machines.cut_loop import contest, sentences, tempered
 from machines.cut_loop import posterior as posteriors_room
 from machines.cut_loop import trace_cuts as trace_cuts_room
-from machines.cut_loop.advice import told_by
+from machines.cut_loop.advice import all_the_way, told_by
 from machines.cut_loop.borders import border, condition, conditions_of
 from machines.cut_loop.contest import NEEDED
 from machines.cut_loop.distances import distances
@@ -189,6 +189,12 @@ def test_what_is_advised_to_be_stable_is_so_and_not_only_unheard() -> None:
     assert chance[0] == pytest.approx(0.02 + 0.96 * ndtr(-2.0))
     assert chance[1] == pytest.approx(0.02 + 0.96 * ndtr(3.0))
     assert np.all(bits == pytest.approx(0.0, abs=1e-12))
+
+
+def test_no_cut_beyond_an_island_of_chatter_is_safe() -> None:
+    apart, sigma = [np.tile([1.0, -0.3, 0.8], (5, 1))], np.full((5, 1), 0.1)
+    assert told_by(apart, sigma, np.zeros((1, 3)))[0][0] == pytest.approx([0.98, 0.0213, 0.98], abs=1e-3)
+    assert all_the_way(apart, sigma)[0] == pytest.approx([0.98, 0.0213, 0.0213], abs=1e-3)
 
 
 @pytest.mark.parametrize("damping", [0.0, 5e4])
