@@ -35,7 +35,7 @@ def cubic_rig(k3: float) -> Rig:
 
 def test_it_shares_no_code_with_the_program() -> None:
     for path in HERE.glob("*.py"):
-        if path.name.endswith("table.py") or path.name.startswith("test_"):
+        if path.name.endswith(("table.py", "mills.py")) or path.name.startswith("test_"):  # these ask the program
             continue
         tree = ast.walk(ast.parse(path.read_text()))
         roots = {n.module or "" for n in tree if isinstance(n, ast.ImportFrom)}
