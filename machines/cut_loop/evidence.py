@@ -53,12 +53,17 @@ def scatter(z: Array) -> Array:
 
 def stable(apart: Array, sigma: Array, shaken: Array | float = 0.0) -> Array:
     """P(stable) of cuts by ln(b_lim/b), the scatter of the verdicts, and the forced vibration in feeds per tooth."""
-    return np.asarray(_SLIP + (1 - 2 * _SLIP) * _short(apart, sigma, shaken, _CLEAR))
+    return _with_slips(_short(apart, sigma, shaken, _CLEAR))
 
 
 def sound(apart: Array, sigma: Array) -> Array:
     """P(stable) of cuts whether or not anybody would hear their chatter."""
-    return np.asarray(_SLIP + (1 - 2 * _SLIP) * ndtr(apart / sigma))
+    return _with_slips(ndtr(apart / sigma))
+
+
+def _with_slips(chance: Array) -> Array:
+    """P(a cut is called stable) by that of its being so."""
+    return np.asarray(_SLIP + (1 - 2 * _SLIP) * chance)
 
 
 def _short(apart: Array, sigma: Array, shaken: Array | float, of: tuple[float, ...]) -> Array:
@@ -102,7 +107,7 @@ def _called(verdict: str, apart: Array, sigma: Array, feeds: float, clear: bool,
         not_clear = _heard_deeper(apart + _NEAR * sigma, sigma, feeds, _CLEAR, clear)
         inside = not_clear - _heard_deeper(apart - _NEAR * sigma, sigma, feeds, _FAINT, faint)
         return np.asarray(_SLIP + (1 - _SLIP) * np.maximum(inside, 0.0))
-    chance = _SLIP + (1 - 2 * _SLIP) * _heard_deeper(apart, sigma, feeds, _CLEAR, clear)
+    chance = _with_slips(_heard_deeper(apart, sigma, feeds, _CLEAR, clear))
     return np.asarray(chance if verdict == "stable" else 1 - chance)
 
 
@@ -116,7 +121,7 @@ def replayed(apart: Array, sigma: Array, shaken: Array, rng: np.random.Generator
     _, _, by, more, about, begins = _CLEAR
     late = rng.uniform(size=(len(sigma), 1)) < _late(shaken, _CLEAR)
     deeper = by + more * np.log1p(shaken) + about * rng.choice(_DEEPER, size=(len(sigma), 1))
-    chance = _SLIP + (1 - 2 * _SLIP) * ndtr((apart + np.where(late, deeper, begins)) / sigma[:, None])
+    chance = _with_slips(ndtr((apart + np.where(late, deeper, begins)) / sigma[:, None]))
     return np.asarray(rng.uniform(size=chance.shape) < chance)
 
 
