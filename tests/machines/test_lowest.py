@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from repeats import repeats
 
 from jointlib.arrays import Array
-from machines.cutting.amplitude.lobes_over_range import over_the_range
+from machines.cutting.amplitude.frozen_lobes import lobes_at_amplitude
+from machines.cutting.amplitude.lobes_over_range import lobes_over_range, over_the_range
 from machines.cutting.amplitude.pocket import best_pocket
+from machines.files.machine_file import read_machine
 from machines.lobes import Cutting, StabilityLobes, ToolModel, stability_lobes
+
+LIBRARY = Path(__file__).parents[2] / "machines" / "library"
 
 
 def tool(seed: int) -> ToolModel:
@@ -48,6 +54,16 @@ def test_no_line_of_a_far_finer_chart_lies_below_it(seed: int) -> None:
     found = over(seed, np.linspace(5000, 15000, 100))
     fine = chart(seed, np.linspace(5000, 15000, 2001))
     assert found.minimum_depth <= (1 + 1e-3) * fine.minimum_depth
+
+
+def test_a_chatter_that_barely_meets_half_of_the_teeth_is_looked_at_there() -> None:
+    """Of the end mill a dip of 7 rpm, 12 % deep, lies between lines 90 rpm apart; the chatter bends towards it."""
+    machine = read_machine(LIBRARY / "end_mill.toml")
+    lines = np.linspace(6000, 24000, 200)
+    found = lobes_over_range(machine, lines[(lines > 20300) & (lines < 20800)])
+    fine = lobes_at_amplitude(machine, np.arange(20530.0, 20545.0, 0.5))
+    assert found.minimum_depth == pytest.approx(fine.minimum_depth, rel=1e-3)
+    assert found.minimum_depth < 0.94 * np.min(found.depth[found.kind == "hopf"])
 
 
 def test_a_dip_is_among_the_speeds_so_that_no_pocket_lies_over_it() -> None:

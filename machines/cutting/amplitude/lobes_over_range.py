@@ -1,10 +1,10 @@
 """The lowest limit of an exact chart over its whole range of speeds, dips between its lines included.
 
 A period doubling may cut a dip into the boundary that is narrower than the spacing of the lines, where a chatter that
-is not the first one on either side passes half a tooth frequency. So three things are looked at: intervals over which
-the lobe, the kind or ⌊2·f_c/f_T⌋ of the chatter changes are halved; a chatter f that is lowest somewhere is looked for
-again at every speed of the range at which it stands alike to the teeth, f_T = f/(k + ψ) and 2·f/k; and every low place
-is closed in.
+is not the first one on either side passes half a tooth frequency. So four things are looked at: intervals over which
+the lobe, the kind or ⌊2·f_c/f_T⌋ of the chatter changes are halved; a Hopf chatter is met where it passes half a tooth
+frequency; a chatter f that is lowest somewhere is looked for again at every speed of the range at which it stands alike
+to the teeth, f_T = f/(k + ψ) and 2·f/k; and every low place is closed in.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 
@@ -20,26 +19,17 @@ from jointlib.arrays import Array, ArrayLike
 from jointlib.errors import CheckFailed
 from jointlib.shown.progress import each, remark
 
-from ...indices import Index, Mask
 from ...model.machine import Machine
 from ..process.chart import BY_SPEED, StabilityLobes, joined
 from ..process.cutting import Cutting
+from ..rest import dips
 from ..rest.periodic import AT_SPEEDS
 from .frozen_lobes import lobes_at_amplitude
 
 _HALVINGS = 5
+_HALVES = 3
+"""Times that a Hopf chatter is met at half of the teeth."""
 _CLOSER = 6
-_LOOKS = 2
-"""Speeds inside an interval beside a low place, at every closer look."""
-_NEAR = 1.5
-"""Times the lowest limit up to which a low place is looked at."""
-_AS_LOW, _SAME = 1.02, 0.02
-"""The same of a mean cut, whose lobes are all nearly as low; share by which frequencies of one chatter differ there."""
-_CLOSED = 2e-5
-"""Share of the speed to which low places are closed in."""
-_NARROW = 1e-3
-"""Share of the speed below which an interval is not halved."""
-_DIPS = 1 - 1e-3
 _FEWEST = 3
 _TRIED = 5
 """Speeds that tell how long all of them take."""
@@ -187,25 +177,29 @@ def over_the_range(
 
     def close_in(near: float) -> None:
         for _ in range(_CLOSER):
-            closer = _beside(known, near)
+            closer = dips.beside(known, near)
             if not len(closer):
                 break
             join(closer)
 
     if hurried:
-        close_in(_AS_LOW)
+        close_in(dips.AS_LOW)
     # Of a mean cut no chatter doubles the period of the teeth: its lobes are alike, and are met by that.
     mean = chart.method in ("turning", "zero-order")
     for _ in range(0 if mean else _HALVINGS):
-        split = np.flatnonzero(_changes(known, chart.cuts_per_revolution))
+        split = np.flatnonzero(dips.changes(known, chart.cuts_per_revolution))
         if not len(split):
             break
         join((known["speed"][split] + known["speed"][split + 1]) / 2)
-    again = _alike(known, chart.cuts_per_revolution, mean)
+    for _ in range(0 if mean else _HALVES):
+        if not len(half := dips.half(known, chart.cuts_per_revolution)):
+            break
+        join(half)
+    again = dips.alike(known, chart.cuts_per_revolution, mean)
     if len(again):
         join(again)
-    close_in(_AS_LOW if mean else _NEAR)
-    kept = np.isin(known["speed"], grid) | _hidden(known, grid) | every
+    close_in(dips.AS_LOW if mean else dips.NEAR)
+    kept = np.isin(known["speed"], grid) | dips.hidden(known, grid) | every
     values = {key: known[key][kept] for key in BY_SPEED}
     row = int(np.argmin(known["depth"]))
     lowest, frequency, rpm = (float(known[key][row]) for key in ("depth", "chatter_frequency", "speed"))
@@ -225,65 +219,3 @@ def _lowest_first(known: dict[str, Array], speeds: Array) -> Array:
     """Further speeds in the order of what is known beside them."""
     after = np.clip(np.searchsorted(known["speed"], speeds), 1, len(known["speed"]) - 1)
     return speeds[np.argsort(np.minimum(known["depth"][after - 1], known["depth"][after]), kind="stable")]
-
-
-def _hidden(known: dict[str, Array], grid: Array) -> Mask:
-    """The lowest speed of every interval of the grid that dips below both its ends."""
-    speed, depth = known["speed"], known["depth"]
-    ends = depth[np.searchsorted(speed, grid)]
-    interval = np.clip(np.searchsorted(grid, speed, side="right") - 1, 0, len(grid) - 2)
-    below = depth < _DIPS * np.minimum(ends[interval], ends[interval + 1])
-    found = np.zeros(len(speed), dtype=bool)
-    order = np.lexsort((depth, interval))
-    order = order[below[order]]
-    found[order[np.unique(interval[order], return_index=True)[1]]] = True
-    return found
-
-
-def _changes(known: dict[str, Array], cuts: int) -> Mask:
-    """Intervals between neighbouring speeds in which another chatter takes over."""
-    half = np.floor(120 * known["chatter_frequency"] / (cuts * known["speed"]))
-    other = (
-        (half[1:] != half[:-1]) | (known["kind"][1:] != known["kind"][:-1]) | (known["lobe"][1:] != known["lobe"][:-1])
-    )
-    return np.asarray(other & (np.diff(known["speed"]) > _NARROW * known["speed"][1:]))
-
-
-def _lows(depth: Array, near: float) -> Index:
-    """Rows that are lower than both neighbours and at most ``near`` times the lowest of all."""
-    padded = np.concatenate([[np.inf], depth, [np.inf]])
-    low = (depth <= padded[:-2]) & (depth <= padded[2:]) & (depth <= near * np.min(depth)) & np.isfinite(depth)
-    return np.flatnonzero(low)
-
-
-def _alike(known: dict[str, Array], cuts: int, mean: bool) -> Array:
-    """Speeds at which a chatter that is lowest somewhere stands to the teeth as it does there, or at half of them.
-
-    Of a ``mean`` cut, which knows no halves, the lowest place of a chatter tells of all its lobes.
-    """
-    speed = known["speed"]
-    rows, found = _lows(known["depth"], _NEAR), [np.zeros(0)]
-    if mean:
-        own = np.round(np.log(known["chatter_frequency"][rows]) / _SAME)
-        order = np.lexsort((known["depth"][rows], own))
-        rows = rows[order[np.unique(own[order], return_index=True)[1]]]
-    for row in rows.tolist():
-        f = float(known["chatter_frequency"][row])
-        waves = 60 * f / (cuts * speed[row])
-        k = np.arange(int(60 * f / (cuts * speed[0])) + 2.0)
-        order = k + waves % 1 if mean else np.concatenate([k + waves % 1, k / 2])
-        found.append(60 * f / (cuts * order[order > 0]))
-    wanted = np.unique(np.concatenate(found))
-    wanted = wanted[(wanted > speed[0]) & (wanted < speed[-1])]
-    away = np.min(np.abs(wanted[:, None] - speed), axis=1, initial=np.inf) > _NARROW / 4 * wanted
-    return np.asarray(wanted[away])
-
-
-def _beside(known: dict[str, Array], near: float) -> Array:
-    """Speeds inside the intervals round every low place that is at most ``near`` times the lowest."""
-    speed, found = known["speed"], [np.zeros(0)]
-    for row in _lows(known["depth"], near).tolist():
-        for a, b in pairwise(speed[max(row - 1, 0) : row + 2].tolist()):
-            if b - a > _CLOSED * b:
-                found.append(np.linspace(a, b, _LOOKS + 2)[1:-1])
-    return np.unique(np.concatenate(found))
