@@ -128,6 +128,30 @@ def test_a_pocket_by_zero_order_is_held_against_the_exact_method(
     assert found.exact in html.unescape((tmp_path / "out" / "report.html").read_text("utf-8"))
 
 
+EVERYWHERE = [(0.15, "up", True), (0.5, "down", True), (1.0, "up", False)]
+
+
+@pytest.mark.parametrize(("immersion", "mode", "denied"), EVERYWHERE)
+def test_a_depth_at_every_speed_by_zero_order_is_held_against_the_exact_method(
+    immersion: float, mode: str, denied: bool, tmp_path: Path
+) -> None:
+    """What the exact method says at the lowest point of its chart stands below the answer."""
+    base = (LIBRARY / "two_mode_tool.toml").read_text("utf-8").replace("teeth = 3", "teeth = 2")
+    (tmp_path / "two.toml").write_text(base.replace('mode = "up"', f'mode = "{mode}"'), "utf-8")
+    plan = TEETH.format(base="two.toml", immersion=immersion).replace("removal-rate", "minimum-depth")
+    (tmp_path / "s.study.toml").write_text(plan, "utf-8")
+    found = study(tmp_path / "s.study.toml", tmp_path / "out", workers=1)
+    assert found.verdict is not None
+    assert found.verdict.best is not None
+    said = found.verdict.best.results["minimum-depth"]
+    speeds = np.union1d(np.linspace(4000, 25000, 211), np.linspace(12700, 12900, 11))
+    exact = lobes_at_amplitude(read_machine(tmp_path / "out" / "best.toml"), speeds).minimum_depth
+    assert (exact < 0.99 * said) is denied
+    assert found.exact.startswith("Do not cut" if denied else "By the exact method")
+    told = float(re.findall(r"(?:chatters above|is stable below) ([\d.]+) mm", found.exact)[0]) * 1e-3
+    assert told == pytest.approx(exact, rel=0.01)
+
+
 def test_a_study_by_an_exact_method_is_not_checked_by_it_again(tmp_path: Path) -> None:
     plan = TEETH.format(base=LIBRARY / "two_mode_tool.toml", immersion=0.5).replace(
         "= 70", '= 5\nspeed = [15000, 15900]\nlobes = "collocation"'

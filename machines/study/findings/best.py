@@ -34,6 +34,8 @@ class BestMachine:
     method: str
     """Of the stability lobes."""
     amplitudes: tuple[float, ...]
+    speed_count: int
+    """Speeds of the study, over the range of the file."""
 
     @property
     def command(self) -> str:
@@ -61,7 +63,7 @@ def write_best(
     files = write_machine(setting.file, changes, target, open_)
     process = "" if machine.cutting is None else machine.cutting["process"]
     method = study.lobes or preview(process)
-    return BestMachine(files, case, results, method, study.amplitudes)
+    return BestMachine(files, case, results, method, study.amplitudes, study.speed_count)
 
 
 def worst_setting(
