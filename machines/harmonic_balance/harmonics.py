@@ -12,6 +12,7 @@ from jointlib.joint import Joint
 from jointlib.law import JointLaw, MemorylessLaw
 from jointlib.parameter import Role, parameters_of
 
+from ..deadline import in_time
 from ..indices import Mask
 from ..statics.asked_together import Several, same_joints
 from .cycle import Cycle, Harmonics, shares, slopes_of_harmonics, tangent
@@ -57,8 +58,9 @@ def joint_forces(
     and time), those with memory over whole cycles until their state repeats; a cycle that does not repeat is nan. The
     mean, harmonic 0, is real: Z_0 counts by its real part, the force by its average. The travel counts from ``rest``
     (m, per joint), and what remembers was loaded from 0, slowly. Without ``slopes`` the derivatives of what is not
-    linear, which cost many times its force, are left out.
+    linear, which cost many times its force, are left out. `OutOfTime` once a deadline is over.
     """
+    in_time()
     if harmonics == (1,):
         A, Z = np.abs(z[:, 0]), z[:, 0]
         gain, slope = gains(joints, A, omega)

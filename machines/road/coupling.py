@@ -61,6 +61,8 @@ def coupling_pieces(machine: Machine, amplitudes: Sequence[float] = ()) -> list[
 
 _SEARCHED = 0.8
 """Share of the time of the forced response for its peaks and jumps; the rest is for lines alone where that is over."""
+_OVERTONES = 60.0
+"""Seconds for further harmonics where joints remember; where they do not suffice the error of one harmonic is said."""
 _OFF = 0.05
 """Share by which the lowest depth must be off from that with the measured tool point to be a doubt."""
 
@@ -120,14 +122,19 @@ def _force(road: Run) -> None:
     from ..forced_response.response_file import write_response
     from ..report.sections import response_section
 
-    # Every step of a cycle that is sampled costs, so joints that remember keep one harmonic, and its error is said.
-    harmonics = 1 if any(joint.states for joint in road.machine.joints()) else "auto"
+    # Every step of a cycle that is sampled costs: where joints remember, one harmonic is known before more are tried.
+    remembering = any(joint.states for joint in road.machine.joints())
     machine, late, searched = road.machine, "", 0
     drives, results = drives_of(machine, None), list[Any]()
     with road.progress.step(f"forced response at each force, in at most {BUDGET / 60:g} minutes"):
         try:
             with within(_SEARCHED * BUDGET):
-                results.extend(responses(machine, None, progress=Inside(), harmonics=harmonics, stability="auto"))
+                first = 1 if remembering else "auto"
+                results.extend(responses(machine, None, progress=Inside(), harmonics=first, stability="auto"))
+            if remembering:
+                with suppress(OutOfTime), within(_OVERTONES):
+                    for k, more in enumerate(responses(machine, None, harmonics="auto", stability="auto")):
+                        results[k] = more
         except OutOfTime as error:
             late, searched = str(error), len(results)
             with suppress(OutOfTime) if results else nullcontext():

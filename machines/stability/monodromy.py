@@ -18,6 +18,7 @@ from jointlib.joint import Joint
 from jointlib.law import Motion
 
 from ..coupling.second_order import MachineEquations
+from ..deadline import in_time
 from ..harmonic_balance.cycle import Cycle, Harmonics
 from ..harmonic_balance.remembering import steady_states
 
@@ -127,8 +128,9 @@ def largest_multiplier(
 def monodromy(poised: Poised, z: ComplexArray, omega: Array, harmonics: Harmonics, samples: int = 256) -> Array:
     """What one cycle makes of [q, q̇/ω, g/ω², states], (points, size, size); z moves the nonlinear joints alone.
 
-    ``samples`` is a power of two.
+    ``samples`` is a power of two. `OutOfTime` once a deadline is over.
     """
+    in_time()
     m, nj = len(poised.squared), len(poised.joints)
     w = omega[:, None, None, None]
     free, first, last = (part[:, None] for part in _between(poised, omega, 2 * np.pi / samples))
