@@ -25,6 +25,10 @@ _TRAVEL = 100.0
 """m; the longest portal mills travel 60."""
 _FORCE = 1e4
 """N, peak, of what shakes a machine: large shakers have 1 to 3 kN, roughing cuts as much."""
+_UNKNOWN = 1e5
+"""N that a constant force may have where not all masses are known."""
+_SHIM = 5e-3
+"""m; parts of 1 m grow by 10 µm for a degree, shims have up to a few mm."""
 _EARTH = (9.7, 9.9)
 """m/s² anywhere on the ground."""
 _LEVEL = 1e-3
@@ -63,6 +67,7 @@ def wrong_operation(machine: Machine) -> Iterator[str]:
             said = outside(float(cutting[key]), low, high, f"[cutting]: {key}", unit, scale)
             yield from filter(None, [said])
     yield from _slow(cutting)
+    yield from _loads(machine)
     if machine.static is not None and machine.static.gravity is not None:
         g = float(np.linalg.norm(machine.static.gravity))
         if g:
@@ -75,6 +80,27 @@ def wrong_operation(machine: Machine) -> Iterator[str]:
         low, high = axis.travel or (0.0, 0.0)
         if high - low > _TRAVEL:
             yield (f"axis {axis.name}: it travels {high - low:g} m, expected at most {_TRAVEL:g} m: were mm read as m?")
+
+
+def _loads(machine: Machine) -> Iterator[str]:
+    """Constant forces beyond what cuts press with and balance carries, and offsets that no shim makes."""
+    if machine.static is None:
+        return
+    parts = part_masses(machine)
+    known = all(part.mass is not None for part in parts)
+    most = max(_FORCE, _EARTH[1] * (whole_mass(tuple(parts)).mass or 0.0)) if known else _UNKNOWN
+    for dof, load in machine.static.force.items():
+        if abs(load) > most:
+            yield (
+                f"[static]: a constant force of {load:g} N on {dof}, expected at most {most:.0f} N, as a roughing cut "
+                "presses or the machine weighs: is its unit right?"
+            )
+    for connection, offset in machine.static.offset.items():
+        if abs(offset) > _SHIM:
+            yield (
+                f"[static]: an offset of {offset * 1e3:g} mm in {connection}, expected at most {_SHIM * 1e3:g} mm: is "
+                "its unit right?"
+            )
 
 
 def _slow(cutting: Mapping[str, Any]) -> Iterator[str]:

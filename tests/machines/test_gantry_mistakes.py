@@ -41,6 +41,8 @@ moves = ["bridge"]
 travel = [-150, 200]
 
 """
+PRESSED = 'gravity = true\nforce = { "bridge.uz" = "-600 kN" }'
+SHIMMED = 'gravity = true\noffset = { "rails_1.upper_left_1" = "20 mm" }'
 ALONE = [
     # what stands there, what is written instead, how the only sentence begins
     (RAILS, "at = [[-200, 0, 250], [200, 0, 250]]", "rails: it lies 319.9 m from the centre of bridge, a body of"),
@@ -63,6 +65,8 @@ ALONE = [
     ('x = "cutter.tip.x"', 'x = "cutter.tip.z"', "[tool]: x is cutter.tip.z, along the axis of cutter; a mill cuts"),
     ('["40 Hz", "1500 Hz"]', "[0.04, 1.5]", "[response]: frequency ends at 1.5 Hz, far below the first mode at 26.3"),
     ('force = ["2 N", "40 N"]', 'force = ["2 N", "40 kN"]', "[response]: a force of 40000 N at the tool, expected at"),
+    ("gravity = true", PRESSED, "[static]: a constant force of -600000 N on bridge.uz, expected at most"),
+    ("gravity = true", SHIMMED, "[static]: an offset of 20 mm in rails_1"),
     ("[static]", AXIS + "[static]", "axis y: it travels 350 m, expected at most 100 m: were mm read as m?"),
     ('damping = "900 N s/m"', 'damping = "900 N s/mm"', "rails_1 and rails_2: at 100 Hz its damping, 2.25e+05 N s/m"),
     ('preload = "500 N"', 'preload = "0.5 N"', "rails_1 and rails_2: its preload presses its rolling contacts"),
