@@ -143,15 +143,7 @@ class Assembly:
     @cached_property
     def coordinates(self) -> Coordinates:
         """The independent ones of the nonlinear joints' motions."""
-        flexible = self.machine.flexible
-        rows = self.machine.rows([flexible[i] for i in self.nonlinear])
-        parts, start = [], 0
-        for component in self.machine.components:
-            part = rows[:, start : start + len(component.dofs)]
-            model = component.second_order()
-            parts.append(part if model is None else part @ model.shapes)
-            start += len(component.dofs)
-        return Coordinates.of(np.concatenate(parts, axis=1))
+        return independent(self.machine, self.nonlinear)
 
     @cached_property
     def _rigid(self) -> Array:
@@ -289,3 +281,15 @@ def mean_displacement(machine: Machine, amplitude: ArrayLike, frequency: ArrayLi
         return np.tile(rest, (len(A), 1))
     omega = 2 * np.pi * np.broadcast_to(np.asarray(frequency, dtype=float), len(A))
     return rest + assembly.biased.everywhere(A[:, list(assembly.nonlinear)], omega)
+
+
+def independent(machine: Machine, joints: Sequence[int]) -> Coordinates:
+    """The independent ones of the motions of some joints, told by their places among the flexible connections."""
+    rows = machine.rows([machine.flexible[i] for i in joints])
+    parts, start = [], 0
+    for component in machine.components:
+        part = rows[:, start : start + len(component.dofs)]
+        model = component.second_order()
+        parts.append(part if model is None else part @ model.shapes)
+        start += len(component.dofs)
+    return Coordinates.of(np.concatenate(parts, axis=1))

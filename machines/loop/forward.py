@@ -18,7 +18,7 @@ from jointlib.joint import Joint
 
 from ..coupling.coordinates import Coordinates
 from ..coupling.coupling import couple
-from ..harmonic_balance.assembly import Assembly, View
+from ..harmonic_balance.assembly import Assembly, View, independent
 from ..harmonic_balance.newton import Effort, gains, own_slopes, real_form, solve
 from ..indices import Index, Mask
 from ..model.machine import Machine
@@ -63,6 +63,8 @@ class Answer:
     """m/N, (points,)."""
     fine: Mask
     """Where a solution was found."""
+    force: ComplexArray
+    """Of the moving joints in N, (points, moving)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,6 +86,7 @@ class Forward:
     cap: Array | None = None
     """Longest step of every joint in m, (joints,)."""
     _views: dict[tuple[int, ...], View] = field(default_factory=dict)
+    _coordinates: dict[tuple[int, ...], Coordinates] = field(default_factory=dict)
 
     @classmethod
     def of(cls, machine: Machine, frfs: Sequence[LevelFRF]) -> Forward:
@@ -134,9 +137,23 @@ class Forward:
                 H[:, z][at, :, f][:, :, None],
                 H[:, :, z][at, o][:, None, :],
                 H[at, o, f][:, None, None],
-                _independent(len(z)),
+                Coordinates(np.arange(len(z)), np.eye(len(z))),
             )
         return self._views[moving]
+
+    def coordinates(self, moving: tuple[int, ...]) -> Coordinates:
+        """The independent ones of the motions of these joints, such as six of the contacts between two bodies."""
+        if moving not in self._coordinates:
+            self._coordinates[moving] = independent(self.machine, moving)
+        return self._coordinates[moving]
+
+    def _of_independent(self, moving: tuple[int, ...]) -> View:
+        """`view` from the independent motions alone."""
+        view, c = self.view(moving), self.coordinates(moving)
+        if c.complete:
+            return view
+        H = view.Hzz[:, c.rows][:, :, c.rows]
+        return View(view.omega, H, view.Hzf[:, c.rows], view.Hoz[:, :, c.rows], view.Hof, c)
 
     def linear(self, moving: tuple[int, ...]) -> ComplexArray:
         """Receptance between all ports at the different lines, with all joints coupled but the moving ones."""
@@ -153,7 +170,7 @@ class Forward:
             return [joints[i] for i in moving]
         changed = with_joints(self.machine, joints)
         standing = at_working_point(changed).joints()
-        return Together(tuple(standing[i] for i in moving), Biased.of(changed, moving, _independent(len(moving))))
+        return Together(tuple(standing[i] for i in moving), Biased.of(changed, moving, self.coordinates(moving)))
 
     def answer(
         self,
@@ -166,26 +183,34 @@ class Forward:
 
         With ``ramp`` the force is raised in steps where that fails: more patience for what is kept.
         """
-        view, points = self.view(moving), self.points
+        whole, points = self.view(moving), self.points
         if not moving:
-            return Answer(
-                np.zeros((len(points), 0), dtype=complex), view.Hof[:, 0, 0], np.ones(len(points), dtype=bool)
-            )
+            still = np.zeros((len(points), 0), dtype=complex)
+            return Answer(still, whole.Hof[:, 0, 0], np.ones(len(points), dtype=bool), still)
         cap = None if self.cap is None else self.cap[list(moving)]
         try:
             movers = self.movers(joints, moving)
+            view = self._of_independent(moving)
             found = solve(view, movers, points.force, cap, start, ramp, _PATIENCE)
         except (InputError, np.linalg.LinAlgError):
             # Such joints cannot hold the static load: no motion about a working point answers for them.
-            shape = len(points), len(moving)
-            return Answer(np.zeros(shape, dtype=complex), np.zeros(shape[0], dtype=complex), np.zeros(shape[0], bool))
+            none = np.zeros((len(points), len(moving)), dtype=complex)
+            return Answer(none, np.zeros(len(points), dtype=complex), np.zeros(len(points), dtype=bool), none)
         lost = np.flatnonzero(~found.converged)
-        z, force, fine = found.z.copy(), found.force.copy(), found.converged.copy()
+        z, force, fine = found.z.copy(), found.gain * found.z, found.converged.copy()
         if start is not None and len(lost):
             again = solve(view.at(lost), movers, points.force[lost], cap, None, False, _PATIENCE)
-            z[lost], force[lost], fine[lost] = again.z, again.force, again.converged
-        H = view.Hof[:, 0, 0] - (view.Hoz[:, 0] * force).sum(axis=1) / points.force
-        return Answer(z, H, fine & np.isfinite(H))
+            z[lost], force[lost], fine[lost] = again.z, again.gain * again.z, again.converged
+        H = view.Hof[:, 0, 0] - (whole.Hoz[:, 0] * force).sum(axis=1) / points.force
+        return Answer(z, H, fine & np.isfinite(H), force)
+
+    def everywhere(self, moving: tuple[int, ...], force: ComplexArray) -> ComplexArray:
+        """m/N at every response, (responses, points), where the moving joints carry these forces in N."""
+        n, places = len(self.standing), len(self.responses)
+        H, line = self.linear(moving), self.line[:, None]
+        o, f = n + np.arange(places), n + places + self.points.drive
+        to = H[line[:, :, None], o[:, None], np.array(moving, dtype=np.intp)]
+        return np.asarray((H[line, o, f[:, None]] - np.einsum("pom,pm->po", to, force) / self.points.force[:, None]).T)
 
     def slopes(
         self, joints: Sequence[Joint], moving: tuple[int, ...], z: ComplexArray, moved: Sequence[Sequence[Joint]]
@@ -218,11 +243,6 @@ class Forward:
         """The same at some of the points."""
         views = {moving: view.at(rows) for moving, view in self._views.items()}
         return replace(self, points=self.points.at(rows), line=self.line[rows], _views=views)
-
-
-def _independent(count: int) -> Coordinates:
-    """Every joint by itself: which ones move independently changes with the hypotheses."""
-    return Coordinates(np.arange(count), np.eye(count))
 
 
 def with_joints(machine: Machine, joints: Sequence[Joint]) -> Machine:

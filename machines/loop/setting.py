@@ -113,7 +113,7 @@ class Setting:
         points = forward.points
         rows = np.flatnonzero(base.fine & np.isfinite(points.measured) & (points.deviation > 0))
         sigma = np.sqrt(points.deviation**2 + doubt**2)[rows]
-        base = Answer(base.z[rows], base.receptance[rows], base.fine[rows])
+        base = Answer(base.z[rows], base.receptance[rows], base.fine[rows], base.force[rows])
         return cls(Fitting(forward.on(rows), sigma, further[rows], taken), base, rows, len(points))
 
     @property

@@ -13,7 +13,7 @@ from jointlib.errors import InputError
 from jointlib.loop.answer.report import Status, Verdict
 from jointlib.planning.outcome import NOTHING, UNNAMED, close
 from jointlib.planning.plan import Confusion, Tried, both_ways
-from jointlib.shown.progress import Progress
+from jointlib.shown.progress import Progress, each
 
 from ..loop.judge import OUTDONE
 from ..loop.report import MachineTrace
@@ -70,7 +70,7 @@ def plan_machine(bench: Bench, asked: Sequence[str], size: float, seed: int, pro
     said: dict[str, None] = {}
     drawn: dict[str, list[Altered]] = {}
     with progress.step("choosing places and forces"):
-        for q in wanted:
+        for q in each("effects", wanted, len(wanted)):
             found = [altered(bench, q, draw, _random(seed, draw, q.name), size) for draw in range(draws(q))]
             if not (usable := [a for a in found if a is not None]):
                 said[f"{q.name} cannot change the responses by {100 * size:g} % here, or lets no motion be found."] = (

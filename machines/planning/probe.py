@@ -13,6 +13,7 @@ from jointlib.errors import InputError
 from jointlib.joint import Joint
 from jointlib.laws.hertz_guide import HertzGuide
 
+from ..indices import Mask
 from ..loop.forward import Answer, Forward, Points
 from ..loop.noise.deviation import from_neighbours
 from ..loop.records import LevelFRF
@@ -28,6 +29,8 @@ _OTHERS = 5
 _OF_LIFT_OFF, _OF_RANGE = 0.8, 0.95
 _SHRINKS = 12
 _NOISE_OF = 0.01
+_KNOWN = 0.97
+"""Share of the lines that must have a motion."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,16 +62,36 @@ class Bench:
 
     def responses(self, joints: Sequence[Joint]) -> ComplexArray | None:
         """m/N, (places, levels, lines), of the machine with these joints; None where many lines have no motion."""
-        return _answered(self._forward, joints, (len(self.places), len(LEVELS), len(self.lines)))
+        answer = self._answer(joints)
+        if answer is None:
+            return None
+        # What the joints do does not depend on where the motion is measured.
+        H = self._forward.everywhere(self._moving(joints), answer.force)
+        return self._filled(H, np.tile(answer.fine, (len(self.places), 1)))
 
     def at_drive(self, joints: Sequence[Joint]) -> ComplexArray | None:
-        """m/N, (levels, lines), of the driven place alone, which takes a fraction of the time."""
-        found = _answered(self._driven, joints, (1, len(LEVELS), len(self.lines)))
-        return None if found is None else found[0]
+        """m/N, (levels, lines), of the driven place alone."""
+        answer = self._answer(joints)
+        return None if answer is None else self._filled(answer.receptance, answer.fine)[0]
 
-    @cached_property
-    def _driven(self) -> Forward:
-        return _forward(self.machine, self.lines, self.forces, self.drive, (self.drive,))
+    def _answer(self, joints: Sequence[Joint]) -> Answer | None:
+        """Motions of the joints at every level and line, driven place; None where many lines have none."""
+        answer = self._forward.answer(joints, self._moving(joints), ramp=True)
+        return None if np.mean(answer.fine) < _KNOWN else answer
+
+    def _moving(self, joints: Sequence[Joint]) -> tuple[int, ...]:
+        """Those whose gain depends on amplitude, and those that differ from what the machine is believed to have."""
+        changed = (i for i, (a, b) in enumerate(zip(joints, self.machine.joints(), strict=True)) if a is not b)
+        return tuple(sorted({*self._forward.nonlinear, *changed}))
+
+    def _filled(self, receptance: ComplexArray, found: Mask) -> ComplexArray:
+        """(places, levels, lines); lines that were not found take those of their neighbours, where they are few."""
+        H, fine = (x.reshape(-1, len(LEVELS), len(self.lines)).copy() for x in (receptance, found))
+        at = np.arange(len(self.lines))
+        for p, n in np.argwhere(~np.all(fine, axis=2)):
+            ok = fine[p, n]
+            H[p, n] = np.interp(at, at[ok], H[p, n, ok].real) + 1j * np.interp(at, at[ok], H[p, n, ok].imag)
+        return np.asarray(H)
 
     def motion(self, joint: int) -> tuple[Array, Array]:
         """Amplitude in m of a joint at the top force, and rad/s, line by line."""
@@ -198,27 +221,8 @@ def _reach(joint: Joint) -> float:
 
 
 def _forward(machine: Machine, lines: Array, forces: Array, drive: str, places: tuple[str, ...]) -> Forward:
-    """Every line of every place and force."""
-    p, n, f = (x.ravel() for x in np.meshgrid(range(len(places)), range(len(forces)), lines, indexing="ij"))
-    place = p.astype(np.intp)
-    none = np.zeros(len(f), dtype=np.intp)
-    ones = np.ones(len(f))
-    points = Points(f, forces[n.astype(int)], none, none, place, ones.astype(complex), ones)
+    """Every line of every force, seen at the first of the places."""
+    n, f = (x.ravel() for x in np.meshgrid(range(len(forces)), lines, indexing="ij"))
+    first, ones = np.zeros(len(f), dtype=np.intp), np.ones(len(f))
+    points = Points(f, forces[n], first, first, first, ones.astype(complex), ones)
     return Forward.at_points(machine, points, (drive,), places)
-
-
-_KNOWN = 0.97
-
-
-def _answered(forward: Forward, joints: Sequence[Joint], shape: tuple[int, int, int]) -> ComplexArray | None:
-    """Receptances; lines that were not found take those of their neighbours, where they are few."""
-    answer = forward.answer(joints, tuple(range(len(joints))), ramp=True)
-    if np.mean(answer.fine) < _KNOWN:
-        return None
-    H = answer.receptance.reshape(shape)
-    fine = answer.fine.reshape(shape)
-    at = np.arange(shape[2])
-    for p, n in np.argwhere(~np.all(fine, axis=2)):
-        ok = fine[p, n]
-        H[p, n] = np.interp(at, at[ok], H[p, n, ok].real) + 1j * np.interp(at, at[ok], H[p, n, ok].imag)
-    return np.asarray(H)
