@@ -82,10 +82,12 @@ def plan_machine(bench: Bench, asked: Sequence[str], size: float, seed: int, pro
             raise InputError("--effects: none of these can be simulated on this machine; " + " ".join(said))
         test = _fewest(bench, drawn)
     work = _Work(seed)
-    ends = {"": frozenset[str]().union(*(work.end(bench, None, test, d) for d in range(_QUIET)))}
-    for name, cases in drawn.items():
-        with progress.step(f"simulating {name}"):
-            ends[name] = frozenset[str]().union(*(work.end(bench, a, test, d) for d, a in enumerate(cases)))
+    hidden: list[tuple[str, Altered | None, int]] = [("", None, d) for d in range(_QUIET)]
+    hidden += [(name, case, d) for name, cases in drawn.items() for d, case in enumerate(cases)]
+    ends = dict.fromkeys(("", *drawn), frozenset[str]())
+    with progress.step("tracing simulated responses, with every effect hidden in turn"):
+        for name, case, d in each("traces", hidden, len(hidden)):
+            ends[name] |= work.end(bench, case, test, d)
     ends = both_ways({e: named | {o for n in named if (o := _twin(n))} for e, named in ends.items()})
     confusions = _confusions(work, bench, test, wanted, size, ends, progress)
     sizes = {name: min(a.size for a in cases) for name, cases in drawn.items()}
