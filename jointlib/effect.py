@@ -77,4 +77,5 @@ class JointEffect(ABC):
 
 def forces(path: Path, *laws: JointLaw) -> Array:
     """The force of each law along a path, one row a law."""
-    return np.array([Joint((law,)).force_along(path.displacement, path.velocity, path.time_step) for law in laws])
+    rows = [Joint((law,)).force_along(path.displacement, path.velocity, path.time_step) for law in laws]
+    return rows[0][None] if len(rows) == 1 else np.array(rows)

@@ -11,7 +11,7 @@ import numpy as np
 from jointlib.arrays import Array, ArrayLike, ComplexArray
 from jointlib.errors import InputError, nearest
 from jointlib.harmonic import FirstHarmonic, broadcast, closed_form
-from jointlib.law import JointLaw, Motion
+from jointlib.law import JointLaw, Motion, memoryless
 from jointlib.modulation import CONDITIONS, Modulation
 from jointlib.parameter import Parameter, Role, parameters_of
 from jointlib.shown.pictures import axes_of, draw_stiffness
@@ -202,12 +202,8 @@ class Joint(Shown):
     def force_along(self, displacement: ArrayLike, velocity: ArrayLike, time_step: float = 0.0) -> Array:
         """Force in N along a path sampled every ``time_step`` s (time on the first axis), from the virgin state."""
         z, v = np.broadcast_arrays(np.asarray(displacement, dtype=float), np.asarray(velocity, dtype=float))
-        force = np.zeros(z.shape)
-        for law in self.laws:
-            force = force + (
-                law.along(z, v, time_step) if law.states else law.step(Motion(z, v), law.initial_state(z))[0]
-            )
-        return force
+        parts = [law.along(z, v, time_step) if law.states else memoryless(law, z, v) for law in self.laws]
+        return parts[0] if len(parts) == 1 else np.asarray(sum(parts, np.zeros(z.shape)))
 
     def first_harmonic(self, amplitude: ArrayLike, omega: ArrayLike = 1.0, bias: ArrayLike = 0.0) -> FirstHarmonic:
         """Sum of the parts' describing functions, with derivatives (A in m, ω in rad/s, bias in m)."""

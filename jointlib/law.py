@@ -12,12 +12,14 @@ from jointlib import parameter
 from jointlib.arrays import Array, ArrayLike, ComplexArray
 from jointlib.harmonic import FirstHarmonic, numerical_first_harmonic
 from jointlib.motion import Motion
-from jointlib.pieces import Step, in_pieces, turns
+from jointlib.pieces import in_pieces, turns
 
-__all__ = ["JointLaw", "MemorylessLaw", "Motion"]
+__all__ = ["JointLaw", "MemorylessLaw", "Motion", "memoryless"]
 
 _FEW_TURNS = 0.25
 """Of the samples of a path; with more turns it is stepped sample by sample."""
+_TOGETHER = 16384
+"""Numbers that are stepped together where no step needs the one before it; they stay in the processor's cache."""
 
 
 DIFFERENCE = 1e-4
@@ -77,23 +79,30 @@ class JointLaw(ABC):
         z, v = displacement, velocity
         begin = self.initial_state(z[0])
         if self.by_turns and len(z) > 1:
-            at = turns(z)
-            if len(at) < _FEW_TURNS * len(z):
-                states = in_pieces(begin, self.initial_state, self._state_after(time_step), z[at], v[at])
-                since = np.searchsorted(at, np.arange(len(z)), side="right") - 1
-                return self.step(Motion(z, v, time_step), states[since])[0]
+            found = turns(z)
+            if len(found.at) < _FEW_TURNS * len(z):
+                there, speeds = (np.take_along_axis(x, found.at, axis=0) for x in (z, np.broadcast_to(v, z.shape)))
+                states = self.states_after(begin, there, speeds, time_step)
+                force = np.empty((len(z), *np.broadcast_shapes(z.shape[1:], states.shape[1:-1])))
+                rows = max(1, _TOGETHER // max(1, force[0].size))
+                for first in range(0, len(z), rows):
+                    part = slice(first, first + rows)
+                    force[part] = self.step(Motion(z[part], v[part], time_step), found.spread(states, part))[0]
+                return force
 
         def step(z: Array, v: Array, state: Array) -> tuple[Array, Array]:
             return self.step(Motion(z, v, time_step), state)
 
         return in_pieces(begin, self.initial_state, step, z, v)
 
-    def _state_after(self, time_step: float) -> Step:
+    def states_after(self, begin: Array, z: Array, v: Array, time_step: float) -> Array:
+        """The state after each step of a path (time on the first axis) that begins in the state ``begin``."""
+
         def step(z: Array, v: Array, state: Array) -> tuple[Array, Array]:
             after = self.step(Motion(z, v, time_step), state)[1]
             return after, after
 
-        return step
+        return in_pieces(begin, self.initial_state, step, z, v)
 
     def kink_angles(self, amplitude: Array, omega: Array, bias: Array) -> Array:
         """Angles θ of z = bias + A cos θ at which the steady force is not smooth, shape (*A.shape, n).
@@ -162,3 +171,12 @@ class MemorylessLaw(JointLaw):
             theta = np.arcsin(np.clip(-v / np.maximum(amplitude * omega, 1e-300), -1, 1))
             angles += [theta % (2 * np.pi), np.pi - theta]
         return np.stack(angles, axis=-1) if angles else np.empty((*amplitude.shape, 0))
+
+
+def memoryless(law: JointLaw, displacement: Array, velocity: Array) -> Array:
+    """Force in N of a law without states along motions, in pieces that stay in the processor's cache."""
+    z, v = displacement, velocity
+    if z.ndim == 0 or len(z) <= _TOGETHER:
+        return law.step(Motion(z, v), law.initial_state(z))[0]
+    parts = [slice(first, first + _TOGETHER // 2) for first in range(0, len(z), _TOGETHER // 2)]
+    return np.concatenate([law.step(Motion(z[p], v[p]), law.initial_state(z[p]))[0] for p in parts])

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from jointlib.arrays import Array
+
+Index: TypeAlias = NDArray[np.int64]
 
 _SHORTEST = 64
 """Steps in a piece: most contacts forget within fewer how they were left."""
@@ -17,6 +21,10 @@ _SAME = 1e-12
 """States that differ by this fraction of the largest one are the same."""
 _TOLD = 1e-9
 """Of the largest state; a beginning that moves by less does not tell by how much the end follows."""
+
+_MOST_KNOWN = 4
+_KNOWN: dict[tuple[object, ...], tuple[Array, Turns]] = {}
+"""Paths whose turns were found last, by where they lie; a trace steps hundreds of laws along the same ones."""
 
 Step = Callable[[Array, Array, Array], tuple[Array, Array]]
 """Displacement, velocity and state to what is wanted (the force, or the state itself) and the state after."""
@@ -75,11 +83,72 @@ def _elsewhere(start: Array, wanted: Array) -> NDArray[np.int64]:
     return np.flatnonzero(apart.reshape(len(start), -1).any(axis=1))
 
 
-def turns(z: Array) -> NDArray[np.int64]:
-    """Samples between which no path turns: the first, the last, and each at which one of the paths does."""
-    forward = np.sign(np.diff(z, axis=0)).reshape(len(z) - 1, -1)
-    turned = (forward[1:] != forward[:-1]).any(axis=1)
-    return np.concatenate([[0], np.flatnonzero(turned) + 1, [len(z) - 1]])
+@dataclass(frozen=True)
+class Turns:
+    """Where paths turn, each by itself; a path that many columns share has one that they broadcast from."""
+
+    at: Index
+    """Samples between which a path does not turn: the first, each at which it does, the last; (turn, *columns), those
+    of a path with fewer turns filled up with its last sample."""
+    since: Index
+    """Which of them is the last one at or before each sample, (sample, *columns)."""
+
+    def spread(self, values: Array, samples: slice) -> Array:
+        """Values at the turns, (turn, *columns, …), at each of some samples the one at the turn before it."""
+        since = self.since[samples]
+        while since.ndim > 1 and since.shape[-1] == 1:
+            since = since[..., 0]
+        columns, inner = since.shape[1:], values.shape[since.ndim :]
+        if values.shape[1 : since.ndim] != columns:
+            return np.take_along_axis(values, since.reshape(*since.shape, *(1,) * len(inner)), axis=0)
+        count = int(np.prod(columns))
+        rows = values.reshape(len(values) * count, -1)
+        flat = since.reshape(len(since), count) * count + np.arange(count)
+        return np.take(rows, flat, axis=0).reshape(*since.shape, *inner)
+
+
+def turns(z: Array) -> Turns:
+    """Where paths turn (time on the first axis); of an array that nobody can write to it is remembered."""
+    own = z[tuple(slice(0, 1) if step == 0 else slice(None) for step in (1, *z.strides[1:]))]
+    fixed = not (own.flags.writeable or (isinstance(own.base, np.ndarray) and own.base.flags.writeable))
+    key = (own.__array_interface__["data"][0], own.shape, own.strides)
+    if fixed and key in _KNOWN:
+        return _KNOWN[key][1]
+    found = _turns(own)
+    if fixed:
+        for old in list(_KNOWN)[: max(0, len(_KNOWN) + 1 - _MOST_KNOWN)]:
+            del _KNOWN[old]
+        _KNOWN[key] = own, found  # with the array, so that no other one has its place
+    return found
+
+
+def _turns(z: Array) -> Turns:
+    columns, last = z.reshape(len(z), -1), len(z) - 1
+    forward = np.sign(np.diff(columns, axis=0))
+    turned = np.zeros(columns.shape, dtype=bool)
+    turned[1:-1] = forward[1:] != forward[:-1]
+    turned[[0, last]] = True
+    since = np.cumsum(turned, axis=0) - 1
+    at = np.full((int(since[-1].max()) + 1, columns.shape[1]), last)
+    for column, out in zip(turned.T, at.T, strict=True):
+        found = np.flatnonzero(column)
+        out[: len(found)] = found
+    return Turns(at.reshape(-1, *z.shape[1:]), since.reshape(z.shape))
+
+
+def dragged(z: Array, reach: Array | float, first: Array) -> Array:
+    """Where a slider stands after each step of a path, that the path drags along once it is farther than ``reach``.
+
+    A step puts the slider at clip(s, z − reach, z + reach). One such step after another is such a step again, so the
+    steps up to each sample are put together two by two, then four by four, until none remembers ``first``, or all are.
+    """
+    low, high = z - reach, z + reach
+    done = 1
+    while done < len(z) and np.any(low[done - 1 :] < high[done - 1 :]):
+        floor, ceiling = low[done:], high[done:]
+        low[done:], high[done:] = (np.minimum(np.maximum(x[:-done], floor), ceiling) for x in (low.copy(), high.copy()))
+        done *= 2
+    return np.minimum(np.maximum(first, low), high)
 
 
 def _one_by_one(step: Step, state: Array, z: Array, v: Array) -> tuple[Array, Array]:

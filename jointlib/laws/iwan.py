@@ -14,6 +14,7 @@ from jointlib.harmonic import FirstHarmonic, broadcast, closed_form
 from jointlib.law import JointLaw, Motion
 from jointlib.laws.jenkins import Jenkins
 from jointlib.parameter import Role, parameter
+from jointlib.pieces import dragged
 
 
 @dataclass(frozen=True)
@@ -62,6 +63,11 @@ class Iwan(JointLaw):
         for i, s in enumerate(after):
             sliders[..., i] = s
         return np.asarray(total), sliders
+
+    def states_after(self, begin: Array, z: Array, v: Array, time_step: float) -> Array:
+        """All steps at once, see :func:`jointlib.pieces.dragged`."""
+        reach = (F / k + self.clearance for k, F in zip(self.stiffness, self.slip_force, strict=True))
+        return np.stack([dragged(z, r, begin[..., i]) for i, r in enumerate(reach)], axis=-1)
 
     def jacobian(self, motion: Motion, state: Array) -> tuple[Array, Array]:
         parts = [e.jacobian(motion, state[..., i : i + 1])[0] for i, e in enumerate(self.elements())]

@@ -11,6 +11,7 @@ from jointlib.arrays import Array, ArrayLike
 from jointlib.harmonic import FirstHarmonic, broadcast, closed_form
 from jointlib.law import JointLaw, Motion
 from jointlib.parameter import Role, parameter
+from jointlib.pieces import dragged
 
 
 @dataclass(frozen=True)
@@ -42,6 +43,10 @@ class Jenkins(JointLaw):
         # np.clip costs three times as much.
         stretch = np.minimum(np.maximum(motion.displacement - state[..., 0], -reach), reach)
         return self._pull(stretch), (motion.displacement - stretch)[..., None]
+
+    def states_after(self, begin: Array, z: Array, v: Array, time_step: float) -> Array:
+        """All steps at once, see :func:`jointlib.pieces.dragged`."""
+        return dragged(z, self._reach(), begin[..., 0])[..., None]
 
     def _pull(self, stretch: Array) -> Array:
         """Force of an elongation of play and spring together."""

@@ -82,7 +82,7 @@ def test_a_contact_that_slips_is_stepped_in_few_rounds() -> None:
 @pytest.mark.parametrize("law", [law for law in LAWS if law.by_turns], ids=lambda law: law.kind)
 def test_between_two_turns_one_step_ends_as_many_do(law: JointLaw) -> None:
     z = np.interp(np.arange(400), [0, 90, 200, 330, 399], [0.0, 7e-5, -6e-5, 2e-5, 2e-5])
-    at = turns(z)
+    at = turns(z).at
     assert len(at) < 8
     state = law.initial_state(z[0])
     for here in at:
