@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import ClassVar, Protocol
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from jointlib.arrays import Array, ComplexArray
@@ -189,8 +190,24 @@ def shifted(x: Array, samples: float, periodic: bool) -> Array:
 
     Periodic signals wrap around. Others are continued by odd reflection at both ends, so that nothing jumps there.
     """
+    if periodic:
+        spectrum = scipy.fft.rfft(x) * np.exp(2j * np.pi * scipy.fft.rfftfreq(len(x)) * samples)
+        return np.asarray(scipy.fft.irfft(spectrum, len(x)))
+    y = _continued(x)
+    spectrum = scipy.fft.rfft(y) * np.exp(2j * np.pi * scipy.fft.rfftfreq(len(y)) * samples)
+    return np.asarray(scipy.fft.irfft(spectrum, len(y), overwrite_x=True)[len(x) - 1 : 2 * len(x) - 1])
+
+
+def slope_of(x: Array) -> Array:
+    """dx/dt times the sample time of a signal that does not repeat, band-limited, continued as in :func:`shifted`."""
+    y = _continued(x)
+    spectrum = scipy.fft.rfft(y) * (2j * np.pi * scipy.fft.rfftfreq(len(y)))
+    return np.asarray(scipy.fft.irfft(spectrum, len(y), overwrite_x=True)[len(x) - 1 : 2 * len(x) - 1])
+
+
+def _continued(x: Array) -> Array:
+    """Odd reflections before and after a signal, and its last value so often that a spectrum of it is fast."""
     n = len(x)
-    y = x if periodic else np.concatenate([2 * x[0] - x[n - 1 : 0 : -1], x, 2 * x[-1] - x[n - 2 :: -1]])
-    spectrum = np.fft.rfft(y) * np.exp(2j * np.pi * np.fft.rfftfreq(len(y)) * samples)
-    moved = np.fft.irfft(spectrum, len(y))
-    return np.asarray(moved if periodic else moved[n - 1 : 2 * n - 1])
+    length = scipy.fft.next_fast_len(3 * n - 2, real=True)
+    rest = np.full(length - (3 * n - 2), 2 * x[-1] - x[0])
+    return np.concatenate([2 * x[0] - x[n - 1 : 0 : -1], x, 2 * x[-1] - x[n - 2 :: -1], rest])

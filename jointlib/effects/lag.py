@@ -5,14 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar
 
-import numpy as np
-
 from jointlib.arrays import Array
-from jointlib.fault import shifted
+from jointlib.fault import shifted, slope_of
 from jointlib.path_fault import PathFault, PathRecord, Shape
-
-_STEP = 1e-3
-"""Fraction of a sample over which the slope of the force is taken."""
 
 
 class ForceLag(PathFault):
@@ -31,9 +26,7 @@ class ForceLag(PathFault):
     parameters: ClassVar[Mapping[str, str]] = {"lag": "s"}
 
     def columns(self, record: PathRecord, shape: Shape) -> Array:
-        rate = 1 / record.path.time_step
-        slope = (shifted(record.force, _STEP, False) - shifted(record.force, -_STEP, False)) * rate / (2 * _STEP)
-        return np.asarray(-slope[None])
+        return -slope_of(record.force)[None] / record.path.time_step
 
     def correction(self, coefficients: Array, shape: Shape) -> Mapping[str, float] | None:
         return {"lag": float(coefficients[0])}
