@@ -22,9 +22,10 @@ from jointlib.laws.dahl import Dahl
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from jointlib.loop.answer.report import TraceReport, Verdict
-from jointlib.loop.path.columns import bare_forces, follower_columns, modulated_forces
+from jointlib.loop.path.columns import bare_forces
 from jointlib.loop.path.composed.follower import Follower
 from jointlib.loop.path.composed.remains import said
+from jointlib.loop.path.force.followed import Followed
 from jointlib.loop.path.preparation import Run, choose_preparation, prepare
 from jointlib.loop.trace import trace
 from jointlib.measurement import Channel, Mass, Measurement, Record, RecordSource
@@ -187,7 +188,7 @@ def line(role: Role, rise: float) -> Modulation:
 def test_a_law_without_memory_follows_an_input_sample_by_sample(tmp_path: Path) -> None:
     run = run_with(damper(0, 0.0), tmp_path)
     v, u = run.path.velocity, run.inputs["voltage"]
-    force = modulated_forces([run])(Coulomb(10.0, 0.02), (line(Role.SLIP_FORCE, 0.3),))
+    force = Followed((run,)).force(Coulomb(10.0, 0.02), (line(Role.SLIP_FORCE, 0.3),))
     assert force == pytest.approx(run.column(10 * (1 + 0.3 * (u - 2)) * np.tanh(v / 0.02)), abs=1e-9)
 
 
@@ -197,7 +198,7 @@ def test_a_law_with_memory_follows_a_still_input_as_the_joint_under_that_conditi
     run, law, m = run_with(columns, tmp_path), Dahl(2e5, 40.0), line(Role.SLIP_FORCE, 0.2)
     table = Modulation(m.role, m.condition, m.reference, ((0.0, 0.6), (2.0, 1.0), (3.5, 1.3), (5.0, 1.6)))
     (held,) = Joint((law,), modulations=(table,)).at({"voltage": 3.5}).laws
-    force = modulated_forces([run])(law, (table,))
+    force = Followed((run,)).force(law, (table,))
     assert force == pytest.approx(run.column(bare_forces([run], held)[0]), abs=1e-6)
 
 
@@ -207,11 +208,11 @@ def test_the_columns_of_a_follower_are_the_slopes_of_its_force(tmp_path: Path, p
     follower = Follower(Role.SLIP_FORCE, "voltage", tuple(np.quantile(run.inputs["voltage"], (0, 0.25, 0.5, 0.75, 1))))
     joint = Joint((Linear(2000.0), Coulomb(10.0, 0.02)))
     start = follower.start(points)
-    columns = follower_columns([run], joint, start)
+    columns = Followed((run,)).columns(joint, start)
     rise = 1e-3 * np.array([1.0] if points == 2 else [-0.9, -0.4, 0.3, 1.0])
     moved = stepped(start, rise)
     assert moved is not None
-    there, here = (modulated_forces([run])(joint.laws[1], (m,)) for m in (moved, start))
+    there, here = (Followed((run,)).force(joint.laws[1], (m,)) for m in (moved, start))
     assert there - here == pytest.approx(rise @ columns, abs=1e-8 * float(np.max(np.abs(columns))))
 
 

@@ -22,13 +22,15 @@ _MOST_STEPS, _QUICK_STEPS = 40, 10
 Residual = Callable[[Joint], Array]
 
 
-def refit(joint: Joint, residual_of: Residual, free: Sequence[str], *, quick: bool = False) -> tuple[Joint, float]:
+def refit(
+    joint: Joint, residual_of: Residual, free: Sequence[str], *, quick: bool = False, errors: bool = True
+) -> tuple[Joint, float]:
     """Least squares over the parameters named in ``free``, within the bounds that the laws declare.
 
     ``residual_of(joint)`` is real and weighted to unit variance (stack real and imaginary parts). Returned are the
     joint with the covariance (JᵀJ)⁻¹·max(1, χ²) of those parameters, and χ² = Σr²/(n − p). Parameters that the
     joint declares fixed keep their value; a parameter pinned at a bound or without influence has no covariance.
-    ``quick`` ends where a step gains less than a thousandth.
+    ``quick`` ends where a step gains less than a thousandth; without ``errors`` there is no covariance.
     """
     known = joint.parameters
     for name in free:
@@ -52,7 +54,8 @@ def refit(joint: Joint, residual_of: Residual, free: Sequence[str], *, quick: bo
     )
     fitted = scaled.at(solved.x)
     chi2 = float(2 * solved.cost / max(1, len(start) - len(names)))
-    return replace(fitted, covariance=_covariance(problem, solved.x, max(1.0, chi2))), chi2
+    covariance = _covariance(problem, solved.x, max(1.0, chi2)) if errors else None
+    return replace(fitted, covariance=covariance), chi2
 
 
 def bounds_of(joint: Joint, names: Sequence[str]) -> tuple[Array, Array]:

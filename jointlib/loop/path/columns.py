@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
@@ -13,10 +11,9 @@ from jointlib.arrays import Array
 from jointlib.effect import JointEffect, Path
 from jointlib.errors import InputError
 from jointlib.joint import Joint
-from jointlib.law import JointLaw, Motion
+from jointlib.law import JointLaw, Motion, memoryless
+from jointlib.loop.path.force.unit_size import Sizes, form_of
 from jointlib.loop.path.preparation import Run
-from jointlib.modulation import Modulation, hats
-from jointlib.parameter import Role, parameters_of
 from jointlib.registry import installed
 
 Shape = Mapping[str, float]
@@ -24,10 +21,6 @@ Shape = Mapping[str, float]
 _LINEAR_PROBE = np.array([[0.7, -0.3, 0.9, -0.8], [0.2, 0.9, -0.6, -0.5]])
 _MOST_AT_ONCE = 1.5e7
 """Samples times records times shapes that are stepped together: 120 MB a column."""
-_STEP = 1e-3
-"""Of a parameter, for the slope of a force."""
-_TINY = 1e-6
-"""Of a parameter that may not be zero: what it is where its factor is zero."""
 _MOST_KEPT = 5e7
 """Values of thinned columns that are remembered: 400 MB."""
 
@@ -36,97 +29,36 @@ def law_forces(runs: Sequence[Run]) -> Callable[[JointLaw], Array]:
     """The force of a law along prepared records, filtered and thinned like the measured one.
 
     A linear law commutes with the filter, so the filtered path already gives its filtered force; any other law is
-    evaluated on the full-rate path and its force filtered.
+    evaluated on the full-rate path and its force filtered. Laws that differ by their size alone are evaluated once.
     """
+    linear: dict[object, bool] = {}
+    sized = Sizes(runs[0].path)
 
-    def along(law: JointLaw) -> Array:
-        if not law.states and all(_is_linear(law, run) for run in runs):
-            return np.concatenate([f[run.keep] for run, f in zip(runs, bare_forces(runs, law), strict=True)])
+    def of_unit_size(law: JointLaw) -> Array:
+        form = form_of(law)
+        if form not in linear:
+            linear[form] = not law.states and all(_is_linear(law, run) for run in runs)
+        if linear[form]:
+            kept = [(r.path.displacement[r.keep], r.path.velocity[r.keep]) for r in runs]
+            return np.concatenate([memoryless(law, z, v) for z, v in kept])
         return np.concatenate([run.column(f) for run, f in zip(runs, bare_forces(runs, law), strict=True)])
 
-    return lru_cache(maxsize=64)(along)
+    remembered = lru_cache(maxsize=64)(of_unit_size)
+
+    def along(law: JointLaw) -> Array:
+        one, size = sized(law)
+        return size * remembered(one)
+
+    return along
 
 
 def bare_forces(runs: Sequence[Run], law: JointLaw) -> list[Array]:
     """The force of a law along each record at the full rate, not filtered."""
     if law.states:
-        stepped = _side_by_side(runs)
+        stepped = side_by_side(tuple(runs))
         forces = law.along(stepped.displacement, stepped.velocity, stepped.time_step)
         return [run.spread(forces[:, i]) for i, run in enumerate(runs)]
-    return [law.step(Motion(r.path.displacement, r.path.velocity), np.empty((len(r.force), 0)))[0] for r in runs]
-
-
-def modulated_forces(runs: Sequence[Run]) -> Callable[[JointLaw, tuple[Modulation, ...]], Array]:
-    """The force of a law whose parameters follow inputs, filtered and thinned."""
-
-    def along(law: JointLaw, modulations: tuple[Modulation, ...]) -> Array:
-        full = _followed(runs, law, modulations)
-        return np.concatenate([run.column(f) for run, f in zip(runs, full, strict=True)])
-
-    return lru_cache(maxsize=64)(along)
-
-
-def follower_columns(runs: Sequence[Run], joint: Joint, m: Modulation) -> Array:
-    """∂F/∂(coefficient of a modulation), (coefficient, sample): the slope of the force over the logarithm of the role's
-    parameters, times what each coefficient does to their factor."""
-    slope = [np.zeros(len(run.force)) for run in runs]
-    others = tuple(o for o in joint.modulations if o is not m)
-    for law in joint.laws:
-        if not any(p.role is m.role for p in parameters_of(law)):
-            continue
-        more, less = (_followed(runs, _scaled(law, [(m.role, np.asarray(f))]), others) for f in (1 + _STEP, 1 - _STEP))
-        for total, high, low in zip(slope, more, less, strict=True):
-            total += (high - low) / (2 * _STEP)
-    parts = [r.column(hats(m, r.inputs[m.condition]) * s) for r, s in zip(runs, slope, strict=True)]
-    return np.concatenate(parts, axis=1)
-
-
-def _followed(runs: Sequence[Run], law: JointLaw, modulations: tuple[Modulation, ...]) -> list[Array]:
-    """Along each record at the full rate, not filtered.
-
-    Without memory the parameters of a law are those at each sample. A law with memory is stepped with those of each
-    point of a table, and its forces are joined as the factors are: in a straight line from point to point.
-    """
-    own = tuple(m for m in modulations if any(p.role is m.role for p in parameters_of(law)))
-    if law.states:
-        return _joined(runs, law, own)
-    out = []
-    for r in runs:
-        moved = _scaled(law, [(m.role, m.along(r.inputs[m.condition])) for m in own])
-        out.append(moved.step(Motion(r.path.displacement, r.path.velocity), np.empty((len(r.force), 0)))[0])
-    return out
-
-
-def _joined(runs: Sequence[Run], law: JointLaw, modulations: tuple[Modulation, ...]) -> list[Array]:
-    if not modulations:
-        return bare_forces(runs, law)
-    first, rest = modulations[0], modulations[1:]
-    at, factors = (np.array(x) for x in zip(*first.table, strict=True))
-    weights = [np.array([np.interp(run.inputs[first.condition], at, row) for row in np.eye(len(at))]) for run in runs]
-    if rest or any(p.listed for p in parameters_of(law)):
-        found = [_joined(runs, _scaled(law, [(first.role, np.asarray(f))]), rest) for f in factors]
-        return [
-            np.sum([w * f[i] for w, f in zip(weight, found, strict=True)], axis=0) for i, weight in enumerate(weights)
-        ]
-    wide = _widened(_side_by_side(runs), len(at))
-    forces = _scaled(law, [(first.role, factors)]).along(wide.displacement, wide.velocity, wide.time_step)
-    return [
-        np.sum([w * run.spread(forces[:, i, k]) for k, w in enumerate(weight)], axis=0)
-        for i, (run, weight) in enumerate(zip(runs, weights, strict=True))
-    ]
-
-
-def _scaled(law: JointLaw, factors: Sequence[tuple[Role, Array]]) -> JointLaw:
-    """A law with the parameters of some roles times factors, which may be arrays."""
-    moved: dict[str, Any] = {}
-    for p in parameters_of(law):
-        for role, factor in factors:
-            if p.role is role and not p.table:
-                known = np.asarray(moved.get(p.name, getattr(law, p.name)))
-                bare = p.above + _TINY * float(np.max(np.abs(known))) if np.isfinite(p.above) else -np.inf
-                new = np.maximum(known * factor, max(p.lower, bare))
-                moved[p.name] = tuple(new.tolist()) if p.listed else new if np.ndim(new) else float(new)
-    return replace(law, **moved) if moved else law  # type: ignore[type-var]
+    return [memoryless(law, run.path.displacement, run.path.velocity) for run in runs]
 
 
 class ColumnStore:
@@ -161,7 +93,7 @@ class ColumnStore:
             return [
                 np.concatenate([run.column(effect.columns(run.path, s, joint)) for run in runs], axis=1) for s in shapes
             ]
-        stepped = _side_by_side(runs)
+        stepped = side_by_side(tuple(runs))
         many = max(1, int(_MOST_AT_ONCE / stepped.displacement.size))
         out: list[Array] = []
         for first in range(0, len(shapes), many):
@@ -176,7 +108,7 @@ def _stepped(effect: JointEffect, paths: Path, shapes: Sequence[Shape], joint: J
     if len(shapes) > 1:
         grid = {key: np.array([s[key] for s in shapes]) for key in shapes[0]}
         if _takes_grids(effect, paths, shapes, grid, joint):
-            wide = _widened(paths, len(shapes))
+            wide = widened(paths, len(shapes))
             together = effect.columns(wide, grid, joint)  # type: ignore[arg-type]
             return [together[..., k] for k in range(len(shapes))]
     return [effect.columns(paths, shape, joint) for shape in shapes]
@@ -189,25 +121,31 @@ def _takes_grids(
     pick = np.linspace(0, len(paths.displacement) - 1, 12).astype(int)
     short = Path(paths.displacement[pick], paths.velocity[pick], paths.time_step)
     try:
-        together = effect.columns(_widened(short, len(shapes)), grid, joint)  # type: ignore[arg-type]
+        together = effect.columns(widened(short, len(shapes)), grid, joint)  # type: ignore[arg-type]
     except (TypeError, ValueError, IndexError, InputError):
         return False
     alone = effect.columns(short, shapes[-1], joint)
     return together.shape == (*alone.shape, len(shapes)) and np.allclose(together[..., -1], alone, rtol=1e-9, atol=0)
 
 
-def _widened(path: Path, count: int) -> Path:
+def widened(path: Path, count: int) -> Path:
     shape = (*path.displacement.shape, count)
     z, v = (np.broadcast_to(x[..., None], shape) for x in (path.displacement, path.velocity))
     return Path(z, v, path.time_step)
 
 
-def _side_by_side(runs: Sequence[Run]) -> Path:
-    """The paths on which laws with memory are stepped, one record a column; the shorter ones rest at their end."""
+@lru_cache(maxsize=2)
+def side_by_side(runs: tuple[Run, ...]) -> Path:
+    """The paths on which laws with memory are stepped, one record a column; the shorter ones rest at their end.
+
+    Nobody can write to them, so that where they turn is found once.
+    """
     paths = [run.stepped() for run in runs]
     longest = max(len(p.displacement) for p in paths)
     z = np.stack([np.pad(p.displacement, (0, longest - len(p.displacement)), mode="edge") for p in paths], axis=1)
     v = np.stack([np.pad(p.velocity, (0, longest - len(p.velocity))) for p in paths], axis=1)
+    for x in (z, v):
+        x.setflags(write=False)
     return Path(z, v, paths[0].time_step)
 
 

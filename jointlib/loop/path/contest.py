@@ -40,8 +40,8 @@ class Entry:
     effect: Effect
     best: Trial
     physical: bool
-    condition_loss: Array | None
-    block_loss: Array
+    deciding_loss: Array
+    """Relative held-out loss of every block."""
 
     @property
     def family(self) -> str:
@@ -50,10 +50,6 @@ class Entry:
     @property
     def member(self) -> str:
         return member_of(self.effect)
-
-    @property
-    def deciding_loss(self) -> Array:
-        return self.block_loss if self.condition_loss is None else self.condition_loss
 
     @property
     def complexity(self) -> int:
@@ -116,12 +112,8 @@ def _entry(evidence: Evidence, effect: Effect, trials: Sequence[Trial]) -> Entry
     pool = [t for t in trials if t.model is not None] or list(trials)
     best = min(pool, key=lambda t: t.training)
     overall = np.array([t.training for t in trials])
-    block, physical = _choose([t.block for t in trials], evidence.floor.block_folds, overall)
-    condition = None
-    if best.condition is not None:
-        folds = [t.condition for t in trials if t.condition is not None]
-        condition, physical = _choose(folds, evidence.condition_folds, overall)
-    return Entry(effect, best, bool(best.model is not None and physical.all()), condition, block)
+    losses, physical = _choose([t.folds for t in trials], evidence.deciding_folds, overall)
+    return Entry(effect, best, bool(best.model is not None and physical.all()), losses)
 
 
 def _choose(folds: Sequence[Folds], numbers: Index, overall: Array) -> tuple[Array, Mask]:

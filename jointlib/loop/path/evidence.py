@@ -12,7 +12,7 @@ from jointlib.arrays import Array
 from jointlib.effect import Scale
 from jointlib.joint import Joint
 from jointlib.law import JointLaw
-from jointlib.loop.path.columns import follower_columns, modulated_forces
+from jointlib.loop.path.force.followed import Followed
 from jointlib.loop.path.preparation import Run
 from jointlib.loop.path.regression import Index
 from jointlib.loop.path.repeats import PathFloor
@@ -21,6 +21,12 @@ from jointlib.measurement import Mass
 from jointlib.modulation import Modulation, is_fitted, names_of
 from jointlib.parameter import parameters_of
 from jointlib.path_fault import PathFault
+
+_OF_THE_MOTION = (
+    *("acceleration", "rows", "sizes", "run_power", "block_power", "run_weight", "block_weight", "root_weight"),
+    *("condition_folds", "scale", "followed_force"),
+)
+"""Of what an evidence remembers, that which is the same whatever faults of the force are undone."""
 
 
 @dataclass(frozen=True)
@@ -65,8 +71,12 @@ class Evidence:
     faults: tuple[Known, ...] = ()
 
     def without(self, faults: tuple[Known, ...]) -> Evidence:
-        """The same records with these faults undone, and no others."""
-        return self if faults == self.faults else replace(self, faults=faults)
+        """The same records with these faults undone, and no others; what no fault changes is not computed again."""
+        if faults == self.faults:
+            return self
+        other = replace(self, faults=faults)
+        other.__dict__.update({name: getattr(self, name) for name in _OF_THE_MOTION})
+        return other
 
     @cached_property
     def runs(self) -> tuple[Run, ...]:
@@ -143,6 +153,11 @@ class Evidence:
         names = self.division.conditions
         return np.array([names.index(b.condition) for b in self.division.blocks], dtype=np.int64)
 
+    @property
+    def deciding_folds(self) -> Index:
+        """Fold number of every block: conditions, or the blocks themselves where there is one trajectory."""
+        return self.condition_folds if len(self.division.conditions) > 1 else self.floor.block_folds
+
     @cached_property
     def scale(self) -> Scale:
         paths = [run.path for run in self.recorded]
@@ -156,7 +171,7 @@ class Evidence:
         roles = {m.role for m in followed}
         for law in joint.laws:
             if roles & {p.role for p in parameters_of(law)}:
-                total = total + self.modulated_force(law, followed)
+                total = total + self.followed_force.force(law, followed)
             else:
                 total = total + self.law_force(law)
         return total
@@ -166,13 +181,13 @@ class Evidence:
         return tuple(m for m in joint.modulations if all(m.condition in run.inputs for run in self.recorded))
 
     @cached_property
-    def modulated_force(self) -> Callable[[JointLaw, tuple[Modulation, ...]], Array]:
-        """Force of a law whose parameters follow inputs; remembered."""
-        return modulated_forces(self.recorded)
+    def followed_force(self) -> Followed:
+        """Forces of laws whose parameters follow inputs; remembered."""
+        return Followed(self.recorded)
 
     def follower_columns(self, joint: Joint, modulation: Modulation) -> Array:
         """What each coefficient of a modulation of the joint adds to F, filtered and thinned, (coefficient, sample)."""
-        return follower_columns(self.recorded, joint, modulation)
+        return self.followed_force.columns(joint, modulation)
 
     def beside(self, joint: Joint) -> tuple[tuple[str, ...], Array]:
         """Columns that are fitted linearly beside a joint's parameters: the plant, and what its modulations lack."""

@@ -5,20 +5,23 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from jointlib.arrays import Array
 from jointlib.joint import Covariance, Joint
-from jointlib.loop.answer.refit import refit
+from jointlib.loop.answer.refit import bounds_of, refit
 from jointlib.loop.path.columns import moved_or_none
 from jointlib.loop.path.evidence import Evidence, Model
-from jointlib.loop.path.regression import Index, block_grams, clustered_covariance, hold_out
+from jointlib.loop.path.regression import Index, block_grams, clustered_covariance, hold_out, products
 from jointlib.modulation import names_of, stepped
 from jointlib.parameter import Role, parameters_of
 
 _FAULT_ROUNDS = 4
 """Rounds in which a fault is undone by what the round before left of it; a lag converges quadratically."""
+_STANDS = 1e-4
+"""Share of themselves by which a round moves parameters of faults that it leaves as they are."""
 _NOTHING = 1e-9
 """Share of the motion below which a length does nothing."""
 _UNKNOWN = 1e100
@@ -56,6 +59,22 @@ class Fitted:
         """Losses over condition folds, over block folds where there is one trajectory only."""
         return self.block_loss if self.condition_loss is None else self.condition_loss
 
+    @cached_property
+    def stacked(self) -> Array:
+        """Its columns, and last what the joint leaves of the force."""
+        return np.vstack([self.columns, self.evidence.target - self.evidence.joint_force(self.joint)])
+
+    @cached_property
+    def grams(self) -> Array:
+        """[C y]ᵀ[C y] of every block, see :func:`jointlib.loop.path.regression.block_grams`."""
+        return products(self.stacked, None, self.evidence.rows)
+
+    @cached_property
+    def bounds(self) -> tuple[tuple[str, ...], Array, Array]:
+        """The joint parameters among its names, and how low and how high they may be."""
+        names = tuple(n for n in self.names if n in self.joint.parameters)
+        return names, *bounds_of(self.joint, names)
+
     def standard_error(self, name: str) -> float:
         if name not in self.names:
             return float("nan")
@@ -78,7 +97,9 @@ def fit(evidence: Evidence, model: Model, *, quick: bool = False, rounding: bool
     for _ in range(_FAULT_ROUNDS if model.faults or model.joint.modulations else 0):
         here = evidence.without(model.faults)
         joint, beta = _solved(here, model.joint, free, quick)
-        model = _moved(here, model, joint, beta)
+        before, model = model, _moved(here, model, joint, beta)
+        if _stands(before, model):
+            break
     here = evidence.without(model.faults)
     joint, beta = _solved(here, model.joint, free, quick)
     judged = _judged(here, Model(joint, model.faults), beta)
@@ -106,6 +127,18 @@ def _moved(evidence: Evidence, model: Model, joint: Joint, beta: Array) -> Model
     return Model(dataclasses.replace(joint, modulations=tuple(modulations)), faults)
 
 
+def _stands(before: Model, after: Model) -> bool:
+    """True if a round hardly moved faults and modulations, so that the next one, which converges faster, would not."""
+    old, new = (
+        np.array([*(x for k in m.faults for x in k.parameters.values()), *_factors(m.joint)]) for m in (before, after)
+    )
+    return len(old) == len(new) and bool(np.all(np.abs(new - old) <= _STANDS * np.abs(new)))
+
+
+def _factors(joint: Joint) -> list[float]:
+    return [factor for m in joint.modulations for _, factor in m.table]
+
+
 def _rounded(joint: Joint, loose: Joint) -> Joint:
     """The joint with the smoothing of another one, as far as that is near its own."""
     new, limit = loose.parameters, np.sqrt(10.0)
@@ -127,7 +160,7 @@ def _solved(evidence: Evidence, joint: Joint, free: Sequence[str], quick: bool) 
 
     # Two laws that do the same make the search run away; hold-out refuses what it then finds.
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        fitted, _ = refit(joint, projected, [n for n in free if n not in joint.fixed], quick=quick)
+        fitted, _ = refit(joint, projected, [n for n in free if n not in joint.fixed], quick=quick, errors=False)
     rest = w * (target - evidence.joint_force(fitted))
     return fitted, np.linalg.lstsq((plant / size).T, rest, rcond=None)[0] / size[:, 0]
 

@@ -11,6 +11,7 @@ import scipy
 from jointlib.arrays import Array, ComplexArray
 from jointlib.effect import Path
 from jointlib.identification.path_record import low_pass
+from jointlib.loop.path.force.kept_low_pass import low_pass_kept
 from jointlib.measurement import Channel, Measurement, Record
 from jointlib.path_fault import PathFault, PathRecord
 
@@ -78,7 +79,7 @@ class Preparation:
         return np.asarray(own + (line[1] - line[0]) * self.sample_rate)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Run:
     """One record, filtered at the full rate; ``keep`` are the samples that enter the fit."""
 
@@ -130,7 +131,10 @@ class Run:
 
     def column(self, full: Array) -> Array:
         """A nonlinear function of the full-rate path: through the filter that the force went through, then thinned."""
-        return np.asarray(self.preparation.filtered(full)[..., self.keep])
+        p = self.preparation
+        if p.derivative == "central":
+            return low_pass_kept(full, p.cutoff, p.sample_rate, self.keep)
+        return np.asarray(p.filtered(full)[..., self.keep])
 
 
 def choose_preparation(measurement: Measurement, records: Sequence[Record]) -> Preparation:
@@ -171,10 +175,8 @@ def prepare(measurement: Measurement, record: Record, preparation: Preparation) 
     record = thinned(record, preparation.thinning)
     if preparation.derivative == "spectral":
         record = _of_fast_length(record, preparation.edge // 4)  # far inside of what the edge leaves out
-    displacement, force = (
-        record.channels[displacement_channel(measurement)],
-        record.channels[force_channel(measurement)],
-    )
+    displacement = record.channels[displacement_channel(measurement)]
+    force = record.channels[force_channel(measurement)]
     feed, clock = measurement.of("position"), measurement.of("time")
     start = record.source.start or 0.0
     time = record.channels[clock[0].name] if clock else start + np.arange(len(force)) / preparation.sample_rate
@@ -230,11 +232,9 @@ def _of_fast_length(record: Record, most: int) -> Record:
 
 def _follows(paths: Sequence[Array], step: int) -> bool:
     """True if straight lines between every so many samples follow all paths to a thousandth of their travel."""
-    for z in paths:
-        at = np.arange(len(z))
-        if np.max(np.abs(z - np.interp(at, at[::step], z[::step]))[: at[::step][-1]]) > _CLOSE * np.ptp(z):
-            return False
-    return True
+    along = ((z, np.arange(len(z))) for z in paths)
+    off = ((np.abs(z - np.interp(at, at[::step], z[::step]))[: at[::step][-1]], z) for z, at in along)
+    return all(np.max(apart) <= _CLOSE * np.ptp(z) for apart, z in off)
 
 
 def _ramp(z: Array) -> int:

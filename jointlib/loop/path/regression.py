@@ -30,8 +30,29 @@ class HeldOut:
 
 def block_grams(columns: Array, target: Array, rows: Sequence[Index]) -> Array:
     """[C y]ᵀ[C y] of every block, shape (block, columns + 1, columns + 1)."""
-    stacked = np.vstack([columns, target[None]])
-    return np.asarray(np.stack([stacked[:, r] @ stacked[:, r].T for r in rows]))
+    return products(np.vstack([columns, target[None]]), None, rows)
+
+
+def products(one: Array, other: Array | None, rows: Sequence[Index]) -> Array:
+    """A Bᵀ of every block, (block, rows of A, rows of B); None for A Aᵀ."""
+    out = np.empty((len(rows), len(one), len(one if other is None else other)))
+    for r, block in zip(rows, out, strict=True):
+        # The samples of a block follow one another, as a rule; a slice of them is no copy.
+        own = slice(r[0], r[-1] + 1) if len(r) and r[-1] - r[0] + 1 == len(r) else r
+        A = one[:, own]
+        np.matmul(A, (A if other is None else other[:, own]).T, out=block)
+    return out
+
+
+def with_columns(grams: Array, stacked: Array, added: Array, rows: Sequence[Index]) -> Array:
+    """Grams of [C y], whose rows are ``stacked``, with further columns between C and y."""
+    n, k = stacked.shape[0] - 1, len(added)
+    cross, own = products(stacked, added, rows), products(added, None, rows)
+    out = np.empty((len(rows), n + k + 1, n + k + 1))
+    old, new = np.r_[0:n, n + k], np.arange(n, n + k)
+    out[:, old[:, None], old], out[:, new[:, None], new] = grams, own
+    out[:, old[:, None], new], out[:, new[:, None], old] = cross, np.swapaxes(cross, 1, 2)
+    return out
 
 
 def hold_out(grams: Array, sizes: Array, folds: Index, weights: Array, signed: int = 0) -> HeldOut:

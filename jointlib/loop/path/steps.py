@@ -11,9 +11,7 @@ from jointlib.loop.answer.report import Status
 from jointlib.loop.path.acceptance import TIE, Assessment, assess, excess
 from jointlib.loop.path.columns import ColumnStore
 from jointlib.loop.path.contest import Entry, contains, contest
-from jointlib.loop.path.evidence import Evidence
 from jointlib.loop.path.fitted import Fitted
-from jointlib.loop.path.regression import Index
 from jointlib.loop.path.trials import Effect, Trial, member_of
 from jointlib.path_fault import PathFault
 
@@ -143,16 +141,10 @@ def deciding_excess(fitted: Fitted) -> float:
     return excess(fitted.deciding_loss, evidence.floor.power / evidence.block_power)
 
 
-def deciding_folds(evidence: Evidence) -> Index:
-    """Fold number of every block: conditions, or the blocks themselves where there is one trajectory."""
-    several = len(evidence.division.conditions) > 1
-    return evidence.condition_folds if several else evidence.floor.block_folds
-
-
 def rank(current: Fitted, effects: Sequence[Effect], store: ColumnStore, seed: int) -> tuple[Row, ...]:
     """All effects beside the current model, assessed."""
     evidence = current.evidence
-    floor, folds = evidence.floor.power / evidence.block_power, deciding_folds(evidence)
+    floor, folds = evidence.floor.power / evidence.block_power, evidence.deciding_folds
     rows = []
     for entry in contest(current, effects, store):
         found = assess(current.deciding_loss, entry.deciding_loss, floor, folds, seed)

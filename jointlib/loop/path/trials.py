@@ -12,12 +12,11 @@ from jointlib.arrays import Array
 from jointlib.effect import JointEffect
 from jointlib.errors import InputError
 from jointlib.joint import Joint
-from jointlib.loop.answer.refit import bounds_of
 from jointlib.loop.path.columns import ColumnStore
 from jointlib.loop.path.composed.follower import Follower
 from jointlib.loop.path.evidence import Known, Model
 from jointlib.loop.path.fitted import Fitted, named_by_role
-from jointlib.loop.path.regression import Index, Mask, block_grams, hold_out, loss, solve, solve_signed
+from jointlib.loop.path.regression import Mask, hold_out, loss, solve, solve_signed, with_columns
 from jointlib.parameter import Role
 from jointlib.path_fault import PathFault
 
@@ -36,8 +35,8 @@ class Trial:
     """Mean squared residual on all blocks, weighted, N²."""
     model: Model | None
     """The model with the effect, None where its coefficients are not physical."""
-    condition: Folds | None
-    block: Folds
+    folds: Folds
+    """What was left out that decides: conditions, or the blocks where there is one trajectory."""
 
 
 @dataclass(frozen=True)
@@ -93,8 +92,7 @@ def _trial(effect: Effect, shape: Shape, added: Array, current: Fitted) -> Trial
         return None
     evidence, count = current.evidence, len(added)
     weights, sizes = evidence.block_weight, evidence.sizes
-    target = evidence.target - evidence.joint_force(current.joint)
-    grams = block_grams(np.vstack([current.columns, added]), target, evidence.rows)
+    grams = with_columns(current.grams, current.stacked, added, evidence.rows)
     total = (grams * weights[:, None, None]).sum(axis=0)
     beta, signed = solve(total[:-1, :-1], total[:-1, -1]), 0
     least = _least_damping(current, total[:-1, :-1]) if isinstance(effect, PathFault) else {}
@@ -106,21 +104,17 @@ def _trial(effect: Effect, shape: Shape, added: Array, current: Fitted) -> Trial
         if model is not None:
             beta, signed = constrained, count
 
-    def folds(number: Index, each: bool) -> Folds:
-        """``each``: ask the sign rule of every fold's coefficients, else of those of the whole."""
-        held = hold_out(grams, sizes, number, weights, signed)
-        found = [applied(effect, shape, current, b, least) if each else model for b in held.coefficients]
-        physical = np.array([f is not None for f in found])
-        return Folds(held.training, held.blocks / evidence.block_power, physical)
-
+    # Of several conditions each fold is asked for the sign rule, of one trajectory the whole.
     several = len(evidence.division.conditions) > 1
+    held = hold_out(grams, sizes, evidence.deciding_folds, weights, signed)
+    found = [applied(effect, shape, current, b, least) if several else model for b in held.coefficients]
+    physical = np.array([f is not None for f in found])
     return Trial(
         shape=shape,
         coefficients=beta[len(current.names) :],
         training=float(loss(total, beta) / (weights @ sizes)),
         model=model,
-        condition=folds(evidence.condition_folds, True) if several else None,
-        block=folds(evidence.floor.block_folds, not several),
+        folds=Folds(held.training, held.blocks / evidence.block_power, physical),
     )
 
 
@@ -169,11 +163,12 @@ def applied(
 
 
 def _moved(current: Fitted, beta: Array) -> Joint:
-    at = current.joint.parameters
-    moved = {n: float(at[n] + d) for n, d in zip(current.names, beta, strict=False) if n in at}
-    lower, upper = bounds_of(current.joint, tuple(moved))
+    names, lower, upper = current.bounds
+    if not names:
+        return current.joint
+    at, step = current.joint.parameters, dict(zip(current.names, beta, strict=False))
+    values = np.clip([at[n] + step[n] for n in names], lower, upper).tolist()
     # Parameters may leave their range together though none does alone; the refit finds admissible ones.
     with contextlib.suppress(InputError):
-        values = np.clip(list(moved.values()), lower, upper).tolist()
-        return current.joint.with_parameters(dict(zip(moved, values, strict=True)))
+        return current.joint.with_parameters(dict(zip(names, values, strict=True)))
     return current.joint

@@ -21,7 +21,6 @@ from jointlib.loop.path.steps import (
     Step,
     Term,
     deciding_excess,
-    deciding_folds,
     is_quiet,
     rank,
     settled,
@@ -230,7 +229,7 @@ def _weighed(field: _Field, c: Composition) -> tuple[Composition | None, tuple[P
     """What each term of a composition is worth; or instead the composition with one of them exchanged for an effect
     that passes the tests against the whole."""
     evidence, current, parts = field.evidence, c.fitted, list[Part]()
-    floor, folds = evidence.floor.power / evidence.block_power, deciding_folds(evidence)
+    floor, folds = evidence.floor.power / evidence.block_power, evidence.deciding_folds
     for i, term in enumerate(c.terms):
         others = [t for k, t in enumerate(c.terms) if k != i]
         last = i == len(others) and c.steps[-1].action == "added"

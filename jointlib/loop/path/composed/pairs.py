@@ -14,8 +14,8 @@ from jointlib.loop.path.acceptance import SHARE, Assessment, assess, excess
 from jointlib.loop.path.columns import ColumnStore
 from jointlib.loop.path.evidence import Model
 from jointlib.loop.path.fitted import Fitted
-from jointlib.loop.path.regression import block_grams, hold_out, solve
-from jointlib.loop.path.steps import Row, deciding_folds
+from jointlib.loop.path.regression import hold_out, solve, with_columns
+from jointlib.loop.path.steps import Row
 from jointlib.loop.path.trials import Trial, applied, columns_of
 
 _MOST = 24
@@ -41,17 +41,18 @@ def pairs_beside(current: Fitted, rows: Sequence[Row], store: ColumnStore, seed:
     pair, and what passes alone needs no partner to be seen.
     """
     evidence = current.evidence
-    folds, weights, sizes = deciding_folds(evidence), evidence.block_weight, evidence.sizes
+    folds, weights, sizes = evidence.deciding_folds, evidence.block_weight, evidence.sizes
     floor = evidence.floor.power / evidence.block_power
     best: dict[str, Row] = {}
     for row in rows:
         if len(row.entry.best.coefficients) <= 2:
             best.setdefault(row.entry.member, row)
     tried = list(best.values())[:_MOST]
+    if len(tried) < 2:
+        return []
     added = [next(columns_of(r.entry.effect, [r.entry.best.shape], current, store)) for r in tried]
     first = np.cumsum([len(current.columns), *(len(a) for a in added)])
-    target = evidence.target - evidence.joint_force(current.joint)
-    grams = block_grams(np.vstack([current.columns, *added]), target, evidence.rows)
+    grams = with_columns(current.grams, current.stacked, np.vstack(added), evidence.rows)
     out = []
     for i, j in itertools.combinations(range(len(tried)), 2):
         a, b = tried[i], tried[j]

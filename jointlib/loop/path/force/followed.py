@@ -1,0 +1,167 @@
+"""Forces of laws whose parameters follow inputs, and what a modulation adds to them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from typing import Any
+
+import numpy as np
+
+from jointlib.arrays import Array
+from jointlib.joint import Joint
+from jointlib.law import JointLaw, Motion, memoryless
+from jointlib.loop.path.columns import bare_forces, side_by_side, widened
+from jointlib.loop.path.force.unit_size import Sizes
+from jointlib.loop.path.preparation import Run
+from jointlib.modulation import Modulation, hats
+from jointlib.parameter import Role, parameters_of
+
+_STEP = 1e-3
+"""Of a parameter, for the slope of a force."""
+_TINY = 1e-6
+"""Of a parameter that may not be zero: what it is where its factor is zero."""
+
+Modulations = tuple[Modulation, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Followed:
+    """Forces along prepared records whose inputs the parameters of laws follow; each is computed once."""
+
+    runs: tuple[Run, ...]
+
+    @cached_property
+    def force(self) -> Callable[[JointLaw, Modulations], Array]:
+        """Of a law, filtered and thinned."""
+
+        def of_unit_size(law: JointLaw, modulations: Modulations) -> Array:
+            return self._column(self._full(law, modulations))
+
+        remembered = lru_cache(maxsize=64)(of_unit_size)
+
+        def along(law: JointLaw, modulations: Modulations) -> Array:
+            one, size = self._sized(law)
+            return size * remembered(one, _acting(law, modulations))
+
+        return along
+
+    def columns(self, joint: Joint, m: Modulation) -> Array:
+        """∂F/∂(coefficient of a modulation), (coefficient, sample): the slope of the force over the logarithm of the
+        role's parameters, times what each coefficient does to their factor."""
+        others, parts = tuple(o for o in joint.modulations if o is not m), []
+        for law in joint.laws:
+            if any(p.role is m.role for p in parameters_of(law)):
+                one, size = self._sized(law)
+                parts.append(size * self._unit_columns(one, m, _acting(law, others)))
+        if parts:
+            return np.asarray(sum(parts))
+        return np.zeros((len(hats(m, np.zeros(1))), sum(len(r.time) for r in self.runs)))
+
+    @cached_property
+    def _unit_columns(self) -> Callable[[JointLaw, Modulation, Modulations], Array]:
+        def along(law: JointLaw, m: Modulation, others: Modulations) -> Array:
+            slope = self._slope(law, m, others)
+            bare = [
+                self._hats(m.condition, m.reference, tuple(u for u, _ in m.table), i) for i in range(len(self.runs))
+            ]
+            return self._column([hat * s for hat, s in zip(bare, slope, strict=True)])
+
+        return lru_cache(maxsize=16)(along)
+
+    def _slope(self, law: JointLaw, m: Modulation, others: Modulations) -> list[Array]:
+        """∂f/∂ln(parameters of the role), at the full rate: the force itself where all that holds newtons has it."""
+        if not law.states and self._is_whole(law, (m,)):
+            return self._full(law, others)
+        more, less = (self._full(_scaled(law, [(m.role, np.asarray(f))]), others) for f in (1 + _STEP, 1 - _STEP))
+        return [(high - low) / (2 * _STEP) for high, low in zip(more, less, strict=True)]
+
+    def _full(self, law: JointLaw, modulations: Modulations) -> list[Array]:
+        """Along each record at the full rate, not filtered.
+
+        Without memory the parameters of a law are those at each sample. A law with memory is stepped with those of each
+        point of a table, and its forces are joined as the factors are: in a straight line from point to point.
+        """
+        own = _acting(law, modulations)
+        if law.states:
+            return _joined(self.runs, law, own)
+        if not own or self._is_whole(law, own):
+            out = [memoryless(law, r.path.displacement, r.path.velocity) for r in self.runs]
+            for m in own:
+                out = [f * self._factor(m, i) for i, f in enumerate(out)]
+            return out
+        out = []
+        for i, r in enumerate(self.runs):
+            moved = _scaled(law, [(m.role, self._factor(m, i)) for m in own])
+            out.append(moved.step(Motion(r.path.displacement, r.path.velocity), np.empty((len(r.force), 0)))[0])
+        return out
+
+    def _is_whole(self, law: JointLaw, own: Modulations) -> bool:
+        """True if all that is proportional to the force follows the same inputs, and nothing else does."""
+        roles = {m.role for m in own}
+        return (
+            len(roles) == 1
+            and self._sized.proportional(law)
+            and all((p.role in roles) == p.unit.startswith("N") for p in parameters_of(law))
+        )
+
+    @cached_property
+    def _sized(self) -> Sizes:
+        return Sizes(self.runs[0].path)
+
+    @cached_property
+    def _factor(self) -> Callable[[Modulation, int], Array]:
+        """Of a modulation along the record of that number."""
+        return lru_cache(maxsize=2 * len(self.runs))(lambda m, i: m.along(self.runs[i].inputs[m.condition]))
+
+    @cached_property
+    def _hats(self) -> Callable[[str, float, tuple[float, ...], int], Array]:
+        """What each coefficient of a modulation does to its factor along the record of that number."""
+
+        def along(condition: str, reference: float, points: tuple[float, ...], i: int) -> Array:
+            flat = Modulation(Role.SHAPE, condition, reference, tuple((u, 1.0) for u in points))
+            return hats(flat, self.runs[i].inputs[condition])
+
+        return lru_cache(maxsize=2 * len(self.runs))(along)
+
+    def _column(self, full: Sequence[Array]) -> Array:
+        return np.concatenate([run.column(f) for run, f in zip(self.runs, full, strict=True)], axis=-1)
+
+
+def _acting(law: JointLaw, modulations: Modulations) -> Modulations:
+    """Those by which a parameter of the law moves."""
+    roles = {p.role for p in parameters_of(law)}
+    return tuple(m for m in modulations if m.role in roles)
+
+
+def _joined(runs: Sequence[Run], law: JointLaw, modulations: tuple[Modulation, ...]) -> list[Array]:
+    if not modulations:
+        return bare_forces(runs, law)
+    first, rest = modulations[0], modulations[1:]
+    at, factors = (np.array(x) for x in zip(*first.table, strict=True))
+    weights = [np.array([np.interp(run.inputs[first.condition], at, row) for row in np.eye(len(at))]) for run in runs]
+    if rest or any(p.listed for p in parameters_of(law)):
+        found = [_joined(runs, _scaled(law, [(first.role, np.asarray(f))]), rest) for f in factors]
+        return [
+            np.sum([w * f[i] for w, f in zip(weight, found, strict=True)], axis=0) for i, weight in enumerate(weights)
+        ]
+    wide = widened(side_by_side(tuple(runs)), len(at))
+    forces = _scaled(law, [(first.role, factors)]).along(wide.displacement, wide.velocity, wide.time_step)
+    return [
+        np.sum([w * run.spread(forces[:, i, k]) for k, w in enumerate(weight)], axis=0)
+        for i, (run, weight) in enumerate(zip(runs, weights, strict=True))
+    ]
+
+
+def _scaled(law: JointLaw, factors: Sequence[tuple[Role, Array]]) -> JointLaw:
+    """A law with the parameters of some roles times factors, which may be arrays."""
+    moved: dict[str, Any] = {}
+    for p in parameters_of(law):
+        for role, factor in factors:
+            if p.role is role and not p.table:
+                known = np.asarray(moved.get(p.name, getattr(law, p.name)))
+                bare = p.above + _TINY * float(np.max(np.abs(known))) if np.isfinite(p.above) else -np.inf
+                new = np.maximum(known * factor, max(p.lower, bare))
+                moved[p.name] = tuple(new.tolist()) if p.listed else new if np.ndim(new) else float(new)
+    return replace(law, **moved) if moved else law  # type: ignore[type-var]
