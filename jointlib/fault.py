@@ -185,6 +185,10 @@ class Fault(ABC):
         return bodies
 
 
+_REFLECTED = 4096
+"""Samples that a signal is carried on at its ends where it is shifted; how it goes on beyond does not matter."""
+
+
 def shifted(x: Array, samples: float, periodic: bool) -> Array:
     """x(t + samples/rate): a signal advanced by a fraction of samples, band-limited.
 
@@ -195,19 +199,31 @@ def shifted(x: Array, samples: float, periodic: bool) -> Array:
         return np.asarray(scipy.fft.irfft(spectrum, len(x)))
     y = _continued(x)
     spectrum = scipy.fft.rfft(y) * np.exp(2j * np.pi * scipy.fft.rfftfreq(len(y)) * samples)
-    return np.asarray(scipy.fft.irfft(spectrum, len(y), overwrite_x=True)[len(x) - 1 : 2 * len(x) - 1])
+    return _inside(scipy.fft.irfft(spectrum, len(y), overwrite_x=True), len(x))
 
 
 def slope_of(x: Array) -> Array:
     """dx/dt times the sample time of a signal that does not repeat, band-limited, continued as in :func:`shifted`."""
     y = _continued(x)
     spectrum = scipy.fft.rfft(y) * (2j * np.pi * scipy.fft.rfftfreq(len(y)))
-    return np.asarray(scipy.fft.irfft(spectrum, len(y), overwrite_x=True)[len(x) - 1 : 2 * len(x) - 1])
+    return _inside(scipy.fft.irfft(spectrum, len(y), overwrite_x=True), len(x))
 
 
 def _continued(x: Array) -> Array:
-    """Odd reflections before and after a signal, and its last value so often that a spectrum of it is fast."""
-    n = len(x)
-    length = scipy.fft.next_fast_len(3 * n - 2, real=True)
-    rest = np.full(length - (3 * n - 2), 2 * x[-1] - x[0])
-    return np.concatenate([2 * x[0] - x[n - 1 : 0 : -1], x, 2 * x[-1] - x[n - 2 :: -1], rest])
+    """A signal with odd reflections before and after, no longer than they matter, and a straight line from the end to
+    the beginning, so that nothing jumps there and a spectrum of it is fast."""
+    more = _reflected(len(x))
+    before, after = 2 * x[0] - x[more:0:-1], 2 * x[-1] - x[-2 : -2 - more : -1]
+    count = len(x) + 2 * more
+    line = np.linspace(after[-1], before[0], scipy.fft.next_fast_len(count + more, real=True) - count + 2)[1:-1]
+    return np.concatenate([before, x, after, line])
+
+
+def _inside(continued: Array, count: int) -> Array:
+    """The signal within what :func:`_continued` made of it."""
+    more = _reflected(count)
+    return np.asarray(continued[more : more + count])
+
+
+def _reflected(count: int) -> int:
+    return min(count - 1, _REFLECTED)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -84,7 +85,7 @@ class Joint(Shown):
                     f"joint {self.name!r}: its {m.role.value} depends on {m.condition}, which is not given"
                 )
             factor[m.role] = factor.get(m.role, 1.0) * m.factor(condition[m.condition])
-        scaled = {name: value * factor[p.role] for name, (value, p) in self._flat().items() if p.role in factor}
+        scaled = {name: value * factor[p.role] for name, (value, p) in self._flat.items() if p.role in factor}
         bare = replace(self, modulations=())
         return bare.with_parameters(scaled) if scaled else bare
 
@@ -97,7 +98,7 @@ class Joint(Shown):
         here = replace(self, modulations=moved).at({condition: value})
         return replace(here, modulations=(*others, *(m.based(value) for m in moved)))
 
-    @property
+    @cached_property
     def part_names(self) -> tuple[str, ...]:
         """One name per law, in order."""
         names: list[str] = []
@@ -110,13 +111,14 @@ class Joint(Shown):
     @property
     def parameters(self) -> dict[str, float]:
         """Every scalar parameter in SI by its joint name; tables entry by entry."""
-        return {name: value for name, (value, _) in self._flat().items()}
+        return {name: value for name, (value, _) in self._flat.items()}
 
     @property
     def units(self) -> dict[str, str]:
         """SI unit of every parameter."""
-        return {name: p.unit for name, (_, p) in self._flat().items()}
+        return {name: p.unit for name, (_, p) in self._flat.items()}
 
+    @cached_property
     def _flat(self) -> dict[str, tuple[float, Parameter]]:
         flat: dict[str, tuple[float, Parameter]] = {}
         for part, law in zip(self.part_names, self.laws, strict=True):

@@ -63,6 +63,25 @@ def in_pieces(begin: Array, virgin: Callable[[Array], Array], step: Step, z: Arr
     return np.moveaxis(given, 1, 0).reshape(count * length, *given.shape[2:])[: len(z)]
 
 
+def chained(factor: Array, added: Array, first: Array) -> Array:
+    """x[i] = factor[i]·x[i − 1] + added[i] along the first axis, x[−1] = ``first``: pieces side by side, each as what
+    it makes of its beginning, and then the beginnings one after the other."""
+    length = max(1, int(np.sqrt(len(factor))))
+    count = -(-len(factor) // length)
+    pad = [(0, count * length - len(factor))] + [(0, 0)] * (factor.ndim - 1)
+    shape = (count, length, *factor.shape[1:])
+    a, x = (np.pad(y, pad, constant_values=value).reshape(shape) for y, value in ((factor, 1.0), (added, 0.0)))
+    for i in range(1, length):
+        x[:, i] += a[:, i] * x[:, i - 1]
+        a[:, i] *= a[:, i - 1]
+    begin = np.empty((count, *factor.shape[1:]))
+    begin[0] = first
+    for i in range(1, count):
+        begin[i] = a[i - 1, -1] * begin[i - 1] + x[i - 1, -1]
+    x += a * begin[:, None]
+    return x.reshape(count * length, *factor.shape[1:])[: len(factor)]
+
+
 def _beginnings(start: Array, end: Array, slope: Array, first: int) -> Array:
     """Where pieces from the ``first`` on begin if those before end as far from where they did as ``slope`` says.
 

@@ -34,12 +34,19 @@ def tanh_kinks(smoothing_velocity: float) -> tuple[float, ...]:
     return tuple(float(v) for v in np.concatenate([-bends[:0:-1], bends])) if smoothing_velocity else (0.0,)
 
 
-def smooth_sign(velocity: Array, smoothing_velocity: float) -> tuple[Array, Array]:
-    """tanh(ż/smoothing_velocity), or sign(ż) where that is 0, and its derivative in s/m."""
+def smooth_sign(velocity: Array, smoothing_velocity: float) -> Array:
+    """tanh(ż/smoothing_velocity), or sign(ż) where that is 0."""
+    if isinstance(smoothing_velocity, float):
+        return np.asarray(np.tanh(velocity / smoothing_velocity) if smoothing_velocity > 0 else np.sign(velocity))
     smooth = np.asarray(smoothing_velocity) > 0
-    scale = np.where(smooth, smoothing_velocity, 1.0)
-    value = np.where(smooth, np.tanh(velocity / scale), np.sign(velocity))
-    return value, np.where(smooth, (1 - value**2) / scale, 0.0)
+    return np.where(smooth, np.tanh(velocity / np.where(smooth, smoothing_velocity, 1.0)), np.sign(velocity))
+
+
+def smooth_sign_slope(velocity: Array, smoothing_velocity: float) -> Array:
+    """Derivative of :func:`smooth_sign` in s/m; 0 where it jumps."""
+    smooth = np.asarray(smoothing_velocity) > 0
+    value = smooth_sign(velocity, smoothing_velocity)
+    return np.where(smooth, (1 - value**2) / np.where(smooth, smoothing_velocity, 1.0), 0.0)
 
 
 def smoothed_harmonic(ratio: Array) -> tuple[Array, Array]:
@@ -74,11 +81,11 @@ class Coulomb(MemorylessLaw):
 
     def force(self, displacement: Array, velocity: Array) -> Array:
         z, v = np.broadcast_arrays(displacement, velocity)
-        return self.slip_force * smooth_sign(v, self.smoothing_velocity)[0] + 0.0 * z
+        return self.slip_force * smooth_sign(v, self.smoothing_velocity) + 0.0 * z
 
     def slopes(self, displacement: Array, velocity: Array) -> tuple[Array, Array]:
         z, v = np.broadcast_arrays(displacement, velocity)
-        return 0.0 * z, self.slip_force * smooth_sign(v, self.smoothing_velocity)[1]
+        return 0.0 * z, self.slip_force * smooth_sign_slope(v, self.smoothing_velocity)
 
     def kinks(self) -> tuple[Sequence[float], Sequence[float]]:
         return (), tanh_kinks(self.smoothing_velocity)

@@ -11,7 +11,7 @@ import numpy as np
 from jointlib.arrays import Array
 from jointlib.errors import InputError
 from jointlib.law import MemorylessLaw
-from jointlib.laws.coulomb import smooth_sign, tanh_kinks
+from jointlib.laws.coulomb import smooth_sign, smooth_sign_slope, tanh_kinks
 from jointlib.parameter import Role, parameter
 
 
@@ -39,11 +39,11 @@ class Stribeck(MemorylessLaw):
     def force(self, displacement: Array, velocity: Array) -> Array:
         z, v = np.broadcast_arrays(displacement, velocity)
         bump = (self.static_force - self.slip_force) * np.exp(-((v / self.stribeck_velocity) ** 2))
-        return (self.slip_force + bump) * smooth_sign(v, self.smoothing_velocity)[0] + 0.0 * z
+        return (self.slip_force + bump) * smooth_sign(v, self.smoothing_velocity) + 0.0 * z
 
     def slopes(self, displacement: Array, velocity: Array) -> tuple[Array, Array]:
         z, v = np.broadcast_arrays(displacement, velocity)
-        sign, slope = smooth_sign(v, self.smoothing_velocity)
+        sign, slope = (f(v, self.smoothing_velocity) for f in (smooth_sign, smooth_sign_slope))
         bump = (self.static_force - self.slip_force) * np.exp(-((v / self.stribeck_velocity) ** 2))
         return 0.0 * z, (self.slip_force + bump) * slope - 2 * v / self.stribeck_velocity**2 * bump * sign
 

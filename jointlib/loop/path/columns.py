@@ -21,6 +21,8 @@ Shape = Mapping[str, float]
 _LINEAR_PROBE = np.array([[0.7, -0.3, 0.9, -0.8], [0.2, 0.9, -0.6, -0.5]])
 _MOST_AT_ONCE = 1.5e7
 """Samples times records times shapes that are stepped together: 120 MB a column."""
+_FEW = 2**15
+"""Samples that are filtered together: more are faster one after the other."""
 _MOST_KEPT = 5e7
 """Values of thinned columns that are remembered: 400 MB."""
 
@@ -39,9 +41,9 @@ def law_forces(runs: Sequence[Run]) -> Callable[[JointLaw], Array]:
         if form not in linear:
             linear[form] = not law.states and all(_is_linear(law, run) for run in runs)
         if linear[form]:
-            kept = [(r.path.displacement[r.keep], r.path.velocity[r.keep]) for r in runs]
-            return np.concatenate([memoryless(law, z, v) for z, v in kept])
-        return np.concatenate([run.column(f) for run, f in zip(runs, bare_forces(runs, law), strict=True)])
+            paths = [(r.path.displacement[r.keep], r.path.velocity[r.keep]) for r in runs]
+            return np.concatenate([memoryless(law, z, v) for z, v in paths])
+        return kept(runs, bare_forces(runs, law))
 
     remembered = lru_cache(maxsize=64)(of_unit_size)
 
@@ -56,9 +58,29 @@ def bare_forces(runs: Sequence[Run], law: JointLaw) -> list[Array]:
     """The force of a law along each record at the full rate, not filtered."""
     if law.states:
         stepped = side_by_side(tuple(runs))
-        forces = law.along(stepped.displacement, stepped.velocity, stepped.time_step)
-        return [run.spread(forces[:, i]) for i, run in enumerate(runs)]
-    return [memoryless(law, run.path.displacement, run.path.velocity) for run in runs]
+        return _at_full_rate(runs, law.along(stepped.displacement, stepped.velocity, stepped.time_step))
+    laid = end_to_end(tuple(runs))
+    return _taken_apart(memoryless(law, laid.displacement, laid.velocity), runs)
+
+
+@lru_cache(maxsize=2)
+def end_to_end(runs: tuple[Run, ...]) -> Path:
+    """The paths of all records as one, for laws without memory."""
+    z, v = (np.concatenate([getattr(r.path, name) for r in runs]) for name in ("displacement", "velocity"))
+    return Path(z, v, runs[0].path.time_step)
+
+
+def _taken_apart(laid: Array, runs: Sequence[Run]) -> list[Array]:
+    return np.split(laid, np.cumsum([len(run.force) for run in runs])[:-1], axis=-1)
+
+
+def kept(runs: Sequence[Run], full: Sequence[Array]) -> Array:
+    """Forces along each record at the full rate, (…, sample), filtered, thinned and laid end to end; those of short
+    records of one length are filtered together."""
+    together = {(run.begin, len(run.force)) for run in runs}
+    if len(runs) > 1 and len(together) == 1 and sum(x.size for x in full) <= _FEW:
+        return np.concatenate(list(runs[0].column(np.stack(full))), axis=-1)
+    return np.concatenate([run.column(x) for run, x in zip(runs, full, strict=True)], axis=-1)
 
 
 class ColumnStore:
@@ -90,16 +112,13 @@ class ColumnStore:
     def _along(self, shapes: Sequence[Shape], effect: JointEffect, joint: Joint) -> list[Array]:
         runs, laws = self._runs, installed("jointlib.laws").found
         if effect.member not in laws or not laws[effect.member].states:
-            return [
-                np.concatenate([run.column(effect.columns(run.path, s, joint)) for run in runs], axis=1) for s in shapes
-            ]
+            return [kept(runs, [effect.columns(run.path, s, joint) for run in runs]) for s in shapes]
         stepped = side_by_side(tuple(runs))
         many = max(1, int(_MOST_AT_ONCE / stepped.displacement.size))
         out: list[Array] = []
         for first in range(0, len(shapes), many):
             for columns in _stepped(effect, stepped, shapes[first : first + many], joint):
-                rows = [[_thinned(run, row[:, i]) for i, run in enumerate(runs)] for row in columns]
-                out.append(np.array([np.concatenate(row) for row in rows]))
+                out.append(np.array([kept(runs, _at_full_rate(runs, row)) for row in columns]))
         return out
 
 
@@ -149,9 +168,9 @@ def side_by_side(runs: tuple[Run, ...]) -> Path:
     return Path(z, v, paths[0].time_step)
 
 
-def _thinned(run: Run, stepped: Array) -> Array:
-    """One record's part of a stepped force, (step,), at the full rate, through the filter, thinned."""
-    return run.column(run.spread(stepped))
+def _at_full_rate(runs: Sequence[Run], stepped: Array) -> list[Array]:
+    """Each record's part of a stepped force, (step, record)."""
+    return [run.spread(np.ascontiguousarray(stepped[:, i])) for i, run in enumerate(runs)]
 
 
 def _probe(path: Path) -> Path:

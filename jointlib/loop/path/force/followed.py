@@ -11,8 +11,8 @@ import numpy as np
 
 from jointlib.arrays import Array
 from jointlib.joint import Joint
-from jointlib.law import JointLaw, Motion, memoryless
-from jointlib.loop.path.columns import bare_forces, side_by_side, widened
+from jointlib.law import JointLaw, Motion
+from jointlib.loop.path.columns import bare_forces, kept, side_by_side, widened
 from jointlib.loop.path.force.unit_size import Sizes
 from jointlib.loop.path.preparation import Run
 from jointlib.modulation import Modulation, hats
@@ -87,7 +87,7 @@ class Followed:
         if law.states:
             return _joined(self.runs, law, own)
         if not own or self._is_whole(law, own):
-            out = [memoryless(law, r.path.displacement, r.path.velocity) for r in self.runs]
+            out = bare_forces(self.runs, law)
             for m in own:
                 out = [f * self._factor(m, i) for i, f in enumerate(out)]
             return out
@@ -126,7 +126,7 @@ class Followed:
         return lru_cache(maxsize=2 * len(self.runs))(along)
 
     def _column(self, full: Sequence[Array]) -> Array:
-        return np.concatenate([run.column(f) for run, f in zip(self.runs, full, strict=True)], axis=-1)
+        return kept(self.runs, full)
 
 
 def _acting(law: JointLaw, modulations: Modulations) -> Modulations:
