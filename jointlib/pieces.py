@@ -22,7 +22,7 @@ _SAME = 1e-12
 _TOLD = 1e-9
 """Of the largest state; a beginning that moves by less does not tell by how much the end follows."""
 
-_MOST_KNOWN = 4
+_MOST_KNOWN = 16
 _KNOWN: dict[tuple[object, ...], tuple[Array, Turns]] = {}
 """Paths whose turns were found last, by where they lie; a trace steps hundreds of laws along the same ones."""
 

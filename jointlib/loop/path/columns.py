@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
+from typing import TypeVar
 
 import numpy as np
 
@@ -17,10 +18,13 @@ from jointlib.loop.path.preparation import Run
 from jointlib.registry import installed
 
 Shape = Mapping[str, float]
+_Found = TypeVar("_Found")
 
 _LINEAR_PROBE = np.array([[0.7, -0.3, 0.9, -0.8], [0.2, 0.9, -0.6, -0.5]])
 _MOST_AT_ONCE = 1.5e7
 """Samples times records times shapes that are stepped together: 120 MB a column."""
+_LIKE = 0.8
+"""Of the length of a record, up to which shorter ones are stepped beside it."""
 _FEW = 2**15
 """Samples that are filtered together: more are faster one after the other."""
 _MOST_KEPT = 5e7
@@ -57,8 +61,9 @@ def law_forces(runs: Sequence[Run]) -> Callable[[JointLaw], Array]:
 def bare_forces(runs: Sequence[Run], law: JointLaw) -> list[Array]:
     """The force of a law along each record at the full rate, not filtered."""
     if law.states:
-        stepped = side_by_side(tuple(runs))
-        return _at_full_rate(runs, law.along(stepped.displacement, stepped.velocity, stepped.time_step))
+        return stepped_together(
+            runs, lambda own, path: at_full_rate(own, law.along(path.displacement, path.velocity, path.time_step))
+        )
     laid = end_to_end(tuple(runs))
     return _taken_apart(memoryless(law, laid.displacement, laid.velocity), runs)
 
@@ -113,12 +118,18 @@ class ColumnStore:
         runs, laws = self._runs, installed("jointlib.laws").found
         if effect.member not in laws or not laws[effect.member].states:
             return [kept(runs, [effect.columns(run.path, s, joint) for run in runs]) for s in shapes]
-        stepped = side_by_side(tuple(runs))
-        many = max(1, int(_MOST_AT_ONCE / stepped.displacement.size))
+        many = max(1, int(_MOST_AT_ONCE / sum(len(run.force) for run in runs)))
         out: list[Array] = []
-        for first in range(0, len(shapes), many):
-            for columns in _stepped(effect, stepped, shapes[first : first + many], joint):
-                out.append(np.array([kept(runs, _at_full_rate(runs, row)) for row in columns]))
+        for some in (shapes[first : first + many] for first in range(0, len(shapes), many)):
+
+            def along(own: Sequence[Run], path: Path, some: Sequence[Shape] = some) -> list[list[list[Array]]]:
+                found = [[at_full_rate(own, row) for row in columns] for columns in _stepped(effect, path, some, joint)]
+                return [[[row[i] for row in rows] for rows in found] for i in range(len(own))]
+
+            forces = stepped_together(runs, along)
+            for k in range(len(some)):
+                rows = range(len(forces[0][k]))
+                out.append(np.array([kept(runs, [of_run[k][j] for of_run in forces]) for j in rows]))
         return out
 
 
@@ -153,7 +164,26 @@ def widened(path: Path, count: int) -> Path:
     return Path(z, v, path.time_step)
 
 
+def stepped_together(runs: Sequence[Run], along: Callable[[tuple[Run, ...], Path], list[_Found]]) -> list[_Found]:
+    """What ``along`` makes of the records, those of about one length stepped side by side."""
+    found: dict[Run, _Found] = {}
+    for own in _of_like_length(tuple(runs)):
+        found.update(zip(own, along(own, side_by_side(own)), strict=True))
+    return [found[run] for run in runs]
+
+
 @lru_cache(maxsize=2)
+def _of_like_length(runs: tuple[Run, ...]) -> list[tuple[Run, ...]]:
+    """Records in groups whose shortest has most of the length of the longest."""
+    groups: list[list[Run]] = []
+    for run in sorted(runs, key=lambda run: -len(run.force)):
+        if not groups or len(run.force) < _LIKE * len(groups[-1][0].force):
+            groups.append([])
+        groups[-1].append(run)
+    return [tuple(group) for group in groups]
+
+
+@lru_cache(maxsize=16)
 def side_by_side(runs: tuple[Run, ...]) -> Path:
     """The paths on which laws with memory are stepped, one record a column; the shorter ones rest at their end.
 
@@ -168,7 +198,7 @@ def side_by_side(runs: tuple[Run, ...]) -> Path:
     return Path(z, v, paths[0].time_step)
 
 
-def _at_full_rate(runs: Sequence[Run], stepped: Array) -> list[Array]:
+def at_full_rate(runs: Sequence[Run], stepped: Array) -> list[Array]:
     """Each record's part of a stepped force, (step, record)."""
     return [run.spread(np.ascontiguousarray(stepped[:, i])) for i, run in enumerate(runs)]
 

@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 
 from jointlib.arrays import Array
+from jointlib.effect import Path
 from jointlib.joint import Joint
 from jointlib.law import JointLaw, Motion
-from jointlib.loop.path.columns import bare_forces, kept, side_by_side, widened
+from jointlib.loop.path.columns import at_full_rate, bare_forces, kept, stepped_together, widened
 from jointlib.loop.path.force.unit_size import Sizes
 from jointlib.loop.path.preparation import Run
 from jointlib.modulation import Modulation, hats
@@ -146,11 +147,17 @@ def _joined(runs: Sequence[Run], law: JointLaw, modulations: tuple[Modulation, .
         return [
             np.sum([w * f[i] for w, f in zip(weight, found, strict=True)], axis=0) for i, weight in enumerate(weights)
         ]
-    wide = widened(side_by_side(tuple(runs)), len(at))
-    forces = _scaled(law, [(first.role, factors)]).along(wide.displacement, wide.velocity, wide.time_step)
+    many = _scaled(law, [(first.role, factors)])
+
+    def along(own: Sequence[Run], path: Path) -> list[list[Array]]:
+        wide = widened(path, len(at))
+        forces = many.along(wide.displacement, wide.velocity, wide.time_step)
+        found = [at_full_rate(own, forces[..., k]) for k in range(len(at))]
+        return [[f[i] for f in found] for i in range(len(own))]
+
     return [
-        np.sum([w * run.spread(forces[:, i, k]) for k, w in enumerate(weight)], axis=0)
-        for i, (run, weight) in enumerate(zip(runs, weights, strict=True))
+        np.sum([w * f for w, f in zip(weight, forces, strict=True)], axis=0)
+        for weight, forces in zip(weights, stepped_together(runs, along), strict=True)
     ]
 
 
