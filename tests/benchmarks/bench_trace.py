@@ -1,10 +1,13 @@
-"""The whole trace of the guide's rig beside reading and transforming its records, and laws with memory stepped at once.
+"""The whole trace of the guide's rig and of long paths beside the least that is done with their records, and laws with
+memory stepped at once.
 
 Run it on one core: OPENBLAS_NUM_THREADS=1 python tests/benchmarks/bench_trace.py
 """
 
 from __future__ import annotations
 
+import sys
+import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -14,6 +17,7 @@ import numpy as np
 import machines
 from jointlib import read_joint, read_measurement, trace
 from jointlib.arrays import Array
+from jointlib.identification.path_record import low_pass
 from jointlib.io.measurement_file import read_records
 from jointlib.law import Motion
 from jointlib.laws.dahl import Dahl
@@ -22,6 +26,8 @@ from jointlib.loop.balance.steady import steady_force
 
 GUIDE = Path(machines.__file__).parent / "library" / "guide_mill"
 SAMPLES, STEP, PERIODS = 10240, 1 / 204.8e3, 2
+PATHS = (("random", 1500), ("random", 16384), ("random", 133334))
+"""How paths move, and samples in each of their three records."""
 SHAPES = 3e-6 * np.geomspace(0.01, 1.0, 15)
 """Slip distances in m."""
 
@@ -46,6 +52,23 @@ def read_and_transform() -> None:
 
 def whole() -> None:
     trace(read_measurement(GUIDE / "rig.measurement.toml"), read_joint(GUIDE / "start.joint.toml"))
+
+
+def long_path(folder: Path, signal: str, samples: int) -> tuple[Path, Path]:
+    """A path of the acceptance suite but for its length: friction that follows a voltage, and a force that is late."""
+    sys.path.insert(0, str(Path(__file__).parents[1] / "acceptance"))
+    import path_records
+
+    path_records.SAMPLES = samples
+    return path_records.write(folder, path_records.Case(("coulomb", "modulation", "lag"), signal, 60, 1))
+
+
+def filtered_once(measurement: Path) -> None:
+    """Reading a path and filtering force and displacement, the least that a trace of it does."""
+    test = read_measurement(measurement)
+    for record in read_records(test, test.records):
+        for x in record.channels.values():
+            low_pass(x, 4.0, record.sample_rate)
 
 
 def paths() -> tuple[Array, Array]:
@@ -74,6 +97,17 @@ def main() -> None:
     least, all_of_it = best(read_and_transform, 5), best(whole, 2)
     print(f"guide mill, reading and FFT {least * 1e3:8.1f} ms")
     print(f"guide mill, whole trace     {all_of_it * 1e3:8.1f} ms   {all_of_it / least:.0f} times as long")
+    for signal, samples in PATHS:
+        with tempfile.TemporaryDirectory() as folder:
+            file, joint = long_path(Path(folder), signal, samples)
+            least = best(lambda file=file: filtered_once(file), 3)  # type: ignore[misc]
+            start = time.process_time()
+            trace(read_measurement(file), read_joint(joint))
+            spent = time.process_time() - start
+        print(
+            f"{signal} path, 3 x {samples} samples, reading and filtering {least * 1e3:.1f} ms, whole trace "
+            f"{spent:.1f} s: {spent / least:.0f} times as long"
+        )
     z, v = paths()
     for law in (Jenkins, Dahl):
         grid = law(1.0, SHAPES[:, None])  # type: ignore[arg-type]
