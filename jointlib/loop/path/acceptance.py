@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -75,7 +76,11 @@ def assess(current: Array, new: Array, floor: Array, folds: Index, seed: int) ->
 
 def sign_flip(gains: Array, seed: int) -> float:
     """Probability that the sum of block gains with random signs reaches the observed one."""
-    rng = np.random.default_rng(seed)
-    signs = rng.choice([-1.0, 1.0], size=(_FLIPS, len(gains)))
-    reached = np.count_nonzero(signs @ gains >= gains.sum() * (1 - 1e-12))
+    reached = np.count_nonzero(_signs(seed, len(gains)) @ gains >= gains.sum() * (1 - 1e-12))
     return float((reached + 1) / (_FLIPS + 1))
+
+
+@lru_cache(maxsize=2)
+def _signs(seed: int, count: int) -> Array:
+    """Drawn once for all candidates, (flip, block)."""
+    return np.random.default_rng(seed).choice([-1.0, 1.0], size=(_FLIPS, count))
