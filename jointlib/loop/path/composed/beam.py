@@ -129,9 +129,14 @@ def _certain(field: _Field, c: Composition, parts: Sequence[Part]) -> tuple[Comp
     fitted = field.replayed(kept) if kept else None
     if fitted is None:
         return c, tuple(parts)
-    less = Composition((*c.steps, Step(kept[-1], fitted, action="dropped others")), tuple(kept))
-    swapped, again = _weighed(field, less)
-    return less, again if swapped is None else tuple(p for p in parts if p.term in kept)
+    less = now = Composition((*c.steps, Step(kept[-1], fitted, action="dropped others")), tuple(kept))
+    # What is left was chosen beside the others, so each of it is held against the whole catalogue once more.
+    for _ in range(_EXCHANGES):
+        swapped, again = _weighed(field, now)
+        if swapped is None:
+            return now, again
+        now = swapped
+    return less, tuple(p for p in parts if p.term in kept)
 
 
 def _explained(start: Composition, grown: Composition) -> float:
