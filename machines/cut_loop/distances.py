@@ -23,6 +23,8 @@ from .suspects import Suspect
 
 _FAR = 3.0
 """ln of depths beyond which nobody asks how far."""
+_PIECE = 256
+"""Draws that stay in the cache."""
 _NEXT = 1.25
 """Times a depth that stands alone, where the slope is looked at."""
 
@@ -56,6 +58,16 @@ def distances(
 
     ``base`` are the draws with their modes where they stand, ``rows`` the samples behind them.
     """
+    pieces = [np.arange(begin, min(begin + _PIECE, len(rows))) for begin in range(0, max(len(rows), 1), _PIECE)]
+    found = [_of_piece(suspect, tool, place, base.of(piece), rows[piece], values[piece]) for piece in pieces]
+    apart, frequency, at_border = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    return apart, frequency, at_border
+
+
+def _of_piece(
+    suspect: Suspect, tool: SampledTool, place: Place, base: Drawn, rows: Index, values: Array
+) -> tuple[Array, Array, Array]:
+    """`distances` of as many draws as stay in the cache."""
     at, ladder = place.at, place.depths
     if not exact(tool, at):
         changed = suspect.changed(base, values, at.speed, float(np.mean(ladder)))

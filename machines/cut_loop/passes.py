@@ -88,27 +88,31 @@ class Stretch:
 
     def step(self, depth: Array) -> Array:
         """States at the end and x of states at the beginning and x a tooth before, both square, at depths in m."""
+        if self.rubbed is not None:
+            return self._rubbed_away(depth).step(depth)
         b = depth[:, None, None]
         n, states = self.within.shape[2], self.free.shape[1]
         out = np.empty((len(b), states + n, states + n))
-        if self.rubbed is None or self.rubbed_out is None:
-            # With x = Q·(into·s + b·K·x_old), Q = (1 + b·K)⁻¹, the chips x − x_old are Q·(into·s − x_old).
-            Q = np.linalg.inv(np.eye(n) + b * self.within)
-            out[:, states:, :states] = Q @ self.into
-        else:
-            both = np.eye(2 * n) + b * np.concatenate([self.within, self.rubbed], axis=2)
-            unit = np.broadcast_to(np.eye(2 * n, n), (len(b), 2 * n, n))
-            x = np.linalg.solve(both, np.concatenate([self.into, unit], axis=2))
-            out[:, states:, :states], Q = x[:, :n, :states], x[:, :n, states:]
-            rubbed = b * (self.rubbed_out @ x[:, n:])
+        # With x = Q·(into·s + b·K·x_old), Q = (1 + b·K)⁻¹, the chips x − x_old are Q·(into·s − x_old).
+        Q = np.linalg.inv(np.eye(n) + b * self.within)
+        out[:, states:, :states] = Q @ self.into
         pushed = b * self.out
         out[:, states:, states:] = np.eye(n) - Q
         out[:, :states, :states] = self.free - pushed @ out[:, states:, :states]
         out[:, :states, states:] = pushed @ Q
-        if self.rubbed_out is not None:
-            out[:, :states, :states] -= rubbed[:, :, :states]
-            out[:, :states, states:] += rubbed[:, :, states:]
         return out
+
+    def _rubbed_away(self, depth: Array) -> Stretch:
+        """The relations at a depth without y, which is W·(into_y·s − b·K_y·chips), W = (1 + b·R_y)⁻¹."""
+        assert self.rubbed is not None
+        assert self.rubbed_out is not None
+        b, n, states = depth[:, None, None], self.within.shape[2], self.free.shape[1]
+        of_y = np.concatenate([self.into[:, n:], self.within[:, n:]], axis=2)
+        by = b * np.concatenate([self.rubbed[:, :n], self.rubbed_out], axis=1)
+        lost = by @ np.linalg.solve(np.eye(n) + b * self.rubbed[:, n:], of_y)
+        within, into = self.within[:, :n] - lost[:, :n, states:], self.into[:, :n] - lost[:, :n, :states]
+        out, free = self.out - lost[:, n:, states:], self.free - lost[:, n:, :states]
+        return Stretch(within, None, into, out, None, free)
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,19 +181,19 @@ def pass_of(drawn: Drawn, direct: Array, at: Condition, arc: Arc, axes: tuple[st
         tangential, normal, v = (part[:, rows] for part in _directions(at, angle.ravel()))
         u = drawn.tangential[:, None, None] * tangential + drawn.normal[:, None, None] * normal
         seen, pushed = o @ v.T, i @ u.swapaxes(1, 2)  # (samples, modes, n)
-        into, within = _real_rows(seen * kernel.grown), _felt(seen, kernel.inside, pushed)
+        moving, n = seen * poles[:, :, None], seen.shape[2]
+        rows_of = [seen, moving] if rubbing else [seen]
+        into, within = _real_rows(seen * kernel.grown), _felt(rows_of, kernel.inside, pushed)
         if np.any(direct):
-            within = within + (v @ direct @ u.swapaxes(1, 2)) * kernel.together
+            within[:, :n] += (v @ direct @ u.swapaxes(1, 2)) * kernel.together
         out = _real_columns(kernel.left * pushed)
         if not rubbing:
             found.append(Stretch(within, None, into, out, None, kernel.free))
             continue
-        moving = seen * poles[:, :, None]
         at_v = (i @ v.T) * (rubs / at.surface_speed)[:, None, None]
-        above = np.concatenate([within, _felt(moving, kernel.inside, pushed)], axis=1)
-        rubbed = np.concatenate([_felt(part, kernel.inside, at_v) for part in (seen, moving)], axis=1)
+        rubbed = _felt(rows_of, kernel.inside, at_v)
         into = np.concatenate([into, _real_rows(moving * kernel.grown)], axis=1)
-        found.append(Stretch(above, rubbed, into, out, _real_columns(kernel.left * at_v), kernel.free))
+        found.append(Stretch(within, rubbed, into, out, _real_columns(kernel.left * at_v), kernel.free))
     return Pass(tuple(found), _turned(poles * (arc.period - sum(arc.length))))
 
 
@@ -257,13 +261,14 @@ def _factors(residue: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
     return residue[s, m, :, column] / pivot[:, :, None], residue[s, m, row, :]
 
 
-def _felt(seen: ComplexArray, inside: ComplexArray, pushed: ComplexArray) -> Array:
-    """2·Re Σ over modes of seen_k·I_kl·pushed_l, (samples, n, n)."""
-    out = np.zeros((len(seen), seen.shape[2], seen.shape[2]))
-    for m in range(seen.shape[1]):
-        block = inside[:, m] * pushed[:, m, None]
-        block *= seen[:, m, :, None]
-        out += 2 * block.real
+def _felt(seen: Sequence[ComplexArray], inside: ComplexArray, pushed: ComplexArray) -> Array:
+    """2·Re Σ over modes of seen_k·I_kl·pushed_l, (samples, n of all that is seen, n)."""
+    n = pushed.shape[2]
+    out = np.zeros((len(pushed), len(seen) * n, n))
+    for m in range(pushed.shape[1]):
+        block = inside[:, m] * (2 * pushed[:, m, None])
+        for k, one in enumerate(seen):
+            out[:, k * n : k * n + n] += (block * one[:, m, :, None]).real
     return out
 
 
