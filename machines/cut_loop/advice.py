@@ -47,7 +47,7 @@ class Outlook:
     depth: Array
     """m, the depths at which the probability of being stable is told, (depths,)."""
     probability: Array
-    """Of being stable, (speeds, depths)."""
+    """Of being stable, as is every shallower cut at that speed, (speeds, depths)."""
     next_cut: Advice
     safe_cut: Advice | None
     """None where no cut is as safe as was asked for."""
@@ -76,7 +76,7 @@ def outlook(machine: Machine, problem: Problem, believed: Sequence[Entry], safe:
     i, k = np.unravel_index(int(np.argmax(removed)), removed.shape)
     held = Advice(float(speeds[i]), float(ladder[k]), float(through[i, k]), float(bits[i, k]))
     was = band(places, [part for part, _ in before])
-    return Outlook(speeds, was, band(places, apart), ladder, mean, best, held if removed[i, k] > 0 else None)
+    return Outlook(speeds, was, band(places, apart), ladder, through, best, held if removed[i, k] > 0 else None)
 
 
 def forecast(

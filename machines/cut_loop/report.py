@@ -104,7 +104,7 @@ class CutTrace(Shown):
     band_after: Array
     depth: Array
     probability: Array
-    """Of being stable with the cuts, (speeds, depths)."""
+    """Of being stable with the cuts, as is every shallower cut at that speed, (speeds, depths)."""
     warnings: tuple[str, ...]
     not_decidable: tuple[Mapping[str, str], ...]
     repro: Mapping[str, Any]

@@ -40,14 +40,15 @@ def _chart(report: CutTrace) -> Figure:
         depth = 1e3 * report.depth
         if np.ptp(report.probability) > 0 and np.min(report.probability) < report.safe < np.max(report.probability):
             axes.contour(report.speed, depth, report.probability.T, [report.safe], colors="#15803d", linestyles="--")
-            axes.plot([], [], "--", color="#15803d", label=f"stable with probability {report.safe:g}")
+            axes.plot([], [], "--", color="#15803d", label=f"stable up to here, probability {report.safe:g}")
         deepest = max(1e3 * cut.depth for cut in report.cuts)
         axes.set_ylim(0.0, min(1.5 * deepest, float(depth[-1])))
         axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, columnspacing=1.5, handlelength=1.8)
     return Figure(
         paper.svg,
         "The border of stability with its 5 to 95 % band, by the inputs alone and with the cuts; the cuts by their "
-        "verdict, and the one that tells most. Below the broken line a cut is stable with the probability asked for.",
+        "verdict, and the one that tells most. Up to the broken line all cuts are stable with the probability asked "
+        "for.",
     )
 
 

@@ -504,6 +504,7 @@ def test_the_next_cut_lies_where_the_border_is_in_doubt(tmp_path: Path) -> None:
 def test_a_trace_of_cuts_shows_itself(tmp_path: Path) -> None:
     machine = machine_of(tmp_path)
     found = trace_cuts(campaign(machine, 0), machine, draws=60)
+    assert np.all(np.diff(found.probability, axis=1) <= 0)  # a deeper cut is reached through every shallower one
     assert found.plot().get_ylabel() == "depth of cut [mm]"
     assert "of held-out cuts" in repr(found)
     assert len(found.columns()["family"][0]) == len(found.candidates)
