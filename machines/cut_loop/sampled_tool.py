@@ -141,11 +141,15 @@ class SampledTool:
 
     def felt(self) -> list[int]:
         """The modes of the middle sample that the tool feels, by frequency."""
+        return list(self._felt)
+
+    @cached_property
+    def _felt(self) -> tuple[int, ...]:
         if not self.modal:
-            return []
+            return ()
         peak = np.linalg.norm(np.median(np.abs(self.residue), axis=0), axis=(1, 2))
         peak /= np.median(np.abs(self.poles.real), axis=0)
-        return [int(k) for k in np.flatnonzero(peak > _FELT * np.max(peak))]
+        return tuple(int(k) for k in np.flatnonzero(peak > _FELT * np.max(peak)))
 
     @cached_property
     def highest(self) -> float:
