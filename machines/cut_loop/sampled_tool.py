@@ -26,6 +26,8 @@ _FELT = 0.05
 """Share of the highest peak from which on a mode is one that can be doubted."""
 _BELOW, _ABOVE, _MOST = 0.5, 1.7, 700
 """Times the lowest and highest mode between which the borders are looked for, and lines at most."""
+_SAME = 1e-9
+"""Share of the largest by which samples that are alike differ."""
 _PER_WIDTH, _PER_WAVE = 5.0, 24.0
 """Lines to the half width of a mode, and to a wave more between two teeth."""
 
@@ -117,6 +119,16 @@ class SampledTool:
         found = features(self.poles[:, self.felt()])
         size, vectors = np.linalg.eigh(np.atleast_2d(np.cov(found, rowvar=False)))
         return np.mean(found, axis=0), np.asarray(vectors * np.sqrt(np.maximum(size, 0.0)))
+
+    @cached_property
+    def alike(self) -> bool:
+        """Whether samples differ in nothing but where their felt modes stand."""
+        if not self.modal:
+            return False
+        shape = self.residue * self.poles.imag[:, :, None, None]
+        others = np.delete(self.poles, self.felt(), axis=1)
+        parts = [shape.real, shape.imag, others.real, others.imag, self.tangential, self.normal]
+        return all(bool(np.all(np.ptp(x, axis=0) <= _SAME * np.max(np.abs(x), initial=0.0))) for x in parts)
 
     def placed(self, drawn: Drawn, z: Array) -> Drawn:
         """Draws whose felt modes stand where standard normal numbers, (draws, `freedom`), put them.

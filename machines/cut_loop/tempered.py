@@ -114,6 +114,7 @@ def _moved(
     first, second = rng.integers(count, size=(2, count))
     shift = long[:, None] * (archive[first] - archive[second]) + _JITTER * rng.standard_normal((count, size))
     other: Mask = np.asarray(rng.uniform(size=count) < (_ROWS if problem.tool.freedom else 0.5))
+    other &= not problem.tool.alike
     rows = np.where(other, rng.integers(problem.tool.count, size=count), now.rows)
     z = now.z + np.where(moved & ~other[:, None], shift, 0.0)
     cost = 0.5 * np.sum(z**2 - now.z**2, axis=1)
