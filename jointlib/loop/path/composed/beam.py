@@ -9,7 +9,7 @@ from jointlib.joint import Joint
 from jointlib.loop.answer.naming import NAMED_FROM, is_declared_pair
 from jointlib.loop.path.acceptance import SHARE, TIE, Assessment, assess
 from jointlib.loop.path.columns import ColumnStore, moved_or_none
-from jointlib.loop.path.composed.choice import LEAST, is_another, is_nested, leaders, least_gain, pays, widest
+from jointlib.loop.path.composed.choice import LEAST, further, is_another, is_nested, leaders, least_gain, pays, widest
 from jointlib.loop.path.composed.pairs import pairs_beside
 from jointlib.loop.path.evidence import Evidence, Model
 from jointlib.loop.path.fitted import Fitted, fit, named_by_role
@@ -149,7 +149,8 @@ def _followed(
     """The best composition that grows from some, and the others that ended, best first.
 
     The best is the simplest of those that leave about as little as the least (less than a term has to remove apart),
-    or gain as much with an effect that its own contains.
+    gain as much with an effect that its own contains, or need fewer terms, where the further ones remove less than
+    such terms have to.
     """
     done = [] if beam else [start]
     while beam:
@@ -166,7 +167,11 @@ def _followed(
     done.sort(key=lambda c: deciding_excess(c.fitted))
     total, least = (deciding_excess(f) for f in (start.steps[0].fitted, done[0].fitted))
     near, alike = least / (1 - SHARE), least + TIE * (total - least)
-    tied = [c for c in done if deciding_excess(c.fitted) <= (alike if is_nested(c, done[0]) else near)]
+    tied = [
+        c
+        for c in done
+        if deciding_excess(c.fitted) <= max(alike if is_nested(c, done[0]) else near, least + further(c, done[0]))
+    ]
     best = min(tied, key=lambda c: (c.complexity, deciding_excess(c.fitted)))
     return best, [c for c in done if c is not best]
 

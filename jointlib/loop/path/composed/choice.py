@@ -41,6 +41,11 @@ def is_nested(c: Composition, best: Composition) -> bool:
     return len(new) == len(old) == 1 and is_declared_pair(new[0].effect, old[0].effect)
 
 
+def further(c: Composition, best: Composition) -> float:
+    """Excess that the terms which another composition has more than this one have to remove."""
+    return max(0, len(best.terms) - len(c.terms)) * LEAST * deciding_excess(c.steps[0].fitted)
+
+
 def least_gain(c: Composition, effect: Effect) -> float:
     """Excess that an effect has to remove beside the terms of a composition."""
     others = [t.effect for t in c.terms if t.effect is not effect]
