@@ -64,7 +64,7 @@ def test_every_least_value_of_a_parameter_is_allowed(law: JointLaw, fmi: int) ->
     joint = Joint((law,))
     for name, real in reals(described(system_of_joint(joint), fmi)).items():
         if name in joint.parameters and real.get("min") is not None:
-            declared = joint._flat()[name][1]
+            declared = joint._flat[name][1]
             least = float(real.get("min", "nan"))
             assert least >= declared.lower
             assert least > declared.above
