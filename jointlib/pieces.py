@@ -131,12 +131,12 @@ def turns(z: Array) -> Turns:
     own = z[tuple(slice(0, 1) if step == 0 else slice(None) for step in (1, *z.strides[1:]))]
     fixed = not (own.flags.writeable or (isinstance(own.base, np.ndarray) and own.base.flags.writeable))
     key = (own.__array_interface__["data"][0], own.shape, own.strides)
-    if fixed and key in _KNOWN:
-        return _KNOWN[key][1]
+    if fixed and (known := _KNOWN.get(key)) is not None:
+        return known[1]
     found = _turns(own)
     if fixed:
         for old in list(_KNOWN)[: max(0, len(_KNOWN) + 1 - _MOST_KNOWN)]:
-            del _KNOWN[old]
+            _KNOWN.pop(old, None)  # another thread may have been faster
         _KNOWN[key] = own, found  # with the array, so that no other one has its place
     return found
 
