@@ -73,6 +73,10 @@ class CutTold:
     """Whether its verdict stays improbable before the finding."""
 
 
+ENTRY = "enter with less feed: large chatter may last below the border, which is that of small vibrations"
+"""What is to be said beside a cut that is called safe: the bifurcation is subcritical where teeth leave the work."""
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class CutTrace(Shown):
     """The whole answer; `as_json` gives the promised keys."""
@@ -181,7 +185,7 @@ class CutTrace(Shown):
         lines.append(
             self.none_safe
             if s is None
-            else f"most productive at a probability of {self.safe:g}: {s.speed:g} rpm, {1e3 * s.depth:.3g} mm"
+            else f"most productive at a probability of {self.safe:g}: {s.speed:g} rpm, {1e3 * s.depth:.3g} mm; {ENTRY}"
         )
         return [*lines, *(f"warning: {w}" for w in self.warnings)]
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from jointlib.loop.answer.report import Verdict
 
-from ..cut_loop.report import CutCandidate, CutTold, CutTrace
+from ..cut_loop.report import ENTRY, CutCandidate, CutTold, CutTrace
 from .drawing import sheet
 from .page import Figure, Section, Table
 
@@ -27,7 +27,7 @@ def cuts_section(report: CutTrace) -> Section:
         f"{report.none_safe[0].upper()}{report.none_safe[1:]}."
         if safe is None
         else f"The most productive cut that is stable with a probability of {report.safe:g}: {safe.speed:g} rpm and "
-        f"{1e3 * safe.depth:.3g} mm."
+        f"{1e3 * safe.depth:.3g} mm. {ENTRY[0].upper()}{ENTRY[1:]}."
     )
     text = [_MEANING[report.verdict], report.sentence, report.next_words(), most]
     parts = [_cuts(report), _contest(report), _limits(report)]
