@@ -95,29 +95,28 @@ def altered(bench: Bench, question: Question, draw: int, rng: np.random.Generato
         x = float(u[lead[0]])
     believed = bench.believed[0]
     begun = u.copy()
-    best: tuple[float, tuple[Joint, ...], float] | None = None
+    best: tuple[float, ComplexArray, float] | None = None
     for _ in range(_SIZINGS):
         for i in lead:
             shift = x - begun[lead[0]] if hypothesis.coordinates[i].log else 0.0
             u[i] = begun[i] + shift if hypothesis.coordinates[i].log else x
         joints = _joints(hypothesis, hypothesis.bounded(u))
-        H = None if joints is None else bench.at_drive(joints)
+        whole = None if joints is None else bench.responses(joints)
         log = hypothesis.coordinates[lead[0]].log and question.family != REFIT
-        if H is None or joints is None:
+        if whole is None:
             x = x - 0.7 if log else 0.5 * x
             continue
-        found = float(np.linalg.norm(H - believed) / np.linalg.norm(believed))
+        found = float(np.linalg.norm(whole[0] - believed) / np.linalg.norm(believed))
         off = abs(np.log(max(found, 1e-12) / size))
         if best is None or off < best[0]:
-            best = off, joints, found
+            best = off, whole, found
         if off < _SIZED:
             break
         step = float(np.clip(np.log(size / max(found, 1e-12)), -2.0, 2.0))
         x = float(np.clip(x + step, _LOWEST, _HIGHEST)) if log else x * float(np.exp(step))
     if best is None or best[0] > _REACHED:
         return None
-    whole = bench.responses(best[1])
-    return None if whole is None else Altered(question.name, whole, best[2])
+    return Altered(question.name, best[1], best[2])
 
 
 def _drawn(

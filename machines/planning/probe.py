@@ -13,7 +13,6 @@ from jointlib.errors import InputError
 from jointlib.joint import Joint
 from jointlib.laws.hertz_guide import HertzGuide
 
-from ..indices import Mask
 from ..loop.forward import Answer, Forward, Points
 from ..loop.noise.deviation import from_neighbours
 from ..loop.records import LevelFRF
@@ -61,37 +60,27 @@ class Bench:
         return _forward(self.machine, self.lines, self.forces, self.drive, self.places)
 
     def responses(self, joints: Sequence[Joint]) -> ComplexArray | None:
-        """m/N, (places, levels, lines), of the machine with these joints; None where many lines have no motion."""
-        answer = self._answer(joints)
-        if answer is None:
+        """m/N, (places, levels, lines), of the machine with these joints; None where many lines have no motion.
+
+        Lines that were not found take those of their neighbours, where they are few.
+        """
+        moving = self._moving(joints)
+        answer = self._forward.answer(joints, moving, ramp=True)
+        if np.mean(answer.fine) < _KNOWN:
             return None
         # What the joints do does not depend on where the motion is measured.
-        H = self._forward.everywhere(self._moving(joints), answer.force)
-        return self._filled(H, np.tile(answer.fine, (len(self.places), 1)))
-
-    def at_drive(self, joints: Sequence[Joint]) -> ComplexArray | None:
-        """m/N, (levels, lines), of the driven place alone."""
-        answer = self._answer(joints)
-        return None if answer is None else self._filled(answer.receptance, answer.fine)[0]
-
-    def _answer(self, joints: Sequence[Joint]) -> Answer | None:
-        """Motions of the joints at every level and line, driven place; None where many lines have none."""
-        answer = self._forward.answer(joints, self._moving(joints), ramp=True)
-        return None if np.mean(answer.fine) < _KNOWN else answer
+        H = self._forward.everywhere(moving, answer.force).reshape(-1, len(LEVELS), len(self.lines))
+        fine, at = answer.fine.reshape(H.shape[1:]), np.arange(len(self.lines))
+        for n in np.flatnonzero(~np.all(fine, axis=1)):
+            ok = fine[n]
+            for x in H[:, n]:
+                x[:] = np.interp(at, at[ok], x[ok].real) + 1j * np.interp(at, at[ok], x[ok].imag)
+        return H
 
     def _moving(self, joints: Sequence[Joint]) -> tuple[int, ...]:
         """Those whose gain depends on amplitude, and those that differ from what the machine is believed to have."""
         changed = (i for i, (a, b) in enumerate(zip(joints, self.machine.joints(), strict=True)) if a is not b)
         return tuple(sorted({*self._forward.nonlinear, *changed}))
-
-    def _filled(self, receptance: ComplexArray, found: Mask) -> ComplexArray:
-        """(places, levels, lines); lines that were not found take those of their neighbours, where they are few."""
-        H, fine = (x.reshape(-1, len(LEVELS), len(self.lines)).copy() for x in (receptance, found))
-        at = np.arange(len(self.lines))
-        for p, n in np.argwhere(~np.all(fine, axis=2)):
-            ok = fine[p, n]
-            H[p, n] = np.interp(at, at[ok], H[p, n, ok].real) + 1j * np.interp(at, at[ok], H[p, n, ok].imag)
-        return np.asarray(H)
 
     def motion(self, joint: int) -> tuple[Array, Array]:
         """Amplitude in m of a joint at the top force, and rad/s, line by line."""
