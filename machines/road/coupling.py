@@ -122,19 +122,20 @@ def _force(road: Run) -> None:
     from ..forced_response.response_file import write_response
     from ..report.sections import response_section
 
-    # Every step of a cycle that is sampled costs: where joints remember, one harmonic is known before more are tried.
+    # Every step of a cycle that is sampled costs: where joints remember, one harmonic stays if more take too long.
     remembering = any(joint.states for joint in road.machine.joints())
     machine, late, searched = road.machine, "", 0
     drives, results = drives_of(machine, None), list[Any]()
     with road.progress.step(f"forced response at each force, in at most {BUDGET / 60:g} minutes"):
         try:
             with within(_SEARCHED * BUDGET):
-                first = 1 if remembering else "auto"
-                results.extend(responses(machine, None, progress=Inside(), harmonics=first, stability="auto"))
-            if remembering:
-                with suppress(OutOfTime), within(_OVERTONES):
-                    for k, more in enumerate(responses(machine, None, harmonics="auto", stability="auto")):
-                        results[k] = more
+                with (
+                    suppress(OutOfTime) if remembering else nullcontext(),
+                    within(_OVERTONES if remembering else BUDGET),
+                ):
+                    results.extend(responses(machine, None, progress=Inside(), harmonics="auto", stability="auto"))
+                for drive in drives[len(results) :]:
+                    results.extend(responses(machine, drive, progress=Inside(), stability="auto"))
         except OutOfTime as error:
             late, searched = str(error), len(results)
             with suppress(OutOfTime) if results else nullcontext():
