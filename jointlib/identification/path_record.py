@@ -15,6 +15,8 @@ from jointlib.measurement import Measurement, Record
 _FEWEST = 200
 """Samples below which a path is not filtered and differentiated."""
 
+ORDER = 4
+"""Of the Butterworth low pass, one way."""
 _SETTLED = 3.0
 """Periods of the cutoff frequency in which a low pass forgets how it began."""
 
@@ -28,7 +30,7 @@ def path_unknowns(measurement: Measurement) -> tuple[str, ...]:
 @lru_cache(maxsize=16)
 def _sections(cutoff: float) -> Array:
     """Second-order sections of the low pass, cutoff in halves of the sample rate; a trace asks thousands of times."""
-    return np.asarray(scipy.signal.butter(4, cutoff, output="sos"))
+    return np.asarray(scipy.signal.butter(ORDER, cutoff, output="sos"))
 
 
 def low_pass(x: Array, cutoff: float, sample_rate: float) -> Array:

@@ -9,10 +9,10 @@ import numpy as np
 import scipy
 
 from jointlib.arrays import Array, ComplexArray
+from jointlib.identification.path_record import ORDER
 
 _ENDS = 12.0
 """Periods of the cutoff frequency after which nothing tells any more how the filter began, but for 10⁻¹²."""
-_ORDER = 4
 _GONE = 1e-17
 """Power of a pole that adds nothing."""
 
@@ -33,8 +33,8 @@ class _Split:
 
 @lru_cache(maxsize=16)
 def _split(cutoff: float, stride: int) -> _Split:
-    """Of order 4; the cutoff in halves of the sample rate."""
-    zeros, poles, gain = scipy.signal.butter(_ORDER, cutoff, output="zpk")
+    """Of the order of the low pass; the cutoff in halves of the sample rate."""
+    zeros, poles, gain = scipy.signal.butter(ORDER, cutoff, output="zpk")
     every, pole = np.asarray(poles), np.asarray(poles)[np.imag(poles) > 0]
 
     def response(p: ComplexArray) -> ComplexArray:
