@@ -106,15 +106,21 @@ speeds = 70
 """
 
 
+def two_teeth(folder: Path, quantity: str, immersion: float, mode: str = "up") -> StudyResults:
+    """A study of the two-mode tool with two teeth, which wants the most of a quantity."""
+    base = (LIBRARY / "two_mode_tool.toml").read_text("utf-8").replace("teeth = 3", "teeth = 2")
+    (folder / "two.toml").write_text(base.replace('mode = "up"', f'mode = "{mode}"'), "utf-8")
+    plan = TEETH.format(base="two.toml", immersion=immersion).replace("removal-rate", quantity)
+    (folder / "s.study.toml").write_text(plan, "utf-8")
+    return study(folder / "s.study.toml", folder / "out", workers=1)
+
+
 @pytest.mark.parametrize(("immersion", "denied"), [(0.5, True), (0.15, False)])
 def test_a_pocket_by_zero_order_is_held_against_the_exact_method(
     immersion: float, denied: bool, tmp_path: Path
 ) -> None:
     """With two teeth at half immersion zero order allows more than collocation, at less immersion it allows less."""
-    base = (LIBRARY / "two_mode_tool.toml").read_text("utf-8").replace("teeth = 3", "teeth = 2")
-    (tmp_path / "two.toml").write_text(base, "utf-8")
-    (tmp_path / "s.study.toml").write_text(TEETH.format(base="two.toml", immersion=immersion), "utf-8")
-    found = study(tmp_path / "s.study.toml", tmp_path / "out", workers=1)
+    found = two_teeth(tmp_path, "removal-rate", immersion)
     assert found.verdict is not None
     assert found.verdict.best is not None
     speed = found.verdict.best.results["pocket-speed"] * np.linspace(0.98, 1.02, 5)
@@ -136,11 +142,7 @@ def test_a_depth_at_every_speed_by_zero_order_is_held_against_the_exact_method(
     immersion: float, mode: str, denied: bool, tmp_path: Path
 ) -> None:
     """What the exact method says at the lowest point of its chart stands below the answer."""
-    base = (LIBRARY / "two_mode_tool.toml").read_text("utf-8").replace("teeth = 3", "teeth = 2")
-    (tmp_path / "two.toml").write_text(base.replace('mode = "up"', f'mode = "{mode}"'), "utf-8")
-    plan = TEETH.format(base="two.toml", immersion=immersion).replace("removal-rate", "minimum-depth")
-    (tmp_path / "s.study.toml").write_text(plan, "utf-8")
-    found = study(tmp_path / "s.study.toml", tmp_path / "out", workers=1)
+    found = two_teeth(tmp_path, "minimum-depth", immersion, mode)
     assert found.verdict is not None
     assert found.verdict.best is not None
     said = found.verdict.best.results["minimum-depth"]
