@@ -62,6 +62,7 @@ def sheet(
             # Where labels leave no room the axes overlap a little; that is no reason to lose a report.
             warnings.filterwarnings("ignore", message="constrained_layout not applied")
             warnings.filterwarnings("ignore", message="Glyph .* missing from font")
+            laid_out(figure)
             figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
             if png:
                 pixels = io.BytesIO()
@@ -69,6 +70,12 @@ def sheet(
                 paper.png = pixels.getvalue()
     # The XML prologue has no place inside HTML.
     paper.svg = re.sub(r"^.*?(?=<svg)", "", buffer.getvalue(), flags=re.S)
+
+
+def laid_out(figure: Any) -> None:
+    """Room for every label, found once: a figure that has a layout engine is drawn once more for it at each saving."""
+    figure.get_layout_engine().execute(figure)
+    figure.set_layout_engine("none")
 
 
 def thin(*columns: Array, most: int = 2000) -> Sequence[Array]:

@@ -18,7 +18,7 @@ from ..process.chart import StabilityLobes
 from ..process.cutting import Cutting
 from ..rest.solve import stability_lobes
 from .beside_forced import BesideForced, beside_forced
-from .forced_vibration import forced_vibration, too_many
+from .forced_vibration import ForcedVibration, forced_vibration, too_many
 from .shaken_limits import SMALL
 from .surface_error import surface_errors, worst_error
 
@@ -93,19 +93,23 @@ def forced_field(machine: Machine, chart: StabilityLobes, depth: Array | None = 
     except (CheckFailed, InputError):
         return None
     amplitude = np.where(found.settled, found.amplitude, np.nan).reshape(len(speed), len(depth))
-    limit = rest
-    if nonlinear:
-        limit = np.array([_shaken(machine, cutting, *one) for one in zip(speed, rest, chatter, strict=True)])
+    limit = _shaken(machine, cutting, speed, rest, chatter) if nonlinear else rest
     walls = worst_error(surface_errors(cutting, found)).reshape(amplitude.shape)
     return ForcedField(speed, depth, amplitude, rest, limit, np.where(np.isnan(amplitude), np.nan, walls))
 
 
-def _shaken(machine: Machine, cutting: Cutting, speed: float, rest: float, chatter: float) -> float:
-    """The limit in m at a speed (rpm) with the gains that the chatter line (Hz) sees at the limit at rest (m)."""
-    if not np.isfinite(rest):
-        return rest
-    machine = at_speed(machine, speed)
-    forced = forced_vibration(machine, speed, rest)
+def _shaken(machine: Machine, cutting: Cutting, speed: Array, rest: Array, chatter: Array) -> Array:
+    """The limits in m at speeds (rpm) with the gains that the chatter line (Hz) sees at the limits at rest (m)."""
+    limit, ends = rest.copy(), np.flatnonzero(np.isfinite(rest))
+    forced = forced_vibration(machine, speed[ends], rest[ends])
+    for i, at in enumerate(ends):
+        turning = at_speed(machine, float(speed[at]))
+        limit[at] = _limit(turning, cutting, forced.at(i), float(rest[at]), float(chatter[at]))
+    return limit
+
+
+def _limit(machine: Machine, cutting: Cutting, forced: ForcedVibration, rest: float, chatter: float) -> float:
+    """The limit in m of one cut."""
     if not forced.settled[0]:
         return np.nan
     gain = tangents(machine, chatter)
@@ -118,6 +122,6 @@ def _shaken(machine: Machine, cutting: Cutting, speed: float, rest: float, chatt
         return rest
     try:
         model = machine_model(machine, chatter, gain[0])
-        return float(stability_lobes(model, cutting, [speed], "collocation").depth[0])
+        return float(stability_lobes(model, cutting, [float(forced.speed[0])], "collocation").depth[0])
     except (CheckFailed, InputError):
         return np.nan
