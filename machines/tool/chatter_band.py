@@ -123,10 +123,11 @@ def chatter_band(machine: Machine) -> ChatterBand:
                 f"The band of [response], {_span(*typed)}, cuts off modes of the tool ({span}): "
                 f"chatter was looked for from {_span(low, high)}."
             )
-    near, top = np.unique(around(felt) / (2 * np.pi)), min(high, _BEYOND * float(natural[-1]))
+    near, peaks = np.unique(around(felt) / (2 * np.pi)), np.abs(felt.imag) / (2 * np.pi)
+    top = min(high, _BEYOND * float(natural[-1]))
     near = near[near > 0]
     lines = np.union1d(np.linspace(low, high, _LINES), near[(near > low) & (near < high)])
-    if model is not None and not _is_exact(machine, model, np.append(np.linspace(low, top, _COMPARED), near)):
+    if model is not None and not _is_exact(machine, model, np.append(np.linspace(low, top, _COMPARED), peaks)):
         model = None
     return ChatterBand(low, high, natural, lines, model, (0.0, np.inf), (said,) if said else (), undamped)
 

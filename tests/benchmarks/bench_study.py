@@ -1,7 +1,9 @@
 """A study of guide_mill beside the command for every configuration, blocks beside rows, and what the engine takes.
 
-Run it as a script; ``--configurations 100000`` computes a plan of that size to the end. Memory is that of the largest
-process. Processor time of this process and its children, OPENBLAS_NUM_THREADS=1.
+Run it as a script; ``--configurations 100000`` computes a plan of that size to the end. With ``--dask`` a plan of that
+size alone, by two workers of a Dask scheduler, and with ``--mill`` beside it that of the library's column mill with as
+many samples as make that size. Memory is that of the largest process. Processor time of this process and its
+children, OPENBLAS_NUM_THREADS=1.
 """
 
 from __future__ import annotations
@@ -85,7 +87,13 @@ def _seconds() -> float:
 def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("--configurations", type=int, default=2048)
-    count = parser.parse_args().configurations
+    parser.add_argument("--dask", action="store_true")
+    parser.add_argument("--mill", action="store_true")
+    given = parser.parse_args()
+    count = given.configurations
+    if given.dask:
+        by_dask(count, given.mill)
+        return
     seconds: dict[str, float] = {}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -110,6 +118,43 @@ def main() -> None:
         print(f"largest difference from the command: {np.max(np.abs(np.array(found) / depth[:COMMANDS] - 1)):.0e}")
         slow = seconds["commands"] / COMMANDS
         print(f"jointlib lobes, configuration by configuration: {slow:.2f} s each, {slow / each:.0f}x")
+
+
+def by_dask(count: int, mill: bool) -> None:
+    """A plan by two workers of a Dask scheduler: what each configuration costs, what the engine takes beside it."""
+    from distributed import LocalCluster
+
+    os.environ["OPENBLAS_NUM_THREADS"] = "1"  # read when a worker imports numpy
+    workers = LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None)
+    with tempfile.TemporaryDirectory() as name, workers as cluster:
+        folder = Path(name)
+        if mill:
+            text = (LIBRARY / "column_mill.study.toml").read_text("utf-8")
+            path = LIBRARY / "column_mill.study.toml"
+            study = read_study(path)
+            samples = -(-count // (study.total // study.samples))
+            path = folder / "mill.study.toml"
+            for key in ("column_mill_a.toml", "column_mill_b.toml"):
+                text = text.replace(f'"{key}"', f'"{LIBRARY / key}"')
+            path.write_text(text.replace("samples = 16", f"samples = {samples}"), "utf-8")
+            study = read_study(path)
+        else:
+            machine_file(folder)
+            study = plan(folder, count)
+        store = begin(study, folder / "results")
+        wall, here = time.perf_counter(), time.process_time()
+        evaluate_all(study, store, {}, scheduler=cluster.scheduler_address)
+        wall, here = time.perf_counter() - wall, time.process_time() - here
+        largest = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+        begun = time.perf_counter()
+        found = store.results()
+        read = time.perf_counter() - begun
+        print(
+            f"{study.total} configurations by two workers of Dask: {wall:.0f} s, {2e3 * wall / study.total:.2f} ms of "
+            f"a worker each; engine, store and scheduler {here:.1f} s, {100 * here / (2 * wall):.2f} % of the "
+            f"work; largest {largest:.0f} MB; results read in {read:.1f} s"
+        )
+        assert len(found["minimum-depth"]) == study.total
 
 
 def overhead(folder: Path) -> None:
