@@ -14,6 +14,8 @@ from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
 _Item = TypeVar("_Item")
+_LONG = 60.0
+"""Seconds of which one is warned."""
 
 
 class Progress(Protocol):
@@ -83,8 +85,11 @@ def followed(follower: Follower) -> Iterator[None]:
         _FOLLOWER.reset(token)
 
 
-def each(what: str, items: Iterable[_Item], count: int) -> Iterator[_Item]:
-    """The items of a long loop, of which there are at most ``count``: how many of ``what`` are done is told."""
+def each(what: str, items: Iterable[_Item], count: int, cheaper: str = "") -> Iterator[_Item]:
+    """The items of a long loop, of which there are at most ``count``: how many of ``what`` are done is told.
+
+    Where the first says that all take more than a minute, that is remarked with ``cheaper``, what asks for less.
+    """
     follower = _FOLLOWER.get()
     if follower is None or count < 2:
         yield from items
@@ -93,6 +98,8 @@ def each(what: str, items: Iterable[_Item], count: int) -> Iterator[_Item]:
     try:
         for done, item in enumerate(items):
             left = (time.perf_counter() - begun) / done * (count - done) if done else 0.0
+            if cheaper and done == 1 and left > _LONG:
+                follower.remark(f"{count} {what} take about {left:.0f} s; {cheaper}")
             loops[depth:] = [f"{done} of {count} {what}" + (f", about {left:.0f} s more" if left and not depth else "")]
             yield item
     finally:

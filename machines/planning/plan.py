@@ -86,7 +86,7 @@ def plan_machine(bench: Bench, asked: Sequence[str], size: float, seed: int, pro
     hidden += [(name, case, d) for name, cases in drawn.items() for d, case in enumerate(cases)]
     ends = dict.fromkeys(("", *drawn), frozenset[str]())
     with progress.step("tracing simulated responses, with every effect hidden in turn"):
-        for name, case, d in each("traces", hidden, len(hidden)):
+        for name, case, d in each("traces", hidden, len(hidden), "fewer --effects ask for less"):
             ends[name] |= work.end(bench, case, test, d)
     ends = both_ways({e: named | {o for n in named if (o := _twin(n))} for e, named in ends.items()})
     confusions = _confusions(work, bench, test, wanted, size, ends, progress)

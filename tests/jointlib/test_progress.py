@@ -38,6 +38,19 @@ def test_a_loop_that_is_left_early_leaves_nothing_behind() -> None:
         assert follower.loops == []
 
 
+@pytest.mark.parametrize(("count", "warned"), [(60, False), (61_000, True)])
+def test_a_loop_that_takes_more_than_a_minute_says_so_after_its_first(count: int, warned: bool) -> None:
+    said = list[str]()
+    with followed(Follower(said.append)):
+        for n in each("traces", range(count), count, "fewer effects ask for less"):
+            if n == 3:
+                break
+            time.sleep(0.001)
+    assert len(said) == warned
+    assert all(text.startswith(f"{count} traces take about ") for text in said)
+    assert all(text.endswith(" s; fewer effects ask for less") for text in said)
+
+
 @pytest.mark.parametrize("progress", [output.Working(), output.Steps()])
 def test_a_part_that_takes_long_tells_again_and_again_how_far_it_is(
     progress: output.Working | output.Steps, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
