@@ -22,11 +22,17 @@ _NOTHING = 1e-14
 class _Bundle:
     """Motions and the joints that feel them and no others."""
 
-    rows: Index
-    """(n,) of the motions q."""
+    rows: Index | slice
+    """(n,) of the motions q, a slice where they stand side by side."""
     joints: Index
-    outer: ComplexArray
+    outer: Array
     """t_i t_iᵀ of its part of T, (joints, n²)."""
+
+    def matrix(self, gain: Numbers) -> Numbers:
+        """Its block of Tᵀ diag(gain) T, (..., n, n)."""
+        n = round(self.outer.shape[1] ** 0.5)
+        found = gain[..., self.joints] @ self.outer.astype(gain.dtype)
+        return np.asarray(found.reshape(*gain.shape[:-1], n, n))
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +87,8 @@ class Coordinates:
             joints = np.flatnonzero(np.any(shared[:, rows], axis=1))
             t = self.T[np.ix_(joints, rows)]
             outer = (t[:, :, None] * t[:, None, :]).reshape(len(joints), -1)
-            bundles.append(_Bundle(rows, joints, outer.astype(complex)))
+            beside = rows[-1] - rows[0] == len(rows) - 1
+            bundles.append(_Bundle(slice(rows[0], rows[-1] + 1) if beside else rows, joints, outer))
         return tuple(bundles)
 
     def motions(self, q: Numbers) -> Numbers:
@@ -96,6 +103,18 @@ class Coordinates:
         """Tᵀ g, what the forces g of all joints come to, (..., r)."""
         return force if self.complete else np.asarray(force @ self.T)
 
+    def matrix(self, gain: Numbers) -> Numbers:
+        """Tᵀ diag(gain) T of gains (..., nj), (..., r, r)."""
+        r = len(self.rows)
+        out = np.zeros((*gain.shape[:-1], r, r), dtype=gain.dtype)
+        if self.complete:
+            out[..., np.arange(r), np.arange(r)] = gain
+            return out
+        for bundle in self._together:
+            rows = np.arange(r)[bundle.rows]
+            out[..., rows[:, None], rows] = bundle.matrix(gain)
+        return out
+
     def through(self, H: ComplexArray, gain: ComplexArray) -> ComplexArray:
         """H Tᵀ diag(gain) T for H (..., m, r), gain (..., nj)."""
         if self.complete:
@@ -103,9 +122,7 @@ class Coordinates:
         every = np.broadcast_shapes(H.shape[:-2], gain.shape[:-1])
         out = np.empty((*every, *H.shape[-2:]), dtype=complex)
         for bundle in self._together:
-            n = len(bundle.rows)
-            K = (np.take(gain, bundle.joints, axis=-1) @ bundle.outer).reshape(*gain.shape[:-1], n, n)
-            out[..., bundle.rows] = np.take(H, bundle.rows, axis=-1) @ K
+            out[..., bundle.rows] = H[..., bundle.rows] @ bundle.matrix(gain)
         return out
 
     def across(self, H: ComplexArray, slope: ComplexArray) -> ComplexArray:

@@ -83,6 +83,8 @@ def _steady_force(joint: Joint, cycle: Cycle, z: ComplexArray, omega: Array) -> 
 
 def steady_states(joint: Joint, cycle: Cycle, z: ComplexArray, omega: Array) -> Array:
     """States before the step to every sample of the steady cycle, (cases, samples, states); nan as for the force."""
+    if not joint.states:
+        return np.empty((len(z), len(cycle.angle), 0))
     return _steady(joint, cycle, z, omega)[1]
 
 

@@ -73,8 +73,8 @@ class Disturbances:
         if self._by_hill(harmonics):
             return 100.0 * (2 * len(self.equations.mass) * len({*harmonics, *(-h for h in harmonics)})) ** 3
         poised = self._poised(z, omega, harmonics)
-        m, nj, size = 2 * len(poised.squared), len(poised.joints), poised.size
-        return 1.5 * self._samples * size * (size * size + 4.0 * m * nj + 500.0) + 25.0 * size**3
+        m, r, size = 2 * len(poised.squared), len(poised.rows), poised.size
+        return 1.5 * self._samples * size * (size * size + 4.0 * m * r + 500.0) + 25.0 * size**3
 
     @property
     def _samples(self) -> int:

@@ -17,6 +17,7 @@ from jointlib.arrays import Array, ComplexArray
 from jointlib.joint import Joint
 from jointlib.law import Motion
 
+from ..coupling.coordinates import Coordinates
 from ..coupling.second_order import MachineEquations
 from ..deadline import in_time
 from ..harmonic_balance.cycle import Cycle, Harmonics
@@ -35,8 +36,8 @@ _BLOCK = 2**21
 class Poised:
     """A machine in the modes that disturbances move, its joints at their tangents at rest.
 
-    q̈ + damping q̇ + diag(squared) q = −rowsᵀ g and z = rows q − residual g, with g what the joints' forces differ by
-    from their tangents at rest.
+    q̈ + damping q̇ + diag(squared) q = −rowsᵀ G and z = T (rows q − residual G), with G = Tᵀ g and g what the joints'
+    forces differ by from their tangents at rest.
     """
 
     squared: Array
@@ -44,15 +45,16 @@ class Poised:
     damping: Array
     """1/s, (modes, modes)."""
     rows: Array
-    """Of the nonlinear joints, kg^−½, (nj, modes)."""
+    """Of the independent motions of the nonlinear joints, kg^−½, (r, modes)."""
     residual: Array
-    """Flexibility of the modes left out, m/N, (nj, nj)."""
+    """Flexibility of the modes left out, m/N, (r, r)."""
     stiffness: Array
     """Tangents at rest of the nonlinear joints, N/m and N s/m, (nj,)."""
     viscous: Array
     joints: tuple[Joint, ...]
     members: tuple[int, ...]
     """Indices of the nonlinear ones among all joints."""
+    coordinates: Coordinates
 
     @classmethod
     def of(cls, equations: MachineEquations, joints: Sequence[Joint], highest: float, rest: Array) -> Poised:
@@ -63,24 +65,27 @@ class Poised:
         squared, modes = eigh(equations.stiffness + R.T @ (k[:, None] * R), equations.mass)
         own = tuple(i for i, joint in enumerate(joints) if not _is_plain(joint))
         slow = squared <= (_REACH * highest) ** 2
-        seen = R @ modes
-        stiff = seen[:, ~slow][list(own)]
+        coordinates = Coordinates.of(R[list(own)])
+        seen = R[[own[row] for row in coordinates.rows]] @ modes
+        stiff = seen[:, ~slow]
         damping = modes.T @ (equations.damping + R.T @ (c[:, None] * R)) @ modes
         return cls(
             squared[slow],
             damping[np.ix_(slow, slow)],
-            seen[:, slow][list(own)],
+            seen[:, slow],
             (stiff / squared[~slow]) @ stiff.T,
             k[list(own)],
             c[list(own)],
             tuple(joints[i] for i in own),
             own,
+            coordinates,
         )
 
     @property
     def size(self) -> int:
-        """Rows of the monodromy matrix."""
-        return 2 * len(self.squared) + len(self.joints) + sum(len(joint.states) for joint in self.joints)
+        """Rows of the monodromy matrix: what no joint remembers follows from where the machine is."""
+        states = sum(len(joint.states) for joint in self.joints)
+        return 2 * len(self.squared) + (len(self.rows) + states if states else 0)
 
 
 def _is_plain(joint: Joint) -> bool:
@@ -126,58 +131,68 @@ def largest_multiplier(
 
 
 def monodromy(poised: Poised, z: ComplexArray, omega: Array, harmonics: Harmonics, samples: int = 256) -> Array:
-    """What one cycle makes of [q, q̇/ω, g/ω², states], (points, size, size); z moves the nonlinear joints alone.
+    """What one cycle makes of [q, q̇/ω, G/ω², states], (points, size, size); z moves the nonlinear joints alone.
 
+    Where no joint remembers, the forces follow from motions, G = E [q, q̇/ω], and are none of the unknowns.
     ``samples`` is a power of two. `OutOfTime` once a deadline is over.
     """
     in_time()
-    m, nj = len(poised.squared), len(poised.joints)
+    m, r = len(poised.squared), len(poised.rows)
     w = omega[:, None, None, None]
     free, first, last = (part[:, None] for part in _between(poised, omega, 2 * np.pi / samples))
     cycle = Cycle.of(harmonics, samples)
     steps = [_Linearised.of(joint, cycle, z[:, :, j], omega) for j, joint in enumerate(poised.joints)]
     ends = np.cumsum([0, *(len(joint.states) for joint in poised.joints)])
-    states = [slice(2 * m + nj + a, 2 * m + nj + b) for a, b in pairwise(ends.tolist())]
+    states = [slice(2 * m + r + a, 2 * m + r + b) for a, b in pairwise(ends.tolist())]
     # In units of the angular frequency: time in 1/ω, so that velocities and forces are of the size of displacements.
     k, c = (
-        np.stack([part.force[n] - at_rest for part, at_rest in zip(steps, rest, strict=True)], axis=2)[..., None]
+        poised.coordinates.matrix(np.stack([p.force[n] - at for p, at in zip(steps, rest, strict=True)], axis=2))
         for n, rest in enumerate((poised.stiffness, poised.viscous))
     )
-    k, c = k / w**2, c / w
     pressed = poised.residual * w**2
-    step = np.zeros((len(omega), samples, 2 * m + nj + int(ends[-1]), 2 * m + nj + int(ends[-1])))
-    drift, force, after = step[:, :, : 2 * m], step[:, :, 2 * m : 2 * m + nj], step[:, :, 2 * m + nj :]
-    drift[..., : 2 * m], drift[..., 2 * m : 2 * m + nj] = free, -first
-    seen = np.concatenate([k * poised.rows, c * poised.rows], axis=3)
+    seen = np.concatenate([k / w**2 @ poised.rows, c / w @ poised.rows], axis=3)
+    pushed = np.eye(r) + k / w**2 @ pressed
+    if not ends[-1]:
+        follows = np.linalg.solve(pushed, seen)
+        drift = free - first @ np.roll(follows, 1, axis=1)
+        return _product(drift - last @ np.linalg.solve(pushed + seen @ last, seen @ drift))
+    step = np.zeros((len(omega), samples, poised.size, poised.size))
+    drift, force, after = step[:, :, : 2 * m], step[:, :, 2 * m : 2 * m + r], step[:, :, 2 * m + r :]
+    drift[..., : 2 * m], drift[..., 2 * m : 2 * m + r] = free, -first
     force[:] = seen @ drift
+    T = poised.coordinates.T
     for j, part in enumerate(steps):
-        force[:, :, j, states[j]] += part.force[2] / w[..., 0] ** 2
-    held = np.eye(nj) + k * pressed + seen @ last
-    force[:] = force / held if nj == 1 else np.linalg.solve(held, force)
+        force[..., states[j]] += T[j, :, None] * part.force[2][..., None, :] / w**2
+    force[:] = np.linalg.solve(pushed + seen @ last, force)
     drift -= last @ force
     moved, speed = poised.rows @ drift[:, :, :m] - pressed @ force, w * (poised.rows @ drift[:, :, m:])
     for j, part in enumerate(steps):
         by_z, by_v, by_state = part.state
         rows = slice(int(ends[j]), int(ends[j + 1]))
-        after[:, :, rows] = by_z[..., None] * moved[:, :, j, None] + by_v[..., None] * speed[:, :, j, None]
+        after[:, :, rows] = by_z[..., None] * (T[j] @ moved)[:, :, None] + by_v[..., None] * (T[j] @ speed)[:, :, None]
         after[:, :, rows, states[j]] += by_state
+    return _product(step)
+
+
+def _product(step: Array) -> Array:
+    """All steps of a cycle, (points, samples, size, size), one after another."""
     while step.shape[1] > 1:
         step = step[:, 1::2] @ step[:, ::2]
     return np.asarray(step[:, 0])
 
 
 def _between(poised: Poised, omega: Array, step: float) -> tuple[Array, Array, Array]:
-    """Over a step of angle: [q, q̇/ω] from itself, and less what g/ω² at its beginning and at its end do."""
-    m, nj, points = len(poised.squared), len(poised.joints), len(omega)
-    whole = np.zeros((points, 2 * m + 2 * nj, 2 * m + 2 * nj))
+    """Over a step of angle: [q, q̇/ω] from itself, and less what G/ω² at its beginning and at its end do."""
+    m, r, points = len(poised.squared), len(poised.rows), len(omega)
+    whole = np.zeros((points, 2 * m + 2 * r, 2 * m + 2 * r))
     whole[:, :m, m : 2 * m] = np.eye(m)
     whole[:, m : 2 * m, :m] = -np.diag(poised.squared) / omega[:, None, None] ** 2
     whole[:, m : 2 * m, m : 2 * m] = -poised.damping / omega[:, None, None]
-    whole[:, m : 2 * m, 2 * m : 2 * m + nj] = poised.rows.T
-    whole[:, 2 * m : 2 * m + nj, 2 * m + nj :] = np.eye(nj) / step
+    whole[:, m : 2 * m, 2 * m : 2 * m + r] = poised.rows.T
+    whole[:, 2 * m : 2 * m + r, 2 * m + r :] = np.eye(r) / step
     found = _exponential(whole * step)
-    ramp = found[:, : 2 * m, 2 * m + nj :]
-    return found[:, : 2 * m, : 2 * m], found[:, : 2 * m, 2 * m : 2 * m + nj] - ramp, ramp
+    ramp = found[:, : 2 * m, 2 * m + r :]
+    return found[:, : 2 * m, : 2 * m], found[:, : 2 * m, 2 * m : 2 * m + r] - ramp, ramp
 
 
 def _exponential(A: Array) -> Array:
