@@ -103,9 +103,7 @@ class ModeSum:
         dynamic[:, every, every] += squared - omega[:, None] ** 2
         own = 1 / np.sqrt(np.abs(dynamic[:, every, every]))
         probe = np.cos(np.outer(every, [0.0, 1.0, np.sqrt(2.0)]))
-        error = self._in_modes(np.eye(len(squared)), probe.T).at(omega) - np.linalg.solve(
-            dynamic, probe.astype(complex)
-        )
+        error = self.in_modes(np.eye(len(squared)), probe.T).at(omega) - np.linalg.solve(dynamic, probe.astype(complex))
         return bool(np.max(np.abs(error) / (own * np.max(own, axis=1, keepdims=True))[:, :, None]) < _AGREES)
 
     def receptance(self, omega: Array, rows: Array, columns: Array) -> ComplexArray:
@@ -114,9 +112,9 @@ class ModeSum:
 
     def between(self, rows: Array, columns: Array) -> Residues:
         """The sum between rows and columns, both in the coordinates p, ready for any number of frequencies."""
-        return self._in_modes(rows @ self.shapes, columns @ self.shapes)
+        return self.in_modes(rows @ self.shapes, columns @ self.shapes)
 
-    def _in_modes(self, left: Array, right: Array) -> Residues:
+    def in_modes(self, left: Array, right: Array) -> Residues:
         """The sum between rows and columns over the modes."""
         ahead, back = left @ self.right, self.left @ right.T
         residue = ahead.T[:, :, None] * back[:, None, :]
@@ -128,6 +126,15 @@ class ModeSum:
         if len(self.free):
             weight.append((left[:, self.free] @ right[:, self.free].T)[None])
         return Residues(self, np.concatenate(weight))
+
+    def under(self, left: Array, right: Array) -> Motions:
+        """The sum between rows and columns over the modes, for one vector of forces at a frequency."""
+        return Motions(self, left, right, left @ self.right, (self.left @ right.T).T)
+
+    def below(self, omega: Array) -> ComplexArray:
+        """1/(s² − 2 Re(λ_r) s + |λ_r|²), (nf, pairs)."""
+        p, w = self.pairs, omega[:, None]
+        return np.asarray(1 / (np.abs(p) ** 2 - w**2 - 2j * w * p.real), dtype=complex)
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,8 +160,7 @@ class Residues:
 
     def _terms(self, omega: Array) -> ComplexArray:
         """What the weights stand by, (nf, terms)."""
-        s, p = np.asarray(1j * omega[:, None], dtype=complex), self.poles.pairs
-        below = np.asarray(1 / (np.abs(p) ** 2 - omega[:, None] ** 2 - 2 * s * p.real), dtype=complex)
+        s, below = np.asarray(1j * omega[:, None], dtype=complex), self.poles.below(omega)
         terms: list[ComplexArray] = [below]
         if self.poles.mixed:
             terms.append(s * below)
@@ -163,6 +169,39 @@ class Residues:
         if len(self.poles.free):
             terms.append(np.asarray(-1 / omega[:, None] ** 2, dtype=complex))
         return np.concatenate(terms, axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class Motions:
+    """A sum over poles between some rows and columns that are never joined: one vector of forces at a frequency takes
+    the modes times rows and columns, where all receptances take rows times columns of them."""
+
+    poles: ModeSum
+    left: Array
+    """Over the modes, (rows, modes)."""
+    right: Array
+    """(columns, modes)."""
+    ahead: ComplexArray
+    """Over the pairs, (rows, pairs)."""
+    back: ComplexArray
+    """(columns, pairs)."""
+
+    def at(self, omega: Array, force: ComplexArray) -> ComplexArray:
+        """Motions in m, (nf, rows), at angular frequencies (rad/s) under forces in N, (nf, columns)."""
+        poles, p, s = self.poles, self.poles.pairs, 1j * omega[:, None]
+        u, v = force @ self.back.real, force @ self.back.imag
+        by_real, by_imaginary = -2 * (p.real * u + p.imag * v), -2 * (p.imag * u - p.real * v)
+        if poles.mixed:
+            by_real, by_imaginary = by_real + 2 * s * u, by_imaginary - 2 * s * v
+        below = poles.below(omega)
+        out = (below * by_real) @ self.ahead.real.T + (below * by_imaginary) @ self.ahead.imag.T
+        if len(poles.real):
+            pushed = force @ (self.right @ poles.left_real.T)
+            out += (pushed / (s - poles.real)) @ (self.left @ poles.right_real).T
+        if len(poles.free):
+            free = poles.free
+            out -= (force @ self.right[:, free] / omega[:, None] ** 2) @ self.left[:, free].T
+        return np.asarray(out)
 
 
 def modes(mass: Array, stiffness: Array) -> tuple[Array, Array, float]:

@@ -119,7 +119,7 @@ def raised(assembly: Assembly, forces: Array, omega: Array) -> Starts:
         shape = (0, len(harmonics), len(assembly.coordinates.rows))
         return Starts(np.empty(0, dtype=int), omega, np.empty(shape, dtype=complex))
     first = np.full(len(omega), _LOWEST * np.min(forces))
-    view = assembly.at(omega)
+    view = assembly.at_rest(omega)
     rest = nonlinear.solve(view, joints, first, caps_of(assembly))
     fine = rest.converged
     path = Path(assembly, harmonics, float(first[0]) / 2, _FURTHER * float(np.max(forces)), False, view)

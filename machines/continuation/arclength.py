@@ -11,11 +11,12 @@ from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import Outcome
 
 from ..deadline import in_time
-from ..harmonic_balance.assembly import Assembly, View
+from ..harmonic_balance.assembly import Assembly
 from ..harmonic_balance.balance import Balance, acting, excess, reason
 from ..harmonic_balance.cycle import Harmonics
 from ..harmonic_balance.frequency_reach import held
 from ..harmonic_balance.harmonics import Forces
+from ..harmonic_balance.view import View
 from ..indices import Index, Mask
 from ..solved import solve_each
 from .curve_points import Points

@@ -105,12 +105,11 @@ def _read(path: Path, force: float, z: ComplexArray, p: Array) -> tuple[ComplexA
     other = np.full(len(p), force)
     forces = path.forces(z, p, other)
     joints, higher = len(path.assembly.joints), overtones_of(path.harmonics)
-    overtones = np.empty((len(p), len(higher), joints), dtype=complex)
+    overtones, coordinates = np.empty((len(p), len(higher), joints), dtype=complex), path.assembly.coordinates
     for k, h in enumerate(higher, start=1):
-        view = path.assembly.at(h * p)
-        pull = view.coordinates.together(forces.force[:, k])
-        overtones[:, k - 1] = -(view.Hoz[:, :joints] @ pull[:, :, None])[:, :, 0]
-        overtones[:, k - 1, list(path.assembly.nonlinear)] = view.coordinates.motions(z[:, k])
+        pull = coordinates.together(forces.force[:, k])
+        overtones[:, k - 1] = path.assembly.moved(h * p, np.zeros(len(p)), pull)[:, :joints]
+        overtones[:, k - 1, list(path.assembly.nonlinear)] = coordinates.motions(z[:, k])
     motion = first_harmonics(path, z, p, other, forces)
     mean, biased = np.empty((len(p), 0)), path.assembly.biased
     if biased is not None:

@@ -246,11 +246,10 @@ def first_harmonics(path: Path, z: ComplexArray, p: Array, other: Array, forces:
     """First harmonics in m of all joints and then of the outputs, (points, motions)."""
     omega, force = (p, other) if path.over_frequency else (other, p)
     forces = path.forces(z, p, other) if forces is None else forces
-    view = path.assembly.at(path.within(omega))
-    pull = view.coordinates.together(forces.force[:, 0])
-    moved = view.Hof[:, :, 0] * force[:, None] - (view.Hoz @ pull[:, :, None])[:, :, 0]
-    moved[:, list(path.assembly.nonlinear)] = view.coordinates.motions(z[:, 0])
-    return np.asarray(moved)
+    coordinates = path.assembly.coordinates
+    moved = path.assembly.moved(path.within(omega), force, coordinates.together(forces.force[:, 0]))
+    moved[:, list(path.assembly.nonlinear)] = coordinates.motions(z[:, 0])
+    return moved
 
 
 def _growth(path: Path, points: Points) -> Array:

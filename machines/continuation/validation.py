@@ -11,8 +11,9 @@ from jointlib.arrays import Array, ComplexArray
 from jointlib.shown.progress import Progress
 
 from ..blocks import blocks
-from ..harmonic_balance.assembly import Assembly, View
+from ..harmonic_balance.assembly import Assembly
 from ..harmonic_balance.harmonics import with_mean
+from ..harmonic_balance.view import View
 from ..indices import Index, Mask
 from ..operating.solutions import Solutions, by_newton, joints_balanced
 from ..solved import solve_each
@@ -126,7 +127,7 @@ def elsewhere(assembly: Assembly, forces: Array, found: Solutions, during: Progr
     none = np.empty(0, dtype=int)
     hits = [(none, none, np.empty((0, nj), dtype=complex))]
     for some in blocks(n, len(assembly.coordinates.rows) ** 2 + assembly.entries // 8):
-        lines = _Lines(assembly, assembly.at(2 * np.pi * found.frequency[some], motions=False), table[:, some])
+        lines = _Lines(assembly, assembly.at_rest(2 * np.pi * found.frequency[some]), table[:, some])
         hits += [(F, L + some.start, z) for F, L, z in lines.swept(forces, during)]
     F, L, z = (np.concatenate([hit[k] for hit in hits]) for k in range(3))
     met = np.zeros((len(forces), n), dtype=bool)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -14,7 +14,6 @@ from jointlib.joint import Joint
 
 from ..coupling.coordinates import Coordinates
 from ..coupling.coupling import joined
-from ..indices import Index, Mask
 from ..model.limits import Limit, amplitude_limit
 from ..model.machine import Machine
 from ..statics.asked_together import Several, asked_together
@@ -22,48 +21,13 @@ from ..statics.bias import Biased, Drifting, Together, keeps_mean
 from ..statics.statics import static_point
 from ..statics.working_point import at_working_point
 from .linear_part import LinearPart
+from .newton import at_rest
+from .view import View
 
 _PROBE = np.geomspace(1e-10, 1e-1, 46)
 _SINGULAR = 1e13
 _TOGETHER = 32
 """Lines coupled at once, few enough for the receptances of a large machine to stay in the processor's cache."""
-
-
-@dataclass(frozen=True, eq=False)
-class View:
-    """Receptances in m/N at some lines: motions are all joints (in order) and then the outputs, forces the inputs.
-
-    q + Hzz Tᵀ g(T q) = Hzf F and x = Hof F − Hoz Tᵀ g hold for the nonlinear joints' motions z = T q and forces g;
-    where all move independently q is z.
-    """
-
-    omega: Array
-    """Angular frequency in rad/s, (nf,)."""
-    Hzz: ComplexArray
-    """(nf, r, r) over the coordinates q."""
-    Hzf: ComplexArray
-    """(nf, r, inputs)."""
-    Hoz: ComplexArray
-    """(nf, motions, r); motions are every joint and then the outputs."""
-    Hof: ComplexArray
-    """(nf, motions, inputs)."""
-    coordinates: Coordinates
-
-    def at(self, lines: Index | Mask) -> View:
-        """The same view on lines picked by index (which may repeat)."""
-        Hzz, Hzf, Hoz, Hof = (part[lines] for part in (self.Hzz, self.Hzf, self.Hoz, self.Hof))
-        return View(self.omega[lines], Hzz, Hzf, Hoz, Hof, self.coordinates)
-
-    def directed(self, direction: ComplexArray) -> View:
-        """One input instead of several: the forces act together with these complex weights, (nf, inputs)."""
-        weight = direction[:, :, None]
-        return View(self.omega, self.Hzz, self.Hzf @ weight, self.Hoz, self.Hof @ weight, self.coordinates)
-
-    def coupled(self, gain: ComplexArray, first: int) -> ComplexArray:
-        """Receptance from the inputs to the motions from ``first`` on, with the nonlinear joints at these gains."""
-        c = self.coordinates
-        q = np.linalg.solve(np.eye(len(c.rows)) + c.through(self.Hzz, gain), self.Hzf)
-        return np.asarray(self.Hof[:, first:] - c.through(self.Hoz[:, first:], gain) @ q)
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,11 +92,6 @@ class Assembly:
         return tuple(i for i, joint in enumerate(joints) if not (is_linear(joint) and (resting or keeps_mean(joint))))
 
     @cached_property
-    def _linear(self) -> list[tuple[Joint, list[int]]]:
-        """The joints that are coupled before anything nonlinear begins, by their place among these."""
-        return asked_together([joint for i, joint in enumerate(self.joints) if i not in self.nonlinear])
-
-    @cached_property
     def limits(self) -> tuple[Limit, ...]:
         """Up to where each nonlinear joint may be used."""
         limits = tuple(amplitude_limit(self.joints[i]) for i in self.nonlinear)
@@ -190,9 +149,11 @@ class Assembly:
                 "give the modal ones more modes, or hold less"
             )
 
-    @cached_property
-    def _whole(self) -> LinearPart | None:
-        """All that is linear as one sum over poles, where it may be."""
+    def _by_poles(
+        self, held: Sequence[int], gain: Callable[[Array], ComplexArray], view: Callable[[Array], View]
+    ) -> LinearPart | None:
+        """All that is linear as one sum over poles, some joints held at gains of the frequency; None where it is not
+        what a view says line by line."""
         if self.swept is None:
             return None
         machine, coordinates = self.machine, self.coordinates
@@ -200,47 +161,86 @@ class Assembly:
         ports = own[[self.nonlinear[k] for k in coordinates.rows]]
         own[list(self.nonlinear)] = coordinates.T @ ports
         shown, driven = (machine.dof_rows(dofs, "receptance") for dofs in (self.outputs, self.inputs))
-        linear = {i: joint for i, joint in enumerate(self.joints) if i not in self.nonlinear}
-        found = LinearPart.of(machine, linear, ports, np.concatenate([own, shown]), driven)
-        return found if found is not None and found.agrees(self.by_components, *self.swept) else None
+        found = LinearPart.of(machine, held, gain, ports, np.concatenate([own, shown]), driven)
+        return found if found is not None and found.agrees(view, *self.swept) else None
+
+    @cached_property
+    def _whole(self) -> LinearPart | None:
+        """The machine with its nonlinear joints open."""
+        return self._by_poles(self._plain, self._plain_gains, self.by_components)
+
+    @cached_property
+    def _resting(self) -> LinearPart | None:
+        """The machine with its nonlinear joints at their gains at rest."""
+        if self._whole is None or not self.nonlinear:
+            return self._whole
+        return self._by_poles(
+            [*self._plain, *self.nonlinear],
+            lambda omega: np.concatenate([self._plain_gains(omega), self._gains_at_rest(omega)], axis=1),
+            lambda omega: self.by_components(omega).at_rest(self._gains_at_rest(omega)),
+        )
+
+    @cached_property
+    def _plain(self) -> list[int]:
+        """Indices of the joints that are coupled before anything nonlinear begins."""
+        return [i for i in range(len(self.joints)) if i not in self.nonlinear]
+
+    def _plain_gains(self, omega: Array) -> ComplexArray:
+        """Their gains in N/m, (nf, joints)."""
+        gain = np.empty((len(omega), len(self._plain)), dtype=complex)
+        for joint, columns in asked_together([self.joints[i] for i in self._plain]):
+            gain[:, columns] = joint.first_harmonic(np.zeros(len(columns)), omega[:, None]).gain
+        return gain
+
+    def _gains_at_rest(self, omega: Array) -> ComplexArray:
+        """Of the nonlinear joints, N/m, (nf, nj)."""
+        return at_rest(self.moving, len(self.nonlinear), omega)
 
     def at(self, omega: Array, motions: bool = True) -> View:
         """The view at angular frequencies in rad/s; without ``motions`` that of the nonlinear joints alone."""
         whole = self._whole
         if whole is None:
             return self.by_components(omega)
-        H, r = whole.joints.at(omega), whole.ports
-        moved = whole.motions.at(omega) if motions else H[:, :0]
+        H, r = whole.joints.at(omega), len(self.coordinates.rows)
+        if not motions:
+            return View.alone(omega, H, self.coordinates)
+        moved = whole.motions.at(omega)
         return View(omega, H[:, :, :r], H[:, :, r:], moved[:, :, :r], moved[:, :, r:], self.coordinates)
+
+    def at_rest(self, omega: Array) -> View:
+        """The view of the nonlinear joints about their gains at rest, where solvers begin."""
+        base, resting = self._gains_at_rest(omega), self._resting
+        if resting is None:
+            return self.at(omega, motions=False).at_rest(base)
+        return View.alone(omega, resting.joints.at(omega), self.coordinates, base)
+
+    def moved(self, omega: Array, force: Array, pull: ComplexArray) -> ComplexArray:
+        """Motions of all joints and then of the outputs in m, (nf, motions), under forces in N: of the first input,
+        (nf,), and those by which the nonlinear joints pull back, in the coordinates, (nf, r)."""
+        if self._whole is not None:
+            return self._whole.moved(omega, np.concatenate([-pull, force[:, None]], axis=1))
+        view = self.by_components(omega)
+        return np.asarray(view.Hof[:, :, 0] * force[:, None] - (view.Hoz @ pull[:, :, None])[:, :, 0])
 
     def by_components(self, omega: Array) -> View:
         """The view from the components' receptances line by line, from no more columns than it has."""
         machine, joints, coordinates = self.machine, self.joints, self.coordinates
-        linear = [i for i in range(len(joints)) if i not in self.nonlinear]
+        linear = self._plain
         chosen = [*linear, *(self.nonlinear[k] for k in coordinates.rows)]
         ports = machine.rows([machine.flexible[i] for i in chosen])
         shown, driven = (machine.dof_rows(dofs, "receptance") for dofs in (self.outputs, self.inputs))
         R, C = np.concatenate([ports, shown]), np.concatenate([ports, driven])
         H, first, last = self._free(omega, R, C), len(linear), len(chosen)
         if linear:
-            gain = np.empty((len(omega), first), dtype=complex)
-            for joint, columns in self._linear:
-                gain[:, columns] = joint.first_harmonic(np.zeros(len(columns)), omega[:, None]).gain
-            held = joined(H[:, :first, :first], H[:, :first, first:], H[:, :, :first], H[:, :, first:], gain)
+            z, rest = slice(None, first), slice(first, None)
+            held = joined(H[:, z, z], H[:, z, rest], H[:, :, z], H[:, :, rest], self._plain_gains(omega))
             H = np.concatenate([H[:, :, :first], held], axis=2)
         motions = np.empty((len(omega), len(joints) + len(self.outputs), H.shape[2] - first), dtype=complex)
         motions[:, linear] = H[:, :first, first:]
         motions[:, list(self.nonlinear)] = coordinates.T @ H[:, first:last, first:]
         motions[:, len(joints) :] = H[:, last:, first:]
-        r = last - first
-        return View(
-            omega,
-            H[:, first:last, first:last],
-            H[:, first:last, last:],
-            motions[:, :, :r],
-            motions[:, :, r:],
-            coordinates,
-        )
+        H, r = H[:, first:last, first:], last - first
+        return View(omega, H[:, :, :r], H[:, :, r:], motions[:, :, :r], motions[:, :, r:], coordinates)
 
     def coupled(self, omega: Array, gains: ComplexArray) -> ComplexArray:
         """Receptance outputs × inputs with all joints held at these gains, (nf, number of joints)."""

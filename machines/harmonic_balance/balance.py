@@ -18,11 +18,12 @@ from ..model.limits import Limit
 from ..solved import solve_each
 from ..statics.asked_together import Several
 from ..statics.bias import Biased
-from .assembly import Assembly, View
+from .assembly import Assembly
 from .cycle import Harmonics
 from .dual_input import dual_input_forces
 from .harmonics import Forces, joint_forces
-from .newton import at_rest, real_form
+from .newton import real_form
+from .view import View
 
 _ITERATIONS = 30
 _SETTLED = 1e-11
@@ -62,30 +63,22 @@ class Balance:
     ) -> Balance:
         """Equations at angular frequencies ω (rad/s) and forces F (N), one point each.
 
-        ``held`` is the view at all frequencies that occur, ascending, where they are known beforehand.
+        ``held`` is the view at rest at all frequencies that occur, ascending, where they are known beforehand.
         """
         joints, biased = _moving(assembly, harmonics)
-        points = len(omega)
+        points, nj = len(omega), len(joints)
         dynamic = [h for h in harmonics if h]
         nh = len(dynamic)
         lines, place = np.unique((np.array(dynamic)[:, None] * omega).ravel(), return_inverse=True)
-        view = (
-            assembly.at(lines, motions=False).at(place)
-            if held is None
-            else held.at(np.searchsorted(held.omega, lines)[place])
-        )
-        nj = len(joints)
-
-        base = at_rest(joints if biased is None else assembly.moving, nj, view.omega)
+        view = assembly.at_rest(lines).at(place) if held is None else held.at(np.searchsorted(held.omega, lines)[place])
         r = len(view.coordinates.rows)
-        system = np.eye(r) + view.coordinates.through(view.Hzz, base)
-        both = np.linalg.solve(system, np.concatenate([view.Hzz, view.Hzf[:, :, :1]], axis=2))
-        H = np.swapaxes(both[:, :, :r].reshape(nh, points, r, r), 0, 1)
-        base = np.swapaxes(base.reshape(nh, points, nj), 0, 1)
+        assert view.base is not None
+        H = np.swapaxes(view.Hzz.reshape(nh, points, r, r), 0, 1)
+        base = np.swapaxes(view.base.reshape(nh, points, nj), 0, 1)
         if biased is not None:
             H = np.concatenate([H, np.broadcast_to(biased.compliance, (points, 1, r, r))], axis=1)
             base = np.concatenate([base, np.broadcast_to(biased.reference, (points, 1, nj))], axis=1)
-        driven = np.asarray(both[:points, :, r], dtype=complex)
+        driven = view.Hzf[:points, :, 0]
         return cls(joints, harmonics, omega, force, base, H, driven, view.coordinates, biased)
 
     def at(self, points: Index | Mask | slice) -> Balance:

@@ -8,10 +8,11 @@ import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
 
-from .assembly import Assembly, View
+from .assembly import Assembly
 from .balance import Balance
 from .newton import Problem, Solution
 from .secants import by_secants
+from .view import View
 
 _RAMP = 12
 

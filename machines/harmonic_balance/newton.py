@@ -16,7 +16,7 @@ from ..indices import Index, Mask
 from ..solved import solve_each
 from ..statics.asked_together import Several, laws_together
 from ..statics.bias import Together, force_slopes
-from .assembly import View
+from .view import View
 
 _SHORTEST = 2.0**-6
 _RISE = 10.0
@@ -104,13 +104,11 @@ class Problem:
 
     @classmethod
     def of(cls, view: View, joints: Sequence[Joint], force: Array, cap: Array) -> Problem:
-        nj = len(joints)
-        base = at_rest(joints, nj, view.omega)
-        r = len(view.coordinates.rows)
-        system = np.eye(r) + view.coordinates.through(view.Hzz, base)
-        both = np.concatenate([view.Hzz, view.Hzf[:, :, :1] * force[:, None, None]], axis=2)
-        both = np.asarray(np.linalg.solve(system, both), dtype=complex)
-        return cls(view.omega, joints, base, both[:, :, :r], both[:, :, r], cap, view.coordinates)
+        if view.base is None:
+            view = view.at_rest(at_rest(joints, len(joints), view.omega))
+        assert view.base is not None
+        driven = view.Hzf[:, :, 0] * force[:, None]
+        return cls(view.omega, joints, view.base, view.Hzz, driven, cap, view.coordinates)
 
     def at(self, points: Index | Mask) -> Problem:
         base, H, driven = (part[points] for part in (self.base, self.Hzz, self.driven))

@@ -16,9 +16,9 @@ from ..indices import Index, Mask, Reasons
 from ..model.limits import Limit, past_limits
 from ..solved import solve_each
 from ..statics.bias import force_slopes
-from .assembly import View
 from .newton import Problem, own_slopes
 from .secants import by_secants
+from .view import View
 
 _ITERATIONS = 25
 _SETTLED = 1e-11

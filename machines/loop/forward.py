@@ -18,8 +18,9 @@ from jointlib.joint import Joint
 
 from ..coupling.coordinates import Coordinates
 from ..coupling.coupling import couple
-from ..harmonic_balance.assembly import Assembly, View, independent
+from ..harmonic_balance.assembly import Assembly, independent
 from ..harmonic_balance.newton import Effort, gains, own_slopes, real_form, solve
+from ..harmonic_balance.view import View
 from ..indices import Index, Mask
 from ..model.machine import Machine
 from ..solved import solve_each

@@ -10,7 +10,7 @@ from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import Outcome
 from jointlib.joint import Joint
 
-from ..harmonic_balance.assembly import View
+from ..harmonic_balance.view import View
 from ..indices import Index, Mask
 from ..model.limits import Limit, feeds_energy
 

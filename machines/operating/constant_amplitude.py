@@ -15,8 +15,9 @@ from jointlib.frf import FRF, ReceptanceKind
 from jointlib.shown.pictures import axes_of, literal, name_curves
 from jointlib.shown.result import Columns, Shown
 
-from ..harmonic_balance.assembly import Assembly, View
+from ..harmonic_balance.assembly import Assembly
 from ..harmonic_balance.prescribed import Prescribed, solve_prescribed
+from ..harmonic_balance.view import View
 from ..model.machine import Machine
 from .held_lines import columns_of, said_of
 from .solutions import caps_of

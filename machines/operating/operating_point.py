@@ -16,8 +16,9 @@ from jointlib.frf import FRF, ReceptanceKind
 from jointlib.shown.result import Columns, Shown
 
 from ..coupling.coupling import joined
-from ..harmonic_balance.assembly import Assembly, View
+from ..harmonic_balance.assembly import Assembly
 from ..harmonic_balance.prescribed import Prescribed, solve_prescribed
+from ..harmonic_balance.view import View
 from ..indices import Index, Reasons
 from ..model.machine import Machine
 from .held_lines import columns_of, said_of

@@ -11,8 +11,9 @@ from jointlib.errors import Outcome
 
 from ..blocks import blocks
 from ..harmonic_balance import newton as nonlinear
-from ..harmonic_balance.assembly import Assembly, View
+from ..harmonic_balance.assembly import Assembly
 from ..harmonic_balance.mean_motions import solve_with_means
+from ..harmonic_balance.view import View
 from ..indices import Index, Mask, Reasons
 from ..model.limits import past_limits
 from ..statics.bias import Together
@@ -127,9 +128,9 @@ def balance(
     points = len(force)
     if not assembly.nonlinear:
         fine, why = np.ones(points, dtype=bool), np.full(points, Outcome.STALLED, dtype=object)
-        return view.Hof[:, :, 0] * force[:, None], np.zeros(points), fine, fine, why
+        return assembly.moved(view.omega, force, view.Hzf[:, :, 0]), np.zeros(points), fine, fine, why
     found, fine, why = joints_balanced(assembly, view, force, start, ramp)
-    motion = view.Hof[:, :, 0] * force[:, None] - (view.Hoz @ found.force[:, :, None])[:, :, 0]
+    motion = assembly.moved(view.omega, force, found.force)
     motion[:, list(assembly.nonlinear)] = found.z
     return motion, np.max(np.abs(found.z), axis=1), fine, ~found.turning, why
 
@@ -163,7 +164,7 @@ def balance_at(
     most = int(np.max(count, initial=1))
     for some in blocks(len(lines), most * assembly.entries):
         rows = order[ends[some.start] : ends[some.stop]]
-        view = assembly.at(2 * np.pi * lines[some]).at(place[rows] - some.start)
+        view = assembly.at_rest(2 * np.pi * lines[some]).at(place[rows] - some.start)
         found = balance(assembly, view, force[rows], None if start is None else start[rows], ramp)
         parts.append(found)
     back = np.argsort(order)

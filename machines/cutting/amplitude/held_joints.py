@@ -16,7 +16,8 @@ import numpy as np
 from jointlib.arrays import Array, ComplexArray
 from jointlib.joint import Joint
 
-from ...harmonic_balance.assembly import Assembly, View, is_linear
+from ...harmonic_balance.assembly import Assembly, is_linear
+from ...harmonic_balance.view import View
 from ...model.machine import Machine
 from ...tool.bounded_band import Shape, carried, shape
 from ...tool.machine_model import OpenJoints
