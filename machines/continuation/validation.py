@@ -13,10 +13,11 @@ from jointlib.shown.progress import Progress
 from ..blocks import blocks
 from ..harmonic_balance.assembly import Assembly
 from ..harmonic_balance.harmonics import with_mean
+from ..harmonic_balance.newton import FULL, Effort
+from ..harmonic_balance.tangent import Tangent
 from ..harmonic_balance.view import View
 from ..indices import Index, Mask
 from ..operating.solutions import Solutions, by_newton, joints_balanced
-from ..solved import solve_each
 from .all_curves import started
 from .arclength import Path
 
@@ -27,6 +28,8 @@ _FURTHER = 3.0
 _LEAST = 0.1
 _STEP = 1.25
 _PROPORTIONAL = 0.1
+_ROUGHLY = Effort(settled=1e-4, left=1e-4)
+"""What tells whether a motion is proportional to the force."""
 _SAME = 1e-6
 
 
@@ -93,13 +96,12 @@ def _tangents(assembly: Assembly, forces: Array, found: Solutions, rows: Index) 
     low, high = 2 * np.pi * found.frequency[[0, -1]]
     path = Path(assembly, with_mean((1,), assembly.biased is not None), float(low), float(high))
     z = started(assembly, (1,), found.motion[rows][:, list(assembly.nonlinear)], omega)
-    half, r = z[0].size if len(z) else 0, len(assembly.coordinates.rows)
-    slope = np.empty((len(z), 2 * half))
+    slope = np.empty(z.shape, dtype=complex)
     for some in blocks(len(z), 3 * z.shape[1] ** 2 * assembly.entries):
-        one = np.ones(some.stop - some.start)
-        J = path.system(z[some], omega[some], force[some], one, one)[1]
-        slope[some] = -solve_each(J[:, :, :-1], J[:, :, -1:])[:, :, 0]
-    return np.asarray((slope[:, :half] + 1j * slope[:, half:])[:, :r])
+        balance = path.balance(omega[some], force[some])
+        right = path.by_p(z[some], omega[some], force[some], balance).reshape(z[some].shape)
+        slope[some] = -Tangent(balance, balance.forces(z[some])).solve(right)
+    return slope[:, 0]
 
 
 def departs(change: ComplexArray, before: ComplexArray, after: ComplexArray, size: Array) -> Mask:
@@ -148,10 +150,10 @@ class _Lines:
     def at(self, lines: Index | Mask) -> _Lines:
         return _Lines(self.assembly, self.view.at(lines), self.known[:, lines])
 
-    def solve(self, force: float, start: ComplexArray | None) -> tuple[ComplexArray, Mask]:
+    def solve(self, force: float, start: ComplexArray | None, effort: Effort = FULL) -> tuple[ComplexArray, Mask]:
         """Joint motions by Newton's method, without a ramp, and where they may be used."""
         every = np.full(len(self.view.omega), force)
-        found, fine, _ = joints_balanced(self.assembly, self.view, every, start, ramp=False)
+        found, fine, _ = joints_balanced(self.assembly, self.view, every, start, ramp=False, effort=effort)
         return found.z, fine & ~found.turning if start is None else fine
 
     def swept(self, forces: Array, during: Progress) -> list[tuple[Index, Index, ComplexArray]]:
@@ -160,7 +162,7 @@ class _Lines:
         top = _FURTHER * forces[most]
         z0 = self.known[most]
         with during.step(f"raising the force threefold on {len(self.view.omega)} lines"):
-            raised, fine = self.solve(top, None)
+            raised, fine = self.solve(top, None, _ROUGHLY)
         apart = np.max(np.abs(raised * forces[most] / top - z0), axis=1)
         bent = ~(fine & (apart <= _PROPORTIONAL * np.max(np.abs(z0), axis=1)))
         chosen = np.flatnonzero(~np.isnan(z0[:, 0]) & bent)

@@ -172,7 +172,7 @@ def _forces(
     if biased is None:
         return joint_forces(joints, motion, omega, harmonics, most, slopes=slopes)
     if harmonics == (1, 0):
-        return dual_input_forces(biased, motion, omega)
+        return dual_input_forces(biased, motion, omega, slopes)
     placed = motion.astype(complex)
     placed[:, -1] += biased.rest
     found = joint_forces(joints, placed, omega, harmonics, most, biased.rest, slopes)

@@ -10,8 +10,8 @@ from ..statics.bias import Biased
 from .harmonics import Forces
 
 
-def dual_input_forces(biased: Biased, z: ComplexArray, omega: Array) -> Forces:
-    """Forces g_1 = G(A, ω, z0) Z and g_0 = N0(z0, A), less what is carried at rest, with their derivatives.
+def dual_input_forces(biased: Biased, z: ComplexArray, omega: Array, slopes: bool = True) -> Forces:
+    """Forces g_1 = G(A, ω, z0) Z and g_0 = N0(z0, A), less what is carried at rest, with their derivatives or 0.
 
     Parameters
     ----------
@@ -20,11 +20,15 @@ def dual_input_forces(biased: Biased, z: ComplexArray, omega: Array) -> Forces:
     """
     Z, shift = z[:, 0], z[:, 1].real
     A = np.abs(Z)
-    slopes = biased.slopes(A, omega, shift)
+    if not slopes:
+        gain, mean = biased.harmonic(A, omega, shift)
+        none = np.zeros((len(z), 2, *z.shape[1:]), dtype=complex)
+        return Forces(np.stack([gain * Z, mean - biased.carried], axis=1), none, none, A)
+    found = biased.slopes(A, omega, shift)
     turn = np.where(A > 0, Z / np.where(A > 0, A, 1.0), 0.0)
-    half, lift = slopes.gain_by_amplitude * A / 2, slopes.mean_by_amplitude / 2
-    by_bias, by_mean = slopes.gain_by_bias * Z / 2, slopes.mean_by_bias / 2
-    force = np.stack([slopes.gain * Z, slopes.mean - biased.carried], axis=1)
-    by_z = np.stack([np.stack([slopes.gain + half, by_bias], 1), np.stack([lift * turn.conj(), by_mean], 1)], 1)
+    half, lift = found.gain_by_amplitude * A / 2, found.mean_by_amplitude / 2
+    by_bias, by_mean = found.gain_by_bias * Z / 2, found.mean_by_bias / 2
+    force = np.stack([found.gain * Z, found.mean - biased.carried], axis=1)
+    by_z = np.stack([np.stack([found.gain + half, by_bias], 1), np.stack([lift * turn.conj(), by_mean], 1)], 1)
     by_conjugate = np.stack([np.stack([turn**2 * half, by_bias], 1), np.stack([lift * turn, by_mean], 1)], 1)
     return Forces(force, by_z, by_conjugate, A)

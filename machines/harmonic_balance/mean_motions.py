@@ -10,14 +10,16 @@ from jointlib.arrays import Array, ComplexArray
 
 from .assembly import Assembly
 from .balance import Balance
-from .newton import Problem, Solution
+from .newton import FULL, Effort, Problem, Solution
 from .secants import by_secants
 from .view import View
 
 _RAMP = 12
 
 
-def solve_with_means(assembly: Assembly, view: View, force: Array, start: ComplexArray | None, ramp: bool) -> Solution:
+def solve_with_means(
+    assembly: Assembly, view: View, force: Array, start: ComplexArray | None, ramp: bool, effort: Effort = FULL
+) -> Solution:
     """As `nonlinear.solve` for joints whose means move: from the linear response, else with the force raised in steps.
 
     Parameters
@@ -31,7 +33,7 @@ def solve_with_means(assembly: Assembly, view: View, force: Array, start: Comple
     assert biased is not None
     problem = Problem.of(view, joints, np.ones(len(force)), np.full(len(joints), np.inf))
     begun = problem.driven * force[:, None] if start is None else c.of_motions(start)
-    held = by_secants(problem, begun, force, lambda lines, _q, _gain: force[lines])
+    held = by_secants(problem, begun, force, lambda lines, _q, _gain: force[lines], effort.left)
     left = np.flatnonzero(~held.settled)
     Z, gain, done = c.motions(held.q), held.gain, held.settled
     turning = np.zeros(len(force), dtype=bool)

@@ -26,10 +26,12 @@ _BARELY_MOVING = 1e-10
 
 @dataclass(frozen=True)
 class Effort:
-    """How many steps Newton's method takes at most, and the relative step below which a point counts as settled."""
+    """How many steps Newton's method takes at most, and the relative step below which a point counts as settled; what
+    may be left of the error where no derivative is taken (`by_secants`)."""
 
     iterations: int = 60
     settled: float = 1e-12
+    left: float = 1e-14
 
 
 FULL = Effort()

@@ -18,13 +18,13 @@ from ..deadline import in_time
 from ..indices import Index, Mask
 from ..solved import solve_each
 from ..statics.bias import Biased, Together
-from .newton import Problem, gains
+from .newton import FULL, Problem, gains
 
 _ITERATIONS = 40
 _SHORTER = 0.3
 """Of the step before, at most."""
-_EXACT, _ROUNDING = 1e-14, 1e-12
-"""What may be left of the error; a step below which rounding decides."""
+_ROUNDING = 1e-12
+"""A step below which rounding decides."""
 
 Force = Callable[[Index, ComplexArray, ComplexArray], Array]
 """Lines, motions q at a unit force, gains → force in N, (lines,)."""
@@ -43,10 +43,10 @@ class Held:
 
 
 @np.errstate(all="ignore")  # a motion beyond all bounds is one that is not kept
-def by_secants(problem: Problem, start: ComplexArray, force: Array, forced: Force) -> Held:
+def by_secants(problem: Problem, start: ComplexArray, force: Array, forced: Force, exact: float = FULL.left) -> Held:
     """Motions at forces that ``forced`` finds, from motions ``start`` and forces to begin with.
 
-    The driving of the problem is that of a unit force.
+    The driving of the problem is that of a unit force; ``exact`` is what may be left of the error.
     """
     c, omega, biased = problem.coordinates, problem.omega, _means_of(problem)
     q, F = start.astype(complex), force.astype(float)
@@ -69,7 +69,7 @@ def by_secants(problem: Problem, start: ComplexArray, force: Array, forced: Forc
         step = step / size
         share = step / before[left]
         steady = np.isfinite(step) & ((share <= _SHORTER) if round_ else (step <= _SHORTER))
-        done = np.isfinite(step) & (step <= _ROUNDING) | steady & (round_ > 0) & (step * share / (1 - share) <= _EXACT)
+        done = np.isfinite(step) & (step <= _ROUNDING) | steady & (round_ > 0) & (step * share / (1 - share) <= exact)
         kept = steady | done
         here = left[kept]
         q[here], F[here], G[here], shift[here] = new[kept], F_new[kept], gain[kept], moved[kept]

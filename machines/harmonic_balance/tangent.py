@@ -18,8 +18,8 @@ from .harmonics import Forces
 _DIRECT = 120
 """Real unknowns up to which elimination is the quicker way."""
 _LONGEST = 40
-_SETTLED = 1e-12
-"""Of the right side, what is left of it at most."""
+_SETTLED = 1e-9
+"""Of the right side, what is left of it at most: a chord of Newton's method, or an estimate, asks for no more."""
 
 
 @dataclass(frozen=True, eq=False)

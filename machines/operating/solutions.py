@@ -136,15 +136,20 @@ def balance(
 
 
 def joints_balanced(
-    assembly: Assembly, view: View, force: Array, start: ComplexArray | None = None, ramp: bool = True
+    assembly: Assembly,
+    view: View,
+    force: Array,
+    start: ComplexArray | None = None,
+    ramp: bool = True,
+    effort: nonlinear.Effort = nonlinear.FULL,
 ) -> tuple[nonlinear.Solution, Mask, Reasons]:
     """Newton's method at points of a view, which may be one without motions: joints, whether they may be used, and
     why not."""
     joints, why = assembly.moving, np.full(len(force), Outcome.STALLED, dtype=object)
     if isinstance(joints, Together):
-        found = solve_with_means(assembly, view, force, start, ramp)
+        found = solve_with_means(assembly, view, force, start, ramp, effort)
     else:
-        found = nonlinear.solve(view, joints, force, caps_of(assembly), start, ramp)
+        found = nonlinear.solve(view, joints, force, caps_of(assembly), start, ramp, effort)
     fine = found.converged.copy()
     for wrong, outcome in past_limits(assembly.limits, found.z, found.gain):
         why[wrong & fine] = outcome

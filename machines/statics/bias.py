@@ -134,13 +134,16 @@ class Biased:
 
         One chord step, with the slopes at rest, towards the balance of `shift`; (points, members) and (points, r).
         """
-        gain = np.empty(amplitude.shape, dtype=complex)
-        mean, moved = np.empty(amplitude.shape), self.coordinates.motions(shift)
-        for joint, columns in self._alike:
-            z0 = self.rest[columns] + moved[:, columns]
-            found = joint.harmonic(amplitude[:, columns], omega[:, None], z0)
-            gain[:, columns], mean[:, columns] = found.gain, found.mean
+        gain, mean = self.harmonic(amplitude, omega, self.coordinates.motions(shift))
         return gain, shift - self._residual(shift, mean) @ self._chord.T
+
+    def harmonic(self, amplitude: Array, omega: Array, shift: Array) -> tuple[ComplexArray, Array]:
+        """G in N/m and the mean force in N of every joint, (points, members), at shifts from where they stand."""
+        gain, mean = np.empty(amplitude.shape, dtype=complex), np.empty(amplitude.shape)
+        for joint, columns in self._alike:
+            found = joint.harmonic(amplitude[:, columns], omega[:, None], self.rest[columns] + shift[:, columns])
+            gain[:, columns], mean[:, columns] = found.gain, found.mean
+        return gain, mean
 
     @cached_property
     def _chord(self) -> Array:
