@@ -77,10 +77,8 @@ class Path:
         """Residual over scale (n, 2m) and its derivatives by u (n, 2m, 2m + 1)."""
         balance, aside = self._with_neighbours(p, other)
         forces = balance.forces(z)
-        left, J = balance.residual(z, forces.force).reshape(len(p), -1), balance.jacobian(forces)
-        by_p = self._slope(z, p, balance, aside)
-        by_p = by_p * (pace / scale)[:, None]
-        left = left / scale[:, None]
+        left, J = balance.residual(z, forces.force).reshape(len(p), -1) / scale[:, None], balance.jacobian(forces)
+        by_p = self._slope(z, p, balance, aside, forces) * (pace / scale)[:, None]
         column = np.concatenate([by_p.real, by_p.imag], axis=1)[:, :, None]
         return np.concatenate([left.real, left.imag], axis=1), np.concatenate([J, column], axis=2)
 
@@ -88,10 +86,10 @@ class Path:
         """Joint forces at motions z, without their slopes."""
         return acting(self.assembly, self.within(p) if self.over_frequency else other, self.harmonics, z)
 
-    def by_p(self, z: ComplexArray, p: Array, other: Array, balance: Balance) -> ComplexArray:
-        """Derivative of the residual by what varies, (n, m); ``balance`` holds the equations there."""
+    def by_p(self, z: ComplexArray, p: Array, other: Array, balance: Balance, forces: Forces) -> ComplexArray:
+        """Derivative of the residual by what varies, (n, m); beside the equations there, forces with their slopes."""
         aside = self.balance(*_aside(p, other)) if self.over_frequency else None
-        return self._slope(z, p, balance, aside)
+        return self._slope(z, p, balance, aside, forces)
 
     def _with_neighbours(self, p: Array, other: Array) -> tuple[Balance, Balance | None]:
         """The equations at these values, and a little above and below them where their derivative is a difference."""
@@ -101,7 +99,9 @@ class Path:
         every = self.balance(np.concatenate([p, further]), np.concatenate([other, others]))
         return every.at(slice(n)), every.at(slice(n, None))
 
-    def _slope(self, z: ComplexArray, p: Array, balance: Balance, aside: Balance | None) -> ComplexArray:
+    def _slope(
+        self, z: ComplexArray, p: Array, balance: Balance, aside: Balance | None, forces: Forces
+    ) -> ComplexArray:
         n = len(p)
         if aside is None:
             out = np.zeros((n, z[0].size), dtype=complex)
@@ -109,7 +109,9 @@ class Path:
             return out
         d, both = _DIFFERENCE * p, np.concatenate([z, z])
         apart = self.within(p + d) - self.within(p - d)
-        up, down = aside.residual(both, aside.forces(both, slopes=False).force).reshape(2, n, -1)
+        g, change, moved = forces.force, forces.by_omega, (aside.omega.reshape(2, n) - balance.omega)[:, :, None, None]
+        beside = aside.forces(both, slopes=False).force if change is None else np.concatenate(g + moved * change)
+        up, down = aside.residual(both, beside).reshape(2, n, -1)
         return np.asarray((up - down) / np.maximum(apart, d)[:, None])
 
     def correct(

@@ -167,7 +167,7 @@ def _settled_block(
     forces = balance.forces(z)
     tangent = Tangent(balance, forces)
     # What the tangents are good for asks no more than the start gives.
-    slope = tangent.solve(-path.by_p(z, omega, force, balance).reshape(z.shape))
+    slope = tangent.solve(-path.by_p(z, omega, force, balance, forces).reshape(z.shape))
     before = np.inf
     for _ in range(_CHORDS):
         step = tangent.solve(-balance.residual(z, forces.force))
@@ -184,7 +184,7 @@ def _settled_block(
         tangent, before = (Tangent(balance, forces), np.inf) if turn else (tangent, length)
     else:
         return None
-    forces = balance.forces(z, slopes=False)
+    # The last step moved less than shows in the forces before it.
     past = excess(forces, path.assembly.coordinates.motions(z), path.harmonics, path.assembly.limits)
     return None if np.any(past > 0) else (z, slope, first_harmonics(path, z, omega, force, forces))
 

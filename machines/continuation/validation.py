@@ -99,8 +99,9 @@ def _tangents(assembly: Assembly, forces: Array, found: Solutions, rows: Index) 
     slope = np.empty(z.shape, dtype=complex)
     for some in blocks(len(z), 3 * z.shape[1] ** 2 * assembly.entries):
         balance = path.balance(omega[some], force[some])
-        right = path.by_p(z[some], omega[some], force[some], balance).reshape(z[some].shape)
-        slope[some] = -Tangent(balance, balance.forces(z[some])).solve(right)
+        acting = balance.forces(z[some])
+        right = path.by_p(z[some], omega[some], force[some], balance, acting).reshape(z[some].shape)
+        slope[some] = -Tangent(balance, acting).solve(right)
     return slope[:, 0]
 
 

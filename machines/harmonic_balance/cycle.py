@@ -82,6 +82,15 @@ def slopes_of_harmonics(
     return share * by_z, share * by_conjugate
 
 
+def slope_by_frequency(
+    slopes: tuple[ComplexArray, ComplexArray], harmonics: Harmonics, z: ComplexArray
+) -> ComplexArray:
+    """∂g_h/∂ω = Σ_m jm (γ_(h−m) Z_m − γ_(h+m) Z_m*) at the same motions, (cases, nh): what damps follows velocities."""
+    damping = np.zeros_like(slopes[1]), slopes[1]
+    first, second = slopes_of_harmonics(damping, harmonics, np.ones(len(z)))
+    return np.asarray((first @ z[:, :, None] + second @ z.conj()[:, :, None])[:, :, 0])
+
+
 def shares(harmonics: Harmonics) -> Array:
     """What of a derivative goes to Z: the mean is real, so half of its goes to Z*."""
     return np.where(np.array(harmonics) > 0, 1.0, 0.5)

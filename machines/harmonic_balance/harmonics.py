@@ -15,7 +15,7 @@ from jointlib.parameter import Role, parameters_of
 from ..deadline import in_time
 from ..indices import Mask
 from ..statics.asked_together import Several, same_joints
-from .cycle import Cycle, Harmonics, shares, slopes_of_harmonics, tangent
+from .cycle import Cycle, Harmonics, shares, slope_by_frequency, slopes_of_harmonics, tangent
 from .newton import gains
 from .remembering import stays, with_memory
 
@@ -41,6 +41,8 @@ class Forces:
     """∂g_h/∂Z_m*, (points, nh, nh, nj)."""
     travel: Array
     """Largest displacement in the cycle in m, (points, nj)."""
+    by_omega: ComplexArray | None = None
+    """∂g_h/∂ω at the same motions in N s, (points, nh, nj); None where a closed form is as quickly asked again."""
 
 
 def joint_forces(
@@ -67,12 +69,9 @@ def joint_forces(
         half = slope * A / 2
         turn = np.where(A > 0, Z / np.where(A > 0, A, 1.0), 0.0) ** 2
         return Forces((gain * Z)[:, None], (gain + half)[:, None, None], (turn * half)[:, None, None], A)
-    out = Forces(
-        np.empty(z.shape, dtype=complex),
-        np.empty((len(z), len(harmonics), *z.shape[1:]), dtype=complex),
-        np.empty((len(z), len(harmonics), *z.shape[1:]), dtype=complex),
-        np.empty((len(z), z.shape[2])),
-    )
+    nh = len(harmonics)
+    by_z, by_conjugate = np.empty((2, len(z), nh, nh, z.shape[2]), dtype=complex)
+    force, by_omega, travel = np.empty_like(z), np.empty_like(z), np.empty((len(z), z.shape[2]))
     for columns in joints.alike if isinstance(joints, Several) else same_joints(joints):
         joint, c = joints[columns[0]], len(columns)
         cases = np.moveaxis(z[:, :, columns], 1, 2).reshape(-1, len(harmonics))
@@ -81,9 +80,9 @@ def joint_forces(
         pieces = [slice(begin, begin + chunk) for begin in range(0, len(cases), chunk)]
         parts = [_one(joint, cases[now], every[now], harmonics, most, place[now], slopes) for now in pieces]
         found = [np.concatenate(same) for same in zip(*parts, strict=True)] if parts else []
-        for whole, part in zip((out.force, out.by_z, out.by_conjugate, out.travel), found, strict=bool(parts)):
+        for whole, part in zip((force, by_z, by_conjugate, by_omega, travel), found, strict=bool(parts)):
             whole[..., columns] = np.moveaxis(part.reshape(len(z), c, *part.shape[1:]), 1, -1)
-    return out
+    return Forces(force, by_z, by_conjugate, travel, by_omega)
 
 
 def with_mean(harmonics: Harmonics, moves: bool) -> Harmonics:
@@ -121,8 +120,8 @@ def _bent(law: JointLaw) -> bool:
 
 def _one(
     joint: Joint, z: ComplexArray, omega: Array, harmonics: Harmonics, most: int, rest: Array, slopes: bool = True
-) -> tuple[ComplexArray, ComplexArray, ComplexArray, Array]:
-    """Force, its two derivatives and the travel of one joint over cases z (cases, nh).
+) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray, Array]:
+    """Force, its three derivatives and the travel of one joint over cases z (cases, nh).
 
     Cases that stay far from where the law bends, or in which its sliders stick, are smooth and need few samples.
     """
@@ -132,7 +131,7 @@ def _one(
     if len(coarse.angle) >= len(fine.angle):
         return *_sampled(joint, z, omega, harmonics, fine, slopes), travel
     smooth = _is_smooth(joint, z, harmonics)
-    out = np.empty(z.shape, dtype=complex), *np.empty((2, len(z), nh, nh), dtype=complex)
+    out = np.empty_like(z), *np.empty((2, len(z), nh, nh), dtype=complex), np.empty_like(z)
     for cycle, rows in ((coarse, np.flatnonzero(smooth)), (fine, np.flatnonzero(~smooth))):
         if len(rows):
             for whole, part in zip(out, _sampled(joint, z[rows], omega[rows], harmonics, cycle, slopes), strict=True):
@@ -162,17 +161,19 @@ def _is_smooth(joint: Joint, z: ComplexArray, harmonics: Harmonics) -> Mask:
 
 def _sampled(
     joint: Joint, z: ComplexArray, omega: Array, harmonics: Harmonics, cycle: Cycle, slopes: bool
-) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray]:
     linear, bent = joint.parted(lambda law: law.linear)
     remembering, memoryless = bent.parted(lambda law: bool(law.states))
     h, share = np.array(harmonics), shares(harmonics)
     nh, every = len(h), np.arange(len(h))
     force = np.zeros(z.shape, dtype=complex)
     by_z = np.zeros((len(z), nh, nh), dtype=complex)
-    by_conjugate = np.zeros_like(by_z)
+    by_conjugate, by_omega = np.zeros_like(by_z), np.zeros_like(force)
     for law in linear.laws:
-        gain = law.first_harmonic(0.0, omega[:, None] * h).gain
+        found = law.first_harmonic(0.0, omega[:, None] * h)
+        gain = found.gain
         force += gain * z
+        by_omega += h * found.d_omega * z
         by_z[:, every, every] += gain * share
         by_conjugate[:, every, every] += gain * (1 - share)
     if memoryless.laws:
@@ -182,10 +183,12 @@ def _sampled(
             tangents = tangent(memoryless, cycle, motion, 2 * max(harmonics))
             first, second = slopes_of_harmonics(tangents, harmonics, omega)
             by_z, by_conjugate = by_z + first, by_conjugate + second
+            by_omega = by_omega + slope_by_frequency(tangents, harmonics, z)
     if remembering.laws:
-        first, second, third = with_memory(remembering, cycle, z, omega, slopes)
+        first, second, third, fourth = with_memory(remembering, cycle, z, omega, slopes)
         force, by_z, by_conjugate = force + first, by_z + second, by_conjugate + third
-    return force, by_z, by_conjugate
+        by_omega = by_omega + fourth
+    return force, by_z, by_conjugate, by_omega
 
 
 def tangent_harmonics(

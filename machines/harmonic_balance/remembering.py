@@ -11,7 +11,7 @@ from jointlib.law import Motion
 from ..indices import Mask
 from ..statics.mean_force import SLOW
 from .creeping import look_ahead
-from .cycle import Cycle, slopes_of_harmonics, tangent
+from .cycle import Cycle, slope_by_frequency, slopes_of_harmonics, tangent
 
 _CYCLES = 200
 _REPEATS, _ROUNDING = 1e-10, 1e-14
@@ -20,14 +20,14 @@ _NUDGE = 1e-6
 
 def with_memory(
     joint: Joint, cycle: Cycle, z: ComplexArray, omega: Array, slopes: bool
-) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
-    """Force and derivatives; without slopes they are 0.
+) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray]:
+    """Force and derivatives, by frequency the last; without slopes they are 0.
 
     Where the law never leaves the state in which it was put on, as a slider that sticks, it has no memory; elsewhere
     derivatives are by small changes of every part, all stepped side by side.
     """
     cases, nh = z.shape
-    out = np.empty((cases, nh), dtype=complex), *np.zeros((2, cases, nh, nh), dtype=complex)
+    out = np.empty_like(z), *np.zeros((2, cases, nh, nh), dtype=complex), np.zeros_like(z)
     motion = cycle.motion(z, omega)
     x = motion.displacement
     still = stays(joint, np.max(x, axis=1), np.min(x, axis=1))
@@ -39,6 +39,7 @@ def with_memory(
             own = tuple(cycle.harmonics.astype(int).tolist())
             tangents = tangent(joint, cycle, part, 2 * max(own), start)
             out[1][still], out[2][still] = slopes_of_harmonics(tangents, own, omega[still])
+            out[3][still] = slope_by_frequency(tangents, own, z[still])
     moving = np.flatnonzero(~still)
     if len(moving):
         for whole, stepped in zip(out, _stepped(joint, cycle, z[moving], omega[moving], slopes), strict=True):
@@ -59,21 +60,22 @@ def stays(joint: Joint, high: Array, low: Array) -> Mask:
 
 def _stepped(
     joint: Joint, cycle: Cycle, z: ComplexArray, omega: Array, slopes: bool
-) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray]:
     """Force and derivatives from steps through whole cycles."""
     cases, nh = z.shape
     if not slopes:
         none = np.zeros((cases, nh, nh), dtype=complex)
-        return cycle.project(_steady_force(joint, cycle, z, omega)), none, none
+        return cycle.project(_steady_force(joint, cycle, z, omega)), none, none, np.zeros_like(z)
     size = np.maximum(np.max(np.abs(z), axis=1), 1e-300)
-    nudges = np.zeros((2 * nh + 1, nh), dtype=complex)
-    nudges[1 : nh + 1], nudges[nh + 1 :] = _NUDGE * np.eye(nh), 1j * _NUDGE * np.eye(nh)
+    nudges, faster = np.zeros((2 * nh + 2, nh), dtype=complex), np.ones(2 * nh + 2)
+    nudges[1 : nh + 1], nudges[nh + 1 : -1], faster[-1] = _NUDGE * np.eye(nh), 1j * _NUDGE * np.eye(nh), 1 + _NUDGE
     moved = z[:, None] + size[:, None, None] * nudges
-    steady = _steady_force(joint, cycle, moved.reshape(-1, nh), np.repeat(omega, 2 * nh + 1))
-    g = cycle.project(steady).reshape(cases, 2 * nh + 1, nh)
-    change = (g[:, 1:] - g[:, :1]) / (_NUDGE * size[:, None, None])
+    steady = _steady_force(joint, cycle, moved.reshape(-1, nh), (omega[:, None] * faster).ravel())
+    g = cycle.project(steady).reshape(cases, 2 * nh + 2, nh)
+    change = (g[:, 1:] - g[:, :1]) / _NUDGE
+    by_omega, change = change[:, -1] / omega[:, None], change[:, :-1] / size[:, None, None]
     by_real, by_imaginary = (np.swapaxes(part, 1, 2) for part in (change[:, :nh], change[:, nh:]))
-    return g[:, 0], (by_real - 1j * by_imaginary) / 2, (by_real + 1j * by_imaginary) / 2
+    return g[:, 0], (by_real - 1j * by_imaginary) / 2, (by_real + 1j * by_imaginary) / 2, by_omega
 
 
 def _steady_force(joint: Joint, cycle: Cycle, z: ComplexArray, omega: Array) -> Array:

@@ -32,7 +32,8 @@ class Tangent:
 
     def at(self, points: Index | Mask | slice) -> Tangent:
         f = self.forces
-        some = Forces(f.force[points], f.by_z[points], f.by_conjugate[points], f.travel[points])
+        by_omega = None if f.by_omega is None else f.by_omega[points]
+        some = Forces(f.force[points], f.by_z[points], f.by_conjugate[points], f.travel[points], by_omega)
         return Tangent(self.balance.at(points), some)
 
     def solve(self, r: ComplexArray) -> ComplexArray:
@@ -44,7 +45,7 @@ class Tangent:
         """
         points, nh, n = r.shape
         if 2 * nh * n <= _DIRECT:
-            return solve_complex(self.balance.jacobian(self.forces), r)
+            return solve_complex(self._jacobian, r)
         out = np.empty_like(r)
         for some in blocks(points, 2 * nh * n * _LONGEST):
             part = self.at(some)
@@ -53,9 +54,13 @@ class Tangent:
             for few in blocks(len(left), (2 * nh * n) ** 2):
                 now = left[few]
                 here = part.at(now)
-                found[now] = solve_complex(here.balance.jacobian(here.forces), r[some][now])
+                found[now] = solve_complex(here._jacobian, r[some][now])
             out[some] = found
         return out
+
+    @cached_property
+    def _jacobian(self) -> Array:
+        return self.balance.jacobian(self.forces)
 
     @cached_property
     def _slopes(self) -> tuple[ComplexArray, ComplexArray]:
