@@ -85,9 +85,10 @@ def _steady_force(joint: Joint, cycle: Cycle, z: ComplexArray, omega: Array) -> 
 
 def steady_states(joint: Joint, cycle: Cycle, z: ComplexArray, omega: Array) -> Array:
     """States before the step to every sample of the steady cycle, (cases, samples, states); nan as for the force."""
-    if not joint.states:
+    remembering, _ = joint.parted(lambda law: bool(law.states))
+    if not remembering.laws:
         return np.empty((len(z), len(cycle.angle), 0))
-    return _steady(joint, cycle, z, omega)[1]
+    return _steady(remembering, cycle, z, omega)[1]
 
 
 def _steady(joint: Joint, cycle: Cycle, z: ComplexArray, omega: Array) -> tuple[Array, Array]:
