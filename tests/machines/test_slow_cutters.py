@@ -14,7 +14,7 @@ from machines.cutting.cutters.marched_border import changes
 from machines.cutting.cutters.pattern_map import pattern_map
 from machines.cutting.cutters.side_lines import SideLines
 from machines.cutting.cutters.wide_lines import WideLines
-from machines.cutting.loops.harmonic_crossing import stiffest_direction
+from machines.cutting.loops.multi_frequency import stiffest_direction
 from machines.cutting.process.cutter import Cutter
 from machines.cutting.process.cutting import Cutting
 from machines.cutting.rest.cutter_search import CutterSearch

@@ -25,9 +25,9 @@ from ...tool.tool_point import ToolPoint, tool_point
 from ..loops.collocation import FINER, MORE, ArcMap, arc_map
 from ..loops.critical_depth import near
 from ..loops.edges import Edge, edges_of_loop, edges_of_trace, outside
-from ..loops.harmonic_crossing import GAIN, MOST_SEARCHED, PAST, left_out, stiffest_direction
+from ..loops.harmonic_crossing import GAIN, MOST_SEARCHED, PAST, left_out
 from ..loops.loop_branches import NONE, Crossing, Loop
-from ..loops.multi_frequency import HarmonicLoop
+from ..loops.multi_frequency import HarmonicLoop, stiffest_direction
 from ..loops.regeneration import Loops, trace
 from ..process import turning, zero_order
 from ..process.chart import BY_SPEED, StabilityLobes

@@ -12,7 +12,8 @@ from ...tool.tool_model import ToolModel
 from ...tool.tool_point import ToolPoint
 from ..loops.characteristic import decided
 from ..loops.collocation import MOST_NODES, node_count
-from ..loops.harmonic_crossing import GAIN, stiffest_direction
+from ..loops.harmonic_crossing import GAIN
+from ..loops.multi_frequency import stiffest_direction
 from ..process.cutting import Cutting
 from .pattern_multipliers import largest_multipliers
 

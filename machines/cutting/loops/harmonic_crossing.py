@@ -10,12 +10,11 @@ from jointlib.arrays import Array
 from jointlib.errors import CheckFailed
 
 from ...tool.bounded_band import Shape, Spectrum
-from ..process.cutting import Cutting
 from .critical_depth import eigenvector, first_crossings, near
 from .iterated_loop import IteratedLoop
 from .loop_branches import NONE, Crossing
 from .multi_frequency import HarmonicLoop
-from .strong_lines import StrongLines, strong_lines
+from .strong_lines import StrongLines, folded, strong_lines
 
 PAST = 3
 """Harmonics beyond the highest frequency that matters, in the search; the depth itself is settled with more."""
@@ -28,6 +27,8 @@ _FEW = 24
 """Harmonics up to which all lines take part in the search."""
 _LARGEST = 240
 """Rows of the matrices of a loop up to which all its eigenvalues are computed."""
+_ALONE = 1.0
+"""Gain round the loop below which no lines together chatter without stronger ones."""
 _STRONG, _FAINTEST = 0.3, 1e-3
 """Shares of the largest receptance: where the search begins, and below which nothing chatters."""
 
@@ -75,7 +76,7 @@ def _strongest(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> Found:
     A line on which the gain round the loop stays below `GAIN` at the depth found cannot chatter by itself, so that
     modes far above the band ask for no harmonics.
     """
-    level, faintest = _STRONG * resolved.largest, _FAINTEST * resolved.largest
+    level, faintest, about = _STRONG * resolved.largest, _FAINTEST * resolved.largest, np.inf
     while True:
         P = int(np.ceil(resolved.reaching(max(level, faintest)) / loop.tooth_frequency)) + PAST
         if level < faintest:
@@ -86,10 +87,7 @@ def _strongest(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> Found:
         fraction = resolved.folded(loop.tooth_frequency, level / 2)
         strong = strong_lines(replace(loop, harmonics=P), resolved, level)
         narrowed = strong.size <= whole.size / 2
-        search = _searched(whole, strong, fraction) if narrowed else first_crossings(whole, fraction)
-        if search is None:
-            level /= 2
-            continue
+        search = _looked(strong, resolved, level, about, fraction) if narrowed else first_crossings(whole, fraction)
         if not search and level < faintest:
             return Found(NONE)
         if not search:
@@ -98,7 +96,10 @@ def _strongest(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> Found:
         needed = GAIN / (2 * stiffest * search[0].depth)
         lacking = level > needed if narrowed else resolved.reaching(needed) > (P + 0.5) * loop.tooth_frequency
         if level >= faintest and lacking:
-            level = min(needed, level / 1.5)
+            level, about = min((1 - SAME) * needed, level / 1.5), search[0].depth
+            continue
+        if narrowed and not (search := _of_all_lines(whole, search)):
+            level, about = level / 2, np.inf
             continue
         before, settled = search[0], _lowest(finer, search, fraction)
         while settled.kind and abs(settled.depth / before.depth - 1) > AGREE and P < _MOST:
@@ -121,13 +122,21 @@ def _strongest(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> Found:
     )
 
 
-def _searched(whole: HarmonicLoop | IteratedLoop, strong: StrongLines, fraction: Array) -> list[Crossing] | None:
-    """The crossings of a loop, looked for on its strong lines; none is told where one of these moves far."""
-    found = first_crossings(IteratedLoop(strong) if strong.size > _LARGEST else strong, fraction)
+def _looked(strong: StrongLines, resolved: Shape, level: float, about: float, fraction: Array) -> list[Crossing]:
+    """The crossings of strong lines; of those that cannot chatter alone at a depth (m) ``about``, by the others."""
+    if np.isfinite(about):
+        few = folded(strong, resolved, _ALONE / GAIN * level, about)
+        if few.size <= _LARGEST:
+            return first_crossings(few, fraction)
+    return first_crossings(IteratedLoop(strong) if strong.size > _LARGEST else strong, fraction)
+
+
+def _of_all_lines(whole: HarmonicLoop | IteratedLoop, found: list[Crossing]) -> list[Crossing]:
+    """Crossings of the strong lines with all others beside them; none where one of them moves far."""
     settled = [near(whole, one) for one in found]
     if all(at.kind and abs(at.depth / one.depth - 1) < SAME for one, at in zip(found, settled, strict=True)):
         return sorted(settled, key=lambda one: one.depth)
-    return None
+    return []
 
 
 def _lowest(finer: HarmonicLoop | IteratedLoop, search: list[Crossing], fraction: Array) -> Crossing:
@@ -153,16 +162,6 @@ def left_out(resolved: Shape, loop: HarmonicLoop, cut: float) -> float:
     """Gain round the loop, at most, of lines past the harmonics kept; below 1 they cannot chatter by themselves."""
     beyond = resolved.size[resolved.lines > (loop.harmonics + 0.5) * loop.tooth_frequency]
     return 2 * cut * float(np.max(beyond, initial=0.0))
-
-
-def stiffest_direction(cutting: Cutting, axes: tuple[int, ...]) -> float:
-    """Largest stiffness of the cut per depth over a turn of the tool, N/m²."""
-    many = cutting.cuts_per_revolution
-    apart = 2 * np.pi / many * np.arange(many) if cutting.pitch is None else np.radians(np.cumsum(cutting.pitch))
-    place = np.asarray(np.mod(np.linspace(0, 2 * np.pi, 721)[:, None] + apart, 2 * np.pi))
-    u, v = (part[..., list(axes)] for part in cutting.tooth(place))
-    u = u * ((place >= cutting.entry_angle) & (place <= cutting.exit_angle))[..., None]
-    return float(np.max(np.linalg.norm(np.einsum("kja,kjb->kab", u, v), ord=2, axis=(1, 2))))
 
 
 def _doubt(loop: HarmonicLoop, crossing: Crossing, fraction: Array) -> float:

@@ -22,8 +22,9 @@ import scipy
 from jointlib.arrays import Array, ComplexArray
 
 from ...deadline import in_time
+from .folded_lines import folded_eigenvalue
 from .loop_branches import Iterated, nearest_of, regeneration
-from .multi_frequency import HarmonicLoop
+from .multi_frequency import HarmonicLoop, coupled, stiffest_direction
 from .strong_lines import StrongLines
 
 _FIRST = 6
@@ -35,6 +36,10 @@ _FORMED = 600
 """Rows up to which a product with the matrix is quicker than transforms."""
 _FACTORED = 1000
 """Rows up to which inverse iteration finds one eigenvalue sooner than Arnoldi's."""
+_SMALL = 100
+"""Rows up to which nothing is folded."""
+_FOLLOWS = 0.7
+"""Gain round the loop up to which a line follows the others."""
 _PART = 4
 """Part of all eigenvalues from which on the whole matrix is decomposed."""
 _BESIDE = 0.3
@@ -85,11 +90,14 @@ class IteratedLoop(Iterated):
         if self.size <= _FORMED or isinstance(self.loop, StrongLines):
             matrix = self(np.array([fraction]))[0]
             return lambda x: np.asarray(matrix @ x)
-        lines, n = self.loop.lines(np.array([fraction]))[0], len(self.loop.axes)
+        return self._transformed(self.loop.lines(np.array([fraction]))[0])
+
+    def _transformed(self, lines: ComplexArray) -> Callable[[ComplexArray], ComplexArray]:
+        """x → A·x by transforms, with G (lines, n, n)."""
         kernel, length = self._kernel
 
         def applied(x: ComplexArray) -> ComplexArray:
-            moved = (lines @ x.reshape(-1, n, 1))[:, :, 0]
+            moved = (lines @ x.reshape(len(lines), -1, 1))[:, :, 0]
             turned = kernel @ scipy.fft.fft(moved, length, axis=0)[:, :, None]
             return np.asarray(scipy.fft.ifft(turned[:, :, 0], axis=0)[: len(lines)].ravel())
 
@@ -97,12 +105,26 @@ class IteratedLoop(Iterated):
 
     def nearest(self, fraction: float, guess: complex) -> tuple[complex, ComplexArray]:
         """The eigenvalue nearest to a guess and its vector."""
+        if (found := self._folded(fraction, guess)) is not None:
+            return found
         if self.size <= _FACTORED:
             return nearest_of(self(np.array([fraction]))[0], guess)
         turned = guess * complex(regeneration(np.array(fraction)))
         values, vectors = self.leftmost(fraction, turned.real + _BESIDE * abs(turned), tolerance=0.0)
         at = int(np.argmin(np.abs(values - guess)))
         return complex(values[at]), np.asarray(vectors[:, at])
+
+    def _folded(self, fraction: float, guess: complex) -> tuple[complex, ComplexArray] | None:
+        """The same where the weak lines only follow the strong ones."""
+        if isinstance(self.loop, StrongLines) or self.size <= _SMALL:
+            return None
+        lines = self.loop.lines(np.array([fraction]))[0]
+        stiffest = stiffest_direction(self.loop.cutting, self.loop.axes)
+        strong = np.linalg.norm(lines, axis=(1, 2)) * stiffest >= _FOLLOWS * abs(guess)
+        if not 0 < np.count_nonzero(strong) <= len(strong) / 2:
+            return None
+        among = coupled(self.loop.coupling(self.loop.orders[strong]), lines[None, strong])[0]
+        return folded_eigenvalue(self._transformed(lines), among, np.repeat(strong, lines.shape[-1]), guess)
 
     def force(self, carried: ComplexArray) -> ComplexArray:
         """The force on the tool at ω + qω_T for an eigenvector, (lines, n)."""

@@ -23,6 +23,7 @@ import numpy as np
 from jointlib.arrays import Array, ComplexArray
 
 from ...deadline import in_time
+from ..process.cutter import Cutter
 from ..process.cutting import Cutting
 
 Spectrum = Callable[[Array], ComplexArray]
@@ -96,19 +97,18 @@ class HarmonicLoop:
     def _coupled(self) -> ComplexArray:
         return self.coupling(self.orders)
 
-    def coupling(self, orders: Array) -> ComplexArray:
-        """H_(p−q) between lines of these orders, shape (lines·n, lines·n)."""
-        apart = (orders[:, None] - orders).astype(int)
-        reach, rows = int(np.max(apart)), len(orders) * len(self.axes)
+    def coupling(self, orders: Array, others: Array | None = None) -> ComplexArray:
+        """H_(p−q) between lines p of these orders and q of the same or of ``others``, shape (lines·n, lines·n)."""
+        apart = (orders[:, None] - (orders if others is None else others)).astype(int)
+        reach, n = int(np.max(np.abs(apart))), len(self.axes)
         every = self.of_cut(np.arange(-reach, reach + 1.0))
-        return np.asarray(every[apart + reach].transpose(0, 2, 1, 3).reshape(rows, rows))
+        return np.asarray(every[apart + reach].transpose(0, 2, 1, 3).reshape(n * apart.shape[0], n * apart.shape[1]))
 
     def of_cut(self, orders: Array) -> ComplexArray:
-        """H_r of orders r, |r| ≤ 2P + 1, shape (r, n, n)."""
-        angle, weight = self.nodes
-        u, v = (part[:, list(self.axes)] for part in self.cutting.tooth(angle))
-        turn = np.exp(-1j * self.cutting.cuts_per_revolution * orders[:, None] * angle)
-        return np.asarray(np.einsum("rk,ka,kb->rab", turn * weight, u, v, optimize=True))
+        """H_r of orders r, shape (r, n, n), in closed form."""
+        many, axes = self.cutting.cuts_per_revolution, list(self.axes)
+        every = many / (2 * np.pi) * Cutter.of(self.cutting).harmonics(many * orders)[0]
+        return np.asarray(every[:, axes][:, :, axes])
 
     def force(self, carried: ComplexArray) -> ComplexArray:
         """The force on the tool at ω + qω_T, q as `orders`, for an eigenvector of the loop, (2P + 2, n)."""
@@ -143,7 +143,18 @@ class HarmonicLoop:
 
 
 def coupled(coupling: ComplexArray, lines: ComplexArray) -> ComplexArray:
-    """H_(p−q)·G(ω + qω_T), shape (g, m, m), of H (m, m) and G (g, lines, n, n)."""
+    """H_(p−q)·G(ω + qω_T), shape (g, m, k), of H (m, k) and G (g, lines, n, n)."""
     rows, n = len(coupling), lines.shape[-1]
     turned = coupling.reshape(rows, -1, 1, n) @ lines[:, None]
-    return np.asarray(turned.reshape(len(lines), rows, rows))
+    return np.asarray(turned.reshape(len(lines), rows, -1))
+
+
+@lru_cache(maxsize=16)
+def stiffest_direction(cutting: Cutting, axes: tuple[int, ...]) -> float:
+    """Largest stiffness of the cut per depth over a turn of the tool, N/m²."""
+    many = cutting.cuts_per_revolution
+    apart = 2 * np.pi / many * np.arange(many) if cutting.pitch is None else np.radians(np.cumsum(cutting.pitch))
+    place = np.asarray(np.mod(np.linspace(0, 2 * np.pi, 721)[:, None] + apart, 2 * np.pi))
+    u, v = (part[..., list(axes)] for part in cutting.tooth(place))
+    u = u * ((place >= cutting.entry_angle) & (place <= cutting.exit_angle))[..., None]
+    return float(np.max(np.linalg.norm(np.einsum("kja,kjb->kab", u, v), ord=2, axis=(1, 2))))

@@ -20,6 +20,7 @@ from jointlib.arrays import Array, ComplexArray
 
 from ...indices import Mask
 from ...tool.bounded_band import Shape
+from .loop_branches import regeneration
 from .multi_frequency import HarmonicLoop, coupled
 
 _ASKED = np.linspace(0, 1, 5)
@@ -58,11 +59,45 @@ class StrongLines:
 
     def by_lines(self, fraction: Array) -> ComplexArray:
         """The same: it has no other form."""
-        return coupled(self._coupled, self.lines(fraction))
+        return coupled(self.coupling, self.lines(fraction))
 
     @cached_property
-    def _coupled(self) -> ComplexArray:
+    def coupling(self) -> ComplexArray:
+        """H_(p−q) between them."""
         return self.loop.coupling(self.orders)
+
+
+@dataclass(frozen=True)
+class FoldedLines:
+    """Strong lines with weaker ones folded in, as they follow at a ``depth`` in m:
+
+    A_ss − depth·(1 − e^(−2πjν))·A_sw·A_ws.
+
+    What the weak lines do to each other is left out.
+    """
+
+    strong: StrongLines
+    weak: StrongLines
+    depth: float
+
+    @property
+    def size(self) -> int:
+        """Rows of its matrices."""
+        return self.strong.size
+
+    def __call__(self, fraction: Array) -> ComplexArray:
+        """The loop, shape (g, m, m)."""
+        into, back = self._across
+        strong, weak = self.strong.lines(fraction), self.weak.lines(fraction)
+        around = coupled(into, weak) @ coupled(back, strong)
+        followed = self.depth * regeneration(fraction)[:, None, None] * around
+        return np.asarray(coupled(self.strong.coupling, strong) - followed)
+
+    @cached_property
+    def _across(self) -> tuple[ComplexArray, ComplexArray]:
+        """H_(p−q) from the weak lines to the strong ones, and back."""
+        loop, strong, weak = self.strong.loop, self.strong.orders, self.weak.orders
+        return loop.coupling(strong, weak), loop.coupling(weak, strong)
 
 
 def strong_lines(loop: HarmonicLoop, resolved: Shape, level: float) -> StrongLines:
@@ -73,3 +108,9 @@ def strong_lines(loop: HarmonicLoop, resolved: Shape, level: float) -> StrongLin
     of_line = np.floor(resolved.lines / tooth)
     reached = np.unique(of_line[resolved.size >= level])
     return StrongLines(loop, np.asarray(np.any(asked >= level, axis=1) | np.isin(lower, reached)))
+
+
+def folded(lines: StrongLines, resolved: Shape, level: float, depth: float) -> FoldedLines:
+    """Those of some strong lines that do not reach ``level`` (m/N), folded into the others."""
+    strong = strong_lines(lines.loop, resolved, level)
+    return FoldedLines(strong, StrongLines(lines.loop, lines.kept & ~strong.kept), depth)

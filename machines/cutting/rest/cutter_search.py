@@ -18,8 +18,9 @@ from ..cutters.border import Change, Closed, changes, settled, stable_below
 from ..cutters.mean_cut import mean_crossings
 from ..cutters.pattern_map import FINER, MORE, pattern_map, pattern_nodes
 from ..cutters.side_lines import SideLines
-from ..loops.harmonic_crossing import AGREE, GAIN, PAST, largest_line, stiffest_direction
+from ..loops.harmonic_crossing import AGREE, GAIN, PAST, largest_line
 from ..loops.loop_branches import Crossing, nearest_of
+from ..loops.multi_frequency import stiffest_direction
 from ..process.cutter import Cutter
 from ..process.cutting import Cutting
 from .periodic import FAR, JOINED, MANY_NODES, refuse_resonant_ends

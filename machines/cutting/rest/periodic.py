@@ -24,10 +24,9 @@ from ..loops.harmonic_crossing import (
     harmonic_crossing,
     largest_line,
     resolving,
-    stiffest_direction,
 )
 from ..loops.loop_branches import NONE, Crossing
-from ..loops.multi_frequency import HarmonicLoop
+from ..loops.multi_frequency import HarmonicLoop, stiffest_direction
 from ..process.chart import StabilityLobes
 from ..process.cutting import Cutting
 
