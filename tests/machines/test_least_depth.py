@@ -36,13 +36,17 @@ def test_lines_far_from_the_lowest_depth_decide_nothing(
         return chattering(tool, *rest)  # type: ignore[arg-type]
 
     monkeypatch.setattr(chattering_tool, "chattering", counted)
-    found, lines = [], []
-    for lowest in (False, True):
+    found, lines = [np.inf], []
+    for _ in range(2):
         asked.clear()
-        found.append(frozen_lobes(lathe, SPEED, amplitude, "turning", 80, lowest)[0].minimum_depth)
+        chattering_tool._even_lines.cache_clear()
+        found.append(frozen_lobes(lathe, SPEED, amplitude, "turning", 80, found[-1])[0].minimum_depth)
         lines.append(sum(asked))
-    assert found[1] == pytest.approx(found[0], rel=1e-9)
+    assert found[2] == pytest.approx(found[1], rel=1e-9)
     assert lines[1] < 0.6 * lines[0]
+    asked.clear()
+    frozen_lobes(lathe, SPEED, amplitude, "turning", 80, found[1])
+    assert sum(asked) < 0.3 * lines[1]  # those to begin with are known
 
 
 @pytest.mark.slow

@@ -22,6 +22,7 @@ from ...tool.chatter_band import chatter_band
 from ...tool.tabulated import Tabulated
 from ...tool.tool_model import ToolModel
 from ...tool.tool_point import ToolPoint, share_along
+from ..process import turning
 from ..process.cutting import Cutting
 from ..process.zero_order import loop_stiffness
 
@@ -34,7 +35,7 @@ _STRAIGHT, _ROUGH = 1e-4, 1e-2
 _FAINT = 5e-3
 """Share of the largest receptance below which no resonance is looked for."""
 _NEAR, _HIDDEN = 0.5, 0.1
-"""Share of the strongest chatter, and by how much the receptance may be off, where only the lowest depth counts."""
+"""Share of the chatter at the deepest cut asked for, and by how much the receptance may be off far from it."""
 _ROUNDS = 3
 _ALIGNED, _TOWARDS = 1e-6, 1e-2
 """How nearly a force points where it chatters first, and where the receptance only tells where to start."""
@@ -60,31 +61,23 @@ def operating_receptance(
     beyond: float = 1.0,
     cutting: Cutting | None = None,
     rough: bool = False,
-    lowest: bool = False,
+    deepest: float = np.inf,
 ) -> OperatingPoint:
     """Tool-point receptance at an amplitude in m, on lines over the machine's band that are close enough.
 
     Lines are halved where the inverse receptance, which the lobe solver interpolates, is off by more than a share of
     ``straight`` between them. Where the joint jumps from one state to another no spacing is close enough; there the
-    halving ends. Where only the ``lowest`` depth in turning is asked for, those that are far from it are halved once,
-    or as long as the receptance is not what it seemed between them. The band is widened by the factor ``beyond`` at
-    both ends. In milling the tool vibrates as the ``cutting`` drives it, by default that of the machine.
+    halving ends. Where only depths of up to ``deepest`` (m) are asked for in turning, lines that chatter far beyond it
+    are halved once, or as long as the receptance is not what it seemed between them. The band is widened by the factor
+    ``beyond`` at both ends. In milling the tool vibrates as the ``cutting`` drives it, by default that of the machine.
     """
     if cutting is None:
         if machine.cutting is None:
             raise InputError(f"{machine.where}: no [cutting], lobes need a cutting operation")
         cutting = Cutting(**machine.cutting)
-    band = chatter_band(machine)
-    low, high = band.low, band.high
-    lines = band.lines if band.said else np.linspace(low, high, points)
-    if beyond > 1:
-        count = points // 10
-        lines = np.concatenate(
-            [np.geomspace(low / beyond, low, count)[:-1], lines, np.geomspace(high, high * beyond, count)[1:]]
-        )
-    tool = OpenTool(machine, lines)
-    point = chattering(tool, cutting, amplitude, rough)[0]
-    ends, straight = np.arange(len(lines) - 1), _ROUGH if rough else _STRAIGHT
+    even = _rough_lines if rough else _even_lines
+    tool, point, between = even(machine, cutting, amplitude, points, beyond)
+    ends, straight = np.arange(len(point.frf.frequency) - 1), _ROUGH if rough else _STRAIGHT
     for _ in each("refinements of the lines", range(_HALVINGS), _HALVINGS):
         lines = point.frf.frequency
         if rough:
@@ -95,23 +88,57 @@ def operating_receptance(
         if not len(ends):
             break
         middle = (lines[ends] + lines[ends + 1]) / 2
-        found = chattering(tool.on(middle), cutting, amplitude, rough)[0]
+        found = between or chattering(tool.on(middle), cutting, amplitude, rough)[0]
+        between = None
         inverse = np.linalg.inv(point.frf.receptance)
-        between = np.linalg.inv((inverse[ends] + inverse[ends + 1]) / 2)
-        error = np.linalg.norm(between - found.frf.receptance, axis=(1, 2))
+        mean = np.linalg.inv((inverse[ends] + inverse[ends + 1]) / 2)
+        error = np.linalg.norm(mean - found.frf.receptance, axis=(1, 2))
         size = np.linalg.norm(found.frf.receptance, axis=(1, 2))
         coarse = error > straight * size
-        if lowest:
+        if 0 < deepest < np.inf:
             share = share_along(machine.tool_axes, cutting.rotation[0])
+            level = _NEAR / (2 * abs(float(turning.loop_stiffness(cutting)[0, 0])) * deepest)
             chatters = _chatters(point, share)
-            near = np.maximum(chatters[ends], chatters[ends + 1]) >= _NEAR * np.max(chatters)
-            seen = _chatters(found, share) >= _NEAR * np.max(chatters)
-            coarse &= near | seen | (error > _HIDDEN * size)
+            near = np.maximum(chatters[ends], chatters[ends + 1]) >= level
+            coarse &= near | (_chatters(found, share) >= level) | (error > _HIDDEN * size)
         point = _merged(point, found)
         # Both halves of an interval that was too coarse are looked at again.
         after = np.searchsorted(point.frf.frequency, middle[coarse])
         ends = np.unique(np.concatenate([after - 1, after]))
     return point
+
+
+def _lines(machine: Machine, points: int, beyond: float) -> Array:
+    """Lines in Hz to begin with."""
+    band = chatter_band(machine)
+    low, high = band.low, band.high
+    lines = band.lines if band.said else np.linspace(low, high, points)
+    if beyond > 1:
+        count = points // 10
+        lines = np.concatenate(
+            [np.geomspace(low / beyond, low, count)[:-1], lines, np.geomspace(high, high * beyond, count)[1:]]
+        )
+    return lines
+
+
+def _rough_lines(
+    machine: Machine, cutting: Cutting, amplitude: float, points: int, beyond: float
+) -> tuple[OpenTool, OperatingPoint, None]:
+    """What is known on the lines to begin with."""
+    tool = OpenTool(machine, _lines(machine, points, beyond))
+    return tool, chattering(tool, cutting, amplitude, True)[0], None
+
+
+@lru_cache(maxsize=12)
+def _even_lines(
+    machine: Machine, cutting: Cutting, amplitude: float, points: int, beyond: float
+) -> tuple[OpenTool, OperatingPoint, OperatingPoint]:
+    """The same, and half-way between them, for those who ask for one amplitude again."""
+    lines = _lines(machine, points, beyond)
+    tool = OpenTool(machine, lines)
+    middle = (lines[:-1] + lines[1:]) / 2
+    point, between = (chattering(tool.on(some), cutting, amplitude)[0] for some in (lines, middle))
+    return tool, point, between
 
 
 def _chatters(point: OperatingPoint, share: Array) -> Array:
@@ -205,17 +232,17 @@ def chattering(
     if amplitude == 0 or cutting.process != "milling" or len(axes) == 1:
         return point, direction
     D = loop_stiffness(cutting, axes)
-    turning = np.arange(len(lines))
+    left = np.arange(len(lines))
     for _ in range(_ROUNDS):
-        new = _chattering(D @ point.frf.receptance[turning])
-        old = direction[turning]
+        new = _chattering(D @ point.frf.receptance[left])
+        old = direction[left]
         turned = 1 - np.abs(np.sum(new.conj() * old, axis=1)) / np.linalg.norm(old, axis=1)
-        direction[turning] = new
-        turning = turning[turned > (_TOWARDS if rough else _ALIGNED)]
-        if not len(turning):
+        direction[left] = new
+        left = left[turned > (_TOWARDS if rough else _ALIGNED)]
+        if not len(left):
             break
-        again = tool.vibrating(amplitude, direction[turning], turning, not rough)
-        point = _replaced(point, turning, again)
+        again = tool.vibrating(amplitude, direction[left], left, not rough)
+        point = _replaced(point, left, again)
     return point, direction
 
 

@@ -72,17 +72,17 @@ def frozen_lobes(
     amplitude: float = 0.0,
     method: str | None = None,
     points: int = LINES,
-    lowest: bool = False,
+    deepest: float = np.inf,
 ) -> tuple[StabilityLobes, Mask]:
     """`lobes_at_amplitude`, and per speed whether a joint is held at its limit at the chatter frequency.
 
-    Of turning the ``lowest`` depth alone may be asked for: lines that are far from it are not refined.
+    Of turning depths of up to ``deepest`` (m) alone may be asked for: lines that are far from it are not refined.
     """
     if machine.cutting is None:
         raise InputError(f"{machine.where}: no [cutting], lobes need a cutting operation")
     if depends_on_speed(machine):
         return _each_at_its_own(machine, spindle_speeds(speed), amplitude, method, points)
-    return _frozen(machine, speed, amplitude, method, points, lowest)
+    return _frozen(machine, speed, amplitude, method, points, deepest)
 
 
 def _each_at_its_own(
@@ -123,7 +123,7 @@ def _band(machine: Machine) -> tuple[str, ...]:
 
 
 def _frozen(
-    machine: Machine, speed: ArrayLike, amplitude: float, method: str | None, points: int, lowest: bool = False
+    machine: Machine, speed: ArrayLike, amplitude: float, method: str | None, points: int, deepest: float = np.inf
 ) -> tuple[StabilityLobes, Mask]:
     """The chart of a machine that is one at all speeds."""
     assert machine.cutting is not None
@@ -153,7 +153,7 @@ def _frozen(
     if amplitude == 0:
         chart = stability_lobes(kept_tool(machine), cutting, speed, method)
         return _within(chart, machine, band), np.zeros(chart.depth.shape, dtype=bool)
-    point = operating_receptance(machine, amplitude, points, lowest=lowest)
+    point = operating_receptance(machine, amplitude, points, deepest=deepest)
     chart = stability_lobes(point.frf, cutting, speed, method, axes=axes)
     said = (*_limits(point, chart), *([] if cutting.plain or cutting.process != "milling" else [_LINE_BY_LINE]))
     chart = _within(replace(chart, warnings=chart.warnings + said), machine, band)

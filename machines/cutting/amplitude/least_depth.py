@@ -36,7 +36,7 @@ def _least(machine: Machine, chart: StabilityLobes, amplitude: Array, everywhere
     least, known = chart.minimum_depth, 0.0
     for size in amplitude.tolist():
         in_time()
-        layer, held = frozen_lobes(machine, chart.speed, size, chart.method, lowest=everywhere)
+        layer, held = frozen_lobes(machine, chart.speed, size, chart.method, deepest=least)
         if np.any(held):
             break
         least, known = min(least, layer.minimum_depth if everywhere else float(np.min(layer.depth))), size
