@@ -14,7 +14,7 @@ from .critical_depth import eigenvector, first_crossings, near
 from .iterated_loop import IteratedLoop
 from .loop_branches import NONE, Crossing
 from .multi_frequency import HarmonicLoop
-from .strong_lines import StrongLines, folded, strong_lines
+from .strong_lines import FoldedLines, StrongLines, folded, strong_lines
 
 PAST = 3
 """Harmonics beyond the highest frequency that matters, in the search; the depth itself is settled with more."""
@@ -85,9 +85,9 @@ def _strongest(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> Found:
             break
         whole, finer = resolving(loop, P), resolving(loop, 2 * P)
         fraction = resolved.folded(loop.tooth_frequency, level / 2)
-        strong = strong_lines(replace(loop, harmonics=P), resolved, level)
+        strong = _strong(replace(loop, harmonics=P), resolved, level, about)
         narrowed = strong.size <= whole.size / 2
-        search = _looked(strong, resolved, level, about, fraction) if narrowed else first_crossings(whole, fraction)
+        search = first_crossings(strong if narrowed else whole, fraction)
         if not search and level < faintest:
             return Found(NONE)
         if not search:
@@ -122,13 +122,17 @@ def _strongest(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> Found:
     )
 
 
-def _looked(strong: StrongLines, resolved: Shape, level: float, about: float, fraction: Array) -> list[Crossing]:
-    """The crossings of strong lines; of those that cannot chatter alone at a depth (m) ``about``, by the others."""
-    if np.isfinite(about):
-        few = folded(strong, resolved, _ALONE / GAIN * level, about)
-        if few.size <= _LARGEST:
-            return first_crossings(few, fraction)
-    return first_crossings(IteratedLoop(strong) if strong.size > _LARGEST else strong, fraction)
+def _strong(
+    loop: HarmonicLoop, resolved: Shape, level: float, about: float
+) -> StrongLines | FoldedLines | IteratedLoop:
+    """The lines of a loop that reach a level (m/N); of those the ones that cannot chatter alone at a depth (m)
+    ``about`` are folded into the others.
+    """
+    strong = strong_lines(loop, resolved, level)
+    if strong.size <= _LARGEST and not np.isfinite(about):
+        return strong
+    few = folded(strong, resolved, _ALONE / GAIN * level, about) if np.isfinite(about) else strong
+    return few if few.size <= _LARGEST else IteratedLoop(strong)
 
 
 def _of_all_lines(whole: HarmonicLoop | IteratedLoop, found: list[Crossing]) -> list[Crossing]:
