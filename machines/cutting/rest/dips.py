@@ -16,14 +16,16 @@ from ...indices import Index, Mask
 
 NEAR, AS_LOW = 1.5, 1.02
 """Times the lowest limit up to which a low place is looked at; of a mean cut, whose lobes are all nearly as low."""
-_SAME = 0.02
-"""Share by which frequencies of one chatter differ in a mean cut."""
+_SAME, _PHASES = 0.02, 10
+"""Share by which frequencies of one chatter differ, and parts of a wave between teeth that are told apart."""
 _LOOKS = 2
 """Speeds inside an interval beside a low place, at every closer look."""
 _CLOSED = 2e-5
 """Share of the speed to which low places are closed in."""
 _NARROW = 1e-3
 """Share of the speed below which an interval is not halved."""
+_LEVEL = 1e-3
+"""Share by which the limit rises from a low place to the speeds beside it, up to which no closer look is needed."""
 _DIPS = 1 - 1e-3
 _RESOLVED = 3
 """Flips from which on what lies between two Hopf chatters is known."""
@@ -76,14 +78,17 @@ def _lows(depth: Array, near: float) -> Index:
 def alike(known: Mapping[str, Array], cuts: int, mean: bool) -> Array:
     """Speeds at which a chatter that is lowest somewhere stands to the teeth as it does there, or at half of them.
 
-    Of a ``mean`` cut, which knows no halves, the lowest place of a chatter tells of all its lobes.
+    The lowest place of a chatter tells of all its lobes: of one frequency and, but in a ``mean`` cut, which knows no
+    halves, of one phase between teeth.
     """
     speed = known["speed"]
     rows, found = _lows(known["depth"], NEAR), [np.zeros(0)]
-    if mean:
-        own = np.round(np.log(known["chatter_frequency"][rows]) / _SAME)
-        order = np.lexsort((known["depth"][rows], own))
-        rows = rows[order[np.unique(own[order], return_index=True)[1]]]
+    own = np.round(np.log(known["chatter_frequency"][rows]) / _SAME)
+    if not mean:
+        waves = 60 * known["chatter_frequency"][rows] / (cuts * speed[rows])
+        own = own + np.round(_PHASES * (waves % 1)) % _PHASES / _PHASES
+    order = np.lexsort((known["depth"][rows], own))
+    rows = rows[order[np.unique(own[order], return_index=True)[1]]]
     for row in rows.tolist():
         f = float(known["chatter_frequency"][row])
         waves = 60 * f / (cuts * speed[row])
@@ -97,9 +102,15 @@ def alike(known: Mapping[str, Array], cuts: int, mean: bool) -> Array:
 
 
 def beside(known: Mapping[str, Array], near: float) -> Array:
-    """Speeds inside the intervals round every low place that is at most ``near`` times the lowest."""
-    speed, found = known["speed"], [np.zeros(0)]
-    for row in _lows(known["depth"], near).tolist():
+    """Speeds inside the intervals round every low place that is at most ``near`` times the lowest.
+
+    One above the lowest that is level with both its neighbours is known.
+    """
+    speed, depth, found = known["speed"], known["depth"], [np.zeros(0)]
+    for row in _lows(depth, near).tolist():
+        level = np.max(depth[max(row - 1, 0) : row + 2]) <= (1 + _LEVEL) * depth[row]
+        if level and (1 - _LEVEL) * depth[row] > np.min(depth):
+            continue
         for a, b in pairwise(speed[max(row - 1, 0) : row + 2].tolist()):
             if b - a > _CLOSED * b:
                 found.append(np.linspace(a, b, _LOOKS + 2)[1:-1])
