@@ -24,6 +24,8 @@ _ROUNDS = 40
 _SWEEPS = 2
 """Times that the weak lines follow in a round."""
 _SETTLED = 1e-14
+_CLOSE = 1e-3
+"""Share of the guess within which an eigenvalue is the one that was meant."""
 _SLOWEST = 0.7
 """Share of the change before from which on a round does not settle."""
 
@@ -31,7 +33,9 @@ _SLOWEST = 0.7
 def folded_eigenvalue(
     applied: Callable[[ComplexArray], ComplexArray], among: ComplexArray, strong: Mask, guess: complex
 ) -> tuple[complex, ComplexArray] | None:
-    """The eigenvalue of A beside a guess and its vector; None where the weak rows do not just follow.
+    """The eigenvalue of A close to a guess and its vector.
+
+    None where the weak rows do not just follow, or where it is so far from the guess that another may be nearer.
 
     ``applied`` is x → A·x, ``among`` A_ss and ``strong`` the rows s, shape (m,).
     """
@@ -47,7 +51,7 @@ def folded_eigenvalue(
         x[strong] = vector * (np.vdot(own, own) / np.vdot(own, vector))
         before, change, value = change, abs(new - value), new
         if change <= _SETTLED * abs(new):
-            return new, x / np.linalg.norm(x)
+            return (new, x / np.linalg.norm(x)) if abs(new - guess) <= _CLOSE * abs(guess) else None
         if not change <= max(_SLOWEST * before, 10 * _SETTLED * abs(new)):
             return None
     return None
