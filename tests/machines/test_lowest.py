@@ -12,6 +12,7 @@ from jointlib.arrays import Array
 from machines.cutting.amplitude.frozen_lobes import lobes_at_amplitude
 from machines.cutting.amplitude.lobes_over_range import lobes_over_range, over_the_range
 from machines.cutting.amplitude.pocket import best_pocket
+from machines.cutting.rest import dips
 from machines.files.machine_file import read_machine
 from machines.lobes import Cutting, StabilityLobes, ToolModel, stability_lobes
 
@@ -87,3 +88,21 @@ def test_a_dip_is_among_the_speeds_so_that_no_pocket_lies_over_it() -> None:
     best = best_pocket(found.speed, found.depth, CUT)
     assert best is not None
     assert abs(best.speed - 7045.0) > 0.02 * 7045.0
+
+
+def test_the_lowest_lobe_of_a_chatter_tells_where_it_may_be_low_again() -> None:
+    """A chatter of 612 Hz that stands to three teeth as at 2400 rpm: with 5.1 and 4.1 waves between them."""
+    speed = np.array([2000.0, 2400.0, 2600.0, 612 * 20 / 4.1, 3400.0])
+    frequency = np.array([612.0, 612.0, 612.0, 612.3, 612.0])
+    known = {"speed": speed, "depth": np.array([1.3, 1.0, 1.3, 1.02, 1.3]), "chatter_frequency": frequency}
+    asked = dips.alike(known, 3, False)
+    order = np.concatenate([np.arange(8) + 0.1, np.arange(1, 8) / 2])
+    alone = np.array([n for n in 20 * 612.0 / order if np.min(np.abs(n - speed)) > 1e-3 * n and 2000 < n < 3400])
+    np.testing.assert_allclose(asked, np.sort(alone), rtol=1e-12)
+
+
+def test_level_ground_above_the_lowest_place_is_known() -> None:
+    speed = np.array([2000.0, 2400.0, 2600.0, 3000.0, 3400.0])
+    for middle, looked in ((1.0206, False), (1.03, True)):
+        known = {"speed": speed, "depth": np.array([1.2, 1.0, middle, 1.02, middle])}
+        assert np.any(dips.beside(known, dips.NEAR) > 2600.0) == looked

@@ -1,0 +1,101 @@
+"""Weak lines of a slow cut that follow the strong ones."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from machines import lobes_at_amplitude, read_machine
+from machines.cutting.loops import iterated_loop
+from machines.cutting.loops.critical_depth import first_crossings, near
+from machines.cutting.loops.folded_lines import folded_eigenvalue
+from machines.cutting.loops.iterated_loop import IteratedLoop
+from machines.cutting.loops.loop_branches import Crossing, nearest_of
+from machines.cutting.loops.multi_frequency import HarmonicLoop
+from machines.cutting.loops.strong_lines import folded, strong_lines
+from machines.cutting.process.cutting import Cutting
+from machines.tool.bounded_band import shape, spectrum
+from machines.tool.tool_model import ToolModel
+from machines.tool.tool_point import tool_point
+
+MILL = Path(__file__).parents[2] / "machines" / "library" / "column_mill_a.toml"
+SLOT = Cutting("milling", teeth=3, tangential=1.8e9, normal=5.4e8, mode="slot")
+TOOL = ToolModel.from_modes(
+    [130.0, 420.0, 860.0, 2250.0],
+    [0.02, 0.03, 0.02, 0.02],
+    [400.0, 60.0, 4.0, 6.0],
+    [[1.0, 0.1, 0.9, 0.4], [0.2, 1.0, -0.5, 1.0]],
+)
+
+
+def loop_of(harmonics: int) -> HarmonicLoop:
+    point = tool_point(TOOL, TOOL.axes, TOOL.lines)
+    return HarmonicLoop(spectrum(point, 1e5), SLOT, (0, 1), 50.0, harmonics)
+
+
+def crossing_of(many: HarmonicLoop) -> Crossing:
+    """The lowest one, looked for on the strong lines."""
+    resolved = shape(tool_point(TOOL, TOOL.axes, TOOL.lines))
+    strong = strong_lines(many, resolved, 0.05 * resolved.largest)
+    return near(many, first_crossings(strong, resolved.folded(many.tooth_frequency))[0])
+
+
+def test_harmonics_of_the_cut_are_its_fourier_coefficients() -> None:
+    """Of a tooth in the cut, by a rule of equal steps that ends on both edges."""
+    angle = np.linspace(0.0, np.pi, 20001)
+    u, v = SLOT.tooth(angle)
+    step = np.pi / 20000
+    orders = np.arange(-4.0, 5.0)
+    for r, found in zip(orders, loop_of(3).of_cut(orders), strict=True):
+        value = u[:, :, None] * v[:, None, :] * np.exp(-3j * r * angle)[:, None, None]
+        integral = step * (np.sum(value, axis=0) - (value[0] + value[-1]) / 2)
+        np.testing.assert_allclose(found, 3 / (2 * np.pi) * integral, rtol=0, atol=1e-6 * 1.8e9)
+
+
+def test_a_folded_eigenvalue_is_that_of_all_lines() -> None:
+    many = loop_of(100)
+    found = crossing_of(many)
+    matrix = many.by_lines(np.array([found.fraction]))[0]
+    guess = found.eigenvalue * (1 + 1e-4j)
+    value, vector = IteratedLoop(many).nearest(found.fraction, guess)
+    assert value == pytest.approx(nearest_of(matrix, guess)[0], rel=1e-12)
+    assert np.linalg.norm(matrix @ vector - value * vector) <= 1e-10 * abs(value)
+
+
+def test_lines_that_do_not_just_follow_are_not_folded() -> None:
+    """The strongest line left out drives itself round; and a guess far off may mean another eigenvalue."""
+    many = loop_of(100)
+    found = crossing_of(many)
+    matrix = many.by_lines(np.array([found.fraction]))[0]
+    size = np.linalg.norm(many.lines(np.array([found.fraction]))[0], axis=(1, 2))
+    strong = np.repeat((size >= 0.1 * np.max(size)) & (size < np.max(size)), 2)
+    among = matrix[strong][:, strong]
+    assert folded_eigenvalue(lambda x: np.asarray(matrix @ x), among, strong, found.eigenvalue) is None
+    strong = np.repeat(size >= 0.1 * np.max(size), 2)
+    among = matrix[strong][:, strong]
+    assert folded_eigenvalue(lambda x: np.asarray(matrix @ x), among, strong, found.eigenvalue) is not None
+    assert folded_eigenvalue(lambda x: np.asarray(matrix @ x), among, strong, 1.05 * found.eigenvalue) is None
+
+
+def test_weak_lines_move_a_crossing_as_in_the_whole_loop() -> None:
+    """What they do to each other is a share of what they do, so that less than a quarter of the change is left."""
+    many, resolved = loop_of(60), shape(tool_point(TOOL, TOOL.axes, TOOL.lines))
+    whole = crossing_of(many)
+    strong = strong_lines(many, resolved, 0.15 * resolved.largest)
+    every = strong_lines(many, resolved, 1e-3 * resolved.largest)
+    few = folded(every, resolved, 0.15 * resolved.largest, whole.depth)
+    assert few.size == strong.size
+    left_out, moved = (abs(near(loop, whole).depth / whole.depth - 1) for loop in (strong, few))
+    assert moved < 0.25 * left_out
+
+
+def test_two_flips_close_to_each_other_are_told_apart(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At 3887.4 rpm the second flip needs 2.6 % more depth than the first."""
+    machine = read_machine(MILL)
+    found = lobes_at_amplitude(machine, [3887.437185929648], method="multi-frequency")
+    monkeypatch.setattr(iterated_loop, "_SMALL", 10**6)
+    by_all = lobes_at_amplitude(machine, [3887.437185929648], method="multi-frequency")
+    assert found.kind.tolist() == by_all.kind.tolist() == ["flip"]
+    assert found.depth == pytest.approx(by_all.depth, rel=1e-9)
