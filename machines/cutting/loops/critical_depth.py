@@ -24,8 +24,6 @@ from .loop_samples import samples
 
 _LEVELS = (0.6, 0.3, 0.15, 0.07, 0.02, 0.004, 5e-4)
 """Shares of the strongest loop down to which branches are followed, one after the other until a crossing is found."""
-_DIRECT = 0.05
-"""Share of the strongest loop from which on a level that is asked for is gone to at once."""
 _ROUNDS = 10
 _APART = 0.5
 _REAL = 1e-8
@@ -48,10 +46,8 @@ def first_crossings(
     known.know(fraction == fraction[-1], level)
     found = _flips(known.values[-1], accepted, max(level, 1 / (_CLOSE * ceiling)))
     closings: dict[Bracket, Crossing | None] = {}  # every level meets again most of those of the levels above it
-    strongest = float(np.max(known.bound))
-    deep = 1 / (_CLOSE * ceiling)
-    for share in _LEVELS if deep < _DIRECT * strongest else (0.0,):
-        level = max(share * strongest, 1 / (_CLOSE * _lowest(found, ceiling)))
+    for share in _LEVELS:
+        level = max(share * float(np.max(known.bound)), 1 / (_CLOSE * _lowest(found, ceiling)))
         for _ in range(_ROUNDS):
             matters = (known.bound[:-1] >= level) | (known.bound[1:] >= level)
             known.know(np.append(matters, True) | np.insert(matters, 0, False), level)
