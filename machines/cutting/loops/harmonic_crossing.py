@@ -129,10 +129,8 @@ def _strong(
     ``about`` are folded into the others.
     """
     strong = strong_lines(loop, resolved, level)
-    if strong.size <= _LARGEST and not np.isfinite(about):
-        return strong
-    few = folded(strong, resolved, _ALONE / GAIN * level, about) if np.isfinite(about) else strong
-    return few if few.size <= _LARGEST else IteratedLoop(strong)
+    lines = folded(strong, resolved, _ALONE / GAIN * level, about) if np.isfinite(about) else strong
+    return lines if lines.size <= _LARGEST else IteratedLoop(strong)
 
 
 def _of_all_lines(whole: HarmonicLoop | IteratedLoop, found: list[Crossing]) -> list[Crossing]:
