@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import fdtri
+import scipy
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.estimation.noise import ALONE, lines_alike, noise_of
@@ -106,7 +106,7 @@ def spread(chance: Array, freedom: Array, bias: Array | float = 0.0, alike: Arra
     """
     off = np.minimum(2 * np.asarray(bias) ** 2 / np.maximum(chance, _TINY), _MOSTLY_BIAS)
     degrees = (2 + off) ** 2 / (2 + 2 * off)
-    bound = chance / 2 * (2 + off) * fdtri(degrees, 2 * freedom, COVERED)
+    bound = chance / 2 * (2 + off) * scipy.special.fdtri(degrees, 2 * freedom, COVERED)
     return Spread(
         np.asarray(chance + np.asarray(bias) ** 2), np.asarray(np.sqrt(bound)), np.broadcast_to(alike, chance.shape)
     )

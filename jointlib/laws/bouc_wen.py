@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from scipy.special import hyp2f1
+import scipy
 
 from jointlib.arrays import Array, ArrayLike
 from jointlib.harmonic import FirstHarmonic, broadcast, closed_form
@@ -184,7 +184,7 @@ def _travel(y: Array, n: float, b: float, power: int) -> Array:
     bounded = b < 1
     near = y if bounded else np.minimum(y, _SATURATED)
     u = -np.expm1(-near)
-    inside = u**power / power * hyp2f1(1.0, power / n, 1 + power / n, b * u**n)
+    inside = u**power / power * scipy.special.hyp2f1(1.0, power / n, 1 + power / n, b * u**n)
     if bounded:
         return np.asarray(inside)
     # 1/(1 − u^n) = (1/n)/e + (n − 1)/(2n) + e (n² − 1)/(12n) + …, e = 1 − u; times 1 − e for the work.

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import ClassVar
 
 import numpy as np
-from scipy.special import binom, factorial, zeta
+import scipy
 
 from jointlib.arrays import Array, ArrayLike
 from jointlib.harmonic import FirstHarmonic, broadcast, closed_form
@@ -20,12 +21,17 @@ _BENDS = (0.0, 0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 18.0)
 _RATIOS = ((2.0, 13), (6.0, 37), (20.0, 115))
 """Largest velocities over the smoothing velocity, and the angles of a quarter that serve up to them."""
 _TERMS = np.arange(1, 9)
-_ORDER = 2 * _TERMS - 1
-_FAR = binom(2 * _TERMS - 2, _TERMS - 1) / 4.0 ** (_TERMS - 1) * factorial(_ORDER) / 2.0**_ORDER
-_FAR = _FAR * (1 - 2.0**-_ORDER) * zeta(2.0 * _TERMS)
-"""∫(1 − tanh x)·xⁿ dx over x > 0, n = 1, 3, …, times the series of 1/√(1 − x²)."""
 _REST = 1e-6
 """Velocity over the smoothing velocity at which friction is a damper."""
+
+
+@cache
+def _far() -> Array:
+    """∫(1 − tanh x)·xⁿ dx over x > 0, n = 1, 3, …, times the series of 1/√(1 − x²)."""
+    special, order = scipy.special, 2 * _TERMS - 1
+    series = special.binom(2 * _TERMS - 2, _TERMS - 1) / 4.0 ** (_TERMS - 1)
+    moments = special.factorial(order) / 2.0**order * (1 - 2.0**-order) * special.zeta(2.0 * _TERMS)
+    return np.asarray(series * moments)
 
 
 def tanh_kinks(smoothing_velocity: float) -> tuple[float, ...]:
@@ -65,8 +71,8 @@ def smoothed_harmonic(ratio: Array) -> tuple[Array, Array]:
         low = high
     far = ratio >= low
     r = ratio[far]
-    value[far] = 4 / np.pi * (1 - r[:, None] ** (-2.0 * _TERMS) @ _FAR)
-    slope[far] = 4 / np.pi * (r[:, None] ** (-2.0 * _TERMS - 1) @ (2 * _TERMS * _FAR))
+    value[far] = 4 / np.pi * (1 - r[:, None] ** (-2.0 * _TERMS) @ _far())
+    slope[far] = 4 / np.pi * (r[:, None] ** (-2.0 * _TERMS - 1) @ (2 * _TERMS * _far()))
     return value, slope
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from scipy.special import i1e, ive
+import scipy
 
 from jointlib.arrays import Array, ArrayLike
 from jointlib.harmonic import FirstHarmonic, broadcast, closed_form
@@ -83,8 +83,8 @@ class Dahl(JointLaw):
         length = self.slip_force / self.stiffness
         a = np.maximum(A / length, 1e-12)
         cosh = (1 + np.exp(-2 * a)) / 2
-        real = 2 * i1e(a) / (a * cosh)
-        d_real = 2 * (ive(2, a) - i1e(a) * np.tanh(a)) / (a * cosh)
+        real = 2 * scipy.special.i1e(a) / (a * cosh)
+        d_real = 2 * (scipy.special.ive(2, a) - scipy.special.i1e(a) * np.tanh(a)) / (a * cosh)
         imag, d_imag = _loss(a)
         gain = self.stiffness * (real + 1j * imag)
         return closed_form(gain, self.stiffness / length * (d_real + 1j * d_imag), 0.0, 0.0, A.shape)

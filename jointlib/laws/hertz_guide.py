@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from scipy.special import ellipe, ellipkm1, hyp2f1
+import scipy
 
 from jointlib.arrays import Array, ArrayLike, ComplexArray
 from jointlib.harmonic import FirstHarmonic, broadcast, closed_form
@@ -110,8 +110,8 @@ def centred_gain(r: Array) -> tuple[Array, Array]:
     """
     r = np.asarray(r, dtype=float)
     inside, beyond = np.minimum(r, 1.0), np.maximum(r, 1.0)
-    g_in = hyp2f1(-0.25, 0.25, 2.0, inside**2)
-    slope_in = -inside / 16 * hyp2f1(0.75, 1.25, 3.0, np.minimum(inside, 1 - 1e-16) ** 2)
+    g_in = scipy.special.hyp2f1(-0.25, 0.25, 2.0, inside**2)
+    slope_in = -inside / 16 * scipy.special.hyp2f1(0.75, 1.25, 3.0, np.minimum(inside, 1 - 1e-16) ** 2)
     p = (1 + beyond) / (2 * beyond)
     K, E = _elliptic(p, (beyond - 1) / (2 * beyond))
     lifted = (beyond - 1) * K
@@ -180,7 +180,7 @@ def row_slopes(a: Array, r: Array) -> tuple[Array, Array, Array]:
 
 def _elliptic(p: Array, complement: Array) -> tuple[Array, Array]:
     """Complete elliptic integrals K, E of parameter p; K finite where p = 1 (it enters times 1 − p)."""
-    return np.asarray(ellipkm1(np.maximum(complement, 1e-300))), np.asarray(ellipe(p))
+    return np.asarray(scipy.special.ellipkm1(np.maximum(complement, 1e-300))), np.asarray(scipy.special.ellipe(p))
 
 
 def _gauss(a: float, b: float, c: float) -> Array:

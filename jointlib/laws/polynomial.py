@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from scipy.special import beta, comb
+import scipy
 
 from jointlib.arrays import Array, ArrayLike, ComplexArray
 from jointlib.harmonic import FirstHarmonic, broadcast, closed_form
@@ -58,7 +58,7 @@ def polynomial_harmonic(C: Array, A: Array, w: Array, z0: Array) -> FirstHarmoni
     shifted = np.empty((rows, columns, *A.shape))
     for k in range(rows):
         # Taylor shift: coefficient of (z − z0)^k is Σ_i C_i binom(i, k) z0^(i−k).
-        factor = [comb(i, k) * z0 ** (i - k) if i >= k else np.zeros_like(z0) for i in power]
+        factor = [scipy.special.comb(i, k) * z0 ** (i - k) if i >= k else np.zeros_like(z0) for i in power]
         shifted[k] = np.tensordot(C, np.array(factor), axes=(0, 0))
     gain: ComplexArray = np.zeros(A.shape, dtype=complex)
     d_amplitude, d_omega = gain.copy(), gain.copy()
@@ -67,11 +67,11 @@ def polynomial_harmonic(C: Array, A: Array, w: Array, z0: Array) -> FirstHarmoni
         for m in range(columns):
             c, n = shifted[i, m], i + m - 1
             if i % 2 == 0 and m % 2 == 0:
-                mean += c * w**m * A ** (i + m) * beta((i + 1) / 2, (m + 1) / 2) / np.pi
+                mean += c * w**m * A ** (i + m) * scipy.special.beta((i + 1) / 2, (m + 1) / 2) / np.pi
             elif i % 2 == 1 and m % 2 == 0:
-                c = 2 / np.pi * c * beta(i / 2 + 1, (m + 1) / 2)
+                c = 2 / np.pi * c * scipy.special.beta(i / 2 + 1, (m + 1) / 2)
             elif i % 2 == 0 and m % 2 == 1:
-                c = 2j / np.pi * c * beta((i + 1) / 2, m / 2 + 1)
+                c = 2j / np.pi * c * scipy.special.beta((i + 1) / 2, m / 2 + 1)
             if (i + m) % 2 == 1:
                 gain += c * w**m * A**n
                 d_amplitude += n * c * w**m * A ** max(n - 1, 0)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import scipy
-from scipy.special import elliprd, elliprf
 
 STEEL_MODULUS = 208e9
 """N/m², rolling bearing steel."""
@@ -40,7 +39,8 @@ def point_contact(first: float, second: float, modulus: float) -> float:
 
     def excess(log_ratio: float) -> float:
         p = np.exp(-2 * log_ratio)
-        return float(elliprd(0, 1, p) / elliprd(0, p, 1) - B / A)
+        return float(scipy.special.elliprd(0, 1, p) / scipy.special.elliprd(0, p, 1) - B / A)
 
     p = np.exp(-2 * scipy.optimize.brentq(excess, 0.0, 20.0, xtol=1e-15))
-    return float(3 * elliprf(0, p, 1) / (2 * np.pi * reduced) * np.cbrt(2 * np.pi * reduced * A / elliprd(0, p, 1)))
+    first_kind, second_kind = scipy.special.elliprf(0, p, 1), scipy.special.elliprd(0, p, 1)
+    return float(3 * first_kind / (2 * np.pi * reduced) * np.cbrt(2 * np.pi * reduced * A / second_kind))

@@ -11,7 +11,7 @@ q/N(r) of the linear one. Below r = 1 that is less than 1 for q < 1: a knock can
 from __future__ import annotations
 
 import numpy as np
-from scipy.special import gamma, hyp2f1
+import scipy
 
 from jointlib.arrays import Array, ArrayLike
 from jointlib.errors import InputError
@@ -31,7 +31,7 @@ def first_harmonic(ratio: ArrayLike, exponent: float) -> Array:
     if not np.all(r >= 0):
         raise InputError("power law: the chip amplitude must be at least 0")
     inside = np.minimum(r, 1.0)
-    closed = exponent * hyp2f1((1 - exponent) / 2, 1 - exponent / 2, 2.0, inside**2)
+    closed = exponent * scipy.special.hyp2f1((1 - exponent) / 2, 1 - exponent / 2, 2.0, inside**2)
     return np.where(r <= 1, closed, _interrupted(np.maximum(r, 1.0), exponent))
 
 
@@ -43,7 +43,7 @@ def depth_ratio(ratio: ArrayLike, exponent: float) -> Array:
 def touching_ratio(exponent: float) -> float:
     """b(1)/b_lin = √π·Γ(q + 2)/(2^(q+1)·Γ(q + ½)), where the tool just leaves the cut once a cycle."""
     q = exponent
-    return float(np.sqrt(np.pi) * gamma(q + 2) / (2 ** (q + 1) * gamma(q + 0.5)))
+    return float(np.sqrt(np.pi) * scipy.special.gamma(q + 2) / (2 ** (q + 1) * scipy.special.gamma(q + 0.5)))
 
 
 def _interrupted(r: Array, q: float) -> Array:
