@@ -29,5 +29,18 @@ def test_nothing_is_named_along_a_path_where_nothing_is_hidden(case: Case) -> No
 
 
 @pytest.mark.slow
+def test_a_lag_beside_dry_friction_is_not_taken_for_elastic_slip() -> None:
+    """Slip over 10 µm of strokes of 20 mm turns the friction as late as the record is."""
+    row = run(Case(("coulomb", "lag"), "pulses", 40, 9))
+    assert all_named(row), row
+    assert not wrong(row), row
+
+
+@pytest.mark.slow
+def test_a_lag_alone_gets_no_second_effect_in_exchange_for_one_that_it_does_not_need() -> None:
+    assert run(Case(("lag",), "random", 60, 8))["terms"] == ["lag"]
+
+
+@pytest.mark.slow
 def test_what_is_of_no_family_is_not_named_beside_what_is() -> None:
     assert not named(run(Case(("ripple", "coulomb"), "random", 40, 0)))

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from jointlib.joint import Joint
-from jointlib.loop.answer.naming import NAMED_FROM, is_declared_pair
+from jointlib.loop.answer.naming import NAMED_FROM
 from jointlib.loop.path.acceptance import SHARE, TIE, Assessment, assess
 from jointlib.loop.path.columns import ColumnStore, moved_or_none
 from jointlib.loop.path.composed.choice import LEAST, further, is_another, is_nested, leaders, least_gain, pays, widest
@@ -75,8 +75,8 @@ class _Field:
 def search(evidence: Evidence, joint: Joint, effects: Sequence[Effect], seed: int) -> Finding:
     """The effect that explains what is missing, or else the composition of effects that does.
 
-    Where the best single effect explains enough to be named, and neither a pair that hid one another nor a simpler
-    effect beside a second one leaves clearly less, further ones are added one by one as long as one passes every test.
+    Where the best single effect explains enough to be named, no pair that hid one another leaves clearly less and no
+    simpler effect beside a second one leaves less, further ones are added one by one as long as one passes every test.
     Else the best few compositions are followed side by side, each with the effects that pass beside it,
     and all are refitted as a whole. Every earlier term of the best may then be exchanged for another effect.
     """
@@ -86,9 +86,9 @@ def search(evidence: Evidence, joint: Joint, effects: Sequence[Effect], seed: in
     alone = bool(children) and _explained(start, children[0]) >= NAMED_FROM
     simpler: list[Composition] = []
     if alone:
-        clear = _CLEARLY * deciding_excess(children[0].fitted)
-        simpler = [c for c in _simpler(field, start, children[0]) if deciding_excess(c.fitted) < clear]
-        alone = not simpler and not any(deciding_excess(pair.fitted) < clear for pair in _paired(field, start))
+        left = deciding_excess(children[0].fitted)
+        simpler = [c for c in _simpler(field, start, children[0]) if deciding_excess(c.fitted) < (1 - SHARE) * left]
+        alone = not simpler and not any(deciding_excess(p.fitted) < _CLEARLY * left for p in _paired(field, start))
     field = replace(field, quick=not alone)
     if not alone:
         children += [*_grown(field, start, _WIDTH)[1][len(children) :], *simpler]
@@ -213,20 +213,21 @@ def _paired(field: _Field, c: Composition) -> list[Composition]:
 
 
 def _simpler(field: _Field, start: Composition, alone: Composition) -> list[Composition]:
-    """In place of the one effect that explains enough, one that it is hardly told from and has less to fit, at the
-    shape that both have, with what passes beside it: the further shape may have stood for a second effect."""
+    """In place of the one effect that explains enough, one that looks like it and has less to fit, at the shape that
+    both have, with what passes beside it: the further shape, or the memory, may have stood for a second effect."""
     (term,) = alone.terms
-    shape = term.trial.shape
+    rows = start.steps[-1].rows
+    own = next(r.entry for r in rows if (r.entry.family, r.entry.member) == (term.family, term.member))
     near = [
         row
-        for row in start.steps[-1].rows
-        if row.entry.physical and row.assessment.accepted and row.entry.best.shape.keys() < shape.keys()
-        if is_declared_pair(row.entry.effect, term.effect)
+        for row in rows
+        if row.entry.physical and row.assessment.accepted and row.entry.complexity < own.complexity
+        if row.entry.family in own.effect.look_alikes or own.family in row.entry.effect.look_alikes
     ]
     if is_quiet(alone.fitted) or not near:
         return []
     row = max(near, key=lambda r: r.assessment.gain)
-    same = {key: shape[key] for key in row.entry.best.shape}
+    same = {key: term.trial.shape.get(key, value) for key, value in row.entry.best.shape.items()}
     out = []
     for trial in trials_of(row.entry.effect, [same], start.fitted, field.store):
         if trial.model is not None:
@@ -250,7 +251,8 @@ def _weighed(field: _Field, c: Composition) -> tuple[Composition | None, tuple[P
         rows = c.steps[-2].rows if last else field.rank(base)
         own = next((r for r in rows if (r.entry.family, r.entry.member) == (term.family, term.member)), None)
         first = next((r for r in rows if not is_another(r, others)), None)
-        if not last and first is not None and first is not own and first.entry.physical:
+        passes = first is not None and first.entry.physical and first.assessment.accepted
+        if not last and first is not None and first is not own and passes:
             found = assess(current.deciding_loss, first.entry.deciding_loss, floor, folds, field.seed)
             swapped = _with(field, c, others, first, found) if found.accepted else None
             if swapped is not None:

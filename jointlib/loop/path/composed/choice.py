@@ -8,6 +8,7 @@ from jointlib.loop.answer.naming import is_declared_pair
 from jointlib.loop.path.composed.follower import Follower
 from jointlib.loop.path.steps import Composition, Part, Row, Term, deciding_excess, winner_of
 from jointlib.loop.path.trials import Effect
+from jointlib.path_fault import PathFault
 
 LEAST, LEAST_ALIKE = 0.01, 0.05
 """Of the excess there was at first, that a further term must remove, and one that looks like a term before: what is
@@ -51,8 +52,18 @@ def least_gain(c: Composition, effect: Effect) -> float:
     others = [t.effect for t in c.terms if t.effect is not effect]
     if not others:
         return 0.0
-    alike = any(effect.family in o.look_alikes or o.family in effect.look_alikes for o in others)
+    alike = any(_may_be_form(effect, o, c) for o in others)
     return (LEAST_ALIKE if alike else LEAST) * deciding_excess(c.steps[0].fitted)
+
+
+def _may_be_form(effect: Effect, other: Effect, c: Composition) -> bool:
+    """Whether what one effect removes beside another may be the form of that one: they look alike.
+
+    The loop that a late record opens is the form of no law without memory.
+    """
+    alike = effect.family in other.look_alikes or other.family in effect.look_alikes
+    recorded = isinstance(effect, PathFault) or isinstance(other, PathFault)
+    return alike and not (recorded and not c.fitted.joint.states)
 
 
 def pays(c: Composition, part: Part) -> bool:
