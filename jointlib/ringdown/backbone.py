@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -67,16 +67,35 @@ class Backbone:
         return np.asarray(self.stiffness + 1j * self.omega * self.damping)
 
     @cached_property
-    def span(self) -> tuple[float, float]:
-        """By how much k and ωc over the modal mass change over amplitude, 1/s², noise smoothed."""
-        return float(np.ptp(_smooth(self.amplitude, self.stiffness, self.stiffness_error))), float(
-            np.ptp(_smooth(self.amplitude, self.omega * self.damping, self.omega * self.damping_error))
-        )
+    def smoothed(self) -> Array:
+        """k and ωc over the modal mass, 1/s², noise smoothed, shape (2, pieces)."""
+        loss, error = self.omega * self.damping, self.omega * self.damping_error
+        return np.array([
+            _smooth(self.amplitude, self.stiffness, self.stiffness_error),
+            _smooth(self.amplitude, loss, error),
+        ])  # fmt: skip
+
+
+class TooShort(InputError):
+    """A decay that is over before it tells frequency and damping over amplitude."""
 
 
 def backbones(measurement: Measurement, records: Sequence[Record]) -> tuple[tuple[Backbone, ...], ...]:
-    """By record, the modes that stand out of it, the largest first."""
-    return tuple(of_decay(free_decay(measurement, record), measurement) for record in records)
+    """By record, the modes that stand out of it, the largest first; a decay that is too short is left out and said,
+    as those from small levels are where there is much dry friction."""
+    found, short = list[tuple[Backbone, ...]](), list[TooShort]()
+    for record in records:
+        try:
+            found.append(of_decay(free_decay(measurement, record), measurement))
+        except TooShort as error:
+            short.append(error)
+    if not found and short:
+        raise short[0]
+    if short:
+        first, *others = found[0]
+        said = tuple(f"{one}. It is left out." for one in short)
+        found[0] = (replace(first, messages=(*first.messages, *said)), *others)
+    return tuple(found)
 
 
 def of_decay(decay: Decay, measurement: Measurement) -> tuple[Backbone, ...]:
@@ -88,7 +107,7 @@ def of_decay(decay: Decay, measurement: Measurement) -> tuple[Backbone, ...]:
         if len(pieces) < _LEAST:
             if found:
                 continue
-            raise InputError(
+            raise TooShort(
                 f"{decay.name}: {len(pieces)} pieces of three cycles of {mode.frequency:.4g} Hz stand out of the "
                 f"noise, expected {_LEAST}: a longer decay, a higher level or less noise"
             )

@@ -19,7 +19,7 @@ from jointlib.ringdown.free_gain import free_gain, grid
 DRIFT = 1e-3
 """Of a natural frequency, by which a structure differs from one record to the next (standard deviation)."""
 FORM = 0.01
-"""Of the span of k and of ωc, by which averaging and the shape of a law may be off."""
+"""Of what an effect makes of k and ωc, by which averaging and the shape of a law may be off."""
 
 
 @dataclass(frozen=True)
@@ -49,12 +49,20 @@ class Evidence:
 
     @cached_property
     def _doubts(self) -> tuple[Array, ...]:
-        """N/m; standard deviations of k and ωc, shape (2, pieces) by record."""
-        span = self.modal_mass * np.max([b.span for b in self.backbones], axis=0)
-        return tuple(
-            np.hypot(self.modal_mass * np.array([b.stiffness_error, b.omega * b.damping_error]), FORM * span[:, None])
-            for b in self.backbones
-        )
+        """N/m; standard deviations of k and ωc, shape (2, pieces) by record.
+
+        What an effect makes of k is known by the span of k alone. Of ωc it makes no more than there is at an amplitude:
+        friction that is large at small ones excuses nothing at large ones. A loop trades one for the other, so that ωc
+        is in doubt by the span of k as well, up to its own.
+        """
+        spans = np.max([np.ptp(b.smoothed, axis=1) for b in self.backbones], axis=0)
+        out = []
+        for b in self.backbones:
+            error = np.array([b.stiffness_error, b.omega * b.damping_error])
+            loss = np.minimum(spans[1], np.hypot(b.smoothed[1], spans[0]))
+            form = FORM * np.array([np.full(len(b), spans[0]), loss])
+            out.append(self.modal_mass * np.hypot(error, form))
+        return tuple(out)
 
     def gains(self, joint: Joint) -> ComplexArray:
         """G in N/m on the grid."""

@@ -96,6 +96,20 @@ def test_a_clipped_beginning_is_left_out_and_said(tmp_path: Path) -> None:
     assert np.median(found.modes[0][0].damping_ratio) == pytest.approx(RATIO, rel=0.01)
 
 
+def test_a_decay_that_is_over_at_once_is_left_out_beside_longer_ones_and_said(tmp_path: Path) -> None:
+    """Dry friction of 2 % of the spring takes 8 % of the first amplitude in every cycle: three pieces of three."""
+    rng, t = np.random.default_rng(6), np.arange(800) / RATE
+    short = 1e-3 * np.maximum(1 - 0.08 * t * OMEGA / (2 * np.pi), 0) * np.cos(OMEGA * t)
+    with pytest.raises(InputError, match="pieces of three cycles"):
+        identify_ringdown(read_measurement(written(tmp_path, short + 1e-7 * rng.standard_normal(len(t)))))
+    file = written(tmp_path, LINEAR + 1e-7 * rng.standard_normal(len(T)))
+    np.savetxt(tmp_path / "short.csv", short + 1e-7 * rng.standard_normal(len(t)), header="x", comments="")
+    file.write_text(file.read_text() + '[[record]]\nfile = "short.csv"\n')
+    found = identify_ringdown(read_measurement(file))
+    assert [len(modes) for modes in found.modes] == [1]
+    assert any("short.csv" in said and "left out" in said for said in found.messages)
+
+
 def test_a_fit_without_the_modal_mass_is_refused(tmp_path: Path) -> None:
     file = written(tmp_path, LINEAR + 1e-7 * np.random.default_rng(4).standard_normal(len(T)))
     with pytest.raises(InputError, match="modal_mass is missing"):

@@ -125,3 +125,15 @@ def test_drag_and_dry_friction_keep_their_names(tmp_path: Path) -> None:
     assert "quadratic-damping" in named
     assert named & {"coulomb", "stribeck"}  # the second is the first with a bump, which may be flat
     assert "power-of-amplitude" not in named
+
+
+@pytest.mark.slow
+def test_much_dry_friction_with_little_drag_is_no_friction_that_falls_with_speed(tmp_path: Path) -> None:
+    """Half a per cent of damping by drag at 0.8 mm, where friction of 0.2 % of the spring makes 13 % below 8 µm."""
+    drag, friction = 0.006 * 0.75 * np.pi * MASS / LARGEST, 0.002 * STIFFNESS * LARGEST
+    levels = [decay(n * LARGEST, np.zeros(0), 0.0, drag=drag, friction=friction) for n in (1, 0.6, 0.36)]
+    found = traced(tmp_path, levels)
+    assert found["verdict"] in ("identified", "ambiguous")
+    composition = found["composition"]
+    assert isinstance(composition, list)
+    assert {one["family"] for one in composition} == {"coulomb", "quadratic-damping"}

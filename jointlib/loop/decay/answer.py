@@ -12,9 +12,10 @@ import numpy as np
 from jointlib.joint import Joint
 from jointlib.loop.answer.naming import NAMED_FROM, NEAREST_FROM, experiment, is_declared_pair
 from jointlib.loop.answer.report import Candidate, Estimate, Rival, Status, TraceReport, Verdict
-from jointlib.loop.decay.contest import LEAST, Row, Search, is_quiet
+from jointlib.loop.decay.contest import LEAST, Row, is_quiet
 from jointlib.loop.decay.fitted import Fitted, Folds
 from jointlib.loop.decay.rerun import pictures, run_again
+from jointlib.loop.decay.search import Search
 from jointlib.loop.decay.sentence import sentence_of
 from jointlib.measurement import Measurement, Record
 from jointlib.ringdown.evidence import DRIFT, FORM, Evidence
@@ -161,16 +162,19 @@ def _error(one: Fitted, evidence: Evidence, sealed: Sealed | None, where: str) -
 
 def _shown(found: Search, added: bool, quiet: bool) -> list[Row]:
     """The contest beside the joint as it came, with what was added accepted and nothing else."""
-    own = {r.effect.family for r in found.terms}
+    terms, rivals = ({r.effect.family for r in some} for some in (found.terms, found.rivals))
+    first = found.terms[0].effect if found.terms else None
     out = []
     for r in found.first.rows:
         if r.status is Status.ACCEPTED and not added:
             word = "nothing is missing" if quiet else "passes, but explains too little to be added"
             r = dataclasses.replace(r, status=Status.REJECTED, reason=word)
-        elif r.status is Status.ACCEPTED and r.effect.family not in own:
-            r = dataclasses.replace(r, status=Status.REJECTED, reason="came first, and another took its place")
-        elif r.status is Status.TIED and added and found.terms and r.effect.family == found.terms[0].effect.family:
+        elif added and len(found.terms) > 1 and r.effect is first:
             r = dataclasses.replace(r, status=Status.ACCEPTED, reason="with another effect beside it")
+        elif r.status is Status.ACCEPTED and r.effect.family in rivals:
+            r = dataclasses.replace(r, status=Status.TIED, reason="does as well as two effects with fewer numbers")
+        elif r.status is Status.ACCEPTED and r.effect.family not in terms:
+            r = dataclasses.replace(r, status=Status.REJECTED, reason="came first, and another took its place")
         out.append(r)
     return out
 

@@ -12,16 +12,13 @@ from jointlib.loop.answer.naming import NAMED_FROM
 from jointlib.loop.answer.report import Status
 from jointlib.loop.decay.fitted import Fitted, Folds, with_folds
 from jointlib.loop.decay.trials import SIGN, Trial, attempt
-from jointlib.loop.decay.unnamed import Power, against_names
 from jointlib.ringdown.evidence import Evidence
 
 LEAST = 0.2
 """Of the excess; what removes less is refused."""
 CLEAN = 4.0
 """Σ r²/n up to which nothing that is known contradicts a joint: twice the doubt of form."""
-_LOOSE = 4.0
-"""Times as much where the joint has a memory: no element has the loop of a real contact."""
-_ALIKE = 3.0
+ALIKE = 3.0
 """Times what the best leaves; what leaves no more is a rival."""
 _SHARE = 0.05
 """Of the excess, from which a fold must gain."""
@@ -29,8 +26,6 @@ _NEAR = 0.9
 """Of the best share in sample, from which candidates are held out."""
 _PART = 0.5
 """Of what the best explains in sample, from which further members of a family are tried."""
-_TWO = 0.05
-"""Of the first excess, that a second effect must remove."""
 
 
 @dataclass(frozen=True)
@@ -152,18 +147,18 @@ def _ranked(rows: Sequence[Row], count: int) -> list[Row]:
     rest = sorted((r for r in rows if r.status is not Status.ACCEPTED), key=lambda r: -r.share)
     if not passed:
         return rest
-    lowest = min(_held_out(r) for r in passed)
-    alike = [r for r in passed if _held_out(r) <= max(_ALIKE * lowest, CLEAN * count)]
+    lowest = min(held_out(r) for r in passed)
+    alike = [r for r in passed if held_out(r) <= max(ALIKE * lowest, CLEAN * count)]
     # An uneven spring that does as well as an even one has shown itself in no second harmonic.
-    alike.sort(key=lambda r: (_parameters(r), r.effect.family == "quadratic", _held_out(r)))
+    alike.sort(key=lambda r: (numbers(r), r.effect.family == "quadratic", held_out(r)))
     first = _member(alike, count)
     out = [first]
-    for r in sorted(passed, key=_held_out):
+    for r in sorted(passed, key=held_out):
         if r is first:
             continue
         tied = any(r is one for one in alike)
         if tied and r.effect.family in {one.effect.family for one in out}:
-            alone = r.effect.family == first.effect.family and _held_out(r) > _ALIKE * _held_out(first)
+            alone = r.effect.family == first.effect.family and held_out(r) > ALIKE * held_out(first)
             better = "leaves less" if alone else "does as well"
             out.append(replace(r, status=Status.REJECTED, reason=f"a member of the same family {better}"))
         elif tied:
@@ -176,82 +171,15 @@ def _ranked(rows: Sequence[Row], count: int) -> list[Row]:
 def _member(alike: Sequence[Row], count: int) -> Row:
     """Of the family of the simplest effect the simplest member that leaves noise, or hardly more than the best one."""
     own = [r for r in alike if r.effect.family == alike[0].effect.family]
-    lowest = min(_held_out(r) for r in own)
-    return next(r for r in own if _held_out(r) <= _ALIKE * lowest or is_quiet(_held_out(r), count))
+    lowest = min(held_out(r) for r in own)
+    return next(r for r in own if held_out(r) <= ALIKE * lowest or is_quiet(held_out(r), count))
 
 
-def _held_out(r: Row) -> float:
-    return np.inf if r.fitted is None else r.fitted.held_out
+def held_out(r: Row) -> float:
+    """Σ r² of a row on what was left out; infinite where this was not worked out."""
+    return r.fitted.held_out if r.fitted is not None and len(r.fitted.per_fold) else np.inf
 
 
-def _parameters(r: Row) -> int:
+def numbers(r: Row) -> int:
+    """Parameters of the joint with an effect."""
     return 99 if r.fitted is None else len(r.fitted.joint.parameters)
-
-
-@dataclass(frozen=True)
-class Search:
-    """What the contest came to."""
-
-    before: Fitted
-    first: Round
-    terms: tuple[Row, ...]
-    """What is added, in order."""
-    after: Fitted
-    explained: float
-    """Share of the held-out excess that all terms remove."""
-    rivals: tuple[Row, ...]
-    count: int
-    unnamed: Power | None = None
-    """Damping without a name that does as well as two effects."""
-
-    @property
-    def clean(self) -> bool:
-        """Nothing that is known contradicts the joint with all terms."""
-        return self.after.held_out <= CLEAN * self.count * (_LOOSE if self.after.joint.states else 1.0)
-
-
-def search(evidence: Evidence, folds: Folds, before: Fitted, effects: Sequence[JointEffect]) -> Search:
-    """The best single effect; where it leaves too much, two that do better than it alone does."""
-    count = len(folds.masks[0])
-    reference = excess(before.held_out, count)
-    first = contest(evidence, folds, before, effects, reference)
-    best = first.best
-    if best is None or best.fitted is None:
-        return Search(before, first, (), before, 0.0, (), count)
-    alone = Search(before, first, (best,), best.fitted, best.share, first.rivals, count)
-    if best.share >= NAMED_FROM and alone.clean:
-        return alone
-    pairs = []
-    for one in [best, *first.rivals][:3]:
-        if one.fitted is None:
-            continue
-        others = [e for e in effects if e.family != one.effect.family]
-        second = contest(evidence, folds, one.fitted, others, reference)
-        if second.best is not None and second.best.fitted is not None and second.best.share > _TWO:
-            pairs.append((one, second))
-    if not pairs:
-        return alone
-    one, second = min(pairs, key=lambda p: _held_out(p[1].best) if p[1].best else np.inf)
-    two = second.best
-    assert two is not None
-    assert two.fitted is not None
-    total = 1 - excess(two.fitted.held_out, count) / reference
-    lowest = max(_ALIKE * two.fitted.held_out, CLEAN * count)
-    if best.fitted.held_out <= lowest:
-        return alone
-    rivals = {r.effect.family: r for r in second.rivals}
-    for _, other in pairs:
-        found = other.best
-        if other is not second and found is not None and _held_out(found) <= lowest:
-            rivals |= {found.effect.family: found}
-    own = {one.effect.family, two.effect.family}
-    return Search(
-        before,
-        first,
-        (one, two),
-        two.fitted,
-        total,
-        tuple(r for f, r in rivals.items() if f not in own),
-        count,
-        against_names(evidence, folds, before.joint, two.fitted),
-    )

@@ -11,8 +11,9 @@ from jointlib.joint import Joint
 from jointlib.loop.answer.catalogue import catalogue
 from jointlib.loop.answer.report import TraceReport
 from jointlib.loop.decay.answer import Sealed, report_of
-from jointlib.loop.decay.contest import Round, Search, is_quiet, search
+from jointlib.loop.decay.contest import Round, is_quiet
 from jointlib.loop.decay.fitted import fit, folds_of, with_folds
+from jointlib.loop.decay.search import Search, search
 from jointlib.loop.path.checks import exists_in_time
 from jointlib.measurement import Measurement
 from jointlib.registry import installed as installed_laws

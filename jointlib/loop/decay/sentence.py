@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from jointlib.loop.answer.naming import in_words
 from jointlib.loop.answer.report import Candidate, Rival, Verdict, figures
-from jointlib.loop.decay.contest import Search
 from jointlib.loop.decay.fitted import Folds
+from jointlib.loop.decay.search import Search
 
 
 def sentence_of(
