@@ -160,7 +160,7 @@ sines, random or as strokes to and fro, 12 s at each of three levels. Each effec
 force of spring, damper and mass, a lag 12 to 20 ms; the noise of the force lies 60 or 40 dB below its rms, that of
 the displacement 20 dB further down. {runs} traces, seeds 0 to {last}. Named means that the
 verdict is `identified` or `ambiguous` and that all that is hidden is among the terms or their rivals. In the strokes
-a lag moves 2 % of the force, a hundredth of what friction leaves: beside friction it is taken for the form of that.
+a lag moves 2 % of the force, a hundredth of what friction leaves.
 Without anything hidden, at 60 dB, what is left is below 0.1 % of the force and called `unexplained`.
 Written by `tests/acceptance/path_table.py`."""
 
