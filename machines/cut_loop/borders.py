@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -22,7 +23,8 @@ from ..cutting.process.cutting import Cutting
 from ..cutting.process.zero_order import loop_stiffness
 from ..indices import Index
 
-_UNIT = 1e9
+UNIT = 1e9
+"""N/m², a coefficient to which those of samples are factors."""
 _ROUNDS = 3
 
 
@@ -44,6 +46,11 @@ class Condition:
         """Hz."""
         return self.cutting.cuts_per_revolution * self.speed / 60
 
+    @cached_property
+    def tangential_alone(self) -> Cutting:
+        """The cut with a K_t of `UNIT` and no K_n; milling."""
+        return replace(self.cutting, tangential=UNIT, normal=0.0)
+
     @property
     def surface_speed(self) -> float:
         """m/s; nan without a diameter."""
@@ -55,8 +62,8 @@ def condition(cutting: Cutting, speed: float, axes: tuple[str, ...]) -> Conditio
     rows = ["xy".index(axis) for axis in axes]
     cutter = Cutter.of(cutting)
     if cutting.process == "milling":
-        alone = replace(cutting, tangential=_UNIT, normal=0.0), replace(cutting, tangential=_UNIT, normal=_UNIT)
-        first, both = (loop_stiffness(one, axes) / _UNIT for one in alone)
+        alone = replace(cutting, tangential=UNIT, normal=0.0), replace(cutting, tangential=UNIT, normal=UNIT)
+        first, both = (loop_stiffness(one, axes) / UNIT for one in alone)
         of_tooth = cutter.harmonics(np.zeros(1))[1][0].real
         rubbing = cutting.cuts_per_revolution / (2 * np.pi) * of_tooth[np.ix_(rows, rows)]
         behind = np.array([flute.behind for flute in cutter.flutes])

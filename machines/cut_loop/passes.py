@@ -15,7 +15,7 @@ out as they are. Flanks that rub add −b·(C/v)·v·(vᵀq').
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
 
@@ -23,7 +23,7 @@ import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
 
-from .borders import Condition
+from .borders import UNIT, Condition
 from .sampled_tool import Drawn
 
 _SPAN, _NODES, _PER_PERIOD = 2.5, 4.0, 4.0
@@ -154,10 +154,10 @@ def map_of(steps: Sequence[Array], states: int) -> Array:
     """Steps one after the other: states and x over a tooth period of those before, (samples, rows, rows)."""
     if len(steps) == 1:
         return steps[0]
-    size = states + sum(step.shape[1] - states for step in steps)
-    out = np.zeros((len(steps[0]), size, size))
-    out[:, :states, :states], begin = np.eye(states), states
-    for step in steps:
+    size, begin = states + sum(step.shape[1] - states for step in steps), steps[0].shape[1]
+    out = np.zeros((len(steps[0]), size, size), dtype=steps[0].dtype)
+    out[:, :begin, :begin] = steps[0]
+    for step in steps[1:]:
         end = begin + step.shape[1] - states
         out[:, begin:end, :begin] = step[:, states:, :states] @ out[:, :states, :begin]
         out[:, begin:end, begin:end] = step[:, states:, states:]
@@ -178,8 +178,8 @@ def pass_of(drawn: Drawn, direct: Array, at: Condition, arc: Arc, axes: tuple[st
         if key not in known:
             known[key] = _kernel(poles, length, *angle.shape)
         kernel = known[key]
-        tangential, normal, v = (part[:, rows] for part in _directions(at, angle.ravel()))
-        u = drawn.tangential[:, None, None] * tangential + drawn.normal[:, None, None] * normal
+        along, v = (part[:, rows] for part in _directions(at, angle.ravel()))
+        u = drawn.tangential[:, None, None] * along + drawn.normal[:, None, None] * v
         seen, pushed = o @ v.T, i @ u.swapaxes(1, 2)  # (samples, modes, n)
         moving, n = seen * poles[:, :, None], seen.shape[2]
         rows_of = [seen, moving] if rubbing else [seen]
