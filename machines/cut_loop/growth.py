@@ -37,6 +37,7 @@ Real = npt.NDArray[np.floating[Any]]
 
 def growth(steps: Sequence[Array], states: int) -> tuple[Array, Array]:
     """ln|μ| and |arg μ| in rad of the steps of a `passes.Pass`, one after the other, (samples,)."""
+    steps = [step.astype(np.float32) for step in steps]
     if states + sum(step.shape[1] - states for step in steps) < _LONG:
         return multiplier(map_of(steps, states))
     pieces = range(0, len(steps[0]), _CARRIED)
@@ -51,7 +52,6 @@ def growth(steps: Sequence[Array], states: int) -> tuple[Array, Array]:
 @np.errstate(over="ignore", invalid="ignore")
 def _carried(steps: Sequence[Real], states: int) -> tuple[Array, Array, Mask]:
     """`growth` by a block of vectors, and of which samples it is believed."""
-    steps = [step.astype(np.float32) for step in steps]
     left, rate, angle = np.arange(len(steps[0])), *np.zeros((2, len(steps[0])))
     sure = np.zeros(len(left), dtype=bool)
     edges = np.cumsum([0, steps[0].shape[1], *(step.shape[1] - states for step in steps[1:])])

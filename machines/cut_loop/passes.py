@@ -243,11 +243,10 @@ def _turned(exponent: ComplexArray) -> Array:
     return free
 
 
-def _directions(at: Condition, angle: Array) -> tuple[Array, Array, Array]:
-    """u per K_t, u per K_n and v at angles, (n, 2) each."""
-    first, v = replace(at.cutting, tangential=1e9, normal=0.0).tooth(angle)
-    both, _ = replace(at.cutting, tangential=1e9, normal=1e9).tooth(angle)
-    return first / 1e9, (both - first) / 1e9, v
+def _directions(at: Condition, angle: Array) -> tuple[Array, Array]:
+    """u per K_t at angles, and v, which is u per K_n as well, (n, 2) each."""
+    along, v = at.tangential_alone.tooth(angle)
+    return along / UNIT, v
 
 
 def _factors(residue: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
