@@ -26,9 +26,9 @@ from jointlib.arrays import Array, ComplexArray
 from .borders import UNIT, Condition
 from .sampled_tool import Drawn
 
-_SPAN, _NODES, _PER_PERIOD = 2.5, 4.0, 4.0
+_SPAN, _NODES, _PER_PERIOD = 2.5, 4.0, 3.3
 """Periods of the highest mode in a stretch of the arc, at most; nodes of a stretch, and those to each period of it.
-With them a border is off by less than a thousandth of its depth."""
+With them 99 of 100 borders are off by less than two thousandths of their depth."""
 
 
 @dataclass(frozen=True, eq=False)
