@@ -17,7 +17,7 @@ import numpy.typing as npt
 from jointlib.arrays import Array
 
 from ..indices import Index, Mask
-from .passes import map_of
+from .passes import Single, map_of
 
 _LONG = 56
 """States and nodes from which on vectors are carried."""
@@ -35,9 +35,8 @@ Real = npt.NDArray[np.floating[Any]]
 """Of single or double precision."""
 
 
-def growth(steps: Sequence[Array], states: int) -> tuple[Array, Array]:
+def growth(steps: Sequence[Single], states: int) -> tuple[Array, Array]:
     """ln|μ| and |arg μ| in rad of the steps of a `passes.Pass`, one after the other, (samples,)."""
-    steps = [step.astype(np.float32) for step in steps]
     if states + sum(step.shape[1] - states for step in steps) < _LONG:
         return multiplier(map_of(steps, states))
     pieces = range(0, len(steps[0]), _CARRIED)
@@ -105,7 +104,7 @@ def _upright(block: Real) -> Real:
     return np.asarray(block @ np.linalg.inv(root).swapaxes(1, 2))
 
 
-def multiplier(passing: Array) -> tuple[Array, Array]:
+def multiplier(passing: Real) -> tuple[Array, Array]:
     """ln|μ| and |arg μ| in rad of the largest eigenvalue of maps, (samples, n, n) → (samples,).
 
     Powers of the map show how it grows, and two steps of what is left of a vector turn by its angle. The powers are
@@ -125,7 +124,7 @@ def multiplier(passing: Array) -> tuple[Array, Array]:
     return rate, np.abs(np.angle(np.where(flat, np.where(ab > 0, 1.0, -1.0), largest)))
 
 
-def _raised(passing: Array) -> tuple[Array, Array, Array, Array]:
+def _raised(passing: Real) -> tuple[Array, Array, Array, Array]:
     """By how much a step grows in ln, (samples,), and what many of them leave of a vector with two steps from it."""
     size = _size(passing)
     passing = passing / size[:, None, None]

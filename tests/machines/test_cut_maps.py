@@ -51,10 +51,10 @@ def told(one: Suspect, tool: SampledTool, table: Cutting) -> tuple[Array, Array]
 
 
 def told_map(found: passes.Pass, depth: float) -> Array:
-    return map_of(found.steps(np.full(len(found.rest), depth)), found.states)
+    return map_of(found.steps(np.full(len(found.rest), depth)), found.states).astype(float)
 
 
-def by_eigenvalues(passing: Array) -> tuple[Array, Array]:
+def by_eigenvalues(passing: rates.Real) -> tuple[Array, Array]:
     value = np.linalg.eigvals(passing)
     largest = np.take_along_axis(value, np.argmax(np.abs(value), axis=1)[:, None], axis=1)[:, 0]
     return np.log(np.abs(largest)), np.abs(np.angle(largest))
@@ -93,7 +93,8 @@ def test_draws_stand_where_eigenvalues_on_finer_nodes_put_them(
         near = np.abs(exact) < 1
         off, beside = np.abs(apart - exact)[near], np.abs(frequency - at)[near]
         assert np.count_nonzero(near) > 2 * tool.count, one.family
-        # A tenth of what a verdict, 0.1, and a frequency, 2.4 Hz, scatter by. Where two multipliers are alike, 512 steps part them badly.
+        # A tenth of what a verdict, 0.1, and a frequency, 2.4 Hz, scatter by. Where two multipliers are alike, 512
+        # steps part them badly.
         assert np.median(off) < 5e-4, one.family
         assert np.quantile(off, 0.95) < 0.01, one.family
         assert np.max(off) < 0.1, one.family
@@ -123,10 +124,10 @@ def test_a_map_solves_the_relations_of_its_pass(rubbing: float) -> None:
             y = np.linalg.solve(np.eye(n) + b * part.rubbed[:, n:], felt[:, n:])
             felt = felt[:, :n] - b * (part.rubbed[:, :n] @ y)
             end -= b * (part.rubbed_out @ y)
-        np.testing.assert_allclose(x, felt[:, :n, 0], rtol=1e-9, atol=1e-12)
+        np.testing.assert_allclose(x, felt[:, :n, 0], rtol=1e-4, atol=1e-5)  # single precision
         s, begin = end[:, :, 0], begin + n
         assert (part.rubbed is None) == (rubbing == 0)
-    np.testing.assert_allclose(after[:, : found.states], np.einsum("sij,sj->si", found.rest, s), rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(after[:, : found.states], np.einsum("sij,sj->si", found.rest, s), rtol=1e-4, atol=1e-5)
 
 
 @pytest.mark.parametrize("rubbing", [0.0, 1e5])
@@ -169,7 +170,7 @@ def test_a_map_far_beyond_every_border_is_told_too() -> None:
     np.testing.assert_allclose(angle, turned, atol=1e-6)
 
 
-def random_steps(seed: int) -> tuple[list[Array], int]:
+def random_steps(seed: int) -> tuple[list[passes.Single], int]:
     """Steps of 20 draws of a cutter and a cut that nobody chose, some of them far from their border."""
     rng = np.random.default_rng(seed)
     count, modes = 20, int(rng.integers(1, 5))
