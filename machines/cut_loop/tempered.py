@@ -64,7 +64,7 @@ def posterior(suspect: Suspect, problem: Problem, most: int | None = None) -> Po
     every = np.arange(count, dtype=np.intp)
     now = evaluated(suspect, problem, every, draws(f"cuts {name}", count, size, problem.seed), every)
     power, length, powers, kept = 0.0, 1.0, [0.0], [now]
-    last = _LAST_OF_MANY if problem.tool.count > _FIRST else _LAST
+    last = _LAST_OF_MANY if count > _FIRST else _LAST
     while power < 1:
         step = _next(now.total, power)
         archive = now.of(_drawn_anew(step * now.total, rng))
