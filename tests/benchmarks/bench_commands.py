@@ -1,6 +1,7 @@
 """Verbs as a user types them, each a process: seconds on the clock and of the processor, memory, and where they went.
 
-    python tests/benchmarks/bench_commands.py [--beside OTHER/bin/python] [--only WORD] [--pages docs/times.md]
+    python tests/benchmarks/bench_commands.py [--beside OTHER/bin/python] [--only WORD] [--runs 2]
+        [--pages docs/times.md]
 
 Machines are those of the library, a chain of 50 masses with 5 nonlinear joints, and the mill that `jointlib new`
 writes. With the Python of another installation every command runs there as well, in turn, and the ratio of processor
@@ -156,6 +157,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--beside", help="Python of another installation of jointlib")
     parser.add_argument("--only", default="", help="commands with this word in them")
+    parser.add_argument("--runs", type=int, default=2, help="of every command, of which the shortest counts")
     parser.add_argument("--pages", type=Path, help="a page that is to hold the table")
     given = parser.parse_args()
     print("Processor time is user and system. Beside other work it grows too, though less than the clock:")
@@ -174,7 +176,7 @@ def main() -> None:
             for k, python in enumerate((sys.executable, given.beside)):
                 if python:
                     each = []
-                    for again in range(1 if k else 2):
+                    for again in range(1 if k else given.runs):
                         filled = command.format(**places, out=Path(folder) / f"out{count}{k}{again}").split()
                         each.append(taken(python, filled))
                     runs.append(min(each, key=lambda run: run[1]))
