@@ -56,8 +56,7 @@ def developed_lobes(
     # Where so many oscillations are in a cut that harmonics are chosen, the search in modes would not end either.
     few = model is not None and "collocation" in (name, default_method(model, cutting, speeds))
     chatter = developed_chatter(machine, cutting, amplitude, table, name, few, model is not None)
-    turned = chatter.persistent(speeds.ravel().tolist())
-    vibrations = list(each("speeds", turned, speeds.size, "at rest (no --amplitude) they take a fraction of that"))
+    vibrations = list(each("speeds", chatter.persistent(speeds.ravel().tolist()), speeds.size))
     found = [Found(one.crossing, one.line) for one in vibrations]
     said = (
         *said_before(point, cutting),

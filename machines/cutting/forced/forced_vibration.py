@@ -215,7 +215,7 @@ class _Cuts:
             driven = (every.Hzf @ force.reshape(-1, force.shape[2], 1))[..., 0].reshape(*force.shape[:2], -1)
             count = self._needed(omega, driven)
             harmonics: Harmonics = (*range(1, count + 1), *([0] if self.moves else []))
-            balance = Balance.of(assembly, omega, np.zeros(len(omega)), harmonics, view)
+            balance = Balance.of(assembly, omega, np.zeros(len(omega)), harmonics)
             system = np.eye(len(c.rows)) + c.through(every.Hzz, self._at_rest(every.omega))
             at_rest = np.linalg.solve(system, driven.reshape(len(system), -1, 1))
             linear: ComplexArray = np.asarray(at_rest, dtype=complex).reshape(driven.shape)
