@@ -208,25 +208,26 @@ class _Cuts:
         G = every.Hof[:, nj:].reshape(len(k), len(speed), *every.Hof[:, nj:].shape[1:])
         whole = np.stack([self.forces.steady(*one, G[:, i]) for i, one in enumerate(zip(speed, depth, strict=True))], 1)
         force, held = whole[1:], whole[0].real @ self._at_once.T
-        moved = (every.Hof @ force.reshape(-1, force.shape[2], 1))[..., 0].reshape(*force.shape[:2], -1)
+        column = force.reshape(-1, force.shape[2], 1)
+        moved = (every.Hof @ column)[..., 0].reshape(*force.shape[:2], -1)
         settled, mean = np.ones(len(speed), dtype=bool), np.zeros((1, len(speed), moved.shape[2]), dtype=complex)
         if assembly.nonlinear:
             c = view.coordinates
-            driven = (every.Hzf @ force.reshape(-1, force.shape[2], 1))[..., 0].reshape(*force.shape[:2], -1)
+            driven = (every.Hzf @ column)[..., 0].reshape(*force.shape[:2], -1)
             count = self._needed(omega, driven)
             harmonics: Harmonics = (*range(1, count + 1), *([0] if self.moves else []))
-            balance = Balance.of(assembly, omega, np.zeros(len(omega)), harmonics)
-            system = np.eye(len(c.rows)) + c.through(every.Hzz, self._at_rest(every.omega))
-            at_rest = np.linalg.solve(system, driven.reshape(len(system), -1, 1))
-            linear: ComplexArray = np.asarray(at_rest, dtype=complex).reshape(driven.shape)
+            at_rest = self._at_rest(lines)
+            resting = view.at_rest(at_rest)
+            balance = Balance.of(assembly, omega, np.zeros(len(omega)), harmonics, resting)
+            linear = (resting.at(place.ravel()).Hzf @ column)[..., 0].reshape(driven.shape)
             target = np.zeros(balance.H.shape[:3], dtype=complex)
             target[:, :count] = np.swapaxes(linear[:count], 0, 1)
             z, settled = balanced(balance, target)
             found = balance.forces(z, SAMPLES, slopes=False)
-            pull = c.together(self._at_rest(every.omega) * c.motions(linear.reshape(len(system), -1)))
+            pull = c.together(at_rest[place.ravel()] * c.motions(linear.reshape(len(every.omega), -1)))
             pull = pull.reshape(*force.shape[:2], -1)
             pull[:count] = np.swapaxes(c.together(found.force[:, :count]), 0, 1)
-            moved = moved - (every.Hoz @ pull.reshape(len(system), -1, 1))[..., 0].reshape(moved.shape)
+            moved = moved - (every.Hoz @ pull.reshape(len(every.omega), -1, 1))[..., 0].reshape(moved.shape)
             moved[:, ~settled] = np.nan
             if self.moves:
                 mean[0, :, list(assembly.nonlinear)] = c.motions(z[:, -1].real).T
