@@ -28,7 +28,9 @@ from .view import View
 _ITERATIONS = 30
 _SETTLED = 1e-11
 _LONGEST = 0.5
-_FEEDING = 1e-12
+_FEEDING = 1e-9
+_STILL = 1e-8
+"""Energy of a joint over that of the busiest one below which rounding alone may decide its sign."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,11 +194,13 @@ def solve_complex(J: Array, r: ComplexArray) -> ComplexArray:
 def excess(forces: Forces, z: ComplexArray, harmonics: Harmonics, limits: Sequence[Limit]) -> Array:
     """How far each point is past a limit, (points, 2 nj): amplitude over limit less 1, then energy fed in; > 0 is past.
 
-    The energy is −Σ h Im(g_h Z_h*) over Σ h abs(g_h Z_h), less what rounding makes.
+    The energy is −Σ h Im(g_h Z_h*) over Σ h abs(g_h Z_h), less what rounding makes; of a joint that stands still
+    beside the others, by symmetry say, nothing else is left.
     """
     reach = np.array([limit.amplitude for limit in limits])
     work = np.array(harmonics)[:, None] * forces.force * z.conj()
-    size = np.maximum(np.sum(np.abs(work), axis=1), 1e-300)
+    size = np.sum(np.abs(work), axis=1)
+    size = np.maximum(size, _STILL * np.max(size, axis=1, keepdims=True) + 1e-300)
     return np.concatenate([forces.travel / reach - 1, -np.sum(work.imag, axis=1) / size - _FEEDING], axis=1)
 
 

@@ -8,9 +8,13 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 
+from jointlib.errors import Outcome
 from machines import read_machine
 from machines.continuation import overtones
 from machines.forced_response.response import Response, response
+from machines.harmonic_balance.balance import excess
+from machines.harmonic_balance.harmonics import Forces
+from machines.model.limits import Limit
 from machines.operating.tops import tops
 
 LIBRARY = Path(__file__).parents[2] / "machines" / "library"
@@ -104,3 +108,11 @@ def test_a_motion_that_is_rounding_is_not_closed_in_on_however_little_counts_as_
     still = 1e-11 * np.abs(np.random.default_rng(1).standard_normal(200))
     found = tops(omega, np.stack([1 / (1 + (omega - 1.5) ** 2), still], axis=1), still=1e-12)
     assert found.motion.tolist() == [0]
+
+
+def test_a_joint_that_symmetry_holds_still_feeds_no_energy() -> None:
+    z = np.array([[[1e-8, 1e-23]]], dtype=complex)
+    springs = Forces(1e6 * z * np.array([1.0, np.exp(-0.3j)]), *(np.zeros((1, 1, 1, 2)),) * 2, np.abs(z[:, 0]))
+    limits = [Limit(np.inf, Outcome.OUT_OF_RANGE)] * 2
+    assert np.all(excess(springs, z, (1,), limits) <= 0)
+    assert np.flatnonzero(excess(springs, z * np.array([1.0, 1e14]), (1,), limits) > 0).tolist() == [3]
