@@ -16,13 +16,10 @@ from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import Outcome
 
 from ..blocks import blocks
-from ..harmonic_balance.assembly import Assembly
 from ..harmonic_balance.balance import excess
 from ..harmonic_balance.cycle import Harmonics
-from ..harmonic_balance.harmonics import with_mean
 from ..harmonic_balance.tangent import Tangent
-from ..indices import Mask
-from ..operating.branches import Branch, End
+from ..indices import Index, Mask
 from ..operating.tops import tops
 from .all_curves import started
 from .arclength import Path, Stop
@@ -37,6 +34,100 @@ _CHORDS, _FAST = 12, 0.1
 _HALVINGS, _ROUNDS = 3, 3
 
 
+class Strayed(Exception):
+    """What lies beside the first harmonic at some frequencies is not sure: ``omega`` in rad/s."""
+
+    def __init__(self, omega: Array) -> None:
+        super().__init__(omega)
+        self.omega = omega
+
+
+@dataclass(eq=False)
+class Carried:
+    """Solutions in several harmonics at one force (N) beside those in one; points once found are kept."""
+
+    path: Path
+    force: float
+    harmonics: Harmonics
+    lines: Array
+    """Hz."""
+    known: _Points | None = None
+
+    def response(self, frequency: Array, joint: ComplexArray) -> Followed:
+        """All that is found beside a single branch through the whole range, motions ``joint`` (m) of all joints over
+        ascending frequencies (Hz); `Strayed` where not sure."""
+        points = self._beside(2 * np.pi * frequency, joint)
+        found = tops(points.omega, np.abs(points.moved))
+        # Those of the outputs are points in the end.
+        points = self._smooth(points, found.omega[found.motion >= len(self.path.assembly.joints)])
+        return followed(self.path, self.force, [_curve(points, self.lines)], self.lines, dense=True)
+
+    def curve(self, frequency: Array, joint: ComplexArray) -> Curve:
+        """The curve beside a branch, as `response`, with the tops of the joints among its points."""
+        points = self._beside(2 * np.pi * frequency, joint)
+        found = tops(points.omega, np.abs(points.moved))
+        points = self._smooth(points, found.omega)
+        curve = _curve(points, self.lines)
+        own = found.motion < len(self.path.assembly.joints)
+        motion, place = found.motion[own], np.searchsorted(points.omega, found.omega[own])
+        first = np.unique(place, return_index=True)[1]
+        curve.top[place[first]] = motion[first]
+        # Where several joints have their top at one point, it counts once for each.
+        more = np.setdiff1d(np.arange(len(place)), first)
+        rows = np.insert(np.arange(len(curve.p)), place[more], place[more])
+        top, line = (np.insert(part, place[more], by) for part, by in ((curve.top, motion[more]), (curve.line, -1)))
+        return Curve(curve.z[rows], curve.p[rows], line, curve.fold[rows], top, curve.ends)
+
+    def _beside(self, omega: Array, joint: ComplexArray) -> _Points:
+        """Points close enough for their tops to follow."""
+        new = slice(None) if self.known is None else ~np.isin(omega, self.known.omega)
+        first = joint[new][:, list(self.path.assembly.nonlinear)]
+        self._settle(omega[new], started(self.path.assembly, self.harmonics, first, omega[new]))
+        points = self._within(omega)
+        for _ in range(_HALVINGS):
+            rough = np.flatnonzero(_rough(points))
+            if not len(rough):
+                break
+            points = self._with(points, (points.omega[rough] + points.omega[rough + 1]) / 2)
+        for _ in range(_ROUNDS):
+            points = self._with(points, tops(points.omega, np.abs(points.moved)).wanted(points.omega))
+        return points
+
+    def _smooth(self, points: _Points, omega: Array) -> _Points:
+        """With points at these frequencies, if all are those of one smooth curve."""
+        points = self._with(points, omega)
+        rough = np.flatnonzero(_rough(points))
+        if len(rough):
+            raise Strayed((points.omega[rough] + points.omega[rough + 1]) / 2)
+        return points
+
+    def _with(self, points: _Points, omega: Array) -> _Points:
+        """With points at these frequencies as well."""
+        further = np.setdiff1d(omega, points.omega)
+        if not len(further):
+            return points
+        self._settle(further, points.between(further))
+        return self._within(points.omega)
+
+    def _within(self, omega: Array) -> _Points:
+        """The points that are known from the first to the last of these frequencies."""
+        assert self.known is not None
+        return self.known.at((self.known.omega >= omega[0]) & (self.known.omega <= omega[-1]))
+
+    def _settle(self, omega: Array, start: ComplexArray) -> None:
+        """Know the solutions that Newton's method leads to from each start."""
+        parts, lost = [] if self.known is None else [self.known], list[Array]()
+        for some in blocks(len(omega), (2 * start[0].size + 1) ** 2 if len(start) else 1):
+            try:
+                parts.append(_settled(self.path, np.full(len(omega[some]), self.force), omega[some], start[some]))
+            except Strayed as where:
+                lost.append(where.omega)
+        if parts:
+            self.known = _Points.joined(parts)
+        if lost:
+            raise Strayed(np.concatenate(lost))
+
+
 @dataclass(frozen=True, eq=False)
 class _Points:
     """Solutions over ascending frequency, with their tangents dz/dω."""
@@ -48,11 +139,13 @@ class _Points:
     moved: ComplexArray
     """First harmonics of all joints and then of the outputs, m, (n, motions)."""
 
-    def merged(self, other: _Points) -> _Points:
-        omega = np.concatenate([self.omega, other.omega])
-        order = np.argsort(omega, kind="stable")
-        pairs = ((self.z, other.z), (self.slope, other.slope), (self.moved, other.moved))
-        return _Points(omega[order], *(np.concatenate(pair)[order] for pair in pairs))
+    @staticmethod
+    def joined(parts: Sequence[_Points]) -> _Points:
+        every = [np.concatenate(part) for part in zip(*((p.omega, p.z, p.slope, p.moved) for p in parts), strict=True)]
+        return _Points(*every).at(np.argsort(every[0], kind="stable"))
+
+    def at(self, rows: Index | Mask) -> _Points:
+        return _Points(self.omega[rows], self.z[rows], self.slope[rows], self.moved[rows])
 
     def between(self, omega: Array) -> ComplexArray:
         """Motions between neighbouring points, by cubics with their tangents."""
@@ -66,51 +159,6 @@ class _Points:
         return np.asarray(start + t * rise + bow)
 
 
-def carried(
-    assembly: Assembly, force: float, lines: Array, harmonics: Harmonics, branches: Sequence[Branch]
-) -> Followed | None:
-    """Solutions in several harmonics beside a branch in one that runs through the whole range; None where not sure."""
-    if len(branches) != 1 or branches[0].ends != (End.RANGE, End.RANGE) or len(branches[0].frequency) < 2:
-        return None
-    (branch,) = branches
-    own = with_mean(harmonics, assembly.biased is not None)
-    frequency, rows = np.unique(branch.frequency, return_index=True)
-    path = Path(assembly, own, 2 * np.pi * float(frequency[0]), 2 * np.pi * float(frequency[-1]))
-    points = _beside(path, force, harmonics, 2 * np.pi * frequency, branch.joint[rows])
-    if points is None:
-        return None
-    found = tops(points.omega, np.abs(points.moved))
-    # Those of the outputs are points in the end.
-    points = _at(path, force, points, found.omega[found.motion >= len(assembly.joints)])
-    if points is None or np.any(_rough(points)):
-        return None
-    return followed(path, force, [_curve(points, lines)], lines, dense=True)
-
-
-def carried_curve(
-    path: Path, force: float, lines: Array, harmonics: Harmonics, frequency: Array, joint: ComplexArray
-) -> Curve | None:
-    """The curve in several harmonics beside solutions in one, motions ``joint`` (m) of all joints over ascending
-    frequencies (Hz), with the tops of the joints among its points; None where not sure."""
-    points = _beside(path, force, harmonics, 2 * np.pi * frequency, joint)
-    if points is None:
-        return None
-    found = tops(points.omega, np.abs(points.moved))
-    points = _at(path, force, points, found.omega)
-    if points is None or np.any(_rough(points)):
-        return None
-    curve = _curve(points, lines)
-    own = found.motion < len(path.assembly.joints)
-    motion, place = found.motion[own], np.searchsorted(points.omega, found.omega[own])
-    first = np.unique(place, return_index=True)[1]
-    curve.top[place[first]] = motion[first]
-    # Where several joints have their top at one point, it counts once for each.
-    more = np.setdiff1d(np.arange(len(place)), first)
-    rows = np.insert(np.arange(len(curve.p)), place[more], place[more])
-    top, line = (np.insert(part, place[more], by) for part, by in ((curve.top, motion[more]), (curve.line, -1)))
-    return Curve(curve.z[rows], curve.p[rows], line, curve.fold[rows], top, curve.ends)
-
-
 def _curve(points: _Points, lines: Array) -> Curve:
     """Points as a curve without folds through its range."""
     none, nowhere = np.full(len(points.omega), -1), np.zeros(len(points.omega), dtype=bool)
@@ -120,48 +168,8 @@ def _curve(points: _Points, lines: Array) -> Curve:
     return Curve(points.z, points.omega, on, nowhere, none, (end, end))
 
 
-def _beside(path: Path, force: float, harmonics: Harmonics, omega: Array, joint: ComplexArray) -> _Points | None:
-    """Points in several harmonics beside those in one, close enough for their tops to follow."""
-    first = joint[:, list(path.assembly.nonlinear)]
-    points = _settled(path, force, omega, started(path.assembly, harmonics, first, omega))
-    for _ in range(_HALVINGS):
-        rough = np.flatnonzero(_rough(points)) if points is not None else np.empty(0, dtype=int)
-        if points is None or not len(rough):
-            break
-        points = _with(path, force, points, (points.omega[rough] + points.omega[rough + 1]) / 2)
-    for _ in range(_ROUNDS):
-        if points is None:
-            return None
-        points = _at(path, force, points, tops(points.omega, np.abs(points.moved)).wanted(points.omega))
-    return points
-
-
-def _at(path: Path, force: float, points: _Points, omega: Array) -> _Points | None:
-    """With points at these frequencies as well."""
-    further = np.setdiff1d(omega, points.omega)
-    return _with(path, force, points, further) if len(further) else points
-
-
-def _with(path: Path, force: float, points: _Points, omega: Array) -> _Points | None:
-    new = _settled(path, force, omega, points.between(omega))
-    return None if new is None else points.merged(new)
-
-
-def _settled(path: Path, force: float, omega: Array, start: ComplexArray) -> _Points | None:
-    """Newton's method from each start; None where one does not settle near it or meets a limit."""
-    parts = []
-    for some in blocks(len(omega), (2 * start[0].size + 1) ** 2):
-        part = _settled_block(path, np.full(len(omega[some]), force), omega[some], start[some])
-        if part is None:
-            return None
-        parts.append(part)
-    z, slope, moved = (np.concatenate(part) for part in zip(*parts, strict=True))
-    return _Points(omega, z, slope, moved)
-
-
-def _settled_block(
-    path: Path, force: Array, omega: Array, start: ComplexArray
-) -> tuple[ComplexArray, ComplexArray, ComplexArray] | None:
+def _settled(path: Path, force: Array, omega: Array, start: ComplexArray) -> _Points:
+    """Newton's method from each start; `Strayed` where one does not settle near it or meets a limit."""
     z, balance = start.astype(complex), path.balance(omega, force)
     floor = 0.0 if path.assembly.biased is None else path.assembly.biased.floor
     forces = balance.forces(z)
@@ -173,9 +181,11 @@ def _settled_block(
         step = tangent.solve(-balance.residual(z, forces.force))
         z = z + step
         size, away = _largest(z), np.abs(z - start)
-        if not np.all(np.max(away[:, 0], axis=1) <= _STRAY * size) or not np.all(_largest(away) <= _MOST * size):
-            return None
-        length = float(np.max(_largest(step) / (_SETTLED * size + floor)))
+        near = (np.max(away[:, 0], axis=1) <= _STRAY * size) & (_largest(away) <= _MOST * size)
+        if not np.all(near):
+            raise Strayed(omega[~near])
+        left = _largest(step) / (_SETTLED * size + floor)
+        length = float(np.max(left))
         if length <= 1.0:
             break
         # The tangents of the start serve as long as they lead on fast.
@@ -183,10 +193,13 @@ def _settled_block(
         forces = balance.forces(z, slopes=turn)
         tangent, before = (Tangent(balance, forces), np.inf) if turn else (tangent, length)
     else:
-        return None
+        raise Strayed(omega[left > 1.0])
     # The last step moved less than shows in the forces before it.
     past = excess(forces, path.assembly.coordinates.motions(z), path.harmonics, path.assembly.limits)
-    return None if np.any(past > 0) else (z, slope, first_harmonics(path, z, omega, force, forces))
+    within = np.all(past <= 0, axis=1)
+    if not np.all(within):
+        raise Strayed(omega[~within])
+    return _Points(omega, z, slope, first_harmonics(path, z, omega, force, forces))
 
 
 def _rough(points: _Points) -> Mask:

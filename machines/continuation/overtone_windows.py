@@ -7,16 +7,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from jointlib.arrays import Array
+from jointlib.arrays import Array, ComplexArray
 
 from ..harmonic_balance.assembly import Assembly
 from ..harmonic_balance.cycle import Harmonics
 from ..harmonic_balance.harmonics import with_mean
-from ..indices import Index, Mask
+from ..indices import Mask
 from ..operating.branches import Branch, End
 from .all_curves import follow, from_branches
 from .arclength import Path, Stop
-from .carried import carried_curve
+from .carried import Carried, Strayed
 from .curve_results import Followed, followed
 from .solution_curves import Curve, first_harmonics
 from .windows import stretches
@@ -33,43 +33,66 @@ def pieced(
 ) -> Followed | None:
     """Solutions in several harmonics beside branches in one; None where arc length is to follow the whole range.
 
-    Windows hold every frequency at which there is not one solution alone. A window that a curve leaves away from what
-    is carried over beside it, or beside which nothing is, is widened. A single solution is carried over as it is: a
-    curve apart from it that only further harmonics make is not looked for there.
+    Windows hold every frequency at which there is not one solution alone, or at which what lies beside it is not sure.
+    A window that a curve leaves away from what is carried over beside it is widened. A single solution is carried over
+    as it is: a curve apart from it that only further harmonics make is not looked for there.
     """
     if not branches:
         return None
     grid = np.unique(np.concatenate([b.frequency for b in branches]))
     path = Path(assembly, with_mean(harmonics, assembly.biased is not None), 2 * np.pi * grid[0], 2 * np.pi * grid[-1])
-    bad = _not_one(grid, branches)
+    carried = Carried(path, force, harmonics, lines)
+    bad, known = _not_one(grid, branches), dict[tuple[int, int], list[Curve]]()
+    if len(grid) > 1 and not np.any(bad):
+        try:
+            return carried.response(*_single(grid, branches))
+        except Strayed as where:
+            _mark(bad, grid, where.omega)
     while 0 < np.sum(bad) < len(grid):
         windows = stretches(bad)
         edges = [0, *(i for window in windows for i in window), len(grid) - 1]
-        pieces = [(a, b) for a, b in zip(edges[::2], edges[1::2], strict=True) if a < b]
-        if any(b - a < _LEAST for a, b in pieces):
-            return None
-        curves = list[Curve]()
+        curves, before = list[Curve](), np.sum(bad)
+        for a, b in zip(edges[::2], edges[1::2], strict=True):
+            if 0 < b - a < _LEAST:
+                bad[a : b + 1] = True
+            elif a < b:
+                try:
+                    curves.append(carried.curve(*_single(grid[a : b + 1], branches)))
+                except Strayed as where:
+                    _mark(bad, grid, where.omega)
+        if np.sum(bad) > before:
+            continue
         wide = np.zeros((len(windows), 2), dtype=int)
-        for a, b in pieces:
-            rows, (branch,) = _within(grid[a], grid[b], branches)
-            curve = carried_curve(path, force, lines, harmonics, branch.frequency[rows], branch.joint[rows])
-            if curve is None:
-                wide += [[max((j - i) // 2, 1) * (i == b), max((j - i) // 2, 1) * (j == a)] for i, j in windows]
-            else:
-                curves.append(curve)
-        for n, (i, j) in enumerate(windows if not np.any(wide) else ()):
-            found = _followed(path, force, lines, harmonics, grid[[i, j]], branches)
+        for n, (i, j) in enumerate(windows):
+            if (i, j) not in known:
+                known[i, j] = _followed(path, force, lines, harmonics, grid[[i, j]], branches)
             for side, k in enumerate((i, j)):
                 if k not in (0, len(grid) - 1):
-                    wide[n, side] = _wider(path, force, found, curves, 2 * np.pi * grid[[i, j]], side) * max(
-                        (j - i) // 2, 4
-                    )
-            curves += found
+                    leaves = _wider(path, force, known[i, j], curves, 2 * np.pi * grid[[i, j]], side)
+                    wide[n, side] = leaves * max((j - i) // 2, 4)
+            curves += known[i, j]
         if not np.any(wide):
             return followed(path, force, _spliced(curves), lines)
-        for (i, j), (before, after) in zip(windows, wide.tolist(), strict=True):
-            bad[max(i - before, 0) : j + after + 1] |= before + after > 0
+        for (i, j), (below, above) in zip(windows, wide.tolist(), strict=True):
+            bad[max(i - below, 0) : j + above + 1] |= below + above > 0
     return None
+
+
+def _mark(bad: Mask, grid: Array, omega: Array) -> None:
+    """Doubt the frequencies (Hz) of a grid that are these (rad/s), or that lie on both sides of one of them."""
+    above = np.searchsorted(2 * np.pi * grid, omega)
+    bad[above] = True
+    between = 2 * np.pi * grid[above] != omega
+    bad[above[between] - 1] = True
+
+
+def _single(grid: Array, branches: Sequence[Branch]) -> tuple[Array, ComplexArray]:
+    """Frequencies (Hz) and motions of all joints (m) of the branch from the first to the last of a grid."""
+    low, high = grid[[0, -1]]
+    branch = next(b for b in branches if b.frequency[0] <= high and b.frequency[-1] >= low)
+    frequency, rows = np.unique(branch.frequency, return_index=True)
+    inside = (frequency >= low) & (frequency <= high)
+    return frequency[inside], branch.joint[rows[inside]]
 
 
 def _not_one(grid: Array, branches: Sequence[Branch]) -> Mask:
@@ -82,12 +105,6 @@ def _not_one(grid: Array, branches: Sequence[Branch]) -> Mask:
         bad[[first for end in b.ends[:1] if end is not End.RANGE]] = True
         bad[[last for end in b.ends[1:] if end is not End.RANGE]] = True
     return np.asarray(bad | (count != 1))
-
-
-def _within(low: float, high: float, branches: Sequence[Branch]) -> tuple[Index, list[Branch]]:
-    """The branches that reach into a range, and the points of the first of them there."""
-    some = [b for b in branches if b.frequency[0] <= high and b.frequency[-1] >= low]
-    return np.flatnonzero((some[0].frequency >= low) & (some[0].frequency <= high)), some
 
 
 def _followed(

@@ -18,7 +18,6 @@ from ..harmonic_balance.frequency_reach import reached, too_short
 from ..harmonic_balance.truncation import more_harmonics, odd, unsuited
 from ..stability.labels import TOLERANCE, Branches, with_errors, with_outcomes, worst
 from .all_curves import from_branches
-from .carried import carried
 from .curve_results import Followed, by_arc_length
 from .overtone_windows import pieced
 
@@ -152,8 +151,7 @@ def _solved(
     beside = []
     for f in need:
         with during.step(f"solving harmonics {', '.join(map(str, several))} at {forces[f]:g} N"):
-            part = carried(assembly, float(forces[f]), lines, several, out[f].branches)
-            beside.append(part or pieced(assembly, float(forces[f]), lines, several, out[f].branches))
+            beside.append(pieced(assembly, float(forces[f]), lines, several, out[f].branches))
     rest = [f for f, part in zip(need, beside, strict=True) if part is None]
     starts = from_branches(assembly, [out[f].branches for f in rest], several)
     with during.step(f"following curves in harmonics {', '.join(map(str, several))} at {len(rest)} forces"):

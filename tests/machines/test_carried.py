@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from pathlib import Path as File
 from unittest.mock import patch
 
 import numpy as np
@@ -10,26 +10,28 @@ import pytest
 
 from jointlib.errors import Outcome
 from machines import read_machine
-from machines.continuation import overtones
+from machines.continuation import carried, overtone_windows, overtones
+from machines.continuation.arclength import Path
+from machines.continuation.carried import Strayed, _Points
 from machines.forced_response.response import Response, response
 from machines.harmonic_balance.balance import excess
 from machines.harmonic_balance.harmonics import Forces
 from machines.model.limits import Limit
 from machines.operating.tops import tops
 
-LIBRARY = Path(__file__).parents[2] / "machines" / "library"
+LIBRARY = File(__file__).parents[2] / "machines" / "library"
 
 
 def both_ways(name: str, force: list[float]) -> tuple[Response, Response]:
     """The response with points carried over, and with arc length in their place."""
     machine = read_machine(LIBRARY / name)
     drive = machine.tool_dofs[0]
-    with patch.object(overtones, "carried", wraps=overtones.carried) as spy:
-        carried = response(machine, force, drive=drive, harmonics="auto")
+    with patch.object(overtones, "pieced", wraps=overtones.pieced) as spy:
+        quick = response(machine, force, drive=drive, harmonics="auto")
     assert spy.called
-    with patch.object(overtones, "carried", return_value=None):
+    with patch.object(overtones, "pieced", return_value=None):
         followed = response(machine, force, drive=drive, harmonics="auto")
-    return carried, followed
+    return quick, followed
 
 
 def assert_same_peaks(one: Response, other: Response) -> None:
@@ -56,10 +58,10 @@ def assert_same_peaks(one: Response, other: Response) -> None:
 
 @pytest.mark.slow
 def test_points_carried_over_are_those_of_the_curve() -> None:
-    carried, followed = both_ways("two_mass.toml", [60.0, 80.0])
-    assert {b.harmonics for own in carried.branches for b in own} == {(1, 3, 5)}
-    assert_same_peaks(carried, followed)
-    for ours, theirs in zip(carried.frfs, followed.frfs, strict=True):
+    quick, followed = both_ways("two_mass.toml", [60.0, 80.0])
+    assert {b.harmonics for own in quick.branches for b in own} == {(1, 3, 5)}
+    assert_same_peaks(quick, followed)
+    for ours, theirs in zip(quick.frfs, followed.frfs, strict=True):
         shared = np.intersect1d(ours.frequency, theirs.frequency)
         assert len(shared) > 500
         H, G = (each.on(shared).receptance for each in (ours, theirs))
@@ -68,18 +70,45 @@ def test_points_carried_over_are_those_of_the_curve() -> None:
 
 @pytest.mark.thorough
 def test_where_a_branch_folds_arc_length_follows() -> None:
-    machine = read_machine(LIBRARY / "two_mass.toml")
-    with patch.object(overtones, "by_arc_length", wraps=overtones.by_arc_length) as spy:
-        found = response(machine, [120.0], drive=machine.tool_dofs[0], harmonics="auto")
+    with patch.object(overtone_windows, "follow", wraps=overtone_windows.follow) as spy:
+        quick, followed = both_ways("two_mass.toml", [120.0])
     assert spy.called
-    assert len(found.branches[0]) > 1
+    assert len(quick.branches[0]) == len(followed.branches[0]) > 1
+    assert_same_peaks(quick, followed)
+
+
+@pytest.mark.thorough
+def test_arc_length_follows_where_newton_strays_and_there_alone() -> None:
+    honest = carried._settled
+
+    def straying(path: Path, force: np.ndarray, omega: np.ndarray, start: np.ndarray) -> _Points:
+        near = np.abs(omega / (2 * np.pi) - 1500.0) < 20.0
+        if np.any(near):
+            raise Strayed(omega[near])
+        return honest(path, force, omega, start)
+
+    machine = read_machine(LIBRARY / "two_mass.toml")
+    plain = response(machine, [80.0], drive=machine.tool_dofs[0], harmonics="auto")
+    with (
+        patch.object(carried, "_settled", straying),
+        patch.object(overtone_windows, "follow", wraps=overtone_windows.follow) as spy,
+        patch.object(overtones, "by_arc_length") as whole,
+    ):
+        pieced = response(machine, [80.0], drive=machine.tool_dofs[0], harmonics="auto")
+    assert spy.called
+    assert not whole.called
+    assert_same_peaks(plain, pieced)
+    shared = np.intersect1d(plain.frfs[0].frequency, pieced.frfs[0].frequency)
+    assert len(shared) > 500
+    H, G = (each.frfs[0].on(shared).receptance for each in (plain, pieced))
+    assert pytest.approx(G, rel=1e-6, abs=1e-9 * np.max(np.abs(G))) == H
 
 
 @pytest.mark.slow
 def test_contacts_of_a_lathe_have_the_peaks_of_the_curve() -> None:
-    carried, followed = both_ways("lathe.toml", [100.0])
-    assert len(carried.peaks) > 400
-    assert_same_peaks(carried, followed)
+    quick, followed = both_ways("lathe.toml", [100.0])
+    assert len(quick.peaks) > 400
+    assert_same_peaks(quick, followed)
 
 
 def test_tops_of_two_modes_between_coarse_points() -> None:
