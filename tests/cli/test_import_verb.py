@@ -201,6 +201,24 @@ def test_the_kind_that_signals_tell(
     assert read_measurement(tmp_path / "m.measurement.toml").kind == kind
 
 
+def test_a_voltage_beside_force_and_motion_is_an_input(tmp_path: Path) -> None:
+    record = saved(tmp_path / "r.csv", "t [s];Weg [mm];Kraft [kN];Spannung [V]", *NOISE[:3])
+    done = imported(tmp_path, str(record))
+    assert "channel.spannung.input = true is a guess" in done.out
+    kept = {c.name: c.is_input for c in read_measurement(tmp_path / "m.measurement.toml").channels}
+    assert kept == {"weg": False, "kraft": False, "spannung": True}
+    imported(tmp_path, f"{record} --set channel.spannung.input=false", "n.measurement.toml")
+    assert not any(c.is_input for c in read_measurement(tmp_path / "n.measurement.toml").channels)
+
+
+def test_a_path_in_volts_has_no_input(tmp_path: Path) -> None:
+    record = saved(tmp_path / "r.csv", "t [s];U1 [V];U2 [V]", *NOISE[:2])
+    force = "--set channel.u1.quantity=force --set channel.u1.unit=V"
+    travel = "--set channel.u2.quantity=displacement --set channel.u2.unit=V"
+    imported(tmp_path, f"{record} {force} {travel}")
+    assert not any(c.is_input for c in read_measurement(tmp_path / "m.measurement.toml").channels)
+
+
 def test_taps_of_a_hammer_become_an_impact_test_that_can_be_estimated(tmp_path: Path) -> None:
     """Three hits on an oscillator of 5 kg at 180 Hz, 2 % damped, its acceleration by the difference of its motion."""
     step = 1 / 4096

@@ -9,13 +9,14 @@ import pytest
 from test_trace_path import MASS, cycle, drive, dry, measurement
 
 from jointlib.joint import Joint
+from jointlib.laws.coulomb import Coulomb
 from jointlib.laws.linear import Linear
 from jointlib.loop.answer.report import Candidate, Estimate, Status, Verdict
 from jointlib.loop.path import words
 from jointlib.loop.path.composed.follower import Follower
 from jointlib.loop.periodic import verdict
 from jointlib.measurement import Channel, Mass
-from jointlib.modulation import Modulation
+from jointlib.modulation import Modulation, names_of
 from jointlib.parameter import Role
 
 BEFORE = {"where": "condition folds", "joint_N": 9.0, "relative": 0.2, "joint_floor_N": 0.1, "chi2": 80.0}
@@ -73,6 +74,24 @@ def test_a_modulation_is_told_per_value_of_what_it_follows(points: dict[str, flo
     joint = Joint((Linear(1e6),), modulations=(modulation,))
     found = {n: Estimate(v, "1", 5e-4, (v - 1e-3, v + 1e-3)) for n, v in points.items()}
     assert words.named(follower, found, joint) == f"that the stiffness follows the temperature: {said}"
+
+
+def test_an_input_is_told_to_what_its_range_resolves() -> None:
+    modulation = Modulation(Role.SLIP_FORCE, "voltage", 1.56094, ((-4.3e-5, 0.02), (1.56094, 1.0), (3.00052, 1.9)))
+    follower = Follower(Role.SLIP_FORCE, "voltage", (0.0, 1.0, 1.5, 2.0, 3.0))
+    found = {
+        n: Estimate(v, "1", 5e-4, (v - 1e-3, v + 1e-3)) for n, v in zip(names_of(modulation), (-0.98, 0.9), strict=True)
+    }
+    said = words.named(follower, found, Joint((Coulomb(10.0, 1e-3),), modulations=(modulation,)))
+    assert said.endswith("% at 0 V, 90.000 ± 0.098 % at 3.0005 V, of that at 1.5609 V")
+
+
+def test_a_voltage_that_nothing_follows_is_told(tmp_path: Path) -> None:
+    m = measurement(tmp_path, Mass(MASS), a=(drive(dry(10.0), cycle((0.05, 0.1), 3)), "fit", None))
+    control = Channel("U", "voltage", "V", "V", 1.0)
+    (said,) = words.unfollowed(replace(m, channels=(*m.channels, control)))
+    assert said.startswith("Channel U (voltage) takes no part")
+    assert not words.unfollowed(replace(m, channels=(*m.channels, replace(control, is_input=True))))
 
 
 def test_a_number_without_a_unit_is_told_without_one() -> None:

@@ -16,7 +16,7 @@ from jointlib.lab.importing.draft import Draft, Noted, Table
 from jointlib.lab.importing.kinds import Seen, likely_kind
 from jointlib.lab.importing.preamble import units_above
 from jointlib.lab.importing.responses import holds_responses, response_records
-from jointlib.lab.importing.roles import rig_roles, struck_places
+from jointlib.lab.importing.roles import followed_inputs, rig_roles, struck_places
 from jointlib.lab.importing.settings import Settings
 from jointlib.lab.lab_file import LabFile
 from jointlib.lab.open_file import FORMATS, TEXT, open_lab_file
@@ -105,6 +105,8 @@ def _in_time(draft: Draft, files: Sequence[LabFile], kind: str | None, settings:
         raise InputError(f"{first.path}: {what}, {wanted} for a {kind} measurement")
     if kind == "rig":
         rig_roles(draft, settings.top)
+    elif kind == "path":
+        followed_inputs(draft)
 
 
 def _of_clock(clock: Clock) -> str:

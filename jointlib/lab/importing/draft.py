@@ -48,4 +48,6 @@ class Draft:
 
 def plain(value: Any) -> str:
     """A value in a sentence."""
+    if isinstance(value, bool):
+        return str(value).lower()
     return repr(value) if isinstance(value, str) else f"{value:g}" if isinstance(value, float) else str(value)

@@ -1,4 +1,5 @@
-"""What the channels are to their kind of measurement: accelerations of a rig on bodies, places of an impact test."""
+"""What the channels are to their kind of measurement: accelerations of a rig on bodies, inputs of a path, places of an
+impact test."""
 
 from __future__ import annotations
 
@@ -40,6 +41,17 @@ def rig_roles(draft: Draft, said: Mapping[str, Any]) -> None:
     first = next((t for t in accelerations if _role(t) == "a1"), None)
     if "driven" not in said and first is not None and "body" in first:
         draft.guess(draft.top, "driven", first["body"].value, "body 1 is that of a1", "driven=NAME")
+
+
+def followed_inputs(draft: Draft) -> None:
+    """A voltage or temperature beside the force and the motion of a path is one that parameters may follow."""
+    quantities = [str(t["quantity"].value) for t in draft.channels]
+    if "force" not in quantities or not {"displacement", "position"} & set(quantities):
+        return
+    for table, quantity in zip(draft.channels, quantities, strict=True):
+        if quantity in ("voltage", "temperature") and "input" not in table:
+            why = f"parameters may follow a {quantity} beside force and motion"
+            draft.guess(table, "input", True, why, f"channel.{table['name'].value}.input=false")
 
 
 def _role(table: Table) -> str:

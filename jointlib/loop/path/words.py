@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -53,15 +54,21 @@ def named(effect: Effect, parameters: Mapping[str, Estimate], joint: Joint | Non
             unit = CONDITIONS[m.condition]
             sizes = [100.0 * parameters[n].value for n in names_of(m)]
             errors = [100.0 * 1.96 * parameters[n].standard_error for n in names_of(m)]
-            beside = f"of that at {m.reference:.5g} {unit}"
+            span = m.table[-1][0] - m.table[0][0]
+            at = [f"{_rounded(point, span):.5g}" for point, _ in m.table]
+            beside = f"of that at {_rounded(m.reference, span):.5g} {unit}"
             shares = [with_error(v, e, "%") for v, e in zip(sizes, errors, strict=True)]
             if len(m.table) == 2:
-                low, high = (point for point, _ in m.table)
-                return f"{said(effect)}: {shares[0]} from {low:.5g} to {high:.5g} {unit}, {beside}"
-            points = [point for point, _ in m.table if point != m.reference]
-            listed = ", ".join(f"{s} at {point:.5g} {unit}" for s, point in zip(shares, points, strict=True))
+                return f"{said(effect)}: {shares[0]} from {at[0]} to {at[1]} {unit}, {beside}"
+            places = [place for place, (point, _) in zip(at, m.table, strict=True) if point != m.reference]
+            listed = ", ".join(f"{s} at {place} {unit}" for s, place in zip(shares, places, strict=True))
             return f"{said(effect)}: {listed}, {beside}"
     return f"{said(effect)}: {figures(parameters)}".rstrip(": ")
+
+
+def _rounded(value: float, span: float) -> float:
+    """A value of an input to a ten-thousandth of the range that it had."""
+    return round(value, 4 - math.floor(math.log10(span))) + 0.0 if span > 0 else value
 
 
 def doubts(rivals: Sequence[Effect]) -> list[str]:
@@ -167,6 +174,13 @@ def volts(measurement: Measurement) -> list[str]:
     return [f"Channels are in volts: {' and '.join(quantities)}; parameters are in units of the circuit."]
 
 
+def unfollowed(measurement: Measurement) -> list[str]:
+    """Voltages and temperatures that nothing says parameters may follow."""
+    told = "takes no part; with input = true in its [[channel]] parameters may follow it."
+    idle = [c for c in measurement.channels if c.quantity in ("voltage", "temperature") and not c.is_input]
+    return [f"Channel {c.name} ({c.quantity}) {told}" for c in idle]
+
+
 def warnings_of(
     evidence: Evidence, measurement: Measurement, ignored: Sequence[str], records: Sequence[Record]
 ) -> list[str]:
@@ -183,6 +197,7 @@ def warnings_of(
         for c in measurement.channels:
             if count := c.at_full_scale(r.channels[c.name]):
                 out.append(f"{r.name}: {count} samples of {c.name} are at the end of its range; they may be clipped.")
+    out += unfollowed(measurement)
     if ignored:
         out.append(f"Columns not used: {', '.join(ignored)}.")
     if measurement.simulated:
