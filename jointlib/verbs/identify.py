@@ -75,7 +75,7 @@ def command(
         emit(as_json, data, [*words_of_decay(decays), *lines, *said, wrote(output)])
         return
     if bool(laws) == (start is not None):
-        raise InputError("identify: expected either --law or --start")
+        raise InputError("identify: expected either --law or --start, such as --law linear viscous to begin with")
     with working("fitting"):
         found = identify(tests, laws=laws, start=start, order=order, output=output)
     emit(as_json, {**identified(found), "file": str(output)}, [*words(found), wrote(output)])

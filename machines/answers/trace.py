@@ -97,7 +97,10 @@ def trace(
     """
     if (joint is None) == (machine is None):
         found = "neither --joint nor" if joint is None else "both --joint and"
-        raise InputError(f"trace: {found} --machine is given, expected one of them, the model that is to be doubted")
+        fits = "; jointlib identify … --law linear viscous fits a joint to begin with" if joint is None else ""
+        raise InputError(
+            f"trace: {found} --machine is given, expected one of them, the model that is to be doubted{fits}"
+        )
     test, folder = measurement_of(measurement), given_target(output, folder=True)
     if test.kind in EXCITED:
         raise InputError(
