@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import scipy
 
-from jointlib.arrays import Array
+from jointlib.arrays import Array, ComplexArray
 from jointlib.loop.path.preparation import Preparation, displacement_channel, force_channel
 from jointlib.loop.path.repeats import PathFloor
 from jointlib.loop.path.strokes import Division
@@ -24,22 +24,25 @@ _FEWEST_LINES = 20
 def band_floor(
     measurement: Measurement, records: Sequence[Record], preparation: Preparation, division: Division
 ) -> PathFloor | None:
-    """S_F + S_z·|F/z|² summed over the band, N² per block; None where a record has no empty band.
+    """S_F + S_z·|H|² summed over the band, N² per block; None where a record has no empty band.
 
     S_F and S_z are the noise densities of force and displacement, the medians above the band, taken to be the same
-    within it. |F/z|², which carries the noise of the displacement into the force, is the ratio of the densities
-    themselves.
+    within it. H, which carries the noise of the displacement into the force, is that of the spring, damper and mass
+    nearest to the force within the band: what friction makes at other frequencies is no answer to the motion there.
     """
     power = []
     for record in records:
-        F = _density(record.channels[force_channel(measurement)], preparation)
-        z = _density(record.channels[displacement_channel(measurement)], preparation)
-        noise_F, noise_z = _noise(*F, preparation.cutoff), _noise(*z, preparation.cutoff)
+        force, motion = record.channels[force_channel(measurement)], record.channels[displacement_channel(measurement)]
+        rate, length = record.sample_rate, 1024 * preparation.thinning
+        f, own = _density(force, force, rate, length)
+        _, travel = _density(motion, motion, rate, length)
+        _, shared = _density(motion, force, rate, length)
+        noise_F, noise_z = (_noise(f, S.real, preparation) for S in (own, travel))
         if noise_F is None or noise_z is None:
             return None
-        inside = (F[0] > 0) & (F[0] <= preparation.cutoff)
-        gain = F[1][inside] / np.maximum(z[1][inside] - noise_z, noise_z)
-        power.append(float(np.sum(noise_F + noise_z * gain) * (F[0][1] - F[0][0])))
+        inside = (f > 0) & (f <= preparation.cutoff)
+        gain = np.abs(_linear_part(f[inside], travel[inside].real, shared[inside])) ** 2
+        power.append(float(np.sum(noise_F + noise_z * gain) * (f[1] - f[0])))
     blocks = np.array([power[b.run] for b in division.blocks])
     return PathFloor(blocks, "band", np.arange(len(blocks)))
 
@@ -52,15 +55,26 @@ def with_band_floor(
     return floor if found is None else replace(found, block_folds=floor.block_folds)
 
 
-def _density(x: Array, preparation: Preparation) -> tuple[Array, Array]:
-    length = min(1024, 2 ** int(np.log2(len(x) / 4)))
-    f, S = scipy.signal.welch(scipy.signal.detrend(x), preparation.sample_rate, nperseg=length)
+def _linear_part(f: Array, S_z: Array, S_zF: ComplexArray) -> ComplexArray:
+    """k + jωc − ω²m nearest to S_zF/S_zz, lines weighed by the motion that they hold; N/m."""
+    terms = (2j * np.pi * f[:, None] / f[-1]) ** np.arange(3)
+    weight = np.sqrt(np.maximum(S_z, np.finfo(float).tiny))
+    left, right = weight[:, None] * terms, S_zF / weight
+    both = np.concatenate([left.real, left.imag]), np.concatenate([right.real, right.imag])
+    return np.asarray(terms @ np.linalg.lstsq(*both)[0])
+
+
+def _density(x: Array, y: Array, rate: float, longest: int) -> tuple[Array, ComplexArray]:
+    length = min(longest, 2 ** int(np.log2(len(x) / 4)))
+    one, other = scipy.signal.detrend(x), scipy.signal.detrend(y)
+    f, S = scipy.signal.csd(one, other, rate, nperseg=length)
     return np.asarray(f), np.asarray(S)
 
 
-def _noise(f: Array, S: Array, cutoff: float) -> float | None:
+def _noise(f: Array, S: Array, preparation: Preparation) -> float | None:
     """Density of the noise; None where the band above the cutoff is not empty."""
-    above = S[(f > _ABOVE * cutoff) & (f < f[-1])]
+    cutoff = preparation.cutoff
+    above = S[(f > _ABOVE * cutoff) & (f < preparation.sample_rate / 2)]
     if len(above) < _FEWEST_LINES:
         return None
     half = len(above) // 2
