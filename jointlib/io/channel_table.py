@@ -5,7 +5,7 @@ from __future__ import annotations
 from jointlib.cutting_force.cut import AXES
 from jointlib.io.key_places import OF_CHANNEL, refuse_elsewhere
 from jointlib.io.toml import Section
-from jointlib.lab.unit_words import bracketed, quantity_of, unit_of
+from jointlib.lab.unit_words import bracketed, electric, quantity_of, sensor_units, unit_of
 from jointlib.measurement import FORCES, QUANTITIES, Channel
 from jointlib.units import number_and_unit
 
@@ -83,14 +83,21 @@ _ALIKE = {"position": "displacement"}
 
 
 def _sensed(section: Section, sensitivity: str, si: str) -> tuple[str, float]:
-    """Unit of the column, and SI over it, of a sensor that gives so much per unit, as ``100 mV/g`` or ``4 pC/N``."""
+    """Unit of the column, and SI over it, of a sensor that gives so much per unit, as ``100 mV/g`` or ``4 pC/N``, or
+    of a motor that gives so much for its current, as ``14.7 N/A``."""
     parts = number_and_unit(sensitivity)
-    given, _, per = (parts[1] if parts else "").replace("(", "").replace(")", "").partition("/")
-    raw = "C" if given.strip().endswith("C") else "V"
-    if parts is None or not parts[0] or not per:
-        section.fault(f"sensitivity is {sensitivity!r}, expected volts or coulombs per unit, as '100 mV/g'", sure=True)
-        return section.text("unit", raw), 1.0
-    over = section.scale("sensitivity", given.strip(), raw)
-    under = section.scale("sensitivity", unit_of(per) or per.strip(), si)
+    units = sensor_units(parts[1]) if parts else None
+    if parts is None or not parts[0] or units is None:
+        section.fault(
+            f"sensitivity is {sensitivity!r}, expected volts, coulombs or amperes per unit, as '100 mV/g', or a unit "
+            "per ampere, as '14.7 N/A'",
+            sure=True,
+        )
+        return section.text("unit", "V"), 1.0
+    given, per, inverse = units
+    raw = electric(given) or "V"
+    over = section.scale("sensitivity", given, raw)
+    under = section.scale("sensitivity", unit_of(per) or per, si)
     unit = section.text("unit", raw)
-    return unit, section.scale("unit", unit, raw) / (parts[0] * over / under)
+    scale = section.scale("unit", unit, raw)
+    return unit, scale * parts[0] * under / over if inverse else scale / (parts[0] * over / under)

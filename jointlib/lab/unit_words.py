@@ -115,6 +115,26 @@ def quantity_of(unit: str) -> str | None:
     return next((quantity for quantity, units in _OF.items() if unit in units), None)
 
 
+_ELECTRIC = re.compile(r"[munpkµ]?([VCA])")
+
+
+def electric(unit: str) -> str | None:
+    """V, C or A of a unit of voltage, charge or current; None of any other."""
+    match = _ELECTRIC.fullmatch(unit.strip().replace("\u03bc", "µ"))
+    return match[1] if match else None
+
+
+def sensor_units(ratio: str) -> tuple[str, str, bool] | None:
+    """The electrical and the mechanical unit of a sensor's ``mV/g``, or of a motor's ``N/A``, and whether the
+    mechanical one comes first; None where no such ratio stands there."""
+    over, _, under = (part.strip() for part in ratio.replace("(", "").replace(")", "").partition("/"))
+    if not over or not under:
+        return None
+    if electric(over):
+        return over, under, False
+    return (under, over, True) if electric(under) else None
+
+
 def is_unit(text: str) -> bool:
     """Whether a word is a unit, of a channel or of something else."""
     word = text.strip().strip("[]() ")

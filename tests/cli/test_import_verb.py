@@ -65,7 +65,9 @@ def test_frequency_responses_with_a_column_of_the_force_have_its_levels(tmp_path
 def test_a_sensor_beside_a_column_that_is_in_newtons_is_refused(tmp_path: Path) -> None:
     record = saved(tmp_path / "r.csv", "Zeit [s];hammer [N];acc [g]", *NOISE[:2])
     words = f"{record} --kind impact --set channel.hammer.sensitivity='2.25 mV/N' --set channel.hammer.dof=tool.x"
-    refused(tmp_path, words, "channel.hammer.sensitivity", "the column is in 'N', expected volts or a charge")
+    refused(
+        tmp_path, words, "channel.hammer.sensitivity", "the column is in 'N', expected volts, a charge or a current"
+    )
 
 
 def refused(folder: Path, words: str, *said: str) -> None:
@@ -209,6 +211,15 @@ def test_a_voltage_beside_force_and_motion_is_an_input(tmp_path: Path) -> None:
     assert kept == {"weg": False, "kraft": False, "spannung": True}
     imported(tmp_path, f"{record} --set channel.spannung.input=false", "n.measurement.toml")
     assert not any(c.is_input for c in read_measurement(tmp_path / "n.measurement.toml").channels)
+
+
+def test_the_current_of_a_motor_is_a_force(tmp_path: Path) -> None:
+    record = saved(tmp_path / "r.csv", "t [s];s in mm;Motorstrom in A", *NOISE[:2])
+    refused(tmp_path, str(record), "'Motorstrom in A' is a current (--set channel.motorstrom.sensitivity='14.7 N/A'")
+    imported(tmp_path, f"{record} --set channel.motorstrom.sensitivity='14.7 N/A'")
+    test = read_measurement(tmp_path / "m.measurement.toml")
+    (channel,) = test.of("force")
+    assert (test.kind, channel.unit, channel.factor) == ("path", "A", 14.7)
 
 
 def test_a_path_in_volts_has_no_input(tmp_path: Path) -> None:

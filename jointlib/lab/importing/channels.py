@@ -12,11 +12,10 @@ from jointlib.errors import InputError, nearest
 from jointlib.lab.importing.draft import Draft, Noted, Table
 from jointlib.lab.importing.signals import by_name, by_unit, ending_unit, identifier
 from jointlib.lab.lab_file import Column, LabFile
-from jointlib.lab.unit_words import quantity_of, unit_of
+from jointlib.lab.unit_words import electric, quantity_of, sensor_units, unit_of
 from jointlib.measurement import QUANTITIES
 from jointlib.units import number_and_unit
 
-_CHARGES = ("pC", "nC", "uC", "µC", "C")
 _OTHER = {
     "acceleration": "g",
     "velocity": "mm/s",
@@ -108,7 +107,10 @@ def _channel(draft: Draft, name: str, column: Column, unit: str, said: Mapping[s
     if sensitivity is not None and "quantity" not in said:
         quantity = _sensed(str(sensitivity)) or quantity
     if unit and known is None and not said:
-        draft.guesses.append(f"column {column.name!r} is in {unit!r}, which no channel is read in, and is left out")
+        what = f"is in {unit!r}, which no channel is read in,"
+        if electric(unit) == "A":
+            what = f"is a current (--set {at}.sensitivity='14.7 N/A' makes it a force)"
+        draft.guesses.append(f"column {column.name!r} {what} and is left out")
         return None
     ending = "" if unit else ending_unit(column.name)
     if ending and "quantity" not in said:
@@ -170,15 +172,15 @@ def _unit(
 
 
 def _raw_unit(draft: Draft, table: Table, at: str, unit: str, known: str | None, said: Mapping[str, Any]) -> None:
-    """What the column is in beside a sensitivity: volts or charge."""
+    """What the column is in beside a sensitivity: volts, a charge or a current."""
     if "unit" in said:
         return
-    told = unit if unit in _CHARGES else known if known and quantity_of(known) == "voltage" else None
+    told = unit if electric(unit) else known if known and quantity_of(known) == "voltage" else None
     if told:
         table["unit"] = Noted(told, "" if told == unit else f"written {unit!r}")
     elif unit:
         raise InputError(
-            f"--set {at}.sensitivity: the column is in {unit!r}, expected volts or a charge; "
+            f"--set {at}.sensitivity: the column is in {unit!r}, expected volts, a charge or a current; "
             "leave the sensitivity out, or say .unit too"
         )
     else:
@@ -186,9 +188,10 @@ def _raw_unit(draft: Draft, table: Table, at: str, unit: str, known: str | None,
 
 
 def _electric(sensitivity: str) -> str:
-    """V, or C for a sensor of charge."""
+    """V, C or A, as a sensor gives it."""
     parts = number_and_unit(sensitivity)
-    return "C" if parts and parts[1].partition("/")[0].strip("() ").endswith("C") else "V"
+    units = sensor_units(parts[1]) if parts else None
+    return (electric(units[0]) if units else None) or "V"
 
 
 def _written(unit: str) -> str:
@@ -199,6 +202,6 @@ def _written(unit: str) -> str:
 def _sensed(sensitivity: str) -> str | None:
     """The quantity that a sensor measures, from its ``100 mV/g``."""
     parts = number_and_unit(sensitivity)
-    per = parts[1].partition("/")[2].strip("() ") if parts else ""
-    known = unit_of(per)
+    units = sensor_units(parts[1]) if parts else None
+    known = unit_of(units[1]) if units else None
     return quantity_of(known) if known else None
