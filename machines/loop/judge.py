@@ -165,6 +165,15 @@ class Judgement:
     beyond: float | None = None
     """Share of what the joint's own parameters leave missing that the effect explains; None for a refit."""
 
+    @property
+    def nearest(self) -> tuple[Judged, float] | None:
+        """Of the laws at the joint that is chosen the one that leaves least, and the share that it explains."""
+        chosen = self.chosen
+        named = [j for j, *_ in self.ordered if chosen and j is not chosen and j.place == chosen.place]
+        law = min((j for j in named if j.family != "refit"), key=lambda j: j.fitted.loss, default=None)
+        share = _share(_loss(law.before), law.fitted.loss, len(law.before)) if law is not None else None
+        return None if law is None or share is None else (law, share)
+
 
 def judge(found: Sequence[Judged], families: int) -> Judgement:
     """Choose, say what rivals it, and how far the evidence carries."""

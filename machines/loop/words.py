@@ -80,8 +80,9 @@ def sentence(
             f"Something is missing that no single joint of the machine explains: {where} the FRFs differ from the "
             f"machine's by {before['relative']:.2%}, chi-square {before['chi2']:.2f}.{near}"
         )
+    goes = "falls" if after["relative"] < before["relative"] else "goes"
     drop = (
-        f"The error {where} falls from {before['relative']:.2%} to {after['relative']:.2%} "
+        f"The error {where} {goes} from {before['relative']:.2%} to {after['relative']:.2%} "
         f"(chi-square {before['chi2']:.1f} to {after['chi2']:.2f})."
     )
     named = f"connection {chosen.place}, {change(chosen)}"
@@ -97,9 +98,13 @@ def sentence(
     alike = " or ".join(f"{r.place} ({r.member or r.family})" for r in rivals)
     others = f" These records cannot rule out {alike}." if rivals else ""
     if chosen.family == FAMILY:
+        near = ""
+        if judgement.nearest is not None:
+            law, part = judgement.nearest
+            near = f" The nearest law, {law.family}, would explain {part:.0%} of what was missing."
         return (
             f"The FRFs point to connection {chosen.place}, and no law of the catalogue fits: its stiffness and damping "
-            f"over amplitude are given by table, without a cause. The table explains {share}. {drop}{beyond}"
+            f"over amplitude are given by table, without a cause. The table explains {share}.{near} {drop}{beyond}"
         )
     if verdict is Verdict.PARTIAL:
         return f"The FRFs point to {named}. It explains {share}; the rest has no name.{others} {drop}{beyond}"

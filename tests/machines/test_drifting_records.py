@@ -203,6 +203,7 @@ def test_a_beam_in_vacuum_that_stiffens_and_is_damped_more_as_it_moves() -> None
     assert found.verdict is Verdict.PARTIAL, found.sentence
     assert found.chosen is not None
     assert found.chosen.family == "tabulated"
+    assert "The nearest law, " in found.sentence
     assert found.error_after["relative"] < 0.05 < 1 < found.error_before["relative"]
     drift = {r["name"]: r["frequency"] for r in found.noise_floor["drift"]}
     first, second, third = drift.values()
