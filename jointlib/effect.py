@@ -74,6 +74,10 @@ class JointEffect(ABC):
     def apply(self, coefficients: Array, shape: Mapping[str, float], joint: Joint) -> Joint | None:
         """The joint with the effect; None where the coefficients are not physical (the sign rule)."""
 
+    def shows(self, joint: Joint) -> bool:
+        """Whether a joint that was refitted with the effect still has what the effect is named for."""
+        return True
+
 
 def forces(path: Path, *laws: JointLaw) -> Array:
     """The force of each law along a path, one row a law."""

@@ -50,6 +50,9 @@ class StribeckFriction(JointEffect):
         law = Stribeck(sliding, sliding + bump, shape["stribeck_velocity"], shape["smoothing_velocity"])
         return joint + law if _falls_with_speed(law) else None
 
+    def shows(self, joint: Joint) -> bool:
+        return all(law.stribeck_velocity >= law.smoothing_velocity for law in joint.laws if isinstance(law, Stribeck))
+
 
 def _falls_with_speed(law: Stribeck) -> bool:
     """Whether the force anywhere exceeds that of fast sliding by more than a hundredth."""

@@ -10,7 +10,7 @@ import scipy
 
 from jointlib.arrays import Array, ComplexArray
 from jointlib.effect import Path
-from jointlib.identification.path_record import low_pass
+from jointlib.identification.path_record import low_pass, slope
 from jointlib.loop.path.force.kept_low_pass import low_pass_kept
 from jointlib.measurement import Channel, Measurement, Record
 from jointlib.path_fault import PathFault, PathRecord
@@ -44,7 +44,7 @@ class Preparation:
     """One sample is kept of so many: two per period of the cutoff frequency."""
     derivative: str
     """``central`` differences and a Butterworth filter of order 4, forward and backward, where the differences are
-    within 3 % at the cutoff frequency; else ``spectral``: derivatives and a sharp cut in the spectrum."""
+    within 0.1 % at the cutoff frequency; else ``spectral``: derivatives and a sharp cut in the spectrum."""
     rule: str
     """Where the cutoff comes from."""
     step: int = 1
@@ -71,7 +71,7 @@ class Preparation:
     def slope(self, x: Array) -> Array:
         """Time derivative of a filtered signal."""
         if self.derivative == "central":
-            return np.asarray(np.gradient(x) * self.sample_rate)
+            return slope(x, self.sample_rate)
         n = len(x)
         spectrum, line = _odd_spectrum(x)
         omega = 2 * np.pi * scipy.fft.rfftfreq(2 * (n - 1), 1 / self.sample_rate)
@@ -162,7 +162,7 @@ def choose_preparation(measurement: Measurement, records: Sequence[Record]) -> P
     records, rate, shortest = [thinned(r, thinning) for r in records], rate / thinning, -(-shortest // thinning)
     edge = min(round(25 * rate / cutoff), shortest // 20)
     stride = max(1, int(rate / (2 * cutoff)))
-    derivative = "central" if (2 * np.pi * cutoff / rate) ** 2 / 6 < 0.03 else "spectral"
+    derivative = "central" if (2 * np.pi * cutoff / rate) ** 4 / 30 < 1e-3 else "spectral"
     chosen = Preparation(rate, cutoff, edge, stride, derivative, rule, thinning=thinning)
     paths = [chosen.filtered(r.channels[displacement_channel(measurement)]) for r in records]
     coarsest = max(1, int(rate / (_STEPS * cutoff)))

@@ -9,7 +9,17 @@ from jointlib.joint import Joint
 from jointlib.loop.answer.naming import NAMED_FROM
 from jointlib.loop.path.acceptance import SHARE, TIE, Assessment, assess
 from jointlib.loop.path.columns import ColumnStore, moved_or_none
-from jointlib.loop.path.composed.choice import LEAST, further, is_another, is_nested, leaders, least_gain, pays, widest
+from jointlib.loop.path.composed.choice import (
+    LEAST,
+    further,
+    is_another,
+    is_nested,
+    leaders,
+    least_gain,
+    pays,
+    shown,
+    widest,
+)
 from jointlib.loop.path.composed.pairs import pairs_beside
 from jointlib.loop.path.evidence import Evidence, Model
 from jointlib.loop.path.fitted import Fitted, fit, named_by_role
@@ -185,7 +195,8 @@ def _grown(field: _Field, c: Composition, width: int) -> tuple[Composition, list
     for row in [] if full else leaders([r for r in rows if not is_another(r, c.terms)], width):
         assert row.entry.best.model is not None
         fitted = field.fit(row.entry.best.model, len(c.terms) + 1)
-        if deciding_excess(fitted) < deciding_excess(current) - least_gain(c, row.entry.effect):
+        lower = deciding_excess(fitted) < deciding_excess(current) - least_gain(c, row.entry.effect)
+        if lower and shown(row.entry.effect, fitted):
             term = Term(row.entry.effect, row.entry.best, row.assessment)
             here = replace(c.steps[-1], rows=settled(current, rows, row, field.store))
             children.append(Composition((*c.steps[:-1], here, Step(term, fitted)), (*c.terms, term)))
@@ -203,7 +214,8 @@ def _paired(field: _Field, c: Composition) -> list[Composition]:
     for pair in pairs_beside(current, beside, field.store, field.seed)[:_PAIRS]:
         fitted = field.fit(pair.model, len(c.terms) + 2)
         least = LEAST * deciding_excess(c.steps[0].fitted) if c.terms else 0.0
-        if deciding_excess(fitted) < deciding_excess(current) - least:
+        lower = deciding_excess(fitted) < deciding_excess(current) - least
+        if lower and all(shown(row.entry.effect, fitted) for row in pair.rows):
             three = zip(pair.rows, pair.trials, pair.found[:0:-1], strict=True)
             terms = [Term(row.entry.effect, trial, found) for row, trial, found in three]
             here = replace(c.steps[-1], rows=settled(current, rows, pair.rows[0], field.store))
@@ -267,7 +279,7 @@ def _with(field: _Field, c: Composition, others: Sequence[Term], row: Row, found
     if row.entry.best.model is None:
         return None
     fitted = field.fit(row.entry.best.model, len(others) + 1)
-    if deciding_excess(fitted) >= deciding_excess(c.fitted):
+    if deciding_excess(fitted) >= deciding_excess(c.fitted) or not shown(row.entry.effect, fitted):
         return None
     term = Term(row.entry.effect, row.entry.best, found)
     return Composition((*c.steps, Step(term, fitted, action="exchanged")), (*others, term))

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
+from jointlib.effect import JointEffect
 from jointlib.loop.answer.naming import is_declared_pair
 from jointlib.loop.path.composed.follower import Follower
+from jointlib.loop.path.fitted import Fitted
 from jointlib.loop.path.steps import Composition, Part, Row, Term, deciding_excess, winner_of
 from jointlib.loop.path.trials import Effect
 from jointlib.path_fault import PathFault
@@ -33,6 +35,11 @@ def widest(grown: Iterable[Composition], width: int) -> list[Composition]:
                 kept.append(c)
                 families.add(own)
     return kept
+
+
+def shown(effect: Effect, fitted: Fitted) -> bool:
+    """Whether an effect is still what its name says after a refit that moved its shape."""
+    return not isinstance(effect, JointEffect) or effect.shows(fitted.joint)
 
 
 def is_nested(c: Composition, best: Composition) -> bool:
