@@ -14,6 +14,7 @@ from jointlib.measurement import Measurement, Record
 from jointlib.ringdown.cosine_fits import Pieces, pieces_of
 from jointlib.ringdown.crossings import by_crossings
 from jointlib.ringdown.decay import Decay, free_decay
+from jointlib.ringdown.half_cycles import half_cycles
 from jointlib.ringdown.modes import modes_of
 
 _LEAST = 5
@@ -91,10 +92,10 @@ def backbones(measurement: Measurement, records: Sequence[Record]) -> tuple[tupl
             short.append(error)
     if not found and short:
         raise short[0]
-    if short:
+    said = [f"{one}. It is left out." for one in short]
+    if said:
         first, *others = found[0]
-        said = tuple(f"{one}. It is left out." for one in short)
-        found[0] = (replace(first, messages=(*first.messages, *said)), *others)
+        found[0] = (replace(first, messages=(*said, *first.messages)), *others)
     return tuple(found)
 
 
@@ -107,9 +108,12 @@ def of_decay(decay: Decay, measurement: Measurement) -> tuple[Backbone, ...]:
         if len(pieces) < _LEAST:
             if found:
                 continue
+            pieces = half_cycles(decay) if mode.width is None else pieces
+        if len(pieces) < _LEAST:
+            frequency = float(np.median(pieces.omega)) / (2 * np.pi) if len(pieces) else mode.frequency
             raise TooShort(
-                f"{decay.name}: {len(pieces)} pieces of three cycles of {mode.frequency:.4g} Hz stand out of the "
-                f"noise, expected {_LEAST}: a longer decay, a higher level or less noise"
+                f"{decay.name}: {len(pieces)} pieces of the motion at {frequency:.4g} Hz stand out of the noise and "
+                f"fall slowly enough to have a damping, expected {_LEAST}: a higher level, a longer record, less noise"
             )
         checked = _check(decay, pieces, by_crossings(decay, mode, pieces))
         said = (*(() if found else decay.messages), *((mode.message,) if mode.message else ()))
@@ -127,10 +131,8 @@ def _check(decay: Decay, pieces: Pieces, other: tuple[Array, Array]) -> tuple[fl
 def _backbone(
     decay: Decay, p: Pieces, checked: tuple[float, float], messages: tuple[str, ...], alone: bool
 ) -> Backbone:
-    """With M(ṡ + s²) + k + c s = 0 and s = −δ + jω: c/M = 2δ − ω̇/ω, k/M = ω² + δ² + δ̇ − δω̇/ω."""
-    turn = p.omega_rate / p.omega
-    stiffness = p.omega**2 + p.decay**2 + p.decay_rate - p.decay * turn
-    damping = 2 * p.decay - turn
+    """Errors of stiffness and damping contain what that of the amplitude makes of them, and how far they scatter."""
+    stiffness, damping = p.stiffness, p.damping
     by_log, by_omega, by_decay = p.errors
     stiffness_error, damping_error = 2 * p.omega * by_omega, 2 * by_decay
     for _ in range(2):

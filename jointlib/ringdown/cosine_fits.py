@@ -15,8 +15,10 @@ _FALL = 0.25
 """Logarithm by which the amplitude falls within a piece."""
 _LEAST_CYCLES = 3.0
 _MOST_PIECES = 120
-_CLEAR = 4.0
+CLEAR = 4.0
 """Times the noise, below which an amplitude tells nothing."""
+_VAGUE = 0.1
+"""Standard error of ln A, above which a fit has told nothing."""
 _HEAVY = 0.06
 """Damping ratio from which amplitudes do not vary slowly any more; what comes later is left out."""
 _STEPS = 12
@@ -35,20 +37,24 @@ class Pieces:
     """rad/s."""
     decay: Array
     """δ in 1/s."""
-    omega_rate: Array
-    """dω/dt."""
-    decay_rate: Array
-    """dδ/dt."""
+    stiffness: Array
+    """Over the modal mass, 1/s²."""
+    damping: Array
+    """Over the modal mass, 1/s."""
     errors: Array
     """Standard errors of ln A, ω and δ, shape (3, pieces)."""
     second: Array
     """Amplitude of the second harmonic over that of the first; nan where it was not fitted."""
     second_error: Array
-    left: Array
-    """rms that the fit leaves over the noise."""
 
     def __len__(self) -> int:
         return len(self.time)
+
+    @classmethod
+    def none(cls) -> Pieces:
+        """No piece at all."""
+        no = np.zeros(0)
+        return cls(no, no, no, no, no, no, np.zeros((3, 0)), no, no)
 
 
 def pieces_of(decay: Decay, mode: OneMode) -> Pieces:
@@ -74,7 +80,7 @@ def pieces_of(decay: Decay, mode: OneMode) -> Pieces:
         if row is not None and -row[1].real > 1.5 * damping and n > round(_LEAST_CYCLES * cycle):
             damping = -row[1].real
             continue
-        if row is None or row[0] < _CLEAR * decay.noise or -row[1].real > _HEAVY * abs(row[1]):
+        if row is None or row[0] < CLEAR * decay.noise or row[3][0] > _VAGUE or -row[1].real > _HEAVY * abs(row[1]):
             break
         rows.append(((first + (n - 1) / 2) / rate, *row))
         damping = max(float(row[1].real) * -1, 0.2 * damping)
@@ -97,8 +103,8 @@ def _analytic(x: Array, rate: float, frequency: float) -> tuple[Array, Array]:
 
 def _fit(
     x: Array, rate: float, log: Array, phase: Array, harmonics: bool, noise: float
-) -> tuple[float, complex, complex, Array, float, float, float] | None:
-    """Amplitude, s, ṡ, errors of (ln A, ω, δ), second harmonic with its error, what is left; None where it fails."""
+) -> tuple[float, complex, complex, Array, float, float] | None:
+    """Amplitude, s, ṡ, errors of (ln A, ω, δ), second harmonic with its error; None where it fails."""
     n = len(x)
     t = (np.arange(n) - (n - 1) / 2) / rate
     inner = slice(n // 8, n - n // 8)
@@ -130,31 +136,32 @@ def _fit(
     second = float(np.hypot(*solved[6:8])) if count > 1 else float("nan")
     second_error = float(np.hypot(*error[6:8])) if count > 1 else float("nan")
     growth, rate_of = complex(p[2], p[3]), complex(p[4], p[5])
-    return float(np.exp(p[0])), growth, rate_of, error[[0, 3, 2]], second, second_error, rms / max(noise, 1e-300)
+    return float(np.exp(p[0])), growth, rate_of, error[[0, 3, 2]], second, second_error
 
 
 def _gathered(
-    rows: list[tuple[float, float, complex, complex, Array, float, float, float]], decay: Decay, mode: OneMode
+    rows: list[tuple[float, float, complex, complex, Array, float, float]], decay: Decay, mode: OneMode
 ) -> Pieces:
-    """Pieces in displacement, without the filter: x⁽ᵒ⁾ of order o has s = p' + o ṡ/s and sᵒ times the amplitude."""
+    """Pieces in displacement, without the filter: x⁽ᵒ⁾ of order o has s = p' + o ṡ/s and sᵒ times the amplitude.
+
+    With M(ṡ + s²) + k + c s = 0 and s = −δ + jω: c/M = 2δ − ω̇/ω, k/M = ω² + δ² + δ̇ − δω̇/ω.
+    """
     if not rows:
-        nothing = np.zeros(0)
-        return Pieces(nothing, nothing, nothing, nothing, nothing, nothing, np.zeros((3, 0)), nothing, nothing, nothing)
-    time, size, growth, bend, errors, second, second_error, left = (
-        np.array(column) for column in zip(*rows, strict=True)
-    )
-    s = growth - decay.order * bend / growth
-    amplitude = size / np.abs(s) ** decay.order / mode.amplitude_factor(growth)
+        return Pieces.none()
+    time, size, growth, bend, errors, second, second_error = (np.array(column) for column in zip(*rows, strict=True))
+    line, factor = mode.unfiltered(growth, bend)
+    s = line - decay.order * bend / line
+    amplitude = size / np.abs(s) ** decay.order / factor
     harmonic = second / 2.0**decay.order
+    omega, delta, turn = s.imag, -s.real, bend.imag / s.imag
     return Pieces(
         time + mode.start,
         amplitude,
-        s.imag,
-        -s.real,
-        bend.imag,
-        -bend.real,
+        omega,
+        delta,
+        omega**2 + delta**2 - bend.real - delta * turn,
+        2 * delta - turn,
         errors.T,
         harmonic,
         second_error / 2.0**decay.order,
-        left,
     )

@@ -20,6 +20,12 @@ _CYCLES, _SAMPLES = 8.0, 6.0
 """Least cycles of a decay, and samples of a cycle."""
 _FLAT = 3
 """Samples of one value at the top that make a flat one."""
+_END, _STILL = 0.02, 1e-3
+"""Share of a record that is its end, and share of its swing that never stands out of that."""
+_STANDS_OUT, _LARGER = 6.0, 2.0
+"""Deviations by which a sample stands out of a beginning, and a part is larger than an end."""
+_BETWEEN = 4
+"""Lines told for one that a record resolves."""
 _QUIET = 0.02
 """Of the largest force; below it the force is off."""
 
@@ -43,6 +49,11 @@ class Decay:
     """Standard deviation of the noise, as it would be if it were white."""
     messages: tuple[str, ...]
 
+    @property
+    def moving(self) -> Array:
+        """The signal until it is no more than what the record ends with."""
+        return self.signal[: in_motion(self.signal).stop]
+
 
 def motion_of(measurement: Measurement) -> Channel:
     """The one channel that tells the motion."""
@@ -55,13 +66,14 @@ def free_decay(measurement: Measurement, record: Record) -> Decay:
     x, rate, where = record.channels[channel.name], record.sample_rate, record.name
     if len(x) < _CYCLES * _SAMPLES or not np.ptp(x) > 0:
         raise InputError(f"{where}: {len(x)} samples that tell no motion, expected a free decay")
-    frequency = strongest(x, rate, measurement.band)
+    moves = in_motion(x)
+    frequency = strongest(x[moves], rate, measurement.band)
     if rate < _SAMPLES * frequency:
         raise InputError(
             f"{where}: {rate / frequency:.2g} samples in a cycle of {frequency:.4g} Hz, expected at least {_SAMPLES:g}"
         )
-    envelope = _envelope(x - np.mean(x), rate / frequency)
-    begin, messages = _begin(measurement, record, envelope, rate / frequency)
+    envelope = envelope_of(x - np.mean(x), rate / frequency)
+    begin, messages = _begin(measurement, record, envelope, moves.start, rate / frequency)
     after_clip = _unclipped(x, channel)
     if after_clip > begin:
         messages.append(
@@ -81,22 +93,37 @@ def free_decay(measurement: Measurement, record: Record) -> Decay:
         signal,
         rate,
         _ORDER[channel.quantity],
-        strongest(signal, rate, measurement.band),
+        strongest(signal[: in_motion(signal).stop], rate, measurement.band),
         begin,
         white_noise(signal, 6 * frequency / rate),
         tuple(messages),
     )
 
 
-def spectrum(x: Array, rate: float) -> tuple[Array, Array]:
-    """Frequencies in Hz and the size of the windowed (Hann) spectrum of a record without its mean."""
-    window = np.hanning(len(x))
-    return np.fft.rfftfreq(len(x), 1 / rate).astype(float), np.abs(np.fft.rfft((x - np.mean(x)) * window))
+def in_motion(x: Array) -> slice:
+    """From the first sample that stands out of a record's beginning to the last part that is larger than its end."""
+    some, least = max(8, round(_END * len(x))), _STILL * float(np.ptp(x))
+    begin, end = x[:some], x[-some:]
+    away = np.abs(x - np.mean(begin)) > max(_STANDS_OUT * float(np.std(begin)), least)
+    first = int(np.argmax(away))
+    parts = (x[::-1][: len(x) // some * some] - np.mean(end)).reshape(-1, some)
+    larger = np.sqrt(np.mean(parts**2, axis=1)) > max(_LARGER * float(np.std(end)), least)
+    last = len(x) - some * int(np.argmax(larger))
+    return slice(first, last) if last - first > some else slice(0, len(x))
+
+
+def spectrum(x: Array, rate: float, times: int = 1) -> tuple[Array, Array]:
+    """Frequencies in Hz and the size of the windowed (Hann) spectrum of a record without its mean.
+
+    Zeros make it ``times`` as long, which tells between its lines.
+    """
+    n = times * len(x)
+    return np.fft.rfftfreq(n, 1 / rate).astype(float), np.abs(np.fft.rfft((x - np.mean(x)) * np.hanning(len(x)), n))
 
 
 def strongest(x: Array, rate: float, band: Sequence[float] | None) -> float:
     """Hz of the largest line, in the band where there is one."""
-    f, size = spectrum(x, rate)
+    f, size = spectrum(x, rate, _BETWEEN)
     inside = (f > 1.5 * rate / len(x)) if band is None else (f >= band[0]) & (f <= band[1])
     if not np.any(inside):
         raise InputError(f"band {band}: {len(x) / rate:.3g} s of record resolve no line in it")
@@ -111,7 +138,7 @@ def white_noise(x: Array, above: float) -> float:
     return float(np.sqrt(np.median(power[first:]) / np.log(2)))
 
 
-def _envelope(x: Array, cycle: float) -> Array:
+def envelope_of(x: Array, cycle: float) -> Array:
     """Amplitude as the root mean square of one cycle."""
     n = max(2, round(cycle))
     power = np.convolve(np.square(x), np.ones(n) / n, mode="same")
@@ -120,8 +147,11 @@ def _envelope(x: Array, cycle: float) -> Array:
     return np.asarray(np.sqrt(2 * power))
 
 
-def _begin(measurement: Measurement, record: Record, envelope: Array, cycle: float) -> tuple[int, list[str]]:
-    """The first sample of free motion: the end of the force where it was measured, else the end of the top."""
+def _begin(
+    measurement: Measurement, record: Record, envelope: Array, start: int, cycle: float
+) -> tuple[int, list[str]]:
+    """The first sample of free motion: the end of the force where it was measured, else the end of the top, or half a
+    cycle after the start where a stroke or a release starts it at once."""
     forces = measurement.of("force")
     if forces:
         force = np.abs(record.channels[forces[0].name])
@@ -133,9 +163,10 @@ def _begin(measurement: Measurement, record: Record, envelope: Array, cycle: flo
             f"{record.name}: the force {forces[0].name} acts until the end, expected a free decay after it"
         )
     top = int(np.flatnonzero(envelope >= _TOP * np.max(envelope))[-1])
-    if top <= cycle:
+    if top <= cycle and start <= cycle / 2:
         return 0, []
-    begin = min(top + round(cycle), len(envelope) - 1)
+    at_once = top - start < cycle
+    begin = start + round(cycle / 2) if at_once else min(top + round(cycle), len(envelope) - 1)
     return begin, [
         f"{record.name}: the free decay begins at {begin / record.sample_rate:.4g} s, found from the record."
     ]
