@@ -10,6 +10,7 @@ import numpy as np
 from jointlib.arrays import Array
 from jointlib.errors import InputError
 from jointlib.measurement import MOTIONS, Channel, Measurement, Record
+from jointlib.ringdown.hum import without_hum
 
 _ORDER = {"displacement": 0, "velocity": 1, "acceleration": 2}
 _TOP = 0.98
@@ -26,6 +27,8 @@ _STANDS_OUT, _LARGER = 6.0, 2.0
 """Deviations by which a sample stands out of a beginning, and a part is larger than an end."""
 _BETWEEN = 4
 """Lines told for one that a record resolves."""
+_HEARD = 1e-3
+"""Of the largest motion, hum from which on is worth a word."""
 _QUIET = 0.02
 """Of the largest force; below it the force is off."""
 
@@ -63,9 +66,10 @@ def motion_of(measurement: Measurement) -> Channel:
 def free_decay(measurement: Measurement, record: Record) -> Decay:
     """The decay in a record; refused in a sentence where there is none."""
     channel = motion_of(measurement)
-    x, rate, where = record.channels[channel.name], record.sample_rate, record.name
-    if len(x) < _CYCLES * _SAMPLES or not np.ptp(x) > 0:
-        raise InputError(f"{where}: {len(x)} samples that tell no motion, expected a free decay")
+    raw, rate, where = record.channels[channel.name], record.sample_rate, record.name
+    if len(raw) < _CYCLES * _SAMPLES or not np.ptp(raw) > 0:
+        raise InputError(f"{where}: {len(raw)} samples that tell no motion, expected a free decay")
+    x, hum = without_hum(raw, rate)
     moves = in_motion(x)
     frequency = strongest(x[moves], rate, measurement.band)
     if rate < _SAMPLES * frequency:
@@ -74,7 +78,13 @@ def free_decay(measurement: Measurement, record: Record) -> Decay:
         )
     envelope = envelope_of(x - np.mean(x), rate / frequency)
     begin, messages = _begin(measurement, record, envelope, moves.start, rate / frequency)
-    after_clip = _unclipped(x, channel)
+    messages += [
+        f"{where}: hum of {f:.4g} Hz, {100 * size / np.ptp(x) * 2:.2g} % of the largest motion, does not decay and is "
+        "taken out."
+        for f, size in hum
+        if size > _HEARD * np.ptp(x) / 2
+    ]
+    after_clip = _unclipped(raw, channel)
     if after_clip > begin:
         messages.append(
             f"{where}: clipped until {after_clip / rate:.3g} s; the decay is taken from there on, and larger "

@@ -145,6 +145,24 @@ def test_a_decay_that_is_over_at_once_is_left_out_beside_longer_ones_and_said(tm
     assert any("short.csv" in said and "left out" in said for said in found.messages)
 
 
+def test_hum_is_taken_out_and_is_no_mode(tmp_path: Path) -> None:
+    hum = 3e-5 * np.sin(2 * np.pi * 50.02 * T + 1) + 1e-5 * np.sin(2 * np.pi * 150.06 * T)
+    noise = 7e-7 * np.random.default_rng(7).standard_normal(len(T))
+    found = identify_ringdown(read_measurement(written(tmp_path, LINEAR + hum + noise)))
+    (b,) = found.modes[0]
+    assert b.alone
+    assert np.median(b.damping_ratio) == pytest.approx(RATIO, rel=3e-3)
+    assert sum("hum of" in said for said in found.messages) == 2
+
+
+def test_a_mode_at_the_frequency_of_the_mains_is_no_hum(tmp_path: Path) -> None:
+    x = 1e-3 * np.exp(-0.002 * 2 * np.pi * 50 * T) * np.cos(2 * np.pi * 50 * T)
+    x = x + 1e-7 * np.random.default_rng(8).standard_normal(len(T))
+    found = identify_ringdown(read_measurement(written(tmp_path, x)))
+    assert np.median(found.modes[0][0].damping_ratio) == pytest.approx(0.002, rel=3e-3)
+    assert not any("hum" in said for said in found.messages)
+
+
 def test_a_fit_without_the_modal_mass_is_refused(tmp_path: Path) -> None:
     file = written(tmp_path, LINEAR + 1e-7 * np.random.default_rng(4).standard_normal(len(T)))
     with pytest.raises(InputError, match="modal_mass is missing"):
