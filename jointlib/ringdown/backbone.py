@@ -13,9 +13,10 @@ from jointlib.errors import InputError
 from jointlib.measurement import Measurement, Record
 from jointlib.ringdown.cosine_fits import Pieces, pieces_of
 from jointlib.ringdown.crossings import by_crossings
-from jointlib.ringdown.decay import Decay, free_decay
+from jointlib.ringdown.decay import Decay, free_decay, motion_of
 from jointlib.ringdown.half_cycles import half_cycles
 from jointlib.ringdown.modes import modes_of
+from jointlib.ringdown.strokes import strokes
 
 _LEAST = 5
 """Pieces that make a backbone."""
@@ -85,14 +86,21 @@ def backbones(measurement: Measurement, records: Sequence[Record]) -> tuple[tupl
     """By record, the modes that stand out of it, the largest first; a decay that is too short is left out and said,
     as those from small levels are where there is much dry friction."""
     found, short = list[tuple[Backbone, ...]](), list[TooShort]()
-    for record in records:
+    channel = motion_of(measurement).name
+    parts = [strokes(record, channel, measurement.band) for record in records]
+    for record in (part for some in parts for part in some):
         try:
             found.append(of_decay(free_decay(measurement, record), measurement))
         except TooShort as error:
             short.append(error)
     if not found and short:
         raise short[0]
-    said = [f"{one}. It is left out." for one in short]
+    said = [
+        f"{record.name}: {len(some)} strokes one after the other, told apart by their rows."
+        for record, some in zip(records, parts, strict=True)
+        if len(some) > 1
+    ]
+    said += [f"{one}. It is left out." for one in short]
     if said:
         first, *others = found[0]
         found[0] = (replace(first, messages=(*said, *first.messages)), *others)

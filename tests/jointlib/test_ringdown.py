@@ -15,8 +15,10 @@ from jointlib.joint import Joint
 from jointlib.laws.cubic import Cubic
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
+from jointlib.measurement import Record, RecordSource
 from jointlib.ringdown.identify import identify_ringdown
 from jointlib.ringdown.predicted import predict
+from jointlib.ringdown.strokes import strokes
 
 RATE, OMEGA, RATIO = 4000.0, 2 * np.pi * 80.0, 0.004
 T = np.arange(6000) / RATE
@@ -161,6 +163,25 @@ def test_a_mode_at_the_frequency_of_the_mains_is_no_hum(tmp_path: Path) -> None:
     found = identify_ringdown(read_measurement(written(tmp_path, x)))
     assert np.median(found.modes[0][0].damping_ratio) == pytest.approx(0.002, rel=3e-3)
     assert not any("hum" in said for said in found.messages)
+
+
+def test_strokes_one_after_the_other_are_told_apart(tmp_path: Path) -> None:
+    quiet = np.zeros(round(0.1 * RATE))
+    x = np.concatenate([quiet, LINEAR, 0.5 * LINEAR[:5000], 0.8 * LINEAR])
+    x = x + 1e-7 * np.random.default_rng(9).standard_normal(len(x))
+    found = identify_ringdown(read_measurement(written(tmp_path, x)))
+    assert len(found.modes) == 3
+    for (b,), level in zip(found.modes, (1, 0.5, 0.8), strict=True):
+        assert 0.8 * level < b.amplitude[0] / 1e-3 < level
+        assert np.median(b.damping_ratio) == pytest.approx(RATIO, rel=3e-3)
+    assert any("3 strokes one after the other" in said for said in found.messages)
+
+
+@pytest.mark.parametrize("apart", [0.015, 0.03, 0.06, 0.15])
+def test_modes_that_beat_are_no_strokes(tmp_path: Path, apart: float) -> None:
+    x = LINEAR + np.exp(-RATIO * OMEGA * T) * 1e-3 * np.cos((1 + apart) * OMEGA * T + 3)
+    record = Record(RecordSource(tmp_path / "x.csv", "fit"), {"x": x}, RATE, None, "")
+    assert strokes(record, "x", None) == [record]
 
 
 def test_a_fit_without_the_modal_mass_is_refused(tmp_path: Path) -> None:
