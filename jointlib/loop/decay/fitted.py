@@ -62,9 +62,15 @@ def fit(evidence: Evidence, joint: Joint, *, quick: bool = False) -> Fitted:
 
 
 def with_folds(evidence: Evidence, folds: Folds, whole: Fitted) -> Fitted:
-    """The same with each fold left out in turn."""
+    """The same with each fold left out in turn.
+
+    No motion tells of contacts that slip beyond it. So what a joint with a memory does at amplitudes beyond all that
+    were kept is judged in sample.
+    """
     losses, over, out = [], 0.0, np.zeros(len(folds.masks[0]))
-    weight = np.concatenate([np.tile(b.amplitude**2, 2) for b in evidence.backbones])
+    amplitude = np.concatenate([np.tile(b.amplitude, 2) for b in evidence.backbones])
+    weight = amplitude**2
+    in_sample = evidence.residual(whole.joint) if whole.joint.states else None
     force = sum(float(np.sum(np.abs(evidence.modal_mass * b.gain * b.amplitude) ** 2)) for b in evidence.backbones)
     for mask in folds.masks:
 
@@ -73,6 +79,9 @@ def with_folds(evidence: Evidence, folds: Folds, whole: Fitted) -> Fitted:
 
         found, _ = refit(whole.joint, without, free_of(whole.joint), quick=True)
         out[mask] = evidence.residual(found)[mask]
+        if in_sample is not None:
+            beyond = mask & (amplitude > np.max(amplitude[np.logical_not(mask)]))
+            out[beyond] = in_sample[beyond]
         losses.append(float(np.sum(out[mask] ** 2)))
         left = np.concatenate([part for one in evidence.left(found) for part in (one.real, one.imag)])
         over += float(np.sum((left**2 * weight)[mask]))
