@@ -25,3 +25,11 @@ def test_quadratic_damping_is_named_from_its_decay() -> None:
 def test_an_uneven_spring_under_other_modes_is_not_taken_for_a_cubic_one_alone(decibel: float) -> None:
     row = run(Case(("quadratic",), 3, decibel, 0))
     assert not named(row) or in_set(row), row
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("decibel", [60, 40])
+def test_damping_that_saturates_is_not_named_dry_friction(decibel: float) -> None:
+    row = run(Case(("damping-that-saturates",), 1, decibel, 0))
+    assert not named(row), row
+    assert run(Case(("coulomb",), 1, decibel, 0))["verdict"] in ("identified", "ambiguous")

@@ -59,7 +59,8 @@ def verdict_of(found: Search, folds: Folds) -> Verdict:
         return Verdict.NOTHING_MISSING
     if not found.terms or found.explained < NEAREST_FROM:
         return Verdict.UNEXPLAINED
-    if found.explained < NAMED_FROM or not found.clean or (found.unnamed is not None and found.unnamed.clear):
+    stands_in = found.rounded is not None or (found.unnamed is not None and found.unnamed.clear)
+    if found.explained < NAMED_FROM or not found.clean or stands_in:
         return Verdict.PARTIAL
     if found.unnamed is not None:
         return Verdict.AMBIGUOUS

@@ -13,6 +13,7 @@ from jointlib.loop.answer.report import TraceReport
 from jointlib.loop.decay.answer import Sealed, report_of
 from jointlib.loop.decay.contest import Round, is_quiet
 from jointlib.loop.decay.fitted import fit, folds_of, with_folds
+from jointlib.loop.decay.rounded import rounded
 from jointlib.loop.decay.search import Search, search
 from jointlib.loop.path.checks import exists_in_time
 from jointlib.measurement import Measurement
@@ -51,6 +52,7 @@ def trace_decay(measurement: Measurement, joint: Joint, *, seed: int = 0) -> Tra
         found = search(
             evidence, folds, before, [e for e in installed.joint if exists_in_time(e) and _steps_by_turns(e)]
         )
+        found = replace(found, rounded=rounded(evidence, before.joint, found.after))
     opened = read_records(measurement, measurement.with_role("sealed"))
     sealed = Sealed(evidence_of(measurement, backbones(measurement, opened)), opened) if opened else None
     report = report_of(measurement, joint, records, evidence, folds, found, sealed, said_of(modes), seed)

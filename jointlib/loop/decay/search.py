@@ -35,6 +35,8 @@ class Search:
     count: int
     unnamed: Power | None = None
     """Damping without a name that does as well as two effects."""
+    rounded: float | None = None
+    """Smoothing velocity over the largest speed, of friction that turns too slowly to be dry."""
 
     @property
     def clean(self) -> bool:

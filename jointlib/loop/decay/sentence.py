@@ -39,6 +39,11 @@ def sentence_of(
 
 def _more(found: Search) -> str:
     """Why effects that explain much are not all."""
+    if found.rounded is not None:
+        return (
+            f"But this friction turns over {100 * found.rounded:.2g} % of the largest speed, and dry friction at once: "
+            "it stands in for damping that saturates with the speed."
+        )
     power = found.unnamed
     if power is None or not power.clear:
         return "More is missing."
