@@ -80,7 +80,9 @@ def search(evidence: Evidence, folds: Folds, before: Fitted, effects: Sequence[J
             pairs.append(_Pair(one, second.best, second, plainer))
     if not pairs:
         return alone
-    pair = min(pairs, key=lambda p: held_out(p.two))
+    lowest = min(pairs, key=lambda p: held_out(p.two))
+    alike = [p for p in pairs if held_out(p.two) <= _alike(lowest.two, count)]
+    pair = min(alike, key=lambda p: (numbers(p.two), held_out(p.two)))
     if best is None:
         found = _together(evidence, folds, alone, pair, pairs)
         return found if found.explained >= NAMED_FROM and found.clean else alone
@@ -99,6 +101,7 @@ def _together(evidence: Evidence, folds: Folds, alone: Search, pair: _Pair, pair
     others = (*alone.terms, *(p.two for p in pairs if p is not pair))
     rivals = {r.effect.family: r for r in pair.second.rivals}
     rivals |= {r.effect.family: r for r in others if held_out(r) <= _alike(pair.two, count)}
+    rivals |= {p.one.effect.family: p.one for p in pairs if held_out(p.two) <= _alike(pair.two, count)}
     own = {pair.one.effect.family, pair.two.effect.family}
     return Search(
         before,
