@@ -106,7 +106,8 @@ def page(rows: Sequence[Row]) -> str:
     foreign = [r for r in rows if set(r["effects"]) & set(OUTSIDE)]
     nothing = [r for r in rows if not r["effects"]]
     ours = [r for r in rows if r["effects"] and r not in foreign]
-    lines = [MARK, "", TEXT.format(runs=len(rows), last=max(r["seed"] for r in rows)), ""]
+    seeds = [r["seed"] for r in rows]
+    lines = [MARK, "", TEXT.format(runs=len(rows), first=min(seeds), last=max(seeds)), ""]
     lines += ["| | runs | demanded | reached |", "|---|---|---|---|"]
     for decibel in (60, 40):
         some = [r for r in ours if len(r["effects"]) == 1 and r["decibel"] == decibel]
@@ -130,9 +131,9 @@ def page(rows: Sequence[Row]) -> str:
 
 TEXT = """Decays of a chain of one to three masses on a joint, made by `tests/acceptance/decay_records.py` with formulas
 of its own and integrated step by step: three levels, noise 60 or 40 dB below the first amplitude of the highest,
-displacement, velocity or acceleration in turn. {runs} traces, seeds 0 to {last}. In the set means that the verdict is
-`identified` or `ambiguous` and that what is hidden is the name or one of its rivals; alone, that there is no rival.
-Written by `tests/acceptance/decay_table.py`."""
+displacement, velocity or acceleration in turn. {runs} traces, seeds {first} to {last}. In the set means that the
+verdict is `identified` or `ambiguous` and that what is hidden is the name or one of its rivals; alone, that there is
+no rival. Written by `tests/acceptance/decay_table.py`."""
 
 
 def _line(what: str, rows: Sequence[Row], test: Callable[[Row], bool], demanded: str) -> str:
