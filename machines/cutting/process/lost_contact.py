@@ -11,6 +11,8 @@ and the force K_s·b·h₀^(1−q)·h^q/q has the first harmonic K_s·b·A·D(A,
 
 from __future__ import annotations
 
+from bisect import bisect_left
+
 import numpy as np
 import scipy
 
@@ -90,6 +92,9 @@ def milling_contact(cutting: Cutting, axes: tuple[str, ...], direction: ComplexA
     chip = np.abs(along @ direction) * turned
     weight = chip * np.linalg.norm(push, axis=1)
     sizes = np.geomspace(_SMALLEST, _LARGEST, _SIZES)
-    felt = np.array([weight @ first_harmonic(size * chip / np.sin(phi), 1.0) for size in sizes]) / np.sum(weight)
-    less = felt < 1 - _FELT
-    return float(sizes[np.argmax(less)]) if np.any(less) else np.inf
+
+    def less(size: float) -> bool:  # never again once it is
+        felt = weight @ first_harmonic(size * chip / np.sin(phi), 1.0)
+        return bool(felt < (1 - _FELT) * np.sum(weight))
+
+    return float(np.append(sizes, np.inf)[bisect_left(sizes, True, key=less)])

@@ -16,7 +16,7 @@ import scipy
 from jointlib.arrays import Array, ArrayLike
 from jointlib.errors import InputError
 
-_NODES = 80
+_RULE = np.polynomial.legendre.leggauss(80)
 
 
 def first_harmonic(ratio: ArrayLike, exponent: float) -> Array:
@@ -48,7 +48,7 @@ def touching_ratio(exponent: float) -> float:
 
 def _interrupted(r: Array, q: float) -> Array:
     """N(r) for r ≥ 1 by quadrature over the part of the cycle in contact; a sine map tames the power at its ends."""
-    x, weight = np.polynomial.legendre.leggauss(_NODES)
+    x, weight = _RULE
     edge = np.arccos(-1 / r)[..., None]
     theta = edge * (1 + np.sin(np.pi / 2 * x)) / 2
     chip = np.maximum(1 + r[..., None] * np.cos(theta), 0.0) ** q
