@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -148,15 +149,28 @@ class ToolModel:
 
     def __call__(self, frequency: Array) -> ComplexArray:
         """G at frequencies in Hz of either sign, shape (…, n, n)."""
+        # κ/2·(R/(jω − s) + R̄/(jω − s̄)) = (b + jω·a)/(|s|² − ω² − 2jω·Re s) with a = κ·Re R and b = −κ·Re(R·s̄)
         f = np.asarray(frequency)
-        residue = (self.weight / 2)[:, None, None] * self.outputs[:, :, None] * self.inputs[:, None, :]
-        flat = residue.reshape(len(self.poles), int(np.prod(residue.shape[1:])))
-        value = np.empty((f.size, flat.shape[1]), dtype=complex)
+        speed, place = (part.reshape(len(self.poles), self.direct.size) for part in self._shares)
+        size, damped = np.abs(self.poles), -2 * self.poles.real
+        value = np.empty((f.size, self.direct.size), dtype=complex)
         lines = max(_ALIKE, _BLOCK // max(1, len(self.poles)) // _ALIKE * _ALIKE)
         for first in range(0, f.size, lines):
-            jw = 2j * np.pi * f.ravel()[first : first + lines, None]
-            value[first : first + lines] = (1 / (jw - self.poles)) @ flat + (1 / (jw - self.poles.conj())) @ flat.conj()
+            omega = 2 * np.pi * f.ravel()[first : first + lines, None]
+            re, im = (size - omega) * (size + omega), damped * omega
+            scale = 1 / (re * re + im * im)
+            re *= scale
+            im *= scale
+            some = value[first : first + lines]
+            some.real = re @ place + omega * (im @ speed)
+            some.imag = omega * (re @ speed) - im @ place
         return np.asarray(value.reshape(*f.shape, *self.direct.shape) + self.direct)
+
+    @cached_property
+    def _shares(self) -> tuple[Array, Array]:
+        """κ·Re R and −κ·Re(R·s̄) of every pole, each (m, n, n)."""
+        residue = self.residues
+        return residue.real, -(residue * self.poles.conj()[:, None, None]).real
 
     def up_to(self, frequency: float) -> ToolModel:
         """The same with modes above a frequency in Hz joined into one a direction, or into their flexibility.

@@ -104,5 +104,6 @@ def test_the_lowest_lobe_of_a_chatter_tells_where_it_may_be_low_again() -> None:
 def test_level_ground_above_the_lowest_place_is_known() -> None:
     speed = np.array([2000.0, 2400.0, 2600.0, 3000.0, 3400.0])
     for middle, looked in ((1.0206, False), (1.03, True)):
-        known = {"speed": speed, "depth": np.array([1.2, 1.0, middle, 1.02, middle])}
+        depth, lobe = np.array([1.2, 1.0, middle, 1.02, middle]), np.arange(5, 0, -1)
+        known = {"speed": speed, "depth": depth, "lobe": lobe, "kind": np.full(5, "hopf")}
         assert np.any(dips.beside(known, dips.NEAR) > 2600.0) == looked

@@ -187,10 +187,9 @@ def over_the_range(
     # Of a mean cut no chatter doubles the period of the teeth: its lobes are alike, and are met by that.
     mean = chart.method in ("turning", "zero-order")
     for _ in range(0 if mean else _HALVINGS):
-        split = np.flatnonzero(dips.changes(known, chart.cuts_per_revolution))
-        if not len(split):
+        if not len(between := dips.changes(known, chart.cuts_per_revolution)):
             break
-        join((known["speed"][split] + known["speed"][split + 1]) / 2)
+        join(between)
     for _ in range(0 if mean else _HALVES):
         if not len(half := dips.half(known, chart.cuts_per_revolution)):
             break

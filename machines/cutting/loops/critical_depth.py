@@ -19,7 +19,7 @@ import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
 
-from .loop_branches import NONE, Bracket, Crossing, Loop, brackets, closed, nearest, regeneration
+from .loop_branches import NONE, Bracket, Crossing, Iterated, Loop, brackets, closed, nearest, regeneration
 from .loop_samples import samples
 
 _LEVELS = (0.6, 0.3, 0.15, 0.07, 0.02, 0.004, 5e-4)
@@ -51,7 +51,7 @@ def first_crossings(
         for _ in range(_ROUNDS):
             matters = (known.bound[:-1] >= level) | (known.bound[1:] >= level)
             known.know(np.append(matters, True) | np.insert(matters, 0, False), level)
-            between, coarse = brackets(known.fraction, known.values, matters, level)
+            between, coarse = brackets(known.fraction, known.values, matters, level, known.looked)
             if not coarse.any():
                 break
             known.halve(coarse, level)
@@ -84,6 +84,8 @@ def near(loop: Loop, crossing: Crossing) -> Crossing:
         if abs(value.imag) > _REAL * abs(value) or value.real >= 0:
             return NONE
         return Crossing(-0.5 / value.real, 0.5, complex(value.real))
+    if isinstance(loop, Iterated) and (found := loop.crossing(crossing)) is not None:
+        return found
     before, value, past = nan, crossing.eigenvalue, complex(nan)
     for _ in range(20):
         new, _ = nearest(loop, nu, value)
@@ -104,7 +106,9 @@ def near(loop: Loop, crossing: Crossing) -> Crossing:
 
 
 def eigenvector(loop: Loop, crossing: Crossing) -> ComplexArray:
-    """What the loop carries round at a crossing, shape (m,)."""
+    """What the loop carries round at a crossing of its own, shape (m,)."""
+    if isinstance(loop, Iterated) and crossing.carried is not None:
+        return crossing.carried
     return nearest(loop, crossing.fraction, crossing.eigenvalue)[1]
 
 

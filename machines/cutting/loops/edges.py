@@ -64,7 +64,7 @@ def edges_of_loop(loop: Loop, fraction: Array, deepest: float) -> list[Edge]:
         needed[-2:] = True
         known.know(needed, level)
         matters[-1] = False  # branches are real at 1/2, or not to be told from real next to it
-        brackets, coarse = loop_branches.brackets(known.fraction, known.values, matters, level)
+        brackets, coarse = loop_branches.brackets(known.fraction, known.values, matters, level, known.looked)
         if not coarse.any():
             break
         known.halve(coarse, level)

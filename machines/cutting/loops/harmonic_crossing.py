@@ -98,7 +98,7 @@ def _strongest(loop: HarmonicLoop, resolved: Shape, stiffest: float) -> Found:
         if level >= faintest and lacking:
             level, about = min((1 - SAME) * needed, level / 1.5), search[0].depth
             continue
-        if narrowed and not (search := _of_all_lines(whole, search)):
+        if narrowed and not (search := _of_all_lines(IteratedLoop(replace(loop, harmonics=P)), search)):
             level, about = level / 2, np.inf
             continue
         before, settled = search[0], _lowest(finer, search, fraction)
@@ -133,7 +133,7 @@ def _strong(
     return lines if lines.size <= _LARGEST else IteratedLoop(strong)
 
 
-def _of_all_lines(whole: HarmonicLoop | IteratedLoop, found: list[Crossing]) -> list[Crossing]:
+def _of_all_lines(whole: IteratedLoop, found: list[Crossing]) -> list[Crossing]:
     """Crossings of the strong lines with all others beside them; none where one of them moves far."""
     settled = [near(whole, one) for one in found]
     if all(at.kind and abs(at.depth / one.depth - 1) < SAME for one, at in zip(found, settled, strict=True)):

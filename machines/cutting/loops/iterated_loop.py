@@ -23,7 +23,8 @@ from jointlib.arrays import Array, ComplexArray
 
 from ...deadline import in_time
 from .folded_lines import folded_eigenvalue
-from .loop_branches import Iterated, nearest_of, regeneration
+from .followed_crossing import followed_crossing
+from .loop_branches import Crossing, Iterated, nearest_of, regeneration
 from .multi_frequency import HarmonicLoop, coupled, stiffest_direction
 from .strong_lines import StrongLines
 
@@ -90,9 +91,9 @@ class IteratedLoop(Iterated):
         if self.size <= _FORMED or isinstance(self.loop, StrongLines):
             matrix = self(np.array([fraction]))[0]
             return lambda x: np.asarray(matrix @ x)
-        return self._transformed(self.loop.lines(np.array([fraction]))[0])
+        return self.transformed(self.loop.lines(np.array([fraction]))[0])
 
-    def _transformed(self, lines: ComplexArray) -> Callable[[ComplexArray], ComplexArray]:
+    def transformed(self, lines: ComplexArray) -> Callable[[ComplexArray], ComplexArray]:
         """x → A·x by transforms, with G (lines, n, n)."""
         kernel, length = self._kernel
 
@@ -114,6 +115,12 @@ class IteratedLoop(Iterated):
         at = int(np.argmin(np.abs(values - guess)))
         return complex(values[at]), np.asarray(vectors[:, at])
 
+    def crossing(self, guess: Crossing) -> Crossing | None:
+        """The Hopf crossing close to a guess; None where the weak lines do not just follow the strong ones."""
+        if isinstance(self.loop, StrongLines) or self.size <= _SMALL:
+            return None
+        return followed_crossing(self.loop, self.transformed, guess)
+
     def _folded(self, fraction: float, guess: complex) -> tuple[complex, ComplexArray] | None:
         """The same where the weak lines only follow the strong ones."""
         if isinstance(self.loop, StrongLines) or self.size <= _SMALL:
@@ -124,7 +131,7 @@ class IteratedLoop(Iterated):
         if not 0 < np.count_nonzero(strong) <= len(strong) / 2:
             return None
         among = coupled(self.loop.coupling(self.loop.orders[strong]), lines[None, strong])[0]
-        return folded_eigenvalue(self._transformed(lines), among, np.repeat(strong, lines.shape[-1]), guess)
+        return folded_eigenvalue(self.transformed(lines), among, np.repeat(strong, lines.shape[-1]), guess)
 
     def force(self, carried: ComplexArray) -> ComplexArray:
         """The force on the tool at ω + qω_T for an eigenvector, (lines, n)."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from math import isfinite, sqrt
 
@@ -29,6 +29,10 @@ class Iterated(ABC):
     def nearest(self, fraction: float, guess: complex) -> tuple[complex, ComplexArray]:
         """The eigenvalue nearest to a guess and its vector."""
 
+    @abstractmethod
+    def crossing(self, guess: Crossing) -> Crossing | None:
+        """The Hopf crossing close to a guess; None where its eigenvalue has to be followed."""
+
 
 LOOKED = 0.5
 """Share of the level: an eigenvalue that closes at ν lies at −1/depth there, and by so much to the left beside it."""
@@ -42,11 +46,15 @@ _HALF = 1e-12
 
 @dataclass(frozen=True)
 class Crossing:
-    """Depth in m (inf where there is none), ν = ω/ω_T in [0, 1/2], and the eigenvalue of the loop there in 1/m."""
+    """Depth in m (inf where there is none), ν = ω/ω_T in [0, 1/2], and the eigenvalue of the loop there in 1/m.
+
+    ``carried`` is what the loop carries round, (m,), where it came with the depth.
+    """
 
     depth: float
     fraction: float
     eigenvalue: complex
+    carried: ComplexArray | None = field(default=None, compare=False, repr=False)
 
     @property
     def kind(self) -> str:
@@ -81,7 +89,9 @@ class Bracket:
     end: complex
 
 
-def brackets(fraction: Array, values: ComplexArray, matters: Mask, level: float) -> tuple[list[Bracket], Mask]:
+def brackets(
+    fraction: Array, values: ComplexArray, matters: Mask, level: float, looked: float = LOOKED
+) -> tuple[list[Bracket], Mask]:
     """The crossings between neighbours, and which intervals are too coarse to tell.
 
     Only eigenvalues that may close at a depth of at most 1/level near by are looked at, each beside the nearest one at
@@ -94,7 +104,7 @@ def brackets(fraction: Array, values: ComplexArray, matters: Mask, level: float)
     found = []
     for flipped in (False, True):
         own, other = (at_right, at_left) if flipped else (at_left, at_right)
-        row, column = np.nonzero(own.real <= -LOOKED * level)
+        row, column = np.nonzero(own.real <= -looked * level)
         size = np.abs((right if flipped else left)[row, column])
         apart = np.abs(left[row] - right[row, column, None] if flipped else left[row, column, None] - right[row])
         partner = np.argmin(apart, axis=1)

@@ -6,6 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
 from jointlib.arrays import Array, ComplexArray
 
@@ -14,8 +15,20 @@ from ...indices import Mask
 from .iterated_loop import IteratedLoop
 from .loop_branches import LOOKED, Loop, regeneration
 
+SingleArray = NDArray[np.complex64]
+
 _BESIDE = 0.25
 """Share of the level down to which eigenvalues of a large loop are known, so that none that matters lacks its mate."""
+_KNOWN = 0.5
+"""The same of matrices of many rows, whose branches are looked at nearer to the level."""
+_NEARER = 0.75
+_LARGE, _SHARE = 56, 0.37
+"""Rows from which on only the strongest eigenvalues are sought, that share of all."""
+_POWERS, _TOLD = 4, 1.2
+"""Times that a subspace is taken through the eighth power, and how far above the least in it an eigenvalue is then told
+to three digits."""
+_SMALLEST, _ROUNDED = 1e-36, 1.0001
+"""Least norm in single precision, and what its rounding is worth."""
 _BLOCK = 2_000_000
 """Entries of matrices whose eigenvalues are computed together; between two blocks time may be up."""
 
@@ -26,6 +39,7 @@ class Samples(ABC):
     fraction: Array
     values: ComplexArray
     bound: Array
+    looked: float = LOOKED
 
     @abstractmethod
     def know(self, needed: Mask, level: float) -> None:
@@ -37,27 +51,37 @@ class Samples(ABC):
 
 
 class _Dense(Samples):
-    """With all eigenvalues, of matrices whose norm tells where none is needed."""
+    """With all eigenvalues, or the strongest of many, of matrices whose norm tells where none is needed."""
 
     def __init__(self, loop: Loop, fraction: Array) -> None:
         self._loop, self.fraction = loop, fraction
         self._matrices = loop(fraction)
-        self.bound = _largest(self._matrices) * np.abs(regeneration(fraction))
+        self._powers, largest = _eighth(self._matrices)
+        self.looked = LOOKED if self._matrices.shape[1] < _LARGE else _NEARER
+        self.bound = largest * np.abs(regeneration(fraction))
         self.values = np.full(self._matrices.shape[:2], np.nan, dtype=complex)
+        self._down = np.full(len(fraction), np.inf)
+        """Size of λ(1 − e^(−2πjν)) from which on all are known."""
 
     def know(self, needed: Mask, level: float) -> None:
-        missing = np.isnan(self.values[:, 0]) & needed
-        self.values[missing] = _eigenvalues(self._matrices[missing])
+        missing = needed & (self._down > _KNOWN * level)
+        if missing.any():
+            turn = np.abs(regeneration(self.fraction[missing]))
+            found, down = _strongest(self._matrices[missing], self._powers[missing], _KNOWN * level / turn)
+            self.values[missing], self._down[missing] = found, down * turn
 
     def halve(self, coarse: Mask, level: float) -> None:
         middle = (self.fraction[:-1][coarse] + self.fraction[1:][coarse]) / 2
         order = np.argsort(np.concatenate([self.fraction, middle]), kind="stable")
-        between = self._loop(middle)
-        values = _eigenvalues(between)
-        reach = np.max(np.abs(values), axis=1) * np.abs(regeneration(middle))
+        between, turn = self._loop(middle), np.abs(regeneration(middle))
+        powers, _ = _eighth(between)
+        values, down = _strongest(between, powers, _KNOWN * level / turn)
+        reach = np.max(np.abs(values), axis=1) * turn
         self.fraction = np.concatenate([self.fraction, middle])[order]
         self._matrices = np.concatenate([self._matrices, between])[order]
+        self._powers = np.concatenate([self._powers, powers])[order]
         self.values = np.concatenate([self.values, values])[order]
+        self._down = np.concatenate([self._down, down * turn])[order]
         self.bound = np.concatenate([self.bound, reach])[order]
 
 
@@ -112,14 +136,38 @@ def _blocks(matrices: ComplexArray) -> Iterator[ComplexArray]:
         yield matrices[start : start + together]
 
 
-def _largest(matrices: ComplexArray) -> Array:
-    """An upper bound of the largest eigenvalue: the norm of the eighth power, to the power 1/8."""
-    return np.concatenate([_norm_of_powers(some) for some in _blocks(matrices)])
+def _strongest(matrices: ComplexArray, powers: SingleArray, level: Array) -> tuple[ComplexArray, Array]:
+    """All eigenvalues of small matrices, of large ones the strongest, zero in the place of the others, (g, m).
+
+    Beside them the size from which on none is left out, (g,), at most ``level`` (1/m).
+    """
+    size = matrices.shape[1]
+    if size < _LARGE:
+        return _eigenvalues(matrices), np.zeros(len(matrices))
+    values, down = np.zeros(matrices.shape[:2], dtype=complex), np.full(len(matrices), np.inf)
+    count = int(_SHARE * size)
+    basis = np.broadcast_to(np.exp(1j * np.arange(size)[:, None] ** 2 * np.arange(1, count + 1)), (size, count))
+    for _ in range(_POWERS):
+        basis = np.linalg.qr(powers @ basis.astype(np.complex64))[0]
+    basis = np.linalg.qr(basis.astype(complex))[0]
+    found = np.linalg.eigvals(basis.conj().swapaxes(-1, -2) @ (matrices @ basis))
+    down = _TOLD * np.min(np.abs(found), axis=1, initial=np.inf)
+    values[:, :count] = np.where(np.abs(found) >= down[:, None], found, 0.0)
+    more = down > level
+    values[more], down[more] = _eigenvalues(matrices[more]), 0.0
+    return values, down
 
 
-def _norm_of_powers(matrices: ComplexArray) -> Array:
-    scale = np.linalg.norm(matrices, axis=(1, 2))
-    power = matrices / np.where(scale > 0, scale, 1.0)[:, None, None]
-    for _ in range(3):
-        power = power @ power
-    return np.asarray(scale * np.linalg.norm(power, axis=(1, 2)) ** (1 / 8))
+def _eighth(matrices: ComplexArray) -> tuple[SingleArray, Array]:
+    """The eighth powers of matrices over a norm, in single precision, and upper bounds of their eigenvalues from it."""
+    powers, largest = np.empty(matrices.shape, dtype=np.complex64), np.empty(len(matrices))
+    at = 0
+    for some in _blocks(matrices):
+        scale = np.linalg.norm(some, axis=(1, 2))
+        power = (some / np.where(scale > 0, scale, 1.0)[:, None, None]).astype(np.complex64)
+        for _ in range(3):
+            power = power @ power
+        part = slice(at, at := at + len(some))
+        powers[part] = power
+        largest[part] = scale * np.maximum(np.linalg.norm(power, axis=(1, 2)), _SMALLEST) ** (1 / 8) * _ROUNDED
+    return powers, largest

@@ -145,8 +145,12 @@ class HarmonicLoop:
 def coupled(coupling: ComplexArray, lines: ComplexArray) -> ComplexArray:
     """H_(p−q)·G(ω + qω_T), shape (g, m, k), of H (m, k) and G (g, lines, n, n)."""
     rows, n = len(coupling), lines.shape[-1]
-    turned = coupling.reshape(rows, -1, 1, n) @ lines[:, None]
-    return np.asarray(turned.reshape(len(lines), rows, -1))
+    felt = coupling.reshape(rows, -1, n)
+    turned = np.zeros((len(lines), *felt.shape), dtype=complex)
+    for a in range(n):
+        for b in range(n):
+            turned[..., b] += felt[..., a] * lines[:, None, :, a, b]
+    return turned.reshape(len(lines), rows, -1)
 
 
 @lru_cache(maxsize=16)

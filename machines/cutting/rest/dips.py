@@ -18,8 +18,8 @@ NEAR, AS_LOW = 1.5, 1.02
 """Times the lowest limit up to which a low place is looked at; of a mean cut, whose lobes are all nearly as low."""
 _SAME, _PHASES = 0.02, 10
 """Share by which frequencies of one chatter differ, and parts of a wave between teeth that are told apart."""
-_LOOKS = 2
-"""Speeds inside an interval beside a low place, at every closer look."""
+_GAINED = 1e-7
+"""Share by which the bottom of a parabola lies below what is known, up to which a low place is closed in."""
 _CLOSED = 2e-5
 """Share of the speed to which low places are closed in."""
 _NARROW = 1e-3
@@ -44,13 +44,27 @@ def hidden(known: Mapping[str, Array], grid: Array) -> Mask:
     return found
 
 
-def changes(known: Mapping[str, Array], cuts: int) -> Mask:
-    """Intervals between neighbouring speeds in which another chatter takes over."""
-    half = np.floor(120 * known["chatter_frequency"] / (cuts * known["speed"]))
-    other = (
-        (half[1:] != half[:-1]) | (known["kind"][1:] != known["kind"][:-1]) | (known["lobe"][1:] != known["lobe"][:-1])
-    )
-    return np.asarray(other & (np.diff(known["speed"]) > _NARROW * known["speed"][1:]))
+def changes(known: Mapping[str, Array], cuts: int) -> Array:
+    """A speed inside every interval between neighbouring speeds in which another chatter takes over.
+
+    Where two speeds of either chatter are known it is that at which straight lines through their depths meet: there the
+    limit is highest and a third chatter shows most. One that is as good as known is left out.
+    """
+    speed, depth, found = known["speed"], known["depth"], list[float]()
+    half = np.floor(120 * known["chatter_frequency"] / (cuts * speed))
+    same = np.column_stack([half, known["lobe"], known["kind"] == "flip"])
+    other = np.any(same[1:] != same[:-1], axis=1) & (np.diff(speed) > _NARROW * speed[1:])
+    for row in np.flatnonzero(other).tolist():
+        a, b = float(speed[row]), float(speed[row + 1])
+        at = (a + b) / 2
+        if 0 < row < len(speed) - 2 and np.all(same[[row - 1, row + 2]] == same[[row, row + 1]]):
+            rises = (depth[row] - depth[row - 1]) / (a - speed[row - 1])
+            falls = (depth[row + 2] - depth[row + 1]) / (speed[row + 2] - b)
+            meet = (depth[row + 1] - depth[row] + rises * a - falls * b) / (rises - falls) if rises > falls else at
+            at = float(meet) if a < meet < b else at
+        if min(at - a, b - at) > _NARROW / 4 * at:
+            found.append(at)
+    return np.array(found)
 
 
 def half(known: Mapping[str, Array], cuts: int) -> Array:
@@ -102,16 +116,43 @@ def alike(known: Mapping[str, Array], cuts: int, mean: bool) -> Array:
 
 
 def beside(known: Mapping[str, Array], near: float) -> Array:
-    """Speeds inside the intervals round every low place that is at most ``near`` times the lowest.
+    """Speeds at which to look for the bottom of every low place that is at most ``near`` times the lowest.
 
-    One above the lowest that is level with both its neighbours is known.
+    That is where the parabola through three speeds with its chatter has its bottom; where fewer are known or that lies
+    beyond, the middle of either interval. A place above the lowest that is level with both its neighbours is known.
     """
-    speed, depth, found = known["speed"], known["depth"], [np.zeros(0)]
+    speed, depth, found = known["speed"], known["depth"], list[float]()
     for row in _lows(depth, near).tolist():
+        ends = speed[max(row - 1, 0) : row + 2]
         level = np.max(depth[max(row - 1, 0) : row + 2]) <= (1 + _LEVEL) * depth[row]
         if level and (1 - _LEVEL) * depth[row] > np.min(depth):
             continue
-        for a, b in pairwise(speed[max(row - 1, 0) : row + 2].tolist()):
-            if b - a > _CLOSED * b:
-                found.append(np.linspace(a, b, _LOOKS + 2)[1:-1])
-    return np.unique(np.concatenate(found))
+        own = _own(known, row)
+        if len(own) == 3:
+            at, lower = _bottom(speed[own], depth[own], float(speed[row]))
+            if ends[0] < at < ends[-1]:
+                if lower > _GAINED * depth[row] and np.min(np.abs(at - ends)) > _CLOSED / 2 * at:
+                    found.append(at)
+                continue
+        found += [(a + b) / 2 for a, b in pairwise(ends.tolist()) if b - a > _CLOSED * b]
+    return np.unique(found)
+
+
+def _own(known: Mapping[str, Array], row: int) -> Index:
+    """The rows next to one, itself among them, at which the same chatter is lowest: three, or fewer where it ends."""
+    alike = (known["lobe"] == known["lobe"][row]) & (known["kind"] == known["kind"][row])
+    first = row - int(np.argmin(np.append(alike[row::-1], False))) + 1
+    last = row + int(np.argmin(np.append(alike[row:], False)))
+    start = int(np.clip(row - 1, first, max(first, last - 3)))
+    return np.arange(start, min(start + 3, last))
+
+
+def _bottom(speed: Array, depth: Array, of: float) -> tuple[float, float]:
+    """Where a parabola through three places has its bottom, and by how much that lies below one ``of`` them."""
+    left, right = speed[1] - speed[0], speed[2] - speed[1]
+    falls, rises = (depth[1] - depth[0]) / left, (depth[2] - depth[1]) / right
+    bend = (rises - falls) / (left + right)
+    if not bend > 0:
+        return np.nan, 0.0
+    at = (speed[0] + speed[1] - falls / bend) / 2
+    return float(at), float(bend * (at - of) ** 2)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -78,8 +79,10 @@ def stability_lobes(
         raise InputError("lobes: a ToolModel already has its axes, leave them out")
     if model is not None:
         refuse_undamped(model)
-        axes, frequency = model.axes, model.lines if frequency is None else frequency
-    if not isinstance(receptance, ToolPoint):
+        axes = model.axes
+    if model is not None and frequency is None:
+        receptance = _point_of(model)
+    elif not isinstance(receptance, ToolPoint):
         receptance = tool_point(receptance, _assumed_axes(receptance, cutting, axes), frequency)
     elif axes is not None or frequency is not None:
         raise InputError("lobes: a ToolPoint already has its axes and frequencies, leave both out")
@@ -179,6 +182,13 @@ def default_method(receptance: FRF | Receptance | ToolPoint | ToolModel, cutting
     return "multi-frequency"
 
 
+@lru_cache(maxsize=8)
+def _point_of(model: ToolModel) -> ToolPoint:
+    """The tool point of a model, one for those who ask speed by speed."""
+    return tool_point(model, model.axes, model.lines)
+
+
+@lru_cache(maxsize=8)
 def said_before(point: ToolPoint, cutting: Cutting, measured: bool = True) -> tuple[str, ...]:
     """What is doubtful whatever the method."""
     return sign_warnings(point, measured) + ((_POWER_LAW,) if cutting.exponent != 1 else ())
