@@ -159,11 +159,8 @@ class ToolModel:
             omega = 2 * np.pi * f.ravel()[first : first + lines, None]
             re, im = (size - omega) * (size + omega), damped * omega
             scale = 1 / (re * re + im * im)
-            re *= scale
-            im *= scale
-            some = value[first : first + lines]
-            some.real = re @ place + omega * (im @ speed)
-            some.imag = omega * (re @ speed) - im @ place
+            re, im = re * scale, im * scale
+            value[first : first + lines] = re @ place + omega * (im @ speed) + 1j * (omega * (re @ speed) - im @ place)
         return np.asarray(value.reshape(*f.shape, *self.direct.shape) + self.direct)
 
     @cached_property

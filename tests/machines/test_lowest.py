@@ -95,6 +95,7 @@ def test_the_lowest_lobe_of_a_chatter_tells_where_it_may_be_low_again() -> None:
     speed = np.array([2000.0, 2400.0, 2600.0, 612 * 20 / 4.1, 3400.0])
     frequency = np.array([612.0, 612.0, 612.0, 612.3, 612.0])
     known = {"speed": speed, "depth": np.array([1.3, 1.0, 1.3, 1.02, 1.3]), "chatter_frequency": frequency}
+    known |= {"lobe": np.floor(20 * frequency / speed), "kind": np.full(5, "hopf")}
     asked = dips.alike(known, 3, False)
     order = np.concatenate([np.arange(8) + 0.1, np.arange(1, 8) / 2])
     alone = np.array([n for n in 20 * 612.0 / order if np.min(np.abs(n - speed)) > 1e-3 * n and 2000 < n < 3400])

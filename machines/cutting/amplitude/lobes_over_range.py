@@ -2,9 +2,10 @@
 
 A period doubling may cut a dip into the boundary that is narrower than the spacing of the lines, where a chatter that
 is not the first one on either side passes half a tooth frequency. So four things are looked at: intervals over which
-the lobe, the kind or ⌊2·f_c/f_T⌋ of the chatter changes are halved; a Hopf chatter is met where it passes half a tooth
-frequency; a chatter f that is lowest somewhere is looked for again at every speed of the range at which it stands alike
-to the teeth, f_T = f/(k + ψ) and 2·f/k; and every low place is closed in.
+the lobe, the kind or ⌊2·f_c/f_T⌋ of the chatter changes, at the speed at which both limits meet or in the middle; a
+Hopf chatter is met where it passes half a tooth frequency; a chatter f that is lowest somewhere is looked for again at
+every speed of the range at which it stands alike to the teeth, f_T = f/(k + ψ) and 2·f/k, but where its lobe is known
+on both sides; and every low place is closed in, by the parabola through its own chatter.
 """
 
 from __future__ import annotations

@@ -18,8 +18,8 @@ NEAR, AS_LOW = 1.5, 1.02
 """Times the lowest limit up to which a low place is looked at; of a mean cut, whose lobes are all nearly as low."""
 _SAME, _PHASES = 0.02, 10
 """Share by which frequencies of one chatter differ, and parts of a wave between teeth that are told apart."""
-_GAINED = 1e-7
-"""Share by which the bottom of a parabola lies below what is known, up to which a low place is closed in."""
+_GAINED, _TOLD = 1e-7, 1e-4
+"""Share by which the bottom of a parabola lies below what is known where the lowest place, and another, is closed."""
 _CLOSED = 2e-5
 """Share of the speed to which low places are closed in."""
 _NARROW = 1e-3
@@ -62,7 +62,7 @@ def changes(known: Mapping[str, Array], cuts: int) -> Array:
             falls = (depth[row + 2] - depth[row + 1]) / (speed[row + 2] - b)
             meet = (depth[row + 1] - depth[row] + rises * a - falls * b) / (rises - falls) if rises > falls else at
             at = float(meet) if a < meet < b else at
-        if min(at - a, b - at) > _NARROW / 4 * at:
+        if min(at - a, b - at) > _NARROW / 2 * at:
             found.append(at)
     return np.array(found)
 
@@ -93,7 +93,7 @@ def alike(known: Mapping[str, Array], cuts: int, mean: bool) -> Array:
     """Speeds at which a chatter that is lowest somewhere stands to the teeth as it does there, or at half of them.
 
     The lowest place of a chatter tells of all its lobes: of one frequency and, but in a ``mean`` cut, which knows no
-    halves, of one phase between teeth.
+    halves, of one phase between teeth. Where a lobe is lowest on both sides of such a speed it is known there.
     """
     speed = known["speed"]
     rows, found = _lows(known["depth"], NEAR), [np.zeros(0)]
@@ -107,19 +107,29 @@ def alike(known: Mapping[str, Array], cuts: int, mean: bool) -> Array:
         f = float(known["chatter_frequency"][row])
         waves = 60 * f / (cuts * speed[row])
         k = np.arange(int(60 * f / (cuts * speed[0])) + 2.0)
-        order = k + waves % 1 if mean else np.concatenate([k + waves % 1, k / 2])
-        found.append(60 * f / (cuts * order[order > 0]))
+        again = k + waves % 1
+        again = 60 * f / (cuts * again[again > 0])
+        found += [again] if mean else [again[~_between(known, again, f)], 60 * f / (cuts * k[1:] / 2)]
     wanted = np.unique(np.concatenate(found))
     wanted = wanted[(wanted > speed[0]) & (wanted < speed[-1])]
     away = np.min(np.abs(wanted[:, None] - speed), axis=1, initial=np.inf) > _NARROW / 4 * wanted
     return np.asarray(wanted[away])
 
 
+def _between(known: Mapping[str, Array], speed: Array, frequency: float) -> Mask:
+    """Which speeds lie between two at which the same lobe of a chatter at a frequency in Hz is lowest."""
+    after = np.clip(np.searchsorted(known["speed"], speed), 1, len(known["speed"]) - 1)
+    near = np.abs(np.log(known["chatter_frequency"] / frequency)) < _SAME
+    both = (known["lobe"][after] == known["lobe"][after - 1]) & (known["kind"][after] == known["kind"][after - 1])
+    return np.asarray(both & near[after] & near[after - 1])
+
+
 def beside(known: Mapping[str, Array], near: float) -> Array:
     """Speeds at which to look for the bottom of every low place that is at most ``near`` times the lowest.
 
-    That is where the parabola through three speeds with its chatter has its bottom; where fewer are known or that lies
-    beyond, the middle of either interval. A place above the lowest that is level with both its neighbours is known.
+    That is where the parabola through three speeds with its chatter has its bottom; where that lies beyond, the middle
+    of the interval on that side, and where fewer are known, of either. A place above the lowest that is level with both
+    its neighbours is known.
     """
     speed, depth, found = known["speed"], known["depth"], list[float]()
     for row in _lows(depth, near).tolist():
@@ -127,14 +137,16 @@ def beside(known: Mapping[str, Array], near: float) -> Array:
         level = np.max(depth[max(row - 1, 0) : row + 2]) <= (1 + _LEVEL) * depth[row]
         if level and (1 - _LEVEL) * depth[row] > np.min(depth):
             continue
-        own = _own(known, row)
+        lowest = depth[row] <= (1 + _LEVEL) * np.min(depth)
+        sides, own = list(pairwise(ends.tolist())), _own(known, row)
         if len(own) == 3:
             at, lower = _bottom(speed[own], depth[own], float(speed[row]))
             if ends[0] < at < ends[-1]:
-                if lower > _GAINED * depth[row] and np.min(np.abs(at - ends)) > _CLOSED / 2 * at:
+                if lower > (_GAINED if lowest else _TOLD) * depth[row] and np.min(np.abs(at - ends)) > _CLOSED / 2 * at:
                     found.append(at)
                 continue
-        found += [(a + b) / 2 for a, b in pairwise(ends.tolist()) if b - a > _CLOSED * b]
+            sides = sides[:1] if at <= ends[0] else sides[-1:]
+        found += [(a + b) / 2 for a, b in sides if b - a > (_CLOSED if lowest else _NARROW) * b]
     return np.unique(found)
 
 
@@ -153,6 +165,6 @@ def _bottom(speed: Array, depth: Array, of: float) -> tuple[float, float]:
     falls, rises = (depth[1] - depth[0]) / left, (depth[2] - depth[1]) / right
     bend = (rises - falls) / (left + right)
     if not bend > 0:
-        return np.nan, 0.0
+        return (np.inf if falls + rises < 0 else -np.inf), 0.0
     at = (speed[0] + speed[1] - falls / bend) / 2
     return float(at), float(bend * (at - of) ** 2)
