@@ -30,7 +30,7 @@ from .frozen_lobes import lobes_at_amplitude
 _HALVINGS = 5
 _HALVES = 3
 """Times that a Hopf chatter is met at half of the teeth."""
-_CLOSER = 6
+_CLOSER = 12
 _FEWEST = 3
 _TRIED = 5
 """Speeds that tell how long all of them take."""

@@ -21,7 +21,7 @@ _SAME, _PHASES = 0.02, 10
 _GAINED, _TOLD = 1e-7, 1e-4
 """Share by which the bottom of a parabola lies below what is known where the lowest place, and another, is closed."""
 _CLOSED = 2e-5
-"""Share of the speed to which low places are closed in."""
+"""Share of the speed to which low places are closed in; the lowest to a tenth of it."""
 _NARROW = 1e-3
 """Share of the speed below which an interval is not halved."""
 _LEVEL = 1e-3
@@ -138,15 +138,16 @@ def beside(known: Mapping[str, Array], near: float) -> Array:
         if level and (1 - _LEVEL) * depth[row] > np.min(depth):
             continue
         lowest = depth[row] <= (1 + _LEVEL) * np.min(depth)
+        apart, gained = (_CLOSED / 10, _GAINED) if lowest else (_CLOSED, _TOLD)
         sides, own = list(pairwise(ends.tolist())), _own(known, row)
         if len(own) == 3:
             at, lower = _bottom(speed[own], depth[own], float(speed[row]))
             if ends[0] < at < ends[-1]:
-                if lower > (_GAINED if lowest else _TOLD) * depth[row] and np.min(np.abs(at - ends)) > _CLOSED / 2 * at:
+                if lower > gained * depth[row] and np.min(np.abs(at - ends)) > apart / 2 * at:
                     found.append(at)
                 continue
             sides = sides[:1] if at <= ends[0] else sides[-1:]
-        found += [(a + b) / 2 for a, b in sides if b - a > (_CLOSED if lowest else _NARROW) * b]
+        found += [(a + b) / 2 for a, b in sides if b - a > apart * b]
     return np.unique(found)
 
 
