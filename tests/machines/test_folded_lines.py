@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from machines import lobes_at_amplitude, read_machine
-from machines.cutting.loops import iterated_loop
+from machines.cutting.loops import iterated_loop, loop_samples
 from machines.cutting.loops.critical_depth import first_crossings, near
 from machines.cutting.loops.folded_lines import folded_eigenvalue
 from machines.cutting.loops.iterated_loop import IteratedLoop
@@ -62,6 +62,33 @@ def test_a_folded_eigenvalue_is_that_of_all_lines() -> None:
     value, vector = IteratedLoop(many).nearest(found.fraction, guess)
     assert value == pytest.approx(nearest_of(matrix, guess)[0], rel=1e-12)
     assert np.linalg.norm(matrix @ vector - value * vector) <= 1e-10 * abs(value)
+
+
+def test_a_followed_crossing_closes_all_lines() -> None:
+    """1 + depth·λ·(1 − e^(−2πjν)) = 0 to the last digits, from a guess a percent off; and it is that of the search."""
+    many = loop_of(100)
+    found = crossing_of(many)
+    guess = Crossing(1.01 * found.depth, found.fraction * (1 - 1e-3), found.eigenvalue)
+    crossing = IteratedLoop(many).crossing(guess)
+    assert crossing is not None
+    assert crossing.carried is not None
+    assert crossing.depth == pytest.approx(found.depth, rel=1e-9)
+    assert crossing.fraction == pytest.approx(found.fraction, rel=1e-9)
+    matrix = many.by_lines(np.array([crossing.fraction]))[0]
+    turn = 1 - np.exp(-2j * np.pi * crossing.fraction)
+    left = crossing.carried + crossing.depth * turn * (matrix @ crossing.carried)
+    assert np.linalg.norm(left) < 1e-10 * np.linalg.norm(crossing.carried)
+
+
+def test_the_strongest_branches_of_many_lines_are_those_of_all(monkeypatch: pytest.MonkeyPatch) -> None:
+    many, resolved = loop_of(40), shape(tool_point(TOOL, TOOL.axes, TOOL.lines))
+    lines = strong_lines(many, resolved, 0.01 * resolved.largest)
+    assert lines.size >= loop_samples._LARGE
+    fraction = resolved.folded(many.tooth_frequency)
+    some = first_crossings(lines, fraction)
+    monkeypatch.setattr(loop_samples, "_LARGE", 10**6)
+    every = first_crossings(lines, fraction)
+    assert [one.depth for one in some] == pytest.approx([one.depth for one in every], rel=1e-9)
 
 
 def test_lines_that_do_not_just_follow_are_not_folded() -> None:
