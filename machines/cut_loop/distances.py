@@ -16,8 +16,8 @@ from jointlib.arrays import Array
 from ..indices import Index
 from .borders import Condition, border
 from .exactness import Exactness
-from .growth import growth, multiplier
-from .passes import Pass, arc_of, map_of, pass_of
+from .growth import growth, map_of, multiplier
+from .passes import Pass, arc_of, pass_of
 from .sampled_tool import Drawn, SampledTool
 from .suspects import Suspect
 

@@ -1,8 +1,8 @@
 """How fast vibration grows from one tooth to the next: the largest multiplier of maps of many samples.
 
-Small maps are raised to a high power. Of long ones a block of vectors is carried through the stretches (simultaneous
-iteration, Bauer 1957; Golub & Van Loan, Matrix Computations, ch. 7.3), which costs nodes and not their cube; where it
-does not settle the map is put together and raised as a small one.
+Small maps are raised to a power and move a vector. Of long ones a block of vectors is carried through the stretches
+(simultaneous iteration, Bauer 1957; Golub & Van Loan, Matrix Computations, ch. 7.3), which costs nodes and not their
+cube; where it does not settle the map is put together and raised as a small one.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from jointlib.arrays import Array
+from jointlib.arrays import Array, ComplexArray
 
 from ..indices import Index, Mask
-from .passes import Single, map_of
+from .passes import Single
 
 _LONG = 56
 """States and nodes from which on vectors are carried."""
@@ -26,10 +26,15 @@ _VECTORS, _FIRST, _STRIDE, _TURNS = 8, 11, 3, 10
 _SHIFT = 1e-14
 _SETTLED = 5e-4
 """By how much ln|μ| and arg μ change from one look to the next where they are believed."""
-_SQUARED = 9
-"""A small map is raised to two to this."""
-_PIECE, _CARRIED = 64, 64
-"""Samples whose powers, or steps, stay in the cache."""
+_SQUARED = 3
+"""Squarings of a small map between two looks."""
+_TIMES = 2**_SQUARED
+"""By which a map so raised moves a vector before a look."""
+_FLAT, _OVER = 1e-7, 3e-4
+"""Square of the angle below which a vector and the next one are one, and by how much a map may be off, in parts of its
+largest eigenvalue, for two vectors to stay among themselves where they are believed."""
+_CARRIED = 64
+"""Samples whose steps stay in the cache."""
 _TINY = np.float32(1e-36)
 Real = npt.NDArray[np.floating[Any]]
 """Of single or double precision."""
@@ -46,6 +51,23 @@ def growth(steps: Sequence[Single], states: int) -> tuple[Array, Array]:
     if len(left):
         rate[left], angle[left] = multiplier(map_of([step[left] for step in steps], states))
     return rate, angle
+
+
+def map_of(steps: Sequence[Single], states: int) -> Single:
+    """Steps one after the other: states and x over a tooth period of those before, (samples, rows, rows)."""
+    if len(steps) == 1:
+        return steps[0]
+    size, begin = states + sum(step.shape[1] - states for step in steps), steps[0].shape[1]
+    out = np.zeros((len(steps[0]), size, size), dtype=np.float32)
+    out[:, :begin, :begin] = steps[0]
+    for step in steps[1:]:
+        end = begin + step.shape[1] - states
+        out[:, begin:end, :begin] = step[:, states:, :states] @ out[:, :states, :begin]
+        out[:, begin:end, begin:end] = step[:, states:, states:]
+        out[:, :states, :begin] = step[:, :states, :states] @ out[:, :states, :begin]
+        out[:, :states, begin:end] = step[:, :states, states:]
+        begin = end
+    return out
 
 
 @np.errstate(over="ignore", invalid="ignore")
@@ -107,42 +129,63 @@ def _upright(block: Real) -> Real:
 def multiplier(passing: Real) -> tuple[Array, Array]:
     """ln|μ| and |arg μ| in rad of the largest eigenvalue of maps, (samples, n, n) → (samples,).
 
-    Powers of the map show how it grows, and two steps of what is left of a vector turn by its angle. The powers are
-    of single precision, whose error in ln|μ| is a hundredth of what 512 steps leave where two multipliers are alike.
+    After many steps what grows most is left of a vector, and two steps more tell the largest eigenvalue, or the pair.
+    Where they leave something over it takes many more steps; where that does not help, more than two are alike, and how
+    much longer the vector became in them is believed.
     """
-    parts = [_raised(passing[begin : begin + _PIECE]) for begin in range(0, len(passing), _PIECE)]
-    rate, vector, one, two = (np.concatenate(column) for column in zip(*parts, strict=True))
-    aa, ab, bb = (np.sum(p * q, axis=1) for p, q in ((one, one), (one, vector), (vector, vector)))
-    ca, cb = np.sum(two * one, axis=1), np.sum(two * vector, axis=1)
+    size = _size(passing)
+    step = passing / size[:, None, None]
+    power, grown = _raised(step)
+    start = np.cos(np.arange(step.shape[2], dtype=np.float32) ** 1.5)[:, None]
+    vector = _moved(power, np.broadcast_to(start, (len(step), *start.shape)))[0]
+    value, sure = _largest(step, vector)
+    rate, left = np.log(np.abs(value) + _TINY), np.flatnonzero(~sure)
+    if len(left):
+        power, by_power = _raised(power[left])
+        vector, by_vector = _moved(power, vector[left])
+        value[left], sure[left] = _largest(step[left], vector)
+        by_length = (_TIMES * grown[left] + by_power + by_vector / _TIMES) / _TIMES**2
+        rate[left] = np.where(sure[left], np.log(np.abs(value[left]) + _TINY), by_length)
+    return np.log(size) + rate, np.abs(np.angle(value))
+
+
+def _raised(power: Real) -> tuple[Real, Array]:
+    """Maps squared a few times, of size 1, and ln of their size, (samples,)."""
+    grown = np.zeros(len(power))
+    for _ in range(_SQUARED):
+        power = power @ power
+        size = _size(power)
+        power *= (1 / size)[:, None, None]
+        grown = 2 * grown + np.log(size)
+    return power, grown
+
+
+def _moved(power: Real, vector: Real) -> tuple[Real, Array]:
+    """Vectors after some steps, of length 1, and ln of how much longer they became, (samples, n, 1), (samples,)."""
+    grown = -np.log(_size(vector))
+    for _ in range(_TIMES):
+        vector = power @ vector
+        size = _size(vector)
+        vector *= (1 / size)[:, None, None]
+        grown += np.log(size)
+    return vector, grown
+
+
+def _largest(step: Real, vector: Real) -> tuple[ComplexArray, Mask]:
+    """The largest eigenvalue of maps, and whether they move the vector by it and no more than one other."""
+    one = step @ vector
+    moved = np.concatenate([vector, one, step @ one], axis=2).astype(float)
+    products = moved.swapaxes(1, 2) @ moved
+    bb, ab, cb, aa, ca, cc = (products[:, i, j] for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)))
     full = aa * bb - ab**2
-    flat = full < 1e-10 * aa * bb
+    flat = full < _FLAT * aa * bb
     safe = np.where(flat, 1.0, full)
     alpha, beta = (ca * bb - cb * ab) / safe, (cb * aa - ca * ab) / safe
     root = np.sqrt((alpha / 2) ** 2 + beta + 0j)
-    pair = np.stack([alpha / 2 + root, alpha / 2 - root])
-    largest = np.take_along_axis(pair, np.argmax(np.abs(pair), axis=0)[None], axis=0)[0]
-    return rate, np.abs(np.angle(np.where(flat, np.where(ab > 0, 1.0, -1.0), largest)))
-
-
-def _raised(passing: Real) -> tuple[Array, Array, Array, Array]:
-    """By how much a step grows in ln, (samples,), and what many of them leave of a vector with two steps from it."""
-    size = _size(passing)
-    passing = passing / size[:, None, None]
-    power = passing.astype(np.float32)
-    spare, grown = np.empty_like(power), np.log(size)
-    before = grown
-    for squared in range(1, _SQUARED + 1):
-        power, spare = np.matmul(power, power, out=spare), power
-        before, grown = grown, 2 * grown
-        # Twice in a row it stays far above the smallest number of single precision.
-        if squared % 2 == 0 or squared >= _SQUARED - 1:
-            lost = _size(power)
-            power /= lost[:, None, None]
-            grown = grown + np.log(lost)
-    rate = (grown - before) / 2 ** (_SQUARED - 1)
-    vector = (power @ np.cos(np.arange(power.shape[2], dtype=np.float32) ** 1.5)).astype(float)
-    one = np.einsum("sij,sj->si", passing, vector)
-    return rate, vector, one, np.einsum("sij,sj->si", passing, one)
+    largest = alpha / 2 + np.where(alpha < 0, -root, root)
+    over = cc - alpha * ca - beta * cb
+    sure = flat | (over * bb < _OVER**2 * full * np.abs(largest) ** 2)
+    return np.where(flat, ab / np.maximum(bb, _TINY), largest), sure
 
 
 def _size(power: Real) -> Real:

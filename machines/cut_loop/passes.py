@@ -32,6 +32,9 @@ _SPAN, _NODES, _PER_PERIOD = 2.5, 4.0, 4.0
 With them a border is off by less than a thousandth of its depth."""
 SINGLE = np.float32
 """Of the relations, which put ln|μ| off by a few millionths; only I(λ) and what the poles turn by need more."""
+_DOUBLED, _VANISHED, _LARGE = 5, 1e-4, 3.0
+"""Powers of a force by which 1 and it is inverted, each the square of the one before, how small the last one has to be,
+and how large none may be."""
 Single = npt.NDArray[np.float32]
 SingleComplex = npt.NDArray[np.complex64]
 
@@ -97,12 +100,12 @@ class Stretch:
             return self._rubbed_away(depth).step(depth)
         b = depth.astype(SINGLE)[:, None, None]
         n, states = self.within.shape[2], self.free.shape[1]
-        one, out = np.eye(n, dtype=SINGLE), np.empty((len(b), states + n, states + n), dtype=SINGLE)
+        out = np.empty((len(b), states + n, states + n), dtype=SINGLE)
         # With x = Q·(into·s + b·K·x_old), Q = (1 + b·K)⁻¹, the chips x − x_old are Q·(into·s − x_old).
-        Q = np.linalg.inv(one + b * self.within)
+        Q = _inverse(b * self.within)
         out[:, states:, :states] = Q @ self.into
         pushed = b * self.out
-        out[:, states:, states:] = one - Q
+        np.subtract(np.eye(n, dtype=SINGLE), Q, out=out[:, states:, states:])
         out[:, :states, :states] = self.free - pushed @ out[:, states:, :states]
         out[:, :states, states:] = pushed @ Q
         return out
@@ -114,7 +117,7 @@ class Stretch:
         b, n, states = depth.astype(SINGLE)[:, None, None], self.within.shape[2], self.free.shape[1]
         of_y = np.concatenate([self.into[:, n:], self.within[:, n:]], axis=2)
         by = b * np.concatenate([self.rubbed[:, :n], self.rubbed_out], axis=1)
-        lost = by @ np.linalg.solve(np.eye(n, dtype=SINGLE) + b * self.rubbed[:, n:], of_y)
+        lost = by @ _inverse(b * self.rubbed[:, n:]) @ of_y
         within, into = self.within[:, :n] - lost[:, :n, states:], self.into[:, :n] - lost[:, :n, :states]
         out, free = self.out - lost[:, n:, states:], self.free - lost[:, n:, :states]
         return Stretch(within, None, into, out, None, free)
@@ -155,21 +158,22 @@ class Pass:
         return out
 
 
-def map_of(steps: Sequence[Single], states: int) -> Single:
-    """Steps one after the other: states and x over a tooth period of those before, (samples, rows, rows)."""
-    if len(steps) == 1:
-        return steps[0]
-    size, begin = states + sum(step.shape[1] - states for step in steps), steps[0].shape[1]
-    out = np.zeros((len(steps[0]), size, size), dtype=SINGLE)
-    out[:, :begin, :begin] = steps[0]
-    for step in steps[1:]:
-        end = begin + step.shape[1] - states
-        out[:, begin:end, :begin] = step[:, states:, :states] @ out[:, :states, :begin]
-        out[:, begin:end, begin:end] = step[:, states:, states:]
-        out[:, :states, :begin] = step[:, :states, :states] @ out[:, :states, :begin]
-        out[:, :states, begin:end] = step[:, :states, states:]
-        begin = end
-    return out
+def _inverse(A: Single) -> Single:
+    """(1 + A)⁻¹ = (1 − A)·(1 + A²)·(1 + A⁴)·… of (samples, n, n).
+
+    What A feels hangs on what was before, so that its powers vanish; where they are slow to, 1 + A is inverted.
+    """
+    one = np.eye(A.shape[1], dtype=SINGLE)
+    found, power = one - A, A
+    for _ in range(_DOUBLED):
+        power = power @ power
+        found += found @ power
+        size = float(np.max(np.abs(power)))
+        if size < _VANISHED:
+            return found
+        if not size < _LARGE:
+            break
+    return np.linalg.inv(one + A)
 
 
 def pass_of(drawn: Drawn, direct: Array, at: Condition, arc: Arc, axes: tuple[str, ...]) -> Pass:

@@ -16,9 +16,9 @@ from machines.cut_loop import growth as rates
 from machines.cut_loop import passes
 from machines.cut_loop.borders import Condition, condition
 from machines.cut_loop.distances import Place, distances, first_border
-from machines.cut_loop.growth import growth, multiplier
+from machines.cut_loop.growth import growth, map_of, multiplier
 from machines.cut_loop.line_up import suspects_of
-from machines.cut_loop.passes import arc_of, map_of, pass_of
+from machines.cut_loop.passes import arc_of, pass_of
 from machines.cut_loop.sampled_tool import Drawn, SampledTool, sampled_tool
 from machines.cut_loop.suspects import AsItIs, RunOut, Suspect
 from machines.cutting.process.cutting import Cutting
@@ -208,6 +208,32 @@ def test_growth_is_that_of_the_largest_eigenvalue(long: int, monkeypatch: pytest
     every = np.concatenate(off)
     assert np.quantile(every, 0.95) < 1e-3
     assert np.max(every) < 1e-2
+
+
+@pytest.mark.parametrize("size", [0.01, 0.5, 3.0, 50.0])
+def test_a_force_is_taken_back_however_large_it_is(size: float) -> None:
+    """Chips that hang on what was before, by powers that vanish or, where they first swell, by elimination."""
+    rng = np.random.default_rng(4)
+    before = np.tril(rng.standard_normal((6, 12, 12)), -1) + 0.05 * rng.standard_normal((6, 12, 12))
+    A = (size / 12 * before).astype(np.float32)
+    back = passes._inverse(A).astype(float)
+    left = back @ (np.eye(12) + A) - np.eye(12)
+    assert np.max(np.abs(left)) < 1e-5 * max(1.0, float(np.max(np.abs(back))))
+
+
+@pytest.mark.parametrize("other", [0.999, 0.98, 0.5])
+@pytest.mark.parametrize("angle", [0.0, 0.7, np.pi])
+def test_two_multipliers_that_are_alike_are_told(angle: float, other: float) -> None:
+    """A pair or a real one beside a pair that is nearly as large, in a basis that is not upright."""
+    rng = np.random.default_rng(5)
+    turns = [np.array([[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]]) for a in (angle, 2.0)]
+    plain = np.zeros((20, 6, 6))
+    plain[:, :2, :2], plain[:, 2:4, 2:4] = 1.1 * turns[0], 1.1 * other * turns[1]
+    basis = np.eye(6) + 0.3 * rng.standard_normal((20, 6, 6))
+    grown, turned = multiplier(basis @ plain @ np.linalg.inv(basis))
+    np.testing.assert_allclose(grown, np.log(1.1), atol=2e-3)
+    if other < 0.99:
+        np.testing.assert_allclose(turned, angle, atol=1e-3)
 
 
 @pytest.mark.parametrize("decay", [3e4, 3e5, 3e6])

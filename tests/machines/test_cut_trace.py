@@ -30,9 +30,9 @@ from machines.cut_loop.distances import distances
 from machines.cut_loop.doubted_modes import JointSlip, MissingMode, ModeFrequency
 from machines.cut_loop.evidence import of_frequency, of_verdicts, replayed, stable
 from machines.cut_loop.exactness import learnt
-from machines.cut_loop.growth import multiplier
+from machines.cut_loop.growth import map_of, multiplier
 from machines.cut_loop.line_up import suspects_of
-from machines.cut_loop.passes import arc_of, map_of, pass_of
+from machines.cut_loop.passes import arc_of, pass_of
 from machines.cut_loop.problem import Problem, problem_of
 from machines.cut_loop.sampled_tool import receptance, sampled_tool
 from machines.cut_loop.suspects import AsItIs, Coefficient, RunOut
