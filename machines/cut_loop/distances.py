@@ -23,7 +23,7 @@ from .suspects import Suspect
 
 _FAR = 3.0
 """ln of depths beyond which nobody asks how far."""
-_PIECE = 256
+_PIECE = 128
 """Draws that stay in the cache."""
 _NEXT = 1.25
 """Times a depth that stands alone, where the slope is looked at."""

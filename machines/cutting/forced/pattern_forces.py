@@ -9,8 +9,9 @@ frequency. A flute that stands out by ρ_j cuts a chip that is thicker by ρ_j �
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -55,21 +56,31 @@ class PatternForces:
         rows = ["xy".index(axis) for axis in self.axes]
         return angle, wave, self.cutting.tooth(angle)[0][:, rows], self.cutting.edge(angle)[:, rows]
 
-    def feeds(self, depth: float) -> ComplexArray:
-        """F_k in N/m without waves, (1 + harmonics, axes): F(t) = Σ F_k·e^(jkω_P·t) over all k, F_−k its conjugate."""
+    @cached_property
+    def _pushed(self) -> Callable[[float, float], ComplexArray]:
+        """What a flute pushes by the angle to the one before it and by how much it stands out beyond that one, in
+        N/m, (1 + harmonics, axes); even, straight flutes are alike at all depths and speeds."""
         angle, wave, push, edge = self._arc
         assert self.cutting.feed is not None
-        law, cutter = Chip(self.cutting.feed, self.cutting.exponent), self.cutter
+        law = Chip(self.cutting.feed, self.cutting.exponent)
         share = self.cutting.feed * self.cutting.cuts_per_revolution / (2 * np.pi)
+
+        @lru_cache(maxsize=64)
+        def pushed(behind: float, beyond: float) -> ComplexArray:
+            chip = share * behind * np.sin(angle) + beyond
+            return np.asarray(wave @ -(push * law.force(chip)[:, None] + edge * (chip > 0)[:, None]))
+
+        return pushed
+
+    def feeds(self, depth: float) -> ComplexArray:
+        """F_k in N/m without waves, (1 + harmonics, axes): F(t) = Σ F_k·e^(jkω_P·t) over all k, F_−k its conjugate."""
+        cutter = self.cutter
         turns = cutter.patterns * np.arange(self.count + 1.0)
         total = np.zeros((self.count + 1, len(self.axes)), dtype=complex)
         for flute in cutter.flutes:
-            ends = []
-            for behind in (flute.behind, flute.behind + flute.spread * depth):
-                chip = share * behind * np.sin(angle) + flute.beyond
-                ends.append(wave @ -(push * law.force(chip)[:, None] + edge * (chip > 0)[:, None]))
+            tip, end = (self._pushed(flute.behind + flute.spread * b, flute.beyond) for b in (0.0, depth))
             lag = turns * flute.lag * depth
-            along = over_depth(lag)[:, None] * ends[0] + _rising(lag)[:, None] * (ends[1] - ends[0])
+            along = over_depth(lag)[:, None] * tip + _rising(lag)[:, None] * (end - tip)
             total += np.exp(-1j * turns * flute.place)[:, None] * along
         return np.asarray(total / cutter.pattern)
 
