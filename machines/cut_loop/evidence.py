@@ -157,12 +157,6 @@ def of_frequency(
     return np.asarray(np.log(elsewhere + (1 - elsewhere) * bell))
 
 
-def most_of(cut: TriedCut, repeats: float) -> float:
-    """The largest ln of the likelihood that a cut can have."""
-    heard = cut.chatter_frequency
-    return 0.0 if heard is None else float(np.log(ELSEWHERE + (1 - ELSEWHERE) * _peak(_HEARD * heard, repeats)))
-
-
 def _peak(width: Array | float, tooth: float) -> Array:
     """Of the density, times half a tooth frequency."""
     return np.asarray(2 / np.sqrt(2 * np.pi) / width * tooth / 4)

@@ -133,20 +133,18 @@ def multiplier(passing: Real) -> tuple[Array, Array]:
     Where they leave something over it takes many more steps; where that does not help, more than two are alike, and how
     much longer the vector became in them is believed.
     """
-    size = _size(passing)
-    step = passing / size[:, None, None]
-    power, grown = _raised(step)
-    start = np.cos(np.arange(step.shape[2], dtype=np.float32) ** 1.5)[:, None]
-    vector = _moved(power, np.broadcast_to(start, (len(step), *start.shape)))[0]
-    value, sure = _largest(step, vector)
+    power, grown = _raised(passing)
+    start = np.cos(np.arange(passing.shape[2], dtype=np.float32) ** 1.5)[:, None]
+    vector = _moved(power, np.broadcast_to(start, (len(passing), *start.shape)))[0]
+    value, sure = _largest(passing, vector)
     rate, left = np.log(np.abs(value) + _TINY), np.flatnonzero(~sure)
     if len(left):
         power, by_power = _raised(power[left])
         vector, by_vector = _moved(power, vector[left])
-        value[left], sure[left] = _largest(step[left], vector)
+        value[left], sure[left] = _largest(passing[left], vector)
         by_length = (_TIMES * grown[left] + by_power + by_vector / _TIMES) / _TIMES**2
         rate[left] = np.where(sure[left], np.log(np.abs(value[left]) + _TINY), by_length)
-    return np.log(size) + rate, np.abs(np.angle(value))
+    return rate, np.abs(np.angle(value))
 
 
 def _raised(power: Real) -> tuple[Real, Array]:
@@ -163,18 +161,18 @@ def _raised(power: Real) -> tuple[Real, Array]:
 def _moved(power: Real, vector: Real) -> tuple[Real, Array]:
     """Vectors after some steps, of length 1, and ln of how much longer they became, (samples, n, 1), (samples,)."""
     grown = -np.log(_size(vector))
-    for _ in range(_TIMES):
-        vector = power @ vector
+    for _ in range(_TIMES // 2):
+        vector = power @ (power @ vector)
         size = _size(vector)
         vector *= (1 / size)[:, None, None]
         grown += np.log(size)
     return vector, grown
 
 
-def _largest(step: Real, vector: Real) -> tuple[ComplexArray, Mask]:
+def _largest(passing: Real, vector: Real) -> tuple[ComplexArray, Mask]:
     """The largest eigenvalue of maps, and whether they move the vector by it and no more than one other."""
-    one = step @ vector
-    moved = np.concatenate([vector, one, step @ one], axis=2).astype(float)
+    one = passing @ vector
+    moved = np.concatenate([vector, one, passing @ one], axis=2).astype(float)
     products = moved.swapaxes(1, 2) @ moved
     bb, ab, cb, aa, ca, cc = (products[:, i, j] for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)))
     full = aa * bb - ab**2

@@ -12,7 +12,7 @@ from jointlib.arrays import Array
 
 from ..indices import Index, Mask
 from .distances import Place, distances
-from .evidence import most_of, of_frequency, of_verdicts, scatter, stable
+from .evidence import of_frequency, of_verdicts, scatter, stable
 from .problem import Problem
 from .sampled_tool import SampledTool
 from .suspects import Suspect
@@ -21,6 +21,8 @@ _BY_DRAW = ("rows", "values", "modes", "z", "sigma", "apart", "frequency", "sung
 _ONE = 1e-9
 _LOST = 6.0
 """Nats at a place beyond which it is all the same how many were lost."""
+_LIKELIER = 1.0
+"""Nats by which a move may make the places that are left likelier than any draw does, to be followed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,21 +163,21 @@ def evaluated(
     z: Array,
     family: Index,
     least: Array | None = None,
-    order: Index | None = None,
+    beside: Posterior | None = None,
 ) -> Posterior:
     """Draws with what each of them makes of the cuts.
 
-    Where ``least`` says how likely, in ln, a draw has to make all cuts, it is left at the first place from which on it
-    cannot, and makes them impossible. In which ``order`` places are asked changes the time that takes and nothing else.
+    Where ``least`` says how likely, in ln, a draw has to make all cuts, it is left, and makes them impossible, as soon
+    as it would have to make those of the places left likelier than any draw of a population ``beside`` it does.
     """
     own, count, number = len(suspect.parameters), len(rows), len(problem.cuts)
     values, modes, sigma = suspect.values(z[:, :own]), z[:, own:-1], scatter(z[:, -1])
     base = problem.tool.placed(problem.tool.drawn().of(rows), modes)
     apart, frequency, sung = np.zeros((3, count, number))
     likelihood = np.zeros((count, len(problem.places)))
-    repeats, most = _most(suspect, problem)
+    repeats = _repeats(suspect, problem)
     alive, left = np.arange(count, dtype=np.intp), np.ones(len(problem.places), dtype=bool)
-    for k in np.arange(len(problem.places)) if order is None else order:
+    for k in np.arange(len(problem.places)) if beside is None else telling(beside):
         place = problem.places[k]
         told = distances(suspect, problem.tool, place, base.of(alive), rows[alive], values[alive])
         here, left[k] = np.flatnonzero(problem.index == k), False
@@ -190,8 +192,9 @@ def evaluated(
                 sung[alive, i] = of_frequency(heard, told[2], own, beyond, repeats[i], problem.flips(k), float(by))
         of_place = of_place + np.sum(sung[np.ix_(alive, here)], axis=1)
         likelihood[alive, k] = of_place
-        if least is not None:
-            able = np.sum(likelihood[alive], axis=1) + np.sum(most[left]) >= least[alive]
+        if least is not None and beside is not None:
+            hoped = np.max(np.sum(beside.likelihood[:, left], axis=1)) + _LIKELIER
+            able = np.sum(likelihood[alive], axis=1) + hoped >= least[alive]
             likelihood[alive[~able]] = -np.inf
             alive = alive[able]
             if not len(alive):
@@ -200,24 +203,24 @@ def evaluated(
     return Posterior(suspect, rows, values, modes, z, sigma, apart, frequency, sung, likelihood, none, family, count)
 
 
-def _most(suspect: Suspect, problem: Problem) -> tuple[list[float], Array]:
-    """Frequency in Hz by multiples of which chatter of every cut may be heard elsewhere, and the largest ln of the
-    likelihood that each place can have. In turning nothing repeats, and no tool is heard twice as high as it is asked.
+def _repeats(suspect: Suspect, problem: Problem) -> list[float]:
+    """Frequency in Hz by multiples of which chatter of every cut may be heard elsewhere.
+
+    In turning nothing repeats, and no tool is heard twice as high as it is asked.
     """
     at = [problem.places[k].at for k in problem.index]
     none = 2 * float(problem.tool.lines[-1])
-    repeats = [
+    return [
         none if one.cutting.process != "milling" else one.speed / 60 if suspect.by_turn else one.tooth_frequency
         for one in at
     ]
-    most = np.array([most_of(cut, f) for cut, f in zip(problem.cuts, repeats, strict=True)])
-    return repeats, np.asarray(np.bincount(problem.index, most, len(problem.places)), dtype=float)
 
 
-def telling(population: Posterior, problem: Problem) -> Index:
-    """The places, those first at which draws lose most of the likelihood that they could have."""
-    lost = np.minimum(_most(population.suspect, problem)[1] - population.likelihood, _LOST)
-    return np.argsort(-np.mean(lost, axis=0), kind="stable").astype(np.intp)
+def telling(population: Posterior) -> Index:
+    """The places, those first of which its draws differ most in how likely they make the cuts."""
+    likely = population.likelihood
+    scatter = np.std(np.maximum(likely, np.max(likely, axis=0) - _LOST), axis=0)
+    return np.argsort(-scatter, kind="stable").astype(np.intp)
 
 
 def seen(

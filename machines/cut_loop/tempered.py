@@ -20,7 +20,7 @@ from jointlib.shown.progress import each
 
 from ..indices import Index, Mask
 from ..uncertainty.drawn_machines import draws
-from .posterior import Posterior, evaluated, telling
+from .posterior import Posterior, evaluated
 from .problem import Problem
 from .suspects import Suspect
 
@@ -119,7 +119,7 @@ def _moved(
     z = now.z + np.where(moved & ~other[:, None], shift, 0.0)
     cost = 0.5 * np.sum(z**2 - now.z**2, axis=1)
     least = now.total + (np.log(rng.uniform(size=count)) + cost) / power
-    new = evaluated(now.suspect, problem, rows, z, now.family, least, telling(now, problem))
+    new = evaluated(now.suspect, problem, rows, z, now.family, least, now)
     taken: Mask = new.total > least
     return now.where(taken, new), float(np.mean(taken[~other])) if not np.all(other) else _ACCEPTED
 

@@ -416,21 +416,21 @@ def test_forces_that_are_larger_than_the_file_says_are_named(tmp_path: Path) -> 
     assert low < 2.2 < high
 
 
-def test_in_which_order_places_are_asked_changes_the_time_alone(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_moves_that_no_draw_could_follow_are_left_early(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In whichever order places are asked, and whether moves are left there or not, the same ones are taken."""
     machine = machine_of(tmp_path)
     problem = asked(machine, campaign(machine, 3), 200)
-    usual, counted = tempered.telling, dict[bool, int]()
-    told = []
-    for turned in (False, True):
-        monkeypatch.setattr(tempered, "telling", lambda *at, t=turned: usual(*at)[:: -1 if t else 1])
+    usual, told, counted = posteriors_room.telling, [], []
+    for order, likelier in ((1, 1.0), (-1, 1.0), (1, np.inf)):
+        monkeypatch.setattr(posteriors_room, "telling", lambda beside, by=order: usual(beside)[::by])
+        monkeypatch.setattr(posteriors_room, "_LIKELIER", likelier)
         count = counted_draws(monkeypatch)
         found = posterior(Coefficient(), problem)
         told.append((found.evidence, *found.weights()))
-        counted[turned] = sum(count)
-    np.testing.assert_array_equal(told[0], told[1])
-    assert counted[False] < 0.95 * counted[True]
+        counted.append(sum(count))
+    np.testing.assert_allclose(told[1:], [told[0]] * 2, rtol=1e-5)  # powers of a lot of draws go on until all vanish
+    assert counted[0] < 0.95 * counted[1]
+    assert counted[0] < 0.85 * counted[2]
 
 
 def counted_draws(monkeypatch: pytest.MonkeyPatch) -> list[int]:
