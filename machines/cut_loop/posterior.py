@@ -21,8 +21,6 @@ _BY_DRAW = ("rows", "values", "modes", "z", "sigma", "apart", "frequency", "sung
 _ONE = 1e-9
 _LOST = 6.0
 """Nats at a place beyond which it is all the same how many were lost."""
-_LIKELIER = 1.0
-"""Nats by which a move may make the places that are left likelier than any draw does, to be followed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,7 +191,7 @@ def evaluated(
         of_place = of_place + np.sum(sung[np.ix_(alive, here)], axis=1)
         likelihood[alive, k] = of_place
         if least is not None and beside is not None:
-            hoped = np.max(np.sum(beside.likelihood[:, left], axis=1)) + _LIKELIER
+            hoped = np.max(np.sum(beside.likelihood[:, left], axis=1))
             able = np.sum(likelihood[alive], axis=1) + hoped >= least[alive]
             likelihood[alive[~able]] = -np.inf
             alive = alive[able]

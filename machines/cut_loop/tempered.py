@@ -33,6 +33,8 @@ _MOVED, _JUMPS, _ROWS = 0.6, 0.1, 0.15
 """Share of the numbers that a step moves, of the steps that go the whole difference, and that take another sample."""
 _ACCEPTED, _TOLD = 0.25, 1.5
 """Share of the steps that should be accepted, and how fast their length follows."""
+_LIKELIER = 3.0
+"""Nats, over the power, by which a move may make the places left likelier than any draw does and still be followed."""
 _JITTER = 0.01
 _SETTLED = 30
 _FIRST, _BEHIND = 300, 4.5
@@ -119,7 +121,7 @@ def _moved(
     z = now.z + np.where(moved & ~other[:, None], shift, 0.0)
     cost = 0.5 * np.sum(z**2 - now.z**2, axis=1)
     least = now.total + (np.log(rng.uniform(size=count)) + cost) / power
-    new = evaluated(now.suspect, problem, rows, z, now.family, least, now)
+    new = evaluated(now.suspect, problem, rows, z, now.family, least - _LIKELIER / power, now)
     taken: Mask = new.total > least
     return now.where(taken, new), float(np.mean(taken[~other])) if not np.all(other) else _ACCEPTED
 
