@@ -161,7 +161,6 @@ force of spring, damper and mass, a lag 12 to 20 ms; the noise of the force lies
 the displacement 20 dB further down. {runs} traces, seeds 0 to {last}. Named means that the
 verdict is `identified` or `ambiguous` and that all that is hidden is among the terms or their rivals. In the strokes
 a lag moves 2 % of the force, a hundredth of what friction leaves.
-Without anything hidden, at 60 dB, what is left is below 0.1 % of the force and called `unexplained`.
 Written by `tests/acceptance/path_table.py`."""
 
 
