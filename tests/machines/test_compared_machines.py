@@ -112,7 +112,7 @@ def test_depths_are_those_of_the_lobes_over_the_range() -> None:
 @pytest.mark.thorough
 def test_time_that_was_up_is_said_beside_the_depth(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("machines.compare.machine_side._LEAST", 0.0)
-    monkeypatch.setattr("machines.compare.machine_side._SHARE", 1.5)
+    monkeypatch.setattr("machines.compare.machine_side._SHARE", 0.2)
     machine = read_machine(LIBRARY / "two_mode_tool.toml")
     heavier = read_machine(LIBRARY / "two_mode_tool.toml", {"component.cutter.modal_mass[0]": 0.6})
     a, b = of_machine("a", machine), of_machine("b", heavier)

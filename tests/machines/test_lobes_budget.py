@@ -53,10 +53,10 @@ def test_the_speeds_of_a_chart_cut_short_are_spread_over_its_range_and_right() -
 @pytest.mark.usefixtures("clock")
 def test_a_chart_whose_dips_are_not_looked_for_to_the_end_says_so() -> None:
     machine = read_machine(LIBRARY / "two_mode_tool.toml")
-    chart = lobes_over_range(machine, SPEEDS, budget=30.0)
-    assert np.all(np.isin(SPEEDS, chart.speed))
+    chart = lobes_over_range(machine, SPEEDS[::2], budget=15.0)
+    assert np.all(np.isin(SPEEDS[::2], chart.speed))
     assert chart.minimum_at is None
-    assert "Time was up after 30 s: of what dips between the 60 speeds not all was looked for." in chart.warnings
+    assert "Time was up after 15 s: of what dips between the 30 speeds not all was looked for." in chart.warnings
 
 
 @pytest.mark.thorough
