@@ -16,6 +16,8 @@ _CLEAR = 12.0
 """Times the middle of the spectrum around."""
 _STEADY = 0.05
 """Of its amplitude, by which hum differs from one quarter of a record to the next."""
+_MOTION = 0.3
+"""Of half of the swing, from which on a line is a motion that hardly decays."""
 _LEAST = 8
 """Half lines below which a record resolves no hum."""
 _STEPS = 3
@@ -26,9 +28,11 @@ _AROUND = 200
 def without_hum(x: Array, rate: float) -> tuple[Array, tuple[tuple[float, float], ...]]:
     """A record without its hum, and frequency in Hz and amplitude of each line that was taken out.
 
-    The second half tells, where the motion is smallest.
+    The second half tells, where the motion is smallest. A mode whose frequency is that of the mains may decay as slowly
+    as hum does; it is told by its size.
     """
     lines = [f for nominal in _candidates(x, rate) if (f := _steady(x, rate, nominal)) is not None]
+    lines = [f for f in lines if _size(x, rate, f) < _MOTION * np.ptp(x) / 2]
     if not lines:
         return x, ()
     t = np.arange(len(x)) / rate
@@ -70,3 +74,11 @@ def _steady(x: Array, rate: float, frequency: float) -> float | None:
         ratio = last / third * np.exp(-2j * np.pi * frequency * n / rate)
         frequency += float(np.angle(ratio)) * rate / (2 * np.pi * n)
     return frequency if abs(abs(ratio) - 1) < _STEADY else None
+
+
+def _size(x: Array, rate: float, frequency: float) -> float:
+    """Amplitude of a line in the second half."""
+    late = x[len(x) // 2 :]
+    window = np.hanning(len(late))
+    turn = np.exp(-2j * np.pi * frequency * np.arange(len(late)) / rate)
+    return float(2 * np.abs(np.sum(window * (late - np.mean(late)) * turn)) / np.sum(window))

@@ -16,6 +16,7 @@ from jointlib.laws.cubic import Cubic
 from jointlib.laws.linear import Linear
 from jointlib.laws.viscous import Viscous
 from jointlib.measurement import Record, RecordSource
+from jointlib.ringdown.hum import without_hum
 from jointlib.ringdown.identify import identify_ringdown
 from jointlib.ringdown.predicted import predict
 from jointlib.ringdown.strokes import strokes
@@ -163,6 +164,14 @@ def test_a_mode_at_the_frequency_of_the_mains_is_no_hum(tmp_path: Path) -> None:
     found = identify_ringdown(read_measurement(written(tmp_path, x)))
     assert np.median(found.modes[0][0].damping_ratio) == pytest.approx(0.002, rel=3e-3)
     assert not any("hum" in said for said in found.messages)
+
+
+@pytest.mark.parametrize("seconds", [1.0, 2.0, 4.0])
+def test_a_mode_that_decays_as_slowly_as_hum_is_motion(seconds: float) -> None:
+    t = np.arange(0, seconds, 1 / 2000)
+    x = np.exp(-np.pi * 60.02 * t / 2200) * np.cos(2 * np.pi * 60.02 * t)
+    left, _ = without_hum(x + 1e-4 * np.random.default_rng(1).standard_normal(len(t)), 2000.0)
+    assert np.std(left - x) < 2e-4
 
 
 def test_strokes_one_after_the_other_are_told_apart(tmp_path: Path) -> None:
