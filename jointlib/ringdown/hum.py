@@ -32,7 +32,7 @@ def without_hum(x: Array, rate: float) -> tuple[Array, tuple[tuple[float, float]
     as hum does; it is told by its size.
     """
     lines = [f for nominal in _candidates(x, rate) if (f := _steady(x, rate, nominal)) is not None]
-    lines = [f for f in lines if _size(x, rate, f) < _MOTION * np.ptp(x) / 2]
+    lines = [f for f in lines if abs(_phasor(x[len(x) // 2 :], rate, f)) < _MOTION * np.ptp(x) / 2]
     if not lines:
         return x, ()
     t = np.arange(len(x)) / rate
@@ -66,19 +66,16 @@ def _candidates(x: Array, rate: float) -> list[float]:
 def _steady(x: Array, rate: float, frequency: float) -> float | None:
     """Hz of a line, by its phases in the last two quarters; None where its amplitudes differ there."""
     n = len(x) // 4
-    window = np.hanning(n)
     ratio = 1.0 + 0.0j
     for _ in range(_STEPS):
-        turn = window * np.exp(-2j * np.pi * frequency * np.arange(n) / rate)
-        third, last = (np.sum((part - np.mean(part)) * turn) for part in (x[2 * n : 3 * n], x[3 * n : 4 * n]))
+        third, last = (_phasor(part, rate, frequency) for part in (x[2 * n : 3 * n], x[3 * n : 4 * n]))
         ratio = last / third * np.exp(-2j * np.pi * frequency * n / rate)
         frequency += float(np.angle(ratio)) * rate / (2 * np.pi * n)
     return frequency if abs(abs(ratio) - 1) < _STEADY else None
 
 
-def _size(x: Array, rate: float, frequency: float) -> float:
-    """Amplitude of a line in the second half."""
-    late = x[len(x) // 2 :]
-    window = np.hanning(len(late))
-    turn = np.exp(-2j * np.pi * frequency * np.arange(len(late)) / rate)
-    return float(2 * np.abs(np.sum(window * (late - np.mean(late)) * turn)) / np.sum(window))
+def _phasor(x: Array, rate: float, frequency: float) -> complex:
+    """Of a line, from the first sample on."""
+    window = np.hanning(len(x))
+    turn = np.exp(-2j * np.pi * frequency * np.arange(len(x)) / rate)
+    return complex(2 * np.sum(window * (x - np.mean(x)) * turn) / np.sum(window))
