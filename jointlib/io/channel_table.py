@@ -7,7 +7,6 @@ from jointlib.io.key_places import OF_CHANNEL, refuse_elsewhere
 from jointlib.io.toml import Section
 from jointlib.lab.unit_words import bracketed, electric, quantity_of, sensor_units, unit_of
 from jointlib.measurement import FORCES, QUANTITIES, Channel
-from jointlib.units import number_and_unit
 
 CHANNEL_ROLES = {
     "rig": ("a1", "a2", "a3", "P"),
@@ -85,19 +84,18 @@ _ALIKE = {"position": "displacement"}
 def _sensed(section: Section, sensitivity: str, si: str) -> tuple[str, float]:
     """Unit of the column, and SI over it, of a sensor that gives so much per unit, as ``100 mV/g`` or ``4 pC/N``, or
     of a motor that gives so much for its current, as ``14.7 N/A``."""
-    parts = number_and_unit(sensitivity)
-    units = sensor_units(parts[1]) if parts else None
-    if parts is None or not parts[0] or units is None:
+    sensor = sensor_units(sensitivity)
+    if sensor is None or not sensor[0]:
         section.fault(
             f"sensitivity is {sensitivity!r}, expected volts, coulombs or amperes per unit, as '100 mV/g', or a unit "
             "per ampere, as '14.7 N/A'",
             sure=True,
         )
         return section.text("unit", "V"), 1.0
-    given, per, inverse = units
+    number, given, per, inverse = sensor
     raw = electric(given) or "V"
     over = section.scale("sensitivity", given, raw)
     under = section.scale("sensitivity", unit_of(per) or per, si)
     unit = section.text("unit", raw)
     scale = section.scale("unit", unit, raw)
-    return unit, scale * parts[0] * under / over if inverse else scale / (parts[0] * over / under)
+    return unit, scale * number * under / over if inverse else scale / (number * over / under)

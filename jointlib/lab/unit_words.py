@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 
+from jointlib.units import number_and_unit
+
 _PLAIN = {
     "g": "g_0",
     "gn": "g_0",
@@ -115,6 +117,7 @@ def quantity_of(unit: str) -> str | None:
     return next((quantity for quantity, units in _OF.items() if unit in units), None)
 
 
+_BARE = str.maketrans("", "", "()")
 _ELECTRIC = re.compile(r"[munpkµ]?([VCA])")
 
 
@@ -124,15 +127,16 @@ def electric(unit: str) -> str | None:
     return match[1] if match else None
 
 
-def sensor_units(ratio: str) -> tuple[str, str, bool] | None:
-    """The electrical and the mechanical unit of a sensor's ``mV/g``, or of a motor's ``N/A``, and whether the
+def sensor_units(sensitivity: str) -> tuple[float, str, str, bool] | None:
+    """Number, electrical and mechanical unit of a sensor's ``100 mV/g``, or of a motor's ``14.7 N/A``, and whether the
     mechanical one comes first; None where no such ratio stands there."""
-    over, _, under = (part.strip() for part in ratio.replace("(", "").replace(")", "").partition("/"))
-    if not over or not under:
+    parts = number_and_unit(sensitivity)
+    over, _, under = (part.strip() for part in (parts[1] if parts else "").translate(_BARE).partition("/"))
+    if parts is None or not over or not under:
         return None
     if electric(over):
-        return over, under, False
-    return (under, over, True) if electric(under) else None
+        return parts[0], over, under, False
+    return (parts[0], under, over, True) if electric(under) else None
 
 
 def is_unit(text: str) -> bool:

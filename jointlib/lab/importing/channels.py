@@ -14,7 +14,6 @@ from jointlib.lab.importing.signals import by_name, by_unit, ending_unit, identi
 from jointlib.lab.lab_file import Column, LabFile
 from jointlib.lab.unit_words import electric, quantity_of, sensor_units, unit_of
 from jointlib.measurement import QUANTITIES
-from jointlib.units import number_and_unit
 
 _OTHER = {
     "acceleration": "g",
@@ -189,9 +188,8 @@ def _raw_unit(draft: Draft, table: Table, at: str, unit: str, known: str | None,
 
 def _electric(sensitivity: str) -> str:
     """V, C or A, as a sensor gives it."""
-    parts = number_and_unit(sensitivity)
-    units = sensor_units(parts[1]) if parts else None
-    return (electric(units[0]) if units else None) or "V"
+    sensor = sensor_units(sensitivity)
+    return (electric(sensor[1]) if sensor else None) or "V"
 
 
 def _written(unit: str) -> str:
@@ -201,7 +199,6 @@ def _written(unit: str) -> str:
 
 def _sensed(sensitivity: str) -> str | None:
     """The quantity that a sensor measures, from its ``100 mV/g``."""
-    parts = number_and_unit(sensitivity)
-    units = sensor_units(parts[1]) if parts else None
-    known = unit_of(units[1]) if units else None
+    sensor = sensor_units(sensitivity)
+    known = unit_of(sensor[2]) if sensor else None
     return quantity_of(known) if known else None
