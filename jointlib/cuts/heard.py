@@ -1,9 +1,8 @@
 """What the record of a cut tells: stable or chatter, and at which frequency.
 
 A stable cut repeats with the revolution, run-out and all, so what it holds beside the harmonics of the revolution is
-background. Chatter stands there in narrow lines; noise does not. A flip repeats with every second tooth, and is told
-from run-out only by its size, and by the other harmonics of the revolution, where the number of teeth is even. Chatter
-that has locked to the revolution (period-n motion, Honeycutt & Schmitz 2016) is not told from run-out at all.
+background. Chatter stands there in narrow lines; noise does not. Chatter that repeats with the revolution as well is
+told from run-out, where it can be, by `kept_step`.
 """
 
 from __future__ import annotations
@@ -14,22 +13,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from jointlib.arrays import Array
+from jointlib.cuts.kept_step import kept_step
 from jointlib.cuts.sound import Line, Sound, listen
 
 _STABLE, _CHATTER = 0.1, 0.3
 """Shares of the vibration in lines that do not repeat: below the one stable, from the other on chatter."""
 _NOISY = 0.3
 """Share of noise from which on it is told."""
-_RUN_OUT, _FLIP = 3.0, 10.0
-"""Times the other harmonics of the revolution that a line halfway is: to the one run-out, from the other on a flip."""
-_UNUSUAL = 30.0
-"""Times what it is in other cuts, over the lines of the teeth, that it is in a flip: a mode raises run-out too."""
 _MAINS = (50.0, 60.0)
 _MULTIPLES = 6
 _OFF = 0.002
 """Share by which the mains may be off."""
-_SHALLOWER = "a shallower cut at this speed would tell: run-out stays, chatter goes"
-_LOCKED = "a line of the revolution is over three times those of the teeth: run-out, or chatter that keeps step with it"
 WOULD_TELL = 'a record of the spindle turning without cutting (role = "quiet") would tell'
 
 
@@ -72,8 +66,8 @@ def heard(signal: Array, rate: float, speed: float, teeth: int, where: str) -> H
 def told_by(sound: Sound, background: Sequence[Line] = (), run_out: float | None = None, rises: bool = False) -> Heard:
     """Judge a cut by its spectrum, without the lines of the background.
 
-    ``run_out`` is the usual size of lines halfway between those of the teeth in other cuts with the tool, over that of
-    the teeth; None where nobody knows. ``rises`` where the hump of the noise is that of this cut alone.
+    ``run_out`` is how large lines of the revolution that are none of the teeth are in other cuts with the tool, over
+    those of the teeth; None where nobody knows. ``rises`` where the hump of the noise is that of this cut alone.
     """
     said = list(sound.said)
     if sound.useless:
@@ -94,20 +88,10 @@ def told_by(sound: Sound, background: Sequence[Line] = (), run_out: float | None
     if hump is None and sound.noise > _NOISY**2 * everything:
         said.append(f"{noisy} is noise, which is no chatter")
     strongest = max(lines, key=lambda line: line.power, default=None)
-    either = False
-    if sound.half > max(sound.tooth, strongest.power if strongest else 0.0):
-        kind = _halfway(sound, run_out)
-        place = (
-            f"the line at {sound.half_frequency:.5g} Hz, {round(sound.half_frequency / sound.turning)} per revolution,"
-        )
-        if kind == "flip":
-            return Heard("chatter", sound.half_frequency, "flip", share, speed, tuple(said))
-        either = kind == "either"
-        told = f"is run-out or a flip; {_SHALLOWER}" if either else "is run-out: others are more than a third of it"
-        said.append(f"{place} {told}")
-    if sound.others > _RUN_OUT**2 * max(sound.tooth, sound.half):
-        either = True
-        said.append(f"{_LOCKED}; {_SHALLOWER}")
+    step = kept_step(sound, run_out)
+    said += [step.said] if step.said else []
+    if step.kind in ("hopf", "flip") and step.power > (strongest.power if strongest else 0.0):
+        return Heard("chatter", step.frequency, step.kind, share, speed, tuple(said))
     if strongest is not None and share >= _STABLE:
         if _of_mains(strongest, sound):
             said.append(f"{strongest.frequency:.1f} Hz is the mains or chatter; {WOULD_TELL}")
@@ -124,7 +108,7 @@ def told_by(sound: Sound, background: Sequence[Line] = (), run_out: float | None
         return Heard(verdict, None, "", _share(sound, power + hump.power), speed, tuple(said))
     unknown = _hidden(sound, sound.repeated + power)
     said += [unknown] if unknown else []
-    return Heard("unknown" if either or unknown else "stable", None, "", share, speed, tuple(said))
+    return Heard("unknown" if step.kind or unknown else "stable", None, "", share, speed, tuple(said))
 
 
 def _hidden(sound: Sound, told: float) -> str:
@@ -149,15 +133,3 @@ def _of_mains(line: Line, sound: Sound) -> bool:
         if 1 <= multiple <= _MULTIPLES and off < 0.25 * sound.width + _OFF * line.frequency:
             return True
     return False
-
-
-def _halfway(sound: Sound, run_out: float | None) -> str:
-    """What a large line halfway between those of the teeth is: a flip, run-out, or either of them."""
-    if sound.half < _RUN_OUT**2 * sound.others:
-        return "run-out"
-    if sound.half < _FLIP**2 * sound.others:
-        return "either"
-    if run_out is None and sound.teeth == 2:  # every harmonic of the revolution is one of the teeth or halfway
-        return "either"
-    usual = run_out or 0.0
-    return "flip" if sound.half > (_UNUSUAL * usual) ** 2 * sound.tooth else "either"

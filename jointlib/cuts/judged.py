@@ -71,18 +71,23 @@ def judged_cuts(m: Measurement) -> tuple[JudgedCut, ...]:
         if cut.record is None:
             found.append(JudgedCut(cut))
             continue
-        told = [_judged(k, [s[name] for s in sounds], [q[name] for q in quiet]) for name in names]
-        loudest, background = max(told, key=lambda one: (one[0].share, one[0].verdict != "unknown"))
+        told = [judged_sound(k, [s[name] for s in sounds], [q[name] for q in quiet]) for name in names]
+        loudest, background = max(told, key=lambda one: _loudness(one[0]))
         found.append(JudgedCut(cut.judged(loudest.verdict, loudest.chatter_frequency), loudest, background))
         k += 1
     return tuple(found)
 
 
-def _judged(k: int, sounds: Sequence[Sound], quiet: Sequence[Sound]) -> tuple[Heard, tuple[str, ...]]:
+def _loudness(told: Heard) -> tuple[bool, float, bool]:
+    """By which of the channels of a record tells its cut."""
+    return told.verdict in ("chatter", "marginal"), told.share, told.verdict != "unknown"
+
+
+def judged_sound(k: int, sounds: Sequence[Sound], quiet: Sequence[Sound]) -> tuple[Heard, tuple[str, ...]]:
     """Record ``k`` of a channel with what the others say of shop and tool."""
     background = background_of(k, sounds, quiet)
     sizes = [
-        float(np.sqrt(s.half / s.tooth))
+        float(np.sqrt(max(s.half, s.others, s.faintest) / s.tooth))
         for i, s in enumerate(sounds)
         if i != k and s.teeth == sounds[k].teeth and s.faintest < _FAINT**2 * s.tooth
     ]

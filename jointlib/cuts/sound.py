@@ -80,8 +80,8 @@ class Sound:
         Power so close to lines of the spindle that nobody can tell what it is.
     tooth, half, others
         Largest power of a line of the teeth, halfway between two of them, and of the revolution elsewhere.
-    half_frequency
-        Hz of the line halfway.
+    half_frequency, other_frequency
+        Hz of the line halfway, and of that elsewhere.
     hump
         The highest of the noise, None where it is flat or grows to one side only.
     floor
@@ -104,6 +104,7 @@ class Sound:
     half: float
     others: float
     half_frequency: float
+    other_frequency: float
     hump: Hump | None
     floor: tuple[Array, Array, float]
     said: tuple[str, ...] = ()
@@ -159,7 +160,9 @@ def listen(signal: Array, rate: float, speed: float, teeth: int, where: str) -> 
     halfway = np.zeros(len(order), dtype=bool)
     if teeth % 2 == 0:
         halfway = (np.round(order).astype(int) % (teeth // 2) == 0) & ~of_teeth
-    top = int(np.argmax(np.where(held & halfway, spectrum, 0.0)))
+    elsewhere = held & ~of_teeth & ~halfway
+    tops = [int(np.argmax(np.where(some, spectrum, 0.0))) for some in (held & halfway, elsewhere)]
+    half_frequency, other_frequency = (_refined(spectrum, top) * step for top in tops)
     return Sound(
         turning=turning,
         teeth=teeth,
@@ -171,8 +174,9 @@ def listen(signal: Array, rate: float, speed: float, teeth: int, where: str) -> 
         beside=foreign,
         tooth=cell * float(np.max(above, where=held & of_teeth, initial=0.0)),
         half=cell * float(np.max(above, where=held & halfway, initial=0.0)),
-        others=cell * float(np.max(above, where=held & ~of_teeth & ~halfway, initial=0.0)),
-        half_frequency=_refined(spectrum, top) * step,
+        others=cell * float(np.max(above, where=elsewhere, initial=0.0)),
+        half_frequency=half_frequency,
+        other_frequency=other_frequency,
         hump=_hump(frequency[audible], floor[audible], base),
         floor=(at, level, base),
     )

@@ -30,7 +30,9 @@ from cut_shop import EFFECTS, RUNGS, TURNS, Campaign, drawn, sounds  # noqa: E40
 from numpy.typing import NDArray  # noqa: E402
 
 from jointlib import InputError  # noqa: E402
-from jointlib.cuts.heard import Heard, heard  # noqa: E402
+from jointlib.cuts import heard  # noqa: E402
+from jointlib.cuts.judged import judged_sound  # noqa: E402
+from jointlib.cuts.sound import Sound, listen  # noqa: E402
 from jointlib.cuts.tried_cut import TriedCut  # noqa: E402
 from jointlib.measurement import Measurement  # noqa: E402
 from machines.cut_loop.advice import band, forecast, told_by  # noqa: E402
@@ -46,7 +48,7 @@ from machines.cutting.process.cutting import Cutting  # noqa: E402
 from machines.model.machine import Machine  # noqa: E402
 
 Row = dict[str, Any]
-Told = list[list[Heard]]
+Told = list[list[Sound]]
 CHECKED = 3
 """Speeds at which the band of a campaign is held against the simulation."""
 FINE, STEP = 43, 1.06
@@ -54,14 +56,14 @@ FINE, STEP = 43, 1.06
 
 
 def told_of(campaigns: Sequence[Campaign]) -> list[Told]:
-    """What the sound of every rung tells, [campaign][speed][rung]; all mills have as many teeth."""
+    """The sound of every rung, [campaign][speed][rung]; all mills have as many teeth."""
     return [
-        [[heard(x, rate, n, c.mill.teeth, "cut") for x, rate in row] for n, row in zip(c.speeds, rows, strict=True)]
+        [[listen(x, rate, n, c.mill.teeth, "cut") for x, rate in row] for n, row in zip(c.speeds, rows, strict=True)]
         for c, rows in zip(campaigns, sounds(campaigns), strict=True)
     ]
 
 
-def cut(name: str, c: Campaign, speed: float, depth: float, h: Heard) -> TriedCut:
+def cut(name: str, c: Campaign, speed: float, depth: float, h: heard.Heard) -> TriedCut:
     """A row of the measurement; a frequency on a harmonic of the teeth is not written down."""
     f = h.chatter_frequency if h.verdict in ("chatter", "marginal") else None
     try:
@@ -71,16 +73,20 @@ def cut(name: str, c: Campaign, speed: float, depth: float, h: Heard) -> TriedCu
 
 
 def walked(c: Campaign, told: Told) -> Measurement:
-    """The shop goes deeper where it was stable and less deep where it sang until that turns, speed by speed."""
+    """The shop goes deeper where it was stable and less deep where it sang until that turns, speed by speed.
+
+    There every cut tells by itself; what is written down is what each tells beside all others.
+    """
     places = []
     for n, row, begun in zip(c.speeds, told, c.begun, strict=True):
         k, seen = begun, list[int]()
         while 0 <= k < RUNGS and k not in seen and len(seen) < 4:
             seen.append(k)
-            k += 1 if row[k].verdict == "stable" else -1
+            k += 1 if heard.told_by(row[k]).verdict == "stable" else -1
         places.append([(n, c.depths[k], row[k]) for k in seen])
     turns = [rows[i] for i in range(4) for rows in places if i < len(rows)][: c.cuts]
-    cuts = tuple(cut(f"cut {i}", c, n, b, h) for i, (n, b, h) in enumerate(turns))
+    every = [sound for _, _, sound in turns]
+    cuts = tuple(cut(f"cut {i}", c, n, b, judged_sound(i, every, [])[0]) for i, (n, b, _) in enumerate(turns))
     return Measurement(Path("cuts"), "cuts", (), (), cuts=cuts)
 
 
@@ -135,7 +141,7 @@ def borders(rows: Sequence[Row]) -> None:
             grown[c.seed, c.effect] = [[grows(x) for x, _ in rungs] for rungs in records]
     for row in rows:
         c, told = found[row["seed"], row["effect"]]
-        row["heard"] = [first_of(c, [h.verdict != "stable" for h in rungs]) for rungs in told]
+        row["heard"] = [first_of(c, [heard.told_by(sound).verdict != "stable" for sound in rungs]) for rungs in told]
         if c.effect in OF_AMPLITUDE:
             row["true"] = [first_of(c, rungs) for rungs in grown[row["seed"], row["effect"]]]
         else:
@@ -180,7 +186,7 @@ def halving(seed: int, advised: bool, most: int = 24) -> int:
         at = max(cells, key=lambda cell: bits[cell]) if advised and bits is not None else cells[0]
         cells.remove(at)
         i, k = at
-        cuts.append(cut(f"cut {len(cuts)}", c, c.speeds[i], c.depths[k], told[i][k]))
+        cuts.append(cut(f"cut {len(cuts)}", c, c.speeds[i], c.depths[k], heard.told_by(told[i][k])))
     return most + 1
 
 

@@ -9,6 +9,8 @@ import pytest
 from cut_shop import drawn
 from cut_table import machine_of, told_of, walked
 
+from jointlib.cuts.heard import told_by
+from jointlib.cuts.sound import Sound, listen
 from machines import lobes_at_amplitude
 
 
@@ -20,7 +22,8 @@ def test_cuts_in_time_sing_beyond_the_exact_border_and_not_before() -> None:
     chart = lobes_at_amplitude(machine_of(true), true.speeds)
     clear = 0
     for rungs, border, f in zip(told, chart.depth, chart.chatter_frequency, strict=True):
-        for depth, h in zip(true.depths, rungs, strict=True):
+        for depth, sound in zip(true.depths, rungs, strict=True):
+            h = told_by(sound)
             apart = np.log(border / depth)
             if 0.1 < abs(apart) < 0.6:
                 clear += 1
@@ -34,7 +37,7 @@ def test_cuts_in_time_sing_beyond_the_exact_border_and_not_before() -> None:
 
 def test_the_shop_stops_at_a_speed_where_the_verdict_turns() -> None:
     c = drawn(5, "coefficient")
-    told = [[_heard("stable" if k < 5 else "chatter") for k in range(9)] for _ in c.speeds]
+    told = [[_sound(n, c.mill.teeth, 0.0 if k < 5 else 1.0) for k in range(9)] for n in c.speeds]
     m = walked(c, told)
     assert 0 < len(m.cuts) <= c.cuts
     for n in c.speeds:
@@ -42,7 +45,7 @@ def test_the_shop_stops_at_a_speed_where_the_verdict_turns() -> None:
         assert verdicts == sorted(verdicts, reverse=True)  # stable below, chatter above
 
 
-def _heard(verdict: str) -> object:
-    from jointlib.cuts.heard import Heard
-
-    return Heard(verdict, None, "", 0.0, 0.0)
+def _sound(speed: float, teeth: int, chatter: float) -> Sound:
+    t = np.arange(0, 40 * 60 / speed, 60 / speed / 100)
+    tooth = 2 * np.pi * teeth * speed / 60
+    return listen(np.sin(tooth * t) + chatter * np.sin(1.31 * tooth * t), 100 * speed / 60, speed, teeth, "cut")

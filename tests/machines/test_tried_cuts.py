@@ -10,8 +10,9 @@ import pytest
 from tried_cuts import Shop, sounds, written
 
 from jointlib import InputError, read_measurement
-from jointlib.cuts.heard import heard
+from jointlib.cuts.heard import heard, told_by
 from jointlib.cuts.judged import judged_cuts
+from jointlib.cuts.sound import listen
 from machines import inspect
 from machines.lobes import Cutting, StabilityLobes, ToolModel, stability_lobes
 
@@ -67,7 +68,9 @@ def test_run_out_is_no_chatter() -> None:
     t = np.arange(0, 1, 1 / RATE)
     turning, rng = 2 * np.pi * 51.3, np.random.default_rng(1)
     x = np.sin(2 * turning * t) + 0.8 * np.sin(turning * t) + 0.3 * np.sin(5 * turning * t)
-    assert heard(x + 0.02 * rng.standard_normal(len(t)), RATE, 3070.0, 2, "record").verdict == "stable"
+    sound = listen(x + 0.02 * rng.standard_normal(len(t)), RATE, 3070.0, 2, "record")
+    assert told_by(sound).verdict == told_by(sound, run_out=0.4).verdict == "stable"
+    assert told_by(sound, run_out=0.0).verdict == "chatter"  # of a tool that runs true
 
 
 def test_noise_that_hides_the_cut_is_told_as_unknown() -> None:
