@@ -164,16 +164,22 @@ def _inverse(A: Single) -> Single:
     What A feels hangs on what was before, so that its powers vanish; where they are slow to, 1 + A is inverted.
     """
     one = np.eye(A.shape[1], dtype=SINGLE)
-    found, power = one - A, A
+    found, power, left = one - A, A, np.arange(len(A))
     for _ in range(_DOUBLED):
         power = power @ power
-        found += found @ power
-        size = float(np.max(np.abs(power)))
-        if size < _VANISHED:
+        if len(left) == len(A):
+            found += found @ power
+        else:
+            found[left] += found[left] @ power
+        size = np.abs(power).reshape(len(power), -1).max(axis=1)
+        done, slow = size < _VANISHED, ~(size < _LARGE)
+        if np.all(done):
             return found
-        if not size < _LARGE:
-            break
-    return np.linalg.inv(one + A)
+        if np.any(done | slow):
+            found[left[slow]] = np.linalg.inv(one + A[left[slow]])
+            left, power = left[~done & ~slow], power[~done & ~slow]
+    found[left] = np.linalg.inv(one + A[left])
+    return found
 
 
 def pass_of(drawn: Drawn, direct: Array, at: Condition, arc: Arc, axes: tuple[str, ...]) -> Pass:

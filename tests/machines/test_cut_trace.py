@@ -428,7 +428,7 @@ def test_moves_that_no_draw_could_follow_are_left_early(tmp_path: Path, monkeypa
         found = posterior(Coefficient(), problem)
         told.append((found.evidence, *found.weights()))
         counted.append(sum(count))
-    np.testing.assert_allclose(told[1:], [told[0]] * 2, rtol=1e-5)  # powers of a lot of draws go on until all vanish
+    np.testing.assert_allclose(told[1:], [told[0]] * 2, rtol=1e-9)  # ends of arrays are rounded otherwise
     assert counted[0] < counted[1]
     assert counted[0] < 0.95 * counted[2]
 
