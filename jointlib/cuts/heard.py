@@ -36,7 +36,7 @@ class Heard:
     verdict
         ``"stable"``, ``"chatter"`` or ``"marginal"``; ``"unknown"`` where noise hides it.
     chatter_frequency
-        Hz of the strongest line away from those of the spindle; None where none stands out.
+        Hz of the strongest line away from those of the spindle, or of a flip; None where none stands out.
     kind
         ``"hopf"`` or ``"flip"``; empty without chatter.
     share
@@ -91,7 +91,9 @@ def told_by(sound: Sound, background: Sequence[Line] = (), run_out: float | None
     step = kept_step(sound, run_out)
     said += [step.said] if step.said else []
     if step.kind in ("hopf", "flip") and step.power > (strongest.power if strongest else 0.0):
-        return Heard("chatter", step.frequency, step.kind, share, speed, tuple(said))
+        # Chatter that keeps step sings where the spindle does and not where the tool would.
+        frequency = step.frequency if step.kind == "flip" else None
+        return Heard("chatter", frequency, step.kind, share, speed, tuple(said))
     if strongest is not None and share >= _STABLE:
         if _of_mains(strongest, sound):
             said.append(f"{strongest.frequency:.1f} Hz is the mains or chatter; {WOULD_TELL}")

@@ -151,7 +151,7 @@ def test_chatter_that_keeps_step_with_the_revolution_is_not_called_stable(
     told = told_by(sound, run_out=run_out)
     assert told.verdict == verdict
     assert ("keeps step" in " ".join(told.said)) == (verdict != "stable")
-    assert told.chatter_frequency == (pytest.approx(1400.0, abs=0.1) if verdict == "chatter" else None)
+    assert told.chatter_frequency is None  # the spindle tells it, not the tool
 
 
 @pytest.mark.parametrize("noise", [0.1, 1.0])
