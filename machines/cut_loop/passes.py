@@ -171,7 +171,7 @@ def _inverse(A: Single) -> Single:
             found += found @ power
         else:
             found[left] += found[left] @ power
-        size = np.abs(power).reshape(len(power), -1).max(axis=1)
+        size = np.max(np.abs(power), axis=(1, 2), initial=0.0)
         done, slow = size < _VANISHED, ~(size < _LARGE)
         if np.all(done):
             return found
