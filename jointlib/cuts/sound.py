@@ -82,6 +82,8 @@ class Sound:
         Largest power of a line of the teeth, halfway between two of them, and of the revolution elsewhere.
     half_frequency, other_frequency
         Hz of the line halfway, and of that elsewhere.
+    in_step
+        Power of all lines of the revolution that are none of the teeth.
     hump
         The highest of the noise, None where it is flat or grows to one side only.
     floor
@@ -105,6 +107,7 @@ class Sound:
     others: float
     half_frequency: float
     other_frequency: float
+    in_step: float
     hump: Hump | None
     floor: tuple[Array, Array, float]
     said: tuple[str, ...] = ()
@@ -177,6 +180,7 @@ def listen(signal: Array, rate: float, speed: float, teeth: int, where: str) -> 
         others=cell * float(np.max(above, where=elsewhere, initial=0.0)),
         half_frequency=half_frequency,
         other_frequency=other_frequency,
+        in_step=float(np.sum(above[held & ~of_teeth])),
         hump=_hump(frequency[audible], floor[audible], base),
         floor=(at, level, base),
     )

@@ -85,8 +85,8 @@ def walked(c: Campaign, told: Told) -> Measurement:
             k += 1 if heard.told_by(row[k]).verdict == "stable" else -1
         places.append([(n, c.depths[k], row[k]) for k in seen])
     turns = [rows[i] for i in range(4) for rows in places if i < len(rows)][: c.cuts]
-    every = [sound for _, _, sound in turns]
-    cuts = tuple(cut(f"cut {i}", c, n, b, judged_sound(i, every, [])[0]) for i, (n, b, _) in enumerate(turns))
+    every, tried = [sound for _, _, sound in turns], [cut("", c, n, b, heard.told_by(sound)) for n, b, sound in turns]
+    cuts = tuple(cut(f"cut {i}", c, n, b, judged_sound(i, tried, every, [])[0]) for i, (n, b, _) in enumerate(turns))
     return Measurement(Path("cuts"), "cuts", (), (), cuts=cuts)
 
 

@@ -162,6 +162,15 @@ def test_chatter_on_a_harmonic_of_the_revolution_is_told_by_the_other_cuts(noise
     assert [one.cut.verdict for one in judged] == ["stable", "stable", "unknown", "stable"]
 
 
+@pytest.mark.parametrize(("shallower", "verdict"), [(0.2, "stable"), (0.1, "unknown"), (0.0, "chatter")])
+def test_a_shallower_cut_at_the_same_speed_tells_run_out(shallower: float, verdict: str, tmp_path: Path) -> None:
+    """Lines of run-out grow with the depth as those of the teeth do."""
+    speeds, sizes = (SPEEDS[0], *SPEEDS), (shallower, 0.5, 0.2, 0.2, 0.2)
+    records = [cut(s, 3, o7=size) + shop(k, 0.01, 0, 0) for k, (s, size) in enumerate(zip(speeds, sizes, strict=True))]
+    judged = campaign(tmp_path, records, speeds, teeth=3)
+    assert [one.cut.verdict for one in judged] == ["stable", verdict, "stable", "stable", "stable"]
+
+
 def test_two_teeth_do_not_tell_run_out_from_a_flip_where_the_tool_runs_out(tmp_path: Path) -> None:
     records = [
         cut(s, 2, o3=size) + shop(k, 0.1) for k, (s, size) in enumerate(zip(SPEEDS, (3, 0.3, 0.4, 0.5), strict=True))
