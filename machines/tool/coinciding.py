@@ -12,6 +12,8 @@ _APART = 1e8
 _CLEARLY = 0.5
 """Share of it up to which an estimate decides."""
 _ROUNDS = 12
+_FEW = 50
+"""Vectors up to which their singular values are had at once."""
 
 
 def told_apart(vectors: ComplexArray) -> bool:
@@ -20,11 +22,12 @@ def told_apart(vectors: ComplexArray) -> bool:
     Singular values of a thousand vectors take as long as the vectors themselves; their triangle QᴴV and its inverse
     take a third of that and tell both σ to a few per cent.
     """
-    triangle: ComplexArray = np.asarray(np.linalg.qr(vectors, mode="r"))
-    inverse, singular = ztrtri(triangle)
-    with np.errstate(all="ignore"):
-        if not singular and _size(triangle) * _size(inverse) < _CLEARLY * _APART:
-            return True
+    if vectors.shape[1] > _FEW:
+        triangle: ComplexArray = np.asarray(np.linalg.qr(vectors, mode="r"))
+        inverse, singular = ztrtri(triangle)
+        with np.errstate(all="ignore"):
+            if not singular and _size(triangle) * _size(inverse) < _CLEARLY * _APART:
+                return True
     reach = np.linalg.svd(vectors, compute_uv=False)
     return bool(reach[-1] * _APART > reach[0])
 
