@@ -129,16 +129,28 @@ class HeldInModes(HeldJoints):
     def _open(self) -> OpenJoints:
         return OpenJoints.of(self.machine)
 
+    @cached_property
+    def _starts(self) -> dict[tuple[float, bytes, int], ToolModel]:
+        return {}
+
     def model(self, frequency: float, gain: ComplexArray, level: int = 0) -> ToolModel:
         """Modes of the tool point."""
         return self._open.models(gain[None], frequency)[0].up_to(_FAR * self.highest * 2**level)
 
+    def _start(self, frequency: float, gain: ComplexArray, level: int) -> ToolModel:
+        """The same of joints at a resonance, which are asked for again at every speed."""
+        key = (frequency, gain.tobytes(), level)
+        if key not in self._starts:
+            self._starts[key] = self.model(frequency, gain, level)
+        return self._starts[key]
+
     def loop(self, speed: float, level: int, held: Held, coarse: bool = False) -> HeldLoop:
         more, share = (MORE // 2, 0.6) if coarse else (MORE, 1.0)
         tooth = self.cutting.cuts_per_revolution * speed / 60
+        model_of = self._start if isinstance(held, Constant) else self.model
         return _Modes(
             held,
-            lambda frequency, gain: self.model(frequency, gain, level),
+            lambda frequency, gain: model_of(frequency, gain, level),
             lambda model: arc_map(model, self.cutting, speed, more + FINER * level, share, MOST_SETTLED),
             tooth,
         )
