@@ -24,6 +24,8 @@ from .loop_samples import samples
 
 _LEVELS = (0.6, 0.3, 0.15, 0.07, 0.02, 0.004, 5e-4)
 """Shares of the strongest loop down to which branches are followed, one after the other until a crossing is found."""
+_AT_ONCE = 0.02
+"""Share of the strongest loop from which on branches are followed down to a ceiling at once."""
 _ROUNDS = 10
 _APART = 0.5
 _REAL = 1e-8
@@ -46,7 +48,8 @@ def first_crossings(
     known.know(fraction == fraction[-1], level)
     found = _flips(known.values[-1], accepted, max(level, 1 / (_CLOSE * ceiling)))
     closings: dict[Bracket, Crossing | None] = {}  # every level meets again most of those of the levels above it
-    for share in _LEVELS:
+    at_once = _CLOSE * ceiling * _AT_ONCE * float(np.max(known.bound)) <= 1
+    for share in (0.0,) if at_once else _LEVELS:
         level = max(share * float(np.max(known.bound)), 1 / (_CLOSE * _lowest(found, ceiling)))
         for _ in range(_ROUNDS):
             matters = (known.bound[:-1] >= level) | (known.bound[1:] >= level)
