@@ -202,7 +202,7 @@ def zones_of(
         return None, [left]
     try:
         with progress.step(f"computing limits at {len(sizes)} amplitudes, in at most {budget:.3g} s"), within(budget):
-            limits = amplitude_limits(model, charts[0].speed, sizes, charts[0].method)
+            limits = amplitude_limits(model, charts[0].speed, sizes, rest=charts[0])
     except OutOfTime:
         return None, [f"Zones over amplitude were left out: not done in the {budget:.3g} s that --budget leaves."]
     some = f"Time was up after {budget:.3g} s: zones over amplitude are those of {len(limits.amplitude)} amplitudes."

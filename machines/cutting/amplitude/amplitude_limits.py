@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, cached_property
 
 import numpy as np
 import scipy
@@ -74,9 +74,8 @@ class AmplitudeLimits:
         m; inf where a vibration of that size dies out at any depth, nan where a joint is past its identified range.
     at
         b_lim and the chatter frequency at any amplitude in m, shapes (n,).
-    contact
-        Amplitude in m, (n,), above which edges leave a milling cut so much that the depths are no longer those of the
-        joints alone; inf without a feed, and in turning, where the depths hold the loss of contact.
+    touching
+        Finds `contact`.
     whole
         False where time was up before every amplitude was computed and the lowest depths were looked at closer.
     """
@@ -92,8 +91,13 @@ class AmplitudeLimits:
     notes: tuple[str, ...]
     warnings: tuple[str, ...]
     at: Callable[[float], tuple[Array, Array]]
-    contact: Array
+    touching: Callable[[], Array]
     whole: bool = True
+
+    @cached_property
+    def contact(self) -> Array:
+        """Amplitude in m, (n,), up to which edges hardly leave a milling cut; inf without a feed, and in turning."""
+        return self.touching()
 
     @property
     def known(self) -> Array:
@@ -201,6 +205,7 @@ def amplitude_limits(
     amplitude: ArrayLike | None = None,
     method: str | None = None,
     rounds: int = _ROUNDS,
+    rest: StabilityLobes | None = None,
 ) -> AmplitudeLimits:
     """b_lim(speed, A) over a grid of tool-point amplitudes.
 
@@ -217,9 +222,11 @@ def amplitude_limits(
         m, ascending and above 0; default: 31 of them (16 in milling) over three decades up to the feed, or to 200 µm
         where no feed is given. For up to 8 speeds more are added around the lowest depth, in ``rounds``, and
         where chatter passes to another lobe. Those far apart come first, so that time may end (`deadline.within`).
+    rest
+        The chart at rest at these speeds by that method, where it is known.
     """
     speeds = np.atleast_1d(np.asarray(speed, dtype=float))
-    onset, _ = frozen_lobes(machine, speeds, 0.0, method)
+    onset = rest or frozen_lobes(machine, speeds, 0.0, method)[0]
     cutting = Cutting(**dict(machine.cutting or {}))
     A = amplitude_range(cutting) if amplitude is None else np.asarray(amplitude, dtype=float)
     if A.ndim != 1 or len(A) < 2 or not np.all(np.isfinite(A)) or A[0] <= 0 or np.any(np.diff(A) <= 0):
@@ -268,6 +275,7 @@ def amplitude_limits(
     charts = [layers[size][0] for size in A.tolist()]
     past = np.maximum.accumulate([layers[size][1] for size in A.tolist()], axis=0)
     said = dict.fromkeys(w for chart in (onset, *charts) for w in chart.warnings)
+    chatter = np.where(np.isfinite(onset.depth), onset.chatter_frequency, charts[0].chatter_frequency)
     return AmplitudeLimits(
         speed=speeds,
         amplitude=A,
@@ -280,12 +288,7 @@ def amplitude_limits(
         notes=onset.notes,
         warnings=(*said, *([unsettled[min(unsettled)]] if unsettled else [])),
         at=at,
-        contact=contact_amplitude(
-            machine,
-            cutting,
-            speeds,
-            np.where(np.isfinite(onset.depth), onset.chatter_frequency, charts[0].chatter_frequency),
-        ),
+        touching=lambda: contact_amplitude(machine, cutting, speeds, chatter),
         whole=whole,
     )
 
