@@ -12,7 +12,7 @@ line is kept while the tool moves half as much as at most.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import islice
 
@@ -29,17 +29,16 @@ from ..loops.loop_branches import NONE, Crossing
 from ..process.cutting import Cutting
 from .held_joints import Constant, Held, HeldJoints
 
-_CLOSE = 1.5
-"""Times the lowest depth so far up to which a resonance is searched: its joints are not yet those of the crossing."""
+_CLOSE, _ENOUGH = 1.5, 1.2
+"""Times the lowest depth so far up to which a resonance is searched: its joints are not yet those of the crossing; and
+how much deeper than was thought the one that settles may lie without another search."""
 _DEEPEST = 1.0
 """m; no cut is deeper, and what a loop closes on far above its limit is what its discretisation left over."""
 _SAME, _ALIKE = 0.05, 3e-3
-_ROUNDS = 40
 _SETTLED = 1e-9
 _BESIDE = 1e-4
 _PEAK, _MOST = 0.01, 16
-_RAISES = 6
-_TRIES = 3
+_RAISES, _TRIES, _ROUNDS = 6, 3, 40
 _TOGETHER = 16
 """Speeds at once."""
 
@@ -137,32 +136,39 @@ class DevelopedChatter:
 
         None where the level resolves too little.
         """
-        settled, stalled = ([list[Persistent]() for _ in speeds] for _ in range(2))
-        resolved = set(range(len(speeds)))
-        for group in self.groups:
-            tried = [list[Persistent]() for _ in speeds]
-            going = sorted(resolved)
-            for _ in range(_TRIES):
-                some: list[tuple[int, Persistent]] = []
-                for i in going:
+        looks = [[_Look(group) for group in self.groups] for _ in speeds]
+        lost, before = set[int](), 0
+        while True:
+            some: list[tuple[int, _Look, list[Persistent]]] = []
+            for i, speed in enumerate(speeds):
+                ceiling = min((one.crossing.depth for look in looks[i] for one in look.settled), default=np.inf)
+                # Most often the resonance that is lowest at one speed is so at the next: it tells how deep to look.
+                for look in sorted(looks[i], key=lambda look: look is not looks[i][before]):
+                    if i in lost or not look.further(ceiling):
+                        continue
                     in_time()
-                    ceiling = min((one.crossing.depth for one in settled[i]), default=np.inf)
-                    crossings = self._crossings(speeds[i], level, group, tried[i], ceiling)
+                    crossings = self._crossings(speed, level, look.group, look.tried, ceiling)
                     if crossings is None:
-                        resolved.discard(i)
-                    some += [(i, one) for one in crossings or []]
-                ends = self._settled([one for _, one in some], [speeds[i] for i, _ in some])
-                reached = set[int]()
-                for (i, one), end in zip(some, ends, strict=True):
-                    if end is None:
-                        tried[i].append(one)
+                        lost.add(i)
+                        continue
+                    look.up_to = ceiling
+                    if crossings:
+                        some.append((i, look, crossings))
+                        if crossings[0].crossing.depth < ceiling:
+                            ceiling, before = crossings[0].crossing.depth, looks[i].index(look)
+            if not some:
+                break
+            every = [(one, speeds[i]) for i, _, found in some for one in found]
+            ends = iter(self._settled([one for one, _ in every], [speed for _, speed in every]))
+            for _, look, found in some:
+                for one in found:
+                    if (end := next(ends)) is None:
+                        look.tried.append(one)
                     else:
-                        settled[i].append(end)
-                        reached.add(i)
-                going = sorted({i for i, _ in some} - reached)
-            for i, left in enumerate(tried):
-                stalled[i] += [replace(one, outcome=Outcome.STALLED) for one in left]
-        return [settled[i] or stalled[i] if i in resolved else None for i in range(len(speeds))]
+                        look.settled.append(end)
+                look.searches += 1
+                look.up_to = 0.0  # where nothing settled, beside that
+        return [None if i in lost else _lowest_of(each) for i, each in enumerate(looks)]
 
     def _crossings(
         self, speed: float, level: int, group: list[int], tried: list[Persistent], ceiling: float
@@ -244,6 +250,27 @@ class DevelopedChatter:
         slope = (beside - here) / (_BESIDE * start)[:, None]
         orders = [one.order for one in found]
         return [Straight(*one) for one in zip(orders, tooth.tolist(), start.tolist(), here, slope, strict=True)]
+
+
+@dataclass(eq=False)
+class _Look:
+    """What a group of resonances has shown at a speed: ``up_to`` which depth (m), and after how many ``searches``."""
+
+    group: list[int]
+    settled: list[Persistent] = field(default_factory=list)
+    tried: list[Persistent] = field(default_factory=list)
+    up_to: float = 0.0
+    searches: int = 0
+
+    def further(self, ceiling: float) -> bool:
+        """Whether it has to be searched up to a depth in m."""
+        return not self.settled and self.searches < _TRIES and _ENOUGH * self.up_to < ceiling
+
+
+def _lowest_of(looks: list[_Look]) -> list[Persistent]:
+    """What settled, else all that did not."""
+    stalled = [replace(one, outcome=Outcome.STALLED) for look in looks for one in look.tried]
+    return [one for look in looks for one in look.settled] or stalled
 
 
 @dataclass(frozen=True, eq=False)
