@@ -121,6 +121,20 @@ def test_the_joint_is_moved_by_the_force_that_the_crossing_has() -> None:
     assert np.min(np.abs(1 + found.crossing.depth * turned)) < 1e-6
 
 
+@pytest.mark.parametrize("speed", [4000.0, 5300.0, 9000.0])
+def test_a_ceiling_leaves_the_crossings_below_it_as_they_are(speed: float) -> None:
+    machine = guide_mill()
+    cutting, tooth = Cutting(**dict(machine.cutting or {})), 4 * speed / 60
+    chatter = developed_chatter(machine, cutting, 6e-6, wide_receptance(machine, 6e-6), "collocation", modes=True)
+    frequency, gain = chatter.starts[0]
+    loop = chatter.search.loop(speed, 0, Constant(frequency, gain), coarse=True)
+    nu = chatter.search.resolved(frequency, gain).folded(tooth)
+    found = first_crossings(loop, nu)
+    below = first_crossings(loop, nu, ceiling=1.2 * found[0].depth)
+    np.testing.assert_allclose([one.depth for one in below], [one.depth for one in found], rtol=1e-9)
+    assert not first_crossings(loop, nu, ceiling=0.8 * found[0].depth)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("speed", "depth", "sizes", "chatter", "stable", "share"),
