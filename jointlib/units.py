@@ -151,6 +151,8 @@ def frequency_range(parts: Sequence[str], where: str, given: str) -> tuple[float
     return low, high, count
 
 
+_MOST_PLACES = 9
+"""Digits after the point to which a value is told at most."""
 _SHOWN = {
     "rad": (180 / math.pi, "°"),
     "m": (1e6, "µm"),
@@ -168,13 +170,26 @@ def shown(unit: str) -> tuple[float, str]:
 def with_error(value: float, error: float, unit: str) -> str:
     """A parameter as people read it, its digits cut to those that its error leaves: ``39.148 ± 0.021 N/µm``."""
     factor, word = shown("" if unit == "1" else unit)
-    v, e, word = value * factor, abs(error * factor), f" {word}" if word else ""
-    if not (math.isfinite(e) and e > 0):
-        return f"{v:.4g}{word}"
-    digits = 1 - math.floor(math.log10(e))
-    if abs(v) < 1e6 and 0 <= digits <= 6:
-        return f"{v:.{digits}f} ± {e:.{digits}f}{word}"
-    return f"{v:.6g} ± {e:.2g}{word}"
+    if unit == "s" and abs(value) >= 1e-3:
+        factor, word = 1e3, "ms"
+    v, e = rounded(value * factor, error * factor)
+    return " ".join(part for part in (v, e, word) if part)
+
+
+def rounded(value: float, error: float | None, digits: int = 4) -> tuple[str, str]:
+    """A value to the two digits that its error has, and ``± error``; to some digits and nothing where that is unknown
+    or 0."""
+    if error is None or not (math.isfinite(error) and error):
+        return f"{value:.{digits}g}", ""
+    error = float(f"{abs(error):.1e}")
+    last, size = math.floor(math.log10(error)) - 1, max(abs(value), error)
+    power = 0 if 1e-4 <= size < 1e6 else math.floor(math.log10(size))
+    places = power - last
+    if places > _MOST_PLACES:
+        return f"{value:.6g}", f"± {error:.2g}"
+    ten = f"e{power}" if power else ""
+    v, e = (round(x / 10.0**power, places) for x in (value, error))
+    return f"{v:.{max(places, 0)}f}{ten}", f"± {e:.{max(places, 0)}f}{ten}"
 
 
 def parameters_in_words(found: Mapping[str, tuple[float, float, str]], most: int = 6) -> str:

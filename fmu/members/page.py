@@ -9,6 +9,7 @@ import numpy as np
 
 from jointlib.arrays import Array
 from jointlib.joint import Joint
+from jointlib.units import rounded
 
 from ..system.step_limit import operating_range
 from ..system.system import Signal, System
@@ -55,8 +56,9 @@ def _joint(prefix: str, joint: Joint, system: System) -> list[str]:
     columns = joint.columns()
     rows = []
     for name, value, unit, error, fixed in zip(*(columns[key][0] for key in columns), strict=True):
-        known = f"± {error:.2g}" if np.isfinite(error) else ("assumed" if fixed else "no error known")
-        rows.append((str(name), f"{value:.6g}", system.unit(prefix, str(unit)), known))
+        told, known = rounded(value, error, 6)
+        known = known or ("assumed" if fixed else "no error known")
+        rows.append((str(name), told, system.unit(prefix, str(unit)), known))
     lines.append(_table(("parameter", "value", "unit", "standard error"), rows))
     for quantity, (low, high) in joint.validity.items():
         unit = system.unit(prefix, VALIDITY_UNITS.get(quantity, ""))

@@ -12,6 +12,7 @@ from jointlib.cutting_force.coefficients import Coefficients
 from jointlib.identification.result import FitError, Found
 from jointlib.shown.pictures import AFTER, MEASURED, axes_of
 from jointlib.shown.result import Columns, Shown
+from jointlib.units import rounded
 
 _READ = {"N/m^2": (1e-6, "N/mm²"), "N/m": (1e-3, "N/mm")}
 
@@ -77,7 +78,7 @@ class CuttingForces(Shown):
         for name, p in self.parameters.items():
             factor, unit = _READ[p.unit]
             alone = f"{self.averages[name].value * factor:.5g}" if name in self.averages else ""
-            rows.append((name, f"{p.value * factor:.5g}", f"± {(p.standard_error or 0.0) * factor:.2g}", unit, alone))
+            rows.append((name, *rounded(p.value * factor, (p.standard_error or 0.0) * factor, 5), unit, alone))
         return rows
 
     def finding(self) -> str:

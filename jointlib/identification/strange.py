@@ -10,6 +10,7 @@ from jointlib.arrays import Array
 from jointlib.errors import InputError
 from jointlib.joint import Joint
 from jointlib.measurement import Measurement
+from jointlib.units import with_error
 
 _SAMPLES, _SLOW = 200, 0.01
 """Samples of a cycle along which a joint is asked for its stiffness, and its frequency in Hz."""
@@ -26,7 +27,7 @@ def strange_mass(measurement: Measurement, value: float, error: float) -> list[s
     refused, as all that was fitted beside it is as wrong."""
     if any(c.si_unit == "V" for q in ("force", "displacement", "position") for c in measurement.of(q)):
         return []
-    found = f"The moving mass comes out at {value:.4g} ± {error:.2g} kg"
+    found = f"The moving mass comes out at {with_error(value, error, 'kg')}"
     below = (
         f"{found}, below zero, which no carriage has: the sign of the force, of the displacement or of an acceleration "
         "is turned, look at the gain of the [[channel]]"

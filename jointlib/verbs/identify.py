@@ -12,7 +12,7 @@ from jointlib.cli.arguments import Given, Target, Verb, input_file, json_option
 from jointlib.cli.output import emit, working, wrote
 from jointlib.errors import InputError
 from jointlib.shown.text import table
-from jointlib.units import shown
+from jointlib.units import rounded, shown
 
 if TYPE_CHECKING:
     from jointlib.cutting_force.result import CuttingForces
@@ -102,8 +102,8 @@ def words(found: Identification) -> list[str]:
     rows = []
     for name, p in found.parameters.items():
         factor, unit = shown(p.unit)
-        error = "" if p.standard_error is None else f"± {p.standard_error * factor:.2g}"
-        rows.append((name, f"{p.value * factor:.6g}", error, unit, p.status + ", law does not fit" * p.doubted))
+        told = rounded(p.value * factor, (p.standard_error or 0.0) * factor, 6)
+        rows.append((name, *told, unit, p.status + ", law does not fit" * p.doubted))
     lines = table(("parameter", "value", "std. error", "unit", ""), rows)
     lines += [
         f"{e.measurement}: rms {e.rms:.4g} {e.unit}, {100 * e.relative:.2f} % of the largest force"

@@ -6,7 +6,7 @@ import numpy as np
 
 from jointlib.joint import Joint
 from jointlib.loop.answer.report import Verdict, figures
-from jointlib.units import shown
+from jointlib.units import rounded, shown
 
 from ..components.connection import Connection
 from ..loop.report import MachineCandidate, MachineTrace
@@ -61,8 +61,8 @@ def _mended_table(old: Joint, new: Joint, of: str, at: Connection) -> Table:
         factor, unit = shown(at.own_unit(units[name]))
         error = new.covariance.standard_error(name) if new.covariance else np.nan
         was = f"{before[name] * factor:.6g}" if name in before else "–"
-        spread = f"± {error * factor:.2g}" if np.isfinite(error) else "as before" if name in before else "–"
-        rows.append((name, was, f"{value * factor:.6g}", spread, unit))
+        told, spread = rounded(value * factor, error * factor, 6)
+        rows.append((name, was, told, spread or ("as before" if name in before else "–"), unit))
     return Table(("parameter", "before", "after", "standard error", "unit"), rows, f"The mended joint of {of}")
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from jointlib.joint import Joint
-from jointlib.units import shown
+from jointlib.units import rounded, shown
 
 from .page import Table
 
@@ -17,6 +17,6 @@ def parameter_table(joint: Joint, caption: str) -> Table:
     for name, value in joint.parameters.items():
         factor, unit = shown(units[name])
         error = joint.covariance.standard_error(name) if joint.covariance else np.nan
-        spread = f"± {error * factor:.2g}" if np.isfinite(error) else "not estimated"
-        rows.append((name, f"{value * factor:.6g}", spread, unit))
+        told, spread = rounded(value * factor, error * factor, 6)
+        rows.append((name, told, spread if np.isfinite(error) else "not estimated", unit))
     return Table(("parameter", "value", "standard error", "unit"), rows, caption)

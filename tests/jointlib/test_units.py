@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from jointlib.errors import InputError
-from jointlib.units import _COMMON, _factor, quantity
+from jointlib.units import _COMMON, _factor, quantity, with_error
 
 
 @pytest.mark.parametrize(
@@ -94,3 +94,22 @@ def test_g_is_that_of_free_fall_where_no_mass_fits() -> None:
 @pytest.mark.parametrize(("expected", "unit"), [(e, u) for e, units in _COMMON.items() for u in units])
 def test_common_units_are_those_of_the_units_package_to_the_last_bit(expected: str, unit: str) -> None:
     assert _COMMON[expected][unit] == _factor(unit, expected)
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "unit", "said"),
+    [
+        (39.1481e6, 0.0213e6, "N/m", "39.148 ± 0.021 N/µm"),
+        (11.5291e-3, 2.2e-3, "s", "11.5 ± 2.2 ms"),
+        (431.27e-6, 12e-6, "s", "431 ± 12 µs"),
+        (11529.1, 2213.0, "N", "11500 ± 2200 N"),
+        (99.96, 9.96, "N", "100 ± 10 N"),
+        (0.2, 4.4, "N", "0.2 ± 4.4 N"),
+        (12345678.0, 23456.0, "W", "1.2346e7 ± 0.0023e7 W"),
+        (3.931408e-8, 2.2e-10, "m/N^(2/3)", "3.931e-8 ± 0.022e-8 m/N^(2/3)"),
+        (12.34567, 0.0, "N", "12.35 N"),
+        (12.34567, float("nan"), "1", "12.35"),
+    ],
+)
+def test_a_value_has_the_digits_that_its_error_bears(value: float, error: float, unit: str, said: str) -> None:
+    assert with_error(value, error, unit) == said

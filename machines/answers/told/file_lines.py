@@ -22,7 +22,7 @@ from jointlib.modulation import CONDITIONS
 from jointlib.ringdown.backbone import backbones
 from jointlib.ringdown.identify import said_of as said_of_decays
 from jointlib.shown.text import table
-from jointlib.units import shown
+from jointlib.units import rounded, shown
 
 from ...components.component import Component
 from ...components.connection import Connection
@@ -39,8 +39,7 @@ def joint_lines(joint: Joint) -> list[str]:
     for name, value in joint.parameters.items():
         error = joint.covariance.standard_error(name) if joint.covariance else float("nan")
         factor, unit = shown(units[name])
-        spread = f"± {error * factor:.2g}" if error == error else ""
-        rows.append((name, f"{value * factor:.6g}", spread, unit, "fixed" if name in joint.fixed else ""))
+        rows.append((name, *rounded(value * factor, error * factor, 6), unit, "fixed" if name in joint.fixed else ""))
     lines = [f"joint {joint.name!r}: {' + '.join(law.kind for law in joint.laws)}"]
     lines += table(("parameter", "value", "std. error", "unit", ""), rows)
     for m in joint.modulations:
@@ -61,8 +60,8 @@ def coefficient_lines(found: Coefficients) -> list[str]:
     for name, value in found.values.items():
         factor, unit = (1e-3, "N/mm") if name.startswith("edge") else (1e-6, "N/mm²")
         known = found.covariance is not None and name in found.covariance.names
-        error = found.covariance.standard_error(name) if known and found.covariance is not None else None
-        rows.append((name, f"{value * factor:.6g}", "" if error is None else f"± {error * factor:.2g}", unit))
+        error = found.covariance.standard_error(name) if known and found.covariance is not None else 0.0
+        rows.append((name, *rounded(value * factor, error * factor, 6), unit))
     made = "simulated " if found.provenance.get("simulated") else ""
     lines = [f"{made}coefficients of {found.process}"]
     return lines + table(("coefficient", "value", "std. error", "unit"), rows)
