@@ -17,7 +17,7 @@ from jointlib.laws.lugre import LuGre
 from jointlib.laws.stribeck import Stribeck
 from jointlib.loop.path.force.kept_low_pass import low_pass_kept
 from jointlib.loop.path.force.unit_size import Sizes
-from jointlib.loop.path.regression import block_grams, with_columns
+from jointlib.loop.path.regression import block_grams, hold_out, with_columns
 from jointlib.pieces import chained, dragged, turns
 
 STEP = 1e-2
@@ -101,3 +101,16 @@ def test_products_with_further_columns_are_those_of_all_columns() -> None:
     grams = block_grams(columns, target, rows)
     found = with_columns(grams, np.vstack([columns, target]), added, rows)
     assert found == pytest.approx(block_grams(np.vstack([columns, added]), target, rows), rel=1e-12)
+
+
+def test_a_column_that_a_fold_does_not_have_gets_no_coefficient_there() -> None:
+    """What a filter rings on to, and what rounding leaves of one large block less itself, are no column."""
+    rng = np.random.default_rng(2)
+    everywhere, here = rng.standard_normal(60), np.zeros(60)
+    here[:20], here[20:40] = 1e3 * rng.standard_normal(20), 1e-140 * rng.standard_normal(20)
+    target = 2.0 * everywhere + 1e-3 * here
+    rows = [np.arange(20), np.arange(20, 40), np.arange(40, 60)]
+    held = hold_out(block_grams(np.array([everywhere, here]), target, rows), np.full(3, 20), np.arange(3), np.ones(3))
+    assert held.coefficients[0] == pytest.approx([2.0, 0.0], abs=1e-9)
+    assert held.blocks[1:] == pytest.approx([0.0, 0.0], abs=1e-9)
+    assert held.blocks[0] == pytest.approx(np.mean((1e-3 * here[:20]) ** 2), rel=1e-6)

@@ -10,10 +10,15 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from jointlib.arrays import Array
+from jointlib.arrays import Array, ArrayLike
 
 Index: TypeAlias = NDArray[np.int64]
 Mask: TypeAlias = NDArray[np.bool_]
+
+_NOTHING = 1e-300
+_SEEN = 1e-2
+"""Of the power of a column, which folds are scaled to at least: rounding of a column that a fold does not have, 1e-16
+of its power, then lies below the 1e-12 at which singular values end."""
 
 
 @dataclass(frozen=True)
@@ -63,10 +68,11 @@ def hold_out(grams: Array, sizes: Array, folds: Index, weights: Array, signed: i
     weighted, count = grams * weights[:, None, None], int(folds.max()) + 1
     total = weighted.sum(axis=0)
     left = np.array([total - weighted[folds == h].sum(axis=0) for h in range(count)])
+    least = np.maximum(_SEEN * np.diag(total)[:-1], _NOTHING)
     if signed:
-        beta = np.array([solve_signed(A[:-1, :-1], A[:-1, -1], signed) for A in left])
+        beta = np.array([solve_signed(A[:-1, :-1], A[:-1, -1], signed, least) for A in left])
     else:
-        beta = solve(left[:, :-1, :-1], left[:, :-1, -1])
+        beta = solve(left[:, :-1, :-1], left[:, :-1, -1], least)
     return HeldOut(beta, loss(left, beta), loss(grams, beta[folds]) / sizes)
 
 
@@ -76,22 +82,25 @@ def loss(grams: Array, beta: Array) -> Array:
     return np.asarray(np.maximum(np.einsum("...i,...ij,...j->...", full, grams, full), 0.0))
 
 
-def solve(A: Array, b: Array) -> Array:
-    """Minimum-norm solution of A x = b for Gram matrices scaled to unit diagonal."""
-    d = np.sqrt(np.maximum(np.diagonal(A, axis1=-2, axis2=-1), 1e-300))
+def solve(A: Array, b: Array, least: ArrayLike = _NOTHING) -> Array:
+    """Minimum-norm solution of A x = b for Gram matrices scaled to unit diagonal.
+
+    A column of less power than ``least`` is scaled as one of that: what is rounding of it gets no coefficient.
+    """
+    d = np.sqrt(np.maximum(np.diagonal(A, axis1=-2, axis2=-1), least))
     unit = A / (d[..., :, None] * d[..., None, :])
     inverse = np.linalg.pinv(unit, rcond=1e-12, hermitian=True)
     return np.asarray(np.einsum("...ij,...j->...i", inverse, b / d) / d)
 
 
-def solve_signed(A: Array, b: Array, signed: int) -> Array:
+def solve_signed(A: Array, b: Array, signed: int, least: ArrayLike = _NOTHING) -> Array:
     """Least squares from Gram matrices with the last ``signed`` coefficients not negative, the others free.
 
     The free ones are eliminated; what is left is scaled to unit diagonal and solved by non-negative least squares on
     its Cholesky factor.
     """
     n = len(b) - signed
-    d = np.sqrt(np.maximum(np.diag(A), 1e-300))
+    d = np.sqrt(np.maximum(np.diag(A), least))
     U, y = A / np.outer(d, d), b / d
     inverse = np.linalg.pinv(U[:n, :n], rcond=1e-12, hermitian=True)
     reduced = U[n:, n:] - U[n:, :n] @ inverse @ U[:n, n:]
