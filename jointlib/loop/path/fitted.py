@@ -234,6 +234,12 @@ def named_by_role(joint: Joint, role: Role) -> frozenset[str]:
     )
 
 
+def drives(fitted: Fitted) -> bool:
+    """True where a damping of the joint is below zero by more than its 95 % interval."""
+    damping = named_by_role(fitted.joint, Role.DAMPING).intersection(fitted.names)
+    return any(fitted.joint.parameters[n] < -1.96 * fitted.standard_error(n) for n in damping)
+
+
 def held_out_losses(evidence: Evidence, columns: Array, target: Array) -> tuple[Array | None, Array | None, Array]:
     """Relative losses over condition folds, their coefficients, and relative losses over block folds."""
     grams, sizes, weights = block_grams(columns, target, evidence.rows), evidence.sizes, evidence.block_weight

@@ -87,7 +87,7 @@ class Part:
     adds: Assessment
     """Of the whole composition over the others alone."""
     rows: tuple[Row, ...]
-    """The contest beside the others, in which this term is accepted."""
+    """The contest beside the others, in which this term is accepted; none where they do not stand without it."""
 
     @property
     def row(self) -> Row | None:

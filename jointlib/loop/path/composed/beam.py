@@ -22,7 +22,7 @@ from jointlib.loop.path.composed.choice import (
 )
 from jointlib.loop.path.composed.pairs import pairs_beside
 from jointlib.loop.path.evidence import Evidence, Model
-from jointlib.loop.path.fitted import Fitted, fit, named_by_role
+from jointlib.loop.path.fitted import Fitted, drives, fit, named_by_role
 from jointlib.loop.path.steps import (
     Composition,
     Finding,
@@ -71,14 +71,25 @@ class _Field:
     def rank(self, current: Fitted) -> tuple[Row, ...]:
         return rank(current, self.effects, self.store, self.seed)
 
-    def replayed(self, terms: Sequence[Term]) -> Fitted | None:
-        """The baseline with some terms, refitted; None where one is not physical without the others."""
+    def replayed(self, terms: Sequence[Term], of: Model) -> Fitted | None:
+        """The baseline with some of the terms of a model, refitted; None where one is not physical without the others.
+
+        A fault of the force begins as the model has it: to first order a late force may be none without the others.
+        Corners are rounded anew as they were in the model.
+        """
         fitted = fit(self.evidence, Model(self.joint))
-        for term in terms:
+        for count, term in enumerate(terms, 1):
+            rounding = count if count == len(terms) else 1
+            known = [k for k in of.faults if k.fault is term.effect]
+            if known:
+                fitted = self.fit(replace(fitted.model, faults=(*fitted.model.faults, *known)), rounding)
+                if drives(fitted):
+                    return None
+                continue
             found = trials_of(term.effect, [term.trial.shape], fitted, self.store)
             if not found or found[0].model is None:
                 return None
-            fitted = self.fit(found[0].model)
+            fitted = self.fit(found[0].model, rounding)
         return fitted
 
 
@@ -136,7 +147,7 @@ def _with_corners(evidence: Evidence, found: Fitted) -> Fitted:
 def _certain(field: _Field, c: Composition, parts: Sequence[Part]) -> tuple[Composition, tuple[Part, ...]]:
     """A composition without the terms that the others make up for, and what those left are worth."""
     kept = [p.term for p in parts if pays(c, p)]
-    fitted = field.replayed(kept) if kept else None
+    fitted = field.replayed(kept, c.fitted.model) if kept else None
     if fitted is None:
         return c, tuple(parts)
     less = now = Composition((*c.steps, Step(kept[-1], fitted, action="dropped others")), tuple(kept))
@@ -256,7 +267,7 @@ def _weighed(field: _Field, c: Composition) -> tuple[Composition | None, tuple[P
     for i, term in enumerate(c.terms):
         others = [t for k, t in enumerate(c.terms) if k != i]
         last = i == len(others) and c.steps[-1].action == "added"
-        base = c.steps[-2].fitted if last else field.replayed(others)
+        base = c.steps[-2].fitted if last else field.replayed(others, current.model)
         if base is None:
             parts.append(Part(term, term.assessment, ()))
             continue
@@ -264,6 +275,9 @@ def _weighed(field: _Field, c: Composition) -> tuple[Composition | None, tuple[P
         own = next((r for r in rows if (r.entry.family, r.entry.member) == (term.family, term.member)), None)
         first = next((r for r in rows if not is_another(r, others)), None)
         passes = first is not None and first.entry.physical and first.assessment.accepted
+        # What gains too little to be a further effect is none in the place of another either.
+        if first is not None and first.assessment.share * deciding_excess(base) < least_gain(c, first.entry.effect):
+            passes = False
         if not last and first is not None and first is not own and passes:
             found = assess(current.deciding_loss, first.entry.deciding_loss, floor, folds, field.seed)
             swapped = _with(field, c, others, first, found) if found.accepted else None

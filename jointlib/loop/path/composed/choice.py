@@ -74,7 +74,9 @@ def _may_be_form(effect: Effect, other: Effect, c: Composition) -> bool:
 
 
 def pays(c: Composition, part: Part) -> bool:
-    """True where a term passes every test over all the others, and by enough."""
+    """True where a term passes every test over all the others, and by enough, or the others are nothing without it."""
+    if not part.rows:
+        return True
     left = deciding_excess(c.fitted)
     return part.adds.accepted and left * part.adds.share / max(1 - part.adds.share, 1e-300) >= least_gain(
         c, part.term.effect
