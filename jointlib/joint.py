@@ -98,6 +98,11 @@ class Joint(Shown):
         here = replace(self, modulations=moved).at({condition: value})
         return replace(here, modulations=(*others, *(m.based(value) for m in moved)))
 
+    def lagging(self, condition: str, lag: float) -> Joint:
+        """The same joint with what follows a condition behind it by a lag of the first order (s)."""
+        moved = (replace(m, lag=lag) if m.condition == condition else m for m in self.modulations)
+        return replace(self, modulations=tuple(moved))
+
     @cached_property
     def part_names(self) -> tuple[str, ...]:
         """One name per law, in order."""

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 
 from jointlib.arrays import Array
 from jointlib.errors import InputError, nearest
@@ -47,6 +48,8 @@ class Modulation:
     """Pairs of condition and factor, the condition rising."""
     period: float | None = None
     """After so much of the condition the table begins again."""
+    lag: float = 0.0
+    """s: the parameters follow v with lag · v̇ + v = condition, as a magnet follows its voltage; at rest v is that."""
 
     def __post_init__(self) -> None:
         what = f"modulation of {self.role.value} by {self.condition}"
@@ -62,6 +65,8 @@ class Modulation:
             raise InputError(f"{what}: row {row} of the table is not above the one before, expected rising conditions")
         if np.any(factors < 0):
             raise InputError(f"{what}: a factor is {float(factors.min()):g}, expected at least 0")
+        if not 0 <= self.lag < np.inf:
+            raise InputError(f"{what}: lag is {self.lag:g}, expected at least 0")
         if self.period is not None:
             self._check_period(what, self.period, float(values[-1] - values[0]))
         at_reference = self.factor(self.reference)
@@ -89,6 +94,10 @@ class Modulation:
         values = x[0] + (values - x[0]) % self.period
         return np.asarray(np.interp(values, [*x, x[0] + self.period], [*y, y[0]]))
 
+    def followed(self, values: Array, time_step: float) -> Array:
+        """What the parameters follow of a condition that is sampled every ``time_step`` s: itself, or with its lag."""
+        return lagged(values, self.lag, time_step)
+
     def based(self, value: float) -> Modulation:
         """The same, with another value of the condition as its reference, at which the factor is not 0."""
         here = self.factor(value)
@@ -101,6 +110,17 @@ class Modulation:
     def covers(self, value: float) -> bool:
         """True where the table tells the factor instead of its nearest end."""
         return self.period is not None or self.table[0][0] <= value <= self.table[-1][0]
+
+
+def lagged(u: Array, lag: float, time_step: float) -> Array:
+    """v of lag · v̇ + v = u for a u that runs in straight lines between its samples, from v = u at the first."""
+    if not lag > 0:
+        return u
+    steps = time_step / lag
+    left = float(np.exp(-steps))
+    mean = -float(np.expm1(-steps)) / steps
+    first = np.array([u[0] - (1 - mean) * u[0]])
+    return np.asarray(scipy.signal.lfilter([1 - mean, mean - left], [1.0, -left], u, zi=first)[0])
 
 
 def hats(m: Modulation, u: Array) -> Array:
@@ -130,6 +150,16 @@ def factors_of(m: Modulation) -> dict[str, float]:
     if len(m.table) == 2:
         return dict(zip(names_of(m), [m.table[1][1] - m.table[0][1]], strict=True))
     return dict(zip(names_of(m), [f - 1 for point, f in m.table if point != m.reference], strict=True))
+
+
+def lags_of(modulations: Iterable[Modulation]) -> dict[str, float]:
+    """The lag behind every condition that has one, s; it is the same for all that follow that condition."""
+    return {m.condition: m.lag for m in modulations if m.lag}
+
+
+def lag_name(condition: str) -> str:
+    """Of the lag behind a condition: ``lag_behind_voltage``."""
+    return f"lag_behind_{condition.replace('-', '_')}"
 
 
 def is_fitted(m: Modulation) -> bool:

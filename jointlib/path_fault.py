@@ -37,6 +37,8 @@ class PathFault(ABC):
     """The fault in a clause that follows "The records show"."""
     look_alikes: ClassVar[Mapping[str, str]] = {}
     declared_pairs: ClassVar[frozenset[str]] = frozenset()
+    of_joint: ClassVar[str] = ""
+    """A sentence on what a joint may do that looks the same where no inertia is in the balance."""
     parameters: ClassVar[Mapping[str, str]]
     """Parameters of a correction and their SI units; "channel" is the unit of the force."""
     inertia: ClassVar[bool] = False

@@ -17,12 +17,16 @@ class ForceLag(PathFault):
     """
 
     family: ClassVar[str] = "lag"
-    words: ClassVar[str] = "that the force is recorded late (lag)"
+    words: ClassVar[str] = "that the force comes late (lag)"
     look_alikes: ClassVar[Mapping[str, str]] = {
         "viscous-by-direction": "Repeat at two speeds: a lag shifts a reversal in time, friction does not.",
         "coulomb": "Repeat at two speeds: the loop that a lag opens grows with speed.",
         "hysteresis": "Repeat at two speeds: the loop that a lag opens grows with speed, that of slip does not.",
     }
+    of_joint: ClassVar[str] = (
+        "A joint that builds up its force so slowly shows the same: tap the force sensor beside an accelerometer, a "
+        "channel is late there too."
+    )
     parameters: ClassVar[Mapping[str, str]] = {"lag": "s"}
 
     def columns(self, record: PathRecord, shape: Shape) -> Array:

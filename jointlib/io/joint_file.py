@@ -123,6 +123,7 @@ def _modulation(section: Section) -> Modulation:
     condition = section.text("condition", choices=tuple(CONDITIONS))
     unit = CONDITIONS[condition]
     reference, period = section.number("reference", unit), section.number("period", unit, None)
+    lag = section.number("lag", "s", 0.0)
     rows = section.take("table")
     section.done()
     if not isinstance(rows, list) or not all(isinstance(row, list) and len(row) == 2 for row in rows):
@@ -133,7 +134,7 @@ def _modulation(section: Section) -> Modulation:
         for i, (value, factor) in enumerate(rows)
     )
     try:
-        return Modulation(role, condition, reference, table, period)
+        return Modulation(role, condition, reference, table, period, lag)
     except InputError as error:
         raise InputError(f"{section.where}: {error}") from None
 
@@ -185,7 +186,8 @@ def joint_table(joint: Joint) -> dict[str, Any]:
 def _modulation_table(m: Modulation) -> dict[str, Any]:
     table: dict[str, Any] = {"role": _word(m.role), "condition": m.condition, "reference": float(m.reference)}
     table["table"] = [[float(value), float(factor)] for value, factor in m.table]
-    return table if m.period is None else {**table, "period": float(m.period)}
+    further = {"period": m.period, "lag": m.lag or None}
+    return table | {key: float(value) for key, value in further.items() if value is not None}
 
 
 def write_joint(path: Path, joint: Joint) -> None:

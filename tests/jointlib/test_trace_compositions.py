@@ -207,7 +207,7 @@ def test_the_columns_of_a_follower_are_the_slopes_of_its_force(tmp_path: Path, p
     run = run_with(damper(0, 0.0), tmp_path)
     follower = Follower(Role.SLIP_FORCE, "voltage", tuple(np.quantile(run.inputs["voltage"], (0, 0.25, 0.5, 0.75, 1))))
     joint = Joint((Linear(2000.0), Coulomb(10.0, 0.02)))
-    start = follower.start(points)
+    start = follower.start(points, joint)
     columns = Followed((run,)).columns(joint, start)
     rise = 1e-3 * np.array([1.0] if points == 2 else [-0.9, -0.4, 0.3, 1.0])
     moved = stepped(start, rise)

@@ -146,7 +146,7 @@ def test_a_force_that_comes_late_is_named_and_undone(late: TraceReport) -> None:
     assert (late.chosen.family, late.chosen.channel) == ("lag", "vir")
     assert min(late.chosen.per_fold) > 0
     assert late.verdict is Verdict.PARTIAL
-    assert "the force is recorded late" in late.sentence
+    assert "the force comes late" in late.sentence
     correction = late.corrections[0]
     assert (correction.family, correction.channel) == ("lag", "vir")
     # The record itself leads by 0.6 ms: the controller holds its output for a sample.

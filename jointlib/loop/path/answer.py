@@ -120,6 +120,8 @@ def answer(
         mended,
     )
     left = composed_remains.remains(named.after)
+    if measurement.carriage is None and named.after.evidence.mass is None:
+        text = " ".join([text, *(t.effect.of_joint for t in named.terms if isinstance(t.effect, PathFault))]).rstrip()
     if entered and named.verdict is Verdict.PARTIAL:
         text = " ".join([text, composed_remains.said(left)]).rstrip()
     return TraceReport(

@@ -12,11 +12,12 @@ from jointlib.joint import Joint
 from jointlib.loop.answer.report import Candidate, Estimate
 from jointlib.loop.contest.contestant import bare, moved_by
 from jointlib.loop.path.composed.follower import Follower
+from jointlib.loop.path.composed.input_lag import InputLag
 from jointlib.loop.path.contest import Entry
 from jointlib.loop.path.fitted import Fitted
 from jointlib.loop.path.steps import Row, Term
 from jointlib.loop.path.trials import Effect, Trial
-from jointlib.modulation import factors_of, names_of
+from jointlib.modulation import factors_of, lag_name, lags_of, names_of
 from jointlib.path_fault import PathFault
 
 _MODEL_FORM = frozenset({"hysteresis"})
@@ -37,6 +38,8 @@ def estimates(fitted: Fitted) -> dict[str, Estimate]:
         steps = factors_of(m)
         values |= steps
         units |= dict.fromkeys(steps, "1")
+    for condition, lag in lags_of(fitted.joint.modulations).items():
+        values[lag_name(condition)], units[lag_name(condition)] = lag, "s"
     values |= fitted.joint.parameters
     return {name: _estimate(fitted, name, value, units[name]) for name, value in values.items()}
 
@@ -84,7 +87,9 @@ def set_by(term: Term, fitted: Fitted, current: Fitted) -> dict[str, Estimate]:
 def _names(effect: Effect, trial: Trial, current: Fitted) -> tuple[str, ...]:
     """Parameters of the mended model that an effect sets."""
     if isinstance(effect, Follower):
-        return names_of(effect.start(trial.shape["points"]))
+        return names_of(effect.start(trial.shape["points"], current.joint))
+    if isinstance(effect, InputLag):
+        return (lag_name(effect.condition),)
     if isinstance(effect, PathFault):
         return tuple(f"{effect.family.replace('-', '_')}.{name}" for name in effect.parameters)
     return moved_by(effect, trial.coefficients, trial.shape, current.joint)
@@ -103,6 +108,8 @@ def _parameters(entry: Entry, current: Fitted) -> Mapping[str, Estimate]:
         return coefficients | {n: bare(v, units[n]) for n, v in best.shape.items()}
     if isinstance(effect, Follower):
         return {n: bare(v, "1") for n, v in factors_of(best.model.joint.modulations[-1]).items()}
+    if isinstance(effect, InputLag):
+        return {lag_name(effect.condition): bare(float(best.coefficients[0]), "s")}
     have, units = best.model.joint.parameters, best.model.joint.units
     names = [n for n in have if n not in current.joint.parameters]
     names = names or list(_names(effect, best, current))

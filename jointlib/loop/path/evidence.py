@@ -18,7 +18,7 @@ from jointlib.loop.path.regression import Index
 from jointlib.loop.path.repeats import PathFloor
 from jointlib.loop.path.strokes import Division
 from jointlib.measurement import Mass
-from jointlib.modulation import Modulation, is_fitted, names_of
+from jointlib.modulation import Modulation, is_fitted, lag_name, lags_of, names_of
 from jointlib.parameter import parameters_of
 from jointlib.path_fault import PathFault
 
@@ -27,6 +27,8 @@ _OF_THE_MOTION = (
     *("condition_folds", "scale", "followed_force"),
 )
 """Of what an evidence remembers, that which is the same whatever faults of the force are undone."""
+_STEP = 1e-2
+"""Of a lag, for the slope of the force over it."""
 
 
 @dataclass(frozen=True)
@@ -189,6 +191,10 @@ class Evidence:
         """What each coefficient of a modulation of the joint adds to F, filtered and thinned, (coefficient, sample)."""
         return self.followed_force.columns(joint, modulation)
 
+    def lag_column(self, joint: Joint, condition: str, lag: float) -> Array:
+        """What a second of lag adds to F where the parameters follow an input with such a lag, (1, sample)."""
+        return (self.joint_force(joint.lagging(condition, lag)) - self.joint_force(joint))[None] / lag
+
     def beside(self, joint: Joint) -> tuple[tuple[str, ...], Array]:
         """Columns that are fitted linearly beside a joint's parameters: the plant, and what its modulations lack."""
         names, columns = list(self.plant[0]), [self.plant[1]]
@@ -196,6 +202,10 @@ class Evidence:
             found = self.follower_columns(replace(joint, modulations=self.followed(joint)), m)
             names += names_of(m)
             columns.append(found)
+        for condition, lag in lags_of(self.followed(joint)).items():
+            more, less = (self.joint_force(joint.lagging(condition, f * lag)) for f in (1 + _STEP, 1 - _STEP))
+            names.append(lag_name(condition))
+            columns.append((more - less)[None] / (2 * _STEP * lag))
         return tuple(names), np.concatenate(columns)
 
     def fault_columns(self, fault: PathFault, shape: Mapping[str, float]) -> Array:

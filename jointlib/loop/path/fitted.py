@@ -15,7 +15,7 @@ from jointlib.loop.answer.refit import bounds_of, refit
 from jointlib.loop.path.columns import moved_or_none
 from jointlib.loop.path.evidence import Evidence, Model
 from jointlib.loop.path.regression import Index, block_grams, clustered_covariance, hold_out, products
-from jointlib.modulation import names_of, stepped
+from jointlib.modulation import lag_name, lags_of, names_of, stepped
 from jointlib.parameter import Role, parameters_of
 
 _FAULT_ROUNDS = 4
@@ -24,6 +24,8 @@ _STANDS = 1e-4
 """Share of themselves by which a round moves parameters of faults that it leaves as they are."""
 _NOTHING = 1e-9
 """Share of the motion below which a length does nothing."""
+_LEAST_LAG = 0.3
+"""Share of itself to which a round shortens a lag at most."""
 _UNKNOWN = 1e100
 """A standard error that held-out conditions widen so many times says nothing any more."""
 
@@ -124,7 +126,11 @@ def _moved(evidence: Evidence, model: Model, joint: Joint, beta: Array) -> Model
         (stepped(m, np.array([left[n] for n in names_of(m)])) or m) if left.keys() >= set(names_of(m)) else m
         for m in joint.modulations
     ]
-    return Model(dataclasses.replace(joint, modulations=tuple(modulations)), faults)
+    joint = dataclasses.replace(joint, modulations=tuple(modulations))
+    for condition, lag in lags_of(modulations).items():
+        if lag_name(condition) in left:
+            joint = joint.lagging(condition, max(lag + left[lag_name(condition)], _LEAST_LAG * lag))
+    return Model(joint, faults)
 
 
 def _stands(before: Model, after: Model) -> bool:
@@ -136,7 +142,8 @@ def _stands(before: Model, after: Model) -> bool:
 
 
 def _factors(joint: Joint) -> list[float]:
-    return [factor for m in joint.modulations for _, factor in m.table]
+    """And lags of its modulations."""
+    return [x for m in joint.modulations for x in (*(factor for _, factor in m.table), m.lag)]
 
 
 def _rounded(joint: Joint, loose: Joint) -> Joint:

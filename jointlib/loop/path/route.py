@@ -17,6 +17,7 @@ from jointlib.loop.path.checks import check_laws, check_records, exists_in_time,
 from jointlib.loop.path.columns import law_forces
 from jointlib.loop.path.composed.beam import search
 from jointlib.loop.path.composed.follower import followers
+from jointlib.loop.path.composed.input_lag import input_lags
 from jointlib.loop.path.estimates import estimates
 from jointlib.loop.path.evidence import Evidence
 from jointlib.loop.path.preparation import choose_preparation, prepare
@@ -47,7 +48,7 @@ def trace_path(measurement: Measurement, joint: Joint, *, seed: int = 0) -> Trac
     faults = [f for f in found.path if f.requires not in missing and (undeclared or not f.inertia)]
     effects = [e for e in found.joint if exists_in_time(e)]
     known = joint.with_parameters(joint.parameters)
-    finding = search(evidence, known, [*effects, PreloadShape(), *followers(runs), *faults], seed)
+    finding = search(evidence, known, [*effects, PreloadShape(), *followers(runs), *input_lags(runs), *faults], seed)
     report = answer(measurement, joint, records, evidence, finding, found.path, missing, seed)
     moving = estimates(finding.before if report.mended is joint else finding.after).get("mass")
     if moving is not None:

@@ -45,9 +45,10 @@ def joint_lines(joint: Joint) -> list[str]:
     for m in joint.modulations:
         low, high = min(f for _, f in m.table), max(f for _, f in m.table)
         again = f", again after {m.period:g} {CONDITIONS[m.condition]}" if m.period else ""
+        late = f", with a lag of {1e3 * m.lag:.3g} ms" if m.lag else ""
         lines.append(
             f"{m.role.value} depends on {m.condition}: factor {low:g} to {high:g}, "
-            f"1 at {m.reference:g} {CONDITIONS[m.condition]}{again}"
+            f"1 at {m.reference:g} {CONDITIONS[m.condition]}{again}{late}"
         )
     lines += [f"valid for {key} from {low:g} to {high:g}" for key, (low, high) in joint.validity.items()]
     lines += [f"provenance: {key} = {value}" for key, value in joint.provenance.items()]

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from jointlib.effect import JointEffect
 from jointlib.loop.answer.naming import is_declared_pair
 from jointlib.loop.path.composed.follower import Follower
+from jointlib.loop.path.composed.input_lag import InputLag
 from jointlib.loop.path.fitted import Fitted
 from jointlib.loop.path.steps import Composition, Part, Row, Term, deciding_excess, winner_of
 from jointlib.loop.path.trials import Effect
@@ -66,11 +67,13 @@ def least_gain(c: Composition, effect: Effect) -> float:
 def _may_be_form(effect: Effect, other: Effect, c: Composition) -> bool:
     """Whether what one effect removes beside another may be the form of that one: they look alike.
 
-    The loop that a late record opens is the form of no law without memory.
+    The loop that a late record opens is the form of no law without memory, nor is what it does where an input changes
+    that parameters follow.
     """
     alike = effect.family in other.look_alikes or other.family in effect.look_alikes
     recorded = isinstance(effect, PathFault) or isinstance(other, PathFault)
-    return alike and not (recorded and not c.fitted.joint.states)
+    joint = c.fitted.joint
+    return alike and not (recorded and (joint.modulations or not joint.states))
 
 
 def pays(c: Composition, part: Part) -> bool:
@@ -91,7 +94,7 @@ def is_another(row: Row, terms: Sequence[Term]) -> bool:
     return any(
         row.entry.family == t.family or is_declared_pair(row.entry.effect, t.effect)
         for t in terms
-        if not isinstance(t.effect, Follower)
+        if not isinstance(t.effect, Follower | InputLag)
     )
 
 

@@ -12,7 +12,7 @@ from jointlib.arrays import Array
 from jointlib.effect import JointEffect, Path
 from jointlib.joint import Joint
 from jointlib.loop.path.preparation import Run
-from jointlib.modulation import Modulation, stepped
+from jointlib.modulation import Modulation, lags_of, stepped
 from jointlib.parameter import Role, parameters_of
 
 _POINTS = (2.0, 5.0)
@@ -58,16 +58,17 @@ class Follower(JointEffect):
         at_once = len(set(self.quantiles)) == len(self.quantiles)
         return tuple({"points": n} for n in _POINTS if n == 2 or at_once) if has and not known else ()
 
-    def start(self, points: float) -> Modulation:
-        """The modulation with factor 1 throughout."""
+    def start(self, points: float, joint: Joint) -> Modulation:
+        """The modulation with factor 1 throughout, as late as what follows the input already."""
         at = self.quantiles if points > 2 else (self.quantiles[0], self.quantiles[-1])
-        return Modulation(self.role, self.condition, self.quantiles[2], tuple((u, 1.0) for u in at))
+        lag = lags_of(joint.modulations).get(self.condition, 0.0)
+        return Modulation(self.role, self.condition, self.quantiles[2], tuple((u, 1.0) for u in at), lag=lag)
 
     def columns(self, path: Path, shape: Mapping[str, float], joint: Joint) -> Array:
         raise NotImplementedError("a follower needs the input along the path, see Evidence.factor_columns")
 
     def apply(self, coefficients: Array, shape: Mapping[str, float], joint: Joint) -> Joint | None:
-        moved = stepped(self.start(shape["points"]), coefficients)
+        moved = stepped(self.start(shape["points"], joint), coefficients)
         return None if moved is None else replace(joint, modulations=(*joint.modulations, moved), covariance=None)
 
 

@@ -64,9 +64,7 @@ class Followed:
     def _unit_columns(self) -> Callable[[JointLaw, Modulation, Modulations], Array]:
         def along(law: JointLaw, m: Modulation, others: Modulations) -> Array:
             slope = self._slope(law, m, others)
-            bare = [
-                self._hats(m.condition, m.reference, tuple(u for u, _ in m.table), i) for i in range(len(self.runs))
-            ]
+            bare = [self._hats(_flat(m), i) for i in range(len(self.runs))]
             return self._column([hat * s for hat, s in zip(bare, slope, strict=True)])
 
         return lru_cache(maxsize=16)(along)
@@ -86,7 +84,7 @@ class Followed:
         """
         own = _acting(law, modulations)
         if law.states:
-            return _joined(self.runs, law, own)
+            return self._joined(law, own)
         if not own or self._is_whole(law, own):
             out = bare_forces(self.runs, law)
             for m in own:
@@ -114,17 +112,46 @@ class Followed:
     @cached_property
     def _factor(self) -> Callable[[Modulation, int], Array]:
         """Of a modulation along the record of that number."""
-        return lru_cache(maxsize=2 * len(self.runs))(lambda m, i: m.along(self.runs[i].inputs[m.condition]))
+        return lru_cache(maxsize=2 * len(self.runs))(lambda m, i: m.along(_followed(self.runs[i], m)))
 
     @cached_property
-    def _hats(self) -> Callable[[str, float, tuple[float, ...], int], Array]:
+    def _hats(self) -> Callable[[Modulation, int], Array]:
         """What each coefficient of a modulation does to its factor along the record of that number."""
+        return lru_cache(maxsize=2 * len(self.runs))(lambda m, i: hats(m, _followed(self.runs[i], m)))
 
-        def along(condition: str, reference: float, points: tuple[float, ...], i: int) -> Array:
-            flat = Modulation(Role.SHAPE, condition, reference, tuple((u, 1.0) for u in points))
-            return hats(flat, self.runs[i].inputs[condition])
+    def _joined(self, law: JointLaw, modulations: Modulations) -> list[Array]:
+        if not modulations:
+            return bare_forces(self.runs, law)
+        first, rest = modulations[0], modulations[1:]
+        at, factors = (np.array(x) for x in zip(*first.table, strict=True))
+        inputs = [_followed(run, first) for run in self.runs]
+        weights = [np.array([np.interp(u, at, row) for row in np.eye(len(at))]) for u in inputs]
+        if rest or any(p.listed for p in parameters_of(law)):
+            found = [self._joined(_scaled(law, [(first.role, np.asarray(f))]), rest) for f in factors]
+            forces = [[f[i] for f in found] for i in range(len(self.runs))]
+        else:
+            forces = self._at_points(law, first.role, tuple(factors.tolist()))
+        return [
+            np.sum([w * f for w, f in zip(weight, own, strict=True)], axis=0)
+            for weight, own in zip(weights, forces, strict=True)
+        ]
 
-        return lru_cache(maxsize=2 * len(self.runs))(along)
+    @cached_property
+    def _at_points(self) -> Callable[[JointLaw, Role, tuple[float, ...]], list[list[Array]]]:
+        """Of a law with memory whose parameters of a role are held at each of some factors, along each record."""
+
+        def stepped(law: JointLaw, role: Role, factors: tuple[float, ...]) -> list[list[Array]]:
+            many = _scaled(law, [(role, np.array(factors))])
+
+            def along(own: Sequence[Run], path: Path) -> list[list[Array]]:
+                wide = widened(path, len(factors))
+                forces = many.along(wide.displacement, wide.velocity, wide.time_step)
+                found = [at_full_rate(own, forces[..., k]) for k in range(len(factors))]
+                return [[f[i] for f in found] for i in range(len(own))]
+
+            return stepped_together(self.runs, along)
+
+        return lru_cache(maxsize=4)(stepped)
 
     def _column(self, full: Sequence[Array]) -> Array:
         return kept(self.runs, full)
@@ -136,29 +163,14 @@ def _acting(law: JointLaw, modulations: Modulations) -> Modulations:
     return tuple(m for m in modulations if m.role in roles)
 
 
-def _joined(runs: Sequence[Run], law: JointLaw, modulations: tuple[Modulation, ...]) -> list[Array]:
-    if not modulations:
-        return bare_forces(runs, law)
-    first, rest = modulations[0], modulations[1:]
-    at, factors = (np.array(x) for x in zip(*first.table, strict=True))
-    weights = [np.array([np.interp(run.inputs[first.condition], at, row) for row in np.eye(len(at))]) for run in runs]
-    if rest or any(p.listed for p in parameters_of(law)):
-        found = [_joined(runs, _scaled(law, [(first.role, np.asarray(f))]), rest) for f in factors]
-        return [
-            np.sum([w * f[i] for w, f in zip(weight, found, strict=True)], axis=0) for i, weight in enumerate(weights)
-        ]
-    many = _scaled(law, [(first.role, factors)])
+def _followed(run: Run, m: Modulation) -> Array:
+    """What the parameters follow along a record, at the full rate."""
+    return m.followed(run.inputs[m.condition], run.path.time_step)
 
-    def along(own: Sequence[Run], path: Path) -> list[list[Array]]:
-        wide = widened(path, len(at))
-        forces = many.along(wide.displacement, wide.velocity, wide.time_step)
-        found = [at_full_rate(own, forces[..., k]) for k in range(len(at))]
-        return [[f[i] for f in found] for i in range(len(own))]
 
-    return [
-        np.sum([w * f for w, f in zip(weight, forces, strict=True)], axis=0)
-        for weight, forces in zip(weights, stepped_together(runs, along), strict=True)
-    ]
+def _flat(m: Modulation) -> Modulation:
+    """A modulation that moves nothing, with the same points: what its coefficients do does not depend on them."""
+    return replace(m, table=tuple((point, 1.0) for point, _ in m.table))
 
 
 def _scaled(law: JointLaw, factors: Sequence[tuple[Role, Array]]) -> JointLaw:
