@@ -94,6 +94,11 @@ class Judged:
             out[rows[name]] = residual
         return out
 
+    @cached_property
+    def left_out(self) -> float:
+        """Σ abs(residual)² on what was left out of the fit."""
+        return _loss(self.heldout())
+
     @property
     def chi2(self) -> float:
         """Mean square of the residual."""

@@ -36,8 +36,9 @@ _ALIKE = {"gap", "contact-loss"}
 _BEYOND = "Their first harmonics are the same about a zero mean: record second harmonics or the mean displacement."
 _TOLD = 2.0
 """Deviations of a drift from which on it is told."""
-_CLEARLY = 0.5
-"""Share of the loss of the best name below which a table is taken instead."""
+_CLEARLY, _BY_FAR = 0.5, 0.1
+"""Share of what the best name leaves of levels left out below which a table is taken instead; the smaller one where
+that name explains enough to be said."""
 _BLOCKS = 4
 _WIDTH = 8
 
@@ -138,11 +139,13 @@ def trace_frfs(frfs: Sequence[LevelFRF], machine: Machine, *, seed: int = 0) -> 
 
 
 def _or_the_table(judgement: Judgement, table: Judged) -> Judgement:
-    """Stiffness and damping by table, where all that has a name leaves much more than they do.
+    """Stiffness and damping by table, where all that has a name leaves much more of what was left out than they do.
 
-    No name goes with them, so that the verdict is partial at best.
+    No name goes with them, so that the verdict is partial at best. A law that explains what is missing has a cause: the
+    form in which it differs from a contact of many sliders is no reason to give it up.
     """
-    if table.score >= _CLEARLY * judgement.ordered[0][0].score or table.fault(len(EFFECTS) + 2):
+    least = _BY_FAR if judgement.verdict in (Verdict.IDENTIFIED, Verdict.AMBIGUOUS) else _CLEARLY
+    if table.left_out >= least * judgement.ordered[0][0].left_out or table.fault(len(EFFECTS) + 2):
         return judgement
     return with_table(judgement, table)
 
