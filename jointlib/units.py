@@ -167,11 +167,19 @@ def shown(unit: str) -> tuple[float, str]:
     return _SHOWN.get(unit, (1.0, unit))
 
 
+def read_as(value: float, unit: str) -> tuple[float, str]:
+    """The same for a value: times and lengths from a thousandth on in ms and mm, soft springs in N/m."""
+    size = abs(value)
+    if unit in ("s", "m") and size >= 1e-3:
+        return 1e3, f"m{unit}"
+    if unit == "N/m" and 0 < size < 1e4:
+        return 1.0, unit
+    return shown(unit)
+
+
 def with_error(value: float, error: float, unit: str) -> str:
     """A parameter as people read it, its digits cut to those that its error leaves: ``39.148 ± 0.021 N/µm``."""
-    factor, word = shown("" if unit == "1" else unit)
-    if unit == "s" and abs(value) >= 1e-3:
-        factor, word = 1e3, "ms"
+    factor, word = read_as(value, "" if unit == "1" else unit)
     v, e = rounded(value * factor, error * factor)
     return " ".join(part for part in (v, e, word) if part)
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from jointlib.loop.answer.naming import in_words
 from jointlib.loop.answer.report import Candidate, Estimate, TraceReport, Verdict
-from jointlib.units import shown
+from jointlib.units import read_as
 
 from .page import Section, Table
 
@@ -44,8 +44,14 @@ def _composition_table(composition: Iterable[Mapping[str, Any]]) -> Table:
     for c in composition:
         doubt = ", ".join(dict.fromkeys(c["rivals"])) or "–"
         worth = (percent(c["share"], 2), percent(c["explained"], 2), percent(c["adds"], 2))
-        rows.append((_link_name(c), *worth, doubt))
-    header = ("effect", "share of what was left then", "explained so far", "adds to all the others", "or instead")
+        rows.append((str(c.get("words", _link_name(c))).removeprefix("that "), *worth, doubt))
+    header = (
+        "effect with its 95 % intervals",
+        "share of what was left then",
+        "explained so far",
+        "adds to all the others",
+        "or instead",
+    )
     return Table(header, rows, "Together: in the order in which they entered")
 
 
@@ -81,10 +87,10 @@ def _chosen_table(chosen: Candidate, named: bool) -> Table:
 
 
 def _readable(name: str, e: Estimate) -> tuple[float, str]:
-    """Factor and unit for the eye: a gain error in per cent, a time in µs."""
+    """Factor and unit for the eye: a gain error in per cent."""
     if name == "gain":
         return 100.0, "%"
-    return (1e6, "µs") if e.unit == "s" else shown(e.unit)
+    return read_as(e.value, e.unit)
 
 
 def _cut(value: float, interval: Iterable[float]) -> str:
@@ -125,4 +131,5 @@ def percent(share: float, digits: int = 3) -> str:
     value = 100 * share
     if 0 < abs(value) < 0.01:
         return "<\u00a00.01\u00a0%"
-    return f"{value:.{digits}g}\u00a0%"
+    told = f"{value:.{digits}g}"
+    return (f"{value:.0f}" if "e" in told else told) + "\u00a0%"

@@ -29,8 +29,9 @@ _MOST = 10
 def machine_trace_section(report: MachineTrace) -> Section:
     """Where the responses of the machine differ from the measured ones, which joint that points to, what is left."""
     parts = [_joint(report), _fit(report), _place(report), _contest(report), _errors(report), _limits(report)]
-    text = [_MEANING[report.verdict], report.sentence]
-    return Section("Closing the loop", text, parts=[p for p in parts if p.text or p.figures or p.tables])
+    return Section(
+        "Closing the loop", [_MEANING[report.verdict]], parts=[p for p in parts if p.text or p.figures or p.tables]
+    )
 
 
 def _joint(report: MachineTrace) -> Section:

@@ -20,15 +20,26 @@ _MEANING = {
     "added to the joint.",
     Verdict.NOTHING_MISSING: "Nothing missing: what the model leaves is noise.",
 }
+_TOGETHER = {
+    Verdict.IDENTIFIED: "Identified: several effects explain the excess together, and no other takes the place of one.",
+    Verdict.AMBIGUOUS: "Ambiguous: several effects explain the excess together, but these records cannot tell all of "
+    "them from their rivals.",
+    Verdict.PARTIAL: "Partial: several effects explain a good part, the rest has no name; take them for a hypothesis.",
+}
 _CHANCE = 5.0
 """Times the noise: one line in e^25 is larger by chance."""
 
 
 def trace_section(report: TraceReport) -> Section:
-    """What the model left unexplained, what it was named, what is left now."""
-    text = [_MEANING[report.verdict], report.sentence]
+    """What the model left unexplained, what it was named, what is left now; the page says the finding itself."""
+    text = [_meaning(report)]
     parts = [effect_part(report), _fit(report), _place(report), _contest(report), error_part(report), _limits(report)]
     return Section("Closing the loop", text, parts=[p for p in parts if p.text or p.figures or p.tables])
+
+
+def _meaning(report: TraceReport) -> str:
+    """The verdict in a sentence; of several effects that explain together what none does alone, of all of them."""
+    return (_TOGETHER if report.composition else _MEANING).get(report.verdict) or _MEANING[report.verdict]
 
 
 def _fit(report: TraceReport) -> Section:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -139,7 +140,8 @@ def _keep(road: Run, name: str, report: TraceReport) -> None:
     road.written += [p for p in write_trace(report, road.folder / f"{name}.trace") if p not in road.written]
     road.said += words(report)
     road.warnings += report.warnings
-    road.sections.append(trace_section(report))
+    section = trace_section(report)
+    road.sections.append(replace(section, text=[*section.text, report.sentence]))
 
 
 def _mended(road: Run, name: str, report: TraceReport) -> Joint:

@@ -12,9 +12,11 @@ if TYPE_CHECKING:
 def trace_numbers(report: TraceReport) -> list[tuple[str, str]]:
     """Verdict and errors for the head of a report."""
     chosen = report.chosen
+    alone = "–" if chosen is None else f"{chosen.family} {chosen.where}".strip()
+    together = [c["member"] if c["family"] == "modulation" else c["family"] for c in report.composition]
     return [
         ("verdict", report.verdict.value.replace("_", " ")),
-        ("missing effect", "–" if chosen is None else f"{chosen.family} {chosen.where}".strip()),
+        ("missing effects" if together else "missing effect", ", ".join(together) or alone),
         ("error before", f"{100 * report.error_before['relative']:.3g} %"),
         ("error after", f"{100 * report.error_after['relative']:.3g} %"),
     ]

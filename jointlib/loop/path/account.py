@@ -13,6 +13,7 @@ from jointlib.loop.path.estimates import estimates, set_by
 from jointlib.loop.path.evidence import Evidence
 from jointlib.loop.path.fitted import Fitted
 from jointlib.loop.path.steps import Finding, Step, deciding_excess, is_rival
+from jointlib.loop.path.words import named
 from jointlib.measurement import Measurement, Record
 
 
@@ -78,12 +79,14 @@ def composition(found: Finding) -> tuple[dict[str, Any], ...]:
     """The terms of the best composition in the order of their entry, and what each is worth in the whole.
 
     ``share`` of the excess that it removed when it came; ``adds``, the share of what all the others leave without it;
-    ``explained`` by it and those before it; ``per_fold``, what it adds on each fold that was left out.
+    ``explained`` by it and those before it; ``per_fold``, what it adds on each fold that was left out; ``words``, what
+    it is with its sizes.
     """
     total, rows = deciding_excess(found.before), []
     entered = {id(s.term): 1 - deciding_excess(s.fitted) / total for s in found.steps if s.term}
     for part in found.parts:
         term = part.term
+        sizes = set_by(term, found.after, found.before)
         rows.append(
             {
                 "family": term.family,
@@ -94,7 +97,8 @@ def composition(found: Finding) -> tuple[dict[str, Any], ...]:
                 "per_fold": part.adds.per_fold,
                 "p_signflip": part.adds.chance,
                 "rivals": [r.entry.member for r in part.rows if is_rival(r)],
-                "parameters": set_by(term, found.after, found.before),
+                "parameters": sizes,
+                "words": named(term.effect, sizes, found.after.joint),
             }
         )
     return tuple(rows)
