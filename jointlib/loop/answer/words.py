@@ -17,9 +17,12 @@ def words(report: TraceReport) -> list[str]:
     for step in report.reduction.get("steps", ())[1:]:
         found = ", ".join(f"{name} {e.words()}" for name, e in step["parameters"].items())
         lines.append(f"with {step['family']}: in sample {100 * step['in_sample']:.3g} %; {found}")
+    by_experiment: dict[str, dict[str, None]] = {}
     for r in report.rivals:
         member = f" ({r.member})" if r.member not in ("", r.family) else ""
-        lines.append(f"rival: {f'{r.family}{member} {r.where}'.strip()}. {r.separating_experiment}")
+        by_experiment.setdefault(r.separating_experiment, {})[f"{r.family}{member} {r.where}".strip()] = None
+    for test, rivals in by_experiment.items():
+        lines.append(f"rival{'s' * (len(rivals) > 1)}: {', '.join(rivals)}. {test}")
     if report.corrections:
         lines.append("the mended measurement file undoes it; trace that file with the mended joint to go on")
     return [*lines, *(f"warning: {w}" for w in report.warnings)]
