@@ -44,6 +44,8 @@ _PLAIN = {
     "um/s": "um/s",
     "in/s": "inch/s",
     "ips": "inch/s",
+    "m/min": "m/min",
+    "mm/min": "mm/min",
     "m": "m",
     "mm": "mm",
     "um": "um",
@@ -89,7 +91,7 @@ _PLAIN = {
 """The unit as this program takes it, by what people write in small letters."""
 _OF = {
     "acceleration": {"g_0", "mg_0", "m/s^2", "mm/s^2", "inch/s^2"},
-    "velocity": {"m/s", "mm/s", "um/s", "inch/s"},
+    "velocity": {"m/s", "mm/s", "um/s", "inch/s", "m/min", "mm/min"},
     "displacement": {"m", "mm", "um", "nm", "inch", "thou"},
     "force": {"N", "kN", "mN", "lbf", "kgf"},
     "voltage": {"V", "mV", "uV"},
@@ -109,6 +111,8 @@ def unit_of(text: str) -> str | None:
         return {"MN": "MN", "mN": "mN"}[word]
     if word == "G":
         return "g_0"
+    if electric(word) == _TORQUE:
+        return None  # Nm are no nanometres.
     return _PLAIN.get(word.casefold().replace("\u03bc", "µ"))
 
 
@@ -119,21 +123,29 @@ def quantity_of(unit: str) -> str | None:
 
 _BARE = str.maketrans("", "", "()")
 _ELECTRIC = re.compile(r"[munpkµ]?([VCA])")
+_TORQUE = "N m"
+_TORQUES = re.compile(r"N[ ·*.⋅-]?m")
 
 
 def electric(unit: str) -> str | None:
-    """V, C or A of a unit of voltage, charge or current; None of any other."""
+    """V, C or A of a unit of voltage, charge or current, N m of a torque, which drives tell as they do currents, and %;
+    None of any other."""
+    if unit.strip() == "%":
+        return "%"
+    if _TORQUES.fullmatch(unit.strip()):
+        return _TORQUE
     match = _ELECTRIC.fullmatch(unit.strip().replace("\u03bc", "µ"))
     return match[1] if match else None
 
 
 def sensor_units(sensitivity: str) -> tuple[float, str, str, bool] | None:
-    """Number, electrical and mechanical unit of a sensor's ``100 mV/g``, or of a motor's ``14.7 N/A``, and whether the
-    mechanical one comes first; None where no such ratio stands there."""
+    """Number, electrical and mechanical unit of a sensor's ``100 mV/g``, or of a motor's ``14.7 N/A``, ``628 N/(N m)``
+    or ``24 N/%``, and whether the mechanical one comes first; None where no such ratio stands there."""
     parts = number_and_unit(sensitivity)
     over, _, under = (part.strip() for part in (parts[1] if parts else "").translate(_BARE).partition("/"))
     if parts is None or not over or not under:
         return None
+    over, under = (_TORQUE if electric(part) == _TORQUE else part for part in (over, under))
     if electric(over):
         return parts[0], over, under, False
     return (parts[0], under, over, True) if electric(under) else None
@@ -143,7 +155,13 @@ def is_unit(text: str) -> bool:
     """Whether a word is a unit, of a channel or of something else."""
     word = text.strip().strip("[]() ")
     folded = word.casefold()
-    return unit_of(word) is not None or folded in _FREQUENCY or folded in _OTHER or _ratio(word)
+    return (
+        unit_of(word) is not None
+        or electric(word) == _TORQUE
+        or folded in _FREQUENCY
+        or folded in _OTHER
+        or _ratio(word)
+    )
 
 
 def _ratio(word: str) -> bool:

@@ -66,7 +66,10 @@ def test_a_sensor_beside_a_column_that_is_in_newtons_is_refused(tmp_path: Path) 
     record = saved(tmp_path / "r.csv", "Zeit [s];hammer [N];acc [g]", *NOISE[:2])
     words = f"{record} --kind impact --set channel.hammer.sensitivity='2.25 mV/N' --set channel.hammer.dof=tool.x"
     refused(
-        tmp_path, words, "channel.hammer.sensitivity", "the column is in 'N', expected volts, a charge or a current"
+        tmp_path,
+        words,
+        "channel.hammer.sensitivity",
+        "the column is in 'N', expected volts, a charge, a current, a torque or %",
     )
 
 

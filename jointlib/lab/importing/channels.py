@@ -24,6 +24,14 @@ _OTHER = {
     "temperature": "degC",
 }
 """A unit to show how another one is said."""
+_DRIVEN = {
+    "A": ("a current", "14.7 N/A"),
+    "N m": ("a torque; of a screw 2π over its lead", "628 N/(N m)"),
+    "%": ("in per cent of a rated value", "24 N/%"),
+    "V": ("in volts", "2.3 mV/N"),
+    "C": ("a charge", "4 pC/N"),
+}
+"""What a column is that a force may be told by, and how that is said."""
 
 
 def channels_of(
@@ -42,6 +50,9 @@ def channels_of(
         why_not = _unusable(column, files)
         if why_not and name not in settings:
             draft.guesses.append(f"column {column.name!r} {why_not} and is left out")
+            continue
+        if by_unit(units.get(column.name, "") or column.unit) == "time" and np.any(np.diff(column.values) <= 0):
+            draft.guesses.append(f"column {column.name!r} is a time that stands still between samples and is left out")
             continue
         if _counts(column, units.get(column.name, "")) and name not in settings:
             draft.guesses.append(f"column {column.name!r} counts the rows and is left out")
@@ -107,8 +118,8 @@ def _channel(draft: Draft, name: str, column: Column, unit: str, said: Mapping[s
         quantity = _sensed(str(sensitivity)) or quantity
     if unit and known is None and not said:
         what = f"is in {unit!r}, which no channel is read in,"
-        if electric(unit) == "A":
-            what = f"is a current (--set {at}.sensitivity='14.7 N/A' makes it a force)"
+        if kind := electric(unit):
+            what = f"is {_DRIVEN[kind][0]} (--set {at}.sensitivity={_DRIVEN[kind][1]!r} makes it a force)"
         draft.guesses.append(f"column {column.name!r} {what} and is left out")
         return None
     ending = "" if unit else ending_unit(column.name)
@@ -171,15 +182,16 @@ def _unit(
 
 
 def _raw_unit(draft: Draft, table: Table, at: str, unit: str, known: str | None, said: Mapping[str, Any]) -> None:
-    """What the column is in beside a sensitivity: volts, a charge or a current."""
+    """What the column is in beside a sensitivity: volts, a charge, a current, a torque or %."""
     if "unit" in said:
         return
-    told = unit if electric(unit) else known if known and quantity_of(known) == "voltage" else None
+    raw = electric(unit)
+    told = unit if raw in ("V", "C", "A") else raw or (known if known and quantity_of(known) == "voltage" else None)
     if told:
         table["unit"] = Noted(told, "" if told == unit else f"written {unit!r}")
     elif unit:
         raise InputError(
-            f"--set {at}.sensitivity: the column is in {unit!r}, expected volts, a charge or a current; "
+            f"--set {at}.sensitivity: the column is in {unit!r}, expected volts, a charge, a current, a torque or %; "
             "leave the sensitivity out, or say .unit too"
         )
     else:

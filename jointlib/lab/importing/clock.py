@@ -74,10 +74,19 @@ def _rate(time: Array, what: str) -> float:
 
 
 def _times(file: LabFile, units: Mapping[str, str]) -> Column | None:
-    """The column of times: clock times, else by its heading or unit."""
+    """The column of times: clock times, else by its heading or unit; of several the first that rises evenly, as a
+    controller writes its own beside that of the recorder."""
     clocks = file.table.clocks if file.table is not None else ()
     timed = [c for c in file.columns if c.name in clocks]
     timed += [c for c in file.columns if by_unit(units.get(c.name, "") or c.unit) == "time"]
     silent = [c for c in file.columns if not (units.get(c.name, "") or c.unit)]
     timed += [c for c in silent if by_name(c.name) == "time" or by_unit(ending_unit(c.name)) == "time"]
-    return next(iter(timed), None)
+    return next((c for c in timed if _is_even(c.values)), next(iter(timed), None))
+
+
+def _is_even(time: Array) -> bool:
+    try:
+        rate_of_times(time, "")
+    except InputError:
+        return False
+    return True

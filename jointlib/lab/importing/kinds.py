@@ -54,7 +54,10 @@ def likely_kind(
     volts = next((s.name for s in seen if s.quantity == "voltage"), None)
     which = f"{volts or 'NAME'}.quantity=force{f' and channel.{volts}.sensitivity=2.2mV/N' if volts else ''}"
     kinds = f"expected --kind {', '.join(known)}, or --set channel.{which}"
-    if left_out:
+    drives = [told for told in left_out if "makes it a force" in told]
+    if drives:
+        kinds = f"and {'; '.join(drives[:_SHOWN])}"
+    elif left_out:
         more = f" (and {len(left_out) - _SHOWN} more)" if len(left_out) > _SHOWN else ""
         kinds = f"as {'; '.join(left_out[:_SHOWN])}{more}; {kinds}"
     raise InputError(f"{where}: {found} make{'s' * (len(seen) == 1)} no measurement alone, {kinds}")
