@@ -42,15 +42,11 @@ class Several(Sequence[Joint]):
 
     @cached_property
     def alike(self) -> list[list[int]]:
-        """Places of joints that are equal."""
-        found: list[list[int]] = []
+        """Places of joints of equal laws, whatever they are called."""
+        groups: dict[tuple[Hashable, ...], list[int]] = {}
         for i, joint in enumerate(self.joints):
-            own = next((places for places in found if self.joints[places[0]] == joint), None)
-            if own is None:
-                found.append([i])
-            else:
-                own.append(i)
-        return found
+            groups.setdefault(tuple(_itself(law) for law in joint.laws), []).append(i)
+        return list(groups.values())
 
 
 def same_joints(joints: Sequence[Joint]) -> list[list[int]]:
@@ -88,12 +84,14 @@ def laws_together(joints: Sequence[Joint]) -> list[tuple[JointLaw, list[int]]]:
 
 
 def _alike(law: JointLaw) -> Hashable:
-    """What laws share that can be asked together: their kind where their parameters may be arrays, else all of them;
-    a law that holds a table is equal to itself alone."""
+    """What laws share that can be asked together: their kind where their parameters may be arrays, else all of them."""
     if isinstance(law, AtBias):
         return AtBias, _alike(law.law)
-    if law.side_by_side:
-        return type(law)
+    return type(law) if law.side_by_side else _itself(law)
+
+
+def _itself(law: JointLaw) -> Hashable:
+    """What equal laws share; one that holds a table is equal to itself alone."""
     try:
         hash(law)
     except TypeError:
