@@ -39,8 +39,8 @@ if TYPE_CHECKING:
     from .files.machine_file import read_machine
     from .forced_response.methods import AmplitudeMap, ArcLength, Newton
     from .forced_response.response import Response, response
-    from .harmonic_balance.assembly import mean_displacement
     from .harmonic_balance.linear_check import LinearCheck, linear_check
+    from .harmonic_balance.mean_motions import mean_displacement
     from .loop.report import MachineTrace
     from .loop.trace import trace_frfs, trace_machine
     from .model.machine import Machine
@@ -98,7 +98,7 @@ _HOME = {
     "linear_check": "harmonic_balance.linear_check",
     "lobes_at_amplitude": "cutting.amplitude.frozen_lobes",
     "lobes_over_range": "cutting.amplitude.lobes_over_range",
-    "mean_displacement": "harmonic_balance.assembly",
+    "mean_displacement": "harmonic_balance.mean_motions",
     "natural_modes": "modes.natural_modes",
     "new": "answers.new",
     "operating_point": "operating.operating_point",

@@ -131,6 +131,18 @@ class ModeSum:
         """The sum between rows and columns over the modes, for one vector of forces at a frequency."""
         return Motions(self, left, right, left @ self.right, (self.left @ right.T).T)
 
+    def terms(self, omega: Array) -> ComplexArray:
+        """What the weights of `Residues` stand by, (nf, terms)."""
+        s, below = np.asarray(1j * omega[:, None], dtype=complex), self.below(omega)
+        terms: list[ComplexArray] = [below]
+        if self.mixed:
+            terms.append(s * below)
+        if len(self.real):
+            terms.append(np.asarray(1 / (s - self.real), dtype=complex))
+        if len(self.free):
+            terms.append(np.asarray(-1 / omega[:, None] ** 2, dtype=complex))
+        return np.concatenate(terms, axis=1)
+
     def below(self, omega: Array) -> ComplexArray:
         """1/(s² − 2 Re(λ_r) s + |λ_r|²), (nf, pairs)."""
         p, w = self.pairs, omega[:, None]
@@ -153,22 +165,10 @@ class Residues:
         step = max(16, _BLOCK // max(1, flat.shape[1], 2 * len(self.poles.shapes)))
         for start in range(0, len(omega), step):
             now = slice(start, start + step)
-            table = self._terms(omega[now])
+            table = self.poles.terms(omega[now])
             parts = np.concatenate([table.real, table.imag]) @ flat
             out[now].real, out[now].imag = parts[: len(table)], parts[len(table) :]
         return out.reshape(len(omega), *shape)
-
-    def _terms(self, omega: Array) -> ComplexArray:
-        """What the weights stand by, (nf, terms)."""
-        s, below = np.asarray(1j * omega[:, None], dtype=complex), self.poles.below(omega)
-        terms: list[ComplexArray] = [below]
-        if self.poles.mixed:
-            terms.append(s * below)
-        if len(self.poles.real):
-            terms.append(np.asarray(1 / (s - self.poles.real), dtype=complex))
-        if len(self.poles.free):
-            terms.append(np.asarray(-1 / omega[:, None] ** 2, dtype=complex))
-        return np.concatenate(terms, axis=1)
 
 
 @dataclass(frozen=True, eq=False)

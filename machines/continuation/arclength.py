@@ -16,9 +16,9 @@ from ..harmonic_balance.balance import Balance, acting, excess, reason
 from ..harmonic_balance.cycle import Harmonics
 from ..harmonic_balance.frequency_reach import held
 from ..harmonic_balance.harmonics import Forces
+from ..harmonic_balance.newton import Jacobian
 from ..harmonic_balance.view import View
 from ..indices import Index, Mask
-from ..solved import solve_each
 from .curve_points import Points
 
 _DIFFERENCE = 1e-6
@@ -73,14 +73,16 @@ class Path:
         omega, force = (self.within(p), other) if self.over_frequency else (other, p)
         return Balance.of(self.assembly, omega, force, self.harmonics, self.held)
 
-    def system(self, z: ComplexArray, p: Array, other: Array, scale: Array, pace: Array) -> tuple[Array, Array]:
-        """Residual over scale (n, 2m) and its derivatives by u (n, 2m, 2m + 1)."""
+    def system(
+        self, z: ComplexArray, p: Array, other: Array, scale: Array, pace: Array
+    ) -> tuple[Array, Jacobian, Array]:
+        """Residual over scale (n, 2m) and its derivatives by u: by the motions, and by p (n, 2m)."""
         balance, aside = self._with_neighbours(p, other)
         forces = balance.forces(z)
-        left, J = balance.residual(z, forces.force).reshape(len(p), -1) / scale[:, None], balance.jacobian(forces)
+        left = balance.residual(z, forces.force).reshape(len(p), -1) / scale[:, None]
         by_p = self._slope(z, p, balance, aside, forces) * (pace / scale)[:, None]
-        column = np.concatenate([by_p.real, by_p.imag], axis=1)[:, :, None]
-        return np.concatenate([left.real, left.imag], axis=1), np.concatenate([J, column], axis=2)
+        residual, column = (np.concatenate([part.real, part.imag], axis=1) for part in (left, by_p))
+        return residual, balance.tangent(forces), column
 
     def forces(self, z: ComplexArray, p: Array, other: Array) -> Forces:
         """Joint forces at motions z, without their slopes."""
@@ -137,11 +139,10 @@ class Path:
         last[:, -1] = 1.0
         for k in range(_ITERATIONS):
             here = base.at(left)
-            r, J = self.system(z[left], p[left], here.other, here.scale, here.pace)
+            r, tangents, by_p = self.system(z[left], p[left], here.other, here.scale, here.pace)
             short = distance[left] - np.sum(plane[left] * here.change(z[left], p[left]), axis=1)
-            matrix = np.concatenate([J, plane[left][:, None]], axis=1)
             right = np.concatenate([-r, short[:, None]], axis=1)[:, :, None]
-            both = solve_each(matrix, np.concatenate([right, last[left]], axis=2))
+            both = tangents.bordered(by_p, plane[left], np.concatenate([right, last[left]], axis=2))
             step, along = both[:, :, 0], both[:, :, 1]
             length = np.linalg.norm(step, axis=1)
             fine = np.isfinite(length) & (length < 2.0)
@@ -161,8 +162,8 @@ class Path:
     def begin(self, z: ComplexArray, p: Array, other: Array, upward: Mask) -> Points:
         """Starts on solutions, headed for rising or falling p."""
         scale, pace = self.metric(z, p)
-        _, J = self.system(z, p, other, scale, pace)
-        tangent = np.linalg.svd(J)[2][:, -1]
+        _, tangents, by_p = self.system(z, p, other, scale, pace)
+        tangent = tangents.along(by_p)
         tangent *= np.where((tangent[:, -1] > 0) == upward, 1.0, -1.0)[:, None]
         return Points(z, p, other, tangent, scale, pace)
 

@@ -117,7 +117,7 @@ class Carried:
     def _settle(self, omega: Array, start: ComplexArray) -> None:
         """Know the solutions that Newton's method leads to from each start."""
         parts, lost = [] if self.known is None else [self.known], list[Array]()
-        for some in blocks(len(omega), (2 * start[0].size + 1) ** 2 if len(start) else 1):
+        for some in blocks(len(omega), self.path.assembly.tangent_entries(len(self.path.harmonics))):
             try:
                 parts.append(_settled(self.path, np.full(len(omega[some]), self.force), omega[some], start[some]))
             except Strayed as where:

@@ -97,7 +97,7 @@ def _seen(path: Path, force: float, curve: Curve, lines: Array) -> _Seen:
 def _upright(path: Path, force: float, z: ComplexArray, p: Array) -> Mask:
     """True where the determinant of the Jacobian at fixed frequency has its sign at rest: no fold was passed."""
     balance = path.balance(p, np.full(len(p), force))
-    return np.asarray(np.linalg.slogdet(balance.jacobian(balance.forces(z)))[0] > 0)
+    return np.asarray(~balance.tangent(balance.forces(z)).turned(slice(None)))
 
 
 def _read(path: Path, force: float, z: ComplexArray, p: Array) -> tuple[ComplexArray, ComplexArray, Array]:

@@ -129,7 +129,7 @@ def elsewhere(assembly: Assembly, forces: Array, found: Solutions, during: Progr
     table[found.force, found.line] = found.motion[:, list(assembly.nonlinear)]
     none = np.empty(0, dtype=int)
     hits = [(none, none, np.empty((0, nj), dtype=complex))]
-    for some in blocks(n, len(assembly.coordinates.rows) ** 2 + assembly.entries // 8):
+    for some in blocks(n, (assembly.tangent_entries(1) + assembly.entries // 2) // 4):
         lines = _Lines(assembly, assembly.at_rest(2 * np.pi * found.frequency[some]), table[:, some])
         hits += [(F, L + some.start, z) for F, L, z in lines.swept(forces, during)]
     F, L, z = (np.concatenate([hit[k] for hit in hits]) for k in range(3))

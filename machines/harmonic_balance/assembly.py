@@ -8,19 +8,20 @@ from functools import cached_property
 
 import numpy as np
 
-from jointlib.arrays import Array, ArrayLike, ComplexArray
+from jointlib.arrays import Array, ComplexArray
 from jointlib.errors import InputError, Outcome
 from jointlib.joint import Joint
 
 from ..coupling.coordinates import Coordinates
 from ..coupling.coupling import joined
+from ..coupling.joint_chain import JointChain
+from ..coupling.parts import FEW, Parts
 from ..model.limits import Limit, amplitude_limit
 from ..model.machine import Machine
 from ..statics.asked_together import Several, asked_together
 from ..statics.bias import Biased, Drifting, Together, keeps_mean
-from ..statics.statics import static_point
 from ..statics.working_point import at_working_point
-from .linear_part import LinearPart
+from .linear_part import LinearPart, parts_of
 from .newton import at_rest
 from .view import View
 
@@ -129,9 +130,16 @@ class Assembly:
     @property
     def entries(self) -> int:
         """Of the largest array that one line needs: its receptances, or the Jacobian of the joints."""
+        if self._parts is not None:
+            return self.tangent_entries(1)
         r, motions = len(self.coordinates.rows), len(self.joints) + len(self.outputs)
         ports = len(self._rigid) + motions - len(self.nonlinear) + r
         return max(ports * (ports + len(self.inputs)), 4 * r**2, motions * (r + len(self.inputs)))
+
+    def tangent_entries(self, harmonics: int) -> int:
+        """Of the Jacobian of the joints at a point in so many harmonics."""
+        full = (2 * harmonics * len(self.coordinates.rows) + 1) ** 2
+        return full if self._parts is None else self._parts.entries(harmonics)
 
     def free(self, omega: Array) -> ComplexArray:
         """Receptance (nf, ports, ports) with every joint open; ports are the joints, the outputs and the inputs."""
@@ -156,18 +164,32 @@ class Assembly:
         what a view says line by line."""
         if self.swept is None:
             return None
-        machine, coordinates = self.machine, self.coordinates
-        own = machine.rows(machine.flexible)
+        (own, shown, driven), coordinates = self._rows, self.coordinates
         ports = own[[self.nonlinear[k] for k in coordinates.rows]]
         own[list(self.nonlinear)] = coordinates.T @ ports
-        shown, driven = (machine.dof_rows(dofs, "receptance") for dofs in (self.outputs, self.inputs))
-        found = LinearPart.of(machine, held, gain, ports, np.concatenate([own, shown]), driven)
+        found = LinearPart.of(self.machine, held, gain, ports, np.concatenate([own, shown]), driven)
         return found if found is not None and found.agrees(view, *self.swept) else None
 
     @cached_property
+    def _parts(self) -> Parts | None:
+        """The machine taken apart at its nonlinear joints; None where these are few, do not move independently, or most
+        of them share a part."""
+        if self.swept is None or len(self.nonlinear) < FEW or not self.coordinates.complete or self.biased is not None:
+            return None
+        own, shown, driven = self._rows
+        rows = own[list(self.nonlinear)], driven, np.concatenate([own, shown])
+        return parts_of(self.machine, self._plain, self._plain_gains, rows, self.by_components, self.swept)
+
+    @property
+    def _rows(self) -> tuple[Array, Array, Array]:
+        """Rows over the dofs of all joints, of the outputs and of the inputs."""
+        shown, driven = (self.machine.dof_rows(dofs, "receptance") for dofs in (self.outputs, self.inputs))
+        return self.machine.rows(self.machine.flexible), shown, driven
+
+    @cached_property
     def _whole(self) -> LinearPart | None:
-        """The machine with its nonlinear joints open."""
-        return self._by_poles(self._plain, self._plain_gains, self.by_components)
+        """The machine with its nonlinear joints open; None where it is taken apart instead."""
+        return None if self._parts else self._by_poles(self._plain, self._plain_gains, self.by_components)
 
     @cached_property
     def _resting(self) -> LinearPart | None:
@@ -209,7 +231,10 @@ class Assembly:
 
     def at_rest(self, omega: Array) -> View:
         """The view of the nonlinear joints about their gains at rest, where solvers begin."""
-        base, resting = self._gains_at_rest(omega), self._resting
+        base = self._gains_at_rest(omega)
+        if self._parts is not None:
+            return View.of_chain(omega, *JointChain.of(self._parts, omega, base), self.coordinates)
+        resting = self._resting
         if resting is None:
             return self.at(omega, motions=False).at_rest(base)
         return View.alone(omega, resting.joints.at(omega), self.coordinates, base)
@@ -217,8 +242,9 @@ class Assembly:
     def moved(self, omega: Array, force: Array, pull: ComplexArray) -> ComplexArray:
         """Motions of all joints and then of the outputs in m, (nf, motions), under forces in N: of the first input,
         (nf,), and those by which the nonlinear joints pull back, in the coordinates, (nf, r)."""
-        if self._whole is not None:
-            return self._whole.moved(omega, np.concatenate([-pull, force[:, None]], axis=1))
+        whole = self._parts or self._whole
+        if whole is not None:
+            return whole.moved(omega, np.concatenate([-pull, force[:, None]], axis=1))
         view = self.by_components(omega)
         return np.asarray(view.Hof[:, :, 0] * force[:, None] - (view.Hoz @ pull[:, :, None])[:, :, 0])
 
@@ -260,27 +286,6 @@ def is_linear(joint: Joint) -> bool:
     """Whether the gain is the same at every amplitude from 0.1 nm to 0.1 m."""
     found = joint.first_harmonic(_PROBE[:, None], np.array([1.0, 1e3, 1e5]))
     return bool(np.all(found.d_amplitude == 0) and np.all(found.gain == found.gain[0]))
-
-
-def mean_displacement(machine: Machine, amplitude: ArrayLike, frequency: ArrayLike) -> Array:
-    """Where the joints of a machine under static load stand while they vibrate, m, (points, connections).
-
-    Parameters
-    ----------
-    amplitude
-        Of every flexible connection in m, (points, connections), as the absolute values of `Branch.joint`.
-    frequency
-        Hz, (points,).
-    """
-    if machine.static is None:
-        raise InputError(f"{machine.where}: no [static] section, so joints vibrate about zero")
-    assembly = Assembly(machine, (), ())
-    A = np.atleast_2d(np.asarray(amplitude, dtype=float))
-    rest = static_point(machine).displacement
-    if assembly.biased is None:
-        return np.tile(rest, (len(A), 1))
-    omega = 2 * np.pi * np.broadcast_to(np.asarray(frequency, dtype=float), len(A))
-    return rest + assembly.biased.everywhere(A[:, list(assembly.nonlinear)], omega)
 
 
 def independent(machine: Machine, joints: Sequence[int]) -> Coordinates:

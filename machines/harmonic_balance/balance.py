@@ -12,17 +12,17 @@ from jointlib.errors import Outcome
 from jointlib.joint import Joint
 
 from ..coupling.coordinates import Coordinates
+from ..coupling.joint_chain import JointChain
 from ..deadline import in_time
 from ..indices import Index, Mask
 from ..model.limits import Limit
-from ..solved import solve_each
 from ..statics.asked_together import Several
 from ..statics.bias import Biased
 from .assembly import Assembly
 from .cycle import Harmonics
 from .dual_input import dual_input_forces
 from .harmonics import Forces, joint_forces
-from .newton import real_form
+from .newton import Elimination, Jacobian, real_form
 from .view import View
 
 _ITERATIONS = 30
@@ -58,6 +58,8 @@ class Balance:
     """m/N, (points, r); only the first harmonic is driven."""
     coordinates: Coordinates
     biased: Biased | None = None
+    chain: JointChain | None = None
+    """What stands for H, (points, nh, 0, 0) then, where joints share parts with few others."""
 
     @classmethod
     def of(
@@ -75,13 +77,14 @@ class Balance:
         view = assembly.at_rest(lines).at(place) if held is None else held.at(np.searchsorted(held.omega, lines)[place])
         r = len(view.coordinates.rows)
         assert view.base is not None
-        H = np.swapaxes(view.Hzz.reshape(nh, points, r, r), 0, 1)
+        chain = None if view.chain is None else view.chain.by_point(nh)
+        H = np.swapaxes(view.Hzz.reshape(nh, points, *view.Hzz.shape[1:]), 0, 1)
         base = np.swapaxes(view.base.reshape(nh, points, nj), 0, 1)
         if biased is not None:
             H = np.concatenate([H, np.broadcast_to(biased.compliance, (points, 1, r, r))], axis=1)
             base = np.concatenate([base, np.broadcast_to(biased.reference, (points, 1, nj))], axis=1)
         driven = view.Hzf[:points, :, 0]
-        return cls(joints, harmonics, omega, force, base, H, driven, view.coordinates, biased)
+        return cls(joints, harmonics, omega, force, base, H, driven, view.coordinates, biased, chain)
 
     def at(self, points: Index | Mask | slice) -> Balance:
         """The same equations at some of the points."""
@@ -92,6 +95,7 @@ class Balance:
             base=self.base[points],
             H=self.H[points],
             driven=self.driven[points],
+            chain=None if self.chain is None else self.chain.at(points),
         )
 
     def forces(self, z: ComplexArray, most: int = 1024, slopes: bool = True) -> Forces:
@@ -101,13 +105,24 @@ class Balance:
     def residual(self, z: ComplexArray, g: ComplexArray) -> ComplexArray:
         """What is left of the equations in m, (points, nh, r), at motions z and joint forces g."""
         pull = self.coordinates.together(g - self.base * self.coordinates.motions(z))
-        r = z + (self.H @ pull[..., None])[..., 0]
+        r = z + self.times(pull)
         r[:, 0] -= self.driven * self.force[:, None]
         return np.asarray(r)
 
+    def times(self, force: ComplexArray) -> ComplexArray:
+        """H f in m of forces in the coordinates in N, both (points, nh, r)."""
+        return np.asarray((self.H @ force[..., None])[..., 0] if self.chain is None else self.chain.times(force))
+
+    def tangent(self, forces: Forces) -> Jacobian:
+        """What the equations change by with the motions, ready to be solved."""
+        if self.chain is None:
+            return Elimination(self.jacobian(forces))
+        return self.chain.tangent(forces.by_z, forces.by_conjugate)
+
     def jacobian(self, forces: Forces) -> Array:
         """Real Jacobian over [Re Z, Im Z], (points, 2m, 2m) with m = nh·r."""
-        points, nh, r = self.H.shape[:3]
+        H = self.H if self.chain is None else self.chain.full
+        points, nh, r = H.shape[:3]
         every = np.arange(nh)
         by_z, by_conjugate = forces.by_z.copy(), forces.by_conjugate.copy()
         mean = np.array(self.harmonics)[:, None] == 0
@@ -115,7 +130,7 @@ class Balance:
         by_conjugate[:, every, every] -= np.where(mean, 0.5, 0.0) * self.base
         size = nh * r
         # (points, nh, nh, r, r): how harmonic h follows harmonic m.
-        blocks = (self.coordinates.through(self.H[:, :, None], part) for part in (by_z, by_conjugate))
+        blocks = (self.coordinates.through(H[:, :, None], part) for part in (by_z, by_conjugate))
         first, second = (np.swapaxes(block, 2, 3).reshape(points, size, size) for block in blocks)
         return real_form(first + np.eye(size), second)
 
@@ -145,7 +160,7 @@ class Balance:
         """The Newton step in m at motions z; nan where there is none."""
         forces = self.forces(z)
         r = self.residual(z, forces.force)
-        return solve_complex(self.jacobian(forces), -r)
+        return self.tangent(forces).solve(-r)
 
 
 def acting(assembly: Assembly, omega: Array, harmonics: Harmonics, z: ComplexArray) -> Forces:
@@ -180,15 +195,6 @@ def _forces(
     found = joint_forces(joints, placed, omega, harmonics, most, biased.rest, slopes)
     found.force[:, -1] -= biased.carried
     return found
-
-
-def solve_complex(J: Array, r: ComplexArray) -> ComplexArray:
-    """Solve the real system J [Re δ, Im δ] = [Re r, Im r] per point; nan where J is singular or not finite."""
-    flat = r.reshape(len(r), -1)
-    right = np.concatenate([flat.real, flat.imag], axis=1)
-    x = solve_each(J, right[:, :, None])[:, :, 0]
-    half = flat.shape[1]
-    return np.asarray((x[:, :half] + 1j * x[:, half:]).reshape(r.shape))
 
 
 def excess(forces: Forces, z: ComplexArray, harmonics: Harmonics, limits: Sequence[Limit]) -> Array:

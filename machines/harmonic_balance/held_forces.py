@@ -71,7 +71,7 @@ def held_changes(assembly: Assembly, omega: Array, force: Array, z: ComplexArray
         return np.full((1, len(omega)), np.nan)
     laws = Laws.of(assembly.standing[i] for i in assembly.nonlinear)
     around = _Around.of(assembly, laws, Balance.of(assembly, omega, force, own), z, slow)
-    each = len(omega) * around.balance.H[0].size
+    each = len(omega) * around.start[0].size * around.start.shape[2]
     # Both signs of a slider stay in one block.
     sliders = np.array(laws.sliders)
     changes = [around.changed(sliders[some]) for some in blocks(len(sliders), 2 * each)]

@@ -23,7 +23,8 @@ from ..indices import Mask
 from ..model.limits import amplitude_limit
 from ..model.machine import Machine
 from ..statics.working_point import at_working_point, placed
-from .assembly import Assembly, mean_displacement
+from .assembly import Assembly
+from .mean_motions import mean_displacement
 
 Equations = MachineEquations | MachineStates
 TOLERANCE = 1e-8

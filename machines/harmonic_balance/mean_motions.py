@@ -6,8 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from jointlib.arrays import Array, ComplexArray
+from jointlib.arrays import Array, ArrayLike, ComplexArray
+from jointlib.errors import InputError
 
+from ..model.machine import Machine
+from ..statics.statics import static_point
 from .assembly import Assembly
 from .balance import Balance
 from .newton import FULL, Effort, Problem, Solution
@@ -65,3 +68,24 @@ def _newton(assembly: Assembly, view: View, force: Array, start: ComplexArray | 
     gain = biased.slopes(np.abs(Z), view.omega, shift).gain
     turning = np.linalg.slogdet(balance.jacobian(balance.forces(z)))[0] < 0
     return Solution(Z, gain, done, turning, c)
+
+
+def mean_displacement(machine: Machine, amplitude: ArrayLike, frequency: ArrayLike) -> Array:
+    """Where the joints of a machine under static load stand while they vibrate, m, (points, connections).
+
+    Parameters
+    ----------
+    amplitude
+        Of every flexible connection in m, (points, connections), as the absolute values of `Branch.joint`.
+    frequency
+        Hz, (points,).
+    """
+    if machine.static is None:
+        raise InputError(f"{machine.where}: no [static] section, so joints vibrate about zero")
+    assembly = Assembly(machine, (), ())
+    A = np.atleast_2d(np.asarray(amplitude, dtype=float))
+    rest = static_point(machine).displacement
+    if assembly.biased is None:
+        return np.tile(rest, (len(A), 1))
+    omega = 2 * np.pi * np.broadcast_to(np.asarray(frequency, dtype=float), len(A))
+    return rest + assembly.biased.everywhere(A[:, list(assembly.nonlinear)], omega)

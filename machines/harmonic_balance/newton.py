@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from jointlib.arrays import Array, ComplexArray
 from jointlib.joint import Joint
 
 from ..coupling.coordinates import Coordinates
+from ..coupling.joint_chain import ChainTangent, JointChain
 from ..deadline import in_time
 from ..indices import Index, Mask
 from ..solved import solve_each
@@ -103,6 +105,8 @@ class Problem:
     driven: ComplexArray
     cap: Array
     coordinates: Coordinates
+    chain: JointChain | None = None
+    """What stands for Hzz where joints share parts with few others."""
 
     @classmethod
     def of(cls, view: View, joints: Sequence[Joint], force: Array, cap: Array) -> Problem:
@@ -110,17 +114,26 @@ class Problem:
             view = view.at_rest(at_rest(joints, len(joints), view.omega))
         assert view.base is not None
         driven = view.Hzf[:, :, 0] * force[:, None]
-        return cls(view.omega, joints, view.base, view.Hzz, driven, cap, view.coordinates)
+        return cls(view.omega, joints, view.base, view.Hzz, driven, cap, view.coordinates, view.chain)
 
     def at(self, points: Index | Mask) -> Problem:
         base, H, driven = (part[points] for part in (self.base, self.Hzz, self.driven))
-        return Problem(self.omega[points], self.joints, base, H, driven, self.cap, self.coordinates)
+        chain = None if self.chain is None else self.chain.at(points)
+        return Problem(self.omega[points], self.joints, base, H, driven, self.cap, self.coordinates, chain)
 
     def residual(self, z: ComplexArray, driven: ComplexArray) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
         motion = self.coordinates.motions(z)
         gain, slope = gains(self.joints, np.abs(motion), self.omega)
         force = self.coordinates.together((gain - self.base) * motion)
-        return z + (self.Hzz @ force[:, :, None])[:, :, 0] - driven, gain, slope
+        moved = (self.Hzz @ force[:, :, None])[:, :, 0] if self.chain is None else self.chain.times(force)
+        return z + moved - driven, gain, slope
+
+    def tangent(self, z: ComplexArray, gain: ComplexArray, slope: ComplexArray) -> Jacobian:
+        """What the residual changes by with the motions."""
+        if self.chain is None:
+            return Elimination(self.jacobian(z, gain, slope))
+        own, crossed = own_slopes(z, slope)
+        return self.chain.tangent(gain + own, crossed)
 
     def jacobian(self, z: ComplexArray, gain: ComplexArray, slope: ComplexArray) -> Array:
         """Real Jacobian over [Re z, Im z], shape (points, 2r, 2r)."""
@@ -139,7 +152,7 @@ class Problem:
         self, start: ComplexArray, driven: ComplexArray, effort: Effort = FULL
     ) -> tuple[ComplexArray, ComplexArray, Mask, Mask]:
         """z, gain, converged and turning from one start per point; points drop out as they settle."""
-        points, nj = start.shape
+        points = len(start)
         z, gain = start.astype(complex), np.zeros((points, len(self.joints)), dtype=complex)
         converged, turning = np.zeros(points, dtype=bool), np.zeros(points, dtype=bool)
         left = np.arange(points)
@@ -147,13 +160,12 @@ class Problem:
         r, G, slope = part.residual(x, target)
         for _ in range(effort.iterations):
             in_time()
-            J = part.jacobian(x, G, slope)
+            tangent = part.tangent(x, G, slope)
             size = np.max(np.abs(x), axis=1)
-            step = -solve_each(J, np.concatenate([r.real, r.imag], axis=1)[:, :, None])[:, :, 0]
-            delta = step[:, :nj] + 1j * step[:, nj:]
+            delta = -tangent.solve(r)
             small = np.max(np.abs(delta), axis=1) <= effort.settled * np.maximum(size, 1e-300)
             gain[left], z[left] = G, x
-            converged[left[small]], turning[left[small]] = True, np.linalg.slogdet(J[small])[0] < 0
+            converged[left[small]], turning[left[small]] = True, tangent.turned(small)
             go = ~small & np.all(np.isfinite(delta), axis=1)
             if not np.any(go):
                 break
@@ -177,6 +189,37 @@ class Problem:
             share = np.where(worse, share / 2, share)
             new[worse] = x[worse] + share[worse, None] * delta[worse]
             r_new[worse], G[worse], slope[worse] = self.at(worse).residual(new[worse], target[worse])
+
+
+@dataclass(frozen=True, eq=False)
+class Elimination:
+    """A real Jacobian over [Re z, Im z] of every point, (points, 2m, 2m)."""
+
+    J: Array
+
+    def solve(self, right: ComplexArray) -> ComplexArray:
+        """δ (points, …) with J δ = right; nan where J is singular or not finite."""
+        flat = right.reshape(len(right), -1)
+        real = np.concatenate([flat.real, flat.imag], axis=1)
+        x, half = solve_each(self.J, real[:, :, None])[:, :, 0], flat.shape[1]
+        return np.asarray((x[:, :half] + 1j * x[:, half:]).reshape(right.shape))
+
+    def bordered(self, column: Array, row: Array, right: Array) -> Array:
+        """Solutions of [J c; row] u = right, (points, 2m + 1, columns), with a column c beside J and a row below."""
+        J = np.concatenate([self.J, column[:, :, None]], axis=2)
+        return solve_each(np.concatenate([J, row[:, None]], axis=1), right)
+
+    def along(self, column: Array) -> Array:
+        """Unit vectors u with [J c] u = 0, (points, 2m + 1)."""
+        return np.asarray(np.linalg.svd(np.concatenate([self.J, column[:, :, None]], axis=2))[2][:, -1])
+
+    def turned(self, points: Index | Mask | slice) -> Mask:
+        """Where the determinant has another sign than at rest."""
+        return np.asarray(np.linalg.slogdet(self.J[points])[0] < 0)
+
+
+Jacobian: TypeAlias = Elimination | ChainTangent
+"""What the equations of the joints change by with the motions, ready to be solved."""
 
 
 def real_form(by_z: ComplexArray, by_conjugate: ComplexArray) -> Array:

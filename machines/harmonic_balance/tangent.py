@@ -12,8 +12,9 @@ from jointlib.arrays import Array, ComplexArray
 from ..blocks import blocks
 from ..deadline import in_time
 from ..indices import Index, Mask
-from .balance import Balance, solve_complex
+from .balance import Balance
 from .harmonics import Forces
+from .newton import Jacobian
 
 _DIRECT = 120
 """Real unknowns up to which elimination is the quicker way."""
@@ -44,8 +45,8 @@ class Tangent:
         7 (1986) 856), where elimination would take the cube of all unknowns.
         """
         points, nh, n = r.shape
-        if 2 * nh * n <= _DIRECT:
-            return solve_complex(self._jacobian, r)
+        if self.balance.chain is not None or 2 * nh * n <= _DIRECT:
+            return self._direct.solve(r)
         out = np.empty_like(r)
         for some in blocks(points, 2 * nh * n * _LONGEST):
             part = self.at(some)
@@ -54,13 +55,13 @@ class Tangent:
             for few in blocks(len(left), (2 * nh * n) ** 2):
                 now = left[few]
                 here = part.at(now)
-                found[now] = solve_complex(here._jacobian, r[some][now])
+                found[now] = here._direct.solve(r[some][now])
             out[some] = found
         return out
 
     @cached_property
-    def _jacobian(self) -> Array:
-        return self.balance.jacobian(self.forces)
+    def _direct(self) -> Jacobian:
+        return self.balance.tangent(self.forces)
 
     @cached_property
     def _slopes(self) -> tuple[ComplexArray, ComplexArray]:
@@ -76,7 +77,7 @@ class Tangent:
         c, (by_z, by_conjugate) = self.balance.coordinates, self._slopes
         moved = c.motions(change)
         pull = np.einsum("phmj,pmj->phj", by_z, moved) + np.einsum("phmj,pmj->phj", by_conjugate, moved.conj())
-        return np.asarray(change + (self.balance.H @ c.together(pull)[..., None])[..., 0])
+        return np.asarray(change + self.balance.times(c.together(pull)))
 
     def _by_products(self, r: ComplexArray) -> tuple[ComplexArray, Mask]:
         """δ from a basis of products, real and imaginary parts apart, and where it solves."""

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from jointlib.arrays import Array, ComplexArray
 
 from ..coupling.coordinates import Coordinates
+from ..coupling.joint_chain import JointChain
 from ..indices import Index, Mask
 
 
@@ -33,6 +34,8 @@ class View:
     coordinates: Coordinates
     base: ComplexArray | None = None
     """Gains at rest of the nonlinear joints in N/m that are coupled in, (nf, nj); None where they are open."""
+    chain: JointChain | None = None
+    """What stands for Hzz, then empty, where joints share parts with few others."""
 
     @classmethod
     def alone(cls, omega: Array, H: ComplexArray, coordinates: Coordinates, base: ComplexArray | None = None) -> View:
@@ -40,11 +43,19 @@ class View:
         r, none = len(coordinates.rows), H[:, :0]
         return cls(omega, H[:, :, :r], H[:, :, r:], none[:, :, :r], none[:, :, r:], coordinates, base)
 
+    @classmethod
+    def of_chain(cls, omega: Array, chain: JointChain, driven: ComplexArray, coordinates: Coordinates) -> View:
+        """Of a chain of joints about their gains at rest, ``driven`` from the inputs to these, (nf, nj, inputs)."""
+        base = np.empty_like(chain.base)
+        base[:, chain.order] = chain.base
+        return replace(cls.alone(omega, driven, coordinates, base), Hzz=driven[:, :0], Hzf=driven, chain=chain)
+
     def at(self, lines: Index | Mask) -> View:
         """The same view on lines picked by index (which may repeat)."""
         Hzz, Hzf, Hoz, Hof = (part[lines] for part in (self.Hzz, self.Hzf, self.Hoz, self.Hof))
         base = None if self.base is None else self.base[lines]
-        return View(self.omega[lines], Hzz, Hzf, Hoz, Hof, self.coordinates, base)
+        chain = None if self.chain is None else self.chain.at(lines)
+        return View(self.omega[lines], Hzz, Hzf, Hoz, Hof, self.coordinates, base, chain)
 
     def directed(self, direction: ComplexArray) -> View:
         """One input instead of several: the forces act together with these complex weights, (nf, inputs)."""

@@ -7,7 +7,7 @@ import numpy as np
 from jointlib.arrays import Array, ComplexArray
 
 from ..harmonic_balance.assembly import Assembly
-from ..harmonic_balance.balance import Balance, solve_complex
+from ..harmonic_balance.balance import Balance
 from ..harmonic_balance.cycle import Harmonics
 from ..harmonic_balance.frequency_reach import reached
 from ..harmonic_balance.truncation import more_harmonics, unsuited
@@ -65,4 +65,4 @@ def _moved(assembly: Assembly, omega: Array, force: Array, z: ComplexArray, harm
     forces = balance.forces(start, _SAMPLES)
     r = balance.residual(start, forces.force)
     r[:, 0] = 0.0
-    return np.asarray(coordinates.motions(solve_complex(balance.jacobian(forces), -r)[:, 0]))
+    return np.asarray(coordinates.motions(balance.tangent(forces).solve(-r)[:, 0]))

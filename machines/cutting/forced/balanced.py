@@ -6,7 +6,8 @@ import numpy as np
 
 from jointlib.arrays import ComplexArray
 
-from ...harmonic_balance.balance import Balance, solve_complex
+from ...harmonic_balance.balance import Balance
+from ...harmonic_balance.newton import Elimination
 from ...indices import Mask
 
 SAMPLES = 256
@@ -48,7 +49,7 @@ def _newton(balance: Balance, target: ComplexArray, start: ComplexArray) -> tupl
             J[new], fresh[new] = balance.at(new).jacobian(balance.at(new).forces(z[new], SAMPLES)), True
         part = balance.at(left)
         r = part.residual(z[left], part.forces(z[left], SAMPLES, slopes=False).force) - target[left]
-        delta = solve_complex(J[left], -r)
+        delta = Elimination(J[left]).solve(-r)
         length = np.max(np.abs(delta), axis=(1, 2)) / np.maximum(np.max(np.abs(z[left]), axis=(1, 2)), 1e-300)
         fine = np.isfinite(length)
         share = np.minimum(1.0, _LONGEST / np.maximum(length, 1e-300))
