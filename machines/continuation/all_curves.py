@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from ..operating.branches import Branch, End
 from ..operating.solutions import caps_of
 from .arclength import SHARE, Path, Stop, march
 from .curve_points import Points
-from .solution_curves import Curve, curves_of
+from .solution_curves import PARTS, Curve, curves_of
 
 _PROBES = 17
 _FURTHER = 3.0
@@ -170,10 +170,8 @@ def _merged(down: Curve, up: Curve) -> Curve:
     if up.ends[1][0] is Stop.CLOSED:
         return up
     back = slice(None, 0, -1)
-    parts = [
-        np.concatenate([getattr(down, name)[back], getattr(up, name)]) for name in ("z", "p", "line", "fold", "top")
-    ]
-    return Curve(parts[0], parts[1], parts[2], parts[3], parts[4], (down.ends[1], up.ends[1]))
+    parts = {n: np.concatenate([getattr(down, n)[back], getattr(up, n)]) for n in PARTS}
+    return replace(up, **parts, ends=(down.ends[1], up.ends[1]))
 
 
 def passes(points_z: ComplexArray, points_p: Array, p: float, z: ComplexArray) -> bool:

@@ -23,7 +23,6 @@ from ..indices import Index, Mask
 from ..operating.tops import tops
 from .all_curves import started
 from .arclength import Path, Stop
-from .curve_results import Followed, followed
 from .solution_curves import Curve, first_harmonics
 from .validation import departs
 
@@ -53,30 +52,14 @@ class Carried:
     """Hz."""
     known: _Points | None = None
 
-    def response(self, frequency: Array, joint: ComplexArray) -> Followed:
-        """All that is found beside a single branch through the whole range, motions ``joint`` (m) of all joints over
-        ascending frequencies (Hz); `Strayed` where not sure."""
-        points = self._beside(2 * np.pi * frequency, joint)
-        found = tops(points.omega, np.abs(points.moved))
-        # Those of the outputs are points in the end.
-        points = self._smooth(points, found.omega[found.motion >= len(self.path.assembly.joints)])
-        return followed(self.path, self.force, [_curve(points, self.lines)], self.lines, dense=True)
-
     def curve(self, frequency: Array, joint: ComplexArray) -> Curve:
-        """The curve beside a branch, as `response`, with the tops of the joints among its points."""
+        """The curve beside a single branch, motions ``joint`` (m) of all joints over ascending frequencies (Hz), so dense
+        that the tops of the joints follow from its points; `Strayed` where not sure."""
         points = self._beside(2 * np.pi * frequency, joint)
         found = tops(points.omega, np.abs(points.moved))
-        points = self._smooth(points, found.omega)
-        curve = _curve(points, self.lines)
-        own = found.motion < len(self.path.assembly.joints)
-        motion, place = found.motion[own], np.searchsorted(points.omega, found.omega[own])
-        first = np.unique(place, return_index=True)[1]
-        curve.top[place[first]] = motion[first]
-        # Where several joints have their top at one point, it counts once for each.
-        more = np.setdiff1d(np.arange(len(place)), first)
-        rows = np.insert(np.arange(len(curve.p)), place[more], place[more])
-        top, line = (np.insert(part, place[more], by) for part, by in ((curve.top, motion[more]), (curve.line, -1)))
-        return Curve(curve.z[rows], curve.p[rows], line, curve.fold[rows], top, curve.ends)
+        # Those of the outputs are points in the end, and those that are in doubt.
+        points = self._smooth(points, found.omega[(found.motion >= len(self.path.assembly.joints)) | ~found.sure])
+        return _curve(points, self.lines)
 
     def _beside(self, omega: Array, joint: ComplexArray) -> _Points:
         """Points close enough for their tops to follow."""
@@ -165,7 +148,7 @@ def _curve(points: _Points, lines: Array) -> Curve:
     place = np.minimum(np.searchsorted(2 * np.pi * lines, points.omega), len(lines) - 1)
     on = np.where(2 * np.pi * lines[place] == points.omega, place, none)
     end = (Stop.RANGE, Outcome.CONVERGED)
-    return Curve(points.z, points.omega, on, nowhere, none, (end, end))
+    return Curve(points.z, points.omega, on, nowhere, none, ~nowhere, (end, end))
 
 
 def _settled(path: Path, force: Array, omega: Array, start: ComplexArray) -> _Points:

@@ -21,7 +21,7 @@ from ..indices import Mask
 from ..operating.branches import Branch, End, Stability, without_repeats
 from ..operating.peaks import Peak
 from ..operating.resonances import NO_MOTION, distinct
-from ..operating.tops import tops
+from ..operating.tops import apart, tops
 from .all_curves import Starts, follow
 from .arclength import Path, Stop
 from .solution_curves import Curve, first_harmonics
@@ -69,14 +69,11 @@ def by_arc_length(
     return [followed(path, float(F), found, lines) for F, found in zip(forces, curves, strict=True)]
 
 
-def followed(path: Path, force: float, curves: Sequence[Curve], lines: Array, dense: bool = False) -> Followed:
-    """Branches, receptance, peaks and outcome of the curves at one force (N); ``lines`` in Hz belong in the FRF.
-
-    ``dense`` says that points lie so close that the tops between them follow from them.
-    """
+def followed(path: Path, force: float, curves: Sequence[Curve], lines: Array) -> Followed:
+    """Branches, receptance, peaks and outcome of the curves at one force (N); ``lines`` in Hz belong in the FRF."""
     # A start past a limit is a single point, and no solution that may be used.
     seen = [_seen(path, force, curve, lines) for curve in curves if len(curve.p) > 1]
-    peaks = _peaks(path, force, seen, dense)
+    peaks = _peaks(path, force, seen)
     missing = [outcome for s in seen for _, outcome in s.curve.ends if outcome is not Outcome.CONVERGED]
     missing = missing or [p.outcome for p in peaks if p.outcome not in (Outcome.CONVERGED, Outcome.PEAK_AT_EDGE)]
     count = Counter(missing if seen else [Outcome.STALLED])
@@ -201,10 +198,10 @@ def _frf(path: Path, force: float, seen: Sequence[_Seen], lines: Array) -> FRF:
     return FRF(frequency, value, assembly.outputs, assembly.inputs, kind)
 
 
-def _peaks(path: Path, force: float, seen: Sequence[_Seen], dense: bool) -> list[Peak]:
+def _peaks(path: Path, force: float, seen: Sequence[_Seen]) -> list[Peak]:
     """Tops of the largest solution of every joint, the largest values before a limit, else the largest at an edge."""
     count = len(with_mean(path.harmonics, False))
-    between = _between(path, force, seen) if dense else {}
+    between = _between(path, force, seen)
     most = max((float(np.max(np.abs(s.motion))) for s in seen), default=0.0)
     peaks: list[Peak] = []
     for k, connection in enumerate(path.assembly.machine.flexible):
@@ -214,8 +211,12 @@ def _peaks(path: Path, force: float, seen: Sequence[_Seen], dense: bool) -> list
             peaks.append(Peak(force, connection.name, float("nan"), float("nan"), Outcome.STALLED, count))
         if largest <= NO_MOTION * most:
             continue
-        tops_of_joint = between.get(k, []) if dense else _tops(force, connection.name, seen, values, k)
-        found = [*tops_of_joint, *_limited(force, connection.name, seen, values)]
+        close = [p for p in between.get(k, []) if _largest(seen, values, 2 * np.pi * p.frequency, p.amplitude)]
+        found = [
+            *close,
+            *_tops(force, connection.name, seen, values, k),
+            *_limited(force, connection.name, seen, values),
+        ]
         if not found:
             s, v = max(zip(seen, values, strict=True), key=lambda pair: float(np.max(pair[1])))
             i = int(np.argmax(v))
@@ -230,25 +231,32 @@ def _tops(force: float, name: str, seen: Sequence[_Seen], values: Sequence[Array
     for s, v in zip(seen, values, strict=True):
         for i in np.flatnonzero(s.curve.top == k):
             p = float(s.curve.p[i])
-            if v[i] >= np.max(_beside(seen, values, p)) * (1 - 1e-9):
+            if _largest(seen, values, p, v[i]):
                 width = _width(s.curve.p, v, int(i)) / (2 * np.pi)
                 found.append(Peak(force, name, v[i], p / (2 * np.pi), Outcome.CONVERGED, width=width))
     return found
 
 
+def _largest(seen: Sequence[_Seen], values: Sequence[Array], p: float, value: float) -> bool:
+    """Whether no curve that passes p has a larger one there."""
+    return len(seen) == 1 or bool(value >= np.max(_beside(seen, values, p)) * (1 - 1e-9))
+
+
 def _between(path: Path, force: float, seen: Sequence[_Seen]) -> dict[int, list[Peak]]:
-    """Tops of every joint between the points of curves without folds, which lie close."""
+    """Tops of every joint between the points of curves that lie close."""
     found: dict[int, list[Peak]] = {}
+    names = [connection.name for connection in path.assembly.machine.flexible]
     for s in seen:
-        size = np.abs(s.motion[:, : len(path.assembly.joints)])
-        top = tops(s.curve.p, size)
-        for k, omega, A in zip(top.motion, top.omega, top.amplitude, strict=True):
-            at = np.searchsorted(s.curve.p, omega)
-            p, value = np.insert(s.curve.p, at, omega), np.insert(size[:, k], at, A)
-            name, width = path.assembly.machine.flexible[k].name, _width(p, value, int(at)) / (2 * np.pi)
-            found.setdefault(int(k), []).append(
-                Peak(force, name, float(A), float(omega) / (2 * np.pi), Outcome.CONVERGED, width=width)
-            )
+        edges = np.flatnonzero(np.diff(s.curve.close, prepend=False, append=False))
+        for first, end in edges.reshape(-1, 2).tolist():
+            rows = first + apart(s.curve.p[first:end])
+            p, size = s.curve.p[rows], np.abs(s.motion[rows, : len(names)])
+            top = tops(p, size)
+            for k, omega, A in zip(top.motion.tolist(), top.omega, top.amplitude, strict=True):
+                at = np.searchsorted(p, omega)
+                width = _width(np.insert(p, at, omega), np.insert(size[:, k], at, A), int(at)) / (2 * np.pi)
+                peak = Peak(force, names[k], float(A), float(omega) / (2 * np.pi), Outcome.CONVERGED, width=width)
+                found.setdefault(k, []).append(peak)
     return found
 
 

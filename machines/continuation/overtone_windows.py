@@ -18,11 +18,10 @@ from .all_curves import follow, from_branches
 from .arclength import Path, Stop
 from .carried import Carried, Strayed
 from .curve_results import Followed, followed
-from .solution_curves import Curve, first_harmonics
+from .solution_curves import PARTS, Curve, first_harmonics
 from .windows import stretches
 
 _SAME = 1e-6
-_PARTS = ("z", "p", "line", "fold", "top")
 _LITTLE, _STILL = 0.25, 1e-9
 _LEAST = 5
 """Points of a piece that is carried over."""
@@ -45,7 +44,7 @@ def pieced(
     bad, known = _not_one(grid, branches), dict[tuple[int, int], list[Curve]]()
     if len(grid) > 1 and not np.any(bad):
         try:
-            return carried.response(*_single(grid, branches))
+            return followed(path, force, [carried.curve(*_single(grid, branches))], lines)
         except Strayed as where:
             _mark(bad, grid, where.omega)
     while 0 < np.sum(bad) < len(grid):
@@ -147,8 +146,7 @@ def _ends(curve: Curve) -> list[Curve]:
 
 
 def _turned(curve: Curve) -> Curve:
-    z, p, line, fold, top = (getattr(curve, name)[::-1] for name in _PARTS)
-    return Curve(z, p, line, fold, top, (curve.ends[1], curve.ends[0]))
+    return replace(curve, **{n: getattr(curve, n)[::-1] for n in PARTS}, ends=(curve.ends[1], curve.ends[0]))
 
 
 def _same(a: Curve, b: Curve) -> bool:
@@ -170,7 +168,8 @@ def _spliced(curves: Sequence[Curve]) -> list[Curve]:
                 break
             k, a, b = meeting[0]
             left.pop(k)
-            z, p, line, fold, top = (np.concatenate([getattr(a, n), getattr(b, n)[-2::-1]]) for n in _PARTS)
-            curve = Curve(z, p, line, fold, top, (a.ends[0], b.ends[0]))
+            parts = {n: np.concatenate([getattr(a, n), getattr(b, n)[-2::-1]]) for n in PARTS}
+            curve = replace(curve, **parts, ends=(a.ends[0], b.ends[0]))
+            curve.close[len(a.p) - 1] |= b.close[-1]
         done.append(curve if curve.closed or curve.p[0] <= curve.p[-1] else _turned(curve))
     return done

@@ -21,6 +21,7 @@ _PASSES = 40
 _SETTLED = 1e-9
 _STRAY = 0.6
 _INSIDE = 1e-9
+PARTS = ("z", "p", "line", "fold", "top", "close")  # what a curve has at every point
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +38,8 @@ class Curve:
     """Where the curve turns back in p."""
     top: Index
     """Index of the motion that is largest there, −1 for none."""
+    close: Mask
+    """Whether points lie so close that tops follow from them."""
     ends: tuple[tuple[Stop, Outcome], tuple[Stop, Outcome]]
 
     @property
@@ -147,8 +150,7 @@ def curves_of(path: Path, traces: list[Trace], lines: Array) -> list[Curve]:
     traces = _up_to_limits(path, traces)
     parts = _Segments.of(traces)
     every = Points.joined([t.points for t in traces])
-    starts = np.cumsum([0, *(len(t.points.p) for t in traces)])[:-1]
-    first = starts[parts.trace] + parts.place
+    first = np.cumsum([0, *(len(t.points.p) for t in traces)])[parts.trace] + parts.place
     last = first + 1
     found: list[_Found] = []
 
@@ -293,6 +295,6 @@ def _assembled(
         fold.append(new.fold[mine])
         top.append(new.top[mine])
     order = np.argsort(np.concatenate(place), kind="stable")
-    join = [np.concatenate(part)[order] for part in (z, p, line, fold, top)]
     begin = (trace.stop, trace.outcome)
-    return Curve(join[0], join[1], join[2], join[3], join[4], (begin, begin))
+    join = [np.concatenate(part)[order] for part in (z, p, line, fold, top)]
+    return Curve(join[0], join[1], join[2], join[3], join[4], order < 0, (begin, begin))

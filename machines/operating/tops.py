@@ -26,6 +26,8 @@ _SURE, _PLACED = 1e-8, 1e-5
 """Relative differences of amplitude and frequency; what the wider polynomial leaves is far less."""
 _BESIDE = 0.25
 """Of the spacing round a top that is not resolved yet: where further points are wanted."""
+_COINCIDE = 0.02
+"""Of the widest spacing near by."""
 _NEAR = 0.2
 """Of that spacing: points that lie closer tell the same."""
 
@@ -84,6 +86,14 @@ def tops(omega: Array, amplitude: Array, sure: float = _SURE, still: float = _ST
     agreed = np.abs(size_narrow - size) <= sure * size
     agreed &= np.abs(at_narrow - at) <= _PLACED * at
     return Tops(motion, row, at, size, width, agreed)
+
+
+def apart(omega: Array) -> Index:
+    """Points without those that all but coincide with one before them, which tell of rounding alone, by their place."""
+    gap = np.diff(omega)
+    around = np.pad(gap, 2, mode="edge")
+    wide = np.max(np.lib.stride_tricks.sliding_window_view(around, 5), axis=1) if len(gap) else gap
+    return np.flatnonzero(np.concatenate([np.ones(len(omega[:1]), dtype=bool), gap > _COINCIDE * wide]))
 
 
 def _lowest(omega: Array, amplitude: Array, motion: Index, row: Index, count: int) -> tuple[Array, Array, Array]:
